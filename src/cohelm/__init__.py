@@ -1,0 +1,1 @@
+"""cohelm: shared control for wheelchairs among people."""

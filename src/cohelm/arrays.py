@@ -1,0 +1,173 @@
+"""Frozen values whose arrays have declared shapes.
+
+A field is annotated with its array type and the names of its axes, and the value checks itself when
+it is made::
+
+    @value
+    class People:
+        id: Annotated[Integers, Shape("n")]
+        mean: Annotated[Floats, Shape("n 4")]
+
+A number is an exact length; a name must have one length throughout the value; ``name+1`` is one more;
+``...`` first stands for any leading axes; ``*`` is any length. Arrays become read-only, in the type
+that the annotation says; one that the caller could still write to is copied.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import typing
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform, get_args, get_origin
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Floats32 = NDArray[np.float32]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+Bytes = NDArray[np.uint8]
+SignedBytes = NDArray[np.int8]
+
+_T = TypeVar("_T")
+
+__all__ = [
+    "Annotated",
+    "Booleans",
+    "Bytes",
+    "Floats",
+    "Floats32",
+    "Integers",
+    "Shape",
+    "SignedBytes",
+    "identical",
+    "read_only",
+    "value",
+]
+
+
+@dataclass_transform(
+    frozen_default=True,
+    kw_only_default=True,
+    eq_default=False,
+    field_specifiers=(dataclasses.field,),
+)
+def value(cls: type[_T]) -> type[_T]:
+    """Make ``cls`` a frozen, slotted, keyword-only record that checks its arrays when it is made.
+
+    Raises:
+        ValueError: on construction, if an array does not have its declared shape.
+    """
+    cls.__post_init__ = _check  # type: ignore[attr-defined]  # the dataclass calls it
+    return dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False)(cls)
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """``array`` itself where nobody can write to it, else a read-only copy."""
+    if array.flags.writeable:
+        array = array.copy()
+        array.flags.writeable = False
+    return array
+
+
+def identical(a: object, b: object, *, ignore: frozenset[str] = frozenset()) -> bool:
+    """Whether two values agree bit for bit, field by field; NaN equals NaN.
+
+    Args:
+        a, b: values, arrays, sequences, mappings or plain objects.
+        ignore: names of fields that do not count, as measured durations.
+    """
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+    if dataclasses.is_dataclass(a) and not isinstance(a, type):
+        return all(
+            identical(getattr(a, f.name), getattr(b, f.name), ignore=ignore)
+            for f in dataclasses.fields(a)
+            if f.name not in ignore
+        )
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return a.keys() == b.keys() and all(identical(a[k], b[k], ignore=ignore) for k in a)
+    if isinstance(a, tuple | list) and isinstance(b, tuple | list):
+        return len(a) == len(b) and all(
+            identical(x, y, ignore=ignore) for x, y in zip(a, b, strict=True)
+        )
+    return bool(a == b or (a != a and b != b))  # noqa: PLR0124  # NaN is the one that differs
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Shape:
+    """The declared axes of an array field, as ``Shape("n 4")``."""
+
+    axes: str
+
+
+class _Field:
+    """What one array field declares: its element type and its axes."""
+
+    __slots__ = ("axes", "dtype", "name", "optional")
+
+    def __init__(self, name: str, dtype: type[np.generic], axes: str, *, optional: bool) -> None:
+        self.name = name
+        self.dtype = dtype
+        self.axes = tuple(axes.split())
+        self.optional = optional
+
+
+def _check(self: Any) -> None:
+    lengths: dict[str, int] = {}
+    for field in _fields(type(self)):
+        given = getattr(self, field.name)
+        if given is None and field.optional:
+            continue
+        array = np.asarray(given, dtype=field.dtype)
+        if array.flags.writeable:
+            array = array.copy() if array is given or array.base is not None else array
+            array.flags.writeable = False
+        object.__setattr__(self, field.name, array)
+        if not _fits(array.shape, field.axes, lengths):
+            raise ValueError(
+                f"{type(self).__name__}.{field.name} has shape {array.shape}, "
+                f"declared ({', '.join(field.axes)}) with {lengths}"
+            )
+
+
+def _fits(shape: tuple[int, ...], axes: tuple[str, ...], lengths: dict[str, int]) -> bool:
+    if axes and axes[0] == "...":
+        axes = axes[1:]
+        shape = shape[max(0, len(shape) - len(axes)) :]
+    if len(shape) != len(axes):
+        return False
+    for length, axis in zip(shape, axes, strict=True):
+        if axis == "*":
+            continue
+        if axis.isdigit():
+            if length != int(axis):
+                return False
+            continue
+        name, _, extra = axis.partition("+")
+        if lengths.setdefault(name, length - int(extra or 0)) != length - int(extra or 0):
+            return False
+    return True
+
+
+def _fields(cls: type) -> tuple[_Field, ...]:
+    known = _KNOWN.get(cls)
+    if known is not None:
+        return known
+    found = []
+    for name, hint in typing.get_type_hints(cls, include_extras=True).items():
+        if get_origin(hint) is ClassVar:
+            continue
+        options = get_args(hint) if type(None) in get_args(hint) else (hint,)
+        for option in options:
+            if get_origin(option) is Annotated:
+                array_type, shape = get_args(option)[:2]
+                dtype = get_args(get_args(array_type)[1])[0]
+                found.append(_Field(name, dtype, shape.axes, optional=len(options) > 1))
+    return _KNOWN.setdefault(cls, tuple(found))
+
+
+_KNOWN: dict[type, tuple[_Field, ...]] = {}

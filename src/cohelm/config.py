@@ -1,0 +1,191 @@
+"""Strict configuration: YAML in, a frozen pydantic model out, and an error that says what to do.
+
+An unknown key is refused with its file, its dotted key and the nearest right one, so that a misspelt
+parameter can never be ignored in silence.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pydantic
+import yaml
+
+from cohelm.errors import ConfigError
+
+
+class Model(pydantic.BaseModel):
+    """The base of every parameter set: frozen, and no key that it does not know."""
+
+    model_config = pydantic.ConfigDict(
+        extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False
+    )
+
+
+_M = TypeVar("_M", bound=Model)
+
+
+def read_yaml(file: Path, *, error: type[ConfigError] = ConfigError) -> dict[str, Any]:
+    """The mapping that a YAML file holds; an empty file is an empty mapping.
+
+    Raises:
+        ConfigError: (or ``error``) if the file cannot be read, is not YAML, is not a mapping, or
+            names a key twice.
+    """
+    try:
+        text = file.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise error("no such file", file=file) from None
+    except (OSError, UnicodeDecodeError) as cause:
+        raise error(f"cannot be read as text ({cause})", file=file) from cause
+    try:
+        data = yaml.load(text, Loader=_StrictLoader)  # a SafeLoader
+    except yaml.YAMLError as cause:
+        line = getattr(getattr(cause, "problem_mark", None), "line", None)
+        where = "" if line is None else f"line {line + 1}: "
+        what = getattr(cause, "problem", None) or str(cause).splitlines()[0]
+        raise error(f"not YAML: {where}{what}", file=file) from cause
+    if data is None:
+        return {}
+    if not isinstance(data, dict):
+        raise error("must be a mapping of keys to values", file=file)
+    return data
+
+
+def validate(
+    model: type[_M],
+    data: Mapping[str, Any],
+    *,
+    file: Path | str | None = None,
+    prefix: str = "",
+    error: type[ConfigError] = ConfigError,
+) -> _M:
+    """``data`` as a ``model``.
+
+    Args:
+        model: what the data must be.
+        data: plain values, as YAML gives them.
+        file: named in the error.
+        prefix: dotted key under which ``data`` stands, named in the error.
+        error: the type to raise.
+
+    Raises:
+        ConfigError: (or ``error``) naming file, dotted key and what to do; the first fault only.
+    """
+    try:
+        return model.model_validate(dict(data))
+    except pydantic.ValidationError as cause:
+        fault = min(cause.errors(), key=lambda e: e["type"] != "extra_forbidden")
+        location = [str(part) for part in fault["loc"]]
+        key = ".".join([*([prefix] if prefix else []), *location])
+        raise error(_explain(model, fault, location), file=file, key=key) from None
+
+
+def load(model: type[_M], file: Path, *, error: type[ConfigError] = ConfigError) -> _M:
+    """The ``model`` that a YAML file holds.
+
+    Raises:
+        ConfigError: (or ``error``), see :func:`read_yaml` and :func:`validate`.
+    """
+    return validate(model, read_yaml(file, error=error), file=file, error=error)
+
+
+def override(data: Mapping[str, Any], settings: Iterable[str]) -> dict[str, Any]:
+    """A deep copy of ``data`` with ``dotted.key=value`` settings put in; values are read as YAML.
+
+    Raises:
+        ConfigError: if a setting has no ``=``, or goes through something that is not a mapping.
+    """
+    out = _copied(data)
+    for setting in settings:
+        key, equals, text = setting.partition("=")
+        parts = [part.strip() for part in key.split(".")]
+        if not equals or not all(parts):
+            raise ConfigError("write a setting as key=value, as in people.count=5", key=setting)
+        try:
+            given = yaml.load(text, Loader=_StrictLoader)  # a SafeLoader
+        except yaml.YAMLError:
+            raise ConfigError(f"{text!r} is not a YAML value", key=key.strip()) from None
+        node = out
+        for part in parts[:-1]:
+            below = node.setdefault(part, {})
+            if below is None:
+                below = node[part] = {}
+            if not isinstance(below, dict):
+                raise ConfigError(f"{part!r} holds a value, not further keys", key=key.strip())
+            node = below
+        node[parts[-1]] = given
+    return out
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """``"; did you mean 'horizon'?"``, or the choices where none is near."""
+    choices = sorted(known)
+    close = difflib.get_close_matches(word, choices, n=1, cutoff=0.6)
+    if close:
+        return f"; did you mean {close[0]!r}?"
+    return f"; known: {', '.join(choices)}" if choices else ""
+
+
+def _explain(model: type[Model], fault: Any, location: list[str]) -> str:
+    if fault["type"] == "extra_forbidden":
+        return "unknown" + nearest(location[-1], _keys_at(model, location[:-1]))
+    if fault["type"] == "missing":
+        return "missing, and it has no default"
+    message = str(fault["msg"]).removeprefix("Value error, ")
+    message = message[:1].lower() + message[1:]
+    given = fault.get("input")
+    if isinstance(given, str | int | float | bool):
+        return f"{message}, got {given!r}"
+    return message
+
+
+def _keys_at(model: type[Model], location: list[str]) -> Iterable[str]:
+    """The keys that the model at ``location`` knows; none where that is not a model."""
+    here: Any = model
+    for part in location:
+        if not (isinstance(here, type) and issubclass(here, pydantic.BaseModel)):
+            return ()
+        field = here.model_fields.get(part)
+        if field is None:
+            return ()
+        here = _model_in(field.annotation)
+    if isinstance(here, type) and issubclass(here, pydantic.BaseModel):
+        return here.model_fields.keys()
+    return ()
+
+
+def _model_in(annotation: Any) -> Any:
+    if isinstance(annotation, type) and issubclass(annotation, pydantic.BaseModel):
+        return annotation
+    for part in getattr(annotation, "__args__", ()):
+        found = _model_in(part)
+        if found is not None:
+            return found
+    return None
+
+
+def _copied(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {k: _copied(v) if isinstance(v, Mapping) else v for k, v in data.items()}
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """SafeLoader that refuses a key given twice and reads ``1e-3`` as a number."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=deep)
+            if not isinstance(key, str | int | float | bool):
+                raise yaml.constructor.ConstructorError(
+                    None, None, "a key must be a word", key_node.start_mark
+                )
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {key!r} is given twice", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep=deep)

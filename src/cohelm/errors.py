@@ -1,0 +1,205 @@
+"""Every way cohelm fails, as one tree.
+
+    CohelmError                 .code is a stable word that crosses the wire (ROS, web) unchanged
+    ├─ ConfigError              a file or an option that does not say what it must; dotted key
+    │  └─ ScenarioError         the same, in a scenario
+    ├─ PluginError              an unknown part, or one that does not import
+    ├─ MapError                 a map that cannot be read, written or believed
+    ├─ RecordingError           a bag or a cloud that cannot be read
+    ├─ PlanningError            no path, and why
+    │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point, its clearance and what is needed
+    │  ├─ NoPath
+    │  └─ PlanningTimeout
+    └─ ControlError             no command, and why
+       ├─ SolverFailed
+       └─ Infeasible
+
+Expected trouble in the loop is a value (``LocalPlan.status``), not one of these.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import ClassVar
+
+
+class CohelmError(Exception):
+    """The root: anything that a user of cohelm may want to catch at once."""
+
+    code: ClassVar[str] = "cohelm"
+
+
+class ConfigError(CohelmError):
+    """A configuration that does not say what it must.
+
+    Args:
+        problem: what is wrong, and what to do, in one line.
+        file: the file at fault, where there is one.
+        key: the dotted key at fault, as ``local_planner.horizon``.
+    """
+
+    code = "config"
+
+    def __init__(self, problem: str, *, file: Path | str | None = None, key: str = "") -> None:
+        self.problem = problem
+        self.file = file
+        self.key = key
+        super().__init__(": ".join(str(part) for part in (file, key, problem) if part))
+
+
+class ScenarioError(ConfigError):
+    """A scenario that does not say what it must."""
+
+    code = "scenario"
+
+
+class PluginError(CohelmError):
+    """An unknown part, or one that does not import."""
+
+    code = "plugin"
+
+
+class MapError(CohelmError):
+    """A map that cannot be read, written or believed; always names the file.
+
+    Args:
+        problem: what is wrong, and what to do, in one line.
+        file: the map file at fault.
+    """
+
+    code = "map"
+
+    def __init__(self, problem: str, *, file: Path | str) -> None:
+        self.problem = problem
+        self.file = file
+        super().__init__(f"{file}: {problem}")
+
+
+class RecordingError(CohelmError):
+    """A recording that cannot be read."""
+
+    code = "recording"
+
+
+class PlanningError(CohelmError):
+    """No path, and why."""
+
+    code = "planning"
+
+
+class _BlockedPoint(PlanningError):
+    """A point where the robot cannot stand.
+
+    Args:
+        point: (x, y) in the map frame, m.
+        clearance: distance to the nearest obstacle there, m.
+        needed: the clearance that the robot needs, m.
+    """
+
+    what: ClassVar[str]
+
+    def __init__(self, *, point: tuple[float, float], clearance: float, needed: float) -> None:
+        self.point = point
+        self.clearance = clearance
+        self.needed = needed
+        x, y = point
+        super().__init__(
+            f"the {self.what} ({x:.2f}, {y:.2f}) has {max(clearance, 0.0):.2f} m of clearance, "
+            f"the robot needs {needed:.2f} m"
+        )
+
+
+class StartBlocked(_BlockedPoint):
+    """The robot stands where it cannot stand."""
+
+    code = "start_blocked"
+    what = "start"
+
+
+class GoalBlocked(_BlockedPoint):
+    """The goal is where the robot cannot stand."""
+
+    code = "goal_blocked"
+    what = "goal"
+
+
+class OutsideMap(PlanningError):
+    """A point outside the map.
+
+    Args:
+        what: which point, as ``start``.
+        point: (x, y) in the map frame, m.
+        bounds: (x_min, y_min, x_max, y_max) of the map, m.
+    """
+
+    code = "outside_map"
+
+    def __init__(
+        self,
+        *,
+        what: str,
+        point: tuple[float, float],
+        bounds: tuple[float, float, float, float],
+    ) -> None:
+        self.point = point
+        self.bounds = bounds
+        x0, y0, x1, y1 = bounds
+        super().__init__(
+            f"the {what} ({point[0]:.2f}, {point[1]:.2f}) is outside the map, "
+            f"which reaches from ({x0:.2f}, {y0:.2f}) to ({x1:.2f}, {y1:.2f})"
+        )
+
+
+class NoPath(PlanningError):
+    """Start and goal are free, and no way leads from one to the other.
+
+    Args:
+        start, goal: (x, y) in the map frame, m.
+        needed: the clearance that the robot needs all along, m.
+    """
+
+    code = "no_path"
+
+    def __init__(
+        self, *, start: tuple[float, float], goal: tuple[float, float], needed: float
+    ) -> None:
+        self.start = start
+        self.goal = goal
+        self.needed = needed
+        super().__init__(
+            f"no way with {needed:.2f} m of clearance from ({start[0]:.2f}, {start[1]:.2f}) "
+            f"to ({goal[0]:.2f}, {goal[1]:.2f})"
+        )
+
+
+class PlanningTimeout(PlanningError):
+    """The budget was used up before a path was found."""
+
+    code = "planning_timeout"
+
+
+class ControlError(CohelmError):
+    """No command, and why.
+
+    Args:
+        problem: what went wrong.
+        evidence: the problem that could not be solved, for a post-mortem.
+    """
+
+    code = "control"
+
+    def __init__(self, problem: str, *, evidence: object = None) -> None:
+        self.evidence = evidence
+        super().__init__(problem)
+
+
+class SolverFailed(ControlError):
+    """The quadratic program has no usable answer."""
+
+    code = "solver_failed"
+
+
+class Infeasible(ControlError):
+    """The hard limits contradict each other."""
+
+    code = "infeasible"

@@ -1,0 +1,114 @@
+"""Plane geometry on arrays: poses, angles, polylines, polygons.
+
+A pose is (x, y, θ) in metres and radians. ``X_AB`` is the pose of frame B in frame A; frames cancel in
+:func:`compose`: ``X_AC = compose(X_AB, X_BC)``. Frames: M map, R robot (drive axle centre, x forward,
+y left), L sensor, G grid.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from cohelm.arrays import Booleans, Floats
+
+
+def wrap_angle(angle: Any) -> Any:
+    """``angle`` in (−π, π], elementwise."""
+    return -((-np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def compose(X_AB: ArrayLike, X_BC: ArrayLike) -> Floats:
+    """X_AC. Shapes (..., 3) and (..., 3), broadcast; the heading is wrapped."""
+    a, b = np.asarray(X_AB, dtype=float), np.asarray(X_BC, dtype=float)
+    xy = transform(a, b[..., :2])
+    return np.concatenate([xy, wrap_angle(a[..., 2] + b[..., 2])[..., None]], axis=-1)
+
+
+def inverse(X_AB: ArrayLike) -> Floats:
+    """X_BA, shape (..., 3)."""
+    a = np.asarray(X_AB, dtype=float)
+    cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
+    x, y = a[..., 0], a[..., 1]
+    return np.stack([-cos * x - sin * y, sin * x - cos * y, wrap_angle(-a[..., 2])], axis=-1)
+
+
+def transform(X_AB: ArrayLike, p_B: ArrayLike) -> Floats:
+    """Points (..., 2) of frame B in frame A."""
+    a, p = np.asarray(X_AB, dtype=float), np.asarray(p_B, dtype=float)
+    cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
+    return np.stack(
+        [
+            a[..., 0] + cos * p[..., 0] - sin * p[..., 1],
+            a[..., 1] + sin * p[..., 0] + cos * p[..., 1],
+        ],
+        axis=-1,
+    )
+
+
+def arc_length(points: Floats) -> Floats:
+    """Distance along a polyline (n, 2) at each of its points, (n,), starting at 0."""
+    steps = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.empty(0)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def resample(points: Floats, spacing: float) -> Floats:
+    """The polyline (n, 2) with points about ``spacing`` apart, both ends kept; (m, 2)."""
+    s = arc_length(points)
+    count = max(int(math.ceil(s[-1] / spacing)), 1) + 1
+    at = np.linspace(0.0, s[-1], count)
+    return np.stack([np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1])], axis=-1)
+
+
+@njit(cache=True)
+def nearest_on_polyline(points: Floats, x: float, y: float) -> tuple[float, float]:
+    """(arc length of the nearest point of a polyline (n, 2), distance to it)."""
+    best, where, along = np.inf, 0.0, 0.0
+    if points.shape[0] == 1:
+        return 0.0, math.hypot(points[0, 0] - x, points[0, 1] - y)
+    for i in range(points.shape[0] - 1):
+        ax, ay = points[i, 0], points[i, 1]
+        dx, dy = points[i + 1, 0] - ax, points[i + 1, 1] - ay
+        length2 = dx * dx + dy * dy
+        t = 0.0
+        if length2 > 0.0:
+            t = min(max(((x - ax) * dx + (y - ay) * dy) / length2, 0.0), 1.0)
+        distance = math.hypot(ax + t * dx - x, ay + t * dy - y)
+        length = math.sqrt(length2)
+        if distance < best:
+            best, where = distance, along + t * length
+        along += length
+    return where, best
+
+
+@njit(cache=True)
+def distance_to_polygon(polygon: Floats, x: float, y: float) -> float:
+    """Signed distance of a point to a simple polygon (n, 2): negative inside."""
+    best, inside = np.inf, False
+    n = polygon.shape[0]
+    for i in range(n):
+        j = i - 1 if i > 0 else n - 1
+        ax, ay = polygon[j, 0], polygon[j, 1]
+        bx, by = polygon[i, 0], polygon[i, 1]
+        dx, dy = bx - ax, by - ay
+        length2 = dx * dx + dy * dy
+        t = 0.0
+        if length2 > 0.0:
+            t = min(max(((x - ax) * dx + (y - ay) * dy) / length2, 0.0), 1.0)
+        best = min(best, math.hypot(ax + t * dx - x, ay + t * dy - y))
+        if (ay > y) != (by > y) and x < (bx - ax) * (y - ay) / (by - ay) + ax:
+            inside = not inside
+    return -best if inside else best
+
+
+@njit(cache=True)
+def inside_polygon(polygon: Floats, points: Floats) -> Booleans:
+    """Which of the points (m, 2) lie in a simple polygon (n, 2); (m,)."""
+    out = np.empty(points.shape[0], dtype=np.bool_)
+    for i in range(points.shape[0]):
+        out[i] = distance_to_polygon(polygon, points[i, 0], points[i, 1]) < 0.0
+    return out

@@ -1,0 +1,39 @@
+"""What a global planner is."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import LiveObstacles, Path, Wish
+from cohelm.robots import Robot
+
+
+@value
+class RouteProblem:
+    """Everything a global planner may use."""
+
+    grid: OccupancyGrid
+    robot: Robot
+    start: Annotated[Floats, Shape("2")]
+    """(x, y), m."""
+    goal: Annotated[Floats, Shape("2")]
+    """(x, y), m."""
+    wishes: tuple[Wish, ...] = ()
+    live: LiveObstacles | None = None
+    """What stands where the map knows of nothing."""
+    clearance: float = 0.0
+    """Distance to keep beyond the footprint, m."""
+
+
+class GlobalPlanner(Protocol):
+    """An entry point of ``cohelm.global_planners``; a class with ``Parameters``."""
+
+    def plan(self, problem: RouteProblem) -> Path:
+        """A path from start to goal.
+
+        Raises:
+            PlanningError: StartBlocked, GoalBlocked, OutsideMap, NoPath or PlanningTimeout.
+        """
+        ...

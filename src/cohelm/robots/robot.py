@@ -1,0 +1,172 @@
+"""A robot: footprint, limits, actuation and sensor mounts, read from one YAML file."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from cohelm.arrays import Floats, read_only
+from cohelm.config import Model, load, nearest
+from cohelm.errors import ConfigError
+from cohelm.geometry import distance_to_polygon
+from cohelm.plugins import build
+from cohelm.robots.kinematics import Kinematics
+
+
+class LaserMount(Model):
+    """A planar laser scanner on the robot."""
+
+    name: str = "laser"
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """X_RL: x, y in m, yaw in rad."""
+    beams: int = Field(360, ge=2, le=20_000)
+    field_of_view_deg: float = Field(360.0, gt=0.0, le=360.0)
+    range_max: float = Field(10.0, gt=0.0, le=200.0)
+    """m."""
+    rate: float = Field(10.0, gt=0.0, le=100.0)
+    """Sweeps a second."""
+    noise: float = Field(0.01, ge=0.0, le=1.0)
+    """Standard deviation of a range, m."""
+    dropout: float = Field(0.005, ge=0.0, lt=1.0)
+    """Share of beams lost."""
+
+
+class Robot(Model):
+    """What the planner and the simulator must know of a chair."""
+
+    name: str
+    kinematics: Literal["unicycle"] | str = "unicycle"  # any entry point
+    footprint: tuple[tuple[float, float], ...]
+    """Corners (x, y) about the drive axle's centre, counter-clockwise, m."""
+    max_speed: float = Field(gt=0.0, le=10.0)
+    """Forward, m/s."""
+    max_reverse_speed: float = Field(0.0, ge=0.0, le=10.0)
+    """m/s."""
+    max_turn_rate: float = Field(gt=0.0, le=10.0)
+    """rad/s."""
+    max_acceleration: float = Field(gt=0.0, le=20.0)
+    """m/s²."""
+    max_deceleration: float = Field(gt=0.0, le=20.0)
+    """Braking in ordinary driving, m/s²."""
+    emergency_deceleration: float = Field(gt=0.0, le=20.0)
+    """The hardest braking that keeps the rider seated, m/s²."""
+    max_turn_acceleration: float = Field(gt=0.0, le=50.0)
+    """rad/s²."""
+    actuation_lag: float = Field(0.0, ge=0.0, le=1.0)
+    """Time constant from command to wheels, s."""
+    lasers: tuple[LaserMount, ...] = (LaserMount(),)
+    source: str = ""
+    """Where the figures come from, and which are assumed."""
+
+    @field_validator("footprint")
+    @classmethod
+    def _footprint_is_a_polygon(cls, corners: tuple[Any, ...]) -> tuple[Any, ...]:
+        points = np.asarray(corners, dtype=float)
+        if len(points) < 3:
+            raise ValueError("needs at least three corners")
+        if not np.isfinite(points).all():
+            raise ValueError("has a corner that is not a number")
+        x, y = points.T
+        area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+        if abs(area) < 1e-4:
+            raise ValueError("encloses no area")
+        if distance_to_polygon(points, 0.0, 0.0) > 0.0:
+            raise ValueError("does not contain the drive axle's centre (0, 0)")
+        return corners if area > 0.0 else corners[::-1]
+
+    @model_validator(mode="after")
+    def _brakes_agree(self) -> Self:
+        if self.emergency_deceleration < self.max_deceleration:
+            raise ValueError("emergency_deceleration must not be below max_deceleration")
+        return self
+
+    @cached_property
+    def motion(self) -> Kinematics:
+        """The motion model that ``kinematics`` names."""
+        model: Kinematics = build("kinematics", self.kinematics)
+        return model
+
+    @cached_property
+    def outline(self) -> Floats:
+        """The footprint's corners, (k, 2), m."""
+        return read_only(np.array(self.footprint, dtype=float))
+
+    @cached_property
+    def limits(self) -> Floats:
+        """(v_max, v_reverse, ω_max, a_max, a_brake, α_max) for :meth:`Kinematics.bounds`."""
+        return read_only(
+            np.array(
+                [
+                    self.max_speed,
+                    self.max_reverse_speed,
+                    self.max_turn_rate,
+                    self.max_acceleration,
+                    self.max_deceleration,
+                    self.max_turn_acceleration,
+                ]
+            )
+        )
+
+    @cached_property
+    def discs(self) -> Floats:
+        """Discs (c, 3) of (x, y, radius) on the long axis that cover the footprint, m.
+
+        The bounding rectangle is cut across its longer side into equal pieces; each disc goes
+        through the corners of its piece. As many as keep the overhang at the sides under 3 cm.
+        """
+        low, high = self.outline.min(axis=0), self.outline.max(axis=0)
+        size = high - low
+        along = int(np.argmax(size))
+        length, width = size[along], size[1 - along]
+        count = 1
+        while np.hypot(length / count, width) / 2.0 > width / 2.0 + 0.03:
+            count += 1
+        discs = np.empty((count, 3))
+        discs[:, along] = low[along] + length * (np.arange(count) + 0.5) / count
+        discs[:, 1 - along] = low[1 - along] + width / 2.0
+        discs[:, 2] = np.hypot(length / count, width) / 2.0
+        return read_only(discs)
+
+    @cached_property
+    def inscribed_radius(self) -> float:
+        """Distance from the drive axle's centre to the nearest edge, m."""
+        return -float(distance_to_polygon(self.outline, 0.0, 0.0))
+
+    @cached_property
+    def circumscribed_radius(self) -> float:
+        """Distance from the drive axle's centre to the farthest corner, m."""
+        return float(np.hypot(*self.outline.T).max())
+
+
+def robot_names() -> tuple[str, ...]:
+    """The robots that come with cohelm."""
+    return tuple(
+        sorted(
+            f.name.removesuffix(".yaml") for f in _shipped().iterdir() if f.name.endswith(".yaml")
+        )
+    )
+
+
+def load_robot(name_or_file: str | Path) -> Robot:
+    """A robot by its name, or from a YAML file of one's own.
+
+    Raises:
+        ConfigError: naming the file and the dotted key, or the robots there are.
+    """
+    text = str(name_or_file)
+    if text in robot_names():
+        return load(Robot, Path(str(_shipped() / f"{text}.yaml")))
+    if text.endswith((".yaml", ".yml")) or "/" in text:
+        return load(Robot, Path(text))
+    raise ConfigError(
+        f"no robot is called {text!r}{nearest(text, robot_names())} (or give a .yaml file)"
+    )
+
+
+def _shipped() -> Any:
+    return files("cohelm.robots")
