@@ -1,7 +1,7 @@
 """Strict configuration: YAML in, a frozen pydantic model out, and an error that says what to do.
 
-An unknown key is refused with its file, its dotted key and the nearest right one, so that a misspelt
-parameter can never be ignored in silence.
+An unknown key is refused with its file, its dotted key and the nearest right one, so that a
+misspelt parameter can never be ignored in silence.
 """
 
 from __future__ import annotations

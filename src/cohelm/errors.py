@@ -7,7 +7,7 @@
     ├─ MapError                 a map that cannot be read, written or believed
     ├─ RecordingError           a bag or a cloud that cannot be read
     ├─ PlanningError            no path, and why
-    │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point, its clearance and what is needed
+    │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point and what is needed there
     │  ├─ NoPath
     │  └─ PlanningTimeout
     └─ ControlError             no command, and why

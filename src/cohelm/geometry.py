@@ -1,8 +1,8 @@
 """Plane geometry on arrays: poses, angles, polylines, polygons.
 
-A pose is (x, y, θ) in metres and radians. ``X_AB`` is the pose of frame B in frame A; frames cancel in
-:func:`compose`: ``X_AC = compose(X_AB, X_BC)``. Frames: M map, R robot (drive axle centre, x forward,
-y left), L sensor, G grid.
+A pose is (x, y, θ) in metres and radians. ``X_AB`` is the pose of frame B in frame A; frames cancel
+in :func:`compose`: ``X_AC = compose(X_AB, X_BC)``. Frames: M map, R robot (drive axle centre,
+x forward, y left), L sensor, G grid.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def arc_length(points: Floats) -> Floats:
 def resample(points: Floats, spacing: float) -> Floats:
     """The polyline (n, 2) with points about ``spacing`` apart, both ends kept; (m, 2)."""
     s = arc_length(points)
-    count = max(int(math.ceil(s[-1] / spacing)), 1) + 1
+    count = max(math.ceil(s[-1] / spacing), 1) + 1
     at = np.linspace(0.0, s[-1], count)
     return np.stack([np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1])], axis=-1)
 

@@ -5,9 +5,9 @@
     rider ─► authority ──────────┴► shared ref. ──┘
 
 All values are frozen and check the shapes of their arrays (``arrays.value``). SI units and REP-103
-(metres, seconds, radians, x forward, y left); positions and poses are in the map frame unless a field
-says otherwise. A *twist* is (v_x, v_y, ω) in the robot frame. n people, h hypotheses a person, N
-horizon steps (N+1 states), k points. The ``Tick``, which binds them all, is in ``navigation.tick``,
+(metres, seconds, radians, x forward, y left); positions and poses are in the map frame unless a
+field says otherwise. A *twist* is (v_x, v_y, ω) in the robot frame. n people, h hypotheses a person,
+N horizon steps (N+1 states), k points. The ``Tick``, which binds them all, is in ``navigation.tick``,
 because it also holds each stage's memory.
 """
 
@@ -220,7 +220,7 @@ class Predictions:
 
 @value
 class SocialSpaces:
-    """The shape of each person's space over the horizon (see ``shapes``), and of the robot's own."""
+    """The shape of each person's space over the horizon, and of the robot's own; see ``shapes``."""
 
     kind: int
     """``shapes.PRINTED`` or ``shapes.CONTOUR``."""

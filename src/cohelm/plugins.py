@@ -39,7 +39,9 @@ class Part(Protocol):
 
     Parameters: type[Model]
 
-    def __call__(self, parameters: Any) -> Any: ...
+    def __call__(self, parameters: Any) -> Any:
+        """The part with these parameters."""
+        ...
 
 
 def names(group: str) -> tuple[str, ...]:

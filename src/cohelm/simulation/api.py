@@ -65,7 +65,7 @@ class RiderView:
 
 
 class Rider(Protocol):
-    """An entry point of ``cohelm.riders``; a class with ``Parameters``. Called 20 times a second."""
+    """An entry point of ``cohelm.riders``, with ``Parameters``; called 20 times a second."""
 
     def command(self, view: RiderView, rng: np.random.Generator) -> RiderCommand | None:
         """What the rider's device sends now; None: there is no device.
