@@ -9,8 +9,8 @@ it is made::
         mean: Annotated[Floats, Shape("n 4")]
 
 A number is an exact length; a name must have one length throughout the value; ``name+1`` is one
-more; ``...`` first stands for any leading axes; ``*`` is any length. Arrays become read-only, in the
-type that the annotation says; one that the caller could still write to is copied.
+more; ``...`` first stands for any leading axes; ``*`` is any length. Arrays become read-only, in
+the type that the annotation says; one that the caller could still write to is copied.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Radial shapes: how far a space reaches in each direction from its centre.
 
-A shape is (kind, front, side, rear, scale, floor); its reach in direction δ from the axis of motion:
+A shape is (kind, front, side, rear, scale, floor). Its reach in direction δ from the axis of motion
 
     printed   l = c / q(δ)         Xu et al., eq. (5); c in 1/m; not convex at speed
     contour   l = √(c / q(δ))      the Gaussian's own contour; c without unit; convex

@@ -1,0 +1,92 @@
+# Every target does its own set-up in .venv; the second time that costs nothing.
+
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-print-directory
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+READY := $(VENV)/.ready
+
+# Workers of the test run, and the folder with the outside data sets (tests skip without it).
+WORKERS ?= 2
+COHELM_DATA ?= $(wildcard $(abspath ../shared/data))
+export COHELM_DATA
+
+RIDES := rides
+BENCHMARKS := $(wildcard benchmarks/solver.py benchmarks/orca.py benchmarks/planning.py)
+
+.PHONY: help
+help: ## this list
+	@echo "make <target>, one of"
+	@sed -nE 's/^([a-z-]+):.*## (.*)$$/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
+
+.PHONY: run
+run: demo ## a ride across a hospital floor (the same as demo)
+
+.PHONY: demo
+demo: setup ## a ride across a hospital floor, with a picture and an animation of it
+	@mkdir -p $(RIDES)
+	@status=0; \
+	$(BIN)/cohelm run hospital --rider nudge \
+	    --plot $(RIDES)/hospital.png --animate $(RIDES)/hospital.gif || status=$$?; \
+	for file in $(RIDES)/hospital.png $(RIDES)/hospital.gif; do \
+	    if [[ -f $$file ]]; then echo "written: $(CURDIR)/$$file"; fi; \
+	done; \
+	exit $$status
+
+.PHONY: test
+test: setup ## the tests, without the slow ones
+	$(BIN)/pytest -n $(WORKERS) -m "not slow"
+
+.PHONY: test-slow
+test-slow: setup ## the slow tests
+	$(BIN)/pytest -n $(WORKERS) -m slow
+
+.PHONY: check
+check: setup ## style, types and layers
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+.PHONY: bench
+bench: setup ## the benchmarks, each beside its outside reference
+	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script"; done
+
+.PHONY: setup
+setup: $(READY) ## .venv with the exact versions of requirements.lock
+
+$(READY): requirements.lock pyproject.toml
+	@echo "setting up $(VENV) with $(PYTHON)"
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	    || { echo "cohelm needs Python 3.11 or newer; say where: make setup PYTHON=..." >&2; exit 1; }
+	@[[ -x $(BIN)/python ]] || "$(PYTHON)" -m venv $(VENV)
+	@$(PIP) install --no-deps --requirement requirements.lock
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+.PHONY: lock
+lock: setup ## requirements.lock again from pyproject.toml, with the newest versions
+	@{ echo "# Exact versions of everything that cohelm is built, run and tested with."; \
+	   echo "# Made by \"make lock\" from pyproject.toml; do not edit."; \
+	   $(BIN)/pip-compile pyproject.toml --extra dev --upgrade --strip-extras --quiet \
+	       --no-header --no-annotate --no-emit-options --no-emit-index-url \
+	       --no-emit-trusted-host --no-emit-find-links --no-allow-unsafe \
+	       --unsafe-package cohelm --unsafe-package pip --unsafe-package setuptools \
+	       --no-build-isolation --output-file - | grep -v -e '^#' -e '^$$'; \
+	} > $(VENV)/requirements.lock
+	@mv $(VENV)/requirements.lock requirements.lock
+
+.PHONY: hooks
+hooks: setup ## run the checks before every commit
+	$(BIN)/pre-commit install
+
+.PHONY: clean
+clean: ## remove what the tools leave behind, keep .venv
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .benchmarks dist out
+	find src tests benchmarks examples -name __pycache__ -prune -exec rm -rf {} +
