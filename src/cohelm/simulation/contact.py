@@ -1,0 +1,128 @@
+"""Gaps between the chair's footprint and what it must not touch; exact, surface to surface."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Integers
+from cohelm.geometry import distance_to_polygon, transform
+from cohelm.maps import OccupancyGrid
+from cohelm.simulation.crowds.walls import near_cells, walls_of
+
+
+def gap_to_people(outline: Floats, X_MR: Floats, position: Floats, radius: Floats) -> Floats:
+    """Distance (n,) from the footprint to each person's disc, m; negative where they overlap.
+
+    Args:
+        outline: (k, 2) footprint in the robot's frame.
+        X_MR: (3,).
+        position: (n, 2) centres of the discs, map frame.
+        radius: (n,) m.
+    """
+    return _to_discs(transform(X_MR, outline), position, radius)
+
+
+def gap_to_walls(outline: Floats, X_MR: Floats, grid: OccupancyGrid) -> float:
+    """Distance from the footprint to the nearest occupied cell, m; ≤ 0 where they overlap.
+
+    +inf where nothing is occupied.
+    """
+    walls = walls_of(grid, unknown=False)
+    X_GM_polygon = _in_grid(transform(X_MR, outline), walls.X_MG)
+    gap: float = _to_cells(X_GM_polygon, walls.centre, walls.start, walls.tiles, walls.half)
+    return gap
+
+
+@njit(cache=True)
+def _to_discs(polygon: Floats, position: Floats, radius: Floats) -> Floats:
+    out = np.empty(position.shape[0])
+    for i in range(position.shape[0]):
+        out[i] = distance_to_polygon(polygon, position[i, 0], position[i, 1]) - radius[i]
+    return out
+
+
+@njit(cache=True)
+def _in_grid(points: Floats, X_MG: Floats) -> Floats:
+    cos, sin = math.cos(X_MG[2]), math.sin(X_MG[2])
+    out = np.empty_like(points)
+    for k in range(points.shape[0]):
+        dx, dy = points[k, 0] - X_MG[0], points[k, 1] - X_MG[1]
+        out[k, 0], out[k, 1] = cos * dx + sin * dy, -sin * dx + cos * dy
+    return out
+
+
+@njit(cache=True)
+def _to_cells(
+    polygon: Floats, centre: Floats, start: Integers, tiles: Integers, half: float
+) -> float:
+    """The gap to the nearest cell, the search ring growing until it holds one for certain."""
+    x, y = polygon[:, 0].mean(), polygon[:, 1].mean()
+    extent = 0.0
+    for k in range(polygon.shape[0]):
+        extent = max(extent, math.hypot(polygon[k, 0] - x, polygon[k, 1] - y))
+    if centre.shape[0] == 0:
+        return np.inf
+    reach = extent + 0.5
+    while True:
+        cells = near_cells(centre, start, tiles, half, x, y, reach)
+        gap = _nearest_cell(polygon, cells, half)
+        if gap <= reach - extent:
+            return gap
+        if cells.shape[0] == centre.shape[0]:
+            return gap
+        reach *= 2.0
+
+
+@njit(cache=True)
+def _nearest_cell(polygon: Floats, cells: Floats, half: float) -> float:
+    """Least distance from a polygon to square cells; inf if there are none."""
+    n = cells.shape[0]
+    coarse = np.empty(n)
+    least = np.inf
+    for k in range(n):
+        coarse[k] = distance_to_polygon(polygon, cells[k, 0], cells[k, 1])
+        least = min(least, coarse[k])
+    gap = np.inf
+    for k in range(n):
+        if coarse[k] <= least + 3.0 * half:  # a cell's corners lie within √2 half of its centre
+            gap = min(gap, _to_cell(polygon, cells[k, 0], cells[k, 1], half))
+    return gap
+
+
+@njit(cache=True)
+def _to_cell(polygon: Floats, cx: float, cy: float, half: float) -> float:
+    """Distance from a polygon to one square cell; ≤ 0 where they overlap."""
+    square = np.empty((4, 2))
+    square[:, 0] = cx
+    square[:, 1] = cy
+    for k in range(4):
+        square[k, 0] += half if k in (1, 2) else -half
+        square[k, 1] += half if k in (2, 3) else -half
+    gap = np.inf
+    for k in range(4):
+        gap = min(gap, distance_to_polygon(polygon, square[k, 0], square[k, 1]))
+    n = polygon.shape[0]
+    for k in range(n):
+        gap = min(gap, distance_to_polygon(square, polygon[k, 0], polygon[k, 1]))
+        if gap > 0.0 and _cuts_square(polygon[k], polygon[k - 1 if k > 0 else n - 1], cx, cy, half):
+            return 0.0
+    return gap
+
+
+@njit(cache=True)
+def _cuts_square(a: Floats, b: Floats, cx: float, cy: float, half: float) -> bool:
+    """Whether the segment from ``a`` to ``b`` enters a square (slab test)."""
+    low, high = 0.0, 1.0
+    for axis in range(2):
+        at = a[axis] - (cx if axis == 0 else cy)
+        slope = b[axis] - a[axis]
+        if slope == 0.0:
+            if abs(at) >= half:
+                return False
+            continue
+        t0, t1 = (-half - at) / slope, (half - at) / slope
+        low, high = max(low, min(t0, t1)), min(high, max(t0, t1))
+    return low < high

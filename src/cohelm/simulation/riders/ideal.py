@@ -1,0 +1,57 @@
+"""A rider who steers where they want to go, and does it well."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.geometry import arc_length, nearest_on_polyline
+from cohelm.messages import RiderCommand
+from cohelm.simulation.api import RiderView
+
+
+class Ideal:
+    """Pure pursuit of the wanted route (Coulter 1992), with the stick for a steering wheel."""
+
+    class Parameters(Model):
+        """How the rider steers."""
+
+        lookahead: float = Field(1.0, gt=0.0, le=5.0)
+        """Distance along the route of the point steered for, m."""
+        forward: float = Field(0.7, gt=0.0, le=1.0)
+        """Deflection forward on a straight way, share of full (the chair's greatest speed)."""
+        turning: float = Field(1.2, gt=0.0, le=10.0)
+        """Deflection aside for each radian of bearing, 1/rad."""
+        slowing: float = Field(1.0, gt=0.0, le=5.0)
+        """Distance from the goal at which the rider begins to let go, m."""
+        arrived: float = Field(0.2, gt=0.0, le=1.0)
+        """Distance from the goal at which the stick is let go, m."""
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+
+    def command(self, view: RiderView, rng: np.random.Generator) -> RiderCommand | None:
+        """See :meth:`cohelm.simulation.api.Rider.command`."""
+        p = self.parameters
+        x, y, heading = view.pose
+        remaining = math.hypot(view.goal[0] - x, view.goal[1] - y)
+        if remaining <= p.arrived:
+            return RiderCommand(heartbeat=view.time, deflection=np.zeros(2))
+        aim = _ahead(view.route, x, y, p.lookahead) if len(view.route) else view.goal
+        dx, dy = aim[0] - x, aim[1] - y
+        bearing = math.remainder(math.atan2(dy, dx) - heading, 2.0 * math.pi)
+        forward = p.forward * max(math.cos(bearing), 0.0) * min(remaining / p.slowing, 1.0)
+        left = min(max(p.turning * bearing, -1.0), 1.0)
+        return RiderCommand(heartbeat=view.time, deflection=np.array([forward, left]))
+
+
+def _ahead(route: Floats, x: float, y: float, lookahead: float) -> Floats:
+    """The point (2,) of a route (k, 2) that lies ``lookahead`` beyond the one nearest to (x, y)."""
+    s = arc_length(route)
+    at, _ = nearest_on_polyline(route, x, y)
+    at += lookahead
+    return np.array([np.interp(at, s, route[:, 0]), np.interp(at, s, route[:, 1])])

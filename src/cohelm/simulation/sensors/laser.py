@@ -1,0 +1,75 @@
+"""A planar laser scanner: rays, range noise and dropouts."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from cohelm.arrays import Booleans, Floats, read_only
+from cohelm.geometry import compose
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import Scan
+from cohelm.robots import LaserMount
+from cohelm.simulation.sensors.raycast import cast
+
+
+def sweep(  # one reading depends on all of these
+    mount: LaserMount,
+    grid: OccupancyGrid,
+    people: Floats,
+    X_MR: Floats,
+    *,
+    time: float,
+    rng: np.random.Generator,
+) -> Scan:
+    """What the scanner reads; the chair that carries it is not seen.
+
+    Only occupied cells reflect; unknown ones do not. As many random numbers are drawn whatever
+    there is to see.
+
+    Args:
+        mount: the scanner on the robot.
+        grid: what truly stands there.
+        people: (n, 3) bodies as (x, y, radius), map frame, m.
+        X_MR: (3,) the robot's true pose.
+        time: of the sweep, s.
+        rng: for noise and dropouts.
+    """
+    first, increment = _directions(mount)
+    angles = first + increment * np.arange(mount.beams, dtype=np.float64)
+    X_RL = np.asarray(mount.pose, dtype=float)
+    ranges = cast(
+        reflecting(grid),
+        grid.resolution,
+        grid.X_MG,
+        people,
+        compose(X_MR, X_RL),
+        angles,
+        mount.range_max,
+    )
+    noise = mount.noise * rng.standard_normal(mount.beams)
+    lost = rng.random(mount.beams) < mount.dropout
+    seen = np.clip(ranges + noise, 0.0, mount.range_max)
+    return Scan(
+        time=time,
+        mount=X_RL,
+        angle_min=first,
+        angle_increment=increment,
+        range_max=mount.range_max,
+        ranges=np.where(lost, np.nan, np.where(np.isinf(ranges), np.inf, seen)),
+    )
+
+
+@lru_cache(maxsize=8)
+def reflecting(grid: OccupancyGrid) -> Booleans:
+    """The cells (rows, cols) that reflect; remembered for the grids used last."""
+    return read_only(grid.occupied())
+
+
+def _directions(mount: LaserMount) -> tuple[float, float]:
+    """(first angle, increment), rad; a full turn does not repeat its first beam at the end."""
+    view = math.radians(mount.field_of_view_deg)
+    gaps = mount.beams if mount.field_of_view_deg == 360.0 else mount.beams - 1
+    return -view / 2.0, view / gaps

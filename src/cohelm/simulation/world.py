@@ -1,0 +1,255 @@
+"""The true world: a chair, its rider, the people about it, and what the chair's sensors tell.
+
+``observe`` gives what the navigator may know, ``advance`` takes what it decided, ``truth`` is for
+the referee alone. Every source of chance has a generator of its own, named by its purpose, so that
+one more sensor does not change what the people do; the same set-up and seed give the same ride bit
+for bit.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+
+import numpy as np
+
+from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
+from cohelm.geometry import transform
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import Decision, Observation, People, Scan
+from cohelm.robots import Robot
+from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
+from cohelm.simulation.contact import gap_to_people, gap_to_walls
+from cohelm.simulation.drive import Wheels, at_rest, drive
+from cohelm.simulation.faults import Fault, with_faults
+from cohelm.simulation.sensors.laser import sweep
+from cohelm.simulation.sensors.localisation import Localisation, Odometry, with_error
+
+STANDING = 0.02
+"""A chair slower than this stands, m/s …"""
+STANDING_TURN = 0.05
+"""… if it does not turn faster than this either, rad/s."""
+_ROUNDING = 1e-9
+
+
+@value
+class WorldSetup:
+    """Everything that makes a world, but for chance."""
+
+    grid: OccupancyGrid
+    """What truly stands there."""
+    robot: Robot
+    start: Annotated[Floats, Shape("3")]
+    """X_MR at time 0."""
+    crowd: Crowd
+    """The people at time 0."""
+    pedestrian_model: PedestrianModel
+    rider: Rider
+    rider_goal: Annotated[Floats, Shape("2")]
+    """Where the rider wants to go, m."""
+    rider_route: Annotated[Floats, Shape("k 2")]
+    """By which way, m; empty: straight."""
+    localisation: Localisation = Localisation()
+    odometry: Odometry = Odometry()
+    control_step: float = 0.05
+    """From decision to decision, s."""
+    physics_step: float = 0.01
+    """At most; a whole number of them makes a control step, s."""
+    give_people: bool = False
+    """Whether the observation says where people truly are."""
+    faults: tuple[Fault, ...] = ()
+
+
+@value
+class Truth:
+    """The true state, and what has touched since the last one. n people."""
+
+    time: float
+    """s."""
+    pose: Annotated[Floats, Shape("3")]
+    """X_MR."""
+    twist: Annotated[Floats, Shape("3")]
+    """Robot frame."""
+    crowd: Crowd
+    gap_people: Annotated[Floats, Shape("n")]
+    """Footprint to body now, m; negative where they overlap."""
+    gap_wall: float
+    """Footprint to the nearest occupied cell now, m; +inf without any."""
+    hit_moving: Annotated[Booleans, Shape("n")]
+    """Touched since the last truth, while the chair moved."""
+    hit_standing: Annotated[Booleans, Shape("n")]
+    """Touched since the last truth, while the chair stood."""
+    hit_wall: bool
+    """A wall was touched since the last truth."""
+
+
+class World:
+    """One ride's world; the only thing in it that changes.
+
+    Args:
+        setup: what there is.
+        seed: of all chance, ≥ 0.
+    """
+
+    def __init__(self, setup: WorldSetup, seed: int) -> None:
+        self.setup = setup
+        self._random = {
+            purpose: np.random.default_rng(
+                np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(purpose.encode()),))
+            )
+            for purpose in ("people", "localisation", "odometry", "rider", *_laser_names(setup))
+        }
+        self._ticks = 0
+        self._sweeps = [0] * len(setup.robot.lasers)
+        self._wheels = at_rest(setup.robot, setup.start)
+        self._error = setup.localisation.first(self._random["localisation"])
+        self._truth = self._judged(setup.crowd, nobody_touched(setup.crowd), touched_wall=False)
+        scans = self._scan(0.0, setup.crowd.position)
+        self._observation = self._sensed(scans, last=None)
+
+    @property
+    def truth(self) -> Truth:
+        """How things are; not for the navigator."""
+        return self._truth
+
+    def observe(self) -> Observation:
+        """What the chair knows now; the same until the world advances."""
+        return self._observation
+
+    def advance(self, decision: Decision) -> None:
+        """Let one control step pass under ``decision``.
+
+        Contact does not stop the world; who rides on after it decides.
+        """
+        setup = self.setup
+        before = self._truth.crowd
+        steps = max(round(setup.control_step / setup.physics_step), 1)
+        dt = setup.control_step / steps
+        start = self._ticks * setup.control_step
+        after = setup.pedestrian_model.step(
+            before, self._scene(), setup.control_step, self._random["people"]
+        )
+        scans: list[Scan] = []
+        touched = nobody_touched(before)
+        touched_wall = False
+        clearance = self._truth.gap_wall
+        for k in range(1, steps + 1):
+            old = self._wheels
+            self._wheels = drive(setup.robot, old, decision, dt)
+            position = before.position + (k / steps) * (after.position - before.position)
+            gaps = gap_to_people(setup.robot.outline, self._wheels.pose, position, before.radius)
+            touched[int(self._stands())] |= gaps <= 0.0
+            clearance -= _swept(setup.robot, old, self._wheels)
+            if clearance <= 0.0:
+                clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, setup.grid)
+                touched_wall |= clearance <= 0.0
+            scans += self._scan(start + k * dt, position)
+        self._ticks += 1
+        self._truth = self._judged(after, touched, touched_wall=touched_wall)
+        self._error = setup.localisation.after(
+            self._error, setup.control_step, self._random["localisation"]
+        )
+        self._observation = self._sensed(tuple(scans), last=self._observation)
+
+    @property
+    def _now(self) -> float:
+        return self._ticks * self.setup.control_step
+
+    def _stands(self) -> bool:
+        vx, vy, turn = self._wheels.twist
+        return math.hypot(vx, vy) < STANDING and abs(turn) < STANDING_TURN
+
+    def _judged(self, crowd: Crowd, touched: Booleans, *, touched_wall: bool) -> Truth:
+        pose, outline = self._wheels.pose, self.setup.robot.outline
+        return Truth(
+            time=self._now,
+            pose=pose,
+            twist=self._wheels.twist,
+            crowd=crowd,
+            gap_people=gap_to_people(outline, pose, crowd.position, crowd.radius),
+            gap_wall=gap_to_walls(outline, pose, self.setup.grid),
+            hit_moving=touched[0],
+            hit_standing=touched[1],
+            hit_wall=touched_wall,
+        )
+
+    def _scene(self) -> Scene:
+        """The chair as pedestrians meet it: the disc about its footprint."""
+        robot, wheels = self.setup.robot, self._wheels
+        low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
+        centre = (low + high) / 2.0
+        vx, vy, turn = wheels.twist
+        velocity = np.array([vx - turn * centre[1], vy + turn * centre[0]])
+        return Scene(
+            grid=self.setup.grid,
+            robot_position=transform(wheels.pose, centre),
+            robot_velocity=transform([0.0, 0.0, wheels.pose[2]], velocity),
+            robot_radius=float(np.hypot(*(robot.outline - centre).T).max()),
+            time=self._now,
+        )
+
+    def _scan(self, time: float, position: Floats) -> tuple[Scan, ...]:
+        """The sweeps due at ``time``, with people at ``position`` (n, 2)."""
+        scans = []
+        bodies = np.column_stack([position, self.setup.crowd.radius])
+        for i, mount in enumerate(self.setup.robot.lasers):
+            if time < self._sweeps[i] / mount.rate - _ROUNDING:
+                continue
+            self._sweeps[i] += 1
+            rng = self._random[_laser_names(self.setup)[i]]
+            scans.append(
+                sweep(mount, self.setup.grid, bodies, self._wheels.pose, time=time, rng=rng)
+            )
+        return tuple(scans)
+
+    def _sensed(self, scans: tuple[Scan, ...], last: Observation | None) -> Observation:
+        setup, truth = self.setup, self._truth
+        view = RiderView(
+            time=truth.time,
+            pose=truth.pose,
+            twist=truth.twist,
+            goal=setup.rider_goal,
+            route=setup.rider_route,
+        )
+        observation = Observation(
+            time=truth.time,
+            pose=with_error(truth.pose, self._error),
+            pose_time=truth.time,
+            twist=setup.odometry.measure(truth.twist, self._random["odometry"]),
+            twist_time=truth.time,
+            scans=scans,
+            rider=setup.rider.command(view, self._random["rider"]),
+            people=_known_exactly(truth) if setup.give_people else None,
+        )
+        return with_faults(observation, setup.faults, last)
+
+
+def nobody_touched(crowd: Crowd) -> Booleans:
+    """(2, n) False: touched while the chair moved, touched while it stood."""
+    return np.zeros((2, len(crowd.radius)), dtype=bool)
+
+
+def _laser_names(setup: WorldSetup) -> tuple[str, ...]:
+    return tuple(f"laser {i}" for i in range(len(setup.robot.lasers)))
+
+
+def _swept(robot: Robot, old: Wheels, new: Wheels) -> float:
+    """A bound on how far any point of the footprint has moved, m."""
+    dx, dy, _ = new.pose - old.pose
+    turn = abs(math.remainder(new.pose[2] - old.pose[2], 2.0 * math.pi))
+    return math.hypot(dx, dy) + turn * robot.circumscribed_radius
+
+
+def _known_exactly(truth: Truth) -> People:
+    crowd = truth.crowd
+    n = len(crowd.radius)
+    return People(
+        time=truth.time,
+        id=np.arange(n),
+        mean=np.column_stack([crowd.position, crowd.velocity]),
+        covariance=np.zeros((n, 4, 4)),
+        heading=crowd.heading,
+        radius=crowd.radius,
+        confidence=np.ones(n),
+        source="simulation",
+    )
