@@ -1,14 +1,39 @@
-"""Maps: occupancy grids, their files, distance fields, named places."""
+"""Maps: occupancy grids, their files, distance fields, named places, floor plans."""
 
 from cohelm.maps.distance import DistanceField, distance_field, signed_distance
+from cohelm.maps.floorplan import Door, FloorPlan, Furniture, Space, read_floor_plan
 from cohelm.maps.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps.nav2 import MapFile, MapWarning, read_map, write_map
+from cohelm.maps.places import (
+    Place,
+    Places,
+    innermost_point,
+    places_beside,
+    read_places,
+    write_places,
+)
 
 __all__ = [
     "FREE",
     "OCCUPIED",
     "UNKNOWN",
     "DistanceField",
+    "Door",
+    "FloorPlan",
+    "Furniture",
+    "MapFile",
+    "MapWarning",
     "OccupancyGrid",
+    "Place",
+    "Places",
+    "Space",
     "distance_field",
+    "innermost_point",
+    "places_beside",
+    "read_floor_plan",
+    "read_map",
+    "read_places",
     "signed_distance",
+    "write_map",
+    "write_places",
 ]

@@ -16,8 +16,8 @@ from cohelm.maps.grid import OccupancyGrid
 class DistanceField:
     """Signed distance to the obstacles' surface at cell centres: negative inside them.
 
-    Distances are exact between cell centres; half a cell is taken off, because an obstacle reaches to
-    its cell's edge. Beyond the field's border the nearest cell's value holds.
+    Distances are exact between cell centres; half a cell is taken off, because an obstacle reaches
+    to its cell's edge. Beyond the field's border the nearest cell's value holds.
     """
 
     distance: Annotated[Floats32, Shape("rows cols")]

@@ -17,8 +17,8 @@ OCCUPIED = 100
 class OccupancyGrid:
     """Occupancy as in nav_msgs/OccupancyGrid: −1 unknown, 0 free … 100 occupied.
 
-    Cell (row, column) = (0, 0) is the lower left one; its outer corner is the grid's origin. Rows run
-    along the grid's y axis, columns along its x axis.
+    Cell (row, column) = (0, 0) is the lower left one; its outer corner is the grid's origin. Rows
+    run along the grid's y axis, columns along its x axis.
     """
 
     data: Annotated[SignedBytes, Shape("rows cols")]

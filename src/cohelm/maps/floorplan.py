@@ -1,0 +1,261 @@
+"""A floor declared in YAML: rooms, corridors, doors, furniture; drawn as a grid with named places.
+
+A plan reads like this, in metres, with the map's origin at the lower left corner::
+
+    size: [40, 25]
+    rooms:
+      Ward 1: {rect: [0.2, 16, 6, 24.8]}            # between the middles of its walls
+    corridors:
+      North corridor: {rect: [0.2, 13, 39.8, 16]}   # spaces that overlap are open to one another
+    doors:
+      - {at: [3, 16], width: 1.3}                   # cut into the wall that it lies on
+    furniture:
+      - {name: bed, rect: [0.4, 18, 2.5, 19]}
+    places:
+      Lift: [20, 14.5]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from cohelm import config
+from cohelm.arrays import Floats
+from cohelm.errors import ConfigError
+from cohelm.maps.drawing import Canvas, polygon_of_disc, polygon_of_rect, turned
+from cohelm.maps.grid import OccupancyGrid
+from cohelm.maps.places import Place, Places
+
+_DOOR_REACH = 0.3
+"""How far from the middle of its wall a door may be written down, m."""
+
+
+def _ordered(rect: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    if not (rect[0] < rect[2] and rect[1] < rect[3]):
+        raise ValueError("a rect is [x0, y0, x1, y1] with x0 < x1 and y0 < y1")
+    return rect
+
+
+Point = tuple[float, float]
+Rect = Annotated[tuple[float, float, float, float], AfterValidator(_ordered)]
+Polygon = Annotated[tuple[Point, ...], Field(min_length=3)]
+
+
+class Space(config.Model):
+    """A room, or a stretch of corridor: an area with a wall all round."""
+
+    rect: Rect | None = None
+    """[x0, y0, x1, y1] between the middles of the walls, m."""
+    polygon: Polygon | None = None
+    """The same, as corners in order, m."""
+    point: Point | None = None
+    """Where one goes who goes there, m; the roomiest spot where it is not given."""
+
+    @model_validator(mode="after")
+    def _one_outline(self) -> Space:
+        _exactly_one(self, "rect", "polygon")
+        return self
+
+    @property
+    def corners(self) -> Floats:
+        """Corners (k, 2) of the middles of the walls, m."""
+        return _corners(self.rect, self.polygon)
+
+
+class Furniture(config.Model):
+    """Something on the floor that stands in the way."""
+
+    name: str = ""
+    """What it is."""
+    rect: Rect | None = None
+    """[x0, y0, x1, y1] before it is turned, m."""
+    disc: tuple[float, float, float] | None = None
+    """[x, y, radius], m."""
+    polygon: Polygon | None = None
+    """Corners in order, before it is turned, m."""
+    turned: float = 0.0
+    """Turn about the middle of its bounding box, degrees anticlockwise."""
+    at: tuple[Point, ...] = ((0.0, 0.0),)
+    """Where one stands each; the outline is relative to that, m."""
+
+    @model_validator(mode="after")
+    def _one_outline(self) -> Furniture:
+        if self.disc is not None and not self.disc[2] > 0.0:
+            raise ValueError("disc: the radius must be positive")
+        _exactly_one(self, "rect", "disc", "polygon")
+        return self
+
+    @property
+    def outlines(self) -> Floats:
+        """Corners (pieces, k, 2) as they stand, m; k = 32 for a disc."""
+        if self.disc is not None:
+            corners = polygon_of_disc(self.disc)
+        else:
+            corners = turned(_corners(self.rect, self.polygon), np.deg2rad(self.turned))
+        return np.array(self.at, dtype=float)[:, None, :] + corners
+
+
+class Door(config.Model):
+    """An opening in a wall."""
+
+    at: Point
+    """Middle of the opening, on the wall to be cut, m."""
+    width: float = Field(default=1.2, gt=0.0)
+    """Clear width, m."""
+
+
+class FloorPlan(config.Model):
+    """A floor of a building, in a frame whose origin is the lower left corner of the map."""
+
+    size: tuple[Annotated[float, Field(gt=0.0)], Annotated[float, Field(gt=0.0)]]
+    """Width along x and height along y of the map, m."""
+    resolution: float = Field(default=0.05, gt=0.0)
+    """Side of a cell, m."""
+    wall: float = Field(default=0.15, gt=0.0)
+    """Thickness of the walls, m."""
+    outside: Literal["unknown", "occupied"] = "unknown"
+    """What lies outside of the building."""
+    rooms: dict[str, Space] = Field(default_factory=dict)
+    """Rooms by name."""
+    corridors: dict[str, Space] = Field(default_factory=dict)
+    """Corridors and other open areas by name; where two spaces overlap there is no wall."""
+    doors: tuple[Door, ...] = ()
+    """Openings in the walls."""
+    furniture: tuple[Furniture, ...] = ()
+    """What stands in the way."""
+    places: dict[str, Point] = Field(default_factory=dict)
+    """Further points with names, m."""
+
+    @property
+    def spaces(self) -> dict[str, Space]:
+        """Rooms and corridors by name."""
+        return {**self.rooms, **self.corridors}
+
+    def draw(self) -> tuple[OccupancyGrid, Places]:
+        """The floor as a grid, and its named places.
+
+        A place of a room or corridor is its area; its point is the one given, or else the free one
+        with most clearance.
+
+        Raises:
+            ConfigError: if something lies outside the map, a door not in a wall, or a name is used
+                twice; carries the dotted key.
+        """
+        _check(self, file=None)
+        canvas = Canvas(size=self.size, resolution=self.resolution, outside=self.outside)
+        outlines = [space.corners for space in self.spaces.values()]
+        for corners in outlines:
+            canvas.wall(corners, self.wall)
+        for corners in outlines:
+            canvas.floor(corners, self.wall)
+        for door in self.doors:
+            a, b = _nearest_wall(self, door)
+            canvas.opening(np.array(door.at), a, b, door.width, self.wall)
+        for piece in self.furniture:
+            for corners in piece.outlines:
+                canvas.block(corners)
+        grid = canvas.grid()
+        return grid, Places(places=tuple(_places(self, canvas)), source="the floor plan")
+
+
+def read_floor_plan(file: Path | str) -> FloorPlan:
+    """The floor plan that a YAML file declares.
+
+    Raises:
+        ConfigError: naming file, dotted key and what to do.
+    """
+    file = Path(file)
+    plan = config.load(FloorPlan, file)
+    _check(plan, file=file)
+    return plan
+
+
+def _check(plan: FloorPlan, *, file: Path | None) -> None:
+    """Refuse what only the whole plan can tell to be wrong."""
+    seen: set[str] = set()
+    for group in ("rooms", "corridors", "places"):
+        for name in getattr(plan, group):
+            key = f"{group}.{name}"
+            if name.casefold() in seen:
+                raise ConfigError("the name is used twice", file=file, key=key)
+            seen.add(name.casefold())
+    if not plan.spaces:
+        raise ConfigError("a floor needs a room or a corridor", file=file, key="rooms")
+    for key, points in _everything(plan):
+        if np.any(points < 0.0) or np.any(points > np.array(plan.size)):
+            w, h = plan.size
+            raise ConfigError(f"reaches outside the map of {w:g} x {h:g} m", file=file, key=key)
+    for i, door in enumerate(plan.doors):
+        problem = _misfit(plan, door)
+        if problem:
+            raise ConfigError(problem, file=file, key=f"doors.{i}")
+
+
+def _everything(plan: FloorPlan) -> Iterator[tuple[str, Floats]]:
+    """Dotted key and points (k, 2) of all that must lie on the map."""
+    for group in ("rooms", "corridors"):
+        for name, space in getattr(plan, group).items():
+            yield f"{group}.{name}", space.corners
+            if space.point is not None:
+                yield f"{group}.{name}.point", np.array([space.point])
+    for i, door in enumerate(plan.doors):
+        yield f"doors.{i}.at", np.array([door.at])
+    for i, piece in enumerate(plan.furniture):
+        yield f"furniture.{i}", piece.outlines.reshape(-1, 2)
+    for name, point in plan.places.items():
+        yield f"places.{name}", np.array([point])
+
+
+def _misfit(plan: FloorPlan, door: Door) -> str:
+    """What is wrong with a door's position; empty where nothing is."""
+    a, b = _nearest_wall(plan, door)
+    length = float(np.hypot(*(b - a)))
+    along = float(np.dot(np.array(door.at) - a, b - a)) / length
+    off = float(np.hypot(*(a + (b - a) * along / length - np.array(door.at))))
+    if off > _DOOR_REACH or not 0.0 <= along <= length:
+        return f"no wall within {_DOOR_REACH:g} m of ({door.at[0]:g}, {door.at[1]:g})"
+    room = 2.0 * min(along, length - along) - plan.wall
+    if door.width > room + 1e-9:
+        return f"{door.width:g} m wide, its wall leaves {max(room, 0.0):.2f} m there"
+    return ""
+
+
+def _nearest_wall(plan: FloorPlan, door: Door) -> tuple[Floats, Floats]:
+    """Ends of the wall segment nearest to a door; the longest where several are."""
+    starts = np.concatenate([s.corners for s in plan.spaces.values()])
+    ends = np.concatenate([np.roll(s.corners, -1, axis=0) for s in plan.spaces.values()])
+    along = ends - starts
+    length2 = np.sum(along**2, axis=-1)
+    offset = np.array(door.at) - starts
+    t = np.clip(np.sum(offset * along, axis=-1) / length2, 0.0, 1.0)
+    distance = np.hypot(*(offset - t[:, None] * along).T)
+    best = int(np.lexsort((-length2, np.round(distance, 3)))[0])
+    return starts[best], ends[best]
+
+
+def _places(plan: FloorPlan, canvas: Canvas) -> Iterator[Place]:
+    clearance = canvas.clearance()
+    for name, space in plan.spaces.items():
+        corners = space.corners
+        point, room = canvas.roomiest(corners, clearance)
+        if room <= 0.0:
+            raise ConfigError("no free floor is left in it", key=name)
+        at = point if space.point is None else np.array(space.point)
+        yield Place(name=name, point=at, polygon=corners)
+    for name, given in plan.places.items():
+        yield Place(name=name, point=np.array(given))
+
+
+def _corners(rect: tuple[float, ...] | None, polygon: tuple[Point, ...] | None) -> Floats:
+    return polygon_of_rect(rect) if rect is not None else np.array(polygon, dtype=float)
+
+
+def _exactly_one(model: config.Model, *names: str) -> None:
+    given = [name for name in names if getattr(model, name) is not None]
+    if len(given) != 1:
+        raise ValueError(f"give exactly one of {', '.join(names)}")
