@@ -1,10 +1,11 @@
-"""What a local planner is."""
+"""What a local planner is, and what the terms and constraints of its problem are."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.maps import DistanceField
 from cohelm.messages import (
     Authority,
@@ -57,4 +58,72 @@ class LocalPlanner(Protocol):
         Raises:
             ControlError: SolverFailed or Infeasible, with the problem.
         """
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Motion:
+    """A candidate of the optimal-control problem: inputs and the states they lead to.
+
+    This and the next records live in the solver's inner loop, so they do not check themselves.
+    """
+
+    step: float
+    """s."""
+    poses: Annotated[Floats, Shape("N+1 3")]
+    inputs: Annotated[Floats, Shape("N m")]
+    last_input: Annotated[Floats, Shape("m")]
+    """What the wheels do now."""
+
+
+class CostTerm(Protocol):
+    """One summand ½‖r‖² of the cost, weights included."""
+
+    name: str
+
+    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+        """r, (q,)."""
+        ...
+
+    def jacobian(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Floats:
+        """dr/du, (q, N·m), by the chain rule with ``sensitivity`` = ∂poses/∂inputs."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rows:
+    """Linearised constraints −margin ≤ G·Δu + s ≤ room, with a slack s ≥ 0 for each group."""
+
+    margin: Annotated[Floats, Shape("r")]
+    """g, how far each row is from its bound; negative where violated."""
+    jacobian: Annotated[Floats, Shape("r c")]
+    """G, (r, N·m)."""
+    group: Annotated[Integers, Shape("r")]
+    """Index of each row's slack within this constraint, −1: hard."""
+    room: Annotated[Floats, Shape("r")] | None = None
+    """How far each row is from an upper bound; None: there is none."""
+    groups: int = 0
+    """How many slacks there are."""
+
+
+class Constraint(Protocol):
+    """A stack of constraints; soft rows yield for l1·s + ½·l2·s² a group."""
+
+    name: str
+    l1: float
+    l2: float
+
+    def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
+        """(slack that each group needs at ``motion``, ≥ 0; the smallest h along it, m).
+
+        The merit function prices the first; the second is +inf for what is not a barrier.
+        """
+        ...
+
+    def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
+        """The rows that can become active, linearised at ``motion``."""
+        ...
+
+    def box(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats] | None:
+        """Bounds (low, high), (N·m,) each, on Δu itself; None: there are none."""
         ...

@@ -133,6 +133,12 @@ class Robot(Model):
         return read_only(discs)
 
     @cached_property
+    def capsule(self) -> Floats:
+        """(x_a, y_a, x_b, y_b, radius): the spine through the discs' centres, and their radius, m."""
+        first, last = self.discs[0], self.discs[-1]
+        return read_only(np.array([*first[:2], *last[:2], first[2]]))
+
+    @cached_property
     def inscribed_radius(self) -> float:
         """Distance from the drive axle's centre to the nearest edge, m."""
         return -float(distance_to_polygon(self.outline, 0.0, 0.0))

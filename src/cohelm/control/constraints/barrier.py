@@ -1,0 +1,64 @@
+"""The discrete control barrier condition, for every series of barrier values alike.
+
+Xu et al., eq. (9): h(X_{k+1}) − h(X_k) ≥ −γ h(X_k), 0 < γ ≤ 1. A series is one person, or one disc of
+the footprint against the walls, over the horizon. Its rows are g_k = h_{k+1} − (1 − γ) h_k ≥ 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Integers
+
+NEAR = 0.6
+"""Rows with a margin above this cannot become active within one linearisation, m."""
+
+
+@njit(cache=True)
+def worst(h: Floats, gamma: float) -> tuple[Floats, float]:
+    """(by how much each series violates its rows at worst, (s,) ≥ 0; the smallest h) of h (s, N+1)."""
+    out = np.zeros(h.shape[0])
+    smallest = np.inf
+    for s in range(h.shape[0]):
+        smallest = min(smallest, h[s, 0])
+        for k in range(h.shape[1] - 1):
+            out[s] = max(out[s], (1.0 - gamma) * h[s, k] - h[s, k + 1])
+            smallest = min(smallest, h[s, k + 1])
+    return out, smallest
+
+
+@njit(cache=True)
+def rows(
+    h: Floats, gradient: Floats, sensitivity: Floats, gamma: float, near: float
+) -> tuple[Floats, Floats, Integers]:
+    """The rows with a margin below ``near``: (margin (r,), jacobian (r, N·m), series (r,)).
+
+    h: (s, N+1).  gradient: (s, N+1, 3) of h in the pose.  sensitivity: (N+1, 3, N·m).
+    """
+    series, steps, columns = h.shape[0], h.shape[1] - 1, sensitivity.shape[2]
+    keep = 1.0 - gamma
+    count = 0
+    for s in range(series):
+        for k in range(steps):
+            if h[s, k + 1] - keep * h[s, k] < near:
+                count += 1
+    margin = np.empty(count)
+    jacobian = np.empty((count, columns))
+    owner = np.empty(count, dtype=np.int64)
+    r = 0
+    for s in range(series):
+        for k in range(steps):
+            g = h[s, k + 1] - keep * h[s, k]
+            if g >= near:
+                continue
+            margin[r] = g
+            owner[r] = s
+            for j in range(columns):
+                total = 0.0
+                for a in range(3):
+                    total += gradient[s, k + 1, a] * sensitivity[k + 1, a, j]
+                    total -= keep * gradient[s, k, a] * sensitivity[k, a, j]
+                jacobian[r, j] = total
+            r += 1
+    return margin, jacobian, owner

@@ -1,0 +1,77 @@
+"""Do not touch people: a barrier on bodies, with a margin that grows with the prediction's age."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem, Motion, Rows
+from cohelm.control.constraints import barrier
+from cohelm.control.constraints.separation import body_barrier
+
+
+class Bodies:
+    """h = ‖c − p_i‖ − r_body − r_i − margin(t) at predicted positions; see ``separation``."""
+
+    class Parameters(Model):
+        """Barrier and margins."""
+
+        gamma: float = Field(0.3, gt=0.0, le=1.0)
+        """γ of eq. (9); 1 is a plain distance constraint."""
+        margin: float = Field(0.10, ge=0.0)
+        """Distance kept from a body now, m."""
+        growth: float = Field(0.08, ge=0.0)
+        """How the margin grows with prediction time, m/s."""
+        greatest: float = Field(0.35, ge=0.0)
+        """The margin's bound, m."""
+        l1: float = Field(60.0, ge=0.0)
+        """Price of the slack, 1/m a person."""
+        l2: float = Field(60.0, ge=0.0)
+        """Price of the slack squared, 1/m² a person."""
+
+    name = "bodies"
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        p = self.parameters = parameters or self.Parameters()
+        self.l1, self.l2 = p.l1, p.l2
+
+    def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
+        """By person, the worst over hypotheses and steps, (n,); and the smallest h."""
+        h, _ = self._barrier(problem, motion)
+        worst, smallest = barrier.worst(h, self.parameters.gamma)
+        return worst.reshape(problem.predictions.mean.shape[:2]).max(axis=1), smallest
+
+    def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
+        """Those that can become active."""
+        h, gradient = self._barrier(problem, motion)
+        margin, jacobian, series = barrier.rows(
+            h, gradient, sensitivity, self.parameters.gamma, barrier.NEAR
+        )
+        people, hypotheses = problem.predictions.mean.shape[:2]
+        return Rows(margin=margin, jacobian=jacobian, group=series // hypotheses, groups=people)
+
+    def box(self, problem: LocalProblem, motion: Motion) -> None:
+        """None on the inputs themselves."""
+        del problem, motion
+
+    def _barrier(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
+        positions = flattened(problem.predictions.mean)
+        p = self.parameters
+        return body_barrier(
+            problem.robot.capsule,
+            motion.poses,
+            positions,
+            np.repeat(problem.people.radius, problem.predictions.mean.shape[1]),
+            problem.predictions.step,
+            p.margin,
+            p.growth,
+            p.greatest,
+        )
+
+
+def flattened(array: Floats) -> Floats:
+    """(n, h, ...) as (n·h, ...): each person's hypotheses one after the other."""
+    n, h = array.shape[:2]
+    return array.reshape(n * h, *array.shape[2:])

@@ -1,0 +1,70 @@
+"""Speeds and accelerations that the robot can do: the set U of Xu et al., eq. (11)."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem, Motion, Rows
+
+
+class InputLimits:
+    """Hard bounds on inputs and on their change; linear, so exact in the quadratic program.
+
+    Where the robot is beyond a bound already (a limit lowered in mid-ride) the bound opens as far as
+    braking needs, so that the problem stays feasible.
+    """
+
+    class Parameters(Model):
+        """How fast the first input may follow on what the wheels do now."""
+
+        tick: float = Field(0.05, gt=0.0, le=1.0)
+        """Time between two commands, s: the first change must fit into it."""
+
+    name = "input_limits"
+    l1 = 0.0
+    l2 = 0.0
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+
+    def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
+        """Nothing yields: these bounds are hard, and no barrier."""
+        del problem, motion
+        return np.empty(0), np.inf
+
+    def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
+        """Rise and fall of every input at every step, (N·m,)."""
+        del sensitivity
+        _, _, rise, fall = self.bounds(problem, motion)
+        n, m = motion.inputs.shape
+        change = np.diff(np.vstack([motion.last_input, motion.inputs]), axis=0)
+        return Rows(
+            margin=(change + fall).ravel(),
+            room=(rise - change).ravel(),
+            jacobian=np.eye(n * m) - np.eye(n * m, k=-m),
+            group=np.full(n * m, -1),
+        )
+
+    def box(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
+        """Lowest and highest inputs."""
+        low, high, _, _ = self.bounds(problem, motion)
+        return (low - motion.inputs).ravel(), (high - motion.inputs).ravel()
+
+    def bounds(
+        self, problem: LocalProblem, motion: Motion
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """(lowest, highest input, greatest rise, greatest fall) of each step, (N, m) each."""
+        robot = problem.robot
+        low, high, rise, fall = robot.motion.bounds(robot.limits)
+        high = high.copy()
+        high[0] = min(high[0], problem.speed_limit)
+        n = len(motion.inputs)
+        times = np.full((n, 1), motion.step)
+        times[0] = self.parameters.tick
+        elapsed = np.cumsum(times, axis=0)
+        highest = np.maximum(high, motion.last_input - fall * elapsed)
+        lowest = np.minimum(low, motion.last_input + rise * elapsed)
+        return lowest, highest, rise * times, fall * times

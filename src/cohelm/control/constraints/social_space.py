@@ -1,0 +1,74 @@
+"""Respect personal space: the dynamic control barrier of Xu et al., eqs. (8) and (9)."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem, Motion, Rows
+from cohelm.control.constraints import barrier
+from cohelm.control.constraints.bodies import flattened
+from cohelm.control.constraints.separation import social_barrier
+
+
+class SocialSpace:
+    """h = ‖c − p_i‖ − r_body − r_i − l_i − l at predicted positions; see ``separation``.
+
+    The robot's own reach l depends on its speed, which is decided here; it is frozen at the measured
+    speed within a solve.
+    """
+
+    class Parameters(Model):
+        """Barrier and price: small, because in a narrow corridor it must yield."""
+
+        gamma: float = Field(0.15, gt=0.0, le=1.0)
+        """γ of eq. (9)."""
+        l1: float = Field(4.0, ge=0.0)
+        """Price of the slack, 1/m a person."""
+        l2: float = Field(4.0, ge=0.0)
+        """Price of the slack squared, 1/m² a person."""
+
+    name = "social_space"
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        p = self.parameters = parameters or self.Parameters()
+        self.l1, self.l2 = p.l1, p.l2
+
+    def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
+        """By person, the worst over hypotheses and steps, (n,); and the smallest h."""
+        h, _ = self._barrier(problem, motion)
+        worst, smallest = barrier.worst(h, self.parameters.gamma)
+        return worst.reshape(problem.predictions.mean.shape[:2]).max(axis=1), smallest
+
+    def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
+        """Those that can become active."""
+        h, gradient = self._barrier(problem, motion)
+        margin, jacobian, series = barrier.rows(
+            h, gradient, sensitivity, self.parameters.gamma, barrier.NEAR
+        )
+        people, hypotheses = problem.predictions.mean.shape[:2]
+        return Rows(margin=margin, jacobian=jacobian, group=series // hypotheses, groups=people)
+
+    def box(self, problem: LocalProblem, motion: Motion) -> None:
+        """None on the inputs themselves."""
+        del problem, motion
+
+    def _barrier(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
+        spaces = problem.spaces
+        return social_barrier(
+            problem.robot.capsule,
+            motion.poses,
+            flattened(problem.predictions.mean),
+            np.repeat(problem.people.radius, problem.predictions.mean.shape[1]),
+            spaces.kind,
+            spaces.scale,
+            flattened(spaces.axis),
+            flattened(spaces.front),
+            flattened(spaces.side),
+            flattened(spaces.rear),
+            spaces.floor,
+            spaces.robot,
+            spaces.robot_floor,
+        )

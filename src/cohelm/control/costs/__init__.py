@@ -1,0 +1,7 @@
+"""The summands of the cost, one file each."""
+
+from cohelm.control.costs.input_effort import InputEffort
+from cohelm.control.costs.smooth_input import SmoothInput
+from cohelm.control.costs.track_reference import TrackReference
+
+__all__ = ["InputEffort", "SmoothInput", "TrackReference"]

@@ -1,0 +1,49 @@
+"""Keep to the wanted speed and turn little: the input cost of Xu et al., eq. (12)."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem, Motion
+
+
+class InputEffort:
+    """(u − û)ᵀ Q_u (u − û), where û is the reference's speed without turning.
+
+    As printed the inputs themselves are penalised (û = 0): the chair then lags behind its reference,
+    and where reversing is allowed it can become the cheapest answer to a barrier.
+    """
+
+    class Parameters(Model):
+        """Weights of ½‖r‖²."""
+
+        input_cost: Literal["reference", "printed"] = "reference"
+        """What inputs are measured against: the reference's speed, or 0 as printed."""
+        speed: float = Field(0.8, ge=0.0)
+        """1/(m/s)² a second."""
+        turn: float = Field(0.25, ge=0.0)
+        """1/(rad/s)² a second."""
+
+    name = "input_effort"
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        p = self.parameters = parameters or self.Parameters()
+        self._roots = np.sqrt([p.speed, p.turn])
+
+    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+        """(N·m,)."""
+        wanted = np.zeros_like(motion.inputs)
+        if self.parameters.input_cost == "reference":
+            wanted[:, 0] = problem.reference.speeds[:-1]
+        return ((motion.inputs - wanted) * (self._roots * math.sqrt(motion.step))).ravel()
+
+    def jacobian(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Floats:
+        """(N·m, N·m), diagonal."""
+        del problem, sensitivity
+        return np.diag(np.tile(self._roots * math.sqrt(motion.step), len(motion.inputs)))

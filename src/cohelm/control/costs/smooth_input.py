@@ -1,0 +1,45 @@
+"""Change inputs gently: a weight on u_k − u_{k−1}, from what the wheels do now on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem, Motion
+
+
+class SmoothInput:
+    """Accelerations, so that the ride is smooth and neighbouring plans agree."""
+
+    class Parameters(Model):
+        """Weights of ½‖r‖²."""
+
+        speed: float = Field(0.08, ge=0.0)
+        """Of the linear acceleration, 1/(m/s²)² a second."""
+        turn: float = Field(0.04, ge=0.0)
+        """Of the angular acceleration, 1/(rad/s²)² a second."""
+
+    name = "smooth_input"
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        p = self.parameters = parameters or self.Parameters()
+        self._roots = np.sqrt([p.speed, p.turn])
+
+    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+        """(N·m,)."""
+        del problem
+        before = np.vstack([motion.last_input, motion.inputs[:-1]])
+        return ((motion.inputs - before) * (self._roots / math.sqrt(motion.step))).ravel()
+
+    def jacobian(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Floats:
+        """(N·m, N·m), bidiagonal."""
+        del problem, sensitivity
+        n, m = motion.inputs.shape
+        scale = np.tile(self._roots / math.sqrt(motion.step), n)
+        out = np.diag(scale)
+        out[np.arange(m, n * m), np.arange(n * m - m)] = -scale[m:]
+        return out

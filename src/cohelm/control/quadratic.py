@@ -1,0 +1,109 @@
+"""The quadratic program, handed to DAQP (Arnström et al. 2022), a dual active-set solver.
+
+Most rows of a crowded problem never become active, so they are brought in as they are needed: solve
+with the tightest, look which of the others are violated, add those, solve again. The result is that of
+the whole program.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import daqp
+import numpy as np
+
+from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape
+from cohelm.errors import SolverFailed
+
+_NO_BOUND = 1e30
+_FIRST = 48
+_TOLERANCE = 1e-7
+_ROUNDS = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class QuadraticProgram:
+    """min ½ xᵀHx + fᵀx + Σ l1·s + ½ l2·s²  s.t.  −margin ≤ G x + s[group] ≤ room, box, s ≥ 0.
+
+    A hard row (group −1) has no s.
+    """
+
+    hessian: Annotated[Floats, Shape("x x")]
+    """H, positive definite."""
+    gradient: Annotated[Floats, Shape("x")]
+    """f."""
+    low: Annotated[Floats, Shape("x")]
+    high: Annotated[Floats, Shape("x")]
+    jacobian: Annotated[Floats, Shape("r x")]
+    """G."""
+    margin: Annotated[Floats, Shape("r")]
+    room: Annotated[Floats, Shape("r")]
+    group: Annotated[Integers, Shape("r")]
+    l1: Annotated[Floats, Shape("s")]
+    l2: Annotated[Floats, Shape("s")]
+
+
+def minimise(program: QuadraticProgram) -> tuple[Floats, float]:
+    """(x, the least value of the objective).
+
+    Raises:
+        SolverFailed: if there is no solution, or it is not finite.
+    """
+    used = _first_rows(program)
+    for _ in range(_ROUNDS):
+        x, slack, least = _solve(program, np.flatnonzero(used))
+        missing = _violated(program, x, slack) & ~used
+        if not missing.any():
+            return x, least
+        used |= missing
+    x, _, least = _solve(program, np.arange(len(program.margin)))
+    return x, least
+
+
+def _first_rows(program: QuadraticProgram) -> Booleans:
+    """The hard rows, and the soft ones with the least margin."""
+    soft = program.group >= 0
+    used: Booleans = ~soft
+    count = int(soft.sum())
+    if count > _FIRST:
+        limit = np.partition(program.margin[soft], _FIRST)[_FIRST]
+        return used | (soft & (program.margin <= min(limit, 0.05)))
+    return used | (soft & (program.margin <= 0.05))
+
+
+def _violated(program: QuadraticProgram, x: Floats, slack: Floats) -> Booleans:
+    value_ = program.jacobian @ x + program.margin
+    soft = program.group >= 0
+    value_[soft] += slack[program.group[soft]]
+    out: Booleans = value_ < -_TOLERANCE
+    return out
+
+
+def _solve(program: QuadraticProgram, rows: Integers) -> tuple[Floats, Floats, float]:
+    """(x, slack of every group, objective) with some of the rows only."""
+    n = len(program.gradient)
+    group = program.group[rows]
+    soft = np.flatnonzero(group >= 0)
+    present = np.zeros(len(program.l1), dtype=bool)
+    present[group[soft]] = True
+    groups = np.flatnonzero(present)
+    column = np.cumsum(present) - 1
+    size = n + len(groups)
+    hessian = np.zeros((size, size))
+    hessian[:n, :n] = program.hessian
+    diagonal = np.arange(n, size)
+    hessian[diagonal, diagonal] = program.l2[groups]
+    gradient = np.concatenate([program.gradient, program.l1[groups]])
+    stacked = np.zeros((len(rows), size))
+    stacked[:, :n] = program.jacobian[rows]
+    stacked[soft, n + column[group[soft]]] = 1.0
+    upper = np.concatenate([program.high, np.full(len(groups), _NO_BOUND), program.room[rows]])
+    lower = np.concatenate([program.low, np.zeros(len(groups)), -program.margin[rows]])
+    z, least, flag, _ = daqp.solve(
+        hessian, gradient, stacked, upper, lower, np.zeros(len(upper), dtype=np.int32)
+    )
+    if flag < 1 or not np.isfinite(z).all():
+        raise SolverFailed(f"the quadratic program has no solution (exit flag {flag})")
+    slack = np.zeros(len(program.l1))
+    slack[groups] = z[n:]
+    return np.asarray(z[:n], dtype=float), slack, float(least)

@@ -1,0 +1,212 @@
+"""Where the SQP starts: the last plan shifted, or the best of some sampled arcs.
+
+A gradient method stays on one side of a person; arcs of two segments look at the other ways round.
+They are scored by a coarse cost of their own: enough to rank them, and cheap.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.constraints.bodies import flattened
+from cohelm.control.constraints.separation import nearest_on_spine
+from cohelm.maps.distance import sample
+from cohelm.messages import LocalPlan
+
+_STALE = 0.5
+"""A plan older than this is no seed, s."""
+_TOUCH = 60.0
+_CROWD = 6.0
+
+
+def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
+    """What the wheels do now, (m,).
+
+    The last command where the odometry bears it out within its lag, else what odometry says: noise
+    stays out of the plan, and a command that was overruled is not believed.
+    """
+    motion = problem.robot.motion
+    measured = motion.input(problem.twist)
+    if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
+        return measured
+    commanded = motion.input(previous.command)
+    _, _, rise, fall = motion.bounds(problem.robot.limits)
+    reach = np.maximum(rise, fall) * (0.1 + problem.robot.actuation_lag) + 0.02
+    return np.clip(commanded, measured - reach, measured + reach)
+
+
+def shifted(problem: LocalProblem, previous: LocalPlan | None, now: Floats) -> Motion | None:
+    """The last plan from now on, its inputs interpolated; None where it is too old."""
+    if previous is None or len(previous.inputs) != len(problem.reference.poses) - 1:
+        return None
+    elapsed = problem.time - previous.time
+    if not 0.0 <= elapsed <= _STALE:
+        return None
+    step = previous.step
+    times = np.arange(len(previous.inputs)) * step
+    inputs = np.stack(
+        [np.interp(times + elapsed, times, column) for column in previous.inputs.T], axis=-1
+    )
+    return followed(problem, inputs, now)
+
+
+def best_arc(problem: LocalProblem, now: Floats) -> Motion:
+    """The sampled arc with the least coarse cost."""
+    reference, robot = problem.reference, problem.robot
+    steps = len(reference.poses) - 1
+    low, high, rise, fall = robot.motion.bounds(robot.limits)
+    targets = _targets()
+    scaled = targets.copy()
+    scaled[:, :, 0] *= min(problem.speed_limit, high[0], max(float(reference.speeds.max()), 0.3))
+    scaled[:, :, 1] *= high[1]
+    best = _best_arc(
+        scaled,
+        now,
+        low,
+        high,
+        rise,
+        fall,
+        problem.pose,
+        reference.step,
+        reference.poses,
+        reference.speeds,
+        robot.capsule,
+        robot.discs,
+        flattened(problem.predictions.mean),
+        np.repeat(problem.people.radius, problem.predictions.mean.shape[1]),
+        problem.spaces.floor,
+        problem.walls.distance,
+        problem.walls.resolution,
+        problem.walls.X_MG,
+        problem.profile.clearance,
+    )
+    inputs = _ramped(scaled[best], steps, now, rise * reference.step, fall * reference.step)
+    return followed(problem, inputs, now)
+
+
+def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
+    """The motion that inputs (N, m) lead to, made to obey the limits on speed and change."""
+    robot, step = problem.robot, problem.reference.step
+    low, high, rise, fall = robot.motion.bounds(robot.limits)
+    high = high.copy()
+    high[0] = min(high[0], problem.speed_limit)
+    allowed = _limited(inputs, now, low, high, rise * step, fall * step)
+    poses = robot.motion.rollout(problem.pose, allowed, step)
+    return Motion(step=step, poses=poses, inputs=allowed, last_input=now)
+
+
+@functools.cache
+def _targets() -> Floats:
+    """Targets (a, 2, 2) of (v, ω) for the two halves, as shares of the limits."""
+    speeds = (0.0, 0.5, 1.0)
+    turns = (-0.8, -0.4, -0.2, 0.0, 0.2, 0.4, 0.8)
+    arcs = [[(v, w), (v, back * w)] for v in speeds for w in turns for back in (1.0, 0.0, -1.0)]
+    arcs += [[(0.3, w), (1.0, 0.0)] for w in turns]
+    arcs += [[(1.0, w), (0.0, 0.0)] for w in turns]
+    return np.array(arcs)
+
+
+@njit(cache=True)
+def _limited(
+    inputs: Floats, now: Floats, low: Floats, high: Floats, rise: Floats, fall: Floats
+) -> Floats:
+    out = np.empty_like(inputs)
+    for i in range(inputs.shape[1]):
+        before = now[i]
+        for k in range(inputs.shape[0]):
+            wanted = min(max(inputs[k, i], low[i]), high[i])
+            change = rise[i] if k > 0 else 0.5 * rise[i]
+            drop = fall[i] if k > 0 else 0.5 * fall[i]
+            before = min(max(wanted, before - drop), before + change)
+            out[k, i] = before
+    return out
+
+
+@njit(cache=True)
+def _ramped(target: Floats, steps: int, now: Floats, rise: Floats, fall: Floats) -> Floats:
+    """Inputs (steps, m) that go to the first, then to the second target (2, m)."""
+    out = np.empty((steps, target.shape[1]))
+    for i in range(target.shape[1]):
+        before = now[i]
+        for k in range(steps):
+            wanted = target[0 if 2 * k < steps else 1, i]
+            before = min(max(wanted, before - fall[i]), before + rise[i])
+            out[k, i] = before
+    return out
+
+
+@njit(cache=True)
+def _best_arc(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    targets: Floats,
+    now: Floats,
+    low: Floats,
+    high: Floats,
+    rise: Floats,
+    fall: Floats,
+    start: Floats,
+    step: float,
+    reference: Floats,
+    speeds: Floats,
+    capsule: Floats,
+    discs: Floats,
+    positions: Floats,
+    radius: Floats,
+    floor: float,
+    distance: Floats32,
+    resolution: float,
+    X_MG: Floats,
+    clearance: float,
+) -> int:
+    steps = reference.shape[0] - 1
+    best, least = 0, np.inf
+    pose = np.empty(3)
+    nearest = np.empty(positions.shape[0])
+    for a in range(targets.shape[0]):
+        inputs = _ramped(targets[a], steps, now, rise * step, fall * step)
+        pose[:] = start
+        nearest[:] = np.inf
+        cost, wall = 0.0, np.inf
+        for k in range(steps):
+            v, w = inputs[k, 0], inputs[k, 1]
+            pose[0] += step * v * math.cos(pose[2])
+            pose[1] += step * v * math.sin(pose[2])
+            pose[2] += step * w
+            dx = pose[0] - reference[k + 1, 0]
+            dy = pose[1] - reference[k + 1, 1]
+            dh = pose[2] - reference[k + 1, 2]
+            dv = v - speeds[k]
+            weight = step if k < steps - 1 else 4.0
+            cost += 0.5 * weight * (dx * dx + dy * dy + 0.3 * dh * dh)
+            cost += 0.5 * step * (0.8 * dv * dv + 0.25 * w * w)
+            if cost >= least:
+                break
+            if k % 2 == 0:
+                continue
+            for i in range(positions.shape[0]):
+                d = nearest_on_spine(capsule, pose, positions[i, k + 1, 0], positions[i, k + 1, 1])[
+                    0
+                ]
+                gap = d - capsule[4] - radius[i] - min(0.1 + 0.08 * (k + 1) * step, 0.35)
+                nearest[i] = min(nearest[i], gap)
+            cos, sin = math.cos(pose[2]), math.sin(pose[2])
+            for j in range(discs.shape[0]):
+                x = pose[0] + cos * discs[j, 0] - sin * discs[j, 1]
+                y = pose[1] + sin * discs[j, 0] + cos * discs[j, 1]
+                gap = sample(distance, resolution, X_MG, x, y)[0] - discs[j, 2] - clearance
+                wall = min(wall, gap)
+        if wall < 0.0:
+            cost -= _TOUCH * wall
+        for i in range(positions.shape[0]):
+            if nearest[i] < 0.0:
+                cost -= _TOUCH * nearest[i]
+            if nearest[i] < floor:
+                cost += _CROWD * (floor - nearest[i])
+        if cost < least:
+            best, least = a, cost
+    return best

@@ -1,0 +1,136 @@
+"""SS-MPC-DCBF: nonlinear MPC with dynamic control barriers on social spaces; Xu et al., eq. (11)."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.constraints import Bodies, InputLimits, SocialSpace, WallClearance
+from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
+from cohelm.control.seeds import best_arc, followed, last_input, shifted
+from cohelm.control.sqp import OptimalControl, Solution, Value
+from cohelm.control.verify import braking, first_contact
+from cohelm.messages import LocalPlan, Reason, Status
+
+_RELAXED = 0.01
+"""Slack above this is reported as a relaxed plan, m."""
+
+
+class SocialMpc:
+    """The paper's local planner: the reference tracked, people and walls as barriers.
+
+    Every plan is verified before it is used (see ``verify``): the polished one, else the last plan
+    shifted, else braking with a stated reason.
+    """
+
+    class Parameters(Model):
+        """Horizon, budget, terms and constraints."""
+
+        steps: int = Field(25, ge=3, le=100)
+        """N."""
+        step: float = Field(0.1, gt=0.0, le=1.0)
+        """Δt, s."""
+        iterations: int = Field(3, ge=1, le=50)
+        """Quadratic programs a plan: the budget, the same on every machine."""
+        switch: float = Field(0.8, gt=0.0, le=1.0)
+        """A sampled way round replaces the last plan where its merit is below this share of it."""
+        contact_margin: float = Field(0.03, ge=0.0)
+        """Gap that verification takes for contact, m."""
+        verified_time: float = Field(1.5, gt=0.0)
+        """How far ahead a plan must be free of contact, s; braking is checked in any case."""
+        track_reference: TrackReference.Parameters = TrackReference.Parameters()
+        input_effort: InputEffort.Parameters = InputEffort.Parameters()
+        smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
+        input_limits: InputLimits.Parameters = InputLimits.Parameters()
+        wall_clearance: WallClearance.Parameters = WallClearance.Parameters()
+        bodies: Bodies.Parameters = Bodies.Parameters()
+        social_space: SocialSpace.Parameters = SocialSpace.Parameters()
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        p = self.parameters = parameters or self.Parameters()
+        self.steps, self.step = p.steps, p.step
+        self.control = OptimalControl(
+            costs=(
+                TrackReference(p.track_reference),
+                InputEffort(p.input_effort),
+                SmoothInput(p.smooth_input),
+            ),
+            constraints=(
+                InputLimits(p.input_limits),
+                WallClearance(p.wall_clearance),
+                Bodies(p.bodies),
+                SocialSpace(p.social_space),
+            ),
+        )
+
+    def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
+        """See :class:`~cohelm.control.api.LocalPlanner`."""
+        now = last_input(problem, previous)
+        warm = shifted(problem, previous, now)
+        seed, value = self._seed(problem, warm, now)
+        solution = self.control.solve(
+            problem, seed, iterations=self.parameters.iterations, value=value
+        )
+        if self._verified(problem, solution.motion):
+            status = Status.RELAXED if solution.value.slack > _RELAXED else Status.OK
+            return self._plan(problem, solution, solution.motion, status)
+        trusted = previous is not None and previous.status is not Status.STOP
+        if warm is not None and trusted and self._verified(problem, warm):
+            return self._plan(problem, solution, warm, Status.RELAXED)
+        return self._plan(problem, solution, self._brake(problem, now), Status.STOP)
+
+    def _seed(
+        self, problem: LocalProblem, warm: Motion | None, now: Floats
+    ) -> tuple[Motion, Value]:
+        arc = best_arc(problem, now)
+        other = self.control.value(problem, arc)
+        if warm is None:
+            return arc, other
+        ours = self.control.value(problem, warm)
+        if other.merit < self.parameters.switch * ours.merit:
+            return arc, other
+        return warm, ours
+
+    def _verified(self, problem: LocalProblem, motion: Motion) -> bool:
+        p = self.parameters
+        if first_contact(problem, motion, margin=p.contact_margin) < p.verified_time:
+            return False
+        stop = braking(
+            problem,
+            motion,
+            after=p.step,
+            deceleration=problem.robot.max_deceleration,
+        )
+        return first_contact(problem, stop, margin=p.contact_margin) == np.inf
+
+    def _brake(self, problem: LocalProblem, now: Floats) -> Motion:
+        """Speed falls as fast as it may in ordinary driving, the curvature is kept."""
+        _, _, _, fall = problem.robot.motion.bounds(problem.robot.limits)
+        speed = abs(float(now[0]))
+        times = (np.arange(self.steps) + 0.5) * self.step
+        left = np.clip(1.0 - fall[0] * times / max(speed, fall[0] * self.step), 0.0, 1.0)
+        return followed(problem, left[:, None] * now, now)
+
+    def _plan(
+        self, problem: LocalProblem, solution: Solution, motion: Motion, status: Status
+    ) -> LocalPlan:
+        used = motion is solution.motion
+        value = solution.value if used else self.control.value(problem, motion)
+        return LocalPlan(
+            time=problem.time,
+            step=motion.step,
+            command=problem.robot.motion.twist(motion.inputs[0]),
+            poses=motion.poses,
+            inputs=motion.inputs,
+            status=status,
+            reason=Reason.NO_SAFE_PLAN if status is Status.STOP else None,
+            costs=MappingProxyType(dict(value.costs)),
+            smallest_barrier=value.barrier,
+            slack=value.slack,
+            iterations=solution.iterations,
+        )
