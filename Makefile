@@ -9,7 +9,7 @@ MAKEFLAGS += --no-print-directory
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet --quiet
 READY := $(VENV)/.ready
 
 # Workers of the test run, and the folder with the outside data sets (tests skip without it).
@@ -30,7 +30,7 @@ run: demo ## a ride across a hospital floor (the same as demo)
 
 .PHONY: demo
 demo: setup ## a ride across a hospital floor, with a picture and an animation of it
-	@mkdir -p $(RIDES)
+	@mkdir -p $(RIDES); rm -f $(RIDES)/hospital.png $(RIDES)/hospital.gif
 	@status=0; \
 	$(BIN)/cohelm run hospital --rider nudge \
 	    --plot $(RIDES)/hospital.png --animate $(RIDES)/hospital.gif || status=$$?; \
