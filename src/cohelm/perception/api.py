@@ -4,27 +4,57 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+import numpy as np
+
+from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.maps import DistanceField
 from cohelm.messages import Observation, People, Predictions, Scan
 
 
 @value
 class Detections:
-    """What one scan shows; p returns, d detected people."""
+    """What one scan shows, in the map frame; p returns, q free beams, d possible people.
+
+    Every valid return is here, whatever it was taken for: ``owner`` and ``mapped`` only label it.
+    """
 
     time: float
     """When the scan was taken, s."""
+    origin: Annotated[Floats, Shape("2")]
+    """Where the sensor was, m."""
     points: Annotated[Floats, Shape("p 2")]
-    """All valid returns in the map frame, m."""
+    """All valid returns, counter-clockwise as the beams, m."""
     owner: Annotated[Integers, Shape("p")]
     """Index of the detected person each return belongs to, −1: none."""
+    mapped: Annotated[Booleans, Shape("p")]
+    """Which returns the static map explains; they own nobody."""
+    through: Annotated[Floats, Shape("q 2")]
+    """Ends of the beams that met nothing, at the sensor's reach, m."""
     position: Annotated[Floats, Shape("d 2")]
     """Centres of detected people, m."""
     radius: Annotated[Floats, Shape("d")]
     """m."""
+    deviation: Annotated[Floats, Shape("d")]
+    """Standard deviation of the centre along its worse axis, m."""
     confidence: Annotated[Floats, Shape("d")]
-    """0…1."""
+    """Probability that it is a person, from its shape alone, 0…1; a low one needs motion."""
+
+    @staticmethod
+    def nothing(time: float, origin: Floats) -> Detections:
+        """A scan without any return."""
+        none = np.empty(0)
+        return Detections(
+            time=time,
+            origin=origin,
+            points=none.reshape(0, 2),
+            owner=np.empty(0, dtype=np.int64),
+            mapped=np.empty(0, dtype=np.bool_),
+            through=none.reshape(0, 2),
+            position=none.reshape(0, 2),
+            radius=none,
+            deviation=none,
+            confidence=none,
+        )
 
 
 class Detector(Protocol):

@@ -1,0 +1,52 @@
+"""Where people will be."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.config import Model
+from cohelm.messages import People, Predictions
+from cohelm.perception.kalman import larger_deviation
+
+
+class ConstantVelocity:
+    """One hypothesis, ``keeps_going``: p + v t, less and less sure.
+
+    The position's covariance after t is P_pp + t (P_pv + P_vp) + t² P_vv + q t³/3: what is not
+    known of the velocity now, and how it may wander (``kalman.predict``). The larger axis's
+    deviation is told, at most ``largest_deviation``.
+    """
+
+    class Parameters(Model):
+        """Of the predictor."""
+
+        agility: float = Field(0.05, ge=0.0, le=10.0)
+        """q, m²/s³. Less than the tracker's: most people keep going, and a plan is renewed every
+        tick; 0.13 m after 1 s, 0.37 m after 2 s from this alone."""
+        largest_deviation: float = Field(1.0, gt=0.0, le=20.0)
+        """m."""
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+
+    def predict(self, people: People, steps: int, step: float) -> Predictions:
+        """See :meth:`Predictor.predict`."""
+        p = self.parameters
+        n = len(people)
+        t = step * np.arange(steps + 1)
+        velocity = np.broadcast_to(people.mean[:, None, 2:], (n, steps + 1, 2))
+        mean = people.mean[:, None, :2] + t[:, None] * velocity
+        C = people.covariance[:, None]
+        time = t[:, None, None]
+        spread = C[..., :2, :2] + time * (C[..., :2, 2:] + C[..., 2:, :2])
+        spread = spread + time**2 * C[..., 2:, 2:] + p.agility * time**3 / 3.0 * np.eye(2)
+        deviation = larger_deviation(spread.reshape(-1, 2, 2)).reshape(n, steps + 1)
+        return Predictions(
+            step=step,
+            names=("keeps_going",),
+            weight=np.ones((n, 1)),
+            mean=mean[:, None],
+            velocity=velocity[:, None],
+            deviation=np.minimum(deviation, p.largest_deviation)[:, None],
+        )

@@ -1,0 +1,57 @@
+"""From a planar scan to points in the map frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.geometry import compose
+from cohelm.messages import Scan
+
+
+@value
+class Returns:
+    """The usable beams of a scan, in the map frame; p returns in beam order, q free beams."""
+
+    origin: Annotated[Floats, Shape("2")]
+    """The sensor, m."""
+    increment: float
+    """Angle between neighbouring beams, rad, ≥ 0."""
+    bearing: Annotated[Floats, Shape("p")]
+    """Of each return from the sensor, rad, not wrapped, increasing."""
+    range: Annotated[Floats, Shape("p")]
+    """m."""
+    points: Annotated[Floats, Shape("p 2")]
+    """m."""
+    through: Annotated[Floats, Shape("q 2")]
+    """Ends of the beams that met nothing (+inf), at ``range_max``, m."""
+
+
+def returns(scan: Scan, X_MR: Floats) -> Returns:
+    """The returns of a scan taken with the robot at ``X_MR`` (3,).
+
+    NaN, −inf, ranges ≤ 0 and ranges beyond ``range_max`` are no returns; +inf says that the beam is
+    free as far as ``range_max`` (REP-117). A scan or a pose that is not finite has no returns.
+    """
+    X_MS = compose(X_MR, scan.mount)
+    angles = X_MS[2] + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    ranges = scan.ranges
+    if scan.angle_increment < 0.0:
+        angles, ranges = angles[::-1], ranges[::-1]
+    usable = bool(np.isfinite(X_MS).all() and np.isfinite(angles).all())
+    usable &= bool(np.isfinite(scan.range_max))
+    hit = (ranges > 0.0) & (ranges <= scan.range_max) & usable
+    free = np.isposinf(ranges) & usable
+    origin = X_MS[:2] if usable else np.zeros(2)
+    return Returns(
+        origin=origin,
+        increment=abs(scan.angle_increment),
+        bearing=angles[hit],
+        range=ranges[hit],
+        points=origin + _at(angles[hit], ranges[hit]),
+        through=origin + _at(angles[free], np.full(int(free.sum()), scan.range_max)),
+    )
+
+
+def _at(angle: Floats, distance: Floats) -> Floats:
+    return np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1)

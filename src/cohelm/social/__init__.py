@@ -1,0 +1,6 @@
+"""Social space: which shape with which parameters for this person, this group."""
+
+from cohelm.social.api import SocialModel
+from cohelm.social.personal_space import PersonalSpace
+
+__all__ = ["PersonalSpace", "SocialModel"]

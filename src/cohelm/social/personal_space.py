@@ -1,0 +1,86 @@
+"""Personal space, eq. (5): an asymmetric Gaussian about everyone, stretched along the motion."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.messages import Groups, People, Predictions, RiderProfile, SocialSpaces
+from cohelm.shapes import KINDS, PRINTED
+
+_POINT = 1e-3
+"""σ of a space that is switched off, m: no reach, and no division by zero."""
+
+
+class PersonalSpace:
+    """Xu et al., eq. (5): σ_h = max(1/2, 2|v|), σ_s = 2/3 σ_h, σ_r = 1/2 σ_h along the motion.
+
+    |v| is that of the prediction at each step. The axis is the direction of motion, or the kept
+    heading of who is (nearly) at rest; a heading that is unknown gives a circle of σ_h. The robot's
+    own space has the same proportions at its measured speed, shrunk to ``robot_share`` of the
+    reach.
+    """
+
+    class Parameters(Model):
+        """Of the model."""
+
+        shape: Literal["contour", "printed"] = "contour"
+        """``contour``: l = √(c/q), convex. ``printed``: l = c/q, as the paper has it."""
+        contour_scale: float = Field(0.125, gt=0.0, le=10.0)
+        """c of the contour, without unit: ahead l = σ_h √(2c) = |v| · 1 s, so 1.2 m at 1.2 m/s
+        (Hall's personal distance), 0.8 m aside and 0.6 m behind."""
+        printed_scale: float = Field(0.104, gt=0.0, le=10.0)
+        """c as printed, 1/m: ahead l = 2 c σ_h², the same 1.2 m at 1.2 m/s."""
+        axis_speed: float = Field(0.2, ge=0.0, le=3.0)
+        """Least speed at which the axis follows the predicted motion, m/s."""
+        robot_share: float = Field(0.25, ge=0.0, le=1.0)
+        """Reach of the robot's own space in shares of a person's at that speed; 0: none. Eq. (8)
+        takes both off the distance: with much more, no corridor is wide enough."""
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+
+    def spaces(
+        self,
+        people: People,
+        groups: Groups,  # here everyone is alone
+        predictions: Predictions,
+        twist: Floats,
+        profile: RiderProfile,
+    ) -> SocialSpaces:
+        """See :meth:`SocialModel.spaces`."""
+        p = self.parameters
+        velocity = predictions.velocity
+        speed = np.hypot(velocity[..., 0], velocity[..., 1])
+        kept = people.heading[:, None, None]
+        course = np.arctan2(velocity[..., 1], velocity[..., 0])
+        axis = np.where(speed > p.axis_speed, course, kept)
+        unknown = np.isnan(axis)
+        front = _front(speed)
+        return SocialSpaces(
+            kind=KINDS[p.shape],
+            scale=p.contour_scale if p.shape == "contour" else p.printed_scale,
+            axis=np.where(unknown, 0.0, axis),
+            front=front,
+            side=np.where(unknown, front, front * 2.0 / 3.0),
+            rear=np.where(unknown, front, front / 2.0),
+            floor=profile.social_distance,
+            robot=self._robot(twist),
+        )
+
+    def _robot(self, twist: Floats) -> Floats:
+        """(σ_h, σ_s, σ_r) of the robot; reversing, the front is behind."""
+        p = self.parameters
+        front = float(_front(np.hypot(twist[0], twist[1])))
+        share = np.sqrt(p.robot_share) if KINDS[p.shape] == PRINTED else p.robot_share
+        sigmas = share * front * np.array([1.0, 2.0 / 3.0, 0.5])
+        return np.maximum(sigmas[::-1] if twist[0] < 0.0 else sigmas, _POINT)
+
+
+def _front(speed: Floats) -> Floats:
+    """σ_h = max(1/2, 2|v|), m."""
+    return np.maximum(0.5, 2.0 * speed)
