@@ -94,7 +94,7 @@ class Canvas:
         self._cells[window][(low <= distance) & (distance < high)] = cell
 
     def _around(self, corners: Floats, *, reach: float) -> tuple[tuple[slice, slice], Floats]:
-        """The cells up to ``reach`` from a polygon's bounding box, and their signed distances to it."""
+        """The cells up to ``reach`` from a polygon (k, 2), and their signed distances to it."""
         low = np.floor((corners.min(axis=0) - reach) / self._resolution).astype(int)
         high = np.ceil((corners.max(axis=0) + reach) / self._resolution).astype(int)
         c0, r0 = np.maximum(low, 0)

@@ -105,6 +105,7 @@ def read_map(file: Path | str, *, pixel_limit: int = PIXEL_LIMIT) -> OccupancyGr
     else:
         about, image_file = _bare(file), file
     lightness, opaque = _read_image(image_file, pixel_limit)
+    _warn_of_lost_unknowns(file, about, lightness)
     return OccupancyGrid(
         data=occupancy(lightness, opaque, about)[::-1],
         resolution=about.resolution,
@@ -232,6 +233,20 @@ def _bare(file: Path) -> MapFile:
         occupied_thresh=0.65,
         free_thresh=0.196,
     )
+
+
+def _warn_of_lost_unknowns(file: Path, about: MapFile, lightness: Bytes) -> None:
+    """Say so where the shade that map savers write for unknown is read as free."""
+    if about.mode == "raw" or _occupancy_of_lightness(about)[_UNKNOWN_PIXEL] != FREE:
+        return
+    count = int(np.count_nonzero(lightness == _UNKNOWN_PIXEL))
+    if count and not about.negate:
+        warnings.warn(
+            f"{file}: free_thresh {about.free_thresh:g} takes {count} pixels of shade 205, which "
+            f"commonly means unknown, as free; 0.196 would keep them unknown",
+            MapWarning,
+            stacklevel=3,
+        )
 
 
 def _read_image(file: Path, pixel_limit: int) -> tuple[Bytes, Booleans]:
