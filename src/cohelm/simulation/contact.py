@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.geometry import distance_to_polygon, transform
 from cohelm.maps import OccupancyGrid
-from cohelm.simulation.crowds.walls import near_cells, walls_of
+from cohelm.simulation.walls import near_cells, walls_of
 
 
 def gap_to_people(outline: Floats, X_MR: Floats, position: Floats, radius: Floats) -> Floats:
@@ -31,8 +31,10 @@ def gap_to_walls(outline: Floats, X_MR: Floats, grid: OccupancyGrid) -> float:
     +inf where nothing is occupied.
     """
     walls = walls_of(grid, unknown=False)
-    X_GM_polygon = _in_grid(transform(X_MR, outline), walls.X_MG)
-    gap: float = _to_cells(X_GM_polygon, walls.centre, walls.start, walls.tiles, walls.half)
+    polygon_G = _in_grid(transform(X_MR, outline), walls.X_MG)
+    gap: float = _to_cells(
+        polygon_G, walls.solid, walls.centre, walls.start, walls.tiles, walls.half
+    )
     return gap
 
 
@@ -56,9 +58,17 @@ def _in_grid(points: Floats, X_MG: Floats) -> Floats:
 
 @njit(cache=True)
 def _to_cells(
-    polygon: Floats, centre: Floats, start: Integers, tiles: Integers, half: float
+    polygon: Floats,
+    solid: Booleans,
+    centre: Floats,
+    start: Integers,
+    tiles: Integers,
+    half: float,
 ) -> float:
     """The gap to the nearest cell, the search ring growing until it holds one for certain."""
+    row, col = math.floor(polygon[0, 1] / (2.0 * half)), math.floor(polygon[0, 0] / (2.0 * half))
+    if 0 <= row < solid.shape[0] and 0 <= col < solid.shape[1] and solid[row, col]:
+        return 0.0  # perhaps deep inside, away from any surface
     x, y = polygon[:, 0].mean(), polygon[:, 1].mean()
     extent = 0.0
     for k in range(polygon.shape[0]):

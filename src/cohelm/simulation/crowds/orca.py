@@ -2,8 +2,8 @@
 
 Among people the algorithm is that of the RVO2 library, step by step: the nearest neighbours in
 order of distance, one half-plane of velocities for each, the collision case with 1/dt, and the
-linear programs of ``half_planes``. Walls are hard half-planes about the person (see ``walls``), by which
-nobody ever walks through one.
+linear programs of ``half_planes``. Walls are hard half-planes about the person (see ``walls``), by
+which nobody ever walks through one.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from cohelm.config import Model
 from cohelm.geometry import wrap_angle
 from cohelm.simulation.api import Crowd, Scene
 from cohelm.simulation.crowds.half_planes import best_velocity
-from cohelm.simulation.crowds.walls import free_region, near_cells, walls_of
 from cohelm.simulation.crowds.waypoints import advance_targets, towards_targets
+from cohelm.simulation.walls import free_region, near_cells, walls_of
 
 _WALKING = 0.1
 """Speed above which a person turns to where they walk, m/s."""
@@ -49,8 +49,8 @@ class Orca:
         """Whether the grid stands in the way."""
         robot_responsibility: float = Field(0.5, ge=0.0, le=1.0)
         """Share of the avoiding taken on towards the robot; RVO2 gives each agent half."""
-        perturbation: float = Field(1.5, ge=0.0, le=3.2)
-        """How far those who get no further turn from their way, to break deadlocks, rad; 0: never."""
+        perturbation: float = Field(1.0, ge=0.0, le=3.2)
+        """How far those who get no further turn aside, to break a deadlock, rad; 0: never."""
         turn_time: float = Field(0.3, gt=0.0, le=5.0)
         """Time constant of turning the body to where one walks, s."""
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats, read_only
+from cohelm.arrays import Floats
 from cohelm.geometry import compose
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Scan
 from cohelm.robots import LaserMount
 from cohelm.simulation.sensors.raycast import cast
+from cohelm.simulation.walls import walls_of
 
 
 def sweep(  # one reading depends on all of these
@@ -41,7 +41,7 @@ def sweep(  # one reading depends on all of these
     angles = first + increment * np.arange(mount.beams, dtype=np.float64)
     X_RL = np.asarray(mount.pose, dtype=float)
     ranges = cast(
-        reflecting(grid),
+        walls_of(grid, unknown=False).solid,
         grid.resolution,
         grid.X_MG,
         people,
@@ -60,12 +60,6 @@ def sweep(  # one reading depends on all of these
         range_max=mount.range_max,
         ranges=np.where(lost, np.nan, np.where(np.isinf(ranges), np.inf, seen)),
     )
-
-
-@lru_cache(maxsize=8)
-def reflecting(grid: OccupancyGrid) -> Booleans:
-    """The cells (rows, cols) that reflect; remembered for the grids used last."""
-    return read_only(grid.occupied())
 
 
 def _directions(mount: LaserMount) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Walls as pedestrians meet them: a convex piece of free floor about each person.
+"""What stands on a grid: its surface, and the convex piece of free floor about a person.
 
 The nearest cell gives a half-plane that touches it and faces the person; every cell wholly behind
 is done with; the nearest of the rest gives the next one. What remains in front of all half-planes
@@ -25,8 +25,10 @@ _FLUSH = 1e-7
 
 @value
 class Walls:
-    """The surface cells of a grid, in square buckets; a pure function of the grid."""
+    """What stands on a grid, its surface cells in square buckets; a pure function of the grid."""
 
+    solid: Annotated[Booleans, Shape("rows cols")]
+    """What stands there."""
     centre: Annotated[Floats, Shape("c 2")]
     """Of each surface cell, in the grid's frame, bucket after bucket, m."""
     start: Annotated[Integers, Shape("b")]
@@ -53,6 +55,7 @@ def walls_of(grid: OccupancyGrid, *, unknown: bool = True) -> Walls:
     bucket = (cells[:, 0] // per_tile) * cols + cells[:, 1] // per_tile
     order = np.argsort(bucket, kind="stable")
     return Walls(
+        solid=blocked,
         centre=np.asarray((cells[order][:, ::-1] + 0.5) * grid.resolution, dtype=np.float64),
         start=np.searchsorted(bucket[order], np.arange(rows * cols + 1)),
         tiles=np.array([rows, cols]),
