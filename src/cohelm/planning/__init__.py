@@ -1,0 +1,22 @@
+"""Global planning: costmap layers, A*, the user preference field, and from path to reference."""
+
+from cohelm.planning.api import GlobalPlanner, RouteProblem
+from cohelm.planning.astar import AStar
+from cohelm.planning.costmap import Costmap, Inflation, build_costmap, combine
+from cohelm.planning.reference import Comfort, reference
+from cohelm.planning.route import costmap_for
+from cohelm.planning.upf import UserPreferenceField
+
+__all__ = [
+    "AStar",
+    "Comfort",
+    "Costmap",
+    "GlobalPlanner",
+    "Inflation",
+    "RouteProblem",
+    "UserPreferenceField",
+    "build_costmap",
+    "combine",
+    "costmap_for",
+    "reference",
+]

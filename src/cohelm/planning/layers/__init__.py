@@ -1,0 +1,1 @@
+"""Costmap layers, one file each."""

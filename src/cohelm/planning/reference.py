@@ -1,0 +1,252 @@
+"""From a path to where the robot should be over the horizon: poses and speeds.
+
+The reference starts at the robot's projection on the path, runs along it no faster than its curves,
+the goal and the robot's acceleration allow, and waits for a robot that has yet to turn toward it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.geometry import arc_length
+from cohelm.messages import Path, Reference
+from cohelm.robots import Robot
+
+_BACK, _AHEAD = 1.0, 2.0  # m of path searched behind and ahead of the last progress
+_AMBIGUOUS = 0.4  # rad short of a full turn-about within which a turn under way goes on
+
+
+class Comfort(Model):
+    """How a path is driven, where that is gentler than the robot's limits."""
+
+    lateral_acceleration: float = Field(0.6, gt=0.0, le=10.0)
+    """v²κ in curves, m/s²."""
+    deceleration: float = Field(0.6, gt=0.0, le=10.0)
+    """Braking before curves and the goal, m/s²."""
+    turn_share: float = Field(0.8, gt=0.0, le=1.0)
+    """Share of the robot's turn rate that a curve may take."""
+    approach: float = Field(1.0, gt=0.0, le=100.0)
+    """Distance ahead at which a robot beside the path aims to join it, m."""
+    creep: float = Field(0.05, ge=0.0, le=1.0)
+    """Speed of the reference while the robot still faces away, m/s."""
+
+
+def reference(  # noqa: PLR0913  # each is one word of the question
+    path: Path,
+    pose: Floats,
+    twist: Floats,
+    *,
+    steps: int,
+    step: float,
+    speed: float,
+    robot: Robot,
+    progress: float | None = None,
+    comfort: Comfort | None = None,
+) -> tuple[Reference, float]:
+    """The reference along ``path`` for a robot at ``pose``, and how far along it the robot is.
+
+    Headings are the path's tangent, unwrapped, on the branch nearest to the robot's own heading; a
+    robot that is turning about goes on the way it turns.
+
+    Args:
+        path: to follow.
+        pose: X_MR, (3,).
+        twist: robot frame, (3,).
+        steps: N.
+        step: between states, s.
+        speed: wanted where nothing limits it, m/s; never more than the robot's limit.
+        robot: its limits.
+        progress: what the last call returned for this path; the projection is then sought near it,
+            so that a path may cross itself. None: the nearest point of all.
+        comfort: how to drive; the default one where None.
+
+    Returns:
+        (reference, arc length of the projection, m)
+    """
+    comfort = comfort or _COMFORT
+    along, line, heading, curvature = _geometry(path)
+    pose, twist = np.asarray(pose, dtype=float), np.asarray(twist, dtype=float)
+    wanted = min(max(speed, 0.0), robot.max_speed)
+    limits = np.array(
+        [
+            wanted,
+            robot.max_acceleration,
+            min(comfort.deceleration, robot.max_deceleration),
+            comfort.lateral_acceleration,
+            comfort.turn_share * robot.max_turn_rate,
+            comfort.approach,
+            min(comfort.creep, wanted),
+        ]
+    )
+    where = -1.0 if progress is None else progress
+    poses, speeds, at = _drive(
+        along, line, heading, curvature, pose, twist, limits, where, steps, step
+    )
+    return Reference(step=step, poses=poses, speeds=speeds), at
+
+
+_COMFORT = Comfort()
+
+
+@lru_cache(maxsize=16)
+def _geometry(path: Path) -> tuple[Floats, Floats, Floats, Floats]:
+    """(arc length (k,), points (k, 2), unwrapped heading (k,), |curvature| (k,)) of a path.
+
+    Points that repeat are dropped. A path that is a single point has heading NaN: any will do.
+    """
+    s = arc_length(path.points)
+    keep = np.concatenate([[True], np.diff(s) > 1e-9])
+    s, points = s[keep], path.points[keep]
+    if len(s) < 2:
+        return s[:1], points[:1].copy(), np.full(1, np.nan), np.zeros(1)
+    directions = np.unwrap(np.arctan2(*np.diff(points, axis=0).T[::-1]))
+    middle = 0.5 * (s[1:] + s[:-1])
+    heading = np.interp(s, middle, directions)
+    turn = np.abs(np.diff(directions)) / np.diff(middle)
+    curvature = np.concatenate([[0.0], turn, [0.0]])
+    return s, np.ascontiguousarray(points), heading, curvature
+
+
+@njit(cache=True)
+def _drive(  # noqa: PLR0913, PLR0917  # a kernel takes plain arguments
+    along: Floats,
+    line: Floats,
+    heading: Floats,
+    curvature: Floats,
+    pose: Floats,
+    twist: Floats,
+    limits: Floats,
+    progress: float,
+    steps: int,
+    step: float,
+) -> tuple[Floats, Floats, float]:
+    """(poses (N+1, 3), speeds (N+1,), arc length of the projection)."""
+    wanted, speed_up, brake, lateral, turn, approach, creep = limits
+    end = along[-1]
+    at, aside = _project(along, line, pose[0], pose[1], progress)
+    allowed = _speed_limits(along, curvature, wanted, brake, lateral, turn)
+    poses, speeds = np.empty((steps + 1, 3)), np.empty(steps + 1)
+    branch, error = _branch(_interpolate(along, heading, at), aside, approach, pose[2], twist[2])
+    s = at
+    v = min(max(twist[0], 0.0), _limit_at(along, allowed, s, brake))
+    for k in range(steps + 1):
+        if k > 0:
+            # The turn still to make shrinks as the robot turns; until then the reference waits.
+            facing = max(math.cos(max(error - turn * step * k, 0.0)), 0.0)
+            faster = min(v + speed_up * step, max(wanted * facing, creep))
+            v_next = min(faster, _limit_ahead(along, allowed, s, v, step, brake, faster))
+            s = min(s + 0.5 * (v + v_next) * step, end)
+            v = v_next
+            if v <= 0.0 and end - s < 0.5 * brake * step * step:
+                s = end  # the last fraction of a step
+        poses[k, 0] = _interpolate(along, line[:, 0], s)
+        poses[k, 1] = _interpolate(along, line[:, 1], s)
+        tangent = _interpolate(along, heading, s)
+        poses[k, 2] = pose[2] if math.isnan(tangent) else tangent + branch
+        speeds[k] = v if s < end else 0.0
+    return poses, speeds, at
+
+
+@njit(cache=True)
+def _project(
+    along: Floats, line: Floats, x: float, y: float, progress: float
+) -> tuple[float, float]:
+    """(arc length of the nearest point, signed distance to it: positive left of the path)."""
+    best, at, aside = np.inf, along[0], 0.0
+    n = along.shape[0]
+    if n == 1:
+        return at, 0.0
+    low, high = -np.inf, np.inf
+    if progress >= 0.0:
+        low, high = min(progress, along[-1]) - _BACK, progress + _AHEAD
+    for i in range(n - 1):
+        if along[i + 1] < low or along[i] > high:
+            continue
+        dx, dy = line[i + 1, 0] - line[i, 0], line[i + 1, 1] - line[i, 1]
+        px, py = x - line[i, 0], y - line[i, 1]
+        length = along[i + 1] - along[i]
+        t = min(max((px * dx + py * dy) / (length * length), 0.0), 1.0)
+        distance = math.hypot(px - t * dx, py - t * dy)
+        if distance < best:
+            best, at = distance, along[i] + t * length
+            aside = distance if dx * py - dy * px > 0.0 else -distance
+    return at, aside
+
+
+@njit(cache=True)
+def _speed_limits(
+    along: Floats, curvature: Floats, wanted: float, brake: float, lateral: float, turn: float
+) -> Floats:
+    """Squared speed (k,) at each point of the path from which every limit ahead can be kept."""
+    n = along.shape[0]
+    out = np.empty(n)
+    out[n - 1] = 0.0
+    for i in range(n - 2, -1, -1):
+        kappa = max(curvature[i], 1e-9)
+        curve = min(wanted * wanted, lateral / kappa, (turn / kappa) ** 2)
+        out[i] = min(curve, out[i + 1] + 2.0 * brake * (along[i + 1] - along[i]))
+    return out
+
+
+@njit(cache=True)
+def _limit_at(along: Floats, allowed: Floats, s: float, brake: float) -> float:
+    """Greatest speed at arc length ``s``: linear in the squared speed between points."""
+    return math.sqrt(max(_interpolate(along, allowed, s), 0.0))
+
+
+@njit(cache=True)
+def _limit_ahead(  # noqa: PLR0917  # a kernel takes plain arguments
+    along: Floats, allowed: Floats, s: float, v: float, step: float, brake: float, most: float
+) -> float:
+    """Greatest speed v' ≤ ``most`` within the limit where a step from ``s`` at ``v`` ends."""
+    low, high = 0.0, most
+    if most <= _limit_at(along, allowed, s + 0.5 * (v + most) * step, brake):
+        return most
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        if middle <= _limit_at(along, allowed, s + 0.5 * (v + middle) * step, brake):
+            low = middle
+        else:
+            high = middle
+    return low if low > 1e-6 else 0.0
+
+
+@njit(cache=True)
+def _branch(
+    tangent: float, aside: float, approach: float, heading: float, turning: float
+) -> tuple[float, float]:
+    """(what to add to the path's headings for the robot's branch, the turn it has to make)."""
+    if math.isnan(tangent):
+        return 0.0, 0.0
+    turn = math.pi - (math.pi - (tangent - heading)) % (2.0 * math.pi)
+    if math.pi - abs(turn) < _AMBIGUOUS and turn * turning < -0.05 * abs(turn):
+        turn -= math.copysign(2.0 * math.pi, turn)
+    branch = heading + turn - tangent
+    joining = turn - math.atan2(aside, approach)
+    return branch, abs(joining)
+
+
+@njit(cache=True)
+def _interpolate(xs: Floats, ys: Floats, x: float) -> float:
+    """Linear interpolation; the end values hold beyond the ends."""
+    n = xs.shape[0]
+    if x <= xs[0]:
+        return float(ys[0])
+    if x >= xs[n - 1]:
+        return float(ys[n - 1])
+    low, high = 0, n - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if xs[middle] <= x:
+            low = middle
+        else:
+            high = middle
+    t = (x - xs[low]) / (xs[high] - xs[low])
+    return float(ys[low] * (1.0 - t) + ys[high] * t)

@@ -1,0 +1,204 @@
+"""From the staircase of cells to a line a chair can follow.
+
+1. Shorten: replace stretches by straight segments wherever that costs no more than the cells did
+   and comes no nearer to obstacles than allowed.
+2. Smooth: pull every point toward the middle of its neighbours and a little back to where it was,
+   refusing each step that would come too near to an obstacle.
+
+Too near is: nearer than the stretch replaced was, and nearer than the clearance wanted. So the line
+stays in the corridor that the search chose, and free space ends the zigzag.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.config import Model
+from cohelm.geometry import resample
+from cohelm.maps.distance import sample
+from cohelm.planning.search import Weights
+
+
+class Smoothing(Model):
+    """How a path is smoothed."""
+
+    spacing: float = Field(0.1, gt=0.0, le=1.0)
+    """Distance between the points of the path, m."""
+    iterations: int = Field(200, ge=0, le=10_000)
+    """Rounds of smoothing; 0 leaves the straight segments."""
+    hold: float = Field(0.02, ge=0.0, le=1.0)
+    """Pull back to the straight segments, against a pull of 1 to the neighbours' middle. Corners
+    are rounded over about spacing / √hold."""
+
+
+def smooth(
+    points: Floats,
+    weights: Weights,
+    clearance: Floats32,
+    resolution: float,
+    *,
+    needed: float,
+    wanted: float,
+    smoothing: Smoothing,
+) -> Floats:
+    """A smooth line (m, 2) along an 8-connected way, both ends kept.
+
+    Args:
+        points: the way, (k, 2), in the grid's frame (origin at its lower left corner), m; the ends
+            may lie anywhere in their cells.
+        weights: those that the way was searched with.
+        clearance: distance from cell centres to obstacles (rows, cols), m.
+        resolution: of the grid, m.
+        needed: clearance below which the line comes only where the way did, m.
+        wanted: clearance above which it may come nearer than the way did, m; ≥ needed.
+        smoothing: parameters.
+    """
+    origin = np.zeros(3)
+    corners = _shorten(points, weights.packed, clearance, resolution, needed)
+    line = resample(corners, smoothing.spacing)
+    _relax(
+        line,
+        clearance,
+        resolution,
+        origin,
+        wanted,
+        smoothing.iterations,
+        1.0 / (1.0 + smoothing.hold),
+    )
+    return resample(line, smoothing.spacing)
+
+
+@njit(cache=True)
+def _shorten(
+    points: Floats, weights: Floats32, clearance: Floats32, resolution: float, needed: float
+) -> Floats:
+    """The corners (m, 2) that are left when straight segments replace what they can."""
+    n = points.shape[0]
+    along = np.zeros(n)  # what the way costs up to each point
+    least = np.empty(n)
+    for i in range(n):
+        least[i] = _clearance(clearance, resolution, points[i, 0], points[i, 1])
+        if i > 0:
+            cost, _ = _segment(points[i - 1], points[i], weights, clearance, resolution)
+            along[i] = along[i - 1] + cost
+    kept = [0]
+    i = 0
+    while i < n - 1:
+        good, step = i + 1, 2
+        bad = n
+        while good < n - 1:
+            # Double the stride while it works, then halve toward the first that does not.
+            j = min(good + step, n - 1) if bad == n else (good + bad) // 2
+            if j == good:
+                break
+            if _may_replace(i, j, points, along, least, weights, clearance, resolution, needed):
+                good = j
+                step *= 2
+            else:
+                bad = j
+        i = max(good, i + 1)
+        kept.append(i)
+    out = np.empty((len(kept), 2))
+    for k in range(len(kept)):
+        out[k] = points[kept[k]]
+    return out
+
+
+@njit(cache=True)
+def _may_replace(  # noqa: PLR0913, PLR0917  # a kernel takes plain arguments
+    i: int,
+    j: int,
+    points: Floats,
+    along: Floats,
+    least: Floats,
+    weights: Floats32,
+    clearance: Floats32,
+    resolution: float,
+    needed: float,
+) -> bool:
+    """Whether the segment i–j costs no more than the way and stays as clear as it must."""
+    cost, near = _segment(points[i], points[j], weights, clearance, resolution)
+    if cost > (along[j] - along[i]) * (1.0 + 1e-9) + 1e-12:
+        return False
+    floor = needed
+    for k in range(i, j + 1):
+        floor = min(floor, least[k])
+    return near >= floor - 1e-9
+
+
+@njit(cache=True)
+def _segment(
+    a: Floats, b: Floats, weights: Floats32, clearance: Floats32, resolution: float
+) -> tuple[float, float]:
+    """(cost of a straight segment, m; least clearance on it, m), sampled every quarter cell."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    length = math.hypot(dx, dy)
+    count = max(math.ceil(4.0 * length / resolution), 1)
+    total, near = 0.0, np.inf
+    for k in range(count + 1):
+        x, y = a[0] + dx * k / count, a[1] + dy * k / count
+        near = min(near, _clearance(clearance, resolution, x, y))
+        share = 0.5 if k in (0, count) else 1.0
+        total += share * _weight(weights, resolution, x, y)
+    return total * length / count, near
+
+
+@njit(cache=True)
+def _weight(weights: Floats32, resolution: float, x: float, y: float) -> float:
+    """The weight at a point, bilinear between the cell centres that are not blocked."""
+    c, r = x / resolution + 0.5, y / resolution + 0.5  # the packed grid starts one cell earlier
+    c0, r0 = math.floor(c), math.floor(r)
+    c0 = min(max(c0, 0), weights.shape[1] - 2)
+    r0 = min(max(r0, 0), weights.shape[0] - 2)
+    u, v = min(max(c - c0, 0.0), 1.0), min(max(r - r0, 0.0), 1.0)
+    total, share = 0.0, 0.0
+    for i in range(2):
+        for j in range(2):
+            w = float(weights[r0 + i, c0 + j])
+            part = (v if i else 1.0 - v) * (u if j else 1.0 - u)
+            if w < np.inf:
+                total += part * w
+                share += part
+    return total / share if share > 1e-9 else np.inf
+
+
+@njit(cache=True)
+def _clearance(clearance: Floats32, resolution: float, x: float, y: float) -> float:
+    distance, _, _ = sample(clearance, resolution, np.zeros(3), x, y)
+    return distance
+
+
+@njit(cache=True)
+def _relax(  # noqa: PLR0917  # a kernel takes plain arguments
+    line: Floats,
+    clearance: Floats32,
+    resolution: float,
+    origin: Floats,
+    wanted: float,
+    iterations: int,
+    pull: float,
+) -> None:
+    """Move the inner points of ``line`` in place, Gauss–Seidel, there and back."""
+    n = line.shape[0]
+    fixed = line.copy()
+    floor = np.empty(n)
+    for i in range(n):
+        d, _, _ = sample(clearance, resolution, origin, line[i, 0], line[i, 1])
+        floor[i] = min(d, wanted)
+    for round_ in range(iterations):
+        moved = 0.0
+        for k in range(1, n - 1):
+            i = k if round_ % 2 == 0 else n - 1 - k
+            x = pull * 0.5 * (line[i - 1, 0] + line[i + 1, 0]) + (1.0 - pull) * fixed[i, 0]
+            y = pull * 0.5 * (line[i - 1, 1] + line[i + 1, 1]) + (1.0 - pull) * fixed[i, 1]
+            d, _, _ = sample(clearance, resolution, origin, x, y)
+            if d >= floor[i]:
+                moved = max(moved, abs(x - line[i, 0]) + abs(y - line[i, 1]))
+                line[i, 0], line[i, 1] = x, y
+        if moved < 1e-4:
+            break

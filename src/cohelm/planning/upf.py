@@ -1,0 +1,46 @@
+"""The paper's global planner: A* over a costmap with the user preference field as a layer."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohelm.messages import Path
+from cohelm.planning.api import RouteProblem
+from cohelm.planning.costmap import combine
+from cohelm.planning.layers.preference import Preference, preference_costs, spread
+from cohelm.planning.route import (
+    RouteParameters,
+    attracting_points,
+    costmap_for,
+    find_route,
+    to_path,
+)
+
+
+class UserPreferenceField:
+    """Xu et al., eqs. (1) and (2), Algorithm 1, with the corrections that ``Preference`` names.
+
+    d_r of eq. (1) is the distance from ``RouteProblem.start`` to the point: plan with the start at
+    which the wish was set to keep the field as it was.
+    """
+
+    class Parameters(RouteParameters):
+        """Those of every grid planner, and the field's."""
+
+        preference: Preference = Preference()
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+
+    def plan(self, problem: RouteProblem) -> Path:
+        """See :meth:`cohelm.planning.GlobalPlanner.plan`. Without wishes it is A*."""
+        base = costmap_for(problem, self.parameters.inflation)
+        without = find_route(problem, base, base, self.parameters)
+        points = attracting_points(problem)
+        if not len(points):
+            return to_path(problem, without, without, method="upf")
+        preference = self.parameters.preference
+        distance = np.hypot(*(points - problem.start).T)
+        layer = preference_costs(problem.grid, points, spread(distance, preference), preference)
+        route = find_route(problem, base, combine(base, layer), self.parameters)
+        return to_path(problem, route, without, method="upf")
