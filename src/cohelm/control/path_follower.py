@@ -14,8 +14,8 @@ from cohelm.messages import LocalPlan, People
 class PathFollower:
     """The same tracking problem and the same walls, with nobody there.
 
-    It is the row beside every table that shows how much of a result is the people's doing. Its rides
-    are meant to be run with the gate's separation off, else the gate sees people for it.
+    It is the row beside every table that shows how much of a result is the people's doing. Its
+    rides are meant to be run with the gate's separation off, else the gate sees people for it.
     """
 
     class Parameters(SocialMpc.Parameters):

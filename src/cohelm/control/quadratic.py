@@ -1,8 +1,8 @@
 """The quadratic program, handed to DAQP (Arnström et al. 2022), a dual active-set solver.
 
 Most rows of a crowded problem never become active, so they are brought in as they are needed: solve
-with the tightest, look which of the others are violated, add those, solve again. The result is that of
-the whole program.
+with the tightest, look which of the others are violated, add those, solve again. The result is
+that of the whole program.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from cohelm.errors import SolverFailed
 
 _NO_BOUND = 1e30
 _FIRST = 48
+_TIGHT = 0.05
 _TOLERANCE = 1e-7
 _ROUNDS = 12
 
@@ -67,8 +68,10 @@ def _first_rows(program: QuadraticProgram) -> Booleans:
     count = int(soft.sum())
     if count > _FIRST:
         limit = np.partition(program.margin[soft], _FIRST)[_FIRST]
-        return used | (soft & (program.margin <= min(limit, 0.05)))
-    return used | (soft & (program.margin <= 0.05))
+        used |= soft & (program.margin <= min(limit, _TIGHT))
+    else:
+        used |= soft & (program.margin <= _TIGHT)
+    return used
 
 
 def _violated(program: QuadraticProgram, x: Floats, slack: Floats) -> Booleans:

@@ -15,9 +15,9 @@ from numba import njit
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.constraints.bodies import flattened
-from cohelm.control.constraints.separation import nearest_on_spine
 from cohelm.maps.distance import sample
 from cohelm.messages import LocalPlan
+from cohelm.robots.contact import nearest_on_spine
 
 _STALE = 0.5
 """A plan older than this is no seed, s."""

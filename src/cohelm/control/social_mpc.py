@@ -1,4 +1,4 @@
-"""SS-MPC-DCBF: nonlinear MPC with dynamic control barriers on social spaces; Xu et al., eq. (11)."""
+"""SS-MPC-DCBF: nonlinear MPC with dynamic barriers on social spaces; Xu et al., eq. (11)."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from cohelm.control.constraints import Bodies, InputLimits, SocialSpace, WallCle
 from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
 from cohelm.control.seeds import best_arc, followed, last_input, shifted
 from cohelm.control.sqp import OptimalControl, Solution, Value
-from cohelm.control.verify import braking, first_contact
 from cohelm.messages import LocalPlan, Reason, Status
+from cohelm.robots.contact import braking, first_contact
 
 _RELAXED = 0.01
 """Slack above this is reported as a relaxed plan, m."""
@@ -24,8 +24,8 @@ _RELAXED = 0.01
 class SocialMpc:
     """The paper's local planner: the reference tracked, people and walls as barriers.
 
-    Every plan is verified before it is used (see ``verify``): the polished one, else the last plan
-    shifted, else braking with a stated reason.
+    Every plan is verified before it is used (see :meth:`_verified`): the polished one, else the
+    last plan shifted, else braking with a stated reason.
     """
 
     class Parameters(Model):
@@ -97,16 +97,34 @@ class SocialMpc:
         return warm, ours
 
     def _verified(self, problem: LocalProblem, motion: Motion) -> bool:
+        """Slack is not safety: the plan is clear for a while, and so is braking after its command.
+
+        Both swept, against walls and the people's predicted bodies.
+        """
         p = self.parameters
-        if first_contact(problem, motion, margin=p.contact_margin) < p.verified_time:
-            return False
         stop = braking(
-            problem,
-            motion,
-            after=p.step,
+            problem.robot,
+            problem.pose,
+            motion.inputs[0],
+            hold=p.step,
             deceleration=problem.robot.max_deceleration,
+            step=p.step / 2.0,
         )
-        return first_contact(problem, stop, margin=p.contact_margin) == np.inf
+        return (
+            self._contact(problem, motion.poses, motion.step) >= p.verified_time
+            and self._contact(problem, stop, p.step / 2.0) == np.inf
+        )
+
+    def _contact(self, problem: LocalProblem, poses: Floats, step: float) -> float:
+        return first_contact(
+            problem.robot,
+            poses,
+            step,
+            people=problem.people,
+            predictions=problem.predictions,
+            walls=problem.walls,
+            margin=self.parameters.contact_margin,
+        )
 
     def _brake(self, problem: LocalProblem, now: Floats) -> Motion:
         """Speed falls as fast as it may in ordinary driving, the curvature is kept."""

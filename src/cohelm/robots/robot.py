@@ -134,7 +134,7 @@ class Robot(Model):
 
     @cached_property
     def capsule(self) -> Floats:
-        """(x_a, y_a, x_b, y_b, radius): the spine through the discs' centres, and their radius, m."""
+        """(x_a, y_a, x_b, y_b, radius): the spine through the discs' centres, their radius, m."""
         first, last = self.discs[0], self.discs[-1]
         return read_only(np.array([*first[:2], *last[:2], first[2]]))
 

@@ -1,7 +1,7 @@
 """The discrete control barrier condition, for every series of barrier values alike.
 
-Xu et al., eq. (9): h(X_{k+1}) − h(X_k) ≥ −γ h(X_k), 0 < γ ≤ 1. A series is one person, or one disc of
-the footprint against the walls, over the horizon. Its rows are g_k = h_{k+1} − (1 − γ) h_k ≥ 0.
+Xu et al., eq. (9): h(X_{k+1}) − h(X_k) ≥ −γ h(X_k), 0 < γ ≤ 1. A series is one person, or one disc
+of the footprint against the walls, over the horizon. Its rows are g_k = h_{k+1} − (1 − γ) h_k ≥ 0.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ NEAR = 0.6
 
 @njit(cache=True)
 def worst(h: Floats, gamma: float) -> tuple[Floats, float]:
-    """(by how much each series violates its rows at worst, (s,) ≥ 0; the smallest h) of h (s, N+1)."""
+    """(worst violation of each series' rows, (s,) ≥ 0; smallest h of all), from h (s, N+1)."""
     out = np.zeros(h.shape[0])
     smallest = np.inf
     for s in range(h.shape[0]):

@@ -13,8 +13,8 @@ from cohelm.control.api import LocalProblem, Motion, Rows
 class InputLimits:
     """Hard bounds on inputs and on their change; linear, so exact in the quadratic program.
 
-    Where the robot is beyond a bound already (a limit lowered in mid-ride) the bound opens as far as
-    braking needs, so that the problem stays feasible.
+    Where the robot is beyond a bound already (a limit lowered in mid-ride) the bound opens as far
+    as braking needs, so that the problem stays feasible.
     """
 
     class Parameters(Model):

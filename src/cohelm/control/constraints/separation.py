@@ -6,8 +6,8 @@ through the centres of its discs. Distances are smooth, and exact for the capsul
     bodies   h = ‖c − p_i‖ − r_body − r_i − margin
     social   h = ‖c − p_i‖ − r_body − r_i − l_i(δ_i) − l(δ)        Xu et al., eq. (8), bodies added
 
-c is the spine's point nearest to the person, δ_i the direction to it from the person's axis of motion,
-δ the direction to the person from the robot's heading.
+c is the spine's point nearest to the person, δ_i the direction to it from the person's axis of
+motion, δ the direction to the person from the robot's heading.
 """
 
 from __future__ import annotations
@@ -18,36 +18,10 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.robots.contact import nearest_on_spine
 from cohelm.shapes import reach
 
-_SMOOTH = 1e-6
 _STEEPEST = 2.0
-
-
-@njit(cache=True, inline="always")
-def nearest_on_spine(
-    capsule: Floats, pose: Floats, x: float, y: float
-) -> tuple[float, float, float, float, float, bool]:
-    """(distance from spine, unit vector to the person, arm rotated by 90°, inside the spine).
-
-    The arm leads from the pose to the spine's nearest point; all in the map frame.
-    """
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    dx, dy = x - pose[0], y - pose[1]
-    qx, qy = cos * dx + sin * dy, -sin * dx + cos * dy
-    ax, ay = capsule[0], capsule[1]
-    bx, by = capsule[2] - ax, capsule[3] - ay
-    length2 = bx * bx + by * by
-    t = ((qx - ax) * bx + (qy - ay) * by) / length2 if length2 > 0.0 else 0.0
-    inside = 0.0 < t < 1.0
-    t = min(max(t, 0.0), 1.0)
-    sx, sy = ax + t * bx, ay + t * by
-    ex, ey = qx - sx, qy - sy
-    distance = math.sqrt(ex * ex + ey * ey + _SMOOTH)
-    ex, ey = ex / distance, ey / distance
-    nx, ny = cos * ex - sin * ey, sin * ex + cos * ey
-    arm_x, arm_y = -(sin * sx + cos * sy), cos * sx - sin * sy
-    return distance, nx, ny, arm_x, arm_y, inside
 
 
 @njit(cache=True)
@@ -61,8 +35,9 @@ def body_barrier(  # noqa: PLR0917  # a kernel takes plain arrays
     growth: float,
     greatest: float,
 ) -> tuple[Floats, Floats]:
-    """(h (n, N+1), gradient (n, N+1, 3)) against bodies, margin(t) = min(margin + growth·t, greatest).
+    """(h (n, N+1), gradient (n, N+1, 3)) against bodies.
 
+    The margin grows with time, margin(t) = min(margin + growth·t, greatest).
     poses: (N+1, 3).  positions: (n, N+1, 2).  radius: (n,).
     """
     n, states = positions.shape[0], poses.shape[0]

@@ -16,8 +16,8 @@ from cohelm.control.constraints.separation import social_barrier
 class SocialSpace:
     """h = ‖c − p_i‖ − r_body − r_i − l_i − l at predicted positions; see ``separation``.
 
-    The robot's own reach l depends on its speed, which is decided here; it is frozen at the measured
-    speed within a solve.
+    The robot's own reach l depends on its speed, which is decided here; it is frozen at the
+    measured speed within a solve.
     """
 
     class Parameters(Model):

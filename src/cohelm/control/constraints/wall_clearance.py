@@ -1,4 +1,4 @@
-"""Keep the footprint off walls and things: a barrier on the distance field at the footprint's discs."""
+"""Keep the footprint off walls and things: a barrier on the distance field at its discs."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ from cohelm.control.api import LocalProblem, Motion
 class InputEffort:
     """(u − û)ᵀ Q_u (u − û), where û is the reference's speed without turning.
 
-    As printed the inputs themselves are penalised (û = 0): the chair then lags behind its reference,
-    and where reversing is allowed it can become the cheapest answer to a barrier.
+    As printed the inputs themselves are penalised (û = 0): the chair then lags behind its
+    reference, and where reversing is allowed it can become the cheapest answer to a barrier.
     """
 
     class Parameters(Model):

@@ -51,7 +51,8 @@ def _roots(position: float, heading: float, terminal: float, steps: int, step: f
     """Square roots of the weights, (steps, 3)."""
     duration = np.full(steps, step)
     duration[-1] += terminal
-    return np.sqrt(duration[:, None] * np.array([position, position, heading]))
+    roots: Floats = np.sqrt(duration[:, None] * np.array([position, position, heading]))
+    return roots
 
 
 @njit(cache=True)

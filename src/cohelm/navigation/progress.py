@@ -1,0 +1,48 @@
+"""Whether the ride gets on: how long the way left has not become shorter."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from cohelm.arrays import value
+from cohelm.config import Model
+
+
+class ProgressParameters(Model):
+    """What counts as getting on."""
+
+    least: float = Field(0.3, gt=0.0, le=10.0)
+    """Shortening of the way left that counts, m."""
+
+
+@value
+class ProgressState:
+    """What progress remembers."""
+
+    left: float
+    """The shortest way left so far on this path, m."""
+    since: float
+    """When it was reached, s."""
+    path_time: float
+    """When the path was planned, s."""
+
+
+def progress(
+    left: float,
+    time: float,
+    path_time: float,
+    memory: ProgressState | None,
+    parameters: ProgressParameters,
+) -> ProgressState:
+    """How far the ride has got; it has not got on since ``since``.
+
+    Args:
+        left: way left along the path, m.
+        time: now, s.
+        path_time: when the path was planned, s; a new path starts anew.
+        memory: of the last call, None at first.
+        parameters: what counts as getting on.
+    """
+    if memory is None or path_time > memory.path_time or left < memory.left - parameters.least:
+        return ProgressState(left=left, since=time, path_time=path_time)
+    return memory

@@ -1,0 +1,70 @@
+"""One step of the navigator, whole: what came in, every value between, what went to the wheels.
+
+It binds the values of ``messages`` and each stage's memory, and therefore lives with the
+navigator, the only place that knows all stages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from types import MappingProxyType
+from typing import Any
+
+from cohelm.arrays import value
+from cohelm.messages import (
+    Authority,
+    Decision,
+    Groups,
+    LocalPlan,
+    Observation,
+    Path,
+    People,
+    Predictions,
+    Reference,
+    Request,
+    SocialSpaces,
+)
+from cohelm.navigation.progress import ProgressState
+from cohelm.navigation.replanning import RouteState
+from cohelm.perception import ObstacleLayerState
+from cohelm.safety import GateState
+from cohelm.sharing import AuthorityState
+
+
+@value
+class Memory:
+    """What each stage needs of the past, under its name."""
+
+    gate: GateState
+    tracker: Any | None = None
+    """The tracker's own record."""
+    obstacles: ObstacleLayerState | None = None
+    route: RouteState | None = None
+    progress: ProgressState | None = None
+    authority: AuthorityState | None = None
+
+
+@value
+class Tick:
+    """One step; ``last`` of the next one. A stage that did not run left None."""
+
+    observation: Observation
+    request: Request
+    decision: Decision
+    memory: Memory
+    people: People
+    groups: Groups | None = None
+    predictions: Predictions | None = None
+    spaces: SocialSpaces | None = None
+    path: Path | None = None
+    reference: Reference | None = None
+    """Along the path."""
+    authority: Authority | None = None
+    shared: Reference | None = None
+    """The path's reference and the rider's hand, blended."""
+    plan: LocalPlan | None = None
+    arrived: bool = False
+    """At the goal, and standing still is what is wanted."""
+    durations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    """Thread CPU time by stage, s; the one thing that two equal rides may differ in."""

@@ -1,0 +1,162 @@
+"""Where a robot's footprint would touch something: one answer for planner and gate.
+
+The footprint is ``Robot.capsule`` against people and ``Robot.discs`` against walls; both contain
+it. Motions are swept: tested between steps as well (0.1 s at 2.4 m/s of closing speed is 0.24 m).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.maps import DistanceField
+from cohelm.maps.distance import sample
+from cohelm.messages import People, Predictions
+from cohelm.robots.robot import Robot
+
+_SUBSTEPS = 4
+_SMOOTH = 1e-6
+STANDING = 0.02
+"""A robot slower than this stands, m/s and rad/s."""
+
+
+def first_contact(
+    robot: Robot,
+    poses: Floats,
+    step: float,
+    *,
+    people: People,
+    predictions: Predictions,
+    walls: DistanceField,
+    margin: float,
+) -> float:
+    """When a motion would first touch a wall or, while moving, a predicted body, s; else +inf.
+
+    Args:
+        robot: whose footprint.
+        poses: of the motion, (k, 3); straight lines between them.
+        step: between poses, s.
+        people: whose bodies.
+        predictions: of them, every hypothesis counts; beyond their end people keep their velocity.
+        walls: distance to all that is not a person.
+        margin: gap that counts as contact, m; never more than the gap at the start, so that a robot
+            that stands close to something may leave.
+    """
+    n, h, states = predictions.mean.shape[:3]
+    return float(
+        _first_contact(
+            robot.capsule,
+            robot.discs,
+            poses,
+            step,
+            predictions.mean.reshape(n * h, states, 2),
+            predictions.velocity.reshape(n * h, states, 2),
+            np.repeat(people.radius, h),
+            predictions.step,
+            walls.distance,
+            walls.resolution,
+            walls.X_MG,
+            margin,
+        )
+    )
+
+
+def braking(
+    robot: Robot, pose: Floats, inputs: Floats, *, hold: float, deceleration: float, step: float
+) -> Floats:
+    """Poses (k, 3) of inputs (m,) held for ``hold`` s, then fading to 0 along the same arc."""
+    speed = float(np.abs(robot.motion.twist(inputs)[:2]).max())
+    fading = max(speed / deceleration, 2.0 * step)
+    times = np.arange(math.ceil((hold + fading) / step)) * step
+    share = np.clip(1.0 - (times - hold) / fading, 0.0, 1.0)
+    return robot.motion.rollout(pose, share[:, None] * inputs, step)
+
+
+@njit(cache=True, inline="always")
+def nearest_on_spine(
+    capsule: Floats, pose: Floats, x: float, y: float
+) -> tuple[float, float, float, float, float, bool]:
+    """(distance from spine, unit vector to the point, arm rotated by 90°, inside the spine).
+
+    capsule: as ``Robot.capsule``.  The arm leads from the pose to the spine's nearest point; all in
+    the map frame.
+    """
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    dx, dy = x - pose[0], y - pose[1]
+    qx, qy = cos * dx + sin * dy, -sin * dx + cos * dy
+    ax, ay = capsule[0], capsule[1]
+    bx, by = capsule[2] - ax, capsule[3] - ay
+    length2 = bx * bx + by * by
+    t = ((qx - ax) * bx + (qy - ay) * by) / length2 if length2 > 0.0 else 0.0
+    inside = 0.0 < t < 1.0
+    t = min(max(t, 0.0), 1.0)
+    sx, sy = ax + t * bx, ay + t * by
+    ex, ey = qx - sx, qy - sy
+    distance = math.sqrt(ex * ex + ey * ey + _SMOOTH)
+    ex, ey = ex / distance, ey / distance
+    nx, ny = cos * ex - sin * ey, sin * ex + cos * ey
+    arm_x, arm_y = -(sin * sx + cos * sy), cos * sx - sin * sy
+    return distance, nx, ny, arm_x, arm_y, inside
+
+
+@njit(cache=True)
+def wall_gap(
+    disc: Floats, pose: Floats, distance: Floats32, resolution: float, X_MG: Floats
+) -> float:
+    """Gap between a disc (x, y, radius) of a robot at ``pose`` and the nearest wall, m."""
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    x = pose[0] + cos * disc[0] - sin * disc[1]
+    y = pose[1] + sin * disc[0] + cos * disc[1]
+    gap: float = sample(distance, resolution, X_MG, x, y)[0] - disc[2]
+    return gap
+
+
+@njit(cache=True)
+def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    capsule: Floats,
+    discs: Floats,
+    poses: Floats,
+    step: float,
+    positions: Floats,
+    velocities: Floats,
+    radius: Floats,
+    person_step: float,
+    distance: Floats32,
+    resolution: float,
+    X_MG: Floats,
+    margin: float,
+) -> float:
+    people, known = positions.shape[0], positions.shape[1]
+    pose = poses[0].copy()
+    wall_margin = margin
+    for j in range(discs.shape[0]):
+        gap = wall_gap(discs[j], pose, distance, resolution, X_MG)
+        wall_margin = min(wall_margin, gap - 1e-6)
+    body_margin = np.empty(people)
+    for i in range(people):
+        d = nearest_on_spine(capsule, pose, positions[i, 0, 0], positions[i, 0, 1])[0]
+        body_margin[i] = min(margin, d - capsule[4] - radius[i] - 1e-6)
+    for k in range(poses.shape[0] - 1):
+        moving = math.hypot(poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1])
+        if moving < STANDING * step and abs(poses[k + 1, 2] - poses[k, 2]) < STANDING * step:
+            continue
+        for s in range(1, _SUBSTEPS + 1):
+            share = s / _SUBSTEPS
+            time = (k + share) * step
+            for a in range(3):
+                pose[a] = poses[k, a] + share * (poses[k + 1, a] - poses[k, a])
+            for j in range(discs.shape[0]):
+                if wall_gap(discs[j], pose, distance, resolution, X_MG) < wall_margin:
+                    return time
+            m = min(int(time / person_step), known - 1)
+            rest = time - m * person_step
+            for i in range(people):
+                x = positions[i, m, 0] + rest * velocities[i, m, 0]
+                y = positions[i, m, 1] + rest * velocities[i, m, 1]
+                d = nearest_on_spine(capsule, pose, x, y)[0]
+                if d - capsule[4] - radius[i] < body_margin[i]:
+                    return time
+    return np.inf

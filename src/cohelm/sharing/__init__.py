@@ -1,0 +1,11 @@
+"""Shared control: the rider's intent, authority η and the shared reference."""
+
+from cohelm.sharing.authority import (
+    AuthorityParameters,
+    AuthorityState,
+    authority,
+    stick_twist,
+)
+from cohelm.sharing.blend import blended
+
+__all__ = ["AuthorityParameters", "AuthorityState", "authority", "blended", "stick_twist"]
