@@ -17,7 +17,8 @@ class DistanceField:
     """Signed distance to the obstacles' surface at cell centres: negative inside them.
 
     Distances are exact between cell centres; half a cell is taken off, because an obstacle reaches
-    to its cell's edge. Beyond the field's border the nearest cell's value holds.
+    to its cell's edge. Past a wall that is exact; past a corner, seen along the diagonal, it is up
+    to 0.21 cell too much. Beyond the field's border the nearest cell's value holds.
     """
 
     distance: Annotated[Floats32, Shape("rows cols")]

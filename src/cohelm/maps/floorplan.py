@@ -130,6 +130,8 @@ class FloorPlan(config.Model):
     """What stands in the way."""
     places: dict[str, Point] = Field(default_factory=dict)
     """Further points with names, m."""
+    source: str = ""
+    """Where the plan comes from, for an error message; the file, where one was read."""
 
     @property
     def spaces(self) -> dict[str, Space]:
@@ -143,10 +145,10 @@ class FloorPlan(config.Model):
         with most clearance.
 
         Raises:
-            ConfigError: if something lies outside the map, a door not in a wall, or a name is used
-                twice; carries the dotted key.
+            ConfigError: if something lies outside the map, a door not in a wall, a name is used
+                twice, or furniture leaves a room no floor; carries source and dotted key.
         """
-        _check(self, file=None)
+        _check(self)
         canvas = Canvas(size=self.size, resolution=self.resolution, outside=self.outside)
         outlines = [space.corners for space in self.spaces.values()]
         for corners in outlines:
@@ -159,8 +161,8 @@ class FloorPlan(config.Model):
         for piece in self.furniture:
             for corners in piece.outlines:
                 canvas.block(corners)
-        grid = canvas.grid()
-        return grid, Places(places=tuple(_places(self, canvas)), source="the floor plan")
+        places = Places(places=tuple(_places(self, canvas)), source=self.source or "the floor plan")
+        return canvas.grid(), places
 
 
 def read_floor_plan(file: Path | str) -> FloorPlan:
@@ -170,13 +172,14 @@ def read_floor_plan(file: Path | str) -> FloorPlan:
         ConfigError: naming file, dotted key and what to do.
     """
     file = Path(file)
-    plan = config.load(FloorPlan, file)
-    _check(plan, file=file)
+    plan = config.load(FloorPlan, file).model_copy(update={"source": str(file)})
+    _check(plan)
     return plan
 
 
-def _check(plan: FloorPlan, *, file: Path | None) -> None:
+def _check(plan: FloorPlan) -> None:
     """Refuse what only the whole plan can tell to be wrong."""
+    file = plan.source or None
     seen: set[str] = set()
     for group in ("rooms", "corridors", "places"):
         for name in getattr(plan, group):
@@ -244,7 +247,8 @@ def _places(plan: FloorPlan, canvas: Canvas) -> Iterator[Place]:
         corners = space.corners
         point, room = canvas.roomiest(corners, clearance)
         if room <= 0.0:
-            raise ConfigError("no free floor is left in it", key=name)
+            key = f"{'rooms' if name in plan.rooms else 'corridors'}.{name}"
+            raise ConfigError("no free floor is left in it", file=plan.source or None, key=key)
         at = point if space.point is None else np.array(space.point)
         yield Place(name=name, point=at, polygon=corners)
     for name, given in plan.places.items():

@@ -36,7 +36,7 @@ ImageFormat = Literal["pgm", "png"]
 
 _FREE_PIXEL, _UNKNOWN_PIXEL, _OCCUPIED_PIXEL = 254, 205, 0
 _IMAGE_SUFFIXES = (".pgm", ".png")
-_DECODERS = ("PPM", "PNG", "BMP", "JPEG", "TIFF")
+_DECODERS = ("PPM", "PNG", "BMP", "JPEG")
 _BARE_RESOLUTION = 0.05
 
 
@@ -237,10 +237,11 @@ def _bare(file: Path) -> MapFile:
 
 def _warn_of_lost_unknowns(file: Path, about: MapFile, lightness: Bytes) -> None:
     """Say so where the shade that map savers write for unknown is read as free."""
-    if about.mode == "raw" or _occupancy_of_lightness(about)[_UNKNOWN_PIXEL] != FREE:
+    usual = about.mode == "trinary" and not about.negate
+    if not usual or _occupancy_of_lightness(about)[_UNKNOWN_PIXEL] != FREE:
         return
     count = int(np.count_nonzero(lightness == _UNKNOWN_PIXEL))
-    if count and not about.negate:
+    if count:
         warnings.warn(
             f"{file}: free_thresh {about.free_thresh:g} takes {count} pixels of shade 205, which "
             f"commonly means unknown, as free; 0.196 would keep them unknown",
@@ -267,7 +268,7 @@ def _read_image(file: Path, pixel_limit: int) -> tuple[Bytes, Booleans]:
     except Image.DecompressionBombError:
         raise MapError(f"more pixels than the limit of {pixel_limit}", file=file) from None
     except UnidentifiedImageError:
-        raise MapError("not an image in PGM, PNG, BMP, JPEG or TIFF", file=file) from None
+        raise MapError("not an image in PGM, PNG, BMP or JPEG", file=file) from None
     except (OSError, SyntaxError, ValueError, EOFError, struct.error) as cause:
         raise MapError(f"the image is damaged or cannot be read ({cause})", file=file) from cause
 
