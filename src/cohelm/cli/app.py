@@ -1,0 +1,194 @@
+"""The commands and their options, and how any failure becomes one line and an exit status.
+
+Exit status: 0 the goal was reached or the command did its work, 1 the ride failed, 2 bad input.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from cohelm.errors import CohelmError
+
+FAILED, BAD_INPUT = 1, 2
+
+app = typer.Typer(
+    name="cohelm",
+    help="Shared control for wheelchairs among people: the rider and the chair steer together.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+_USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException, whoever ships it
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run one command and leave with its exit status."""
+    sys.exit(status(sys.argv[1:] if arguments is None else arguments))
+
+
+def status(arguments: Sequence[str]) -> int:
+    """Run one command; returns the exit status."""
+    warnings.showwarning = _warn
+    try:
+        result = app(args=list(arguments), prog_name="cohelm", standalone_mode=False)
+    except typer.Exit as leave:
+        return leave.exit_code
+    except typer.Abort:
+        return 130
+    except _USAGE_ERROR as error:
+        text = error.format_message() if hasattr(error, "format_message") else str(error)
+        return _refuse(text or "no command given; see cohelm --help")
+    except CohelmError as error:
+        return _refuse(str(error))
+    except KeyboardInterrupt:
+        sys.stderr.write("\ninterrupted\n")
+        return 130
+    return result if isinstance(result, int) else 0
+
+
+def _warn(message: Warning | str, *where: Any, **options: Any) -> None:
+    sys.stderr.write(f"warning: {' '.join(str(message).split())}\n")
+
+
+def _refuse(text: str) -> int:
+    sys.stderr.write(f"error: {' '.join(text.split())}\n")
+    return BAD_INPUT
+
+
+def _show_version(wanted: bool) -> None:  # typer calls it so
+    if wanted:
+        from importlib.metadata import version  # noqa: PLC0415 # lazy
+
+        sys.stdout.write(f"cohelm {version('cohelm')}\n")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Its version.")
+    ] = False,
+) -> None:
+    pass
+
+
+Json = Annotated[bool, typer.Option("--json", help="Exactly one JSON object on standard output.")]
+Prefer = Annotated[
+    list[str] | None,
+    typer.Option(metavar="X,Y", help="A point that attracts the route; may be given again."),
+]
+RobotName = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="The chair.")]
+
+
+@app.command(context_settings={"ignore_unknown_options": False})
+def run(  # noqa: PLR0913, PLR0917 # an option is an argument
+    scenario: Annotated[str, typer.Argument(help="A name or a .yaml file.")] = "hospital",
+    map_: Annotated[
+        str | None, typer.Option("--map", metavar="FILE.yaml", help="Ride on a map of your own.")
+    ] = None,
+    start: Annotated[str | None, typer.Option(metavar="X,Y[,DEG]|NAME")] = None,
+    goal: Annotated[str | None, typer.Option(metavar="X,Y|NAME")] = None,
+    prefer: Prefer = None,
+    people: Annotated[int | None, typer.Option(min=0, max=300, help="How many.")] = None,
+    planner: Annotated[str | None, typer.Option(metavar="NAME", help="Local planner.")] = None,
+    method: Annotated[str | None, typer.Option(metavar="NAME", help="Global planner.")] = None,
+    robot: RobotName = None,
+    rider: Annotated[str | None, typer.Option(metavar="NAME", help="Simulated rider.")] = None,
+    mode: Annotated[
+        str | None, typer.Option(metavar="autonomous|shared|assisted|manual", help="Who steers.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of everything that is drawn.")] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Any key of the scenario, dotted."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv.")
+    ] = None,
+    json: Json = False,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="A picture.")] = None,
+    animate: Annotated[Path | None, typer.Option(metavar="FILE.gif|mp4")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table.")] = False,
+) -> int:
+    """Ride a scenario, and say how it went."""
+    from cohelm.cli import run as command  # noqa: PLC0415 # lazy
+
+    asked = command.Asked(
+        scenario=scenario,
+        map=map_,
+        start=start,
+        goal=goal,
+        prefer=tuple(prefer or ()),
+        people=people,
+        planner=planner,
+        method=method,
+        robot=robot,
+        rider=rider,
+        mode=mode,
+        seed=seed,
+        settings=tuple(set_ or ()),
+    )
+    outputs = command.Outputs(out=out, json=json, plot=plot, animate=animate, quiet=quiet)
+    return command.run(asked, outputs)
+
+
+@app.command()
+def plan(  # noqa: PLR0917 # an option is an argument
+    map_: Annotated[str, typer.Argument(metavar="MAP.yaml", help="Nav2 map_server YAML.")],
+    start: Annotated[str, typer.Option(metavar="X,Y|NAME")],
+    goal: Annotated[str, typer.Option(metavar="X,Y|NAME")],
+    prefer: Prefer = None,
+    method: Annotated[str, typer.Option(metavar="NAME", help="Global planner.")] = "upf",
+    robot: RobotName = None,
+    json: Json = False,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture.")] = None,
+) -> int:
+    """Plan a route on a map, and say what a wish costs."""
+    from cohelm.cli import plan as command  # noqa: PLC0415 # lazy
+
+    return command.plan(
+        command.Asked(
+            map=map_,
+            start=start,
+            goal=goal,
+            prefer=tuple(prefer or ()),
+            method=method,
+            robot=robot or "quantum_q6_edge",
+        ),
+        json=json,
+        plot=plot,
+    )
+
+
+@app.command()
+def scenarios() -> int:
+    """The scenarios that come with cohelm."""
+    return _listing("scenarios")
+
+
+@app.command()
+def plugins() -> int:
+    """The parts that a scenario can name, and where they come from."""
+    return _listing("plugins")
+
+
+@app.command()
+def data() -> int:
+    """The outside data sets that tests and benchmarks use: what is here, and where to get it."""
+    return _listing("data")
+
+
+def _listing(what: str) -> int:
+    from cohelm.cli import listings  # noqa: PLC0415 # lazy
+
+    command: Callable[[], int] = getattr(listings, what)
+    return command()

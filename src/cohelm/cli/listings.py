@@ -1,0 +1,119 @@
+"""``cohelm scenarios``, ``cohelm plugins`` and ``cohelm data``."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+from rich.table import Table
+
+from cohelm import plugins as parts
+from cohelm.cli.report import OUTPUT
+
+
+class DataSet(NamedTuple):
+    """An outside data set: nothing of it comes with cohelm."""
+
+    folder: str
+    holds: str
+    sources: tuple[tuple[str, str], ...]
+    """(public source, licence) of each part."""
+
+
+DATA_SETS = (
+    DataSet(
+        "ros_maps",
+        "occupancy maps of real and simulated buildings",
+        (
+            ("ros-navigation/navigation2", "Apache-2.0"),
+            ("utexas-bwi/bwi_common", "BSD"),
+            ("RGNC/enps_rrt", "GPL-3.0"),
+            ("Docencia-fmrico/plansys2-hospital-cavros", "Apache-2.0"),
+            ("robotics-upo/hunav_sim", "MIT"),
+        ),
+    ),
+    DataSet(
+        "movingai", "grid maps with the optimal lengths of paths", (("nathansttt/hog2", "MIT"),)
+    ),
+    DataSet(
+        "pedestrians",
+        "recorded walkers: ETH, UCY, HERMES",
+        (("crowdbotp/OpenTraj", "see each set"), ("quancore/social-lstm", "see each set")),
+    ),
+    DataSet(
+        "lidar",
+        "people in laser scans and point clouds",
+        (
+            ("angusleigh/leg_tracker", "BSD-3-Clause"),
+            ("kuixu/kitti_object_vis", "KITTI: CC BY-NC-SA 3.0"),
+            ("udacity/SFND_Lidar_Obstacle_Detection", "none stated"),
+        ),
+    ),
+    DataSet(
+        "ifc",
+        "building models",
+        (
+            ("youshengCode/IfcSampleFiles", "none stated"),
+            ("opensourceBIM/TestFiles", "GPL-3.0"),
+            ("andrewisen/bim-whale-ifc-samples", "MIT"),
+        ),
+    ),
+    DataSet(
+        "crowdnav",
+        "people of the 500 circle-crossing test cases, recorded",
+        (("vita-epfl/CrowdNav", "MIT"),),
+    ),
+    DataSet(
+        "barn", "300 cluttered worlds with reference paths", (("Daffan/the-barn-challenge", "MIT"),)
+    ),
+)
+
+
+def scenarios() -> int:
+    """List the scenarios."""
+    from cohelm.evaluation.scenario import load_scenario, scenario_names  # noqa: PLC0415 # lazy
+
+    table = _table("scenario", "floor", "people", "what happens")
+    for name in scenario_names():
+        scenario = load_scenario(name)
+        count = scenario.people.count
+        people = len(scenario.people.ways) if count is None else count
+        table.add_row(name, scenario.floor or scenario.map, str(people), scenario.description)
+    OUTPUT.print(table)
+    return 0
+
+
+def plugins() -> int:
+    """List every installed part, without importing any."""
+    table = _table("kind", "name", "class", "from")
+    for group in parts.GROUPS:
+        for name in parts.names(group):
+            table.add_row(group, name, *parts.origin(group, name))
+        table.add_section()
+    OUTPUT.print(table)
+    return 0
+
+
+def data() -> int:
+    """List the outside data sets: present or absent, with their public sources and licences."""
+    given = os.environ.get("COHELM_DATA", "")
+    root = Path(given) if given else None
+    for each in DATA_SETS:
+        folder = root / each.folder if root is not None else None
+        present = folder is not None and folder.is_dir() and any(folder.iterdir())
+        here = "[green]present[/]" if present else "[yellow]absent [/]"
+        OUTPUT.print(f"[bold]{each.folder:12}[/]{here}  {each.holds}")
+        for source, licence in each.sources:
+            OUTPUT.print(f"[dim]{'':21}github.com/{source}  ({licence})[/]")
+    OUTPUT.print(
+        f"COHELM_DATA is {given}" if given else "COHELM_DATA is not set; it names their folder"
+    )
+    return 0
+
+
+def _table(*columns: str) -> Table:
+    table = Table(header_style="dim", show_edge=False, pad_edge=False)
+    for i, column in enumerate(columns):
+        table.add_column(column, overflow="fold", style="bold" if i == 0 else None)
+    return table

@@ -1,0 +1,105 @@
+"""What is seen on standard error while a ride runs."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from rich.console import Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.spinner import Spinner
+from rich.text import Text
+
+from cohelm.cli.report import ERRORS
+from cohelm.geometry import arc_length, nearest_on_polyline
+from cohelm.messages import Reason
+from cohelm.navigation import Tick
+from cohelm.simulation import Truth
+
+COMPILING = 3.0
+"""Preparation that takes longer than this compiles, s."""
+
+
+class RideProgress:
+    """A watcher of a ride that shows it live: speed, η, nearest gap, last stop, what is left.
+
+    Args:
+        title: of the ride.
+        time_limit: s.
+        shown: whether anything is shown at all.
+    """
+
+    def __init__(self, title: str, time_limit: float, *, shown: bool) -> None:
+        self._title = title
+        self._limit = time_limit
+        self._began = time.monotonic()
+        self._spinner = Spinner("dots")
+        self._last: tuple[Tick, Truth] | None = None
+        self._reason: Reason | None = None
+        self._live = Live(
+            get_renderable=self._render,
+            console=ERRORS,
+            refresh_per_second=5,
+            transient=True,
+            redirect_stdout=False,
+            redirect_stderr=False,
+        )
+        self._shown = shown and ERRORS.is_terminal
+
+    def __enter__(self) -> Self:
+        if self._shown:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._shown:
+            self._live.stop()
+
+    def __call__(self, tick: Tick, truth: Truth) -> None:
+        """One more tick."""
+        self._last = tick, truth
+        if tick.decision.reason not in {None, Reason.ARRIVED}:
+            self._reason = tick.decision.reason
+
+    def _render(self) -> Group | Spinner:
+        if self._last is None:
+            waited = time.monotonic() - self._began
+            what = "compiling (first run only)" if waited > COMPILING else "setting the stage"
+            self._spinner.update(text=f"{self._title}: {what} …")
+            return self._spinner
+        tick, truth = self._last
+        gap = float(truth.gap_people.min(initial=np.inf).clip(min=0.0))
+        eta = tick.authority.eta if tick.authority is not None else 0.0
+        driven, total = _along(tick, truth)
+        facts = [
+            f"{truth.time:5.1f} s",
+            f"speed {truth.twist[0]:4.2f} m/s",
+            f"η {eta:4.2f}",
+            f"nearest {gap:4.2f} m" if np.isfinite(gap) else "nobody there",
+            f"{max(total - driven, 0.0):4.1f} m to go",
+            f"{self._limit - truth.time:3.0f} s left",
+        ]
+        last = self._reason.sentence if self._reason is not None else "—"
+        return Group(
+            Text(self._title, style="bold"),
+            ProgressBar(total=max(total, 1e-6), completed=driven, width=60),
+            Text("   ".join(facts)),
+            Text(f"last stop: {last}", style="dim"),
+        )
+
+
+def _along(tick: Tick, truth: Truth) -> tuple[float, float]:
+    """(length driven, whole length) of the present route, m."""
+    if tick.path is None:
+        return 0.0, 0.0
+    points = np.ascontiguousarray(tick.path.points)
+    along, _ = nearest_on_polyline(points, float(truth.pose[0]), float(truth.pose[1]))
+    return along, float(arc_length(points)[-1])

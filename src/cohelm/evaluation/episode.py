@@ -1,0 +1,189 @@
+"""One ride: the only place where a world and a navigator meet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import MappingProxyType
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.evaluation.ride import Outcome, Ride, Stop, is_standing
+from cohelm.evaluation.scenario import Scenario
+from cohelm.evaluation.staging import Stage, set_stage
+from cohelm.messages import Reason
+from cohelm.navigation import Navigator, Tick
+from cohelm.simulation import Truth, World
+
+GOAL_RADIUS = 0.2
+"""m."""
+SETTLING = 2.0
+"""After coming within the goal's radius the chair must stand still within this, s."""
+PATIENCE = 20.0
+"""A chair that has stood for longer with a reason has stopped, s."""
+KEPT = 0.5
+"""Between the ticks that are kept for pictures, s."""
+
+Watcher = Callable[[Tick, Truth], None]
+"""Called after every tick with what was decided and how things were."""
+
+_NOT_A_STOP = frozenset({Reason.OVER_LIMITS, Reason.TOO_CLOSE, Reason.ARRIVED})
+"""Reasons with which the chair goes on, or rightly stands."""
+
+
+def run(scenario: Scenario, seed: int, on_tick: Watcher | None = None) -> Ride:
+    """Ride a scenario; the same scenario and seed give the same ride bit for bit, durations apart.
+
+    Raises:
+        ConfigError, MapError, PluginError, PlanningError: see :func:`~.staging.set_stage`.
+    """
+    return Episode(set_stage(scenario, seed)).run(on_tick)
+
+
+class Episode:
+    """A ride in the making.
+
+    Args:
+        stage: everything it needs.
+    """
+
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+
+    def run(self, on_tick: Watcher | None = None) -> Ride:
+        """Ride to the end: goal, collision, stop or time limit."""
+        stage = self.stage
+        world = World(stage.world, stage.seed)
+        navigator = Navigator(stage.navigator)
+        log = _Log()
+        tick: Tick | None = None
+        while True:
+            truth = world.truth
+            tick = navigator.step(world.observe(), stage.request, tick)
+            log.add(truth, tick)
+            if on_tick is not None:
+                on_tick(tick, truth)
+            outcome = log.outcome(stage)
+            if outcome is not None:
+                return log.ride(stage, outcome)
+            world.advance(tick.decision)
+
+
+class _Log:
+    """What has happened so far."""
+
+    def __init__(self) -> None:
+        self.truths: list[Truth] = []
+        self.rows: list[Floats] = []
+        self.durations: list[dict[str, float]] = []
+        self.kept: list[Tick] = []
+        self.closest: tuple[float, Tick] | None = None
+        self.stops: list[Stop] = []
+        self.first: Tick | None = None
+        self._entered: float | None = None
+        self._stood_since: float | None = None
+
+    def add(self, truth: Truth, tick: Tick) -> None:
+        """One tick: how things were, and what the navigator made of what it was told."""
+        self.truths.append(truth)
+        self.rows.append(_row(tick))
+        self.durations.append(dict(tick.durations))
+        self.first = self.first or tick
+        if not self.kept or truth.time - self.kept[-1].observation.time > KEPT - 1e-9:
+            self.kept.append(tick)
+        gap = float(truth.gap_people.min(initial=np.inf))
+        if np.isfinite(gap) and (self.closest is None or gap < self.closest[0]):
+            self.closest = gap, tick
+        self._note_stop(truth, tick)
+
+    def _note_stop(self, truth: Truth, tick: Tick) -> None:
+        reason = tick.decision.reason
+        if reason is None or reason in _NOT_A_STOP:
+            self._stood_since = None
+            return
+        last = self.stops[-1] if self.stops else None
+        if self._stood_since is None or last is None or last.reason is not reason:
+            self.stops.append(Stop(time=truth.time, duration=0.0, reason=reason))
+        else:
+            duration = truth.time - last.time
+            self.stops[-1] = Stop(time=last.time, duration=duration, reason=reason)
+        if not bool(is_standing(truth.twist)) or self._stood_since is None:
+            self._stood_since = truth.time
+
+    def outcome(self, stage: Stage) -> Outcome | None:
+        """How the ride has ended; None: it goes on."""
+        truth = self.truths[-1]
+        if truth.hit_moving.any() or truth.hit_wall:
+            return Outcome.COLLISION
+        if np.hypot(*(truth.pose[:2] - stage.request.goal)) > GOAL_RADIUS:
+            self._entered = None
+        else:
+            self._entered = truth.time if self._entered is None else self._entered
+            in_time = truth.time - self._entered <= SETTLING + 1e-9
+            if in_time and bool(is_standing(truth.twist)):
+                return Outcome.REACHED
+        if self._stood_since is not None and truth.time - self._stood_since > PATIENCE:
+            return Outcome.STOPPED
+        if truth.time >= stage.scenario.time_limit - 1e-9:
+            return Outcome.TIMEOUT
+        return None
+
+    def ride(self, stage: Stage, outcome: Outcome) -> Ride:
+        """All of it as one value."""
+        truths, rows = self.truths, np.array(self.rows)
+        k, n = len(truths), len(truths[0].crowd.radius)
+        people = [np.column_stack([t.crowd.position, t.crowd.velocity]) for t in truths]
+        return Ride(
+            scenario=stage.scenario,
+            seed=stage.seed,
+            outcome=outcome,
+            robot=stage.robot,
+            grid=stage.grid,
+            world=stage.world.grid,
+            goal=stage.request.goal,
+            prefer=stage.prefer,
+            step=stage.world.control_step,
+            time=np.array([t.time for t in truths]),
+            pose=np.array([t.pose for t in truths]),
+            twist=np.array([t.twist for t in truths]),
+            command=rows[:, :3],
+            asked=rows[:, 3:6],
+            stick=rows[:, 6:8],
+            eta=rows[:, 8],
+            gap_people=np.array([t.gap_people for t in truths]).reshape(k, n),
+            gap_wall=np.array([t.gap_wall for t in truths]),
+            hit_moving=np.array([t.hit_moving for t in truths]).reshape(k, n),
+            hit_standing=np.array([t.hit_standing for t in truths]).reshape(k, n),
+            hit_wall=np.array([t.hit_wall for t in truths]),
+            people=np.array(people).reshape(k, n, 4),
+            people_heading=np.array([t.crowd.heading for t in truths]).reshape(k, n),
+            people_target=np.array([t.crowd.target for t in truths]).reshape(k, n),
+            people_radius=truths[0].crowd.radius,
+            stops=tuple(self.stops),
+            path=self.first.path if self.first is not None else None,
+            ticks=tuple(self.kept),
+            closest=self.closest[1] if self.closest is not None else None,
+            durations=_by_stage(self.durations),
+        )
+
+
+def _row(tick: Tick) -> Floats:
+    """(command 3, asked 3, stick 2, η) of one tick; NaN where there is no device."""
+    authority, rider = tick.authority, tick.observation.rider
+    there = authority is not None and rider is not None
+    return np.concatenate(
+        [
+            tick.decision.twist,
+            authority.twist if authority is not None and there else np.full(3, np.nan),
+            rider.deflection if rider is not None else np.full(2, np.nan),
+            [authority.eta if authority is not None else 0.0],
+        ]
+    )
+
+
+def _by_stage(durations: list[dict[str, float]]) -> MappingProxyType[str, Floats]:
+    """Durations (k,) of each stage, 0 where it did not run, and the whole tick's."""
+    stages = sorted({stage for each in durations for stage in each} - {"tick"})
+    by_stage = {s: np.array([each.get(s, 0.0) for each in durations]) for s in stages}
+    whole = np.sum(list(by_stage.values()), axis=0) if by_stage else np.zeros(len(durations))
+    return MappingProxyType({**by_stage, "tick": whole})

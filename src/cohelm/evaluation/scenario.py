@@ -1,0 +1,269 @@
+"""A scenario: one strict YAML file says where, from where to where, with whom, with which parts.
+
+    description: …              a sentence for ``cohelm scenarios``
+    floor: hospital             or  map: file.yaml (Nav2 map_server YAML)
+    start: Entrance             a place, [x, y] or [x, y, degrees]
+    goal: Ward 3                a place or [x, y]
+    people: {count: 12}         and explicit ways, speeds, whether they see the robot
+    local_planner: ss_mpc_dcbf  or {use: ss_mpc_dcbf, horizon: 2.5}; so for every part
+
+A key that nobody knows is refused with its file, its dotted key and the nearest right one. All keys
+but ``start`` and ``goal`` have defaults, so that a scenario says only what is particular to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
+
+from cohelm.config import Model, nearest, override, read_yaml, validate
+from cohelm.errors import ConfigError, ScenarioError
+from cohelm.messages import Mode, RiderProfile
+from cohelm.robots import Robot, load_robot
+from cohelm.simulation import Fault, Localisation, Odometry
+
+Point = tuple[float, float]
+
+PARTS = {
+    "global_planner": ("global_planners", "upf"),
+    "local_planner": ("local_planners", "ss_mpc_dcbf"),
+    "detector": ("detectors", "scan_clusters"),
+    "tracker": ("trackers", "kalman"),
+    "predictor": ("predictors", "constant_velocity"),
+    "social_model": ("social_models", "personal_space"),
+    "rider": ("riders", "none"),
+}
+"""The replaceable parts: key of the scenario → (kind of plugin, the one used by default)."""
+
+
+def _spec(given: Any) -> Any:
+    """A part is named by a word or by ``{use: word, parameter: value, …}``."""
+    return {"use": given} if isinstance(given, str) else given
+
+
+def _place(given: Any) -> Any:
+    if isinstance(given, str) and given:
+        return given
+    numbers = isinstance(given, list | tuple) and len(given) in {2, 3}
+    if numbers and all(isinstance(x, int | float) and not isinstance(x, bool) for x in given):
+        return tuple(float(x) for x in given)
+    raise ValueError("write a place's name, [x, y] or [x, y, degrees]")
+
+
+Spec = Annotated[dict[str, Any], BeforeValidator(_spec)]
+Spot = Annotated[str | tuple[float, float, float] | Point, BeforeValidator(_place)]
+
+
+def _part(name: str) -> Any:
+    return Field(default_factory=lambda: {"use": name})
+
+
+class Way(Model):
+    """Where one person walks."""
+
+    points: tuple[Point, ...] = Field(min_length=1)
+    """Way-points from the start on, m."""
+    loop: bool = False
+    """Walks to the first point again after the last, and so on for ever."""
+    speed: float | None = Field(None, gt=0.0, le=3.0)
+    """m/s; none: drawn like everybody's."""
+    see_robot: bool | None = None
+    """None: like everybody."""
+
+
+class Crowding(Model):
+    """Who walks there."""
+
+    count: int | None = Field(None, ge=0, le=300)
+    """People; beyond the explicit ways, ways are drawn that cross the robot's. None: those only."""
+    ways: tuple[Way, ...] = ()
+    """Explicit ways, one for each person."""
+    model: Spec = _part("orca")
+    """How they walk: a pedestrian model."""
+    see_robot: bool = True
+    """Whether they avoid the robot."""
+    speed: tuple[float, float] = (0.9, 1.3)
+    """Range of the preferred speeds, m/s."""
+    radius: float = Field(0.25, gt=0.05, le=1.0)
+    """Of the body's disc, m."""
+    jitter: float = Field(0.05, ge=0.0, le=1.0)
+    """Starts are moved by up to this, m: ORCA deadlocks in perfect symmetry (METHOD §6)."""
+
+    @model_validator(mode="after")
+    def _speeds_in_order(self) -> Self:
+        if not 0.0 < self.speed[0] <= self.speed[1] <= 3.0:
+            raise ValueError("speed must be [lowest, highest] with 0 < lowest ≤ highest ≤ 3 m/s")
+        return self
+
+
+class Obstacle(Model):
+    """Something that stands in the world and that the map does not know."""
+
+    at: Point
+    """Centre, m."""
+    size: Point | None = None
+    """Width and depth of a rectangle, m."""
+    angle_deg: float = 0.0
+    """Of the rectangle."""
+    radius: float | None = Field(None, gt=0.0)
+    """Of a disc, m."""
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if (self.size is None) == (self.radius is None):
+            raise ValueError("give either size: [width, depth] or radius")
+        return self
+
+
+class Scenario(Model):
+    """Everything that makes a ride, but its seed's draw. See the module's docstring."""
+
+    name: str = ""
+    description: str = ""
+    floor: str | None = None
+    """A floor that comes with cohelm."""
+    map: str | None = None
+    """A map_server YAML file; a relative name is looked for beside the scenario."""
+    start: Spot
+    goal: Spot
+    prefer: tuple[Point, ...] = ()
+    """Points that attract the route, m."""
+    robot: str = "quantum_q6_edge"
+    """A name, or a YAML file; a relative name is looked for beside the scenario."""
+    mode: Mode = Mode.SHARED
+    rider: Spec = _part(PARTS["rider"][1])
+    profile: RiderProfile = RiderProfile()
+    people: Crowding = Crowding()
+    obstacles: tuple[Obstacle, ...] = ()
+    global_planner: Spec = _part(PARTS["global_planner"][1])
+    local_planner: Spec = _part(PARTS["local_planner"][1])
+    detector: Spec = _part(PARTS["detector"][1])
+    tracker: Spec = _part(PARTS["tracker"][1])
+    predictor: Spec = _part(PARTS["predictor"][1])
+    social_model: Spec = _part(PARTS["social_model"][1])
+    localisation: Localisation = Localisation()
+    odometry: Odometry = Odometry()
+    faults: tuple[Fault, ...] = ()
+    """What is injected, and when."""
+    time_limit: float = Field(180.0, gt=0.0, le=3600.0)
+    """s."""
+    seed: int = Field(0, ge=0)
+    """Used where no other is given."""
+
+    _file: Path | None = PrivateAttr(default=None)
+
+    @model_validator(mode="after")
+    def _one_world(self) -> Self:
+        if (self.floor is None) == (self.map is None):
+            raise ValueError("give either floor: NAME or map: FILE.yaml")
+        return self
+
+    @property
+    def file(self) -> Path | None:
+        """Where it was read, to be named in errors."""
+        return self._file
+
+    def beside(self, file: str) -> Path:
+        """A file as the scenario names it: relative to the scenario's own folder."""
+        return self._file.parent / file if self._file is not None else Path(file)
+
+
+def scenario_names() -> tuple[str, ...]:
+    """The scenarios that come with cohelm."""
+    return tuple(
+        sorted(
+            f.name.removesuffix(".yaml")
+            for f in _shipped("scenarios").iterdir()
+            if f.name.endswith(".yaml")
+        )
+    )
+
+
+def floor_file(name: str) -> Path:
+    """The drawing of a floor that comes with cohelm.
+
+    Raises:
+        ScenarioError: listing the floors there are.
+    """
+    known = [f.name.removesuffix(".yaml") for f in _shipped("floors").iterdir()]
+    if name not in known:
+        raise ScenarioError(f"no floor is called {name!r}{nearest(name, known)}", key="floor")
+    return Path(str(_shipped("floors") / f"{name}.yaml"))
+
+
+def load_scenario(
+    name_or_file: str | Path,
+    settings: Iterable[str] = (),
+    changes: Mapping[str, Any] | None = None,
+) -> Scenario:
+    """A scenario by its name or from a file.
+
+    Args:
+        name_or_file: one of :func:`scenario_names`, or a YAML file.
+        settings: ``dotted.key=value``, put in last; values are read as YAML.
+        changes: top-level keys to replace before; None takes a key away.
+
+    Raises:
+        ScenarioError: naming file, dotted key and what to do.
+        PluginError: if a part does not exist or does not import.
+    """
+    file = _scenario_file(str(name_or_file))
+    given = {**read_yaml(file, error=ScenarioError), **(changes or {})}
+    data = {key: each for key, each in given.items() if each is not None}
+    settings = list(settings)
+    try:
+        data = override(_spelt_out(data, settings), settings)
+    except ConfigError as cause:
+        raise ScenarioError(cause.problem, key=cause.key) from None
+    data.setdefault("name", file.stem)
+    scenario = validate(Scenario, data, file=file, error=ScenarioError)
+    scenario._file = file
+    _check_names(scenario, file)
+    return scenario
+
+
+def _spelt_out(data: Mapping[str, Any], settings: Iterable[str]) -> dict[str, Any]:
+    """``data`` with the parts that a setting reaches into written as ``{use: …}``."""
+    out = dict(data)
+    for key in {setting.partition(".")[0].strip() for setting in settings} & PARTS.keys():
+        out[key] = _spec(out.get(key, PARTS[key][1]))
+    return out
+
+
+def _check_names(scenario: Scenario, file: Path) -> None:
+    """Refuse a floor or a robot that does not exist."""
+    if scenario.floor is not None:
+        try:
+            floor_file(scenario.floor)
+        except ScenarioError as cause:
+            raise ScenarioError(cause.problem, file=file, key="floor") from None
+    robot_of(scenario)
+
+
+def robot_of(scenario: Scenario) -> Robot:
+    """The scenario's robot.
+
+    Raises:
+        ConfigError: see :func:`~cohelm.robots.load_robot`.
+    """
+    beside = scenario.beside(scenario.robot)
+    return load_robot(beside if beside.is_file() else scenario.robot)
+
+
+def _scenario_file(text: str) -> Path:
+    names = scenario_names()
+    if text in names:
+        return Path(str(_shipped("scenarios") / f"{text}.yaml"))
+    if text.endswith((".yaml", ".yml")) or "/" in text:
+        return Path(text)
+    raise ScenarioError(
+        f"no scenario is called {text!r}{nearest(text, names)} (or give a .yaml file)"
+    )
+
+
+def _shipped(folder: str) -> Any:
+    return files("cohelm.evaluation") / folder

@@ -1,0 +1,15 @@
+"""Drawings of rides and routes: one figure, one file; readable in colour and in black and white."""
+
+from cohelm.pictures.animate import animate_ride, check_animation
+from cohelm.pictures.canvas import check_picture
+from cohelm.pictures.plan import draw_plan
+from cohelm.pictures.ride import RideRecord, draw_ride
+
+__all__ = [
+    "RideRecord",
+    "animate_ride",
+    "check_animation",
+    "check_picture",
+    "draw_plan",
+    "draw_ride",
+]

@@ -1,0 +1,195 @@
+"""What all pictures share: the sheet, the floor, the scale bar, the legend, and how things look."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.transforms import Affine2D
+
+from cohelm.arrays import Floats
+from cohelm.errors import ConfigError
+from cohelm.geometry import transform
+from cohelm.maps import OccupancyGrid
+from cohelm.robots import Robot
+
+INK = "#1d2530"
+FREE = "#ffffff"
+WALL = "#5b6675"
+UNKNOWN = "#e6e9ed"
+ROUTE = "#0b7a75"
+PLAIN_ROUTE = "#7b8794"
+PERSON = "#3d5a98"
+SPACE = "#8f7cc3"
+CHAIR = "#1d2530"
+WISH = "#c2185b"
+UNMAPPED = "#b5651d"
+ETA = LinearSegmentedColormap.from_list("eta", ["#ffb238", "#e0523f", "#8e2464", "#2b1450"])
+"""From the chair's hand (light) to the rider's (dark): its luminance falls all along."""
+
+FORMATS = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
+
+
+def check_picture(file: Path, key: str = "--plot") -> None:
+    """Refuse a file that no picture can be written to, before the work is done.
+
+    Raises:
+        ConfigError: naming the option and what to do.
+    """
+    if file.suffix.lower() not in FORMATS:
+        raise ConfigError(f"{file}: write a picture as {', '.join(FORMATS)}", key=key)
+    check_folder(file, key)
+
+
+def check_folder(file: Path, key: str) -> None:
+    """Refuse a file whose folder cannot be made, or that is itself a folder.
+
+    Raises:
+        ConfigError: naming the option and what to do.
+    """
+    if file.is_dir():
+        raise ConfigError(f"{file} is a folder; name a file in it", key=key)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as cause:
+        raise ConfigError(f"{file.parent} cannot be made ({cause.strerror})", key=key) from None
+
+
+def sheet(window: tuple[float, float, float, float], title: str) -> tuple[Figure, Axes]:
+    """A figure and axes that show ``window`` (x_min, y_min, x_max, y_max), m, to scale."""
+    x0, y0, x1, y1 = window
+    width, height = max(x1 - x0, 1e-3), max(y1 - y0, 1e-3)
+    scale = min(11.0 / width, 8.0 / height)
+    size = np.maximum(np.array([width, height]) * scale, [6.4, 2.0])
+    figure = Figure(figsize=(size[0] + 0.5, size[1] + 1.5), dpi=110, facecolor="white")
+    FigureCanvasAgg(figure)
+    left, bottom = 0.25 / (size[0] + 0.5), 1.0 / (size[1] + 1.5)
+    axes = figure.add_axes(
+        (left, bottom, size[0] / (size[0] + 0.5), size[1] / (size[1] + 1.5)), facecolor=UNKNOWN
+    )
+    axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set(color=PLAIN_ROUTE, linewidth=0.8)
+    axes.set_title(title, loc="left", fontsize=11, color=INK, pad=8)
+    return figure, axes
+
+
+def around(points: Floats, grid: OccupancyGrid, margin: float) -> tuple[float, float, float, float]:
+    """The window about points (k, 2) with a margin, cut to the grid, m."""
+    bounds = grid.bounds
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    return (
+        max(float(low[0]), bounds[0]),
+        max(float(low[1]), bounds[1]),
+        min(float(high[0]), bounds[2]),
+        min(float(high[1]), bounds[3]),
+    )
+
+
+def draw_floor(axes: Axes, grid: OccupancyGrid, world: OccupancyGrid | None = None) -> None:
+    """The map, unknown cells in grey; what only ``world`` has, in a colour of its own."""
+    kind = np.where(grid.data < 0, 2, np.where(grid.occupied(), 1, 0))
+    if world is not None:
+        kind = np.where(world.occupied() & ~grid.occupied(), 3, kind)
+    width, height = grid.size
+    to_map = Affine2D().rotate(grid.X_MG[2]).translate(grid.X_MG[0], grid.X_MG[1])
+    window = (*axes.get_xlim(), *axes.get_ylim())
+    axes.imshow(
+        kind,
+        cmap=ListedColormap([FREE, WALL, UNKNOWN, UNMAPPED]),
+        vmin=-0.5,
+        vmax=3.5,
+        origin="lower",
+        extent=(0.0, width, 0.0, height),
+        transform=to_map + axes.transData,
+        interpolation="nearest",
+        zorder=0,
+    )
+    axes.set(xlim=window[:2], ylim=window[2:])
+
+
+def draw_scale_bar(axes: Axes) -> None:
+    """A bar of 1, 2, 5, 10, 20 or 50 m in the lower left corner."""
+    x0, x1 = axes.get_xlim()
+    y0, y1 = axes.get_ylim()
+    length = max([m for m in (1, 2, 5, 10, 20, 50) if m <= 0.25 * (x1 - x0)], default=1)
+    x, y = x0 + 0.02 * (x1 - x0), y0 + 0.035 * (y1 - y0)
+    style: dict[str, Any] = {"solid_capstyle": "butt", "zorder": 20}
+    axes.plot([x, x + length], [y, y], color="white", linewidth=7.0, **style)
+    axes.plot([x, x + length], [y, y], color=INK, linewidth=3.0, **style)
+    axes.plot([x + length / 2, x + length], [y, y], color="white", linewidth=1.4, **style)
+    axes.annotate(
+        f"{length} m",
+        (x + length / 2, y),
+        xytext=(0, 5),
+        textcoords="offset points",
+        ha="center",
+        fontsize=9,
+        color=INK,
+        bbox={
+            "boxstyle": "round,pad=0.12",
+            "facecolor": "white",
+            "edgecolor": "none",
+            "alpha": 0.8,
+        },
+        zorder=20,
+    )
+
+
+def footprint(robot: Robot, pose: Floats, **style: Any) -> Polygon:
+    """The robot's outline at a pose, to be added to axes."""
+    return Polygon(transform(pose, robot.outline), closed=True, **style)
+
+
+def draw_ends(axes: Axes, start: Floats, goal: Floats) -> None:
+    """Start and goal."""
+    axes.plot(
+        *start[:2], marker="o", color=INK, markerfacecolor="white", markersize=8,
+        markeredgewidth=1.8, linestyle="none", label="start", zorder=12,
+    )  # fmt: skip
+    axes.plot(
+        *goal[:2], marker="X", color=INK, markerfacecolor=ROUTE, markersize=11,
+        markeredgewidth=1.2, linestyle="none", label="goal", zorder=12,
+    )  # fmt: skip
+
+
+def draw_wishes(axes: Axes, points: Floats) -> None:
+    """The points (w, 2) that attract the route."""
+    if len(points):
+        axes.plot(
+            *points.T, marker="*", color=WISH, markeredgecolor=INK, markersize=15,
+            linestyle="none", label="wish of the rider", zorder=12,
+        )  # fmt: skip
+
+
+def draw_route(axes: Axes, points: Floats, plain: Floats) -> None:
+    """A route (k, 2), and where it differs the one without wishes (j, 2)."""
+    if points.shape != plain.shape or not np.allclose(points, plain, atol=1e-6):
+        axes.plot(
+            *plain.T, color=PLAIN_ROUTE, linewidth=1.6, linestyle=(0, (1, 1.6)),
+            label="route without the wish", zorder=4,
+        )  # fmt: skip
+    axes.plot(*points.T, color=ROUTE, linewidth=1.8, linestyle=(0, (5, 2)), label="route", zorder=5)
+
+
+def draw_legend(figure: Figure, axes: Axes, columns: int = 5) -> None:
+    """The legend below the axes."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="lower left", bbox_to_anchor=(axes.get_position().x0, 0.0),
+        ncols=columns, frameon=False, fontsize=9, handlelength=2.4, columnspacing=1.6,
+        borderaxespad=0.4, labelcolor=INK,
+    )  # fmt: skip
+
+
+def save(figure: Figure, file: Path) -> None:
+    """Write a figure; the same figure gives the same bytes."""
+    check_folder(file, "--plot")
+    metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    figure.savefig(file, metadata=metadata.get(file.suffix.lower()))
