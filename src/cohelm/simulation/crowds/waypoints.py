@@ -64,6 +64,29 @@ def towards_targets(
 
 
 @njit(cache=True)
+def current_targets(waypoints: Floats, target: Integers) -> Floats:
+    """The way-point (n, 2) each is walking to; NaN when done."""
+    out = np.full((target.shape[0], 2), np.nan)
+    for i in range(target.shape[0]):
+        if target[i] < waypoint_count(waypoints, i):
+            out[i] = waypoints[i, target[i]]
+    return out
+
+
+@njit(cache=True)
+def last_passed(waypoints: Floats, target: Integers, loop: Booleans) -> Floats:
+    """The way-point (n, 2) before the one each is walking to; NaN where there is none."""
+    out = np.full((target.shape[0], 2), np.nan)
+    for i in range(target.shape[0]):
+        count = waypoint_count(waypoints, i)
+        if 0 < target[i] < count:
+            out[i] = waypoints[i, target[i] - 1]
+        elif target[i] == 0 and loop[i] and count > 1:
+            out[i] = waypoints[i, count - 1]
+    return out
+
+
+@njit(cache=True)
 def waypoint_count(waypoints: Floats, i: int) -> int:
     """How many way-points person ``i`` has."""
     count = 0

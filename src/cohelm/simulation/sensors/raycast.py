@@ -59,6 +59,27 @@ def cast(  # noqa: PLR0917  # a kernel takes arrays and scalars
 
 
 @njit(cache=True)
+def in_sight(
+    occupied: Booleans, resolution: float, X_MG: Floats, start: Floats, end: Floats
+) -> Booleans:
+    """Whether the straight line from each of ``start`` (n, 2) to its ``end`` (n, 2) is free; (n,).
+
+    The other arguments are those of :func:`cast`.
+    """
+    out = np.empty(start.shape[0], dtype=np.bool_)
+    cos, sin = math.cos(X_MG[2]), math.sin(X_MG[2])
+    for i in range(start.shape[0]):
+        ox, oy = start[i, 0] - X_MG[0], start[i, 1] - X_MG[1]
+        x, y = (cos * ox + sin * oy) / resolution, (-sin * ox + cos * oy) / resolution
+        dx, dy = end[i, 0] - start[i, 0], end[i, 1] - start[i, 1]
+        far = math.hypot(dx, dy)
+        angle = math.atan2(dy, dx) - X_MG[2]
+        reach = far / resolution
+        out[i] = _to_cell(occupied, x, y, math.cos(angle), math.sin(angle), reach) > reach
+    return out
+
+
+@njit(cache=True)
 def _within_reach(discs: Floats, pose: Floats, reach: float) -> Floats:
     """The discs that rays can meet, relative to the sensor's position."""
     out = np.empty_like(discs)
