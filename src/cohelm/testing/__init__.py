@@ -1,0 +1,45 @@
+"""Conformance checks: what a part must do to fit in, as code; shipped for authors of plugins.
+
+One function per Protocol; each takes a ready part and raises :class:`ConformanceError` with what it
+did wrong. In a test of one's own::
+
+    def test_my_planner_fits_in():
+        check_local_planner(MyPlanner(MyPlanner.Parameters()))
+
+Hypothesis strategies for the values are in ``cohelm.testing.strategies``, which needs hypothesis.
+"""
+
+from cohelm.testing.conformance import ConformanceError
+from cohelm.testing.global_planners import check_global_planner
+from cohelm.testing.kinematics import check_kinematics
+from cohelm.testing.local_planners import check_local_planner
+from cohelm.testing.pedestrians import check_pedestrian_model, check_rider
+from cohelm.testing.perception import check_detector, check_predictor, check_tracker
+from cohelm.testing.social import check_social_model
+
+CHECKS = {
+    "detectors": check_detector,
+    "global_planners": check_global_planner,
+    "kinematics": check_kinematics,
+    "local_planners": check_local_planner,
+    "pedestrian_models": check_pedestrian_model,
+    "predictors": check_predictor,
+    "riders": check_rider,
+    "social_models": check_social_model,
+    "trackers": check_tracker,
+}
+"""The check of each kind of part in ``plugins.GROUPS``."""
+
+__all__ = [
+    "CHECKS",
+    "ConformanceError",
+    "check_detector",
+    "check_global_planner",
+    "check_kinematics",
+    "check_local_planner",
+    "check_pedestrian_model",
+    "check_predictor",
+    "check_rider",
+    "check_social_model",
+    "check_tracker",
+]

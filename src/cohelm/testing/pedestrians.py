@@ -1,0 +1,173 @@
+"""The contracts of ``simulation.PedestrianModel`` and ``simulation.Rider``."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cohelm.arrays import Floats, identical
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import RiderCommand
+from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
+from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
+from cohelm.testing.scenes import BODY, room
+
+_STEP = 0.05
+_SPRINT = 2.0
+"""Nobody walks faster than this many times the preferred speed."""
+
+
+def check_pedestrian_model(model: PedestrianModel, *, within: float = 1.0) -> None:
+    """Check a pedestrian model in a room: alone, two head-on, with a wall and a robot in the way.
+
+    Raises:
+        ConformanceError: saying what it does wrong.
+    """
+    bare = room()
+    nobody = _crowd(np.empty((0, 2)), np.empty((0, 2)))
+    require(
+        len(_step(model, nobody, _scene(bare), within).position) == 0, "nobody must stay nobody"
+    )
+    _check_arrives(model, bare, within)
+    _check_head_on(model, bare, within)
+    _check_wall(model, within)
+    _check_unseen_robot(model, bare)
+
+
+def _check_arrives(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
+    """9 m at 1.2 m/s take 7.5 s; twice that is allowed."""
+    crowd = _walk(model, _crowd([[1.5, 4.0]], [[10.5, 4.0]]), _scene(grid), 15.0, within)
+    require(crowd.target[0] == 1, "alone in a room a pedestrian must reach the way-point")
+    off = np.hypot(*(crowd.position[0] - (10.5, 4.0)))
+    require(off < 1.0, f"a pedestrian who is done must stay there, is {off:.2f} m away")
+
+
+def _check_head_on(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
+    crowd = _crowd([[2.0, 4.0], [10.0, 4.05]], [[10.0, 4.0], [2.0, 4.05]])
+    closest = np.inf
+    for k in range(200):
+        crowd = _step(model, crowd, _scene(grid, time=k * _STEP), within, verify=k % 50 == 0)
+        apart = np.hypot(*(crowd.position[0] - crowd.position[1])) - 2.0 * BODY
+        closest = min(closest, float(apart))
+    require(closest > -0.05, f"two who meet must not overlap, did by {-closest:.2f} m")
+
+
+def _check_wall(model: PedestrianModel, within: float) -> None:
+    grid = room(boxes=[(6.0, 0.0, 6.2, 8.0)])
+    crowd = _walk(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]), _scene(grid), 8.0, within)
+    beyond = float(crowd.position[0, 0]) + BODY - 6.0
+    require(beyond < 0.05, f"nobody walks through a wall, got {beyond:.2f} m into it")
+
+
+def _check_unseen_robot(model: PedestrianModel, grid: OccupancyGrid) -> None:
+    crowd = _crowd([[3.0, 4.0]], [[9.0, 4.0]])
+    far = _scene(grid)
+    near = dataclasses.replace(far, robot_position=np.array([4.2, 4.1]))
+    blind = [model.step(crowd, scene, _STEP, np.random.default_rng(0)) for scene in (far, near)]
+    require(identical(*blind), "who does not see the robot must not react to it")
+
+
+def _walk(
+    model: PedestrianModel, crowd: Crowd, scene: Scene, duration: float, within: float
+) -> Crowd:
+    for k in range(round(duration / _STEP)):
+        now = dataclasses.replace(scene, time=k * _STEP)
+        crowd = _step(model, crowd, now, within, verify=k % 50 == 0)
+    return crowd
+
+
+def _step(
+    model: PedestrianModel, crowd: Crowd, scene: Scene, within: float, *, verify: bool = True
+) -> Crowd:
+    if not verify:
+        return model.step(crowd, scene, _STEP, np.random.default_rng(0))
+    after = steady(
+        lambda: model.step(crowd, scene, _STEP, np.random.default_rng(0)),
+        inputs=(crowd, scene),
+        what="step",
+        within=within,
+    )
+    require_finite({"positions": after.position, "velocities": after.velocity})
+    require_finite({"headings": after.heading})
+    for name in ("radius", "preferred_speed", "waypoints", "loop", "sees_robot"):
+        kept = identical(getattr(crowd, name), getattr(after, name))
+        require(kept, f"step must keep everybody's {name}")
+    gone = np.hypot(*(after.position - crowd.position).T)
+    require(
+        gone <= _SPRINT * crowd.preferred_speed * _STEP + TOLERANCE,
+        f"nobody walks {_SPRINT} times as fast as preferred",
+    )
+    return after
+
+
+def _crowd(start: ArrayLike, goal: ArrayLike) -> Crowd:
+    """People of 1.2 m/s from ``start`` to ``goal``, (n, 2) each, who do not see the robot."""
+    position = np.asarray(start, dtype=float).reshape(-1, 2)
+    goals = np.asarray(goal, dtype=float).reshape(-1, 2)
+    way, n = goals - position, len(position)
+    return Crowd(
+        position=position,
+        velocity=np.zeros((n, 2)),
+        heading=np.arctan2(way[:, 1], way[:, 0]),
+        radius=np.full(n, BODY),
+        preferred_speed=np.full(n, 1.2),
+        waypoints=goals[:, None],
+        target=np.zeros(n, dtype=np.int64),
+        loop=np.zeros(n, dtype=np.bool_),
+        sees_robot=np.zeros(n, dtype=np.bool_),
+    )
+
+
+def _scene(grid: OccupancyGrid, *, time: float = 0.0) -> Scene:
+    return Scene(
+        grid=grid,
+        robot_position=np.array([6.0, 1.0]),
+        robot_velocity=np.zeros(2),
+        robot_radius=0.5,
+        time=time,
+    )
+
+
+def check_rider(rider: Rider, *, within: float = 0.1) -> None:
+    """Check a simulated rider over ten seconds of a ride along a bent route.
+
+    Raises:
+        ConformanceError: saying what it does wrong.
+    """
+    route = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]])
+    devices = set()
+    for k in range(200):
+        time = k * 0.05
+        view = _view(time, route)
+        command = _command(rider, view, within)
+        devices.add(command is None)
+        if command is None:
+            continue
+        require_finite({"deflection": command.deflection, "heartbeat": command.heartbeat})
+        require(np.abs(command.deflection) <= 1.0, "deflection must be within −1…1")
+        require(command.heartbeat <= time, "a device cannot have been heard later than now")
+    require(len(devices) == 1, "a rider must have a device always or never")
+
+
+def _command(rider: Rider, view: RiderView, within: float) -> RiderCommand | None:
+    return steady(
+        lambda: rider.command(view, np.random.default_rng(0)),
+        inputs=view,
+        what="command",
+        within=within,
+    )
+
+
+def _view(time: float, route: Floats) -> RiderView:
+    gone = 0.5 * time
+    first = gone <= 4.0
+    pose = (gone, 0.1, 0.0) if first else (4.0, gone - 4.0, np.pi / 2.0)
+    return RiderView(
+        time=time,
+        pose=np.array(pose),
+        twist=np.array([0.5, 0.0, 0.0]),
+        goal=route[-1],
+        route=route,
+    )

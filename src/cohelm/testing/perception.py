@@ -1,0 +1,197 @@
+"""The contracts of ``perception.Detector``, ``Tracker`` and ``Predictor``."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from cohelm.arrays import Floats, identical
+from cohelm.geometry import compose
+from cohelm.maps import DistanceField
+from cohelm.messages import Observation, People, Predictions, Scan
+from cohelm.perception.api import Detections, Detector, Predictor, Tracker
+from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
+from cohelm.testing.scenes import BODY, room, scan_of, straight_on, walkers, walls_of
+
+_ROBOT = np.array([3.0, 4.0, 0.4])
+_MOUNT = np.array([0.2, 0.0, 0.1])
+_BODIES = np.array([[6.0, 4.5, BODY], [5.0, 2.0, BODY]])
+_TICK = 0.1
+
+
+def check_detector(detector: Detector, *, within: float = 1.0) -> None:
+    """Check a detector in a bare room with nobody and with two people well in view.
+
+    Every return must stay, whatever it was taken for, and one person-sized disc in the open must be
+    found to within 0.15 m.
+
+    Raises:
+        ConformanceError: saying what it does wrong.
+    """
+    walls = walls_of(room())
+    for bodies in (np.empty((0, 3)), _BODIES):
+        scan = scan_of(pose=_ROBOT, mount=_MOUNT, discs=bodies, time=2.0)
+        found = _check_detections(detector, scan, walls, within)
+        for x, y, _ in bodies:
+            off = np.hypot(*(found.position - (x, y)).T)
+            require(len(off) > 0 and off.min() < 0.15, f"must find the person at ({x}, {y})")
+    for blind in (np.inf, np.nan):
+        scan = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), blind))
+        found = _check_detections(detector, scan, walls, within)
+        require(len(found.position) == 0, f"must find nobody in a scan of {blind} only")
+
+
+def _check_detections(
+    detector: Detector, scan: Scan, walls: DistanceField, within: float
+) -> Detections:
+    found = steady(
+        lambda: detector.detect(scan, _ROBOT, walls),
+        inputs=(scan, _ROBOT, walls),
+        what="detect",
+        within=within,
+    )
+    require(found.time == scan.time, "detections must have the scan's time")
+    require_finite({"points": found.points, "position": found.position, "radius": found.radius})
+    seen = np.flatnonzero(scan.ranges <= scan.range_max)
+    require(
+        len(found.points) == len(seen),
+        f"must keep all {len(seen)} returns of the scan, keeps {len(found.points)}",
+    )
+    angle = scan.angle_min + scan.angle_increment * seen
+    ends = scan.ranges[seen, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    X_ML = compose(_ROBOT, scan.mount)
+    turn = np.array([[np.cos(X_ML[2]), np.sin(X_ML[2])], [-np.sin(X_ML[2]), np.cos(X_ML[2])]])
+    require(
+        np.abs(found.points - (ends @ turn + X_ML[:2])) < TOLERANCE,
+        "points must be the returns in the map frame, in the order of the beams",
+    )
+    require(
+        (found.owner >= -1) & (found.owner < len(found.position)), "owner must name a detection"
+    )
+    require(found.radius > 0.0, "radius must be positive")
+    require((found.confidence >= 0.0) & (found.confidence <= 1.0), "confidence must be in 0…1")
+    return found
+
+
+def check_tracker(tracker: Tracker, *, within: float = 1.0) -> None:
+    """Check a tracker with nobody, and with two people, of whom one walks, for three seconds.
+
+    The same people are there as detections and as people given from outside, so that either kind
+    of tracker has something to work from. Memory must be a value: the same call twice gives the
+    same, and no call changes what an earlier one returned.
+
+    Raises:
+        ConformanceError: saying what it does wrong.
+    """
+    memory: Any = None
+    for k in range(5):
+        people, memory = _track(tracker, k * _TICK, np.empty((0, 4)), memory, within)
+        require(len(people) == 0, "must track nobody where nobody is")
+    memory, ids = None, []
+    for k in range(31):
+        time = k * _TICK
+        states = np.array([[3.0 + 1.0 * time, 0.5, 1.0, 0.0], [4.0, -2.0, 0.0, 0.0]])
+        people, memory = _track(tracker, time, states, memory, within)
+        ids.append(people.id)
+    require(len(people) == 2, f"must track two people after three seconds, tracks {len(people)}")
+    require(
+        identical(np.sort(ids[-1]), np.sort(ids[-10])), "must keep a person's id from call to call"
+    )
+    for truth in states:
+        off = np.hypot(*(people.mean[:, :2] - truth[:2]).T)
+        require(off.min() < 0.2, f"must be within 0.2 m of the person at {truth[:2]}")
+        slip = np.abs(people.mean[off.argmin(), 2:] - truth[2:]).max()
+        require(slip < 0.25, f"must know the velocity {truth[2:]} to within 0.25 m/s")
+
+
+def _track(
+    tracker: Tracker, time: float, states: Floats, memory: Any, within: float
+) -> tuple[People, Any]:
+    observation = Observation(
+        time=time,
+        pose=np.zeros(3),
+        pose_time=time,
+        twist=np.zeros(3),
+        twist_time=time,
+        people=walkers(states, time=time, source="given"),
+    )
+    detections = (_detections(time, states[:, :2]),)
+    people, after = steady(
+        lambda: tracker.track(observation, detections, memory),
+        inputs=(observation, detections, memory),
+        what="track",
+        within=within,
+    )
+    require(people.time == time, "people must have the observation's time")
+    require(len(np.unique(people.id)) == len(people), "two people must not share an id")
+    require_finite({"mean": people.mean, "covariance": people.covariance, "radius": people.radius})
+    require(
+        np.abs(people.covariance - people.covariance.swapaxes(1, 2)) < TOLERANCE,
+        "covariances must be symmetric",
+    )
+    if len(people):
+        require(
+            np.linalg.eigvalsh(people.covariance) > -TOLERANCE, "covariances must not be negative"
+        )
+    require(people.radius > 0.0, "radius must be positive")
+    require((people.confidence >= 0.0) & (people.confidence <= 1.0), "confidence must be in 0…1")
+    return people, after
+
+
+def _detections(time: float, centres: Floats) -> Detections:
+    """Whole outlines of people, as a scanner all round them would see them."""
+    d = len(centres)
+    angle = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    ring = BODY * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return Detections(
+        time=time,
+        origin=np.zeros(2),
+        points=(centres[:, None] + ring).reshape(-1, 2),
+        owner=np.repeat(np.arange(d), len(ring)),
+        mapped=np.zeros(d * len(ring), dtype=np.bool_),
+        through=np.empty((0, 2)),
+        position=centres,
+        radius=np.full(d, BODY),
+        deviation=np.full(d, 0.05),
+        confidence=np.ones(d),
+    )
+
+
+def check_predictor(predictor: Predictor, *, within: float = 1.0) -> None:
+    """Check a predictor with nobody and with three people: from where they are, ever less certain.
+
+    Raises:
+        ConformanceError: saying what it does wrong.
+    """
+    crowd = np.array([[3.0, 0.0, -1.2, 0.0], [2.0, 1.0, 0.0, 0.0], [4.0, -2.0, 0.3, 0.4]])
+    for states in (np.empty((0, 4)), crowd):
+        people = walkers(states)
+        for steps, step in ((1, 0.5), (25, 0.1)):
+            _check_prediction(predictor, people, steps, step, within)
+
+
+def _check_prediction(
+    predictor: Predictor, people: People, steps: int, step: float, within: float
+) -> None:
+    got: Predictions = steady(
+        lambda: predictor.predict(people, steps, step), inputs=people, what="predict", within=within
+    )
+    n, h = len(people), len(got.names)
+    require(h >= 1, "must name at least one hypothesis")
+    shape = (n, h, steps + 1)
+    require(
+        got.deviation.shape == shape,
+        f"must predict (people, hypotheses, steps + 1) = {shape}, predicts {got.deviation.shape}",
+    )
+    require(got.step == step, "predictions must have the wanted step")
+    require_finite({"mean": got.mean, "velocity": got.velocity, "deviation": got.deviation})
+    require(got.weight >= 0.0, "weights must not be negative")
+    require(np.abs(got.weight.sum(axis=1) - 1.0) < TOLERANCE, "a person's weights must sum to 1")
+    here = straight_on(people, steps, step).mean[:, :, 0]
+    require(np.abs(got.mean[:, :, 0] - here) < TOLERANCE, "step 0 must be where people are now")
+    require(got.deviation >= 0.0, "deviations must not be negative")
+    require(
+        np.diff(got.deviation, axis=-1) >= -TOLERANCE, "certainty must not grow with time ahead"
+    )

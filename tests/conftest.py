@@ -1,0 +1,31 @@
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from cohelm.robots import Robot, load_robot
+
+# The same examples on every machine, and no deadline: the first one may have to compile.
+settings.register_profile("cohelm", deadline=None, derandomize=True, print_blob=False)
+settings.load_profile("cohelm")
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """The folder with the outside data sets."""
+    folder = os.environ.get("COHELM_DATA", "")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("needs the outside data sets: set COHELM_DATA to their folder")
+    return Path(folder)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20)
+
+
+@pytest.fixture(scope="session")
+def chair() -> Robot:
+    return load_robot("quantum_q6_edge")
