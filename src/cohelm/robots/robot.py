@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -14,7 +14,7 @@ from cohelm.arrays import Floats, read_only
 from cohelm.config import Model, load, nearest
 from cohelm.errors import ConfigError
 from cohelm.geometry import distance_to_polygon
-from cohelm.plugins import build
+from cohelm.plugins import build, names
 from cohelm.robots.kinematics import Kinematics
 
 
@@ -40,7 +40,8 @@ class Robot(Model):
     """What the planner and the simulator must know of a chair."""
 
     name: str
-    kinematics: Literal["unicycle"] | str = "unicycle"  # any entry point
+    kinematics: str = "unicycle"
+    """The motion model, an entry point of ``cohelm.kinematics``."""
     footprint: tuple[tuple[float, float], ...]
     """Corners (x, y) about the drive axle's centre, counter-clockwise, m."""
     max_speed: float = Field(gt=0.0, le=10.0)
@@ -78,6 +79,14 @@ class Robot(Model):
         if distance_to_polygon(points, 0.0, 0.0) > 0.0:
             raise ValueError("does not contain the drive axle's centre (0, 0)")
         return corners if area > 0.0 else corners[::-1]
+
+    @field_validator("kinematics")
+    @classmethod
+    def _kinematics_is_installed(cls, name: str) -> str:
+        known = names("kinematics")
+        if name not in known:
+            raise ValueError("no motion model of that name" + nearest(name, known))
+        return name
 
     @model_validator(mode="after")
     def _brakes_agree(self) -> Self:

@@ -48,7 +48,7 @@ def polygons(draw: st.DrawFn, *, corners: int = 8) -> Floats:
     Star-shaped: one corner in each of k equal sectors, so that it always contains the origin.
     """
     k = draw(st.integers(3, corners))
-    share = draw(st.lists(_floats(0.2, 0.8), min_size=k, max_size=k))
+    share = draw(st.lists(_floats(0.3, 0.7), min_size=k, max_size=k))
     radius = np.array(draw(st.lists(_floats(0.3, 3.0), min_size=k, max_size=k)))
     angle = 2.0 * np.pi * (np.arange(k) + np.array(share)) / k
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)

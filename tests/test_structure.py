@@ -1,0 +1,92 @@
+"""The shape of the project itself."""
+
+import ast
+import importlib
+import itertools
+import pkgutil
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import cohelm
+from cohelm import plugins
+
+SOURCE = Path(cohelm.__file__).parent
+PROJECT = Path(__file__).parent.parent
+FILES = sorted(SOURCE.rglob("*.py"))
+MODULES = sorted(
+    module.name
+    for module in pkgutil.walk_packages([str(SOURCE)], "cohelm.")
+    if not module.name.endswith("__main__")
+)
+
+
+def relative(file):
+    return str(file.relative_to(SOURCE))
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_module_imports_and_keeps_what_it_promises(name):
+    module = importlib.import_module(name)
+    assert module.__doc__
+    promised = getattr(module, "__all__", [])
+    assert [name for name in promised if not hasattr(module, name)] == []
+    assert len(promised) == len(set(promised))
+
+
+@pytest.mark.parametrize(
+    ("group", "name"), [(group, name) for group in plugins.GROUPS for name in plugins.names(group)]
+)
+def test_every_entry_point_loads(group, name):
+    part = plugins.load(group, name)
+    assert part.__doc__
+    assert part(part.Parameters()) is not None
+
+
+def test_every_group_of_entry_points_is_a_known_kind():
+    declared = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))
+    groups = declared["project"]["entry-points"]
+    assert {group.removeprefix("cohelm.") for group in groups} == set(plugins.GROUPS)
+
+
+@pytest.mark.parametrize("file", FILES, ids=relative)
+def test_a_file_is_short_enough_to_read(file):
+    lines = len(file.read_text(encoding="utf-8").splitlines())
+    longest = 450 if file.name == "messages.py" else 350  # messages is a dictionary, not a text
+    assert lines <= longest
+
+
+@pytest.mark.parametrize("file", [f for f in FILES if f.name == "__init__.py"], ids=relative)
+def test_an_init_only_says_what_it_exports(file):
+    body = ast.parse(file.read_text(encoding="utf-8")).body
+    allowed = ast.Import | ast.ImportFrom | ast.Expr | ast.Assign | ast.AnnAssign
+    assert all(isinstance(statement, allowed) for statement in body)
+
+
+@pytest.mark.parametrize("file", FILES, ids=relative)
+def test_no_drawer_for_odds_and_ends(file):
+    assert file.stem not in {"utils", "util", "helpers", "helper", "misc", "common"}
+
+
+def test_every_package_has_its_tests():
+    packages = {f.parent.name for f in SOURCE.glob("*/__init__.py")}
+    tested = {folder.name for folder in (PROJECT / "tests").iterdir() if folder.is_dir()}
+    assert packages <= tested
+
+
+def test_the_lock_names_versions_only():
+    """No address, no path and no option of the machine that made it."""
+    for line in (PROJECT / "requirements.lock").read_text(encoding="utf-8").splitlines():
+        assert line.startswith("#") or line.count("==") == 1
+        assert "/" not in line
+        assert " " not in line or line.startswith("#")
+
+
+def test_the_lock_holds_every_dependency():
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"].values()
+    wanted = [*project["dependencies"], *itertools.chain.from_iterable(extras)]
+    names = {name.split(">=")[0].lower() for name in wanted if not name.startswith("cohelm")}
+    locked = (PROJECT / "requirements.lock").read_text(encoding="utf-8").splitlines()
+    assert names <= {line.split("==")[0] for line in locked}
