@@ -49,14 +49,17 @@ class KalmanTracker:
         hits: int = Field(3, ge=1, le=20)
         """Sightings among the last ``window`` scans that confirm a track."""
         window: int = Field(5, ge=1, le=20)
-        person_from: float = Field(1.0, ge=-5.0, le=5.0)
-        """Log-odds of a person that confirm a track (1.0: 73 %)."""
+        person_from: float = Field(1.5, ge=-5.0, le=5.0)
+        """Log-odds of a person that confirm a track (1.5: 82 %)."""
         static_from: float = Field(-1.0, ge=-5.0, le=5.0)
         """Log-odds below which a confirmed track is no person any more."""
-        shape_weight: float = Field(0.6, ge=0.0, le=1.0)
-        """Share of a look's log-odds that counts: looks at one shape are not independent."""
-        motion_weight: float = Field(1.0, ge=0.0, le=5.0)
-        """Log-odds gained per sighting of something that walks."""
+        shape_rate: float = Field(0.3, gt=0.0, le=1.0)
+        """Share of the latest look in the running mean of the shape's log-odds: looks at one shape
+        are not independent, so they do not add up."""
+        motion_gain: float = Field(1.0, ge=0.0, le=5.0)
+        """Log-odds gained per sighting of something that walks; at most 5."""
+        motion_loss: float = Field(0.2, ge=0.0, le=5.0)
+        """Log-odds lost again per sighting at rest."""
         walked_from: float = Field(0.5, ge=0.0, le=5.0)
         """Distance from its birthplace at which something has walked, m."""
         walking_speed: float = Field(0.3, ge=0.0, le=3.0)
@@ -96,12 +99,7 @@ class KalmanTracker:
         dt = _elapsed(state.time, seen.time)
         state = self._advance(state, dt, max(state.time, seen.time))
         tracks, found, squared = associate(
-            state,
-            seen.position,
-            seen.deviation,
-            gate=p.gate,
-            farthest=p.farthest,
-            tentative_cost=3.0,
+            state, seen.position, seen.deviation, gate=p.gate, farthest=p.farthest
         )
         matched = np.zeros(len(state), dtype=np.bool_)
         matched[tracks] = True
@@ -117,7 +115,7 @@ class KalmanTracker:
             position=seen.position[new],
             deviation=seen.deviation[new],
             radius=seen.radius[new],
-            log_odds=self._shape_evidence(seen.confidence[new]),
+            shape=_log_odds(seen.confidence[new]),
             speed_deviation=p.speed_deviation,
         )
 
@@ -144,31 +142,41 @@ class KalmanTracker:
         """``state`` after the matched measurements."""
         p = self.parameters
         mean, covariance = state.mean.copy(), state.covariance.copy()
+        doubt = np.maximum(squared / p.gate, 1.0)[:, None, None]
         mean[tracks], covariance[tracks] = update(
-            mean[tracks], covariance[tracks], seen.position[found], seen.deviation[found]
+            mean[tracks], doubt * covariance[tracks], seen.position[found], seen.deviation[found]
         )
-        radius, absent, surprise = state.radius.copy(), state.absent.copy(), state.surprise.copy()
+        radius, surprise = state.radius.copy(), state.surprise.copy()
         radius[tracks] += 0.2 * (seen.radius[found] - radius[tracks])
-        absent[tracks] = 0.0
-        surprise[tracks] += 0.4 * (squared - surprise[tracks])
+        surprise[tracks] += 0.4 * (np.minimum(squared, 20.0) - surprise[tracks])
         heading = np.where(_walks(mean, covariance, p.heading_speed), _course(mean), state.heading)
-        walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > p.walked_from
-        walks = walked & _walks(mean, covariance, p.walking_speed)
-        log_odds = state.log_odds.copy()
-        log_odds[tracks] += self._shape_evidence(seen.confidence[found])
-        log_odds[tracks] += p.motion_weight * walks[tracks]
-        history = state.history << 1
-        history[tracks] |= 1
-        return replace(
+        state = replace(
             state,
             mean=mean,
             covariance=covariance,
             heading=heading,
             radius=radius,
-            log_odds=np.clip(log_odds, -4.0, 4.0),
+            surprise=surprise,
+        )
+        return self._judge(state, tracks, _log_odds(seen.confidence[found]))
+
+    def _judge(self, state: TrackerState, tracks: Integers, shape_now: Floats) -> TrackerState:
+        """``state`` with the evidence of a sighting of ``tracks`` (k,)."""
+        p = self.parameters
+        walked = np.hypot(*(state.mean[:, :2] - state.birthplace).T) > p.walked_from
+        walks = (walked & _walks(state.mean, state.covariance, p.walking_speed))[tracks]
+        shape, motion, absent = state.shape.copy(), state.motion.copy(), state.absent.copy()
+        shape[tracks] += p.shape_rate * (shape_now - shape[tracks])
+        motion[tracks] += np.where(walks, p.motion_gain, -p.motion_loss)
+        absent[tracks] = 0.0
+        history = state.history << 1
+        history[tracks] |= 1
+        return replace(
+            state,
+            shape=shape,
+            motion=np.clip(motion, 0.0, 5.0),
             history=history & ((1 << p.window) - 1),
             absent=absent,
-            surprise=surprise,
         )
 
     def _miss(
@@ -188,10 +196,6 @@ class KalmanTracker:
         rises = matched & often & (state.log_odds >= p.person_from)
         stays = state.confirmed & (state.log_odds > p.static_from)
         return replace(state, confirmed=rises | stays)
-
-    def _shape_evidence(self, confidence: Floats) -> Floats:
-        c = np.clip(confidence, 0.01, 0.99)
-        return self.parameters.shape_weight * np.clip(np.log(c / (1.0 - c)), -1.5, 1.5)
 
     def _people(self, state: TrackerState, now: float) -> People:
         """The confirmed tracks at ``now``."""
@@ -214,6 +218,12 @@ class KalmanTracker:
 def _elapsed(before: float, now: float) -> float:
     """s, 0 where the clock stands, runs back or is not a number."""
     return min(now - before, LONGEST_STEP) if now > before else 0.0
+
+
+def _log_odds(probability: Floats) -> Floats:
+    p = np.clip(probability, 0.01, 0.99)
+    odds: Floats = np.log(p / (1.0 - p))
+    return odds
 
 
 def _walks(mean: Floats, covariance: Floats, least: float) -> Booleans:

@@ -33,16 +33,17 @@ def returns(scan: Scan, X_MR: Floats) -> Returns:
     NaN, −inf, ranges ≤ 0 and ranges beyond ``range_max`` are no returns; +inf says that the beam is
     free as far as ``range_max`` (REP-117). A scan or a pose that is not finite has no returns.
     """
+    given = [*X_MR, *scan.mount, scan.angle_min, scan.angle_increment, scan.range_max]
+    if not np.isfinite(given).all():
+        return _nothing()
     X_MS = compose(X_MR, scan.mount)
     angles = X_MS[2] + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
     ranges = scan.ranges
     if scan.angle_increment < 0.0:
         angles, ranges = angles[::-1], ranges[::-1]
-    usable = bool(np.isfinite(X_MS).all() and np.isfinite(angles).all())
-    usable &= bool(np.isfinite(scan.range_max))
-    hit = (ranges > 0.0) & (ranges <= scan.range_max) & usable
-    free = np.isposinf(ranges) & usable
-    origin = X_MS[:2] if usable else np.zeros(2)
+    hit = (ranges > 0.0) & (ranges <= scan.range_max)
+    free = np.isposinf(ranges)
+    origin = X_MS[:2]
     return Returns(
         origin=origin,
         increment=abs(scan.angle_increment),
@@ -50,6 +51,18 @@ def returns(scan: Scan, X_MR: Floats) -> Returns:
         range=ranges[hit],
         points=origin + _at(angles[hit], ranges[hit]),
         through=origin + _at(angles[free], np.full(int(free.sum()), scan.range_max)),
+    )
+
+
+def _nothing() -> Returns:
+    none = np.empty(0)
+    return Returns(
+        origin=np.zeros(2),
+        increment=0.0,
+        bearing=none,
+        range=none,
+        points=none.reshape(0, 2),
+        through=none.reshape(0, 2),
     )
 
 

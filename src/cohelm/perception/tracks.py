@@ -17,7 +17,8 @@ _PER_TRACK = (
     "covariance",
     "heading",
     "radius",
-    "log_odds",
+    "shape",
+    "motion",
     "history",
     "absent",
     "birthplace",
@@ -41,8 +42,10 @@ class TrackerState:
     """rad; NaN until the track has walked."""
     radius: Annotated[Floats, Shape("m")]
     """m."""
-    log_odds: Annotated[Floats, Shape("m")]
-    """ln(p / (1 − p)) that it is a person."""
+    shape: Annotated[Floats, Shape("m")]
+    """Running mean of the log-odds of a person that its shape gives."""
+    motion: Annotated[Floats, Shape("m")]
+    """Log-odds of a person that its walking has earned, ≥ 0."""
     history: Annotated[Integers, Shape("m")]
     """Bit k: seen k scans ago."""
     absent: Annotated[Floats, Shape("m")]
@@ -53,6 +56,11 @@ class TrackerState:
     """Running mean of the normalised squared innovations; 2 where the model holds."""
     confirmed: Annotated[Booleans, Shape("m")]
     """A person, and told."""
+
+    @property
+    def log_odds(self) -> Floats:
+        """ln(p / (1 − p)) that each is a person; (m,)."""
+        return self.shape + self.motion
 
     def __len__(self) -> int:
         """How many tracks."""
@@ -70,7 +78,8 @@ def no_tracks(time: float, next_id: int = 0) -> TrackerState:
         covariance=none.reshape(0, 4, 4),
         heading=none,
         radius=none,
-        log_odds=none,
+        shape=none,
+        motion=none,
         history=np.empty(0, dtype=np.int64),
         absent=none,
         birthplace=none.reshape(0, 2),
@@ -92,7 +101,7 @@ def add(
     position: Floats,
     deviation: Floats,
     radius: Floats,
-    log_odds: Floats,
+    shape: Floats,
     speed_deviation: float,
 ) -> TrackerState:
     """``state`` with a tentative track, at rest and unsure of it, for each of d positions."""
@@ -108,7 +117,8 @@ def add(
         "covariance": variance[:, :, None] * np.eye(4),
         "heading": np.full(d, np.nan),
         "radius": radius,
-        "log_odds": log_odds,
+        "shape": shape,
+        "motion": np.zeros(d),
         "history": np.ones(d, dtype=np.int64),
         "absent": np.zeros(d),
         "birthplace": position,
@@ -122,40 +132,46 @@ def add(
 
 
 def associate(
-    state: TrackerState,
-    position: Floats,
-    deviation: Floats,
-    *,
-    gate: float,
-    farthest: float,
-    tentative_cost: float,
+    state: TrackerState, position: Floats, deviation: Floats, *, gate: float, farthest: float
 ) -> tuple[Integers, Integers, Floats]:
     """The cheapest one-to-one matching of tracks and positions.
 
-    The cost of a pair is eᵀ S⁻¹ e + ln det S, that is −2 ln of the innovation's likelihood; as many
-    pairs as pass the gate are made. Confirmed tracks come before tentative ones.
+    The cost of a pair is eᵀ S⁻¹ e + ln det S, that is −2 ln of the innovation's likelihood, with a
+    little on top for a tentative track; as many pairs as pass the gate are made. What is left over
+    of the confirmed tracks may then take what is left over nearby, however unlikely: someone who
+    turned on the spot.
 
     Args:
         state: m tracks, at the time of the positions.
         position: (d, 2) m.
         deviation: (d,) m.
-        gate: largest eᵀ S⁻¹ e.
-        farthest: largest |e|, m.
-        tentative_cost: what a match with a tentative track costs on top.
+        gate: largest eᵀ S⁻¹ e of the first matching.
+        farthest: largest |e|, m; half of it in the second matching.
 
     Returns:
         (tracks, positions, squared): indices of the pairs, (k,) each, and their eᵀ S⁻¹ e.
     """
     squared, log_det = innovations(state.mean, state.covariance, position, deviation)
     offset = position[None, :, :] - state.mean[:, None, :2]
-    far = np.hypot(offset[..., 0], offset[..., 1]) > farthest
-    shut = far | ~(squared <= gate)
-    cost = squared + log_det + tentative_cost * ~state.confirmed[:, None]
-    cost = np.where(shut, _NEVER, cost)
-    rows, cols = linear_sum_assignment(cost)
-    open_ = ~shut[rows, cols]
-    rows, cols = rows[open_], cols[open_]
+    distance = np.hypot(offset[..., 0], offset[..., 1])
+    cost = squared + log_det + _TENTATIVE * ~state.confirmed[:, None]
+    usual = (squared <= gate) & (distance <= farthest)
+    rows, cols = _match(np.where(usual, cost, _NEVER))
+    free = state.confirmed[:, None] & (distance <= 0.5 * farthest)
+    free[rows] = False
+    free[:, cols] = False
+    if free.any():
+        more_rows, more_cols = _match(np.where(free, cost, _NEVER))
+        rows, cols = np.concatenate([rows, more_rows]), np.concatenate([cols, more_cols])
     return rows, cols, squared[rows, cols]
 
 
-_NEVER = 1e6
+_TENTATIVE = 3.0
+"""What a match with a tentative track costs on top."""
+_NEVER = 1e9
+
+
+def _match(cost: Floats) -> tuple[Integers, Integers]:
+    rows, cols = linear_sum_assignment(np.minimum(cost, _NEVER))
+    made = cost[rows, cols] < _NEVER
+    return rows[made], cols[made]

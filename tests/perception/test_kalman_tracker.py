@@ -1,0 +1,244 @@
+import numpy as np
+import pytest
+
+from cohelm.arrays import identical
+from cohelm.perception import Detections, KalmanTracker, ScanClusters
+from cohelm.testing import check_tracker
+
+from .rays import Laser, box, observation, ride
+
+R = 0.27
+
+
+def still(_):
+    return (0.0, 0.0, 0.0)
+
+
+def nobody(_):
+    return np.empty((0, 3))
+
+
+def follow(laser, discs_at, seconds, where=still):
+    """(time, people) of each tick, through detector and tracker."""
+    told = ride(laser, where, discs_at, seconds, ScanClusters(), KalmanTracker())
+    return [(time, people) for time, people, _ in told]
+
+
+def ids(ticks):
+    return sorted({int(i) for _, people in ticks for i in people.id})
+
+
+def nearest(people, point):
+    return int(np.hypot(*(people.mean[:, :2] - point).T).argmin())
+
+
+def sighting(time, positions, confidence=0.98):
+    """What a detector would tell of whole bodies, without its points."""
+    d = len(positions)
+    nothing = Detections.nothing(time, np.zeros(2))
+    return type(nothing)(
+        time=time,
+        origin=nothing.origin,
+        points=nothing.points,
+        owner=nothing.owner,
+        mapped=nothing.mapped,
+        through=nothing.through,
+        position=np.reshape(positions, (-1, 2)),
+        radius=np.full(d, R),
+        deviation=np.full(d, 0.03),
+        confidence=np.full(d, confidence),
+    )
+
+
+def test_fulfils_the_contract():
+    check_tracker(KalmanTracker())
+
+
+@pytest.mark.parametrize("localisation", [0.0, 1.0])
+@pytest.mark.parametrize("away", [2.0, 4.0, 7.0])
+def test_a_walker_is_one_track_with_the_right_velocity(away, localisation):
+    def walker(t):
+        return np.array([[away, -2.0 + 1.2 * t, R]])
+
+    ticks = follow(Laser(localisation=localisation), walker, 3.0)
+    assert ids(ticks) == [0]
+    # three scans, at 0, 0.1 and 0.2 s, confirm a track
+    assert all(len(people) == 1 for time, people in ticks if time >= 0.2)
+    late = [(walker(time)[0, :2], people.mean[0]) for time, people in ticks if time > 1.0]
+    assert max(np.hypot(*(mean[:2] - true)) for true, mean in late) < 0.1
+    assert max(np.hypot(*(mean[2:] - [0.0, 1.2])) for _, mean in late) < 0.2
+    assert all(abs(people.heading[0] - np.pi / 2) < 0.2 for time, people in ticks if time > 1.0)
+
+
+def test_two_who_cross_keep_their_ids():
+    def crossing(t):
+        return np.array([[4.0, -2.0 + t, R], [4.8, 2.0 - t, R]])
+
+    ticks = follow(Laser(), crossing, 4.0)
+    assert ids(ticks) == [0, 1]
+    _, first = ticks[10]
+    _, last = ticks[-1]
+    end = crossing(3.95)
+    for k in range(2):
+        who = first.id[nearest(first, crossing(0.5)[k, :2])]
+        assert last.id[nearest(last, end[k, :2])] == who
+
+
+def test_a_person_hidden_for_a_second_keeps_the_id():
+    # a wall from y = −0.6 to 0.6 at x = 2 hides the walker at x = 4 from −1.2 + R to 1.2 − R
+    screen = np.array([[2.0, -0.6, 2.0, 0.6]])
+    ticks = follow(Laser(segments=screen), lambda t: np.array([[4.0, -3.0 + 1.6 * t, R]]), 4.0)
+    known = [people for time, people in ticks if time > 0.3]
+    assert ids(ticks) == [0]
+    assert all(len(people) == 1 for people in known)
+    # unsure while hidden, sure again at the end
+    spread = [np.sqrt(people.covariance[0, 0, 0]) for people in known]
+    assert max(spread) > 5.0 * spread[-1]
+    assert min(people.confidence[0] for people in known) < known[-1].confidence[0]
+
+
+def test_who_turns_back_within_half_a_second_keeps_the_id():
+    def distracted(t):
+        # 1.2 m/s, then −6 m/s² from 2.0 to 2.4 s, then −1.2 m/s
+        s = min(max(t - 2.0, 0.0), 0.4)
+        y = -2.0 + 1.2 * min(t, 2.0) + 1.2 * s - 3.0 * s**2 - 1.2 * max(t - 2.4, 0.0)
+        return np.array([[4.0, y, R]])
+
+    ticks = follow(Laser(), distracted, 4.0)
+    assert ids(ticks) == [0]
+    for time, people in ticks:
+        if time > 3.0:
+            assert people.mean[0, 3] == pytest.approx(-1.2, abs=0.2)
+
+
+def test_a_person_at_rest_keeps_the_last_heading_and_a_stranger_has_none():
+    def stops(t):
+        return np.array([[4.0, -1.0 + min(t, 1.5), R], [-3.0, 1.0, R]])
+
+    ticks = follow(Laser(localisation=1.0), stops, 5.0)
+    _, last = ticks[-1]
+    walked, stood = nearest(last, [4.0, 0.5]), nearest(last, [-3.0, 1.0])
+    assert last.heading[walked] == pytest.approx(np.pi / 2, abs=0.3)
+    assert np.isnan(last.heading[stood])
+    assert np.hypot(*last.mean[walked, 2:]) < 0.15
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5, 0.8])
+def test_driving_past_boxes_shows_nobody(turn):
+    boxes = np.concatenate([box(0.0, 1.5, 0.5, turn), box(2.0, -1.4, 0.6, turn)])
+    laser = Laser(segments=boxes, localisation=1.0)
+    ticks = follow(laser, nobody, 9.0, where=lambda t: (-5.0 + t, 0.0, 0.2 * np.sin(t)))
+    assert ids(ticks) == []
+
+
+def test_an_empty_room_is_empty():
+    ticks = follow(Laser(localisation=1.0), nobody, 8.0, where=lambda t: (-4.0 + t, 0.0, 0.8 * t))
+    assert ids(ticks) == []
+
+
+def test_what_is_not_round_is_a_person_once_it_walks_and_no_more_when_it_stays():
+    tracker, memory, told = KalmanTracker(), None, {}
+    for tick in range(120):
+        time = tick / 10
+        at = [[3.0, min(time, 3.0)]]
+        people, memory = tracker.track(
+            observation(time), (sighting(time, at, confidence=0.1),), memory
+        )
+        told[time] = len(people)
+    assert told[0.3] == 0
+    assert told[2.5] == 1
+    assert told[11.9] == 0
+
+
+def test_seen_through_it_goes_sooner_than_unseen():
+    tracker = KalmanTracker()
+    memory = None
+    for tick in range(10):
+        time = tick / 10
+        _, memory = tracker.track(observation(time), (sighting(time, [[4.0, 0.0]]),), memory)
+    gone = {}
+    beams = np.radians(np.arange(-20, 21))
+    far = 9.0 * np.stack([np.cos(beams), np.sin(beams)], axis=-1)
+    for name, points in (("unseen", np.empty((0, 2))), ("through", far), ("hidden", far / 9.0)):
+        state = memory
+        for tick in range(10, 60):
+            time = tick / 10
+            seen = sighting(time, np.empty((0, 2)))
+            seen = type(seen)(
+                **{f: getattr(seen, f) for f in seen.__slots__}
+                | {
+                    "points": points,
+                    "owner": np.full(len(points), -1),
+                    "mapped": np.zeros(len(points), dtype=bool),
+                }
+            )
+            people, state = tracker.track(observation(time), (seen,), state)
+            if not len(people):
+                gone[name] = time - 0.9
+                break
+    # patience of 1.2 s, hidden time counted half, seen-through time threefold
+    assert gone["through"] == pytest.approx(0.5, abs=0.11)
+    assert gone["unseen"] == pytest.approx(1.3, abs=0.11)
+    assert gone["hidden"] == pytest.approx(2.5, abs=0.11)
+
+
+def test_without_scans_it_predicts_and_gives_up():
+    tracker, memory = KalmanTracker(), None
+    for tick in range(12):
+        time = tick / 10
+        seen = sighting(time, [[4.0, time]])
+        people, memory = tracker.track(observation(time), (seen,), memory)
+    before = people
+    people, same = tracker.track(observation(1.4), (), memory)
+    ahead = 1.4 - 1.1
+    assert identical(same, memory)
+    assert people.mean[0, :2] == pytest.approx(
+        before.mean[0, :2] + ahead * before.mean[0, 2:], abs=1e-9
+    )
+    assert people.covariance[0, 0, 0] > before.covariance[0, 0, 0]
+    people, _ = tracker.track(observation(5.0), (), memory)
+    assert len(people) == 0
+
+
+@pytest.mark.parametrize("times", [[0.0] * 8, [5.0, 5.1, 5.2, 5.3, 5.25, 5.2, 5.1, 5.0]])
+def test_a_clock_that_stands_or_stumbles_neither_crashes_nor_doubles(times):
+    tracker, memory = KalmanTracker(), None
+    for time in times:
+        seen = sighting(time, [[4.0, 0.0]])
+        people, memory = tracker.track(observation(time), (seen,), memory)
+    assert people.id.tolist() == [0]
+    assert np.isfinite(people.mean).all()
+
+
+def test_a_clock_that_starts_anew_starts_anew_with_new_ids():
+    tracker, memory = KalmanTracker(), None
+    for time in (100.0, 100.1, 100.2, 0.0, 0.1, 0.2):
+        seen = sighting(time, [[4.0, 0.0]])
+        people, memory = tracker.track(observation(time), (seen,), memory)
+    assert people.id.tolist() == [1]
+
+
+def test_twin_runs_are_equal_and_memory_is_a_value():
+    def walkers(t):
+        return np.array([[4.0, -2.0 + t, R], [-3.0, 1.0, R]])
+
+    runs = [follow(Laser(localisation=1.0), walkers, 1.5) for _ in range(2)]
+    assert identical(runs[0], runs[1])
+
+
+def test_turning_the_world_turns_the_people():
+    tracker = KalmanTracker()
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    told = []
+    for world in (np.eye(2), turn):
+        memory = None
+        for tick in range(12):
+            time = tick / 10
+            at = np.array([[4.0, time], [2.0 - 0.5 * time, -2.0]]) @ world.T
+            people, memory = tracker.track(observation(time), (sighting(time, at),), memory)
+        told.append(people)
+    assert told[1].mean[:, :2] == pytest.approx(told[0].mean[:, :2] @ turn.T)
+    assert told[1].mean[:, 2:] == pytest.approx(told[0].mean[:, 2:] @ turn.T)
+    assert told[1].heading - told[0].heading == pytest.approx(
+        [np.pi / 2] * 2 - 2 * np.pi * (told[1].heading < told[0].heading)
+    )

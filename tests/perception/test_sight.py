@@ -1,0 +1,27 @@
+import numpy as np
+import pytest
+
+from cohelm.perception.sight import HIDDEN, SEEN_THROUGH, UNCLEAR, sight
+
+PLACE = np.array([[4.0, 0.0, 0.25]])
+BEAMS = np.radians(np.arange(-10, 11))
+
+
+@pytest.mark.parametrize(
+    ("ranges", "verdict"),
+    [(2.0, HIDDEN), (8.0, SEEN_THROUGH), (3.8, UNCLEAR), (4.3, UNCLEAR)],
+)
+def test_a_place_is_judged_by_where_its_beams_end(ranges, verdict):
+    ends = ranges * np.stack([np.cos(BEAMS), np.sin(BEAMS)], axis=-1)
+    assert sight(np.zeros(2), ends, np.empty((0, 2)), PLACE).tolist() == [verdict]
+    # beams that met nothing say the same as far as they reach
+    assert sight(np.zeros(2), np.empty((0, 2)), ends, PLACE).tolist() == [verdict]
+
+
+def test_without_a_beam_there_it_is_unclear():
+    nothing = np.empty((0, 2))
+    behind = -8.0 * np.stack([np.cos(BEAMS), np.sin(BEAMS)], axis=-1)
+    assert sight(np.zeros(2), nothing, nothing, PLACE).tolist() == [UNCLEAR]
+    assert sight(np.zeros(2), behind, nothing, PLACE).tolist() == [UNCLEAR]
+    assert sight(PLACE[0, :2], behind, nothing, PLACE).tolist() == [UNCLEAR]
+    assert len(sight(np.zeros(2), behind, nothing, np.empty((0, 3)))) == 0
