@@ -98,6 +98,8 @@ def shortest_path(
     last = (goal[0] + 1) * stride + goal[1] + 1
     if not (np.isfinite(flat[first]) and np.isfinite(flat[last])):
         return None
+    if first == last:
+        return GridPath(cells=np.array([start]), cost=0.0, expansions=0)
     reached = np.zeros(flat.size)  # pages that the search never touches are never made
     budget = np.iinfo(np.int64).max if max_expansions is None else max_expansions
     outcome, expansions = _search(
@@ -133,7 +135,7 @@ def path_cost(weights: Floats32, cells: Integers) -> float:
     for i in range(cells.shape[0] - 1):
         r0, c0, r1, c1 = cells[i, 0], cells[i, 1], cells[i + 1, 0], cells[i + 1, 1]
         half = 0.5 * _SQRT2 if r0 != r1 and c0 != c1 else 0.5
-        total += half * (float(weights[r0 + 1, c0 + 1]) + float(weights[r1 + 1, c1 + 1]))
+        total += half * (np.float64(weights[r0 + 1, c0 + 1]) + np.float64(weights[r1 + 1, c1 + 1]))
     return total
 
 
@@ -183,10 +185,10 @@ def _search(  # noqa: PLR0912, PLR0915, PLR0917  # split up, it took twice as lo
             return _OUT_OF_BUDGET, expansions
         row = np.int64(u // np.uint64(stride))
         col = np.int64(u) - row * stride
-        weight = float(weights[u])
+        weight = np.float64(weights[u])
         for i in range(8):
             v = u + offset[i]
-            heavy = float(weights[v])
+            heavy = np.float64(weights[v])
             if i < 4:
                 free[i] = heavy < np.inf
                 if not free[i]:
@@ -275,7 +277,7 @@ def _trace(weights: Floats32, reached: Floats, stride: int, start: int, goal: in
                     half = 0.5 * _SQRT2
                 else:
                     half = 0.5
-                through = abs(reached[v]) + half * (float(weights[u]) + float(weights[v]))
+                through = abs(reached[v]) + half * (np.float64(weights[u]) + np.float64(weights[v]))
                 if through < best:
                     best, parent = through, v
         u = parent

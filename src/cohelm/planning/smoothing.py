@@ -159,7 +159,7 @@ def _weight(weights: Floats32, resolution: float, x: float, y: float) -> float:
     total, share = 0.0, 0.0
     for i in range(2):
         for j in range(2):
-            w = float(weights[r0 + i, c0 + j])
+            w = np.float64(weights[r0 + i, c0 + j])
             part = (v if i else 1.0 - v) * (u if j else 1.0 - u)
             if w < np.inf:
                 total += part * w
