@@ -6,9 +6,9 @@
 
 All values are frozen and check the shapes of their arrays (``arrays.value``). SI units and REP-103
 (metres, seconds, radians, x forward, y left); positions and poses are in the map frame unless a
-field says otherwise. A *twist* is (v_x, v_y, ω) in the robot frame. n people, h hypotheses a person,
-N horizon steps (N+1 states), k points. The ``Tick``, which binds them all, is in ``navigation.tick``,
-because it also holds each stage's memory.
+field says otherwise. A *twist* is (v_x, v_y, ω) in the robot frame. n people, h hypotheses a
+person, N horizon steps (N+1 states), k points. The ``Tick``, which binds them all, is in
+``navigation.tick``, because it also holds each stage's memory.
 """
 
 from __future__ import annotations
