@@ -140,6 +140,7 @@ class _Log:
             robot=stage.robot,
             grid=stage.grid,
             world=stage.world.grid,
+            places=stage.places,
             goal=stage.request.goal,
             prefer=stage.prefer,
             step=stage.world.control_step,

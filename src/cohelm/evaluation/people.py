@@ -27,7 +27,7 @@ CELL = 0.15
 """Of the coarse grid, m."""
 MARGIN = 0.10
 """Beyond the body's radius, kept from walls by a way, m."""
-REACH = (3.5, 9.0)
+REACH = (4.0, 14.0)
 """How far from the meeting point a way ends, m."""
 TRIES = 5
 """Other meeting points tried where there is no room for a way through the first."""

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.evaluation.scenario import Scenario
-from cohelm.maps import OccupancyGrid
+from cohelm.maps import OccupancyGrid, Places
 from cohelm.messages import Path, Reason
 from cohelm.navigation import Tick
 from cohelm.robots import Robot
@@ -49,6 +49,8 @@ class Ride:
     """The map as the navigator has it."""
     world: OccupancyGrid
     """All that truly stands there."""
+    places: Places = Places()
+    """Named on the map."""
     goal: Annotated[Floats, Shape("2")]
     prefer: Annotated[Floats, Shape("w 2")]
     """The points that should attract the route."""

@@ -29,6 +29,8 @@ class Stage:
     seed: int
     grid: OccupancyGrid
     """The map as the navigator has it."""
+    places: Places
+    """Named on it."""
     robot: Robot
     start: Annotated[Floats, Shape("3")]
     """X_MR."""
@@ -75,6 +77,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         scenario=scenario,
         seed=seed,
         grid=grid,
+        places=places,
         robot=robot,
         start=start,
         request=request,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -52,16 +51,18 @@ def animate_ride(ride: RideRecord, file: Path, title: str = "") -> None:
     """
     check_animation(file)
     if file.suffix.lower() == ".gif":
-        _write_gif(_frames(ride, title), file)
+        middle = next(_frames(ride, title, [len(ride.time) // 2]))
+        _write_gif(_frames(ride, title, _moments(ride)), _palette(middle), file)
     else:
-        _write_mp4(_frames(ride, title), file)
+        _write_mp4(_frames(ride, title, _moments(ride)), file)
 
 
-def _frames(ride: RideRecord, title: str) -> Iterator[Bytes]:
-    """RGB images (height, width, 3), the still parts drawn once."""
+def _frames(ride: RideRecord, title: str, moments: Iterable[int]) -> Iterator[Bytes]:
+    """RGB images (height, width, 3) of some instants, the still parts drawn once."""
     figure, axes = canvas.sheet(ride_window(ride), title)
     figure.set_dpi(WIDTH / figure.get_figwidth())
     canvas.draw_floor(axes, ride.grid, ride.world)
+    canvas.draw_places(axes, ride.places, np.stack([ride.pose[0, :2], ride.goal]))
     if ride.path is not None:
         canvas.draw_route(axes, ride.path.points, ride.path.without_wishes)
     canvas.draw_wishes(axes, ride.prefer)
@@ -71,7 +72,7 @@ def _frames(ride: RideRecord, title: str) -> Iterator[Bytes]:
     agg: Any = FigureCanvasAgg(figure)
     agg.draw()
     still = agg.copy_from_bbox(figure.bbox)
-    for at in _moments(ride):
+    for at in moments:
         agg.restore_region(still)
         _draw_moment(figure, axes, ride, at)
         yield np.asarray(agg.buffer_rgba())[..., :3].copy()
@@ -129,13 +130,11 @@ def _caption(ride: RideRecord, at: int) -> str:
     return f"{ride.time[at]:5.1f} s  {ride.twist[at, 0]:4.2f} m/s  η {ride.eta[at]:.2f}{nearest}"
 
 
-def _write_gif(frames: Iterator[Bytes], file: Path) -> None:
+def _write_gif(frames: Iterator[Bytes], palette: Image.Image, file: Path) -> None:
     """One palette for all frames: colours do not flicker, and the file stays small."""
-    first = next(frames)
-    palette = _palette(first)
     images = [
         Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
-        for frame in itertools.chain([first], frames)
+        for frame in frames
     ]
     milliseconds = [round(1000.0 * INTERVAL / SPEED_UP)] * len(images)
     milliseconds[-1] = 2000
@@ -143,10 +142,12 @@ def _write_gif(frames: Iterator[Bytes], file: Path) -> None:
 
 
 def _palette(frame: Bytes) -> Image.Image:
-    """128 colours of a frame and of all the values of η, which it may not show yet."""
+    """256 colours of a frame and of all the values of η, which it may not show."""
     shades = (canvas.ETA(np.linspace(0.0, 1.0, frame.shape[1]))[:, :3] * 255.0).astype(np.uint8)
     strip = np.broadcast_to(shades, (frame.shape[0] // 10, *shades.shape))
-    return Image.fromarray(np.concatenate([frame, strip])).quantize(128, dither=Image.Dither.NONE)
+    return Image.fromarray(np.concatenate([frame, strip])).quantize(
+        256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE
+    )
 
 
 def _write_mp4(frames: Iterator[Bytes], file: Path) -> None:

@@ -16,7 +16,7 @@ from matplotlib.transforms import Affine2D
 from cohelm.arrays import Floats
 from cohelm.errors import ConfigError
 from cohelm.geometry import transform
-from cohelm.maps import OccupancyGrid
+from cohelm.maps import OccupancyGrid, Places
 from cohelm.robots import Robot
 
 INK = "#1d2530"
@@ -112,6 +112,21 @@ def draw_floor(axes: Axes, grid: OccupancyGrid, world: OccupancyGrid | None = No
         zorder=0,
     )
     axes.set(xlim=window[:2], ylim=window[2:])
+
+
+def draw_places(axes: Axes, places: Places, ends: Floats) -> None:
+    """Names of the places in view, small and grey, beside the marks at ``ends`` (k, 2)."""
+    x0, x1 = axes.get_xlim()
+    y0, y1 = axes.get_ylim()
+    for place in places:
+        x, y = place.point
+        if x0 + 1.0 < x < x1 - 1.0 and y0 + 0.4 < y < y1 - 0.4:
+            under_mark = (np.hypot(*(ends - place.point).T) < 0.8).any()
+            axes.annotate(
+                place.name, (x, y), xytext=(0, -16 if under_mark else 0),
+                textcoords="offset points", ha="center", va="center", fontsize=7.5,
+                style="italic", color="#8892a0", zorder=1,
+            )  # fmt: skip
 
 
 def draw_scale_bar(axes: Axes) -> None:

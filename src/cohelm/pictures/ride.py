@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon
 
 from cohelm import messages
 from cohelm.arrays import Floats
-from cohelm.maps import OccupancyGrid
+from cohelm.maps import OccupancyGrid, Places
 from cohelm.navigation import Tick
 from cohelm.pictures import canvas
 from cohelm.robots import Robot
@@ -32,6 +32,10 @@ class RideRecord(Protocol):
     @property
     def world(self) -> OccupancyGrid:
         """What truly stands there, on the same cells."""
+
+    @property
+    def places(self) -> Places:
+        """Named on the map."""
 
     @property
     def robot(self) -> Robot:
@@ -95,6 +99,7 @@ def draw_ride(ride: RideRecord, file: Path, title: str = "") -> None:
     canvas.check_picture(file)
     figure, axes = canvas.sheet(ride_window(ride), title)
     canvas.draw_floor(axes, ride.grid, ride.world)
+    canvas.draw_places(axes, ride.places, np.stack([ride.pose[0, :2], ride.goal]))
     if ride.path is not None:
         canvas.draw_route(axes, ride.path.points, ride.path.without_wishes)
     _draw_people(axes, ride)
