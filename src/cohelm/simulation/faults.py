@@ -53,7 +53,8 @@ def with_faults(
     Args:
         observation: the sound one.
         faults: applied in order.
-        last: what arrived before; a silent sender leaves its last word standing.
+        last: what arrived before; a silent sender leaves its last word standing. None at the
+            beginning: whoever is silent from then on has spoken once.
     """
     now = observation.time
     for fault in faults:
@@ -70,21 +71,15 @@ def _scan_silent(o: Observation, fault: Fault, last: Observation | None) -> Obse
 
 
 def _pose_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    if last is None:
-        return replace(o, pose_time=-np.inf)
-    return replace(o, pose=last.pose, pose_time=last.pose_time)
+    return o if last is None else replace(o, pose=last.pose, pose_time=last.pose_time)
 
 
 def _twist_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    if last is None:
-        return replace(o, twist_time=-np.inf)
-    return replace(o, twist=last.twist, twist_time=last.twist_time)
+    return o if last is None else replace(o, twist=last.twist, twist_time=last.twist_time)
 
 
 def _rider_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    if last is not None:
-        return replace(o, rider=last.rider)
-    return o if o.rider is None else replace(o, rider=replace(o.rider, heartbeat=-np.inf))
+    return o if last is None else replace(o, rider=last.rider)
 
 
 def _scan_nan(o: Observation, fault: Fault, last: Observation | None) -> Observation:

@@ -40,6 +40,17 @@ class Walls:
     X_MG: Annotated[Floats, Shape("3")]
 
 
+NO_WALLS = Walls(
+    solid=np.zeros((1, 1), dtype=np.bool_),
+    centre=np.empty((0, 2)),
+    start=np.zeros(2, dtype=np.int64),
+    tiles=np.ones(2, dtype=np.int64),
+    half=0.5,
+    X_MG=np.zeros(3),
+)
+"""An empty floor."""
+
+
 @lru_cache(maxsize=8)
 def walls_of(grid: OccupancyGrid, *, unknown: bool = True) -> Walls:
     """The surface of what stands on ``grid``; remembered for the grids used last.

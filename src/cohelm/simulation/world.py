@@ -213,7 +213,8 @@ class World:
         )
         observation = Observation(
             time=truth.time,
-            pose=with_error(truth.pose, self._error),
+            # along the start's heading, so that a rotated world has the same ride rotated
+            pose=with_error(truth.pose, self._error, axis=setup.start[2]),
             pose_time=truth.time,
             twist=setup.odometry.measure(truth.twist, self._random["odometry"]),
             twist_time=truth.time,

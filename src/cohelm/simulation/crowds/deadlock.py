@@ -8,10 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.maps import OccupancyGrid
 from cohelm.simulation.crowds.waypoints import current_targets, last_passed
 from cohelm.simulation.sensors.raycast import in_sight
-from cohelm.simulation.walls import walls_of
+from cohelm.simulation.walls import Walls
 
 _GOLDEN = 0.6180339887498949
 """The golden ratio's fraction: its multiples never come into step."""
@@ -47,14 +46,13 @@ def turned(velocity: Floats, angle: Floats) -> Floats:
 
 
 def lost_sight(
-    position: Floats, waypoints: Floats, target: Integers, loop: Booleans, grid: OccupancyGrid
+    position: Floats, waypoints: Floats, target: Integers, loop: Booleans, walls: Walls
 ) -> Floats:
     """The way-point (n, 2) to go back to for those pushed out of sight of their target, else NaN.
 
     One who has passed a door's way-point may be pressed back through the door, and would then walk
     against the wall for ever.
     """
-    walls = walls_of(grid)
     cells = (walls.solid, 2.0 * walls.half, walls.X_MG)
     ahead = current_targets(waypoints, target)
     behind = last_passed(waypoints, target, loop)
@@ -65,7 +63,7 @@ def lost_sight(
 
 
 def go_back(wanted: Floats, position: Floats, back: Floats, stuck: Floats, speed: Floats) -> Floats:
-    """``wanted`` (n, 2), but towards ``back`` (n, 2) at ``speed`` (n,) for the stuck who have one."""
+    """``wanted`` (n, 2), but to ``back`` (n, 2) at ``speed`` (n,) for the stuck who have one."""
     offset = back - position
     distance = np.hypot(offset[:, 0], offset[:, 1])
     returns = (stuck > 0.0) & (distance > 1e-6)

@@ -20,7 +20,7 @@ from cohelm.simulation.api import Crowd, Scene
 from cohelm.simulation.crowds.deadlock import go_back, lost_sight, share_stuck, sway, turned
 from cohelm.simulation.crowds.velocities import velocities
 from cohelm.simulation.crowds.waypoints import advance_targets, towards_targets
-from cohelm.simulation.walls import walls_of
+from cohelm.simulation.walls import NO_WALLS, walls_of
 
 _WALKING = 0.1
 """Speed above which a person turns to where they walk, m/s."""
@@ -72,7 +72,8 @@ class Orca:
         noise = rng.standard_normal(n)  # always drawn, so that no one's fate shifts another's
         stuck = share_stuck(wanted, velocity)
         if p.perturbation > 0.0 and stuck.any():
-            back = lost_sight(crowd.position, crowd.waypoints, target, crowd.loop, scene.grid)
+            walls = walls_of(scene.grid) if p.walls else NO_WALLS
+            back = lost_sight(crowd.position, crowd.waypoints, target, crowd.loop, walls)
             wanted = go_back(wanted, crowd.position, back, stuck, crowd.preferred_speed)
             wanted = turned(wanted, p.perturbation * stuck * sway(scene.time, noise))
             velocity = self.velocities(crowd, scene, wanted, fastest, dt)
@@ -104,7 +105,7 @@ class Orca:
             dt: how long the velocities will be kept, s.
         """
         p = self.parameters
-        walls = walls_of(scene.grid)
+        walls = walls_of(scene.grid) if p.walls else NO_WALLS
         return velocities(
             np.vstack([crowd.position, scene.robot_position]),
             np.vstack([crowd.velocity, scene.robot_velocity]),
@@ -113,8 +114,8 @@ class Orca:
             wanted,
             max_speed,
             crowd.sees_robot,
-            walls.centre if p.walls else walls.centre[:0],
-            walls.start if p.walls else np.zeros_like(walls.start),
+            walls.centre,
+            walls.start,
             walls.tiles,
             walls.half,
             walls.X_MG,

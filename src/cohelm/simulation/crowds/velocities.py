@@ -1,4 +1,4 @@
-"""The kernel of ORCA: what neighbours and walls leave each person to choose from, and the choice."""
+"""The kernel of ORCA: what neighbours and walls leave each person to choose from, and the best."""
 
 from __future__ import annotations
 

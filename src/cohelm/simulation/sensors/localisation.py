@@ -9,7 +9,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.geometry import wrap_angle
+from cohelm.geometry import transform, wrap_angle
 
 
 class Localisation(Model):
@@ -23,7 +23,7 @@ class Localisation(Model):
     """Time constant of the error, s."""
 
     def first(self, rng: np.random.Generator) -> Floats:
-        """An error (3,) as it stands at any moment: (x, y) in m along the map, heading in rad."""
+        """An error (3,) as it stands at any moment: (x, y) in m, heading in rad."""
         return self._bounded(self._deviation() * rng.standard_normal(3))
 
     def after(self, error: Floats, dt: float, rng: np.random.Generator) -> Floats:
@@ -61,8 +61,10 @@ class Odometry(Model):
         return twist + deviation * rng.standard_normal(3)
 
 
-def with_error(pose: Floats, error: Floats) -> Floats:
-    """A true pose (3,) as a localiser with this error (3,) gives it."""
-    out = pose + error
-    out[2] = wrap_angle(out[2])
-    return out
+def with_error(pose: Floats, error: Floats, axis: float) -> Floats:
+    """A true pose (3,) as a localiser with this error (3,) gives it.
+
+    The error's x runs in direction ``axis`` of the map, rad.
+    """
+    x, y = transform([pose[0], pose[1], axis], error[:2])
+    return np.array([x, y, wrap_angle(pose[2] + error[2])])

@@ -1,0 +1,60 @@
+"""The drive, against the integrals of ramps and lags."""
+
+import numpy as np
+import pytest
+
+from cohelm.messages import Decision
+from cohelm.simulation.drive import at_rest, drive
+
+DT = 0.001
+
+
+def run(robot, wheels, decision, seconds):
+    states = [wheels]
+    for _ in range(round(seconds / DT)):
+        states.append(drive(robot, states[-1], decision, DT))
+    return states
+
+
+@pytest.fixture
+def cruising(robot):
+    return run(robot, at_rest(robot, np.zeros(3)), Decision(twist=np.array([1.0, 0, 0])), 4.0)[-1]
+
+
+def test_a_ramp_followed_with_a_lag(robot):
+    states = run(robot, at_rest(robot, np.zeros(3)), Decision(twist=np.array([9.0, 0, 0])), 4.0)
+    speed = np.array([s.twist[0] for s in states])
+    a, lag = robot.max_acceleration, robot.actuation_lag
+    # v(t) = a (t − τ (1 − e^{−t/τ})) while the set-point climbs
+    assert speed[500] == pytest.approx(a * (0.5 - lag * (1 - np.exp(-0.5 / lag))), abs=1e-3)
+    assert speed[-1] == pytest.approx(robot.max_speed)  # 9 m/s is more than it can do
+    assert np.diff(speed).max() <= a * DT + 1e-12
+
+
+@pytest.mark.parametrize("emergency", [False, True])
+def test_braking_takes_v2_over_2a_and_the_lag(robot, cruising, emergency):
+    states = run(robot, cruising, Decision(twist=np.zeros(3), emergency=emergency), 3.0)
+    a = robot.emergency_deceleration if emergency else robot.max_deceleration
+    # ∫v = ∫set-point + τ v₀, a first-order lag: 1/2a + τ
+    distance = states[-1].pose[0] - cruising.pose[0]
+    assert distance == pytest.approx(1.0 / (2 * a) + robot.actuation_lag, abs=2e-3)
+    np.testing.assert_array_equal(states[-1].twist, 0.0)
+
+
+def test_turning_has_its_own_limit(robot):
+    states = run(robot, at_rest(robot, np.zeros(3)), Decision(twist=np.array([0, 0, 9.0])), 2.0)
+    turn = np.array([s.twist[2] for s in states])
+    assert np.diff(turn).max() <= robot.max_turn_acceleration * DT + 1e-12
+    assert turn[-1] == pytest.approx(robot.max_turn_rate)
+    np.testing.assert_allclose(states[-1].pose[:2], 0.0, atol=1e-12)
+
+
+def test_reversing_stops_at_the_reverse_limit(robot):
+    states = run(robot, at_rest(robot, np.zeros(3)), Decision(twist=np.array([-9.0, 0, 0])), 2.0)
+    assert states[-1].twist[0] == pytest.approx(-robot.max_reverse_speed)
+
+
+def test_a_command_that_is_not_a_number_moves_nothing(robot):
+    for bad in (np.nan, np.inf, -np.inf):
+        after = drive(robot, at_rest(robot, np.zeros(3)), Decision(twist=np.full(3, bad)), DT)
+        np.testing.assert_array_equal(after.pose, 0.0)
