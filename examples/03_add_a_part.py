@@ -1,0 +1,78 @@
+"""Write a part of one's own, have its contract checked, and look at what it predicts.
+
+A part is a class with a nested ``Parameters`` model. Name it in one line of one's own project ::
+
+    [project.entry-points."cohelm.predictors"]
+    slowing = "my_package:SlowingDown"
+
+and every scenario can say ``predictor: {use: slowing, time_constant: 1.5}``.
+"""
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.config import Model
+from cohelm.messages import People, Predictions
+from cohelm.testing import ConformanceError, check_predictor
+from cohelm.testing.scenes import walkers
+
+
+class SlowingDown:
+    """Everybody comes to rest: v(t) = v₀ e^(−t/τ), p(t) = p₀ + τ (1 − e^(−t/τ)) v₀."""
+
+    class Parameters(Model):
+        """Of the model."""
+
+        time_constant: float = Field(2.0, gt=0.0, le=60.0)
+        """τ, s."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+
+    def predict(self, people: People, steps: int, step: float) -> Predictions:
+        """See :class:`~cohelm.perception.Predictor`; one hypothesis, over all people at once."""
+        tau = self.parameters.time_constant
+        ahead = step * np.arange(steps + 1)
+        fading = np.exp(-ahead / tau)[:, None]
+        position, velocity = people.mean[:, None, None, :2], people.mean[:, None, None, 2:]
+        spread = np.sqrt(people.covariance[:, [0, 1], [0, 1]].max(axis=-1, initial=0.0))
+        return Predictions(
+            step=step,
+            names=("slowing_down",),
+            weight=np.ones((len(people), 1)),
+            mean=position + tau * (1.0 - fading) * velocity,
+            velocity=fading * velocity,
+            deviation=spread[:, None, None] + 0.3 * ahead,
+        )
+
+
+class OverSure(SlowingDown):
+    """The same, but surer the further it looks ahead: not what a predictor may be."""
+
+    def predict(self, people: People, steps: int, step: float) -> Predictions:
+        """Break the contract."""
+        made = super().predict(people, steps, step)
+        return Predictions(
+            step=made.step,
+            names=made.names,
+            weight=made.weight,
+            mean=made.mean,
+            velocity=made.velocity,
+            deviation=made.deviation[..., ::-1],
+        )
+
+
+def main() -> None:
+    predictor = SlowingDown(SlowingDown.Parameters())
+    check_predictor(predictor)
+    walker = walkers([[0.0, 0.0, 1.2, 0.0]])
+    ahead = predictor.predict(walker, 4, 1.0).mean[0, 0, :, 0]
+    print("keeps its contract; a walker at 1.2 m/s is after 0, 1 … 4 s at", np.round(ahead, 2), "m")
+    try:
+        check_predictor(OverSure(OverSure.Parameters()))
+    except ConformanceError as fault:
+        print("does not keep it:", fault)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,45 @@
+"""Every example runs, alone, and says what its docstring promises."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("[0-9]*.py"))
+
+
+def run(example, folder):
+    done = subprocess.run(
+        [sys.executable, "-W", "error", str(example)],
+        cwd=folder,
+        env={**os.environ, "PYTHONIOENCODING": "utf-8"},
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return done.stdout
+
+
+def test_examples_are_numbered_without_a_gap():
+    numbers = [int(example.name[:2]) for example in EXAMPLES]
+    assert numbers == list(range(1, len(EXAMPLES) + 1))
+
+
+SAYS = {
+    "01_plan_a_path": r"shortest +13\.\d+ m\nby the window .* costs \+\d",
+    "02_ride": r"left : reached, passed on the left.*\n.*right: reached, passed on the right",
+    "03_add_a_part": r"keeps its contract.*\ndoes not keep it: certainty must not grow",
+}
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
+def test_an_example_runs_and_leaves_no_file(example, tmp_path):
+    assert re.search(SAYS[example.stem], run(example, tmp_path))
+    assert list(tmp_path.iterdir()) == []
