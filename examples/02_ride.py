@@ -17,7 +17,7 @@ def side_of_the_box(ride: Ride) -> str:
 
 def main() -> None:
     for side in ("left", "right"):
-        changes = [f"rider.side={side}", "start=[3.5, 7, 0]", "goal=[10.5, 7]"]
+        changes = [f"rider.side={side}", "goal=[10.5, 7]"]
         ride = run(load_scenario("box", changes), seed=0)
         figures = measure(ride)
         print(
