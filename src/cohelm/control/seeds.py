@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numba import njit
@@ -56,8 +57,8 @@ def shifted(problem: LocalProblem, previous: LocalPlan | None, now: Floats) -> M
     return followed(problem, inputs, now)
 
 
-def best_arc(problem: LocalProblem, now: Floats) -> Motion:
-    """The sampled arc with the least coarse cost."""
+def best_arcs(problem: LocalProblem, now: Floats, count: int) -> Iterator[Motion]:
+    """The ``count`` sampled arcs with the least coarse cost, best first."""
     reference, robot = problem.reference, problem.robot
     steps = len(reference.poses) - 1
     low, high, rise, fall = robot.motion.bounds(robot.limits)
@@ -65,7 +66,7 @@ def best_arc(problem: LocalProblem, now: Floats) -> Motion:
     scaled = targets.copy()
     scaled[:, :, 0] *= min(problem.speed_limit, high[0], max(float(reference.speeds.max()), 0.3))
     scaled[:, :, 1] *= high[1]
-    best = _best_arc(
+    costs = _coarse_costs(
         scaled,
         now,
         low,
@@ -86,8 +87,9 @@ def best_arc(problem: LocalProblem, now: Floats) -> Motion:
         problem.walls.X_MG,
         problem.profile.clearance,
     )
-    inputs = _ramped(scaled[best], steps, now, rise * reference.step, fall * reference.step)
-    return followed(problem, inputs, now)
+    for best in np.argsort(costs, kind="stable")[:count]:
+        inputs = _ramped(scaled[best], steps, now, rise * reference.step, fall * reference.step)
+        yield followed(problem, inputs, now)
 
 
 def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
@@ -142,7 +144,7 @@ def _ramped(target: Floats, steps: int, now: Floats, rise: Floats, fall: Floats)
 
 
 @njit(cache=True)
-def _best_arc(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def _coarse_costs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     targets: Floats,
     now: Floats,
     low: Floats,
@@ -162,9 +164,9 @@ def _best_arc(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     resolution: float,
     X_MG: Floats,
     clearance: float,
-) -> int:
+) -> Floats:
     steps = reference.shape[0] - 1
-    best, least = 0, np.inf
+    costs = np.empty(targets.shape[0])
     pose = np.empty(3)
     nearest = np.empty(positions.shape[0])
     for a in range(targets.shape[0]):
@@ -184,8 +186,6 @@ def _best_arc(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             weight = step if k < steps - 1 else 4.0
             cost += 0.5 * weight * (dx * dx + dy * dy + 0.3 * dh * dh)
             cost += 0.5 * step * (0.8 * dv * dv + 0.25 * w * w)
-            if cost >= least:
-                break
             if k % 2 == 0:
                 continue
             for i in range(positions.shape[0]):
@@ -207,6 +207,5 @@ def _best_arc(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
                 cost -= _TOUCH * nearest[i]
             if nearest[i] < floor:
                 cost += _CROWD * (floor - nearest[i])
-        if cost < least:
-            best, least = a, cost
-    return best
+        costs[a] = cost
+    return costs

@@ -12,11 +12,12 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.constraints import Bodies, InputLimits, SocialSpace, WallClearance
 from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
-from cohelm.control.seeds import best_arc, followed, last_input, shifted
+from cohelm.control.seeds import best_arcs, followed, last_input, shifted
 from cohelm.control.sqp import OptimalControl, Solution, Value
 from cohelm.messages import LocalPlan, Reason, Status
 from cohelm.robots.contact import braking, first_contact
 
+_FINE = 0.05
 _RELAXED = 0.01
 """Slack above this is reported as a relaxed plan, m."""
 
@@ -33,16 +34,22 @@ class SocialMpc:
 
         steps: int = Field(25, ge=3, le=100)
         """N."""
-        step: float = Field(0.1, gt=0.0, le=1.0)
+        step: float = Field(0.16, gt=0.0, le=1.0)
         """Δt, s."""
         iterations: int = Field(3, ge=1, le=50)
         """Quadratic programs a plan: the budget, the same on every machine."""
         switch: float = Field(0.8, gt=0.0, le=1.0)
         """A sampled way round replaces the last plan where its merit is below this share of it."""
+        rescues: int = Field(12, ge=0, le=65)
+        """Sampled arcs that are tried, best first, before the chair brakes."""
         contact_margin: float = Field(0.03, ge=0.0)
         """Gap that verification takes for contact, m."""
-        verified_time: float = Field(1.5, gt=0.0)
+        contact_growth: float = Field(0.1, ge=0.0)
+        """How that gap grows with time for people, m/s."""
+        verified_time: float = Field(2.0, gt=0.0)
         """How far ahead a plan must be free of contact, s; braking is checked in any case."""
+        reaction: float = Field(0.15, gt=0.0)
+        """How long a command acts before braking can begin, s: a tick and the drive's lag."""
         track_reference: TrackReference.Parameters = TrackReference.Parameters()
         input_effort: InputEffort.Parameters = InputEffort.Parameters()
         smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
@@ -82,12 +89,15 @@ class SocialMpc:
         trusted = previous is not None and previous.status is not Status.STOP
         if warm is not None and trusted and self._verified(problem, warm):
             return self._plan(problem, solution, warm, Status.RELAXED)
+        for arc in best_arcs(problem, now, self.parameters.rescues):
+            if self._verified(problem, arc):
+                return self._plan(problem, solution, arc, Status.RELAXED)
         return self._plan(problem, solution, self._brake(problem, now), Status.STOP)
 
     def _seed(
         self, problem: LocalProblem, warm: Motion | None, now: Floats
     ) -> tuple[Motion, Value]:
-        arc = best_arc(problem, now)
+        arc = next(best_arcs(problem, now, 1))
         other = self.control.value(problem, arc)
         if warm is None:
             return arc, other
@@ -101,18 +111,19 @@ class SocialMpc:
 
         Both swept, against walls and the people's predicted bodies.
         """
-        p = self.parameters
+        p, robot = self.parameters, problem.robot
         stop = braking(
-            problem.robot,
+            robot,
             problem.pose,
+            motion.last_input,
             motion.inputs[0],
-            hold=p.step,
-            deceleration=problem.robot.max_deceleration,
-            step=p.step / 2.0,
+            hold=p.reaction,
+            deceleration=robot.max_deceleration,
+            step=_FINE,
         )
         return (
             self._contact(problem, motion.poses, motion.step) >= p.verified_time
-            and self._contact(problem, stop, p.step / 2.0) == np.inf
+            and self._contact(problem, stop, _FINE) == np.inf
         )
 
     def _contact(self, problem: LocalProblem, poses: Floats, step: float) -> float:
@@ -124,6 +135,7 @@ class SocialMpc:
             predictions=problem.predictions,
             walls=problem.walls,
             margin=self.parameters.contact_margin,
+            growth=self.parameters.contact_growth,
         )
 
     def _brake(self, problem: LocalProblem, now: Floats) -> Motion:

@@ -32,6 +32,7 @@ def first_contact(
     predictions: Predictions,
     walls: DistanceField,
     margin: float,
+    growth: float = 0.0,
 ) -> float:
     """When a motion would first touch a wall or, while moving, a predicted body, s; else +inf.
 
@@ -43,7 +44,8 @@ def first_contact(
         predictions: of them, every hypothesis counts; beyond their end people keep their velocity.
         walls: distance to all that is not a person.
         margin: gap that counts as contact, m; never more than the gap at the start, so that a robot
-            that stands close to something may leave.
+            that stands close to something may leave. A person who touches it already is waited for.
+        growth: how the gap that counts grows with time for people, whose motion is a guess, m/s.
     """
     n, h, states = predictions.mean.shape[:3]
     return float(
@@ -60,19 +62,41 @@ def first_contact(
             walls.resolution,
             walls.X_MG,
             margin,
+            growth,
         )
     )
 
 
 def braking(
-    robot: Robot, pose: Floats, inputs: Floats, *, hold: float, deceleration: float, step: float
+    robot: Robot,
+    pose: Floats,
+    now: Floats,
+    command: Floats,
+    *,
+    hold: float,
+    deceleration: float,
+    step: float,
 ) -> Floats:
-    """Poses (k, 3) of inputs (m,) held for ``hold`` s, then fading to 0 along the same arc."""
-    speed = float(np.abs(robot.motion.twist(inputs)[:2]).max())
+    """Poses (k, 3) of a command obeyed for a while, then braking to a stand along the same arc.
+
+    Args:
+        robot: its kinematics and limits.
+        pose: where it is, (3,).
+        now: what the wheels do, (m,); they change from there no faster than the limits allow.
+        command: inputs (m,).
+        hold: how long the command acts, s.
+        deceleration: of braking, m/s².
+        step: between poses, s.
+    """
+    _, _, rise, fall = robot.motion.bounds(robot.limits)
+    held = max(math.ceil(hold / step - 1e-9), 1)
+    times = (np.arange(held)[:, None] + 1.0) * step
+    acting = now + np.clip(command - now, -fall * times, rise * times)
+    speed = float(np.abs(robot.motion.twist(acting[-1])[:2]).max())
     fading = max(speed / deceleration, 2.0 * step)
-    times = np.arange(math.ceil((hold + fading) / step)) * step
-    share = np.clip(1.0 - (times - hold) / fading, 0.0, 1.0)
-    return robot.motion.rollout(pose, share[:, None] * inputs, step)
+    share = np.clip(1.0 - (np.arange(math.ceil(fading / step)) + 0.5) * step / fading, 0.0, 1.0)
+    inputs = np.vstack([acting, share[:, None] * acting[-1]])
+    return robot.motion.rollout(pose, inputs, step)
 
 
 @njit(cache=True, inline="always")
@@ -128,6 +152,7 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     resolution: float,
     X_MG: Floats,
     margin: float,
+    growth: float,
 ) -> float:
     people, known = positions.shape[0], positions.shape[1]
     pose = poses[0].copy()
@@ -138,7 +163,8 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     body_margin = np.empty(people)
     for i in range(people):
         d = nearest_on_spine(capsule, pose, positions[i, 0, 0], positions[i, 0, 1])[0]
-        body_margin[i] = min(margin, d - capsule[4] - radius[i] - 1e-6)
+        gap = d - capsule[4] - radius[i]
+        body_margin[i] = min(margin, gap - 1e-6) if gap > 0.0 else np.inf
     for k in range(poses.shape[0] - 1):
         moving = math.hypot(poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1])
         if moving < STANDING * step and abs(poses[k + 1, 2] - poses[k, 2]) < STANDING * step:
@@ -157,6 +183,6 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
                 x = positions[i, m, 0] + rest * velocities[i, m, 0]
                 y = positions[i, m, 1] + rest * velocities[i, m, 1]
                 d = nearest_on_spine(capsule, pose, x, y)[0]
-                if d - capsule[4] - radius[i] < body_margin[i]:
+                if d - capsule[4] - radius[i] < body_margin[i] + growth * time:
                     return time
     return np.inf

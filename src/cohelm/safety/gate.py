@@ -25,7 +25,7 @@ from cohelm.messages import Decision, Mode, Observation, People, Predictions, Re
 from cohelm.robots import Robot
 from cohelm.robots.contact import braking, first_contact
 
-_SHARES = (1.0, 0.75, 0.5, 0.25, 0.1)
+_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 _STEP = 0.05
 
 
@@ -52,10 +52,12 @@ class GateParameters(Model):
     """Share of a scan's beams that are not a number at which the scan counts for nothing."""
     separation: bool = True
     """Whether things inside the stopping distance stop the chair; off for blind baselines only."""
-    reaction: float = Field(0.1, ge=0.0, le=2.0)
-    """How long a command is assumed to act before braking begins, s."""
+    reaction: float = Field(0.15, ge=0.0, le=2.0)
+    """How long a command is assumed to act before braking begins, s: a tick and the drive's lag."""
     margin: float = Field(0.02, ge=0.0, le=1.0)
     """Gap that counts as contact, m."""
+    growth: float = Field(0.1, ge=0.0, le=1.0)
+    """How that gap grows with time for people, whose motion is a guess, m/s."""
 
 
 @value
@@ -126,10 +128,12 @@ def gate(
     reason = Reason.OVER_LIMITS if bounded else None
     if request.mode is Mode.MANUAL or not parameters.separation or not allowed.any():
         return Decision(twist=allowed, reason=reason)
+    now = robot.motion.input(observation.twist)
     for share in _SHARES:
         poses = braking(
             robot,
             observation.pose,
+            now,
             share * robot.motion.input(allowed),
             hold=parameters.reaction,
             deceleration=robot.max_deceleration,
@@ -143,11 +147,12 @@ def gate(
             predictions=predictions,
             walls=walls,
             margin=parameters.margin,
+            growth=parameters.growth,
         )
         if contact == math.inf:
             if share < 1.0:
-                return Decision(twist=share * allowed, reason=Reason.TOO_CLOSE)
-            return Decision(twist=allowed, reason=reason)
+                reason = Reason.TOO_CLOSE if share > 0.0 else Reason.BLOCKED
+            return Decision(twist=share * allowed, reason=reason)
     return stop(Reason.BLOCKED)
 
 
