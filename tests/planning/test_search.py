@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from skimage.graph import MCP_Geometric
 
 from cohelm.errors import PlanningTimeout
+from cohelm.planning.cost_values import INSCRIBED
 from cohelm.planning.search import Weights, shortest_path
-from cohelm.planning.values import INSCRIBED
 
 from .oracles import least_cost, random_weights
 
@@ -141,5 +141,6 @@ def test_moving_ai_lengths():
         weights = np.where(free, 1.0, np.inf).astype(np.float32)
         found = shortest_path(Weights.of(weights), start, goal)
         unit = 10.0 ** -len(printed.partition(".")[2])
-        assert found.cost == pytest.approx(float(printed), rel=1e-9, abs=unit), (name, start, goal)
+        # Some files were made with √2 = 1.41421356, which is 1.7e-9 too little.
+        assert found.cost == pytest.approx(float(printed), rel=2e-9, abs=unit), (name, start, goal)
         check_steps(weights, found.cells)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohelm.arrays import read_only
 from cohelm.maps import signed_distance
 from cohelm.maps.distance import DistanceField
 from cohelm.planning.search import Weights, shortest_path
@@ -16,13 +17,13 @@ needed, wanted = 0.3, 0.6
 
 def smoothed(blocked, start, goal, smoothing=None):
     """(line, clearance field, cells' centres) from start to goal, or None where there is no way."""
-    clearance = signed_distance(blocked, RESOLUTION)
+    clearance = read_only(signed_distance(blocked, RESOLUTION))
     weights = np.where(clearance > needed, 1.0 + 3.0 * np.exp(-3.0 * clearance), np.inf)
     packed = Weights.of(weights.astype(np.float32))
     found = shortest_path(packed, start, goal)
     if found is None:
         return None
-    way = (found.cells[:, ::-1] + 0.5) * RESOLUTION
+    way = np.ascontiguousarray((found.cells[:, ::-1] + 0.5) * RESOLUTION)
     line = smooth(
         way,
         packed,

@@ -15,10 +15,10 @@ import numpy as np
 from cohelm.arrays import Annotated, Bytes, Floats32, Shape, value
 from cohelm.maps import OccupancyGrid, signed_distance
 from cohelm.messages import LiveObstacles
+from cohelm.planning.cost_values import FREE, INSCRIBED, LETHAL, UNKNOWN
 from cohelm.planning.layers.inflation import Inflation, inflate
 from cohelm.planning.layers.live import live_clearance, reach_of
 from cohelm.planning.layers.static import static_costs
-from cohelm.planning.values import FREE, INSCRIBED, LETHAL, UNKNOWN
 
 __all__ = ["FREE", "INSCRIBED", "LETHAL", "UNKNOWN", "Costmap", "Inflation", "build_costmap"]
 

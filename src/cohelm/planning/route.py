@@ -8,16 +8,16 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Floats, Floats32, Integers, Shape, value
+from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
 from cohelm.config import Model
 from cohelm.errors import GoalBlocked, NoPath, OutsideMap, StartBlocked
 from cohelm.geometry import arc_length, inverse, nearest_on_polyline, transform
 from cohelm.messages import Path, WishReport
 from cohelm.planning.api import RouteProblem
+from cohelm.planning.cost_values import INSCRIBED, MAX_GRADED
 from cohelm.planning.costmap import Costmap, Inflation, build_costmap
 from cohelm.planning.search import BLOCKED, GridPath, Weights, path_cost, shortest_path
 from cohelm.planning.smoothing import Smoothing, smooth
-from cohelm.planning.values import INSCRIBED, MAX_GRADED
 
 
 class RouteParameters(Model):
@@ -39,7 +39,6 @@ class RouteParameters(Model):
 class Route:
     """A way found on the grid."""
 
-    cells: Annotated[Integers, Shape("k 2")]
     cost: float
     """Weighted length under the costmap without wishes, m."""
     points: Annotated[Floats, Shape("m 2")]
@@ -78,20 +77,15 @@ def find_route(
     """
     start, goal = _ends(problem, base)
     table = weight_table(parameters.cost_weight)
-    weights = _with_way_out(Weights.of_costs(chosen.cost, table), base, start)
+    weights = _weights(chosen, table, start)
     found = shortest_path(weights, start, goal, max_expansions=parameters.max_expansions)
     if found is None:
         raise NoPath(start=_pair(problem.start), goal=_pair(problem.goal), needed=base.radius)
-    priced = (
-        found.cost
-        if chosen is base
-        else path_cost(
-            _with_way_out(Weights.of_costs(base.cost, table), base, start).packed, found.cells
-        )
-    )
+    cost = found.cost
+    if chosen is not base:
+        cost = path_cost(_weights(base, table, start).packed, found.cells)
     return Route(
-        cells=found.cells,
-        cost=priced * base.grid.resolution,
+        cost=cost * base.grid.resolution,
         points=_line(problem, base, weights, found, parameters),
     )
 
@@ -146,12 +140,13 @@ def _ends(problem: RouteProblem, costmap: Costmap) -> tuple[tuple[int, int], tup
     return (int(start[0]), int(start[1])), (int(goal[0]), int(goal[1]))
 
 
-def _with_way_out(weights: Weights, costmap: Costmap, start: tuple[int, int]) -> Weights:
-    """The weights, opened about a start that is nearer to an obstacle than planning allows.
+def _weights(costmap: Costmap, table: Floats32, start: tuple[int, int]) -> Weights:
+    """The costmap's weights, opened about a start nearer to an obstacle than planning allows.
 
     A chair may have stopped close to a wall. Cells within a metre that are no nearer to obstacles
     than the start are opened, dearer than any other, so that the way leaves them soon.
     """
+    weights = Weights.of_costs(costmap.cost, table)
     row, col = start
     if np.isfinite(weights.packed[row + 1, col + 1]):
         return weights

@@ -23,6 +23,8 @@ from cohelm.geometry import resample
 from cohelm.maps.distance import sample
 from cohelm.planning.search import Weights
 
+_ORIGIN = np.zeros(3)
+
 
 class Smoothing(Model):
     """How a path is smoothed."""
@@ -58,18 +60,10 @@ def smooth(
         wanted: clearance above which it may come nearer than the way did, m; ≥ needed.
         smoothing: parameters.
     """
-    origin = np.zeros(3)
     corners = _shorten(points, weights.packed, clearance, resolution, needed)
     line = resample(corners, smoothing.spacing)
-    _relax(
-        line,
-        clearance,
-        resolution,
-        origin,
-        wanted,
-        smoothing.iterations,
-        1.0 / (1.0 + smoothing.hold),
-    )
+    pull = 1.0 / (1.0 + smoothing.hold)
+    _relax(line, clearance, resolution, wanted, smoothing.iterations, pull)
     return resample(line, smoothing.spacing)
 
 
@@ -169,16 +163,15 @@ def _weight(weights: Floats32, resolution: float, x: float, y: float) -> float:
 
 @njit(cache=True)
 def _clearance(clearance: Floats32, resolution: float, x: float, y: float) -> float:
-    distance, _, _ = sample(clearance, resolution, np.zeros(3), x, y)
+    distance, _, _ = sample(clearance, resolution, _ORIGIN, x, y)
     return distance
 
 
 @njit(cache=True)
-def _relax(  # noqa: PLR0917  # a kernel takes plain arguments
+def _relax(
     line: Floats,
     clearance: Floats32,
     resolution: float,
-    origin: Floats,
     wanted: float,
     iterations: int,
     pull: float,
@@ -188,16 +181,14 @@ def _relax(  # noqa: PLR0917  # a kernel takes plain arguments
     fixed = line.copy()
     floor = np.empty(n)
     for i in range(n):
-        d, _, _ = sample(clearance, resolution, origin, line[i, 0], line[i, 1])
-        floor[i] = min(d, wanted)
+        floor[i] = min(_clearance(clearance, resolution, line[i, 0], line[i, 1]), wanted)
     for round_ in range(iterations):
         moved = 0.0
         for k in range(1, n - 1):
             i = k if round_ % 2 == 0 else n - 1 - k
             x = pull * 0.5 * (line[i - 1, 0] + line[i + 1, 0]) + (1.0 - pull) * fixed[i, 0]
             y = pull * 0.5 * (line[i - 1, 1] + line[i + 1, 1]) + (1.0 - pull) * fixed[i, 1]
-            d, _, _ = sample(clearance, resolution, origin, x, y)
-            if d >= floor[i]:
+            if _clearance(clearance, resolution, x, y) >= floor[i]:
                 moved = max(moved, abs(x - line[i, 0]) + abs(y - line[i, 1]))
                 line[i, 0], line[i, 1] = x, y
         if moved < 1e-4:

@@ -15,7 +15,7 @@ from cohelm.arrays import Bytes, Floats, Floats32
 from cohelm.config import Model
 from cohelm.geometry import inverse, transform
 from cohelm.maps import OccupancyGrid
-from cohelm.planning.values import MAX_GRADED
+from cohelm.planning.cost_values import MAX_GRADED
 
 SPREAD = 1.0 / math.sqrt(-2.0 * math.log(0.1))
 """σ / d_r of eq. (1): a circle of radius d_r about the point holds 90 % of the density. ≈ 0.466."""

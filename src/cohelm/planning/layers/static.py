@@ -6,7 +6,7 @@ import numpy as np
 
 from cohelm.arrays import Bytes
 from cohelm.maps import OccupancyGrid
-from cohelm.planning.values import FREE, LETHAL, UNKNOWN
+from cohelm.planning.cost_values import FREE, LETHAL, UNKNOWN
 
 
 def static_costs(grid: OccupancyGrid) -> Bytes:
