@@ -52,7 +52,7 @@ def as_json(data: Mapping[str, Any], indent: int | None = None) -> str:
 
 def versions() -> dict[str, str]:
     """Of cohelm, of Python and of what decides the numbers."""
-    parts = ("cohelm", "daqp", "numba", "numpy", "opencv-python-headless", "scikit-learn", "scipy")
+    parts = ("cohelm", "daqp", "numba", "numpy", "opencv-python-headless", "scipy")
     return {**{part: version(part) for part in parts}, "python": platform.python_version()}
 
 
