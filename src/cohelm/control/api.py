@@ -102,6 +102,10 @@ class Rows:
     """Index of each row's slack within this constraint, −1: hard."""
     room: Annotated[Floats, Shape("r")] | None = None
     """How far each row is from an upper bound; None: there is none."""
+    key: Annotated[Integers, Shape("r")]
+    """Names each row among all that there can be, whichever of them are present."""
+    keys: int
+    """How many rows there can be."""
     groups: int = 0
     """How many slacks there are."""
 

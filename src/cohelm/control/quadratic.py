@@ -40,25 +40,47 @@ class QuadraticProgram:
     margin: Annotated[Floats, Shape("r")]
     room: Annotated[Floats, Shape("r")]
     group: Annotated[Integers, Shape("r")]
+    key: Annotated[Integers, Shape("r")]
+    """Names each row, the same from program to program."""
+    keys: int
+    """How many names there are."""
     l1: Annotated[Floats, Shape("s")]
     l2: Annotated[Floats, Shape("s")]
 
 
-def minimise(program: QuadraticProgram) -> tuple[Floats, float]:
-    """(x, the least value of the objective).
+@dataclass(slots=True, eq=False)
+class Multipliers:
+    """Lagrange multipliers of the last program: where the next one, much like it, starts."""
+
+    box: Floats
+    slack: Floats
+    rows: Floats
+    """By key, see ``QuadraticProgram.key``."""
+
+    @staticmethod
+    def none(program: QuadraticProgram) -> Multipliers:
+        """Nothing binds."""
+        return Multipliers(
+            np.zeros(len(program.gradient)), np.zeros(len(program.l1)), np.zeros(program.keys)
+        )
+
+
+def minimise(program: QuadraticProgram, start: Multipliers) -> tuple[Floats, Multipliers]:
+    """(the minimising x, its multipliers).
 
     Raises:
         SolverFailed: if there is no solution, or it is not finite.
     """
     used = _first_rows(program)
+    used |= start.rows[program.key] != 0.0
     for _ in range(_ROUNDS):
-        x, slack, least = _solve(program, np.flatnonzero(used))
+        x, slack, start = _solve(program, np.flatnonzero(used), start)
         missing = _violated(program, x, slack) & ~used
         if not missing.any():
-            return x, least
+            return x, start
         used |= missing
-    x, _, least = _solve(program, np.arange(len(program.margin)))
-    return x, least
+    x, _, start = _solve(program, np.arange(len(program.margin)), start)
+    return x, start
 
 
 def _first_rows(program: QuadraticProgram) -> Booleans:
@@ -82,10 +104,12 @@ def _violated(program: QuadraticProgram, x: Floats, slack: Floats) -> Booleans:
     return out
 
 
-def _solve(program: QuadraticProgram, rows: Integers) -> tuple[Floats, Floats, float]:
-    """(x, slack of every group, objective) with some of the rows only."""
+def _solve(
+    program: QuadraticProgram, rows: Integers, start: Multipliers
+) -> tuple[Floats, Floats, Multipliers]:
+    """(x, slack of every group, multipliers) with some of the rows only."""
     n = len(program.gradient)
-    group = program.group[rows]
+    group, key = program.group[rows], program.key[rows]
     soft = np.flatnonzero(group >= 0)
     present = np.zeros(len(program.l1), dtype=bool)
     present[group[soft]] = True
@@ -96,17 +120,24 @@ def _solve(program: QuadraticProgram, rows: Integers) -> tuple[Floats, Floats, f
     hessian[:n, :n] = program.hessian
     diagonal = np.arange(n, size)
     hessian[diagonal, diagonal] = program.l2[groups]
-    gradient = np.concatenate([program.gradient, program.l1[groups]])
     stacked = np.zeros((len(rows), size))
     stacked[:, :n] = program.jacobian[rows]
     stacked[soft, n + column[group[soft]]] = 1.0
-    upper = np.concatenate([program.high, np.full(len(groups), _NO_BOUND), program.room[rows]])
-    lower = np.concatenate([program.low, np.zeros(len(groups)), -program.margin[rows]])
-    z, least, flag, _ = daqp.solve(
-        hessian, gradient, stacked, upper, lower, np.zeros(len(upper), dtype=np.int32)
+    z, _, flag, info = daqp.solve(
+        hessian,
+        np.concatenate([program.gradient, program.l1[groups]]),
+        stacked,
+        np.concatenate([program.high, np.full(len(groups), _NO_BOUND), program.room[rows]]),
+        np.concatenate([program.low, np.zeros(len(groups)), -program.margin[rows]]),
+        np.zeros(size + len(rows), dtype=np.int32),
+        dual_start=np.concatenate([start.box, start.slack[groups], start.rows[key]]),
     )
     if flag < 1 or not np.isfinite(z).all():
         raise SolverFailed(f"the quadratic program has no solution (exit flag {flag})")
-    slack = np.zeros(len(program.l1))
+    slack, multipliers = np.zeros(len(program.l1)), Multipliers.none(program)
     slack[groups] = z[n:]
-    return np.asarray(z[:n], dtype=float), slack, float(least)
+    found = info["lam"]
+    multipliers.box = found[:n]
+    multipliers.slack[groups] = found[n:size]
+    multipliers.rows[key] = found[size:]
+    return np.asarray(z[:n], dtype=float), slack, multipliers

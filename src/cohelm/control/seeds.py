@@ -86,6 +86,7 @@ def best_arcs(problem: LocalProblem, now: Floats, count: int) -> Iterator[Motion
         problem.walls.resolution,
         problem.walls.X_MG,
         problem.profile.clearance,
+        count == 1,
     )
     for best in np.argsort(costs, kind="stable")[:count]:
         inputs = _ramped(scaled[best], steps, now, rise * reference.step, fall * reference.step)
@@ -164,9 +165,12 @@ def _coarse_costs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     resolution: float,
     X_MG: Floats,
     clearance: float,
+    only_best: bool,
 ) -> Floats:
+    """The coarse cost (a,) of every arc; a lower bound of it where only the best one counts."""
     steps = reference.shape[0] - 1
     costs = np.empty(targets.shape[0])
+    least = np.inf
     pose = np.empty(3)
     nearest = np.empty(positions.shape[0])
     for a in range(targets.shape[0]):
@@ -186,6 +190,8 @@ def _coarse_costs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             weight = step if k < steps - 1 else 4.0
             cost += 0.5 * weight * (dx * dx + dy * dy + 0.3 * dh * dh)
             cost += 0.5 * step * (0.8 * dv * dv + 0.25 * w * w)
+            if only_best and cost >= least:
+                break
             if k % 2 == 0:
                 continue
             for i in range(positions.shape[0]):
@@ -208,4 +214,5 @@ def _coarse_costs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             if nearest[i] < floor:
                 cost += _CROWD * (floor - nearest[i])
         costs[a] = cost
+        least = min(least, cost)
     return costs

@@ -18,7 +18,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.control.api import Constraint, CostTerm, LocalProblem, Motion, Rows
-from cohelm.control.quadratic import QuadraticProgram, minimise
+from cohelm.control.quadratic import Multipliers, QuadraticProgram, minimise
 
 _DAMPING = 1e-4
 _HALVINGS = 4
@@ -85,9 +85,9 @@ class OptimalControl:
             SolverFailed: if a quadratic program has no solution.
         """
         motion, worth = seed, value or self.value(problem, seed)
-        done, change = 0, np.inf
+        done, change, multipliers = 0, np.inf, None
         while done < iterations and change >= tolerance:
-            step = self._step(problem, motion)
+            step, multipliers = self._step(problem, motion, multipliers)
             done += 1
             motion, worth, taken = self._search(problem, motion, worth, step)
             change = taken * float(np.abs(step).max(initial=0.0))
@@ -108,14 +108,16 @@ class OptimalControl:
                 costs[constraint.name] = _price(constraint, needed)
         return Value(merit=sum(costs.values()), costs=costs, slack=slack, barrier=barrier)
 
-    def _step(self, problem: LocalProblem, motion: Motion) -> Floats:
-        """Δu, (N·m,)."""
+    def _step(
+        self, problem: LocalProblem, motion: Motion, start: Multipliers | None
+    ) -> tuple[Floats, Multipliers]:
+        """(Δu, (N·m,); the multipliers, to start the next step from)."""
         sensitivity = problem.robot.motion.sensitivity(motion.poses, motion.inputs, motion.step)
         residual = np.concatenate([t.residual(problem, motion) for t in self.costs])
         jacobian = np.vstack([t.jacobian(problem, motion, sensitivity) for t in self.costs])
         blocks = [(c, c.rows(problem, motion, sensitivity)) for c in self.constraints]
         program = _program(residual, jacobian, blocks, self._box(problem, motion))
-        return minimise(program)[0]
+        return minimise(program, start or Multipliers.none(program))
 
     def _box(self, problem: LocalProblem, motion: Motion) -> Floats:
         """The bounds (2, N·m) on Δu that all constraints leave."""
@@ -157,6 +159,7 @@ def _program(
     diagonal = np.arange(len(hessian))
     hessian[diagonal, diagonal] += _DAMPING
     first = np.cumsum([0, *(rows.groups for _, rows in blocks)])
+    names = np.cumsum([0, *(rows.keys for _, rows in blocks)])
     return QuadraticProgram(
         hessian=hessian,
         gradient=jacobian.T @ residual,
@@ -171,6 +174,10 @@ def _program(
                 for (_, rows), start in zip(blocks, first[:-1], strict=True)
             ]
         ),
+        key=np.concatenate(
+            [rows.key + start for (_, rows), start in zip(blocks, names[:-1], strict=True)]
+        ),
+        keys=int(names[-1]),
         l1=np.repeat([c.l1 for c, _ in blocks], np.diff(first)),
         l2=np.repeat([max(c.l2, _DAMPING) for c, _ in blocks], np.diff(first)),
     )

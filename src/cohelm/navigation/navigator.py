@@ -3,77 +3,32 @@
 from __future__ import annotations
 
 import dataclasses
-import time as clock
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Floats, value
-from cohelm.control import LocalPlanner, LocalProblem
-from cohelm.errors import ControlError, PlanningError
-from cohelm.maps import DistanceField, OccupancyGrid, distance_field
+from cohelm.arrays import Floats
+from cohelm.control import LocalProblem
+from cohelm.errors import ControlError
+from cohelm.maps import distance_field
 from cohelm.messages import (
     Authority,
     Decision,
-    Groups,
-    LiveObstacles,
     LocalPlan,
     Mode,
     Observation,
     People,
-    Predictions,
     Reason,
-    Reference,
     Request,
-    SocialSpaces,
 )
-from cohelm.navigation.progress import ProgressParameters, ProgressState, progress
-from cohelm.navigation.replanning import (
-    ReplanningParameters,
-    RouteQuestion,
-    RouteState,
-    route,
-)
+from cohelm.navigation.course import Course, lay_course
+from cohelm.navigation.setup import NavigatorSetup
+from cohelm.navigation.sight import Sight, see
+from cohelm.navigation.stopwatch import Stopwatch
 from cohelm.navigation.tick import Memory, Tick
-from cohelm.navigation.walls import walls_about
-from cohelm.perception import (
-    Detector,
-    ObstacleLayerParameters,
-    ObstacleLayerState,
-    Predictor,
-    Tracker,
-    update_obstacle_layer,
-)
-from cohelm.planning import GlobalPlanner, reference
-from cohelm.robots import Robot
-from cohelm.safety import GateParameters, GateState, check_input, gate, stop
-from cohelm.sharing import AuthorityParameters, authority, blended
-from cohelm.social import SocialModel
-
-
-@value
-class NavigatorSetup:
-    """A map, a robot and the parts."""
-
-    grid: OccupancyGrid
-    robot: Robot
-    global_planner: GlobalPlanner
-    local_planner: LocalPlanner
-    detector: Detector
-    tracker: Tracker
-    predictor: Predictor
-    social_model: SocialModel
-    obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
-    authority: AuthorityParameters = AuthorityParameters()
-    replanning: ReplanningParameters = ReplanningParameters()
-    progress: ProgressParameters = ProgressParameters()
-    gate: GateParameters = GateParameters()
-    goal_tolerance: float = 0.12
-    """Distance at which the goal is reached and the chair stays, m."""
-    window: float = 8.0
-    """Half the side of the window in which walls matter to the local planner, m."""
+from cohelm.safety import GateState, check_input, gate, stop
+from cohelm.sharing import authority
 
 
 class Navigator:
@@ -102,19 +57,20 @@ class Navigator:
         )
         if fault is not None:
             return _blind(observation, request, fault, gate_state, last)
-        seen = self._see(observation, request, memory, watch)
+        seen = see(setup, self.walls, observation, request, memory, watch)
         hand, hand_state = authority(
             observation,
             request.profile,
             setup.robot,
             steps=setup.local_planner.steps,
             step=setup.local_planner.step,
-            speed_limit=_speed_limit(setup.robot, request),
+            speed_limit=setup.speed_limit(request),
             memory=memory.authority if memory else None,
             parameters=setup.authority,
         )
         watch.lap("sharing")
-        course = self._course(observation, request, seen, hand, memory, watch)
+        course = lay_course(setup, observation, request, seen, hand, memory)
+        watch.lap("planning")
         arrived = self._arrived(observation, request, last)
         plan, wanted = self._want(observation, request, seen, hand, course, last, arrived=arrived)
         watch.lap("control")
@@ -145,92 +101,6 @@ class Navigator:
             durations=MappingProxyType(watch.laps),
         )
 
-    def _see(
-        self, observation: Observation, request: Request, memory: Memory | None, watch: Stopwatch
-    ) -> _Seen:
-        """Scans → people → predictions → spaces, and everything else as walls."""
-        setup, planner = self.setup, self.setup.local_planner
-        detections = tuple(
-            setup.detector.detect(scan, observation.pose, self.walls) for scan in observation.scans
-        )
-        people, tracker = setup.tracker.track(
-            observation, detections, memory.tracker if memory else None
-        )
-        layer = update_obstacle_layer(
-            memory.obstacles if memory else None,
-            detections,
-            people,
-            setup.grid,
-            observation.pose,
-            setup.obstacle_layer,
-        )
-        watch.lap("perception")
-        groups = Groups.alone(len(people))
-        predictions = setup.predictor.predict(people, planner.steps, planner.step)
-        spaces = setup.social_model.spaces(
-            people, groups, predictions, observation.twist, request.profile
-        )
-        watch.lap("social")
-        live = layer.obstacles
-        walls = walls_about(setup.grid, self.walls, live, observation.pose[:2], setup.window)
-        watch.lap("walls")
-        return _Seen(
-            people=people,
-            groups=groups,
-            predictions=predictions,
-            spaces=spaces,
-            walls=walls,
-            live=live,
-            tracker=tracker,
-            layer=layer,
-        )
-
-    def _course(
-        self,
-        observation: Observation,
-        request: Request,
-        seen: _Seen,
-        hand: Authority,
-        memory: Memory | None,
-        watch: Stopwatch,
-    ) -> _Course:
-        """Goal → path → reference, blended with the rider's states; or why there is none."""
-        setup, planner = self.setup, self.setup.local_planner
-        before, pace = (memory.route, memory.progress) if memory else (None, None)
-        stalled = observation.time - pace.since if pace else 0.0
-        question = RouteQuestion(
-            time=observation.time,
-            request=request,
-            pose=observation.pose,
-            robot=setup.robot,
-            grid=setup.grid,
-            live=seen.live,
-            walls=seen.walls,
-            authority=hand if request.mode is Mode.SHARED else None,
-            stalled_for=stalled,
-        )
-        try:
-            state = route(question, setup.global_planner, before, setup.replanning)
-        except PlanningError as error:
-            watch.lap("planning")
-            return _Course(reason=_reason(error))
-        path = state.path
-        along, at = reference(
-            path,
-            observation.pose,
-            observation.twist,
-            steps=planner.steps,
-            step=planner.step,
-            speed=_speed_limit(setup.robot, request),
-            robot=setup.robot,
-            progress=state.progress,
-        )
-        state = dataclasses.replace(state, progress=at)
-        pace = progress(path.length - at, observation.time, state.planned_at, pace, setup.progress)
-        shared = blended(along, hand) if request.mode is Mode.SHARED else along
-        watch.lap("planning")
-        return _Course(route=state, reference=along, shared=shared, progress=pace)
-
     def _arrived(self, observation: Observation, request: Request, last: Tick | None) -> bool:
         """Within the tolerance; once there, still there a little beyond it."""
         setup = self.setup
@@ -244,9 +114,9 @@ class Navigator:
         self,
         observation: Observation,
         request: Request,
-        seen: _Seen,
+        seen: Sight,
         hand: Authority,
-        course: _Course,
+        course: Course,
         last: Tick | None,
         *,
         arrived: bool,
@@ -272,7 +142,7 @@ class Navigator:
             walls=seen.walls,
             authority=hand,
             profile=request.profile,
-            speed_limit=_speed_limit(self.setup.robot, request),
+            speed_limit=self.setup.speed_limit(request),
         )
         try:
             plan = self.setup.local_planner.plan(problem, last.plan if last else None)
@@ -281,7 +151,7 @@ class Navigator:
         return plan, _Wanted(twist=plan.command, reason=plan.reason)
 
     def _decide(
-        self, observation: Observation, request: Request, seen: _Seen, wanted: _Wanted
+        self, observation: Observation, request: Request, seen: Sight, wanted: _Wanted
     ) -> Decision:
         """The gate's word; the planner's own reason where the gate has none."""
         if wanted.twist is None:
@@ -299,45 +169,6 @@ class Navigator:
         if decision.reason is None and wanted.reason is not None:
             return dataclasses.replace(decision, reason=wanted.reason)
         return decision
-
-
-class Stopwatch:
-    """Thread CPU time from lap to lap, s."""
-
-    def __init__(self) -> None:
-        self.laps: dict[str, float] = {}
-        self._last = clock.thread_time()
-
-    def lap(self, name: str) -> None:
-        """Book the time since the last lap under ``name``."""
-        now = clock.thread_time()
-        self.laps[name] = self.laps.get(name, 0.0) + now - self._last
-        self._last = now
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Seen:
-    """What perception and the social model make of an observation."""
-
-    people: People
-    groups: Groups
-    predictions: Predictions
-    spaces: SocialSpaces
-    walls: DistanceField
-    live: LiveObstacles
-    tracker: Any
-    layer: ObstacleLayerState
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Course:
-    """Where to go, or why nowhere."""
-
-    route: RouteState | None = None
-    reference: Reference | None = None
-    shared: Reference | None = None
-    progress: ProgressState | None = None
-    reason: Reason = Reason.PLANNING
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -366,12 +197,3 @@ def _blind(
         path=last.path if last else None,
         arrived=last.arrived if last else False,
     )
-
-
-def _speed_limit(robot: Robot, request: Request) -> float:
-    return min(robot.max_speed, request.speed_limit, request.profile.preferred_speed)
-
-
-def _reason(error: PlanningError) -> Reason:
-    known = {reason.value: reason for reason in Reason}
-    return known.get(error.code, Reason.PLANNING)

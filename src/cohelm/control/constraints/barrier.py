@@ -31,8 +31,8 @@ def worst(h: Floats, gamma: float) -> tuple[Floats, float]:
 @njit(cache=True)
 def rows(
     h: Floats, gradient: Floats, sensitivity: Floats, gamma: float, near: float
-) -> tuple[Floats, Floats, Integers]:
-    """The rows with a margin below ``near``: (margin (r,), jacobian (r, N·m), series (r,)).
+) -> tuple[Floats, Floats, Integers, Integers]:
+    """The rows with a margin below ``near``: margin (r,), jacobian (r, N·m), series (r,), key (r,).
 
     h: (s, N+1).  gradient: (s, N+1, 3) of h in the pose.  sensitivity: (N+1, 3, N·m).
     """
@@ -46,6 +46,7 @@ def rows(
     margin = np.empty(count)
     jacobian = np.empty((count, columns))
     owner = np.empty(count, dtype=np.int64)
+    key = np.empty(count, dtype=np.int64)
     r = 0
     for s in range(series):
         for k in range(steps):
@@ -54,6 +55,7 @@ def rows(
                 continue
             margin[r] = g
             owner[r] = s
+            key[r] = s * steps + k
             for j in range(columns):
                 total = 0.0
                 for a in range(3):
@@ -61,4 +63,4 @@ def rows(
                     total -= keep * gradient[s, k, a] * sensitivity[k, a, j]
                 jacobian[r, j] = total
             r += 1
-    return margin, jacobian, owner
+    return margin, jacobian, owner, key

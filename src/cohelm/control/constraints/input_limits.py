@@ -46,6 +46,8 @@ class InputLimits:
             room=(rise - change).ravel(),
             jacobian=np.eye(n * m) - np.eye(n * m, k=-m),
             group=np.full(n * m, -1),
+            key=np.arange(n * m),
+            keys=n * m,
         )
 
     def box(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:

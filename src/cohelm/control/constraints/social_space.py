@@ -45,11 +45,18 @@ class SocialSpace:
     def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
         """Those that can become active."""
         h, gradient = self._barrier(problem, motion)
-        margin, jacobian, series = barrier.rows(
+        margin, jacobian, series, key = barrier.rows(
             h, gradient, sensitivity, self.parameters.gamma, barrier.NEAR
         )
         people, hypotheses = problem.predictions.mean.shape[:2]
-        return Rows(margin=margin, jacobian=jacobian, group=series // hypotheses, groups=people)
+        return Rows(
+            margin=margin,
+            jacobian=jacobian,
+            group=series // hypotheses,
+            key=key,
+            keys=h[:, 1:].size,
+            groups=people,
+        )
 
     def box(self, problem: LocalProblem, motion: Motion) -> None:
         """None on the inputs themselves."""

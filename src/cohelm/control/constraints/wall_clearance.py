@@ -45,10 +45,17 @@ class WallClearance:
     def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
         """Those that can become active."""
         h, gradient = self._barrier(problem, motion)
-        margin, jacobian, series = barrier.rows(
+        margin, jacobian, series, key = barrier.rows(
             h, gradient, sensitivity, self.parameters.gamma, _NEAR
         )
-        return Rows(margin=margin, jacobian=jacobian, group=series, groups=len(h))
+        return Rows(
+            margin=margin,
+            jacobian=jacobian,
+            group=series,
+            key=key,
+            keys=h[:, 1:].size,
+            groups=len(h),
+        )
 
     def box(self, problem: LocalProblem, motion: Motion) -> None:
         """None on the inputs themselves."""

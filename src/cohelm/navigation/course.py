@@ -1,0 +1,89 @@
+"""goal → path → reference, and the rider's hand in it."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from cohelm.errors import PlanningError
+from cohelm.messages import Authority, Mode, Observation, Reason, Reference, Request
+from cohelm.navigation.progress import ProgressState, progress
+from cohelm.navigation.replanning import RouteQuestion, RouteState, route
+from cohelm.navigation.setup import NavigatorSetup
+from cohelm.navigation.sight import Sight
+from cohelm.navigation.tick import Memory
+from cohelm.planning import reference
+from cohelm.sharing import blended
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Course:
+    """Where to go, or why nowhere."""
+
+    route: RouteState | None = None
+    reference: Reference | None = None
+    """Along the path."""
+    shared: Reference | None = None
+    """The same, blended with the rider's states where the mode is shared."""
+    progress: ProgressState | None = None
+    reason: Reason = Reason.PLANNING
+    """Why there is no path, where there is none."""
+
+
+def lay_course(
+    setup: NavigatorSetup,
+    observation: Observation,
+    request: Request,
+    sight: Sight,
+    hand: Authority,
+    memory: Memory | None,
+) -> Course:
+    """The path to follow now and the reference along it; a planning error is its reason.
+
+    Args:
+        setup: the parts.
+        observation: where the robot is.
+        request: where it is to go.
+        sight: what stands in the way.
+        hand: the rider's authority.
+        memory: of the last tick, None at first.
+    """
+    before, pace = (memory.route, memory.progress) if memory else (None, None)
+    shares = request.mode is Mode.SHARED
+    question = RouteQuestion(
+        time=observation.time,
+        request=request,
+        pose=observation.pose,
+        robot=setup.robot,
+        grid=setup.grid,
+        live=sight.live,
+        walls=sight.walls,
+        authority=hand if shares else None,
+        stalled_for=observation.time - pace.since if pace else 0.0,
+    )
+    try:
+        state = route(question, setup.global_planner, before, setup.replanning)
+    except PlanningError as error:
+        return Course(reason=_reason(error))
+    along, at = reference(
+        state.path,
+        observation.pose,
+        observation.twist,
+        steps=setup.local_planner.steps,
+        step=setup.local_planner.step,
+        speed=setup.speed_limit(request),
+        robot=setup.robot,
+        progress=state.progress,
+    )
+    left = state.path.length - at
+    return Course(
+        route=dataclasses.replace(state, progress=at),
+        reference=along,
+        shared=blended(along, hand) if shares else along,
+        progress=progress(left, observation.time, state.planned_at, pace, setup.progress),
+    )
+
+
+def _reason(error: PlanningError) -> Reason:
+    known = {reason.value: reason for reason in Reason}
+    return known.get(error.code, Reason.PLANNING)

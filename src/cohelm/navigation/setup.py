@@ -1,0 +1,43 @@
+"""What a navigator is made of."""
+
+from __future__ import annotations
+
+from cohelm.arrays import value
+from cohelm.control import LocalPlanner
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import Request
+from cohelm.navigation.progress import ProgressParameters
+from cohelm.navigation.replanning import ReplanningParameters
+from cohelm.perception import Detector, ObstacleLayerParameters, Predictor, Tracker
+from cohelm.planning import GlobalPlanner
+from cohelm.robots import Robot
+from cohelm.safety import GateParameters
+from cohelm.sharing import AuthorityParameters
+from cohelm.social import SocialModel
+
+
+@value
+class NavigatorSetup:
+    """A map, a robot and the parts."""
+
+    grid: OccupancyGrid
+    robot: Robot
+    global_planner: GlobalPlanner
+    local_planner: LocalPlanner
+    detector: Detector
+    tracker: Tracker
+    predictor: Predictor
+    social_model: SocialModel
+    obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
+    authority: AuthorityParameters = AuthorityParameters()
+    replanning: ReplanningParameters = ReplanningParameters()
+    progress: ProgressParameters = ProgressParameters()
+    gate: GateParameters = GateParameters()
+    goal_tolerance: float = 0.12
+    """Distance at which the goal is reached and the chair stays, m."""
+    window: float = 8.0
+    """Half the side of the window in which walls matter to the local planner, m."""
+
+    def speed_limit(self, request: Request) -> float:
+        """Of robot, request and rider together, m/s."""
+        return min(self.robot.max_speed, request.speed_limit, request.profile.preferred_speed)

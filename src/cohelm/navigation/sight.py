@@ -1,0 +1,93 @@
+"""scans → people → predictions → spaces, and everything else as walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cohelm.maps import DistanceField
+from cohelm.messages import (
+    Groups,
+    LiveObstacles,
+    Observation,
+    People,
+    Predictions,
+    Request,
+    SocialSpaces,
+)
+from cohelm.navigation.setup import NavigatorSetup
+from cohelm.navigation.stopwatch import Stopwatch
+from cohelm.navigation.tick import Memory
+from cohelm.navigation.walls import walls_about
+from cohelm.perception import ObstacleLayerState, update_obstacle_layer
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sight:
+    """What perception and the social model make of an observation."""
+
+    people: People
+    groups: Groups
+    predictions: Predictions
+    spaces: SocialSpaces
+    walls: DistanceField
+    """About the robot."""
+    live: LiveObstacles
+    tracker: Any
+    """The tracker's memory."""
+    layer: ObstacleLayerState
+
+
+def see(
+    setup: NavigatorSetup,
+    map_walls: DistanceField,
+    observation: Observation,
+    request: Request,
+    memory: Memory | None,
+    watch: Stopwatch,
+) -> Sight:
+    """Who is there, where they will be, what space is theirs, and what else stands about.
+
+    Args:
+        setup: the parts.
+        map_walls: distance field of the static map.
+        observation: usable, see ``safety.check_input``.
+        request: for the rider's social distance.
+        memory: of the last tick, None at first.
+        watch: books the time.
+    """
+    planner = setup.local_planner
+    detections = tuple(
+        setup.detector.detect(scan, observation.pose, map_walls) for scan in observation.scans
+    )
+    people, tracker = setup.tracker.track(
+        observation, detections, memory.tracker if memory else None
+    )
+    layer = update_obstacle_layer(
+        memory.obstacles if memory else None,
+        detections,
+        people,
+        setup.grid,
+        observation.pose,
+        setup.obstacle_layer,
+    )
+    watch.lap("perception")
+    groups = Groups.alone(len(people))
+    predictions = setup.predictor.predict(people, planner.steps, planner.step)
+    spaces = setup.social_model.spaces(
+        people, groups, predictions, observation.twist, request.profile
+    )
+    watch.lap("social")
+    live = layer.obstacles
+    walls = walls_about(setup.grid, map_walls, live, observation.pose[:2], setup.window)
+    watch.lap("walls")
+    return Sight(
+        people=people,
+        groups=groups,
+        predictions=predictions,
+        spaces=spaces,
+        walls=walls,
+        live=live,
+        tracker=tracker,
+        layer=layer,
+    )
