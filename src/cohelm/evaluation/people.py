@@ -155,9 +155,10 @@ def _way_through(
         ends = _ends(floor, distance, reach, slack, route, rng)
         pair = _best_pair(ends, meeting, tangent, starts, rng) if len(ends) > 1 else None
         if pair is not None:
-            first, last = (_trace(parent, *floor.cell(end)) for end in pair)
-            cells = np.concatenate([first, last[::-1][1:]])
-            points = floor.points(_pulled_tight(floor.free, cells))
+            to_meeting, back = (
+                _pulled_tight(floor.free, _trace(parent, *floor.cell(end))) for end in pair
+            )
+            points = floor.points(np.concatenate([to_meeting, back[::-1][1:]]))
             there_and_back = np.concatenate([points, points[-2:0:-1]])
             return Way(points=tuple((float(x), float(y)) for x, y in there_and_back), loop=True)
     return None

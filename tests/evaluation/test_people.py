@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from cohelm.evaluation import load_scenario, make_crowd, set_stage
+from cohelm.evaluation.people import SPACING, walkable
+from cohelm.evaluation.scenario import Crowding, Way
+from cohelm.geometry import nearest_on_polyline, resample
+from cohelm.maps import distance_field
+
+
+@pytest.fixture(scope="module")
+def stages():
+    return [set_stage(load_scenario("hospital"), seed) for seed in range(4)]
+
+
+def ways(crowd):
+    return [each[np.isfinite(each[:, 0])] for each in crowd.waypoints]
+
+
+def test_there_are_as_many_as_asked_for_and_they_walk_to_and_fro(stages):
+    for stage in stages:
+        crowd = stage.world.crowd
+        assert len(crowd.radius) == 12
+        assert crowd.loop.all()
+        assert crowd.sees_robot.all()
+        assert ((crowd.preferred_speed >= 0.9) & (crowd.preferred_speed <= 1.3)).all()
+
+
+def test_starts_keep_their_distance_from_the_chair_and_each_other(stages):
+    for stage in stages:
+        starts = np.concatenate([stage.start[None, :2], stage.world.crowd.position])
+        apart = np.hypot(*(starts[:, None] - starts[None]).T)
+        np.fill_diagonal(apart, np.inf)
+        assert apart.min() > SPACING - 2 * 0.05 - 1e-9  # each is jittered by up to 5 cm
+
+
+def test_every_way_meets_the_route_and_keeps_off_the_walls(stages):
+    for stage in stages:
+        field = distance_field(stage.world.grid)
+        route = np.ascontiguousarray(stage.route.points)
+        for way in ways(stage.world.crowd):
+            points = resample(np.concatenate([way, way[:1]]), 0.1)
+            assert min(nearest_on_polyline(route, x, y)[1] for x, y in points) < 0.5
+            # a way is clear by radius and margin at cell centres; between them by a cell less
+            assert field.at(points).min() > 0.25 - 0.15
+
+
+def test_they_are_drawn_from_the_seed_alone(stages):
+    again = set_stage(load_scenario("hospital"), 1).world.crowd
+    assert np.array_equal(again.position, stages[1].world.crowd.position)
+    assert not np.array_equal(again.position, stages[2].world.crowd.position)
+
+
+def test_explicit_ways_come_first_and_drawn_ones_make_up_the_count(stages, rng):
+    explicit = Way(points=((33.0, 8.0), (30.0, 8.0)), speed=0.5, see_robot=False)
+    stage = stages[0]
+    crowd = make_crowd(
+        Crowding(ways=(explicit,), count=3, jitter=0.0), stage.grid, stage.route.points, rng
+    )
+    assert len(crowd.radius) == 3
+    assert np.array_equal(crowd.position[0], [33.0, 8.0])
+    assert crowd.preferred_speed[0] == 0.5
+    assert list(crowd.sees_robot) == [False, True, True]
+    assert list(crowd.loop) == [False, True, True]
+
+
+def test_nobody_is_nobody(stages, rng):
+    crowd = make_crowd(Crowding(), stages[0].grid, stages[0].route.points, rng)
+    assert crowd.position.shape == (0, 2)
+
+
+def test_jitter_moves_a_start_by_no_more_than_it_says(stages, rng):
+    way = Way(points=((4.0, 8.0),))
+    for _ in range(50):
+        crowd = make_crowd(Crowding(ways=(way,)), stages[0].grid, stages[0].route.points, rng)
+        assert np.hypot(*(crowd.position[0] - [4.0, 8.0])) <= 0.05
+
+
+def test_walkable_cells_leave_room_for_a_body(stages):
+    grid = stages[0].grid
+    floor = walkable(distance_field(grid), grid, 0.25)
+    cells = np.argwhere(floor.free)
+    assert (distance_field(grid).at(floor.points(cells)) > 0.25).all()
+    assert floor.cell(floor.points(cells[:1])[0]) == tuple(cells[0])

@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+import yaml
+
+from cohelm.errors import ConfigError, PlanningError, ScenarioError
+from cohelm.evaluation import load_scenario, scenario_names, set_stage
+from cohelm.evaluation.scenario import Obstacle
+from cohelm.evaluation.staging import with_obstacles
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import Mode
+
+
+@pytest.fixture
+def write(tmp_path):
+    def _write(**keys):
+        file = tmp_path / "mine.yaml"
+        given = {"floor": "hall", "start": [2, 7], "goal": [12, 7], **keys}
+        file.write_text(yaml.safe_dump({k: v for k, v in given.items() if v is not None}))
+        return file
+
+    return _write
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_every_scenario_that_comes_along_can_be_set_on_stage(name):
+    stage = set_stage(load_scenario(name), 0)
+    assert stage.scenario.name == name
+    assert stage.scenario.description
+    assert np.allclose(stage.route.points[0], stage.start[:2])
+    assert np.allclose(stage.route.points[-1], stage.request.goal)
+
+
+@pytest.mark.parametrize("name", ["crossing", "aggressive", "distracted", "empty"])
+def test_start_and_goal_of_the_papers_scenes_are_ten_metres_apart(name):
+    stage = set_stage(load_scenario(name), 0)
+    apart = np.hypot(*(stage.request.goal - stage.start[:2]))
+    assert apart == pytest.approx(10.0, abs=0.005)
+
+
+def test_a_scenario_needs_little(write):
+    scenario = load_scenario(write())
+    assert scenario.name == "mine"
+    assert scenario.mode is Mode.SHARED
+    assert scenario.local_planner == {"use": "ss_mpc_dcbf"}
+
+
+def test_a_part_is_a_name_or_a_mapping(write):
+    assert load_scenario(write(rider="idle")).rider == {"use": "idle"}
+    assert load_scenario(write(rider={"use": "nudge", "side": "right"})).rider["side"] == "right"
+
+
+def test_settings_reach_into_parts_that_the_file_only_names_or_leaves_out(write):
+    file = write(rider="nudge")
+    scenario = load_scenario(file, ["rider.side=right", "people.model.max_neighbors=3"])
+    assert scenario.rider == {"use": "nudge", "side": "right"}
+    assert load_scenario(file, ["mode=autonomous"]).mode is Mode.AUTONOMOUS
+    settings = ["global_planner.cost_weight=2"]
+    assert load_scenario(file, settings).global_planner == {"use": "upf", "cost_weight": 2}
+
+
+@pytest.mark.parametrize(
+    ("keys", "key", "says"),
+    [
+        ({"gaol": [1, 2]}, "gaol", "did you mean 'goal'"),
+        ({"people": {"cuont": 3}}, "people.cuont", "did you mean 'count'"),
+        ({"people": {"speed": [2, 1]}}, "people", "lowest"),
+        ({"profile": {"preferred_spead": 1}}, "profile.preferred_spead", "preferred_speed"),
+        ({"floor": None}, "", "floor: NAME or map"),
+        ({"floor": "hospitl"}, "floor", "did you mean 'hospital'"),
+        ({"start": [1]}, "start", "[x, y]"),
+        ({"goal": None}, "goal", "missing"),
+        ({"mode": "automatic"}, "mode", "autonomous"),
+        ({"obstacles": [{"at": [1, 1]}]}, "obstacles.0", "size"),
+        ({"time_limit": -1}, "time_limit", "greater than 0"),
+    ],
+)
+def test_a_wrong_scenario_names_file_key_and_remedy(write, keys, key, says):
+    file = write(**keys)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(file)
+    assert caught.value.file == file
+    assert caught.value.key == key
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ({"local_planner": {"use": "ss_mpc_dcbf", "horizn": 2}}, "local_planner.horizn: unknown"),
+        ({"local_planner": "ss_mpc"}, "did you mean 'ss_mpc_dcbf'"),
+        ({"people": {"model": "orka", "count": 1}}, "did you mean 'orca'"),
+        ({"start": "Wset"}, "did you mean 'West'"),
+        ({"robot": "quantum"}, "no robot is called 'quantum'"),
+        ({"people": {"count": 300}}, "there is room for"),
+    ],
+)
+def test_what_only_the_stage_can_know_is_refused_there(write, keys, says):
+    with pytest.raises(ConfigError) as caught:
+        set_stage(load_scenario(write(**keys)), 0)
+    assert says in str(caught.value)
+
+
+def test_a_goal_in_a_wall_is_a_planning_error(write):
+    with pytest.raises(PlanningError):
+        set_stage(load_scenario(write(goal=[0.0, 7.0])), 0)
+
+
+def test_names_of_places_and_headings(write):
+    stage = set_stage(load_scenario(write(start="West", goal="North")), 0)
+    assert np.allclose(stage.start[:2], [2, 7])
+    turned = set_stage(load_scenario(write(start=[2, 7, 90])), 0)
+    assert turned.start[2] == pytest.approx(np.pi / 2)
+
+
+def test_a_file_beside_the_scenario_is_found(write, tmp_path):
+    robot = {
+        "name": "mine",
+        "footprint": [[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]],
+        "max_speed": 1.0,
+        "max_turn_rate": 1.0,
+        "max_acceleration": 1.0,
+        "max_deceleration": 1.0,
+        "emergency_deceleration": 1.0,
+        "max_turn_acceleration": 1.0,
+    }
+    (tmp_path / "chair.yaml").write_text(yaml.safe_dump(robot))
+    assert set_stage(load_scenario(write(robot="chair.yaml")), 0).robot.name == "mine"
+
+
+def test_obstacles_cover_the_cells_whose_centres_they_hold():
+    grid = OccupancyGrid(
+        data=np.zeros((40, 40), dtype=np.int8), resolution=0.1, X_MG=np.array([1.0, 2.0, 0.4])
+    )
+    box = Obstacle(at=(2.0, 4.5), size=(0.6, 0.3), angle_deg=30.0)
+    disc = Obstacle(at=(3.0, 4.0), radius=0.3)
+    covered = with_obstacles(grid, (box,)).occupied().sum() * 0.01
+    assert covered == pytest.approx(0.6 * 0.3, abs=0.05)
+    covered = with_obstacles(grid, (disc,)).occupied().sum() * 0.01
+    assert covered == pytest.approx(np.pi * 0.09, abs=0.05)
+    assert with_obstacles(grid, ()) is grid
