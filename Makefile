@@ -30,14 +30,9 @@ run: demo ## a ride across a hospital floor (the same as demo)
 
 .PHONY: demo
 demo: setup ## a ride across a hospital floor, with a picture and an animation of it
-	@mkdir -p $(RIDES); rm -f $(RIDES)/hospital.png $(RIDES)/hospital.gif
-	@status=0; \
+	@mkdir -p $(RIDES)
 	$(BIN)/cohelm run hospital --rider nudge \
-	    --plot $(RIDES)/hospital.png --animate $(RIDES)/hospital.gif || status=$$?; \
-	for file in $(RIDES)/hospital.png $(RIDES)/hospital.gif; do \
-	    if [[ -f $$file ]]; then echo "written: $(CURDIR)/$$file"; fi; \
-	done; \
-	exit $$status
+	    --plot $(RIDES)/hospital.png --animate $(RIDES)/hospital.gif
 
 .PHONY: test
 test: setup ## the tests, without the slow ones
