@@ -4,6 +4,7 @@ import pytest
 from cohelm.messages import Groups, People, Predictions, RiderProfile
 from cohelm.shapes import reach
 from cohelm.social import PersonalSpace
+from cohelm.testing import check_social_model
 
 REST = np.zeros(3)
 
@@ -39,6 +40,11 @@ def spaces(velocity, heading, twist=REST, profile=None, **parameters):
     model = PersonalSpace(PersonalSpace.Parameters(**parameters))
     profile = profile or RiderProfile()
     return model.spaces(people, Groups.alone(len(people)), predictions, np.array(twist), profile)
+
+
+@pytest.mark.parametrize("shape", ["contour", "printed"])
+def test_fulfils_the_contract(shape):
+    check_social_model(PersonalSpace(PersonalSpace.Parameters(shape=shape)))
 
 
 def test_eq_5_for_a_walker():

@@ -35,7 +35,7 @@ class GivenPeople:
 
         heading_speed: float = Field(0.2, ge=0.0, le=3.0)
         """Least speed at which the heading follows the motion, m/s."""
-        agility: float = Field(0.15, gt=0.0, le=10.0)
+        agility: float = Field(0.3, gt=0.0, le=10.0)
         """Intensity of the white acceleration with which old data grow unsure, m²/s³."""
         longest_delay: float = Field(1.0, gt=0.0, le=10.0)
         """Older people are not brought farther forward than this, s."""

@@ -12,13 +12,16 @@ from cohelm.config import Model
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
 from cohelm.perception.kalman import predict, update
-from cohelm.perception.sight import HIDDEN, SEEN_THROUGH, sight
+from cohelm.perception.sight import HIDDEN, SEEN_THROUGH, UNCLEAR, sight
 from cohelm.perception.tracks import TrackerState, add, associate, no_tracks, select
 
 LONGEST_STEP = 5.0
 """A filter is never predicted farther than this at once, s."""
 BACKWARDS = 1.0
 """A clock that ran back by more than this started anew, s."""
+_PACE = np.zeros(3)
+_PACE[[UNCLEAR, SEEN_THROUGH, HIDDEN]] = 1.0, 3.0, 0.75
+"""How fast time unseen counts, by what was seen in the place."""
 
 
 class KalmanTracker:
@@ -34,8 +37,8 @@ class KalmanTracker:
     class Parameters(Model):
         """Of the tracker."""
 
-        agility: float = Field(0.15, gt=0.0, le=10.0)
-        """q, intensity of the white acceleration, m²/s³: √0.15 m/s wandering in a second."""
+        agility: float = Field(0.3, gt=0.0, le=10.0)
+        """q, intensity of the white acceleration, m²/s³: √0.3 m/s wandering in a second."""
         surprised_agility: float = Field(2.0, gt=0.0, le=50.0)
         """q of a track whose innovations are far larger than expected (it turns), m²/s³."""
         speed_deviation: float = Field(1.0, gt=0.0, le=5.0)
@@ -49,8 +52,8 @@ class KalmanTracker:
         hits: int = Field(3, ge=1, le=20)
         """Sightings among the last ``window`` scans that confirm a track."""
         window: int = Field(5, ge=1, le=20)
-        person_from: float = Field(1.5, ge=-5.0, le=5.0)
-        """Log-odds of a person that confirm a track (1.5: 82 %)."""
+        person_from: float = Field(1.0, ge=-5.0, le=5.0)
+        """Log-odds of a person that confirm a track (1.0: 73 %)."""
         static_from: float = Field(-1.0, ge=-5.0, le=5.0)
         """Log-odds below which a confirmed track is no person any more."""
         shape_rate: float = Field(0.3, gt=0.0, le=1.0)
@@ -60,15 +63,15 @@ class KalmanTracker:
         """Log-odds gained per sighting of something that walks; at most 5."""
         motion_loss: float = Field(0.2, ge=0.0, le=5.0)
         """Log-odds lost again per sighting at rest."""
-        walked_from: float = Field(0.5, ge=0.0, le=5.0)
+        walked_from: float = Field(0.4, ge=0.0, le=5.0)
         """Distance from its birthplace at which something has walked, m."""
         walking_speed: float = Field(0.3, ge=0.0, le=3.0)
         """Least speed of something that walks, m/s."""
         heading_speed: float = Field(0.2, ge=0.0, le=3.0)
         """Least speed at which the heading follows the motion, m/s."""
         patience: float = Field(1.2, gt=0.0, le=20.0)
-        """A confirmed track is given up after so long unseen, s; hidden time counts half, time in
-        which its place was seen through threefold."""
+        """A confirmed track is given up after so long unseen, s; hidden time counts three
+        quarters, time in which its place was seen through threefold."""
         tentative_patience: float = Field(0.35, gt=0.0, le=20.0)
         """The same for a tentative one, s."""
 
@@ -186,7 +189,7 @@ class KalmanTracker:
         discs = np.concatenate([state.mean[missed, :2], state.radius[missed, None]], axis=1)
         how = sight(seen.origin, seen.points, seen.through, discs)
         absent = state.absent.copy()
-        absent[missed] += dt * np.where(how == SEEN_THROUGH, 3.0, np.where(how == HIDDEN, 0.5, 1.0))
+        absent[missed] += dt * _PACE[how]
         return replace(state, absent=absent)
 
     def _decide(self, state: TrackerState, matched: Booleans) -> TrackerState:

@@ -33,10 +33,10 @@ class ScanClusters:
         centre: Literal["printed", "corrected"] = "corrected"
         """``printed``: the mean of the visible returns, eq. (3), about 0.8 of the radius too near.
         ``corrected``: the disc behind them."""
-        map_margin: float = Field(0.12, ge=0.0, le=1.0)
+        map_margin: float = Field(0.09, ge=0.0, le=1.0)
         """A return this near a mapped wall is its, m (3 cm of localisation, one cell, noise)."""
-        map_margin_growth: float = Field(0.02, ge=0.0, le=0.2)
-        """Growth of that margin with range, m/m (1° of localisation is 0.017)."""
+        map_margin_growth: float = Field(0.015, ge=0.0, le=0.2)
+        """Growth of that margin with range, m/m (1° of localisation at most is 0.017)."""
         reach: float = Field(0.12, gt=0.0, le=1.0)
         """ε of DBSCAN at the sensor, m."""
         reach_beams: float = Field(2.2, ge=0.0, le=10.0)
