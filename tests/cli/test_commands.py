@@ -1,0 +1,157 @@
+import json
+import subprocess
+import sys
+import time
+
+import pytest
+
+from cohelm.cli import words
+from cohelm.cli.report import as_json
+from cohelm.errors import ConfigError
+from cohelm.evaluation.metrics.table import MEASURES
+
+SHORT = ("run", "empty", "--set", "time_limit=1.5")
+
+
+def test_version_and_help_come_at_once():
+    began = time.perf_counter()
+    out = subprocess.run(
+        [
+            sys.executable,
+            "-X",
+            "importtime",
+            "-c",
+            "from cohelm.cli import main; main()",
+            "--version",
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert out.stdout.startswith("cohelm 0.")
+    assert time.perf_counter() - began < 5.0  # a shared machine; what counts is what is imported:
+    imported = {line.rpartition("|")[2].strip() for line in out.stderr.splitlines()}
+    assert not imported & {"numpy", "numba", "matplotlib", "scipy", "cv2", "pydantic"}
+
+
+def test_help_names_the_commands(cohelm):
+    code, out, _ = cohelm("--help")
+    assert code == 0
+    for command in ("run", "plan", "scenarios", "plugins", "data"):
+        assert command in out
+
+
+def test_json_is_exactly_one_object_with_every_metric(cohelm):
+    code, out, err = cohelm(*SHORT, "--json", "--quiet")
+    assert code == 1  # the time is too short to arrive
+    assert out.count("\n") == 1
+    assert err == ""
+    report = json.loads(out)
+    assert report["outcome"] == "timeout"
+    assert report["seed"] == 0
+    assert report["min_distance"] is None  # nobody there
+    assert set(MEASURES) <= set(report)
+    assert {"cohelm", "numpy", "python"} <= set(report["versions"])
+    assert {"tick", "wall_time"} <= set(report["timing"])
+    assert list(report) == sorted(report)
+
+
+def test_twice_the_same_but_for_timing(cohelm):
+    ride = ("run", "crossing", "--set", "time_limit=1.5", "--seed", "3", "--json")
+    first, second = (json.loads(cohelm(*ride)[1]) for _ in range(2))
+    assert first.pop("timing") != {}
+    assert second.pop("timing") != {}
+    assert as_json(first) == as_json(second)
+
+
+def test_a_table_ends_with_the_outcome(cohelm):
+    code, out, _ = cohelm(*SHORT)
+    assert code == 1
+    assert "path_length" in out
+    assert out.splitlines()[-1] == "outcome: timeout"
+    assert cohelm(*SHORT, "-q")[1] == "outcome: timeout\n"
+
+
+def test_options_change_the_scenario(cohelm):
+    options = ("--mode", "autonomous", "--rider", "idle", "--method", "astar", "--people", "2")
+    report = json.loads(cohelm(*SHORT, *options, "--planner", "path_follower", "--json")[1])
+    assert report["mode"] == "autonomous"
+    assert report["rider"] == "idle"
+    assert report["method"] == "astar"
+    assert report["planner"] == "path_follower"
+    assert report["people"] == 2
+
+
+def test_a_map_of_ones_own(cohelm, room):
+    ride = ("run", "empty", "--map", room, "--start=-4,0,0", "--goal=3.5,1", "--prefer=-1,2")
+    code, out, _ = cohelm(*ride, "--people", "1", "--set", "time_limit=1.5", "--json")
+    assert code == 1
+    report = json.loads(out)
+    assert report["people"] == 1
+    assert report["outcome"] == "timeout"
+
+
+def test_out_writes_three_files(cohelm, tmp_path):
+    folder = tmp_path / "new" / "ride"
+    code, _, _ = cohelm(*SHORT, "--out", folder, "-q")
+    assert code == 1
+    assert json.loads((folder / "ride.json").read_text())["outcome"] == "timeout"
+    header, first, *rest = (folder / "track.csv").read_text().splitlines()
+    assert header.startswith("time,x,y,heading")
+    assert first.startswith("0,2,7,0")
+    assert len(rest) == 30  # 1.5 s at 20 Hz
+    assert (folder / "ride.png").stat().st_size > 10_000
+
+
+def test_plan_says_what_a_wish_costs(cohelm, room, tmp_path):
+    plot = tmp_path / "route.png"
+    ends = ("plan", room, "--start=-4,-1", "--goal", "4,-1")
+    code, out, err = cohelm(*ends, "--prefer=0,1.5", "--json", "--plot", plot)
+    assert (code, err) == (0, "")
+    report = json.loads(out)
+    assert report["extra_length"] > 0.1
+    assert report["closest_to_preference"] < 2.0  # 2.5 m straight on; a flat valley stays away
+    assert report["points"][0] == [-4.0, -1.0]
+    assert report["points"][-1] == [4.0, -1.0]
+    assert report["cost"] >= report["length"] - 0.1
+    assert plot.stat().st_size > 5_000
+    straight = json.loads(cohelm(*ends, "--json")[1])
+    assert straight["length"] == pytest.approx(8.0, abs=0.1)
+    assert straight["closest_to_preference"] is None
+    assert straight["extra_length"] == 0.0
+
+
+def test_plan_prints_a_table(cohelm, room):
+    code, out, _ = cohelm("plan", room, "--start=-4,-1", "--goal", "4,-1", "--method", "astar")
+    assert code == 0
+    assert "length" in out
+
+
+def test_listings(cohelm, monkeypatch, tmp_path):
+    assert "hospital" in cohelm("scenarios")[1]
+    assert "ss_mpc_dcbf" in cohelm("plugins")[1]
+    monkeypatch.setenv("COHELM_DATA", str(tmp_path))
+    (tmp_path / "barn").mkdir()
+    (tmp_path / "barn" / "worlds.json").write_text("{}")
+    lines = cohelm("data")[1].splitlines()
+    here = {line.split()[0]: line.split()[1] for line in lines if not line.startswith(" ")}
+    assert here["barn"] == "present"
+    assert here["crowdnav"] == "absent"
+
+
+@pytest.mark.parametrize(
+    ("text", "spot"),
+    [("1,2", (1.0, 2.0)), ("-1,-2.5", (-1.0, -2.5)), ("Ward 3", "Ward 3"), ("3,4,90", (3, 4, 90))],
+)
+def test_places_are_points_or_names(text, spot):
+    assert words.place(text, "--start", heading=True) == spot
+
+
+@pytest.mark.parametrize("text", ["", "1", "1,2,3", "1,", "inf,0", "1 2"])
+def test_what_is_no_point(text):
+    with pytest.raises(ConfigError):
+        words.point(text, "--prefer")
+
+
+def test_json_has_no_nan():
+    assert as_json({"b": float("nan"), "a": [float("inf"), 1.0]}) == '{"a": [null, 1.0], "b": null}'

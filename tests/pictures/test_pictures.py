@@ -1,0 +1,155 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from PIL import Image
+
+from cohelm.errors import ConfigError
+from cohelm.maps import OccupancyGrid, Place, Places
+from cohelm.messages import Path, WishReport
+from cohelm.pictures import animate as animation
+from cohelm.pictures import animate_ride, canvas, check_animation, draw_plan, draw_ride
+
+
+@pytest.fixture
+def grid():
+    data = np.zeros((120, 200), dtype=np.int8)
+    data[[0, -1]] = data[:, [0, -1]] = 100
+    data[:20, :40] = -1
+    return OccupancyGrid(data=data, resolution=0.1, X_MG=np.array([1.0, 2.0, 0.3]))
+
+
+@pytest.fixture
+def route():
+    points = np.array([[4.0, 6.0], [9.0, 7.0], [14.0, 9.0]])
+    return Path(
+        points=points,
+        length=10.5,
+        cost=11.0,
+        method="upf",
+        wishes=WishReport(closest=[0.5], extra_length=0.7),
+        without_wishes=points + np.array([0.0, 1.0]),
+    )
+
+
+@pytest.fixture
+def ride(grid, route, chair):
+    k, n = 41, 3
+    t = np.linspace(0.0, 2.0, k)
+    pose = np.stack([4.0 + 5.0 * t, 6.0 + 1.5 * t, np.full(k, 0.3)], axis=-1)
+    people = np.zeros((k, n, 4))
+    people[..., 0] = 6.0 + 2.0 * np.arange(n)
+    people[..., 1] = 9.0 - t[:, None]
+    data = grid.data.copy()
+    data[60:65, 100:105] = 100
+    return SimpleNamespace(
+        grid=grid,
+        world=OccupancyGrid(data=data, resolution=0.1, X_MG=grid.X_MG),
+        places=Places(places=(Place(name="Hall", point=[9.0, 9.0]),)),
+        robot=chair,
+        goal=np.array([14.0, 9.0]),
+        prefer=np.array([[9.0, 7.0]]),
+        time=t,
+        pose=pose,
+        twist=np.zeros((k, 3)),
+        eta=np.linspace(0.0, 1.0, k),
+        people=people,
+        people_radius=np.full(n, 0.25),
+        gap_people=np.hypot(*(people[..., :2] - pose[:, None, :2]).T).T - 0.6,
+        path=route,
+        ticks=(),
+        closest=None,
+    )
+
+
+def test_the_same_ride_gives_the_same_bytes(ride, tmp_path):
+    draw_ride(ride, tmp_path / "a.png", title="a ride")
+    draw_ride(ride, tmp_path / "b.png", title="a ride")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    with Image.open(tmp_path / "a.png") as image:
+        width, height = image.size
+    assert 600 < width < 1500
+    assert 300 < height < 1300
+
+
+def test_a_ride_of_one_instant_with_nobody_and_no_route(ride, tmp_path):
+    first = {key: getattr(ride, key)[:1] for key in ("time", "pose", "twist", "eta")}
+    bare = SimpleNamespace(
+        **{
+            **vars(ride),
+            **first,
+            "people": np.empty((1, 0, 4)),
+            "people_radius": np.empty(0),
+            "gap_people": np.empty((1, 0)),
+            "path": None,
+            "prefer": np.empty((0, 2)),
+        }
+    )
+    draw_ride(bare, tmp_path / "bare.png")
+    assert (tmp_path / "bare.png").is_file()
+
+
+def test_a_plan_is_drawn_in_every_format(grid, route, tmp_path):
+    for suffix in (".png", ".svg", ".pdf"):
+        file = tmp_path / "new" / f"plan{suffix}"
+        draw_plan(grid, route, np.array([[9.0, 7.0]]), file)
+        assert file.stat().st_size > 1000
+
+
+def test_an_animation_shows_every_quarter_second(ride, tmp_path):
+    file = tmp_path / "ride.gif"
+    animate_ride(ride, file)
+    with Image.open(file) as frames:
+        assert frames.n_frames == 9  # 0, ¼, …, 1¾ and the last, at 2 s
+        assert frames.size[0] == animation.WIDTH
+
+
+def test_the_colours_of_eta_darken_all_along():
+    red, green, blue, _ = canvas.ETA(np.linspace(0.0, 1.0, 64)).T
+    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    assert (np.diff(luminance) < 0.0).all()
+
+
+def test_lines_differ_by_more_than_colour(grid, route):
+    _, axes = canvas.sheet((1.0, 2.0, 20.0, 14.0), "")
+    canvas.draw_floor(axes, grid)
+    canvas.draw_route(axes, route.points, route.without_wishes)
+    patterns = {str(line._dash_pattern) for line in axes.lines}
+    assert len(patterns) == len(axes.lines) == 2
+    assert not [c for c in axes.collections if isinstance(c, LineCollection)]
+
+
+def test_one_route_is_drawn_once(grid, route):
+    _, axes = canvas.sheet((1.0, 2.0, 20.0, 14.0), "")
+    canvas.draw_route(axes, route.points, route.points)
+    assert len(axes.lines) == 1
+
+
+def test_the_scale_bar_is_as_long_as_it_says(grid):
+    _, axes = canvas.sheet((0.0, 0.0, 24.0, 10.0), "")
+    canvas.draw_scale_bar(axes)
+    assert axes.texts[0].get_text() == "5 m"  # at most a quarter of 24 m
+    assert np.ptp(axes.lines[0].get_xdata()) == pytest.approx(5.0)
+
+
+def test_a_turned_map_lies_where_its_origin_says(grid):
+    figure, axes = canvas.sheet((-5.0, 0.0, 25.0, 22.0), "")
+    canvas.draw_floor(axes, grid)
+    figure.canvas.draw()
+    image = np.asarray(figure.canvas.buffer_rgba())
+    free = grid.centres([60, 150])  # of a free cell
+    x, y = axes.transData.transform(free)
+    assert (image[image.shape[0] - int(y), int(x), :3] == 255).all()
+    x, y = axes.transData.transform(grid.centres([119, 100]))  # of a wall's
+    assert image[image.shape[0] - int(y) - 1, int(x), :3].max() < 200
+
+
+def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch):
+    with pytest.raises(ConfigError, match=r"\.png"):
+        canvas.check_picture(tmp_path / "x.docx")
+    with pytest.raises(ConfigError, match=r"\.gif or \.mp4"):
+        check_animation(tmp_path / "x.png")
+    monkeypatch.setattr(animation.shutil, "which", lambda _: None)
+    with pytest.raises(ConfigError, match="ffmpeg"):
+        check_animation(tmp_path / "x.mp4")
