@@ -8,6 +8,7 @@ path follows the rider round an obstacle and not the other way.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -18,7 +19,7 @@ from cohelm.config import Model
 from cohelm.errors import PlanningError
 from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.maps import DistanceField, OccupancyGrid
-from cohelm.messages import Authority, LiveObstacles, Path, Request
+from cohelm.messages import Authority, LiveObstacles, Path, Request, Wish
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
 
@@ -49,6 +50,10 @@ class RouteState:
     path: Path
     planned_at: float
     """s."""
+    wished_from: Floats
+    """Where the chair was when the wishes were set, (2,), m."""
+    wishes: tuple[Wish, ...] = ()
+    """Those that are still ahead."""
     progress: float = 0.0
     """Arc length of the chair's projection on the path, m."""
     blocked_since: float = math.inf
@@ -85,18 +90,12 @@ def route(
     """
     q, p = question, parameters
     if memory is None or _asks_anew(q.request, memory.request):
-        return _planned(q, planner, q.pose[:2])
-    path = memory.path
+        return _planned(q, planner, q.pose[:2], q.request.wishes, wished_from=q.pose[:2])
+    path, wishes = memory.path, _ahead(memory)
     _, beside = nearest_on_polyline(path.points, float(q.pose[0]), float(q.pose[1]))
     blocked = _blocked(path, memory.progress, q, p)
     since = min(memory.blocked_since, q.time) if blocked else math.inf
-    kept = RouteState(
-        request=q.request,
-        path=path,
-        planned_at=memory.planned_at,
-        progress=memory.progress,
-        blocked_since=since,
-    )
+    kept = dataclasses.replace(memory, request=q.request, wishes=wishes, blocked_since=since)
     if q.time - memory.planned_at < p.rest - 1e-9:
         return kept
     steering = q.authority is not None and q.authority.eta >= p.steering
@@ -109,7 +108,8 @@ def route(
     if not must:
         return kept
     try:
-        return _planned(q, planner, _start(q) if steering else q.pose[:2])
+        start = _start(q) if steering else q.pose[:2]
+        return _planned(q, planner, start, wishes, wished_from=memory.wished_from)
     except PlanningError:
         return kept
 
@@ -121,19 +121,41 @@ def _asks_anew(now: Request, then: Request) -> bool:
     return not (np.array_equal(now.goal, then.goal) and same_wishes)
 
 
-def _planned(q: RouteQuestion, planner: GlobalPlanner, start: Floats) -> RouteState:
+def _ahead(memory: RouteState) -> tuple[Wish, ...]:
+    """The wishes but for attracting points that the chair has passed along its path."""
+    points = memory.path.points
+
+    def passed(wish: Wish) -> bool:
+        x, y = wish.points[-1]
+        along, _ = nearest_on_polyline(points, float(x), float(y))
+        return wish.kind == "attract" and along <= memory.progress
+
+    return tuple(wish for wish in memory.wishes if not passed(wish))
+
+
+def _planned(
+    q: RouteQuestion,
+    planner: GlobalPlanner,
+    start: Floats,
+    wishes: tuple[Wish, ...],
+    *,
+    wished_from: Floats,
+) -> RouteState:
     path = planner.plan(
         RouteProblem(
             grid=q.grid,
             robot=q.robot,
             start=start,
             goal=q.request.goal,
-            wishes=q.request.wishes,
+            wishes=wishes,
+            wished_from=wished_from,
             live=q.live,
             clearance=q.request.profile.clearance,
         )
     )
-    return RouteState(request=q.request, path=path, planned_at=q.time)
+    return RouteState(
+        request=q.request, path=path, planned_at=q.time, wished_from=wished_from, wishes=wishes
+    )
 
 
 def _start(q: RouteQuestion) -> Floats:

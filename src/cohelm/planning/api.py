@@ -21,6 +21,9 @@ class RouteProblem:
     goal: Annotated[Floats, Shape("2")]
     """(x, y), m."""
     wishes: tuple[Wish, ...] = ()
+    wished_from: Annotated[Floats, Shape("2")] | None = None
+    """Where the robot was when the wishes were set, m: d_r of Xu et al., eq. (1), is measured from
+    there, so that the field stays as it was. None: at the start."""
     live: LiveObstacles | None = None
     """What stands where the map knows of nothing."""
     clearance: float = 0.0

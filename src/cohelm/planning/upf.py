@@ -20,8 +20,7 @@ from cohelm.planning.route import (
 class UserPreferenceField:
     """Xu et al., eqs. (1) and (2), Algorithm 1, with the corrections that ``Preference`` names.
 
-    d_r of eq. (1) is the distance from ``RouteProblem.start`` to the point: plan with the start at
-    which the wish was set to keep the field as it was.
+    d_r of eq. (1) is the distance from ``RouteProblem.wished_from`` to the point.
     """
 
     class Parameters(RouteParameters):
@@ -40,7 +39,8 @@ class UserPreferenceField:
         if not len(points):
             return to_path(problem, without, without, method="upf")
         preference = self.parameters.preference
-        distance = np.hypot(*(points - problem.start).T)
+        origin = problem.start if problem.wished_from is None else problem.wished_from
+        distance = np.hypot(*(points - origin).T)
         layer = preference_costs(problem.grid, points, spread(distance, preference), preference)
         route = find_route(problem, base, combine(base, layer), self.parameters)
         return to_path(problem, route, without, method="upf")
