@@ -4,6 +4,7 @@ import ast
 import importlib
 import itertools
 import pkgutil
+import sys
 import tomllib
 from pathlib import Path
 
@@ -73,6 +74,28 @@ def test_every_package_has_its_tests():
     packages = {f.parent.name for f in SOURCE.glob("*/__init__.py")}
     tested = {folder.name for folder in (PROJECT / "tests").iterdir() if folder.is_dir()}
     assert packages <= tested
+
+
+IMPORTED_AS = {"opencv-python-headless": "cv2", "pillow": "PIL", "pyyaml": "yaml"}
+
+
+def imports(file):
+    """The top-level names that a file imports, wherever in it."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0]
+
+
+def test_what_is_imported_is_what_is_declared():
+    """Nothing that a plain installation lacks, and nothing declared that nobody needs."""
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    names = [dependency.split(">=")[0] for dependency in project["dependencies"]]
+    declared = {IMPORTED_AS.get(name, name) for name in names}
+    strategies = SOURCE / "testing" / "strategies.py"  # says that it needs the extra ``test``
+    used = {name for file in FILES if file != strategies for name in imports(file)}
+    assert used - set(sys.stdlib_module_names) - {"cohelm"} == declared
 
 
 def test_the_lock_names_versions_only():
