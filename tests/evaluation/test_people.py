@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 
 from cohelm.evaluation import load_scenario, make_crowd, set_stage
-from cohelm.evaluation.people import SPACING, walkable
+from cohelm.evaluation.people import SPACING
 from cohelm.evaluation.scenario import Crowding, Way
+from cohelm.evaluation.walkable import walkable
 from cohelm.geometry import nearest_on_polyline, resample
-from cohelm.maps import distance_field
+from cohelm.maps import OccupancyGrid, distance_field
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +79,19 @@ def test_jitter_moves_a_start_by_no_more_than_it_says(stages, rng):
 
 def test_walkable_cells_leave_room_for_a_body(stages):
     grid = stages[0].grid
-    floor = walkable(distance_field(grid), grid, 0.25)
+    floor = walkable(grid, 0.25, stages[0].route.points)
     cells = np.argwhere(floor.free)
     assert (distance_field(grid).at(floor.points(cells)) > 0.25).all()
     assert floor.cell(floor.points(cells[:1])[0]) == tuple(cells[0])
+
+
+def test_only_a_corridor_too_narrow_to_pass_in_is_narrow():
+    # two halls joined by a corridor of 1.6 m: half of that is less than 1.05 m
+    data = np.full((100, 200), 100, dtype=np.int8)
+    data[5:95, 5:60] = data[5:95, 140:195] = 0
+    data[42:58, 60:140] = 0
+    grid = OccupancyGrid(data=data, resolution=0.1, X_MG=np.zeros(3))
+    floor = walkable(grid, 0.25, np.array([[2.0, 5.0], [18.0, 5.0]]))
+    assert floor.narrow[floor.cell(np.array([10.0, 5.0]))]
+    assert not floor.narrow[floor.cell(np.array([2.0, 5.0]))]
+    assert not floor.narrow[floor.cell(np.array([3.0, 1.0]))]

@@ -21,6 +21,8 @@ SETTLING = 2.0
 """After coming within the goal's radius the chair must stand still within this, s."""
 PATIENCE = 20.0
 """A chair that has stood for longer with a reason has stopped, s."""
+ONE_STOP = 1.0
+"""Between the end of a stop and the beginning of another, s; less is the same stop."""
 KEPT = 0.5
 """Between the ticks that are kept for pictures, s."""
 
@@ -97,16 +99,17 @@ class _Log:
         self._note_stop(truth, tick)
 
     def _note_stop(self, truth: Truth, tick: Tick) -> None:
+        """Two stops less than a second apart are one, with the first's reason."""
         reason = tick.decision.reason
         if reason is None or reason in _NOT_A_STOP:
             self._stood_since = None
             return
         last = self.stops[-1] if self.stops else None
-        if self._stood_since is None or last is None or last.reason is not reason:
+        if last is None or truth.time - (last.time + last.duration) > ONE_STOP:
             self.stops.append(Stop(time=truth.time, duration=0.0, reason=reason))
         else:
             duration = truth.time - last.time
-            self.stops[-1] = Stop(time=last.time, duration=duration, reason=reason)
+            self.stops[-1] = Stop(time=last.time, duration=duration, reason=last.reason)
         if not bool(is_standing(truth.twist)) or self._stood_since is None:
             self._stood_since = truth.time
 

@@ -2,58 +2,34 @@
 
 Each person is given a meeting point on the route and the moment when the chair should be there. A
 way is laid through the point, as straight and as much across the route as the building allows, both
-ends so far from it that the person is there at that moment; then they walk to and fro. Ways are
-shortest paths on a coarse grid, pulled tight where the line of sight is free.
+ends so far from it that the person is there at that moment; then they walk to and fro. Nobody walks
+far along the route where it is too narrow for a chair and a person to pass each other.
 """
 
 from __future__ import annotations
 
-import heapq
 import math
 
 import numpy as np
-from numba import njit
 
-from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
+from cohelm.arrays import Floats
 from cohelm.errors import ScenarioError
 from cohelm.evaluation.scenario import Crowding, Way
+from cohelm.evaluation.walkable import CELL, Walkable, pulled_tight, spread, trace, walkable
 from cohelm.geometry import arc_length, nearest_on_polyline
-from cohelm.maps import DistanceField, OccupancyGrid, distance_field
+from cohelm.maps import OccupancyGrid
 from cohelm.simulation import Crowd
 
 SPACING = 3.0
 """Least distance of a drawn start from the chair and from other drawn starts, m."""
-CELL = 0.15
-"""Of the coarse grid, m."""
-MARGIN = 0.10
-"""Beyond the body's radius, kept from walls by a way, m."""
 REACH = (4.0, 14.0)
 """How far from the meeting point a way ends, m."""
 TRIES = 5
 """Other meeting points tried where there is no room for a way through the first."""
+SHARED = 1.5
+"""How far at most a way runs along the route where that is narrower, m, if it can be helped."""
 CHAIR_SPEED = 0.65
 """At which the chair is expected along its route, m/s: 0.8 with slowing (METHOD §6: 0.60–0.73)."""
-
-
-@value
-class Walkable:
-    """Where people can walk: a coarse grid over the map."""
-
-    free: Annotated[Booleans, Shape("rows cols")]
-    clearance: Annotated[Floats32, Shape("rows cols")]
-    """To the nearest wall, m."""
-    origin: Annotated[Floats, Shape("2")]
-    """Centre of cell (0, 0), m; rows run along y, columns along x of the map frame."""
-
-    def cell(self, point: Floats) -> tuple[int, int]:
-        """(row, column) of a map point, clipped into the grid."""
-        col, row = np.rint((np.asarray(point) - self.origin) / CELL).astype(int)
-        rows, cols = self.free.shape
-        return int(np.clip(row, 0, rows - 1)), int(np.clip(col, 0, cols - 1))
-
-    def points(self, cells: Integers) -> Floats:
-        """Centres (m, 2) of cells (m, 2) given as (row, column)."""
-        return self.origin + CELL * np.asarray(cells)[:, ::-1]
 
 
 def make_crowd(
@@ -79,19 +55,6 @@ def make_crowd(
     return _crowd(crowding, ways, speeds[: len(ways)], rng)
 
 
-def walkable(field: DistanceField, grid: OccupancyGrid, radius: float) -> Walkable:
-    """Cells whose distance to the walls leaves room for a body and a margin."""
-    x0, y0, x1, y1 = grid.bounds
-    x, y = np.meshgrid(np.arange(x0 + CELL / 2, x1, CELL), np.arange(y0 + CELL / 2, y1, CELL))
-    points = np.stack([x, y], axis=-1)
-    clearance = np.where(grid.contains(points), field.at(points), -1.0)
-    return Walkable(
-        free=clearance > radius + MARGIN,
-        clearance=clearance.astype(np.float32),
-        origin=np.array([x0 + CELL / 2, y0 + CELL / 2]),
-    )
-
-
 def _drawn_ways(
     grid: OccupancyGrid,
     route: Floats,
@@ -100,16 +63,19 @@ def _drawn_ways(
     others: list[Way],
     rng: np.random.Generator,
 ) -> list[Way]:
-    floor = walkable(distance_field(grid), grid, radius)
+    floor = walkable(grid, radius, route)
     starts = [route[0], *(np.array(way.points[0]) for way in others)]
     moments = _meetings(floor, route, len(speeds), rng)
     ways: list[Way] = []
     for along, speed in zip(moments, speeds, strict=True):
+        way, least = None, np.inf
         for moment in (along, *rng.choice(moments, TRIES)):
-            way = _way_through(floor, route, float(moment), float(speed), starts, rng)
-            if way is not None:
+            found = _way_through(floor, route, float(moment), float(speed), starts, rng)
+            if found is not None and found[1] < least:
+                way, least = found
+            if least <= SHARED:
                 break
-        else:
+        if way is None:
             room = len(others) + len(ways)
             raise ScenarioError(
                 f"there is room for {room} people along this route; ask for no more",
@@ -142,25 +108,32 @@ def _way_through(
     speed: float,
     starts: list[Floats],
     rng: np.random.Generator,
-) -> Way | None:
-    """A way through the route at arc length ``along``; None where there is no room for one."""
+) -> tuple[Way, float] | None:
+    """A way through the route at arc length ``along``, and how much of it is narrow, m.
+
+    None where there is no room for one.
+    """
     length = arc_length(route)
     meeting = _on(route, length, along)
     tangent = _on(route, length, along + 0.5) - _on(route, length, along - 0.5)
     passed = along / CHAIR_SPEED * speed  # walked until the chair is there
     turns = max(math.ceil((passed / REACH[1] - 1.0) / 2.0), 0)
     reach = float(np.clip(passed / (2 * turns + 1), *REACH))
-    distance, parent = _spread(floor.free, *floor.cell(meeting), 1.3 * REACH[1] / CELL)
+    row, col = floor.cell(meeting)
+    distance, shared, parent = spread(floor.free, floor.narrow, row, col, 1.3 * REACH[1] / CELL)
     for slack in (0.5, 1.5, 3.0):
         ends = _ends(floor, distance, reach, slack, route, rng)
-        pair = _best_pair(ends, meeting, tangent, starts, rng) if len(ends) > 1 else None
+        if len(ends) < 2:
+            continue
+        cells = np.array([floor.cell(end) for end in ends])
+        metres = shared[cells[:, 0], cells[:, 1]] * CELL
+        pair = _best_pair(ends, metres, meeting, tangent, starts, rng)
         if pair is not None:
-            to_meeting, back = (
-                _pulled_tight(floor.free, _trace(parent, *floor.cell(end))) for end in pair
-            )
+            to_meeting, back = (pulled_tight(floor.free, trace(parent, *cells[i])) for i in pair)
             points = floor.points(np.concatenate([to_meeting, back[::-1][1:]]))
             there_and_back = np.concatenate([points, points[-2:0:-1]])
-            return Way(points=tuple((float(x), float(y)) for x, y in there_and_back), loop=True)
+            way = Way(points=tuple((float(x), float(y)) for x, y in there_and_back), loop=True)
+            return way, float(metres[list(pair)].sum())
     return None
 
 
@@ -174,7 +147,8 @@ def _ends(
 ) -> Floats:
     """Up to 40 points (m, 2) about ``reach`` from the meeting point along the floor.
 
-    Out of the way of the chair: 1.5 m from the route's ends and, where there are such, 1 m from it.
+    Out of the way of the chair: 1.5 m from the route's ends, and as far from the route as there are
+    ends enough, up to 2.5 m: who turns about does so where they are going, not under the wheels.
     """
     cells = np.argwhere(np.abs(distance * CELL - reach) < slack)
     points = floor.points(rng.permutation(cells)[:400])
@@ -183,19 +157,26 @@ def _ends(
         clear_of_ends &= np.hypot(*(points - end).T) > 1.5
     points = points[clear_of_ends]
     line = np.ascontiguousarray(route)
-    beside = np.array([nearest_on_polyline(line, x, y)[1] > 1.0 for x, y in points], dtype=bool)
-    aside, on_route = points[beside], points[~beside]
-    return np.concatenate([aside, on_route])[:40] if len(aside) < 10 else aside[:40]
+    beside = np.array([nearest_on_polyline(line, x, y)[1] for x, y in points])
+    for away in (2.5, 1.5, 1.0):
+        aside = points[beside > away]
+        if len(aside) >= 10:
+            return aside[:40]
+    return points[np.argsort(-beside, kind="stable")][:40]
 
 
 def _best_pair(
     ends: Floats,
+    narrow: Floats,
     meeting: Floats,
     tangent: Floats,
     starts: list[Floats],
     rng: np.random.Generator,
-) -> tuple[Floats, Floats] | None:
-    """The (first, last) of ``ends`` with the straightest way, most across the route."""
+) -> tuple[int, int] | None:
+    """Indices of (first, last) of ``ends``: the straightest way, across the route, least narrow.
+
+    ``narrow`` (m,) says how far the way to each end runs along the route where it is narrow, m.
+    """
     spaced = np.min([np.hypot(*(ends - start).T) for start in starts], axis=0) >= SPACING
     if not spaced.any():
         return None
@@ -204,11 +185,11 @@ def _best_pair(
     straight = -(unit @ unit.T)
     across = np.abs(unit @ np.array([-tangent[1], tangent[0]])) / max(np.hypot(*tangent), 1e-9)
     score = straight + 0.5 * (across[:, None] + across[None, :])
-    score = score + 0.3 * rng.random(score.shape)
+    score = score - 0.5 * (narrow[:, None] + narrow[None, :]) + 0.3 * rng.random(score.shape)
     score[~spaced] = -np.inf
     np.fill_diagonal(score, -np.inf)
     first, last = np.unravel_index(np.argmax(score), score.shape)
-    return ends[first], ends[last]
+    return int(first), int(last)
 
 
 def _crowd(crowding: Crowding, ways: list[Way], speeds: Floats, rng: np.random.Generator) -> Crowd:
@@ -241,67 +222,3 @@ def _crowd(crowding: Crowding, ways: list[Way], speeds: Floats, rng: np.random.G
 
 def _on(route: Floats, length: Floats, along: float) -> Floats:
     return np.array([np.interp(along, length, route[:, i]) for i in (0, 1)])
-
-
-@njit(cache=True)
-def _spread(free: Booleans, row: int, col: int, limit: float) -> tuple[Floats, Integers]:
-    """Dijkstra from a cell over free ones, 8-connected: (distance in cells, parent index or −1).
-
-    The first cell counts as free; a wall's corner is not cut; beyond ``limit`` nothing is reached.
-    """
-    rows, cols = free.shape
-    distance = np.full((rows, cols), np.inf)
-    parent = np.full((rows, cols), -1, dtype=np.int64)
-    distance[row, col] = 0.0
-    queue = [(0.0, row, col)]
-    while len(queue) > 0:
-        d, r, c = heapq.heappop(queue)
-        if d > distance[r, c] or d > limit:
-            continue
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                i, j = r + dr, c + dc
-                if i < 0 or j < 0 or i >= rows or j >= cols or not free[i, j]:
-                    continue
-                if dr != 0 and dc != 0 and not (free[i, c] and free[r, j]):
-                    continue
-                through = d + math.sqrt(dr * dr + dc * dc)
-                if through < distance[i, j]:
-                    distance[i, j] = through
-                    parent[i, j] = r * cols + c
-                    heapq.heappush(queue, (through, i, j))
-    return distance, parent
-
-
-def _trace(parent: Integers, row: int, col: int) -> Integers:
-    """Cells (m, 2) from a cell back to where the spreading began."""
-    cols = parent.shape[1]
-    cells = [(row, col)]
-    while parent[row, col] >= 0:
-        row, col = divmod(int(parent[row, col]), cols)
-        cells.append((row, col))
-    return np.array(cells, dtype=np.int64)
-
-
-def _pulled_tight(free: Booleans, cells: Integers) -> Integers:
-    """The way with only the cells left at which it must bend."""
-    kept, at = [0], 0
-    while at < len(cells) - 1:
-        far = at + 1
-        while far < len(cells) - 1 and _sees(free, cells[at], cells[far + 1]):
-            far += 1
-        kept.append(far)
-        at = far
-    return cells[kept]
-
-
-@njit(cache=True)
-def _sees(free: Booleans, a: Integers, b: Integers) -> bool:
-    """Whether all cells on the segment between two cells are free."""
-    steps = 2 * max(abs(b[0] - a[0]), abs(b[1] - a[1]), 1)
-    for i in range(steps + 1):
-        r = round(a[0] + (b[0] - a[0]) * i / steps)
-        c = round(a[1] + (b[1] - a[1]) * i / steps)
-        if not free[r, c]:
-            return False
-    return True
