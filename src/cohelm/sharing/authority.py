@@ -17,6 +17,8 @@ from cohelm.config import Model
 from cohelm.messages import Authority, Observation, Reference, RiderProfile
 from cohelm.robots import Robot
 
+_ROUNDING = 1e-9  # s; times are sums of float steps
+
 
 class AuthorityParameters(Model):
     """What counts as an intent."""
@@ -69,7 +71,7 @@ def authority(
         profile: filter and dead zone.
         robot: whose limits a full deflection means.
         steps, step: N and Δt of the rider's states.
-        speed_limit: m/s; a full deflection forward means this.
+        speed_limit: m/s; a full deflection means this, where the robot can do as much.
         memory: of the last call, None at first.
         parameters: what counts as an intent.
     """
@@ -88,7 +90,7 @@ def authority(
         deflection=stick,
         twist=twist,
         states=_rider_states(observation, twist, robot, steps, step),
-        wants_stop=now - since >= parameters.against_time,
+        wants_stop=now - since >= parameters.against_time - _ROUNDING,
     )
     state = AuthorityState(
         time=now, filtered=filtered, intents=intents, counted=counted, against_since=since
@@ -98,14 +100,15 @@ def authority(
 
 def stick_twist(stick: Floats, robot: Robot, speed_limit: float) -> Floats:
     """The twist (3,) that a deflection (forward, left) asks for."""
-    top = min(robot.max_speed, speed_limit) if stick[0] > 0.0 else robot.max_reverse_speed
+    fastest = robot.max_speed if stick[0] > 0.0 else robot.max_reverse_speed
+    top = min(fastest, speed_limit)
     twist = np.array([stick[0] * top, 0.0, stick[1] * robot.max_turn_rate])
     return robot.motion.twist(robot.motion.input(twist))
 
 
 def _filtered(raw: Floats, memory: AuthorityState, now: float, time_constant: float) -> Floats:
     elapsed = max(now - memory.time, 0.0)
-    if time_constant <= 0.0 or elapsed <= 0.0:
+    if time_constant <= 0.0:
         return raw
     return memory.filtered + (1.0 - math.exp(-elapsed / time_constant)) * (raw - memory.filtered)
 
@@ -121,12 +124,12 @@ def _beyond_dead_zone(stick: Floats, dead_zone: float) -> Floats:
 def _intents(
     stick: Floats, memory: AuthorityState, now: float, p: AuthorityParameters
 ) -> tuple[tuple[float, ...], Floats]:
-    recent = tuple(t for t in memory.intents if now - t < p.frame)
+    recent = tuple(t for t in memory.intents if now - t < p.frame - _ROUNDING)
     if not stick.any():
         return recent, np.zeros(2)
     changed = float(np.hypot(*(stick - memory.counted))) >= p.change
     first = not memory.counted.any()
-    held = bool(recent) and now - recent[-1] >= p.sustain - 1e-9
+    held = bool(recent) and now - recent[-1] >= p.sustain - _ROUNDING
     if p.count == "messages" or changed or first or held or not recent:
         return (*recent, now), stick
     return recent, memory.counted
