@@ -1,0 +1,103 @@
+"""The planner's own solver beside IPOPT, one problem at a time; shared by test and benchmark."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+
+from cohelm.arrays import Floats, value
+from cohelm.control import LocalProblem, Motion, SocialMpc
+from cohelm.control.seeds import best_arcs
+from cohelm.geometry import transform
+from cohelm.testing.oracle import OracleSolution, solve
+from cohelm.testing.problems import RandomProblem
+
+_ENOUGH = 60
+_TIGHT = 1e-6
+_SAME = 0.01
+"""Costs that differ by less than this share (and 1e-3) are the same optimum."""
+
+
+class Verdict(StrEnum):
+    """Our optimum, from our own seed, against IPOPT's."""
+
+    SAME = "same"
+    BETTER = "better"
+    OTHER = "other"
+    """A dearer one that is an optimum all the same: IPOPT, started there, stays."""
+    STALLED = "stalled"
+    """IPOPT, started there, gets on."""
+    UNSOLVED = "unsolved"
+    """IPOPT itself gave up, and there is nothing to compare with."""
+
+
+@value
+class Comparison:
+    """Costs of one problem, slack's price included."""
+
+    verdict: Verdict
+    oracle: float
+    """IPOPT's cost by its own account."""
+    there: float
+    """IPOPT's solution by our account."""
+    kept: float
+    """What is left of it after our solver ran from there to convergence."""
+    ours: float
+    """From our own seed to convergence."""
+    budget: float
+    """From our own seed within the planner's budget of iterations."""
+    exact: bool
+    """Whether the distance field repeats the half-planes along IPOPT's solution, to 1e-4 m."""
+
+
+def compare(drawn: RandomProblem, planner: SocialMpc) -> Comparison:
+    """Both solvers on one problem, to convergence.
+
+    Raises:
+        ModuleNotFoundError: without CasADi.
+    """
+    problem, p = drawn.problem, planner.parameters
+    found = solve(problem, p, drawn.half_planes)
+    there = _motion(problem, found)
+    kept = planner.control.solve(problem, there, iterations=_ENOUGH, tolerance=_TIGHT)
+    seed = next(best_arcs(problem, there.last_input, 1))
+    ours = planner.control.solve(problem, seed, iterations=_ENOUGH, tolerance=_TIGHT)
+    budget = planner.control.solve(problem, seed, iterations=p.iterations)
+    cost = ours.value.merit
+    return Comparison(
+        verdict=_verdict(drawn, planner, found, ours.motion, cost),
+        oracle=found.cost,
+        there=planner.control.value(problem, there).merit,
+        kept=kept.value.merit,
+        ours=cost,
+        budget=budget.value.merit,
+        exact=_exact(drawn, there.poses),
+    )
+
+
+def _motion(problem: LocalProblem, found: OracleSolution) -> Motion:
+    poses = problem.robot.motion.rollout(problem.pose, found.inputs, problem.reference.step)
+    now = problem.robot.motion.input(problem.twist)
+    return Motion(step=problem.reference.step, poses=poses, inputs=found.inputs, last_input=now)
+
+
+def _verdict(
+    drawn: RandomProblem, planner: SocialMpc, found: OracleSolution, ours: Motion, cost: float
+) -> Verdict:
+    if not found.solved:
+        return Verdict.UNSOLVED
+    if cost < found.cost - _SAME * found.cost - 1e-3:
+        return Verdict.BETTER
+    if cost <= found.cost + _SAME * found.cost + 1e-3:
+        return Verdict.SAME
+    again = solve(drawn.problem, planner.parameters, drawn.half_planes, start=ours.inputs)
+    stays = again.solved and again.cost >= cost - _SAME * cost - 1e-3
+    return Verdict.OTHER if stays else Verdict.STALLED
+
+
+def _exact(drawn: RandomProblem, poses: Floats) -> bool:
+    centres = transform(poses[:, None, :], drawn.problem.robot.discs[:, :2])
+    planes = drawn.half_planes
+    truth = (centres @ planes[:, :2].T - planes[:, 2]).min(axis=-1)
+    return bool(np.abs(drawn.problem.walls.at(centres) - truth).max() < 1e-4)
