@@ -1,9 +1,9 @@
 """Who walks where: people whose ways cross the robot's route, on any map.
 
-Each person is given a meeting point on the route and the moment when the chair should be there. A
-way is laid through the point, as straight and as much across the route as the building allows, both
-ends so far from it that the person is there at that moment; then they walk to and fro. Nobody walks
-far along the route where it is too narrow for a chair and a person to pass each other.
+Each person is given a meeting point on the route. A way is laid through the point, as straight and
+as much across the route as the building allows, on which they walk to and fro. Every second one is
+so long that they are at the point when the chair should be; the others come by when they come by.
+Nobody walks far along the route where it is too narrow for a chair and a person to pass each other.
 """
 
 from __future__ import annotations
@@ -67,10 +67,12 @@ def _drawn_ways(
     starts = [route[0], *(np.array(way.points[0]) for way in others)]
     moments = _meetings(floor, route, len(speeds), rng)
     ways: list[Way] = []
-    for along, speed in zip(moments, speeds, strict=True):
+    for i, (along, speed) in enumerate(zip(moments, speeds, strict=True)):
         way, least = None, np.inf
         for moment in (along, *rng.choice(moments, TRIES)):
-            found = _way_through(floor, route, float(moment), float(speed), starts, rng)
+            when = moment / CHAIR_SPEED if i % 2 == 0 else rng.uniform(*REACH) / speed
+            walked = float(speed * when)
+            found = _way_through(floor, route, (float(moment), walked), starts, rng)
             if found is not None and found[1] < least:
                 way, least = found
             if least <= SHARED:
@@ -104,21 +106,21 @@ def _meetings(floor: Walkable, route: Floats, count: int, rng: np.random.Generat
 def _way_through(
     floor: Walkable,
     route: Floats,
-    along: float,
-    speed: float,
+    meeting_at: tuple[float, float],
     starts: list[Floats],
     rng: np.random.Generator,
 ) -> tuple[Way, float] | None:
-    """A way through the route at arc length ``along``, and how much of it is narrow, m.
+    """A way through the route, and how much of it is narrow, m; None: there is no room for one.
 
-    None where there is no room for one.
+    ``meeting_at`` is the meeting point's arc length on the route, and how far one shall have walked
+    there at the appointed moment, m.
     """
+    along, walked = meeting_at
     length = arc_length(route)
     meeting = _on(route, length, along)
     tangent = _on(route, length, along + 0.5) - _on(route, length, along - 0.5)
-    passed = along / CHAIR_SPEED * speed  # walked until the chair is there
-    turns = max(math.ceil((passed / REACH[1] - 1.0) / 2.0), 0)
-    reach = float(np.clip(passed / (2 * turns + 1), *REACH))
+    turns = max(math.ceil((walked / REACH[1] - 1.0) / 2.0), 0)  # to and fro before that moment
+    reach = float(np.clip(walked / (2 * turns + 1), *REACH))
     row, col = floor.cell(meeting)
     distance, shared, parent = spread(floor.free, floor.narrow, row, col, 1.3 * REACH[1] / CELL)
     for slack in (0.5, 1.5, 3.0):
