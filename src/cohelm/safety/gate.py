@@ -27,6 +27,7 @@ from cohelm.robots.contact import braking, first_contact
 
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 _STEP = 0.05
+_ROUNDING = 1e-6  # s; times are sums of float steps: what is exactly at its limit is still good
 
 
 class GateParameters(Model):
@@ -90,7 +91,7 @@ def check_input(
         kept = memory or _first_state(observation, usable=False)
         return reason, kept
     memory = memory or _first_state(observation, usable=True)
-    if observation.time < memory.time:
+    if observation.time < memory.time or _from_the_future(observation, parameters):
         return Reason.CLOCK, memory
     scan_time = max([memory.scan_time, *(s.time for s in observation.scans)])
     held_until = memory.held_until
@@ -126,9 +127,10 @@ def gate(
     allowed = _within_limits(wanted, robot, request.speed_limit)
     bounded = not np.allclose(allowed, wanted, rtol=0.0, atol=1e-6)
     reason = Reason.OVER_LIMITS if bounded else None
-    if request.mode is Mode.MANUAL or not parameters.separation or not allowed.any():
-        return Decision(twist=allowed, reason=reason)
     now = robot.motion.input(observation.twist)
+    stands = not (allowed.any() or now.any())
+    if request.mode is Mode.MANUAL or not parameters.separation or stands:
+        return Decision(twist=allowed, reason=reason)
     for share in _SHARES:
         poses = braking(
             robot,
@@ -184,18 +186,47 @@ def _bad_numbers(observation: Observation, p: GateParameters) -> Reason | None:
         np.array([observation.late]),
         observation.pose,
         observation.twist,
-        *(np.append(s.mount, s.time) for s in observation.scans),
+        *(
+            np.array([s.time, s.angle_min, s.angle_increment, s.range_max, *s.mount])
+            for s in observation.scans
+        ),
     ]
     if rider is not None:
         numbers.append(np.append(rider.deflection, rider.heartbeat))
     if observation.people is not None:
-        numbers += [observation.people.mean.ravel(), observation.people.radius]
+        numbers += _numbers_of(observation.people)
     if not all(np.isfinite(n).all() for n in numbers):
         return Reason.NOT_FINITE
+    # NaN is a dropout and −inf something on the glass; +inf says that the beam is free (REP-117)
     blind = any(
-        len(s.ranges) == 0 or np.isnan(s.ranges).mean() >= p.blind_share for s in observation.scans
+        len(s.ranges) == 0 or (~(s.ranges > -np.inf)).mean() >= p.blind_share
+        for s in observation.scans
     )
     return Reason.NOT_FINITE if blind else None
+
+
+def _numbers_of(people: People) -> list[Floats]:
+    """All that must be finite of people given from outside; a heading may be unknown (NaN)."""
+    return [
+        np.array([people.time]),
+        people.mean,
+        people.covariance,
+        people.heading[~np.isnan(people.heading)],
+        people.radius,
+        people.confidence,
+    ]
+
+
+def _from_the_future(observation: Observation, p: GateParameters) -> bool:
+    """Whether a stamp is further ahead than it may be old: it would keep a dead sensor fresh."""
+    rider = observation.rider
+    stamps = [
+        (observation.pose_time, p.pose_limit),
+        (observation.twist_time, p.twist_limit),
+        *((s.time, p.scan_limit) for s in observation.scans),
+        *([] if rider is None else [(rider.heartbeat, p.rider_limit)]),
+    ]
+    return any(stamp - observation.time > limit + _ROUNDING for stamp, limit in stamps)
 
 
 def _stale(
@@ -207,20 +238,18 @@ def _stale(
 ) -> Reason | None:
     """The first thing that is too old, too late, or says stop."""
     now, rider = observation.time, observation.rider
-    # times are sums of float steps: what is exactly at its limit is still good
-    slack = 1e-6
     needs_rider = request.mode in {Mode.MANUAL, Mode.ASSISTED}
     looks = bool(robot.lasers) and observation.people is None
     rules = (
         (request.stop, Reason.RIDER_STOP),
-        (observation.late > p.late_limit + slack, Reason.LATE),
-        (now < state.held_until - slack, Reason.POSE_JUMP),
-        (now - observation.pose_time > p.pose_limit + slack, Reason.STALE_POSE),
-        (now - observation.twist_time > p.twist_limit + slack, Reason.STALE_TWIST),
-        (looks and now - state.scan_time > p.scan_limit + slack, Reason.STALE_SCAN),
+        (observation.late > p.late_limit + _ROUNDING, Reason.LATE),
+        (now < state.held_until - _ROUNDING, Reason.POSE_JUMP),
+        (now - observation.pose_time > p.pose_limit + _ROUNDING, Reason.STALE_POSE),
+        (now - observation.twist_time > p.twist_limit + _ROUNDING, Reason.STALE_TWIST),
+        (looks and now - state.scan_time > p.scan_limit + _ROUNDING, Reason.STALE_SCAN),
         (rider is None and needs_rider, Reason.RIDER_SILENT),
         (
-            rider is not None and now - rider.heartbeat > p.rider_limit + slack,
+            rider is not None and now - rider.heartbeat > p.rider_limit + _ROUNDING,
             Reason.RIDER_SILENT,
         ),
     )
@@ -241,8 +270,9 @@ def _jumped(observation: Observation, memory: GateState, p: GateParameters) -> b
 def _within_limits(wanted: Floats, robot: Robot, speed_limit: float) -> Floats:
     low, high, _, _ = robot.motion.bounds(robot.limits)
     allowed = robot.motion.twist(np.clip(robot.motion.input(wanted), low, high))
-    if allowed[0] > speed_limit:
-        allowed = allowed * (speed_limit / allowed[0])
+    speed, limit = float(np.hypot(*allowed[:2])), max(0.0, speed_limit)  # NaN allows nothing
+    if speed > limit:
+        allowed = allowed * (limit / speed)
     return allowed
 
 
