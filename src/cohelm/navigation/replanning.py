@@ -23,6 +23,8 @@ from cohelm.messages import Authority, LiveObstacles, Path, Request, Wish
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
 
+_ROUNDING = 1e-9  # s; times are sums of float steps
+
 
 class ReplanningParameters(Model):
     """When a path is no longer good."""
@@ -96,14 +98,14 @@ def route(
     blocked = _blocked(path, memory.progress, q, p)
     since = min(memory.blocked_since, q.time) if blocked else math.inf
     kept = dataclasses.replace(memory, request=q.request, wishes=wishes, blocked_since=since)
-    if q.time - memory.planned_at < p.rest - 1e-9:
+    if q.time - memory.planned_at < p.rest - _ROUNDING:
         return kept
     steering = q.authority is not None and q.authority.eta >= p.steering
     must = (
-        q.time - since >= p.blocked_time
+        q.time - since >= p.blocked_time - _ROUNDING
         or beside > p.astray
         or steering
-        or q.stalled_for >= p.stalled_time
+        or q.stalled_for >= p.stalled_time - _ROUNDING
     )
     if not must:
         return kept
