@@ -42,10 +42,13 @@ class SocialMpc:
         """A sampled way round replaces the last plan where its merit is below this share of it."""
         rescues: int = Field(12, ge=0, le=65)
         """Sampled arcs that are tried, best first, before the chair brakes."""
-        contact_margin: float = Field(0.03, ge=0.0)
-        """Gap that verification takes for contact, m."""
-        contact_growth: float = Field(0.1, ge=0.0)
-        """How that gap grows with time for people, m/s."""
+        wall_margin: float = Field(0.03, ge=0.0)
+        """Gap to a wall that verification takes for contact, m."""
+        people_margin: float = Field(0.15, ge=0.0)
+        """Gap to a person that verification takes for contact, m; see ``first_contact``."""
+        agility: float = Field(0.5, ge=0.0)
+        """How fast people may change their velocity, m/s²: hard braking must keep clear of all that
+        they can reach, so the chair goes slowly where they are near."""
         verified_time: float = Field(2.0, gt=0.0)
         """How far ahead a plan must be free of contact, s; braking is checked in any case."""
         reaction: float = Field(0.15, gt=0.0)
@@ -109,24 +112,37 @@ class SocialMpc:
     def _verified(self, problem: LocalProblem, motion: Motion) -> bool:
         """Slack is not safety: the plan is clear for a while, and so is braking after its command.
 
-        Both swept, against walls and the people's predicted bodies.
+        All swept, against walls and the people's predicted bodies: ordinary braking answers what is
+        predicted, hard braking what is not, people who turn as fast as their ``agility`` allows.
         """
         p, robot = self.parameters, problem.robot
-        stop = braking(
-            robot,
-            problem.pose,
-            motion.last_input,
-            motion.inputs[0],
-            hold=p.reaction,
-            deceleration=robot.max_deceleration,
-            step=_FINE,
-        )
-        return (
-            self._contact(problem, motion.poses, motion.step) >= p.verified_time
-            and self._contact(problem, stop, _FINE) == np.inf
+        if self._contact(problem, motion.poses, motion.step) < p.verified_time:
+            return False
+        return all(
+            self._contact(
+                problem,
+                braking(
+                    robot,
+                    problem.pose,
+                    motion.last_input,
+                    motion.inputs[0],
+                    hold=p.reaction,
+                    deceleration=deceleration,
+                    step=_FINE,
+                ),
+                _FINE,
+                agility=agility,
+            )
+            == np.inf
+            for deceleration, agility in (
+                (robot.max_deceleration, 0.0),
+                (robot.emergency_deceleration, p.agility),
+            )
         )
 
-    def _contact(self, problem: LocalProblem, poses: Floats, step: float) -> float:
+    def _contact(
+        self, problem: LocalProblem, poses: Floats, step: float, *, agility: float = 0.0
+    ) -> float:
         return first_contact(
             problem.robot,
             poses,
@@ -134,8 +150,9 @@ class SocialMpc:
             people=problem.people,
             predictions=problem.predictions,
             walls=problem.walls,
-            margin=self.parameters.contact_margin,
-            growth=self.parameters.contact_growth,
+            margin=self.parameters.wall_margin,
+            people_margin=self.parameters.people_margin,
+            agility=agility,
         )
 
     def _brake(self, problem: LocalProblem, now: Floats) -> Motion:

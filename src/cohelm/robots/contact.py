@@ -19,6 +19,8 @@ from cohelm.robots.robot import Robot
 
 _SUBSTEPS = 4
 _SMOOTH = 1e-6
+TOUCHING = 0.03
+"""A gap to a person below this is no gap, m: what is seen is not better than that."""
 STANDING = 0.02
 """A robot slower than this stands, m/s and rad/s."""
 
@@ -32,7 +34,8 @@ def first_contact(
     predictions: Predictions,
     walls: DistanceField,
     margin: float,
-    growth: float = 0.0,
+    people_margin: float,
+    agility: float = 0.0,
 ) -> float:
     """When a motion would first touch a wall or, while moving, a predicted body, s; else +inf.
 
@@ -43,9 +46,13 @@ def first_contact(
         people: whose bodies.
         predictions: of them, every hypothesis counts; beyond their end people keep their velocity.
         walls: distance to all that is not a person.
-        margin: gap that counts as contact, m; never more than the gap at the start, so that a robot
-            that stands close to something may leave. A person who touches it already is waited for.
-        growth: how the gap that counts grows with time for people, whose motion is a guess, m/s.
+        margin: gap to a wall that counts as contact, m; never more than the gap at the start, so that
+            a robot that stands close to one may leave.
+        people_margin: the same for people; never more than the gap that standing still would leave,
+            so that who comes close does not hold the robot fast. A person who touches it already is
+            waited for.
+        agility: how fast people may change their velocity, m/s²: the gap that counts for them grows
+            by ½·agility·t².
     """
     n, h, states = predictions.mean.shape[:3]
     return float(
@@ -62,7 +69,8 @@ def first_contact(
             walls.resolution,
             walls.X_MG,
             margin,
-            growth,
+            people_margin,
+            agility,
         )
     )
 
@@ -152,9 +160,10 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     resolution: float,
     X_MG: Floats,
     margin: float,
-    growth: float,
+    people_margin: float,
+    agility: float,
 ) -> float:
-    people, known = positions.shape[0], positions.shape[1]
+    people = positions.shape[0]
     pose = poses[0].copy()
     wall_margin = margin
     for j in range(discs.shape[0]):
@@ -162,9 +171,16 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         wall_margin = min(wall_margin, gap - 1e-6)
     body_margin = np.empty(people)
     for i in range(people):
-        d = nearest_on_spine(capsule, pose, positions[i, 0, 0], positions[i, 0, 1])[0]
-        gap = d - capsule[4] - radius[i]
-        body_margin[i] = min(margin, gap - 1e-6) if gap > 0.0 else np.inf
+        now = np.inf
+        least = np.inf
+        for s in range(poses.shape[0]):
+            gap = _body_gap(
+                capsule, pose, positions[i], velocities[i], radius[i], person_step, s * step
+            )
+            now = gap if s == 0 else now
+            least = min(least, gap)
+        standing = max(least, min(now, TOUCHING)) - 1e-6
+        body_margin[i] = min(people_margin, standing) if now > 0.0 else np.inf
     for k in range(poses.shape[0] - 1):
         moving = math.hypot(poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1])
         if moving < STANDING * step and abs(poses[k + 1, 2] - poses[k, 2]) < STANDING * step:
@@ -177,12 +193,28 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             for j in range(discs.shape[0]):
                 if wall_gap(discs[j], pose, distance, resolution, X_MG) < wall_margin:
                     return time
-            m = min(int(time / person_step), known - 1)
-            rest = time - m * person_step
             for i in range(people):
-                x = positions[i, m, 0] + rest * velocities[i, m, 0]
-                y = positions[i, m, 1] + rest * velocities[i, m, 1]
-                d = nearest_on_spine(capsule, pose, x, y)[0]
-                if d - capsule[4] - radius[i] < body_margin[i] + growth * time:
+                gap = _body_gap(
+                    capsule, pose, positions[i], velocities[i], radius[i], person_step, time
+                )
+                if gap < body_margin[i] + 0.5 * agility * time * time:
                     return time
     return np.inf
+
+
+@njit(cache=True, inline="always")
+def _body_gap(  # noqa: PLR0917  # a kernel takes plain arrays
+    capsule: Floats,
+    pose: Floats,
+    positions: Floats,
+    velocities: Floats,
+    radius: float,
+    step: float,
+    time: float,
+) -> float:
+    """Gap between the footprint and a body at ``time`` of its prediction (N+1, 2), m."""
+    m = min(int(time / step), positions.shape[0] - 1)
+    rest = time - m * step
+    x = positions[m, 0] + rest * velocities[m, 0]
+    y = positions[m, 1] + rest * velocities[m, 1]
+    return nearest_on_spine(capsule, pose, x, y)[0] - capsule[4] - radius

@@ -56,9 +56,9 @@ class GateParameters(Model):
     reaction: float = Field(0.15, ge=0.0, le=2.0)
     """How long a command is assumed to act before braking begins, s: a tick and the drive's lag."""
     margin: float = Field(0.02, ge=0.0, le=1.0)
-    """Gap that counts as contact, m."""
-    growth: float = Field(0.1, ge=0.0, le=1.0)
-    """How that gap grows with time for people, whose motion is a guess, m/s."""
+    """Gap to a wall that counts as contact, m."""
+    people_margin: float = Field(0.05, ge=0.0, le=1.0)
+    """Gap to a person that counts as contact, m."""
 
 
 @value
@@ -149,7 +149,7 @@ def gate(
             predictions=predictions,
             walls=walls,
             margin=parameters.margin,
-            growth=parameters.growth,
+            people_margin=parameters.people_margin,
         )
         if contact == math.inf:
             if share < 1.0:
