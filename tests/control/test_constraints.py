@@ -1,0 +1,284 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cohelm.control.constraints import Bodies, InputLimits, SocialSpace, WallClearance
+from cohelm.control.constraints.separation import body_barrier, social_barrier
+from cohelm.maps import DistanceField
+from cohelm.shapes import CONTOUR, PRINTED
+from cohelm.testing.problems import random_problem
+from cohelm.testing.scenes import local_problem, walkers
+
+PUSH = 1e-6
+# about the chair, whose spine reaches from −0.35 to 0.54 m and whose capsule is 0.32 m thick
+WHERE = {
+    "ahead": (1.6, 0.3),
+    "aside": (0.2, 1.3),
+    "beside the spine": (0.1, -0.7),
+    "behind": (-1.4, -0.4),
+    "touching": (0.8, 0.1),
+}
+SHAPES = {"contour": (CONTOUR, 0.125), "printed": (PRINTED, 0.104)}
+
+
+def smooth_field(problem):
+    """sin + cos on cells of 5 cm: in each cell a bilinear function, whose gradient is known."""
+    cells = np.arange(360) * 0.05
+    hills = 0.6 + 0.4 * np.sin(cells[:, None]) + 0.3 * np.cos(1.3 * cells[None])
+    corner = np.array([problem.pose[0] - 9.0, problem.pose[1] - 9.0, 0.0])
+    return DistanceField(distance=hills.astype(np.float32), resolution=0.05, X_MG=corner)
+
+
+def all_margins(constraint, problem, motion, motions):
+    """(keys,), NaN where a row is left out."""
+    rows = constraint.rows(problem, motion, motions.sensitivity(problem, motion))
+    out = np.full(rows.keys, np.nan)
+    out[rows.key] = rows.margin
+    return out
+
+
+def check_rows(constraint, problem, motion, motions, *, leave=()):
+    """Every row's jacobian is the derivative of its margin; says how many there were."""
+    rows = constraint.rows(problem, motion, motions.sensitivity(problem, motion))
+    numeric = motions.slope(lambda m: all_margins(constraint, problem, m, motions), problem, motion)
+    numeric = numeric[rows.key]
+    sound = np.isfinite(numeric).all(axis=1) & ~np.isin(rows.key, leave)
+    # the distance is √(e² + 1e-6), so directions turn by up to 1e-6/e² too little, e > 0.1 m
+    assert np.abs(rows.jacobian[sound] - numeric[sound]).max(initial=0.0) < 1e-4
+    return int(sound.sum())
+
+
+def test_bodies_rows_are_derivatives(crowded, motions, rng):
+    found = [check_rows(Bodies(), p, motions.wandering(p, rng), motions) for p in crowded]
+    assert sum(found) > 100
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_social_space_rows_are_derivatives(shape, crowded, motions, rng):
+    constraint, kind = SocialSpace(), SHAPES[shape]
+    count = 0
+    for plain in crowded:
+        spaces = dataclasses.replace(
+            plain.spaces, kind=kind[0], scale=kind[1], floor=0.1, robot=np.array([0.3, 0.2, 0.15])
+        )
+        problem = dataclasses.replace(plain, spaces=spaces)
+        motion = motions.wandering(problem, rng)
+        count += check_rows(constraint, problem, motion, motions, leave=steep_rows(problem, motion))
+    assert count > 100
+
+
+def steep_rows(problem, motion):
+    """Keys of the rows with a gradient that is cut to 2, and thus not the derivative."""
+    _, gradient = social(problem, motion.poses)
+    cut = np.hypot(gradient[..., 0], gradient[..., 1]) > 2.0 - 1e-9
+    return np.flatnonzero(cut[:, 1:] | cut[:, :-1])
+
+
+def social(problem, poses):
+    s = problem.spaces
+    return social_barrier(
+        problem.robot.capsule,
+        poses,
+        problem.predictions.mean[:, 0],
+        problem.people.radius,
+        s.kind,
+        s.scale,
+        *(a[:, 0] for a in (s.axis, s.front, s.side, s.rear)),
+        s.floor,
+        s.robot,
+        s.robot_floor,
+    )
+
+
+def test_wall_rows_are_derivatives(crowded, motions, rng):
+    count = 0
+    for plain in crowded:
+        problem = dataclasses.replace(plain, walls=smooth_field(plain))
+        count += check_rows(WallClearance(), problem, motions.wandering(problem, rng), motions)
+    assert count > 100
+
+
+def slope_in_pose(h, pose):
+    out = np.empty(3)
+    for a in range(3):
+        push = np.zeros(3)
+        push[a] = PUSH
+        out[a] = (h(pose + push) - h(pose - push)) / (2.0 * PUSH)
+    return out
+
+
+@pytest.mark.parametrize("where", WHERE)
+@pytest.mark.parametrize("heading", [0.0, 2.1])
+def test_the_body_gradient_is_a_derivative_wherever_a_person_is(where, heading, chair):
+    def barrier(pose):
+        return body_barrier(
+            chair.capsule,
+            pose[None],
+            np.array([[WHERE[where]]]),
+            np.array([0.25]),
+            0.1,
+            0.1,
+            0,
+            0.3,
+        )
+
+    pose = np.array([0.0, 0.0, heading])
+    numeric = slope_in_pose(lambda p: barrier(p)[0][0, 0], pose)
+    assert np.abs(barrier(pose)[1][0, 0] - numeric).max() < 1e-6
+
+
+@pytest.mark.parametrize("where", WHERE)
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("axis", [0.4, 2.8, -1.7])
+def test_the_social_gradient_is_a_derivative_wherever_a_person_is(where, shape, axis, chair):
+    kind, scale = SHAPES[shape]
+
+    def barrier(pose):
+        one = np.ones((1, 1))
+        return social_barrier(
+            chair.capsule,
+            pose[None],
+            np.array([[WHERE[where]]]),
+            np.array([0.25]),
+            kind,
+            scale,
+            axis * one,
+            1.6 * one,
+            1.07 * one,
+            0.8 * one,
+            0.1,
+            np.array([0.4, 0.27, 0.2]),
+            0.02,
+        )
+
+    for heading in (0.0, 0.9):
+        pose = np.array([0.0, 0.0, heading])
+        numeric = slope_in_pose(lambda p: barrier(p)[0][0, 0], pose)
+        cut = min(1.0, 2.0 / np.hypot(*numeric[:2]))
+        # the distance is √(e² + 1e-6), so a direction turns by up to 1e-6/e² too little: e > 0.25 m
+        assert np.abs(barrier(pose)[1][0, 0] - cut * numeric).max() < 3e-5
+
+
+def test_distances_by_hand(chair):
+    """A person 2 m ahead of the axle, another 1 m aside, bodies of 0.25 m."""
+    problem = local_problem(
+        steps=4, step=0.5, people=walkers([[2.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]])
+    )
+    poses = np.zeros((5, 3))
+    h, _ = body_barrier(
+        chair.capsule,
+        poses,
+        problem.predictions.mean[:, 0],
+        problem.people.radius,
+        0.5,
+        0.1,
+        0.08,
+        0.2,
+    )
+    # five discs in 1.11 m, each 0.222 m of it: the foremost centre is at 0.65 − 0.111 m
+    radius = np.hypot(0.222, 0.61) / 2.0
+    margin = np.array([0.1, 0.14, 0.18, 0.2, 0.2])
+    assert h[0] == pytest.approx(2.0 - 0.539 - radius - 0.25 - margin, abs=1e-6)
+    assert h[1] == pytest.approx(1.0 - radius - 0.25 - margin, abs=1e-6)
+    # a circle of 0.45 m about everyone, σ = 0.1 and c = ½ for the chair's own: √(½ · 2 · 0.01)
+    h, _ = social(problem, poses)
+    assert h[0] == pytest.approx(2.0 - 0.539 - radius - 0.25 - 0.45 - 0.1, abs=1e-6)
+
+
+def test_a_slack_is_shared_by_the_hypotheses_of_a_person(motions):
+    """A second hypothesis far off needs nothing; the same one twice needs the same slack once."""
+    problem = local_problem(steps=6, step=0.2, people=walkers([[1.2, 0.1, -1.0, 0.0]]))
+    motion = motions.standing(problem)
+    twice, apart = doubled(problem, 0.0), doubled(problem, 50.0)
+    for constraint in (Bodies(), SocialSpace()):
+        once, _ = constraint.measure(problem, motion)
+        assert once.shape == (1,)
+        assert once[0] > 0.0
+        for other in (twice, apart):
+            assert constraint.measure(other, motion)[0] == pytest.approx(once, abs=1e-12)
+            rows = constraint.rows(other, motion, motions.sensitivity(other, motion))
+            assert (rows.groups, set(rows.group.tolist())) == (1, {0})
+
+
+def doubled(problem, away):
+    """Everybody has a second hypothesis, ``away`` m off."""
+    p, s = problem.predictions, problem.spaces
+    predictions = dataclasses.replace(
+        p,
+        names=("one", "two"),
+        weight=np.full((len(p.weight), 2), 0.5),
+        mean=np.concatenate([p.mean, p.mean + away], axis=1),
+        velocity=np.repeat(p.velocity, 2, axis=1),
+        deviation=np.repeat(p.deviation, 2, axis=1),
+    )
+    shapes = {
+        name: np.repeat(getattr(s, name), 2, axis=1) for name in ("axis", "front", "side", "rear")
+    }
+    return dataclasses.replace(
+        problem, predictions=predictions, spaces=dataclasses.replace(s, **shapes)
+    )
+
+
+def test_measures_are_the_slack_that_the_rows_need(crowded, motions, rng):
+    for problem in crowded:
+        motion = motions.wandering(problem, rng)
+        for constraint in (Bodies(), SocialSpace(), WallClearance()):
+            rows = constraint.rows(problem, motion, motions.sensitivity(problem, motion))
+            needed = np.zeros(rows.groups)
+            np.maximum.at(needed, rows.group, -rows.margin)
+            assert np.abs(constraint.measure(problem, motion)[0] - needed).max(initial=0) < 1e-12
+
+
+def test_what_cannot_become_active_has_no_rows(motions):
+    far = local_problem(steps=5, step=0.2, people=walkers([[9.0, 0.0, 0.0, 0.0]]))
+    motion = motions.standing(far)
+    for constraint in (Bodies(), SocialSpace(), WallClearance()):
+        rows = constraint.rows(far, motion, motions.sensitivity(far, motion))
+        assert rows.jacobian.shape == (0, 10)
+
+
+def test_input_limits_by_hand(motions, chair):
+    problem = local_problem(steps=3, step=0.2)
+    limits = InputLimits(InputLimits.Parameters(tick=0.05, reverse=0.5))
+    low, high, rise, fall = limits.bounds(problem, motions.standing(problem))
+    assert high.tolist() == [[1.0, 1.2]] * 3  # the problem's 1 m/s is below the chair's 1.2
+    assert low.tolist() == [[-0.5 * chair.max_reverse_speed, -1.2]] * 3
+    assert rise == pytest.approx(np.array([[0.04, 0.125], [0.16, 0.5], [0.16, 0.5]]))
+    assert fall == pytest.approx(np.array([[0.05, 0.125], [0.2, 0.5], [0.2, 0.5]]))
+    rows = limits.rows(problem, motions.standing(problem), np.zeros((4, 3, 6)))
+    assert (rows.group == -1).all()
+    assert rows.jacobian @ [1, 2, 4, 8, 16, 32] == pytest.approx([1, 2, 3, 6, 12, 24])
+
+
+@pytest.mark.parametrize("speed", [-2.0, 0.5, 1.4, 3.0])
+def test_who_is_beyond_the_limits_may_come_back_to_them(speed, motions):
+    """Braking as hard as allowed keeps every bound, whatever the wheels do now."""
+    problem = local_problem(steps=20, step=0.2)
+    limits = InputLimits()
+    motion = dataclasses.replace(motions.standing(problem), last_input=np.array([speed, 2.5]))
+    low, high, rise, fall = limits.bounds(problem, motion)
+    now, inputs = motion.last_input, []
+    for k in range(20):
+        now = np.clip(0.0, now - fall[k], now + rise[k])
+        inputs.append(now)
+    braking = np.array(inputs)
+    assert (braking >= low - 1e-9).all()
+    assert (braking <= high + 1e-9).all()
+    assert (low <= high).all()
+
+
+def test_random_problems_begin_clear_of_contact_unless_hopeless(rng):
+    for people in (0, 3, 12):
+        problem = random_problem(rng, people).problem
+        h, _ = body_barrier(
+            problem.robot.capsule,
+            problem.pose[None],
+            problem.predictions.mean[:, 0, :1],
+            problem.people.radius,
+            0.1,
+            0.0,
+            0.0,
+            0.0,
+        )
+        assert h.min(initial=1.0) > 0.0

@@ -1,0 +1,103 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cohelm.control.seeds import best_arcs, followed, last_input, shifted
+from cohelm.messages import LocalPlan, Status
+from cohelm.testing.problems import random_problem
+from cohelm.testing.scenes import local_problem
+
+
+def plan_of(problem, inputs, *, time=0.0):
+    return LocalPlan(
+        time=time,
+        step=problem.reference.step,
+        command=problem.robot.motion.twist(inputs[0]),
+        poses=problem.robot.motion.rollout(problem.pose, inputs, problem.reference.step),
+        inputs=inputs,
+        status=Status.OK,
+    )
+
+
+def test_a_plan_is_shifted_by_interpolation():
+    """0.5, 0.6, 0.7 … m/s every 0.2 s; 0.05 s later that is 0.525, 0.625 …, the last one held."""
+    problem = local_problem(steps=5, step=0.2, speed=0.5)
+    inputs = np.column_stack([0.5 + 0.1 * np.arange(5), np.zeros(5)])
+    later = dataclasses.replace(problem, time=0.05)
+    motion = shifted(later, plan_of(problem, inputs), np.array([0.5, 0.0]))
+    assert motion.inputs[:, 0] == pytest.approx([0.525, 0.625, 0.725, 0.825, 0.9])
+    assert np.array_equal(motion.poses[0], problem.pose)
+
+
+@pytest.mark.parametrize("elapsed", [-0.1, 0.6])
+def test_a_plan_of_another_time_is_no_seed(elapsed):
+    problem = local_problem(steps=5, step=0.2)
+    plan = plan_of(problem, np.zeros((5, 2)))
+    assert shifted(dataclasses.replace(problem, time=elapsed), plan, np.zeros(2)) is None
+
+
+def test_no_plan_or_one_of_another_length_is_no_seed():
+    problem = local_problem(steps=5, step=0.2)
+    assert shifted(problem, None, np.zeros(2)) is None
+    assert shifted(problem, plan_of(problem, np.zeros((7, 2))), np.zeros(2)) is None
+
+
+def test_without_a_plan_the_wheels_do_what_odometry_says():
+    problem = local_problem(steps=5, step=0.2, speed=0.37)
+    assert last_input(problem, None).tolist() == [0.37, 0.0]
+
+
+def test_a_command_that_odometry_bears_out_is_believed():
+    """Measured 0.37, commanded 0.40: within what lag and noise can do."""
+    problem = local_problem(steps=5, step=0.2, speed=0.37)
+    plan = plan_of(problem, np.tile([0.4, 0.0], (5, 1)))
+    assert last_input(dataclasses.replace(problem, time=0.05), plan).tolist() == [0.4, 0.0]
+
+
+def test_a_command_that_was_overruled_is_not():
+    """Commanded 1 m/s, but the chair stands: what 0.1 s and the lag can do, and 2 cm/s of noise."""
+    problem = local_problem(steps=5, step=0.2, speed=0.0)
+    robot = problem.robot
+    plan = plan_of(problem, np.tile([1.0, 0.0], (5, 1)))
+    most = max(robot.max_acceleration, robot.max_deceleration) * (0.1 + robot.actuation_lag) + 0.02
+    now = last_input(dataclasses.replace(problem, time=0.05), plan)
+    assert now[0] == pytest.approx(most)
+
+
+@pytest.mark.parametrize("count", [1, 5, 65])
+def test_arcs_obey_the_limits(count, rng):
+    problem = random_problem(rng, 4).problem
+    robot, step = problem.robot, problem.reference.step
+    now = problem.twist[[0, 2]]
+    low, high, rise, fall = robot.motion.bounds(robot.limits)
+    arcs = list(best_arcs(problem, now, count))
+    assert 1 <= len(arcs) <= count
+    for arc in arcs:
+        change = np.diff(np.vstack([now, arc.inputs]), axis=0)
+        assert (change <= rise * step + 1e-9).all()
+        assert (change >= -fall * step - 1e-9).all()
+        assert (arc.inputs >= low - 1e-9).all()
+        assert (arc.inputs <= np.maximum(np.minimum(high, [problem.speed_limit, 9.0]), now)).all()
+
+
+def test_the_best_arc_is_the_first_of_the_best_few(rng):
+    for people in (0, 2, 8):
+        problem = random_problem(rng, people).problem
+        now = problem.twist[[0, 2]]
+        one, few = next(best_arcs(problem, now, 1)), list(best_arcs(problem, now, 6))
+        assert np.array_equal(one.inputs, few[0].inputs)
+
+
+def test_alone_the_best_arc_goes_straight_on():
+    problem = local_problem(steps=20, step=0.2, speed=0.8, wanted=0.8)
+    arc = next(best_arcs(problem, np.array([0.8, 0.0]), 1))
+    assert arc.inputs == pytest.approx(np.tile([0.8, 0.0], (20, 1)))
+
+
+def test_wild_inputs_are_tamed():
+    problem = local_problem(steps=4, step=0.5)
+    motion = followed(problem, np.tile([9.0, -9.0], (4, 1)), np.zeros(2))
+    # 0.8 m/s² and 2.5 rad/s², half a step for the first; up to the problem's 1 m/s and 1.2 rad/s
+    assert motion.inputs[:, 0] == pytest.approx([0.2, 0.6, 1.0, 1.0])
+    assert motion.inputs[:, 1] == pytest.approx([-0.625, -1.2, -1.2, -1.2])

@@ -1,0 +1,81 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cohelm.control import OptimalControl, SocialMpc
+from cohelm.control.constraints import Bodies, InputLimits
+from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
+from cohelm.testing.scenes import local_problem, straight_reference
+
+
+def test_the_merit_never_rises_with_the_budget(planner, crowded, motions, rng):
+    for problem in crowded:
+        seed = motions.wandering(problem, rng)
+        merits = [planner.control.value(problem, seed).merit]
+        merits += [
+            planner.control.solve(problem, seed, iterations=i).value.merit for i in (1, 2, 4, 8)
+        ]
+        assert (np.diff(merits) <= 1e-12).all()
+
+
+def test_what_is_solved_stays_so(planner, crowded, motions, rng):
+    for problem in crowded[:6]:
+        seed = motions.wandering(problem, rng)
+        first = planner.control.solve(problem, seed, iterations=60, tolerance=1e-6)
+        again = planner.control.solve(problem, first.motion, iterations=60, tolerance=1e-6)
+        assert again.value.merit == pytest.approx(first.value.merit, rel=1e-3, abs=1e-6)
+
+
+def test_the_budget_is_kept(planner, crowded, motions, rng):
+    for problem in crowded[:6]:
+        seed = motions.wandering(problem, rng)
+        for budget in (1, 3):
+            assert planner.control.solve(problem, seed, iterations=budget).iterations <= budget
+
+
+def test_the_value_is_the_sum_of_its_parts(planner, crowded, motions, rng):
+    for problem in crowded:
+        value = planner.control.value(problem, motions.wandering(problem, rng))
+        assert value.merit == pytest.approx(sum(value.costs.values()))
+        assert value.slack >= 0.0
+
+
+def test_a_linear_problem_takes_one_step(motions):
+    """Alone, straight ahead, along a line: states are linear in the speeds, so Newton is exact."""
+    control = OptimalControl([TrackReference(), InputEffort(), SmoothInput()], [InputLimits()])
+    problem = local_problem(steps=15, step=0.2, speed=0.5, wanted=0.8)
+    seed = dataclasses.replace(motions.standing(problem), last_input=np.array([0.5, 0.0]))
+    # from the first feasible motion on: the wheels turn at 0.5 m/s
+    start = control.solve(problem, seed, iterations=1)
+    best = control.solve(problem, start.motion, iterations=20, tolerance=1e-9)
+    assert start.value.merit == pytest.approx(best.value.merit, rel=1e-3)
+
+
+def test_terms_can_be_left_out_and_put_in(motions):
+    """The assembler knows none by name: without its constraint a person has no effect."""
+    problem = local_problem(steps=15, step=0.2, speed=0.5)
+    costs = [TrackReference(), InputEffort(), SmoothInput()]
+    seed = dataclasses.replace(motions.standing(problem), last_input=np.array([0.5, 0.0]))
+    alone = OptimalControl(costs, [InputLimits()]).solve(problem, seed, iterations=5)
+    nobody = OptimalControl(costs, [InputLimits(), Bodies()]).solve(problem, seed, iterations=5)
+    assert np.array_equal(alone.motion.inputs, nobody.motion.inputs)
+    assert set(alone.value.costs) == {"track_reference", "input_effort", "smooth_input"}
+
+
+def test_a_chair_at_rest_comes_up_to_speed(planner):
+    """At 0.8 m/s² at most; a little faster than the reference, so as to catch up with it."""
+    problem = local_problem(steps=planner.steps, step=planner.step, speed=0.0, wanted=0.9)
+    inputs = planner.plan(problem, None).inputs
+    assert 0.9 < inputs[-1, 0] <= problem.speed_limit
+    assert np.diff(inputs[:, 0]).max() <= 0.8 * planner.step + 1e-6
+    assert np.abs(inputs[:, 1]).max() < 1e-6
+
+
+def test_a_reference_to_the_left_is_followed_to_the_left(planner):
+    """Turning first is not asked for; the chair curves on to a line 0.5 m aside."""
+    plain = local_problem(steps=planner.steps, step=planner.step, speed=0.6)
+    aside = straight_reference(np.array([0.0, 0.5, 0.0]), 0.6, planner.steps, planner.step)
+    plan = SocialMpc().plan(dataclasses.replace(plain, reference=aside), None)
+    assert plan.inputs[0, 1] > 0.0
+    assert plan.poses[-1, 1] == pytest.approx(0.5, abs=0.1)
