@@ -240,10 +240,12 @@ def test_what_cannot_become_active_has_no_rows(motions):
 
 def test_input_limits_by_hand(motions, chair):
     problem = local_problem(steps=3, step=0.2)
-    limits = InputLimits(InputLimits.Parameters(tick=0.05, reverse=0.5))
+    limits = InputLimits(InputLimits.Parameters(tick=0.05))
     low, high, rise, fall = limits.bounds(problem, motions.standing(problem))
     assert high.tolist() == [[1.0, 1.2]] * 3  # the problem's 1 m/s is below the chair's 1.2
-    assert low.tolist() == [[-0.5 * chair.max_reverse_speed, -1.2]] * 3
+    assert low.tolist() == [[0.0, -1.2]] * 3
+    back = dataclasses.replace(problem, may_reverse=True)
+    assert limits.bounds(back, motions.standing(back))[0][0, 0] == -chair.max_reverse_speed
     assert rise == pytest.approx(np.array([[0.04, 0.125], [0.16, 0.5], [0.16, 0.5]]))
     assert fall == pytest.approx(np.array([[0.05, 0.125], [0.2, 0.5], [0.2, 0.5]]))
     rows = limits.rows(problem, motions.standing(problem), np.zeros((4, 3, 6)))

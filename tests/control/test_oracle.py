@@ -57,7 +57,7 @@ def test_the_oracle_keeps_the_limits_and_the_law_of_motion():
     rolled = problem.robot.motion.rollout(problem.pose, found.inputs, p.step)
     assert np.abs(rolled - found.poses).max() < 1e-6
     low, high, rise, fall = problem.robot.motion.bounds(problem.robot.limits)
-    low = low * [p.input_limits.reverse, 1.0]
+    low = low * [float(problem.may_reverse), 1.0]
     change = np.diff(np.vstack([problem.twist[[0, 2]], found.inputs]), axis=0)
     duration = np.array([p.input_limits.tick, *[p.step] * (p.steps - 1)])[:, None]
     assert (found.inputs >= low - 1e-6).all()

@@ -124,7 +124,7 @@ def _input_limits(
     faster = np.array([robot.max_acceleration, robot.max_turn_acceleration])
     slower = np.array([robot.max_deceleration, robot.max_turn_acceleration])
     top = np.array([min(robot.max_speed, problem.speed_limit), robot.max_turn_rate])
-    reverse = parameters.input_limits.reverse * robot.max_reverse_speed
+    reverse = robot.max_reverse_speed if problem.may_reverse else 0.0
     bottom = -np.array([reverse, robot.max_turn_rate])
     low = np.minimum(bottom, now + since * faster)
     high = np.maximum(top, now - since * slower)
