@@ -42,6 +42,20 @@ class LocalProblem:
     profile: RiderProfile = RiderProfile()
     speed_limit: float
     """m/s, of robot, rider and request together."""
+    stalled: bool = False
+    """The ride has not got on for a while: the robot may back off, and squeeze past slowly."""
+
+    def input_bounds(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """(lowest, highest input, greatest rise, greatest fall a second), (m,) each.
+
+        The robot's limits under the speed limit. No reversing unless the ride is stalled: it can
+        become the cheapest answer to a barrier.
+        """
+        low, high, rise, fall = self.robot.motion.bounds(self.robot.limits)
+        low, high = low.copy(), high.copy()
+        low[0] = low[0] if self.stalled else 0.0
+        high[0] = min(high[0], self.speed_limit)
+        return low, high, rise, fall
 
 
 class LocalPlanner(Protocol):

@@ -61,16 +61,15 @@ def best_arcs(problem: LocalProblem, now: Floats, count: int) -> Iterator[Motion
     """The ``count`` sampled arcs with the least coarse cost, best first."""
     reference, robot = problem.reference, problem.robot
     steps = len(reference.poses) - 1
-    low, high, rise, fall = robot.motion.bounds(robot.limits)
+    low, high, rise, fall = problem.input_bounds()
     targets = _targets()
     scaled = targets.copy()
     scaled[:, :, 0] *= min(problem.speed_limit, high[0], max(float(reference.speeds.max()), 0.3))
     scaled[:, :, 1] *= high[1]
+    scaled = np.clip(scaled, low, high)
     costs = _coarse_costs(
         scaled,
         now,
-        low,
-        high,
         rise,
         fall,
         problem.pose,
@@ -96,9 +95,7 @@ def best_arcs(problem: LocalProblem, now: Floats, count: int) -> Iterator[Motion
 def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
     """The motion that inputs (N, m) lead to, made to obey the limits on speed and change."""
     robot, step = problem.robot, problem.reference.step
-    low, high, rise, fall = robot.motion.bounds(robot.limits)
-    high = high.copy()
-    high[0] = min(high[0], problem.speed_limit)
+    low, high, rise, fall = problem.input_bounds()
     allowed = _limited(inputs, now, low, high, rise * step, fall * step)
     poses = robot.motion.rollout(problem.pose, allowed, step)
     return Motion(step=step, poses=poses, inputs=allowed, last_input=now)
@@ -112,6 +109,7 @@ def _targets() -> Floats:
     arcs = [[(v, w), (v, back * w)] for v in speeds for w in turns for back in (1.0, 0.0, -1.0)]
     arcs += [[(0.3, w), (1.0, 0.0)] for w in turns]
     arcs += [[(1.0, w), (0.0, 0.0)] for w in turns]
+    arcs += [[(-0.3, w), (0.0, 0.0)] for w in turns]
     return np.array(arcs)
 
 
@@ -148,8 +146,6 @@ def _ramped(target: Floats, steps: int, now: Floats, rise: Floats, fall: Floats)
 def _coarse_costs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     targets: Floats,
     now: Floats,
-    low: Floats,
-    high: Floats,
     rise: Floats,
     fall: Floats,
     start: Floats,

@@ -40,12 +40,14 @@ class SocialMpc:
         """Quadratic programs a plan: the budget, the same on every machine."""
         switch: float = Field(0.8, gt=0.0, le=1.0)
         """A sampled way round replaces the last plan where its merit is below this share of it."""
-        rescues: int = Field(12, ge=0, le=65)
+        rescues: int = Field(12, ge=0, le=72)
         """Sampled arcs that are tried, best first, before the chair brakes."""
         wall_margin: float = Field(0.03, ge=0.0)
         """Gap to a wall that verification takes for contact, m."""
         people_margin: float = Field(0.15, ge=0.0)
         """Gap to a person that verification takes for contact, m; see ``first_contact``."""
+        squeezing_margin: float = Field(0.05, ge=0.0)
+        """The same when the ride is stalled, m."""
         agility: float = Field(0.5, ge=0.0)
         """How fast people may change their velocity, m/s²: hard braking must keep clear of all that
         they can reach, so the chair goes slowly where they are near."""
@@ -143,6 +145,7 @@ class SocialMpc:
     def _contact(
         self, problem: LocalProblem, poses: Floats, step: float, *, agility: float = 0.0
     ) -> float:
+        p = self.parameters
         return first_contact(
             problem.robot,
             poses,
@@ -150,8 +153,8 @@ class SocialMpc:
             people=problem.people,
             predictions=problem.predictions,
             walls=problem.walls,
-            margin=self.parameters.wall_margin,
-            people_margin=self.parameters.people_margin,
+            margin=p.wall_margin,
+            people_margin=p.squeezing_margin if problem.stalled else p.people_margin,
             agility=agility,
         )
 

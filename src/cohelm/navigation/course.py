@@ -26,6 +26,8 @@ class Course:
     shared: Reference | None = None
     """The same, blended with the rider's states where the mode is shared."""
     progress: ProgressState | None = None
+    stalled_for: float = 0.0
+    """How long the ride has not got on, s."""
     reason: Reason = Reason.PLANNING
     """Why there is no path, where there is none."""
 
@@ -59,6 +61,7 @@ def lay_course(
         live=sight.live,
         walls=sight.walls,
         authority=hand if shares else None,
+        people=sight.people,
         stalled_for=observation.time - pace.since if pace else 0.0,
     )
     try:
@@ -76,11 +79,13 @@ def lay_course(
         progress=state.progress,
     )
     left = state.path.length - at
+    pace = progress(left, observation.time, state.planned_at, pace, setup.progress)
     return Course(
         route=dataclasses.replace(state, progress=at),
         reference=along,
         shared=blended(along, hand) if shares else along,
-        progress=progress(left, observation.time, state.planned_at, pace, setup.progress),
+        progress=pace,
+        stalled_for=observation.time - pace.since,
     )
 
 

@@ -130,6 +130,8 @@ class Navigator:
             return None, _Wanted(reason=Reason.ARRIVED)
         if course.shared is None:
             return None, _Wanted(reason=course.reason)
+        limit, pace = self.setup.speed_limit(request), self.setup.progress
+        stalled = course.stalled_for >= pace.patience
         problem = LocalProblem(
             time=observation.time,
             robot=self.setup.robot,
@@ -142,7 +144,8 @@ class Navigator:
             walls=seen.walls,
             authority=hand,
             profile=request.profile,
-            speed_limit=self.setup.speed_limit(request),
+            speed_limit=min(limit, pace.creep) if stalled else limit,
+            stalled=stalled,
         )
         try:
             plan = self.setup.local_planner.plan(problem, last.plan if last else None)

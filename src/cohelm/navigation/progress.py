@@ -13,6 +13,10 @@ class ProgressParameters(Model):
 
     least: float = Field(0.3, gt=0.0, le=10.0)
     """Shortening of the way left that counts, m."""
+    patience: float = Field(3.0, ge=0.0, le=120.0)
+    """How long without getting on until the ride counts as stalled, s."""
+    creep: float = Field(0.3, gt=0.0, le=3.0)
+    """Speed of a stalled ride, m/s."""
 
 
 @value

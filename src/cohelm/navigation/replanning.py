@@ -14,12 +14,12 @@ import math
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats, value
+from cohelm.arrays import Floats, identical, value
 from cohelm.config import Model
 from cohelm.errors import PlanningError
 from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.maps import DistanceField, OccupancyGrid
-from cohelm.messages import Authority, LiveObstacles, Path, Request, Wish
+from cohelm.messages import Authority, LiveObstacles, Path, People, Request, Wish
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
 
@@ -39,6 +39,8 @@ class ReplanningParameters(Model):
     """How long without progress until another way is looked for, s."""
     steering: float = Field(0.5, ge=0.0, le=1.0)
     """η from which the path follows the rider's hand."""
+    standing: float = Field(0.3, ge=0.0, le=3.0)
+    """People slower than this are walked round by a stalled ride, m/s."""
     rest: float = Field(0.5, ge=0.0, le=30.0)
     """Least time between two plans, s."""
 
@@ -75,6 +77,7 @@ class RouteQuestion:
     walls: DistanceField
     """About the chair."""
     authority: Authority | None
+    people: People
     stalled_for: float
     """How long the ride has not got on, s."""
 
@@ -111,16 +114,15 @@ def route(
         return kept
     try:
         start = _start(q) if steering else q.pose[:2]
+        if q.stalled_for >= p.stalled_time:
+            q = dataclasses.replace(q, live=_with_standing_people(q, p))
         return _planned(q, planner, start, wishes, wished_from=memory.wished_from)
     except PlanningError:
         return kept
 
 
 def _asks_anew(now: Request, then: Request) -> bool:
-    same_wishes = len(now.wishes) == len(then.wishes) and all(
-        a is b for a, b in zip(now.wishes, then.wishes, strict=True)
-    )
-    return not (np.array_equal(now.goal, then.goal) and same_wishes)
+    return not (identical(now.goal, then.goal) and identical(now.wishes, then.wishes))
 
 
 def _ahead(memory: RouteState) -> tuple[Wish, ...]:
@@ -158,6 +160,17 @@ def _planned(
     return RouteState(
         request=q.request, path=path, planned_at=q.time, wished_from=wished_from, wishes=wishes
     )
+
+
+def _with_standing_people(q: RouteQuestion, p: ReplanningParameters) -> LiveObstacles:
+    """The live obstacles, and who stands in the window as if they were things."""
+    standing = np.hypot(*q.people.mean[:, 2:].T) < p.standing
+    occupied = q.live.occupied.copy()
+    rows, cols = np.indices(occupied.shape)
+    centres = q.grid.centres(np.stack([rows, cols], axis=-1) + q.live.corner)
+    for (x, y), radius in zip(q.people.mean[standing, :2], q.people.radius[standing], strict=True):
+        occupied[np.hypot(centres[..., 0] - x, centres[..., 1] - y) < radius] = 1
+    return dataclasses.replace(q.live, occupied=occupied)
 
 
 def _start(q: RouteQuestion) -> Floats:

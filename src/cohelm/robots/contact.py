@@ -25,7 +25,7 @@ STANDING = 0.02
 """A robot slower than this stands, m/s and rad/s."""
 
 
-def first_contact(
+def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
     robot: Robot,
     poses: Floats,
     step: float,
@@ -46,8 +46,8 @@ def first_contact(
         people: whose bodies.
         predictions: of them, every hypothesis counts; beyond their end people keep their velocity.
         walls: distance to all that is not a person.
-        margin: gap to a wall that counts as contact, m; never more than the gap at the start, so that
-            a robot that stands close to one may leave.
+        margin: gap to a wall that counts as contact, m; never more than the gap at the start, so
+            that a robot that stands close to one may leave.
         people_margin: the same for people; never more than the gap that standing still would leave,
             so that who comes close does not hold the robot fast. A person who touches it already is
             waited for.
@@ -217,4 +217,5 @@ def _body_gap(  # noqa: PLR0917  # a kernel takes plain arrays
     rest = time - m * step
     x = positions[m, 0] + rest * velocities[m, 0]
     y = positions[m, 1] + rest * velocities[m, 1]
-    return nearest_on_spine(capsule, pose, x, y)[0] - capsule[4] - radius
+    gap: float = nearest_on_spine(capsule, pose, x, y)[0] - capsule[4] - radius
+    return gap

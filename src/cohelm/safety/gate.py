@@ -13,6 +13,7 @@ sensors' obstacles, the people, and the twist that is wanted.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
@@ -86,11 +87,12 @@ def check_input(
 
     To be asked before anything is computed from the observation.
     """
-    reason = _bad_numbers(observation, parameters)
-    if reason is not None:
-        kept = memory or _first_state(observation, usable=False)
-        return reason, kept
+    if _not_finite(observation):
+        return Reason.NOT_FINITE, memory or _first_state(observation, usable=False)
     memory = memory or _first_state(observation, usable=True)
+    if _blinded(observation, parameters):
+        # until a scan can be used again, what was seen before counts for nothing
+        return Reason.NOT_FINITE, replace(memory, scan_time=-math.inf)
     if observation.time < memory.time or _from_the_future(observation, parameters):
         return Reason.CLOCK, memory
     scan_time = max([memory.scan_time, *(s.time for s in observation.scans)])
@@ -179,7 +181,7 @@ _GENTLE = frozenset(
 )
 
 
-def _bad_numbers(observation: Observation, p: GateParameters) -> Reason | None:
+def _not_finite(observation: Observation) -> bool:
     rider = observation.rider
     numbers = [
         np.array([observation.time, observation.pose_time, observation.twist_time]),
@@ -195,14 +197,15 @@ def _bad_numbers(observation: Observation, p: GateParameters) -> Reason | None:
         numbers.append(np.append(rider.deflection, rider.heartbeat))
     if observation.people is not None:
         numbers += _numbers_of(observation.people)
-    if not all(np.isfinite(n).all() for n in numbers):
-        return Reason.NOT_FINITE
-    # NaN is a dropout and −inf something on the glass; +inf says that the beam is free (REP-117)
-    blind = any(
+    return not all(np.isfinite(n).all() for n in numbers)
+
+
+def _blinded(observation: Observation, p: GateParameters) -> bool:
+    """NaN is a dropout, −inf something on the glass; +inf says that the beam is free (REP-117)."""
+    return any(
         len(s.ranges) == 0 or (~(s.ranges > -np.inf)).mean() >= p.blind_share
         for s in observation.scans
     )
-    return Reason.NOT_FINITE if blind else None
 
 
 def _numbers_of(people: People) -> list[Floats]:

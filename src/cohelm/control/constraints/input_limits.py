@@ -22,9 +22,6 @@ class InputLimits:
 
         tick: float = Field(0.05, gt=0.0, le=1.0)
         """Time between two commands, s: the first change must fit into it."""
-        reverse: float = Field(0.0, ge=0.0, le=1.0)
-        """How fast the plan may go backwards, share of what the robot can: at 0 a
-        barrier can never be answered by reversing."""
 
     name = "input_limits"
     l1 = 0.0
@@ -62,11 +59,7 @@ class InputLimits:
         self, problem: LocalProblem, motion: Motion
     ) -> tuple[Floats, Floats, Floats, Floats]:
         """(lowest, highest input, greatest rise, greatest fall) of each step, (N, m) each."""
-        robot = problem.robot
-        low, high, rise, fall = robot.motion.bounds(robot.limits)
-        low, high = low.copy(), high.copy()
-        low[0] *= self.parameters.reverse
-        high[0] = min(high[0], problem.speed_limit)
+        low, high, rise, fall = problem.input_bounds()
         n = len(motion.inputs)
         times = np.full((n, 1), motion.step)
         times[0] = self.parameters.tick
