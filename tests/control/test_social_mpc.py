@@ -213,6 +213,15 @@ def test_a_standing_person_is_passed_on_the_free_side(side):
     assert aside[np.abs(aside).argmax()] * side < 0.0
 
 
+def test_it_goes_backwards_only_where_the_ride_is_stalled():
+    """Someone strolls up to a chair that stands: backing off would be the cheapest answer."""
+    problem = scene(people=walkers([[1.7, 0.0, -0.25, 0.0]]), wanted=0.0)
+    assert PLANNER.plan(problem, None).inputs[:, 0].min() >= -1e-9
+    allowed = PLANNER.plan(dataclasses.replace(problem, stalled=True), None)
+    assert allowed.inputs[:, 0].min() < -0.05
+    check_sound(allowed, problem)
+
+
 def test_a_slower_limit_is_obeyed_at_once():
     problem = dataclasses.replace(scene(speed=0.8), speed_limit=0.3)
     plan = PLANNER.plan(problem, None)

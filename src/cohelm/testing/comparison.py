@@ -26,8 +26,8 @@ class Verdict(StrEnum):
     BETTER = "better"
     OTHER = "other"
     """A dearer one that is an optimum all the same: IPOPT, started there, stays."""
-    STALLED = "stalled"
-    """IPOPT, started there, gets on."""
+    DEARER = "dearer"
+    """IPOPT, started there, ends lower: we stalled, or it went on into another valley."""
     UNSOLVED = "unsolved"
     """IPOPT itself gave up, and there is nothing to compare with."""
 
@@ -93,7 +93,7 @@ def _verdict(
         return Verdict.SAME
     again = solve(drawn.problem, planner.parameters, drawn.half_planes, start=ours.inputs)
     stays = again.solved and again.cost >= cost - _SAME * cost - 1e-3
-    return Verdict.OTHER if stays else Verdict.STALLED
+    return Verdict.OTHER if stays else Verdict.DEARER
 
 
 def _exact(drawn: RandomProblem, poses: Floats) -> bool:

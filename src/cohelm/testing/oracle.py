@@ -123,9 +123,7 @@ def _input_limits(
     since = durations.cumsum(axis=0)
     faster = np.array([robot.max_acceleration, robot.max_turn_acceleration])
     slower = np.array([robot.max_deceleration, robot.max_turn_acceleration])
-    top = np.array([min(robot.max_speed, problem.speed_limit), robot.max_turn_rate])
-    reverse = robot.max_reverse_speed if problem.may_reverse else 0.0
-    bottom = -np.array([reverse, robot.max_turn_rate])
+    bottom, top, _, _ = problem.input_bounds()
     low = np.minimum(bottom, now + since * faster)
     high = np.maximum(top, now - since * slower)
     return (
