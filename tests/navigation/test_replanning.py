@@ -12,7 +12,7 @@ from cohelm.messages import Authority, LiveObstacles, Reference, Wish
 from cohelm.navigation.progress import ProgressParameters, progress
 from cohelm.navigation.replanning import ReplanningParameters, RouteQuestion, route
 from cohelm.navigation.walls import walls_about
-from cohelm.testing.scenes import open_floor, room
+from cohelm.testing.scenes import open_floor, room, walkers
 
 from .scenes import START, Straight, request
 
@@ -37,6 +37,7 @@ def asked(chair):
             live=LiveObstacles(corner=[0, 0], occupied=np.zeros((4, 4)), version=0),
             walls=FREE,
             authority=None,
+            people=walkers([]),
             stalled_for=0.0,
         )
         return replace(plain, **changes)
@@ -121,9 +122,39 @@ def test_a_ride_that_does_not_get_on_looks_for_another_way(plan_times):
     assert plan_times(140, change) == [0, 120]
 
 
+def test_only_when_stalled_those_who_stand_are_gone_round_as_if_they_were_things(asked):
+    """Of radius 0.25 m: one stands at (5, 4), one walks at (7, 4); standing is below 0.3 m/s."""
+    people = walkers([[5.0, 4.0, 0.1, 0.0], [7.0, 4.0, 0.5, 0.0]])
+    live = LiveObstacles(corner=[20, 40], occupied=np.zeros((120, 120)), version=3)
+    planner = Straight()
+    state = route(asked(people=people, live=live), planner, None, RULES)
+    route(asked(30, people=people, live=live, stalled_for=6.0), planner, state, RULES)
+    route(
+        asked(30, people=people, live=live, walls=SHUT),
+        planner,
+        replace(state, blocked_since=0.0),
+        RULES,
+    )
+    first, stalled, blocked = (question.live for question in planner.asked)
+    assert first is live
+    assert blocked is live
+    cells = np.argwhere(stalled.occupied) + live.corner
+    centres = room().centres(cells)
+    assert len(cells) == pytest.approx(np.pi * 0.25**2 / 0.05**2, rel=0.05)
+    assert np.hypot(*(centres - [5.0, 4.0]).T).max() < 0.25
+    assert not live.occupied.any()
+
+
 def test_two_plans_are_a_while_apart(plan_times):
     # rest 0.5 s: 10 ticks, however much there is to plan for
     assert plan_times(31, lambda k: {"stalled_for": 100.0}) == [0, 10, 20, 30]
+
+
+def test_the_same_goal_and_wishes_made_anew_are_the_same(plan_times):
+    def change(k):
+        return {"request": request(wishes=(Wish(points=np.array([[5.0, 5.0]])),))}
+
+    assert plan_times(9, change) == [0]
 
 
 def test_a_new_goal_or_wish_does_not_wait(plan_times):

@@ -127,6 +127,20 @@ def test_a_scan_may_miss_beams_but_not_half_of_them(check, ranges, reason):
     assert check(sound(scans=(scan(), scan(ranges=ranges))))[0] is reason
 
 
+def test_after_a_scan_of_no_numbers_nothing_counts_as_seen_until_a_good_one(chair):
+    """Between two bad scans the chair does not drive on what it saw before them."""
+    bad = (scan(ranges=[np.nan] * 4),)
+    scans = [(scan(),), (), bad, (), bad, (), (scan(NOW + 0.3),), ()]
+    none, stale = Reason.NOT_FINITE, Reason.STALE_SCAN
+    memory = None
+    for k, (arrived, reason) in enumerate(
+        zip(scans, [None, None, none, stale, none, stale, None, None], strict=True)
+    ):
+        seen = sound(NOW + k * TICK, scans=arrived)
+        got, memory = check_input(seen, request(), chair, memory, LIMITS)
+        assert got is reason
+
+
 # ------------------------------------------------------------------ too old
 
 

@@ -104,17 +104,13 @@ def route(
     if q.time - memory.planned_at < p.rest - _ROUNDING:
         return kept
     steering = q.authority is not None and q.authority.eta >= p.steering
-    must = (
-        q.time - since >= p.blocked_time - _ROUNDING
-        or beside > p.astray
-        or steering
-        or q.stalled_for >= p.stalled_time - _ROUNDING
-    )
-    if not must:
+    stalled = q.stalled_for >= p.stalled_time - _ROUNDING
+    shut = q.time - since >= p.blocked_time - _ROUNDING
+    if not (shut or stalled or steering or beside > p.astray):
         return kept
     try:
         start = _start(q) if steering else q.pose[:2]
-        if q.stalled_for >= p.stalled_time:
+        if stalled:
             q = dataclasses.replace(q, live=_with_standing_people(q, p))
         return _planned(q, planner, start, wishes, wished_from=memory.wished_from)
     except PlanningError:
