@@ -56,7 +56,7 @@ def solve(
     """IPOPT's solution of what ``SocialMpc(parameters)`` solves.
 
     Args:
-        problem: one hypothesis a person, a unicycle; its distance field is not used.
+        problem: one hypothesis a person, a unicycle, not stalled; its distance field is not used.
         parameters: of the planner.
         half_planes: the walls, (w, 3): free where n·p > b, |n| = 1.
         last_input: (v, ω) of the wheels; None: as odometry says.
@@ -64,6 +64,7 @@ def solve(
 
     Raises:
         ModuleNotFoundError: without CasADi.
+        ValueError: for a problem of another kind.
     """
     now = problem.twist[[0, 2]] if last_input is None else last_input
     program = _built(
@@ -157,8 +158,8 @@ class _Program:
 def _values(problem: LocalProblem, now: Floats, half_planes: Floats) -> Floats:
     """The values of the parameters, in the order in which ``_symbols`` declares them."""
     spaces, predictions = problem.spaces, problem.predictions
-    if predictions.mean.shape[1] != 1:
-        raise ValueError("the oracle knows one hypothesis a person")
+    if predictions.mean.shape[1] != 1 or problem.stalled:
+        raise ValueError("the oracle knows one hypothesis a person, and no stalled ride")
     people = [predictions.mean[:, 0, :, 0], predictions.mean[:, 0, :, 1]]
     people += [a[:, 0] for a in (spaces.axis, spaces.front, spaces.side, spaces.rear)]
     return np.concatenate(
