@@ -21,7 +21,7 @@ from cohelm.control.api import Constraint, CostTerm, LocalProblem, Motion, Rows
 from cohelm.control.quadratic import Multipliers, QuadraticProgram, minimise
 
 _DAMPING = 1e-4
-_HALVINGS = 4
+_HALVINGS = 6
 _FAR = 1e6
 
 

@@ -21,6 +21,9 @@ _SUBSTEPS = 4
 _SMOOTH = 1e-6
 TOUCHING = 0.03
 """A gap to a person below this is no gap, m: what is seen is not better than that."""
+_OVERLAP = -0.1
+_NO_WORSE = 0.01
+_WALKING = 0.3
 STANDING = 0.02
 """A robot slower than this stands, m/s and rad/s."""
 
@@ -48,9 +51,9 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
         walls: distance to all that is not a person.
         margin: gap to a wall that counts as contact, m; never more than the gap at the start, so
             that a robot that stands close to one may leave.
-        people_margin: the same for people; never more than the gap that standing still would leave,
-            so that who comes close does not hold the robot fast. A person who touches it already is
-            waited for.
+        people_margin: the same for people; never more than the gap that standing still would leave
+            at that moment, so that who comes close does not hold the robot fast. Who touches it
+            and walks on, or clearly overlaps it, is waited for.
         agility: how fast people may change their velocity, m/s²: the gap that counts for them grows
             by ½·agility·t².
     """
@@ -62,7 +65,7 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
             poses,
             step,
             predictions.mean.reshape(n * h, states, 2),
-            predictions.velocity.reshape(n * h, states, 2),
+            np.ascontiguousarray(predictions.velocity).reshape(n * h, states, 2),
             np.repeat(people.radius, h),
             predictions.step,
             walls.distance,
@@ -165,22 +168,17 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
 ) -> float:
     people = positions.shape[0]
     pose = poses[0].copy()
-    wall_margin = margin
+    wall_margin = np.empty(discs.shape[0])
     for j in range(discs.shape[0]):
         gap = wall_gap(discs[j], pose, distance, resolution, X_MG)
-        wall_margin = min(wall_margin, gap - 1e-6)
-    body_margin = np.empty(people)
+        wall_margin[j] = min(margin, gap - 1e-6)
+    floor = np.empty(people)
     for i in range(people):
-        now = np.inf
-        least = np.inf
-        for s in range(poses.shape[0]):
-            gap = _body_gap(
-                capsule, pose, positions[i], velocities[i], radius[i], person_step, s * step
-            )
-            now = gap if s == 0 else now
-            least = min(least, gap)
-        standing = max(least, min(now, TOUCHING)) - 1e-6
-        body_margin[i] = min(people_margin, standing) if now > 0.0 else np.inf
+        now = _body_gap(capsule, pose, positions[i], velocities[i], radius[i], person_step, 0.0)
+        walks = math.hypot(velocities[i, 0, 0], velocities[i, 0, 1]) > _WALKING
+        floor[i] = TOUCHING if now > TOUCHING else now - _NO_WORSE
+        if now < _OVERLAP or (now < TOUCHING and walks):
+            floor[i] = np.inf
     for k in range(poses.shape[0] - 1):
         moving = math.hypot(poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1])
         if moving < STANDING * step and abs(poses[k + 1, 2] - poses[k, 2]) < STANDING * step:
@@ -191,13 +189,22 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             for a in range(3):
                 pose[a] = poses[k, a] + share * (poses[k + 1, a] - poses[k, a])
             for j in range(discs.shape[0]):
-                if wall_gap(discs[j], pose, distance, resolution, X_MG) < wall_margin:
+                if wall_gap(discs[j], pose, distance, resolution, X_MG) < wall_margin[j]:
                     return time
             for i in range(people):
                 gap = _body_gap(
                     capsule, pose, positions[i], velocities[i], radius[i], person_step, time
                 )
-                if gap < body_margin[i] + 0.5 * agility * time * time:
+                if gap >= people_margin + 0.5 * agility * time * time:
+                    continue
+                standing = _body_gap(
+                    capsule, poses[0], positions[i], velocities[i], radius[i], person_step, time
+                )
+                needed = min(
+                    people_margin + 0.5 * agility * time * time,
+                    max(standing - _NO_WORSE, floor[i]),
+                )
+                if gap < needed or floor[i] == np.inf:
                     return time
     return np.inf
 

@@ -94,6 +94,14 @@ class Robot(Model):
             raise ValueError("emergency_deceleration must not be below max_deceleration")
         return self
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all that was read agrees; what is derived from it does then."""
+        return isinstance(other, Robot) and self.model_dump() == other.model_dump()
+
+    def __hash__(self) -> int:
+        """Of all that was read."""
+        return hash(self.model_dump_json())
+
     @cached_property
     def motion(self) -> Kinematics:
         """The motion model that ``kinematics`` names."""

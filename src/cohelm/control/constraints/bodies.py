@@ -26,6 +26,8 @@ class Bodies:
         """How the margin grows with prediction time, m/s."""
         greatest: float = Field(0.35, ge=0.0)
         """The margin's bound, m."""
+        squeezing: float = Field(0.05, ge=0.0)
+        """The margin when the ride is stalled, m; it does not grow then."""
         l1: float = Field(60.0, ge=0.0)
         """Price of the slack, 1/m a person."""
         l2: float = Field(60.0, ge=0.0)
@@ -72,8 +74,8 @@ class Bodies:
             positions,
             np.repeat(problem.people.radius, problem.predictions.mean.shape[1]),
             problem.predictions.step,
-            p.margin,
-            p.growth,
+            p.squeezing if problem.stalled else p.margin,
+            0.0 if problem.stalled else p.growth,
             p.greatest,
         )
 
