@@ -233,11 +233,18 @@ def test_nobody_who_walks_into_a_standing_chair_is_the_chairs_doing(ask, chair):
     assert not still.twist.any()
 
 
-def test_whoever_touches_the_chair_is_waited_for(ask, chair):
-    for way in ((0.8, 0.0), (-0.3, 0.0), (0.0, 1.0)):
-        waits = ask(way, people=somebody(chair, -0.01))
+@pytest.mark.parametrize("way", [(0.8, 0.0), (-0.3, 0.0), (0.0, 1.0)])
+def test_whoever_walks_against_the_chair_or_overlaps_it_is_waited_for(ask, chair, way):
+    for person in (somebody(chair, 0.0, speed=-0.8), somebody(chair, -0.15)):
+        waits = ask(way, people=person)
         assert waits.reason is Reason.BLOCKED
         assert not waits.twist.any()
+
+
+def test_whoever_stands_at_the_chair_is_not_pushed(ask, chair):
+    waits = ask((0.8, 0.0), people=somebody(chair, 0.0))
+    assert waits.reason is Reason.BLOCKED
+    assert not waits.twist.any()
 
 
 # ------------------------------------------------------------------ manual
