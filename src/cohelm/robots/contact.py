@@ -21,9 +21,9 @@ _SUBSTEPS = 4
 _SMOOTH = 1e-6
 TOUCHING = 0.03
 """A gap to a person below this is no gap, m: what is seen is not better than that."""
-_OVERLAP = -0.1
+_OVERLAP = -0.06
 _NO_WORSE = 0.01
-_WALKING = 0.3
+_WALKING = 0.15
 STANDING = 0.02
 """A robot slower than this stands, m/s and rad/s."""
 

@@ -48,6 +48,9 @@ class Orca:
         """Whether the grid stands in the way."""
         robot_responsibility: float = Field(0.5, ge=0.0, le=1.0)
         """Share of the avoiding taken on towards the robot; RVO2 gives each agent half."""
+        robot_clearance: float = Field(0.15, ge=0.0, le=2.0)
+        """What those who see the robot keep from it beyond its disc, m (assumed: nobody presses
+        against a chair's metal as one does against a shoulder)."""
         perturbation: float = Field(1.0, ge=0.0, le=3.2)
         """How far those who get no further turn aside, to break deadlocks, rad; 0: exactly RVO2."""
         agility: float = Field(6.0, gt=0.0, le=1e6)
@@ -113,7 +116,7 @@ class Orca:
         return velocities(
             np.vstack([crowd.position, scene.robot_position]),
             np.vstack([crowd.velocity, scene.robot_velocity]),
-            np.append(crowd.radius, scene.robot_radius) + p.extra_radius,
+            np.append(crowd.radius, scene.robot_radius + p.robot_clearance) + p.extra_radius,
             crowd.radius,
             wanted,
             max_speed,
