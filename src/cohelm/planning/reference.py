@@ -135,13 +135,13 @@ def _drive(  # noqa: PLR0913, PLR0917  # a kernel takes plain arguments
     poses, speeds = np.empty((steps + 1, 3)), np.empty(steps + 1)
     branch, error = _branch(_interpolate(along, heading, at), aside, approach, pose[2], twist[2])
     s = at
-    v = min(max(twist[0], 0.0), _limit_at(along, allowed, s, brake))
+    v = min(max(twist[0], 0.0), _limit_at(along, allowed, s))
     for k in range(steps + 1):
         if k > 0:
             # The turn still to make shrinks as the robot turns; until then the reference waits.
             facing = max(math.cos(max(error - turn * step * k, 0.0)), 0.0)
             faster = min(v + speed_up * step, max(wanted * facing, creep))
-            v_next = min(faster, _limit_ahead(along, allowed, s, v, step, brake, faster))
+            v_next = min(faster, _limit_ahead(along, allowed, s, v, step, faster))
             s = min(s + 0.5 * (v + v_next) * step, end)
             v = v_next
             if v <= 0.0 and end - s < 0.5 * brake * step * step:
@@ -196,22 +196,22 @@ def _speed_limits(
 
 
 @njit(cache=True)
-def _limit_at(along: Floats, allowed: Floats, s: float, brake: float) -> float:
+def _limit_at(along: Floats, allowed: Floats, s: float) -> float:
     """Greatest speed at arc length ``s``: linear in the squared speed between points."""
     return math.sqrt(max(_interpolate(along, allowed, s), 0.0))
 
 
 @njit(cache=True)
-def _limit_ahead(  # noqa: PLR0917  # a kernel takes plain arguments
-    along: Floats, allowed: Floats, s: float, v: float, step: float, brake: float, most: float
+def _limit_ahead(
+    along: Floats, allowed: Floats, s: float, v: float, step: float, most: float
 ) -> float:
     """Greatest speed v' ≤ ``most`` within the limit where a step from ``s`` at ``v`` ends."""
     low, high = 0.0, most
-    if most <= _limit_at(along, allowed, s + 0.5 * (v + most) * step, brake):
+    if most <= _limit_at(along, allowed, s + 0.5 * (v + most) * step):
         return most
     for _ in range(30):
         middle = 0.5 * (low + high)
-        if middle <= _limit_at(along, allowed, s + 0.5 * (v + middle) * step, brake):
+        if middle <= _limit_at(along, allowed, s + 0.5 * (v + middle) * step):
             low = middle
         else:
             high = middle

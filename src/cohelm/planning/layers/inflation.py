@@ -10,6 +10,7 @@ from pydantic import Field
 
 from cohelm.arrays import Bytes, Floats32
 from cohelm.config import Model
+from cohelm.planning.cost_values import INSCRIBED, LETHAL, MAX_GRADED
 
 
 class Inflation(Model):
@@ -47,9 +48,9 @@ def _inflate(clearance: Floats32, radius: float, k: float, reach: float) -> Byte
             if d > reach:
                 continue
             if d < 0.0:
-                out[r, c] = 254
+                out[r, c] = LETHAL
             elif d <= radius:
-                out[r, c] = 253
+                out[r, c] = INSCRIBED
             else:
-                out[r, c] = np.uint8(252.0 * math.exp(-k * (d - radius)))
+                out[r, c] = np.uint8(MAX_GRADED * math.exp(-k * (d - radius)))
     return out
