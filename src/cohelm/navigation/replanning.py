@@ -103,13 +103,13 @@ def route(
     kept = dataclasses.replace(memory, request=q.request, wishes=wishes, blocked_since=since)
     if q.time - memory.planned_at < p.rest - _ROUNDING:
         return kept
-    steering = q.authority is not None and q.authority.eta >= p.steering
+    steering = q.authority if q.authority and q.authority.eta >= p.steering else None
     stalled = q.stalled_for >= p.stalled_time - _ROUNDING
     shut = q.time - since >= p.blocked_time - _ROUNDING
     if not (shut or stalled or steering or beside > p.astray):
         return kept
     try:
-        start = _start(q) if steering else q.pose[:2]
+        start = _start(q, steering) if steering else q.pose[:2]
         if stalled:
             q = dataclasses.replace(q, live=_with_standing_people(q, p))
         return _planned(q, planner, start, wishes, wished_from=memory.wished_from)
@@ -169,10 +169,9 @@ def _with_standing_people(q: RouteQuestion, p: ReplanningParameters) -> LiveObst
     return dataclasses.replace(q.live, occupied=occupied)
 
 
-def _start(q: RouteQuestion) -> Floats:
+def _start(q: RouteQuestion, steering: Authority) -> Floats:
     """Where the rider's hand leads within the horizon, as far as the chair fits there."""
-    assert q.authority is not None
-    led = q.authority.states.poses[:, :2]
+    led = steering.states.poses[:, :2]
     fits = q.walls.at(led) > q.robot.inscribed_radius + q.request.profile.clearance
     reach = len(led) if fits.all() else int(np.argmin(fits))
     start: Floats = led[max(reach - 1, 0)]
