@@ -3,7 +3,7 @@ import pytest
 
 from cohelm.arrays import identical
 from cohelm.evaluation import Outcome, load_scenario, measure, run
-from cohelm.evaluation.ride import is_standing
+from cohelm.simulation import is_standing
 
 
 @pytest.fixture(scope="module")

@@ -8,15 +8,13 @@ from types import MappingProxyType
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.ride import Outcome, Ride, Stop, is_standing
+from cohelm.evaluation.ride import GOAL_RADIUS, Outcome, Ride, Stop
 from cohelm.evaluation.scenario import Scenario
 from cohelm.evaluation.staging import Stage, set_stage
 from cohelm.messages import Reason
 from cohelm.navigation import Navigator, Tick
-from cohelm.simulation import Truth, World
+from cohelm.simulation import Truth, World, is_standing
 
-GOAL_RADIUS = 0.2
-"""m."""
 SETTLING = 2.0
 """After coming within the goal's radius the chair must stand still within this, s."""
 PATIENCE = 20.0

@@ -11,6 +11,10 @@ from cohelm.maps import OccupancyGrid, Places
 from cohelm.messages import Path, Reason
 from cohelm.navigation import Tick
 from cohelm.robots import Robot
+from cohelm.simulation import is_standing
+
+GOAL_RADIUS = 0.2
+"""Within this of the goal the chair is there, m."""
 
 
 class Outcome(StrEnum):
@@ -106,9 +110,3 @@ class Ride:
         """Gap to the nearest person, clipped at 0, (k,), m; +inf where there is nobody."""
         nearest: Floats = self.gap_people.min(axis=1, initial=float("inf")).clip(min=0.0)
         return nearest
-
-
-def is_standing(twist: Floats) -> Booleans:
-    """Whether twists (..., 3) stand still: v < 0.02 m/s and |ω| < 0.05 rad/s (BENCHMARKS §1)."""
-    still: Booleans = (abs(twist[..., 0]) < 0.02) & (abs(twist[..., 2]) < 0.05)
-    return still

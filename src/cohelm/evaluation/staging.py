@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zlib
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from cohelm.messages import Path, Request, Wish
 from cohelm.navigation import NavigatorSetup
 from cohelm.planning import RouteProblem
 from cohelm.robots import Robot
-from cohelm.simulation import WorldSetup
+from cohelm.simulation import WorldSetup, generator
 
 
 @value
@@ -85,7 +84,14 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         route=route,
         world=_world(scenario, seed, grid, robot, (start, route), parts["rider"]),
         navigator=NavigatorSetup(
-            grid=grid, robot=robot, **{key: parts[key] for key in PARTS if key != "rider"}
+            grid=grid,
+            robot=robot,
+            **{key: parts[key] for key in PARTS if key != "rider"},
+            obstacle_layer=scenario.obstacle_layer,
+            authority=scenario.authority,
+            replanning=scenario.replanning,
+            progress=scenario.progress,
+            gate=scenario.gate,
         ),
     )
 
@@ -109,13 +115,6 @@ def with_obstacles(grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]) -> Occu
             covered = (np.abs(along) <= half[0]) & (np.abs(aside) <= half[1])
         data[covered] = OCCUPIED
     return OccupancyGrid(data=data, resolution=grid.resolution, X_MG=grid.X_MG)
-
-
-def random(seed: int, purpose: str) -> np.random.Generator:
-    """A generator for one purpose, independent of those for all others."""
-    return np.random.default_rng(
-        np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(purpose.encode()),))
-    )
 
 
 def _floor(scenario: Scenario) -> tuple[OccupancyGrid, Places]:
@@ -172,7 +171,7 @@ def _world(
         grid=truth,
         robot=robot,
         start=start,
-        crowd=make_crowd(scenario.people, truth, route.points, random(seed, "crowd")),
+        crowd=make_crowd(scenario.people, truth, route.points, generator(seed, "crowd")),
         pedestrian_model=_built(
             scenario, "pedestrian_models", scenario.people.model, "people.model"
         ),

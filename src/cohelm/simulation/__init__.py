@@ -1,11 +1,12 @@
 """The simulator: a true world, people, sensors and riders. It never meets the navigator."""
 
 from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
+from cohelm.simulation.chance import generator
 from cohelm.simulation.crowds import Orca
 from cohelm.simulation.faults import Fault
 from cohelm.simulation.riders import Ideal, Idle, NoRider, Nudge
 from cohelm.simulation.sensors import Localisation, Odometry
-from cohelm.simulation.world import Truth, World, WorldSetup
+from cohelm.simulation.world import Truth, World, WorldSetup, is_standing
 
 __all__ = [
     "Crowd",
@@ -24,4 +25,6 @@ __all__ = [
     "Truth",
     "World",
     "WorldSetup",
+    "generator",
+    "is_standing",
 ]

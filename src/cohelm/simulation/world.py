@@ -9,7 +9,6 @@ for bit.
 from __future__ import annotations
 
 import math
-import zlib
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision, Observation, People, Scan
 from cohelm.robots import Robot
 from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
+from cohelm.simulation.chance import generator
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
 from cohelm.simulation.drive import Wheels, at_rest, drive
 from cohelm.simulation.faults import Fault, with_faults
@@ -94,9 +94,7 @@ class World:
     def __init__(self, setup: WorldSetup, seed: int) -> None:
         self.setup = setup
         self._random = {
-            purpose: np.random.default_rng(
-                np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(purpose.encode()),))
-            )
+            purpose: generator(seed, purpose)
             for purpose in ("people", "localisation", "odometry", "rider", *_laser_names(setup))
         }
         self._ticks = 0
@@ -138,7 +136,7 @@ class World:
             self._wheels = drive(setup.robot, old, decision, dt)
             position = before.position + (k / steps) * (after.position - before.position)
             gaps = gap_to_people(setup.robot.outline, self._wheels.pose, position, before.radius)
-            touched[int(self._stands())] |= gaps <= 0.0
+            touched[int(is_standing(self._wheels.twist))] |= gaps <= 0.0
             clearance -= _swept(setup.robot, old, self._wheels)
             if clearance <= 0.0:
                 clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, setup.grid)
@@ -154,10 +152,6 @@ class World:
     @property
     def _now(self) -> float:
         return self._ticks * self.setup.control_step
-
-    def _stands(self) -> bool:
-        vx, vy, turn = self._wheels.twist
-        return math.hypot(vx, vy) < STANDING and abs(turn) < STANDING_TURN
 
     def _judged(self, crowd: Crowd, touched: Booleans, *, touched_wall: bool) -> Truth:
         pose, outline = self._wheels.pose, self.setup.robot.outline
@@ -223,6 +217,14 @@ class World:
             people=_known_exactly(truth) if setup.give_people else None,
         )
         return with_faults(observation, setup.faults, last)
+
+
+def is_standing(twist: Floats) -> Booleans:
+    """Which twists (..., 3) stand still, neither moving nor turning; (...,)."""
+    moves = np.hypot(twist[..., 0], twist[..., 1]) >= STANDING
+    turns = np.abs(twist[..., 2]) >= STANDING_TURN
+    still: Booleans = ~(moves | turns)
+    return still
 
 
 def nobody_touched(crowd: Crowd) -> Booleans:

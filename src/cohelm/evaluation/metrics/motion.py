@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.ride import Ride
+from cohelm.evaluation.ride import GOAL_RADIUS, Ride
 from cohelm.geometry import arc_length, wrap_angle
-
-GOAL_RADIUS = 0.2
-"""Within this of the goal the chair is there, m."""
 
 
 def arrival(ride: Ride) -> int | None:
