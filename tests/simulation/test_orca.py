@@ -84,8 +84,9 @@ def test_two_who_meet_head_on_pass_each_other(make_crowd, make_scene):
 def test_alone_one_walks_straight_at_the_preferred_speed_and_stops(make_crowd, make_scene):
     crowd = make_crowd([[0.0, 0.0]], [[[3.0, 4.0]]], preferred_speed=np.array([1.25]))
     crowds = walk(Orca(FREE), crowd, make_scene(), 8.0)
-    # 1.25 m/s to within 1.25 m of the goal, 5 − 1.25 m: 3 s; then v = distance / 1 s
-    np.testing.assert_allclose(crowds[60].position[0], [0.6 * 3.75, 0.8 * 3.75], atol=1e-9)
+    # 3 s at 1.25 m/s, less what starting at 6 m/s² costs: steps of 0.05 s at 0.3, 0.6, 0.9 and
+    # 1.2 m/s, (4 × 1.25 − 3.0) × 0.05 = 0.1 m; from 1.25 m before the goal on v = distance / 1 s
+    np.testing.assert_allclose(crowds[60].position[0], [0.6 * 3.65, 0.8 * 3.65], atol=1e-9)
     np.testing.assert_allclose(crowds[60].velocity[0], [0.75, 1.0], atol=1e-9)
     assert np.hypot(*(crowds[-1].position[0] - [3.0, 4.0])) <= 0.2
     np.testing.assert_array_equal(crowds[-1].velocity, 0.0)
@@ -190,6 +191,8 @@ def test_the_defaults_are_these():
         "extra_radius": 0.01,
         "walls": True,
         "robot_responsibility": 0.5,
+        "robot_clearance": 0.15,
         "perturbation": 1.0,
+        "agility": 6.0,
         "turn_time": 0.3,
     }
