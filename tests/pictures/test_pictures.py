@@ -93,7 +93,7 @@ def test_a_ride_of_one_instant_with_nobody_and_no_route(ride, tmp_path):
 def test_a_plan_is_drawn_in_every_format(grid, route, tmp_path):
     for suffix in (".png", ".svg", ".pdf"):
         file = tmp_path / "new" / f"plan{suffix}"
-        draw_plan(grid, route, np.array([[9.0, 7.0]]), file)
+        draw_plan(grid, route, np.array([[9.0, 7.0]]), file, Places(places=()))
         assert file.stat().st_size > 1000
 
 
@@ -153,3 +153,43 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
     monkeypatch.setattr(animation.shutil, "which", lambda _: None)
     with pytest.raises(ConfigError, match="ffmpeg"):
         check_animation(tmp_path / "x.mp4")
+
+
+@pytest.mark.parametrize("window", [(2.0, 2.0, 5.0, 30.0), (2.0, 2.0, 40.0, 4.0)])
+def test_the_whole_legend_is_on_the_sheet_and_beside_the_floor(window):
+    figure, axes = canvas.sheet(window, "")
+    for i in range(9):
+        axes.plot([], [], label=f"what the line number {i} stands for")
+    canvas.draw_legend(figure, axes)
+    figure.canvas.draw()
+    (legend,) = figure.legends
+    sheet, taken, floor = figure.bbox, legend.get_window_extent(), axes.get_window_extent()
+    assert sheet.x0 <= taken.x0
+    assert taken.x1 <= sheet.x1
+    assert sheet.y0 <= taken.y0
+    assert taken.y1 <= floor.y0
+
+
+@pytest.mark.parametrize("window", [(2.0, 2.0, 5.0, 30.0), (2.0, 2.0, 40.0, 4.0)])
+def test_a_narrow_window_is_widened_about_its_middle_and_stays_to_scale(window):
+    _, axes = canvas.sheet(window, "")
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    assert x0 <= window[0] + 1e-9
+    assert x1 >= window[2] - 1e-9
+    assert (x0 + x1, y0 + y1) == pytest.approx((window[0] + window[2], window[1] + window[3]))
+    box = axes.get_window_extent()
+    assert box.width / (x1 - x0) == pytest.approx(box.height / (y1 - y0))
+
+
+def test_a_place_s_name_keeps_off_the_track():
+    figure, axes = canvas.sheet((0.0, 0.0, 20.0, 12.0), "")
+    track = np.stack([np.linspace(0.0, 20.0, 200), np.full(200, 6.0)], axis=-1)
+    places = Places(
+        places=(Place(name="Ward 3", point=[10.0, 6.0]), Place(name="Hall", point=[10.0, 9.0]))
+    )
+    canvas.draw_places(axes, places, track)
+    figure.canvas.draw()
+    ward, hall = axes.texts
+    level = axes.transData.transform((10.0, 6.0))[1]
+    assert not ward.get_window_extent().y0 <= level <= ward.get_window_extent().y1
+    assert hall.xyann == (0.0, 0.0)

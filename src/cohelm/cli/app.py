@@ -75,7 +75,10 @@ def _show_version(wanted: bool) -> None:  # typer calls it so
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Its version.")
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
+        ),
     ] = False,
 ) -> None:
     pass
@@ -95,10 +98,17 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
     map_: Annotated[
         str | None, typer.Option("--map", metavar="FILE.yaml", help="Ride on a map of your own.")
     ] = None,
-    start: Annotated[str | None, typer.Option(metavar="X,Y[,DEG]|NAME")] = None,
-    goal: Annotated[str | None, typer.Option(metavar="X,Y|NAME")] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y[,DEG]|NAME", help="In metres and degrees on the map, or a place."
+        ),
+    ] = None,
+    goal: Annotated[
+        str | None, typer.Option(metavar="X,Y|NAME", help="Where the ride shall end.")
+    ] = None,
     prefer: Prefer = None,
-    people: Annotated[int | None, typer.Option(min=0, max=300, help="How many.")] = None,
+    people: Annotated[int | None, typer.Option(min=0, max=300, help="How many walk there.")] = None,
     planner: Annotated[str | None, typer.Option(metavar="NAME", help="Local planner.")] = None,
     method: Annotated[str | None, typer.Option(metavar="NAME", help="Global planner.")] = None,
     robot: RobotName = None,
@@ -106,17 +116,23 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
     mode: Annotated[
         str | None, typer.Option(metavar="autonomous|shared|assisted|manual", help="Who steers.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of everything that is drawn.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of all that is left to chance.")] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Any key of the scenario, dotted."),
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Any key of the scenario, dotted: people.see_robot=false.",
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv.")
     ] = None,
     json: Json = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="A picture.")] = None,
-    animate: Annotated[Path | None, typer.Option(metavar="FILE.gif|mp4")] = None,
+    animate: Annotated[
+        Path | None, typer.Option(metavar="FILE.gif|mp4", help="A moving picture.")
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table.")] = False,
 ) -> int:
     """Ride a scenario, and say how it went."""
@@ -144,8 +160,10 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
 @app.command()
 def plan(  # noqa: PLR0917 # an option is an argument
     map_: Annotated[str, typer.Argument(metavar="MAP.yaml", help="Nav2 map_server YAML.")],
-    start: Annotated[str, typer.Option(metavar="X,Y|NAME")],
-    goal: Annotated[str, typer.Option(metavar="X,Y|NAME")],
+    start: Annotated[
+        str, typer.Option(metavar="X,Y|NAME", help="In metres on the map, or a place.")
+    ],
+    goal: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Where the route shall end.")],
     prefer: Prefer = None,
     method: Annotated[str, typer.Option(metavar="NAME", help="Global planner.")] = "upf",
     robot: RobotName = None,

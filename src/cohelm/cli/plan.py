@@ -58,7 +58,7 @@ def plan(asked: Asked, *, json: bool, plot: Path | None) -> int:
     if plot is not None:
         from cohelm.pictures import draw_plan  # noqa: PLC0415 # lazy
 
-        draw_plan(grid, route, prefer, plot)
+        draw_plan(grid, route, prefer, plot, places)
     report = summary(route, robot.name, seconds)
     if json:
         write_json(report)
@@ -95,8 +95,10 @@ def _table(report: dict[str, Any]) -> Table:
     table.add_column("what")
     table.add_column("value", justify="right")
     table.add_column("unit", style="dim")
-    for key in ("length", "cost", "closest_to_preference", "extra_length"):
-        if report[key] is not None:
-            table.add_row(key, f"{report[key]:.2f}", "m")
+    keys = ["length", "cost"]
+    if report["closest_to_preference"] is not None:
+        keys += ["closest_to_preference", "extra_length"]
+    for key in keys:
+        table.add_row(key, f"{report[key]:.2f}", "m")
     table.add_row("points", str(len(report["points"])), "")
     return table

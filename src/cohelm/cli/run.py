@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import sys
 import time
 from collections.abc import Mapping
@@ -62,13 +63,14 @@ def run(asked: Asked, outputs: Outputs) -> int:
     _check_outputs(outputs)
     scenario = scenario_of(asked)
     seed = scenario.seed if asked.seed is None else asked.seed
-    title = f"{scenario.name}, seed {seed}"
+    where = "" if asked.map is None else f" on {Path(asked.map).stem}"
+    title = f"{scenario.name}{where}, seed {seed}"
     began = time.monotonic()
     with RideProgress(title, scenario.time_limit, shown=not outputs.quiet) as progress:
         ride = ride_out(scenario, seed, progress)
     wall_time = time.monotonic() - began
     report = summary(ride, wall_time)
-    _write_pictures(ride, title, outputs)
+    _write_pictures(ride, report, title, outputs)
     if outputs.out is not None:
         _write_folder(ride, report, outputs.out)
     _say(ride, report, title, outputs)
@@ -170,7 +172,7 @@ def _check_outputs(outputs: Outputs) -> None:
             ) from None
 
 
-def _write_pictures(ride: Ride, title: str, outputs: Outputs) -> None:
+def _write_pictures(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) -> None:
     files = [outputs.plot, None if outputs.out is None else outputs.out / "ride.png"]
     if outputs.animate is None and not any(files):
         return
@@ -178,9 +180,10 @@ def _write_pictures(ride: Ride, title: str, outputs: Outputs) -> None:
 
     if not outputs.quiet and ERRORS.is_terminal:
         ERRORS.print("drawing …")
+    headline = _headline(ride, report, title)
     for file in files:
         if file is not None:
-            draw_ride(ride, file, title=_headline(ride, title))
+            draw_ride(ride, file, title=headline)
     if outputs.animate is not None:
         animate_ride(ride, outputs.animate, title=title)
 
@@ -222,7 +225,9 @@ def _say(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) ->
     sys.stdout.write(f"outcome: {ride.outcome.value}\n")
 
 
-def _headline(ride: Ride, title: str) -> str:
-    nearest = ride.nearest.min()
-    gap = f", nearest person {nearest:.2f} m" if np.isfinite(nearest) else ""
-    return f"{title}: {ride.outcome.value} after {ride.time[-1]:.1f} s{gap}"
+def _headline(ride: Ride, report: Mapping[str, Any], title: str) -> str:
+    """What a picture says of its ride: with the numbers that the table has."""
+    taken = report["time"] if math.isfinite(report["time"]) else ride.time[-1]
+    nearest = report["min_distance"]
+    gap = f", nearest person {nearest:.2f} m" if math.isfinite(nearest) else ""
+    return f"{title}: {ride.outcome.value} after {taken:.1f} s{gap}"

@@ -19,7 +19,7 @@ from cohelm.arrays import Bytes, Integers
 from cohelm.errors import ConfigError
 from cohelm.geometry import transform
 from cohelm.pictures import canvas
-from cohelm.pictures.ride import RideRecord, ride_window, space_outlines
+from cohelm.pictures.ride import RideRecord, marks, ride_window, space_outlines
 
 INTERVAL = 0.25
 """Of the ride between two frames, s."""
@@ -62,7 +62,7 @@ def _frames(ride: RideRecord, title: str, moments: Iterable[int]) -> Iterator[By
     figure, axes = canvas.sheet(ride_window(ride), title)
     figure.set_dpi(WIDTH / figure.get_figwidth())
     canvas.draw_floor(axes, ride.grid, ride.world)
-    canvas.draw_places(axes, ride.places, np.stack([ride.pose[0, :2], ride.goal]))
+    canvas.draw_places(axes, ride.places, marks(ride))
     if ride.path is not None:
         canvas.draw_route(axes, ride.path.points, ride.path.without_wishes)
     canvas.draw_wishes(axes, ride.prefer)

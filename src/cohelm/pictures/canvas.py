@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
 from cohelm.arrays import Floats
@@ -32,6 +33,14 @@ WISH = "#c2185b"
 UNMAPPED = "#b5651d"
 ETA = LinearSegmentedColormap.from_list("eta", ["#ffb238", "#e0523f", "#8e2464", "#2b1450"])
 """From the chair's hand (light) to the rider's (dark): its luminance falls all along."""
+
+LARGEST, SMALLEST = np.array([11.0, 8.0]), np.array([6.4, 3.0])
+"""Width and height of the shown floor on the sheet, inches."""
+SIDE, HEAD = 0.25, 0.5
+"""Margins of the sheet at the sides and below, and above, where the title is; inches."""
+
+NAME_SIZE = 7.5
+"""Of the names of places, points."""
 
 FORMATS = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
 
@@ -62,18 +71,24 @@ def check_folder(file: Path, key: str) -> None:
 
 
 def sheet(window: tuple[float, float, float, float], title: str) -> tuple[Figure, Axes]:
-    """A figure and axes that show ``window`` (x_min, y_min, x_max, y_max), m, to scale."""
-    x0, y0, x1, y1 = window
-    width, height = max(x1 - x0, 1e-3), max(y1 - y0, 1e-3)
-    scale = min(11.0 / width, 8.0 / height)
-    size = np.maximum(np.array([width, height]) * scale, [6.4, 2.0])
-    figure = Figure(figsize=(size[0] + 0.5, size[1] + 1.5), dpi=110, facecolor="white")
+    """A figure and axes that show ``window`` (x_min, y_min, x_max, y_max), m, to scale.
+
+    A window that is long and narrow is widened about its middle, so that the sheet is filled.
+    """
+    low, high = np.array(window[:2]), np.array(window[2:])
+    extent = np.maximum(high - low, 1e-3)
+    scale = (LARGEST / extent).min()  # inches per metre
+    size = np.maximum(extent * scale, SMALLEST)
+    middle, half = (low + high) / 2.0, size / scale / 2.0
+    whole = size + np.array([2.0 * SIDE, SIDE + HEAD])
+    figure = Figure(figsize=tuple(whole), dpi=110, facecolor="white")
     FigureCanvasAgg(figure)
-    left, bottom = 0.25 / (size[0] + 0.5), 1.0 / (size[1] + 1.5)
-    axes = figure.add_axes(
-        (left, bottom, size[0] / (size[0] + 0.5), size[1] / (size[1] + 1.5)), facecolor=UNKNOWN
-    )
-    axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
+    axes = figure.add_axes((*(SIDE / whole), *(size / whole)), facecolor=UNKNOWN)
+    axes.set(
+        xlim=(middle[0] - half[0], middle[0] + half[0]),
+        ylim=(middle[1] - half[1], middle[1] + half[1]),
+        aspect="equal", xticks=[], yticks=[],
+    )  # fmt: skip
     for spine in axes.spines.values():
         spine.set(color=PLAIN_ROUTE, linewidth=0.8)
     axes.set_title(title, loc="left", fontsize=11, color=INK, pad=8)
@@ -114,19 +129,33 @@ def draw_floor(axes: Axes, grid: OccupancyGrid, world: OccupancyGrid | None = No
     axes.set(xlim=window[:2], ylim=window[2:])
 
 
-def draw_places(axes: Axes, places: Places, ends: Floats) -> None:
-    """Names of the places in view, small and grey, beside the marks at ``ends`` (k, 2)."""
+def draw_places(axes: Axes, places: Places, avoid: Floats) -> None:
+    """Names of the places in view, small and grey, moved off the points ``avoid`` (k, 2), m."""
     x0, x1 = axes.get_xlim()
     y0, y1 = axes.get_ylim()
+    per_metre = (
+        axes.get_position().width * axes.figure.get_figure(True).get_figwidth() * 72.0 / (x1 - x0)
+    )
     for place in places:
         x, y = place.point
         if x0 + 1.0 < x < x1 - 1.0 and y0 + 0.4 < y < y1 - 0.4:
-            under_mark = (np.hypot(*(ends - place.point).T) < 0.8).any()
+            offset = _free_offset((avoid - place.point) * per_metre, len(place.name))
             axes.annotate(
-                place.name, (x, y), xytext=(0, -16 if under_mark else 0),
-                textcoords="offset points", ha="center", va="center", fontsize=7.5,
-                style="italic", color="#8892a0", zorder=1,
+                place.name, (x, y), xytext=tuple(offset), textcoords="offset points",
+                ha="center", va="center", fontsize=NAME_SIZE, style="italic", color="#6b7686",
+                path_effects=[withStroke(linewidth=2.0, foreground="white")], zorder=3.5,
             )  # fmt: skip
+
+
+def _free_offset(marks: Floats, letters: int) -> Floats:
+    """The first of some offsets at which a name covers the fewest ``marks`` (k, 2), points."""
+    box = np.array([0.3 * NAME_SIZE * letters + 8.0, 0.6 * NAME_SIZE + 6.0])
+    up, aside = np.array([0.0, 1.0]), np.array([1.0, 0.0])
+    tries = [0.0 * up]
+    tries += [way * reach for reach in (16.0, 30.0) for way in (-up, up)]
+    tries += [way * reach * box[0] for reach in (1.0, 1.5) for way in (-aside, aside)]
+    covered = [(np.abs(marks - offset) < box).all(axis=1).sum() for offset in tries]
+    return tries[int(np.argmin(covered))]
 
 
 def draw_scale_bar(axes: Axes) -> None:
@@ -193,14 +222,26 @@ def draw_route(axes: Axes, points: Floats, plain: Floats) -> None:
     axes.plot(*points.T, color=ROUTE, linewidth=1.8, linestyle=(0, (5, 2)), label="route", zorder=5)
 
 
-def draw_legend(figure: Figure, axes: Axes, columns: int = 5) -> None:
-    """The legend below the axes."""
+def draw_legend(figure: Figure, axes: Axes, drop: float = 0.0) -> None:
+    """The legend, ``drop`` inches below the axes, in as many columns as fit; the sheet grows."""
     handles, labels = axes.get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="lower left", bbox_to_anchor=(axes.get_position().x0, 0.0),
-        ncols=columns, frameon=False, fontsize=9, handlelength=2.4, columnspacing=1.6,
-        borderaxespad=0.4, labelcolor=INK,
-    )  # fmt: skip
+    box, (width, height) = axes.get_position(), figure.get_size_inches()
+    style: dict[str, Any] = {
+        "loc": "lower left", "bbox_to_anchor": (box.x0, 0.0), "frameon": False, "fontsize": 9,
+        "handlelength": 2.4, "columnspacing": 1.6, "borderaxespad": 0.4, "labelcolor": INK,
+    }  # fmt: skip
+    for columns in range(len(labels), 0, -1):
+        legend = figure.legend(handles, labels, ncols=columns, **style)
+        taken = legend.get_window_extent()
+        if taken.width <= box.width * width * figure.dpi or columns == 1:
+            break
+        legend.remove()
+    lift = drop + float(taken.height) / figure.dpi
+    taller = height + lift
+    for each in figure.axes:
+        x, y, wide, high = each.get_position().bounds
+        each.set_position((x, (y * height + lift) / taller, wide, high * height / taller))
+    figure.set_size_inches(width, taller)
 
 
 def save(figure: Figure, file: Path) -> None:

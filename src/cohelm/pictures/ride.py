@@ -99,7 +99,7 @@ def draw_ride(ride: RideRecord, file: Path, title: str = "") -> None:
     canvas.check_picture(file)
     figure, axes = canvas.sheet(ride_window(ride), title)
     canvas.draw_floor(axes, ride.grid, ride.world)
-    canvas.draw_places(axes, ride.places, np.stack([ride.pose[0, :2], ride.goal]))
+    canvas.draw_places(axes, ride.places, marks(ride))
     if ride.path is not None:
         canvas.draw_route(axes, ride.path.points, ride.path.without_wishes)
     _draw_people(axes, ride)
@@ -110,7 +110,7 @@ def draw_ride(ride: RideRecord, file: Path, title: str = "") -> None:
     canvas.draw_scale_bar(axes)
     if (ride.world.occupied() & ~ride.grid.occupied()).any():
         axes.plot([], [], "s", color=canvas.UNMAPPED, markersize=9, label="not on the map")
-    canvas.draw_legend(figure, axes)
+    canvas.draw_legend(figure, axes, drop=0.42)
     canvas.save(figure, file)
 
 
@@ -120,6 +120,14 @@ def ride_window(ride: RideRecord) -> tuple[float, float, float, float]:
     if ride.path is not None:
         points += [ride.path.points, ride.path.without_wishes]
     return canvas.around(np.concatenate(points), ride.grid, margin=3.5)
+
+
+def marks(ride: RideRecord) -> Floats:
+    """Points (j, 2) that names keep off: the track, the goal, people at the closest moment; m."""
+    points = [ride.pose[::5, :2], ride.goal[None], ride.prefer]
+    if ride.gap_people.size:
+        points.append(ride.people[int(np.argmin(ride.gap_people.min(axis=1))), :, :2])
+    return np.concatenate(points)
 
 
 def space_outlines(tick: Tick) -> list[Floats]:
@@ -216,7 +224,8 @@ def _draw_track(figure: Figure, axes: Axes, ride: RideRecord) -> None:
         Line2D([], [], color=canvas.ETA(0.2), linewidth=4, label="ridden, the chair every 3 s")
     )
     box = axes.get_position()
-    bar = figure.add_axes((box.x1 - 0.22, box.y0 - 0.28 / figure.get_figheight(), 0.22, 0.010))
+    width, height = 2.8 / figure.get_figwidth(), 0.1 / figure.get_figheight()
+    bar = figure.add_axes((box.x1 - width, box.y0 - 2.5 * height, width, height))
     figure.colorbar(lines, cax=bar, orientation="horizontal")
     bar.set_xticks([0.0, 1.0], ["chair steers  η = 0", "η = 1  rider steers"], fontsize=8)
     left, right = bar.get_xticklabels()
