@@ -16,10 +16,13 @@ from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape
 from cohelm.errors import SolverFailed
 
 _NO_BOUND = 1e30
-_FIRST = 48
-_TIGHT = 0.05
+"""What DAQP takes for infinite."""
+_FIRST, _TIGHT = 48, 0.05
+"""At first: at most about so many soft rows, and only with a margin below this, m."""
 _TOLERANCE = 1e-7
+"""A row violated by more than this is brought in."""
 _ROUNDS = 12
+"""Of bringing rows in; then all are taken at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -22,8 +22,16 @@ from cohelm.robots.contact import nearest_on_spine
 
 _STALE = 0.5
 """A plan older than this is no seed, s."""
-_TOUCH = 60.0
-_CROWD = 6.0
+_TERMINAL, _HEADING, _SPEED, _TURN = 4.0, 0.3, 0.8, 0.25
+"""Weights of the coarse cost, after the defaults of the cost terms."""
+_TOUCH, _CROWD = 60.0, 6.0
+"""Prices of a touch and of a personal space entered, 1/m."""
+_MARGIN, _GROWTH, _GREATEST = 0.1, 0.08, 0.35
+"""Gap kept to people now, m, its growth, m/s, and its bound, m: those of ``Bodies``."""
+_CREEP = 0.3
+"""Arcs are tried up to this speed even where the reference stands, m/s."""
+_LATENCY, _NOISE = 0.1, 0.02
+"""A command counts as believable for this long before odometry shows it, s, and within m/s."""
 
 
 def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
@@ -38,7 +46,7 @@ def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
         return measured
     commanded = motion.input(previous.command)
     _, _, rise, fall = motion.bounds(problem.robot.limits)
-    reach = np.maximum(rise, fall) * (0.1 + problem.robot.actuation_lag) + 0.02
+    reach = np.maximum(rise, fall) * (_LATENCY + problem.robot.actuation_lag) + _NOISE
     return np.clip(commanded, measured - reach, measured + reach)
 
 
@@ -64,7 +72,7 @@ def best_arcs(problem: LocalProblem, now: Floats, count: int) -> Iterator[Motion
     low, high, rise, fall = problem.input_bounds()
     targets = _targets()
     scaled = targets.copy()
-    scaled[:, :, 0] *= min(problem.speed_limit, high[0], max(float(reference.speeds.max()), 0.3))
+    scaled[:, :, 0] *= min(problem.speed_limit, high[0], max(float(reference.speeds.max()), _CREEP))
     scaled[:, :, 1] *= high[1]
     scaled = np.clip(scaled, low, high)
     costs = _coarse_costs(
@@ -183,18 +191,18 @@ def _coarse_costs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             dy = pose[1] - reference[k + 1, 1]
             dh = pose[2] - reference[k + 1, 2]
             dv = v - speeds[k]
-            weight = step if k < steps - 1 else 4.0
-            cost += 0.5 * weight * (dx * dx + dy * dy + 0.3 * dh * dh)
-            cost += 0.5 * step * (0.8 * dv * dv + 0.25 * w * w)
+            weight = step if k < steps - 1 else _TERMINAL
+            cost += 0.5 * weight * (dx * dx + dy * dy + _HEADING * dh * dh)
+            cost += 0.5 * step * (_SPEED * dv * dv + _TURN * w * w)
             if only_best and cost >= least:
                 break
             if k % 2 == 0:
                 continue
             for i in range(positions.shape[0]):
-                d = nearest_on_spine(capsule, pose, positions[i, k + 1, 0], positions[i, k + 1, 1])[
-                    0
-                ]
-                gap = d - capsule[4] - radius[i] - min(0.1 + 0.08 * (k + 1) * step, 0.35)
+                x, y = positions[i, k + 1, 0], positions[i, k + 1, 1]
+                d = nearest_on_spine(capsule, pose, x, y)[0]
+                margin = min(_MARGIN + _GROWTH * (k + 1) * step, _GREATEST)
+                gap = d - capsule[4] - radius[i] - margin
                 nearest[i] = min(nearest[i], gap)
             cos, sin = math.cos(pose[2]), math.sin(pose[2])
             for j in range(discs.shape[0]):

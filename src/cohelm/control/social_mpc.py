@@ -44,7 +44,7 @@ class SocialMpc:
         """Sampled arcs that are tried, best first, before the chair brakes."""
         wall_margin: float = Field(0.03, ge=0.0)
         """Gap to a wall that verification takes for contact, m."""
-        people_margin: float = Field(0.15, ge=0.0)
+        people_margin: float = Field(0.25, ge=0.0)
         """Gap to a person that verification takes for contact, m; see ``first_contact``."""
         squeezing_margin: float = Field(0.05, ge=0.0)
         """The same when the ride is stalled, m."""

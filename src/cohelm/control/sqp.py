@@ -21,8 +21,11 @@ from cohelm.control.api import Constraint, CostTerm, LocalProblem, Motion, Rows
 from cohelm.control.quadratic import Multipliers, QuadraticProgram, minimise
 
 _DAMPING = 1e-4
+"""Added to the diagonal, so that every program has one solution."""
 _HALVINGS = 6
+"""Lengths that are tried of each step."""
 _FAR = 1e6
+"""A bound beyond all that a robot does."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

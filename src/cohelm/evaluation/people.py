@@ -29,7 +29,7 @@ TRIES = 5
 SHARED = 1.5
 """How far at most a way runs along the route where that is narrower, m, if it can be helped."""
 CHAIR_SPEED = 0.65
-"""At which the chair is expected along its route, m/s: 0.8 with slowing (METHOD §6: 0.60–0.73)."""
+"""At which the chair is expected along its route, m/s: 0.8 with slowing (Xu et al.: 0.60–0.73)."""
 
 
 def make_crowd(

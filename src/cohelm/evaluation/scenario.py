@@ -23,7 +23,11 @@ from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 from cohelm.config import Model, nearest, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
 from cohelm.messages import Mode, RiderProfile
+from cohelm.navigation import ProgressParameters, ReplanningParameters
+from cohelm.perception import ObstacleLayerParameters
 from cohelm.robots import Robot, load_robot
+from cohelm.safety import GateParameters
+from cohelm.sharing import AuthorityParameters
 from cohelm.simulation import Fault, Localisation, Odometry
 
 Point = tuple[float, float]
@@ -145,6 +149,11 @@ class Scenario(Model):
     tracker: Spec = _part(PARTS["tracker"][1])
     predictor: Spec = _part(PARTS["predictor"][1])
     social_model: Spec = _part(PARTS["social_model"][1])
+    obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
+    authority: AuthorityParameters = AuthorityParameters()
+    replanning: ReplanningParameters = ReplanningParameters()
+    progress: ProgressParameters = ProgressParameters()
+    gate: GateParameters = GateParameters()
     localisation: Localisation = Localisation()
     odometry: Odometry = Odometry()
     faults: tuple[Fault, ...] = ()

@@ -1,7 +1,16 @@
 """The navigator: where the stages meet."""
 
 from cohelm.navigation.navigator import Navigator
+from cohelm.navigation.progress import ProgressParameters
+from cohelm.navigation.replanning import ReplanningParameters
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.tick import Memory, Tick
 
-__all__ = ["Memory", "Navigator", "NavigatorSetup", "Tick"]
+__all__ = [
+    "Memory",
+    "Navigator",
+    "NavigatorSetup",
+    "ProgressParameters",
+    "ReplanningParameters",
+    "Tick",
+]

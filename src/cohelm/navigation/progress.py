@@ -9,7 +9,7 @@ from cohelm.config import Model
 
 
 class ProgressParameters(Model):
-    """What counts as getting on."""
+    """What counts as getting on; assumed."""
 
     least: float = Field(0.3, gt=0.0, le=10.0)
     """Shortening of the way left that counts, m."""

@@ -27,7 +27,7 @@ _ROUNDING = 1e-9  # s; times are sums of float steps
 
 
 class ReplanningParameters(Model):
-    """When a path is no longer good."""
+    """When a path is no longer good; assumed."""
 
     blocked_time: float = Field(0.7, ge=0.0, le=30.0)
     """How long the way ahead must be blocked, s."""

@@ -3,8 +3,7 @@
     input       older than its limit, not a number, a clock or a pose that jumps    → stop
     rider       STOP pressed, device silent                                         → stop
     limits      more than the chair allows                                          → bounded
-    separation  something inside the stopping distance                              → scaled, or
-    stop
+    separation  something inside the stopping distance                              → scaled, stop
 
 Each with its ``Reason``. The gate knows no planner; it sees the observation, the map's and the
 sensors' obstacles, the people, and the twist that is wanted.
@@ -27,12 +26,16 @@ from cohelm.robots import Robot
 from cohelm.robots.contact import braking, first_contact
 
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""Of the wanted twist: the first after which the chair can brake without a touch is taken."""
 _STEP = 0.05
+"""Between the poses of the braking that is looked at, s."""
+_UNDERRATED = 2.0
+"""How many times the motion that odometry tells a pose may move without having jumped."""
 _ROUNDING = 1e-6  # s; times are sums of float steps: what is exactly at its limit is still good
 
 
 class GateParameters(Model):
-    """Limits of the gate."""
+    """Limits of the gate; all assumed."""
 
     scan_limit: float = Field(0.35, gt=0.0, le=5.0)
     """Greatest age of the newest scan, s."""
@@ -41,7 +44,7 @@ class GateParameters(Model):
     twist_limit: float = Field(0.2, gt=0.0, le=5.0)
     """Greatest age of the odometry, s."""
     rider_limit: float = Field(0.3, gt=0.0, le=5.0)
-    """Greatest age of the device's heartbeat, s (METHOD §4)."""
+    """Greatest age of the device's heartbeat, s."""
     late_limit: float = Field(0.15, gt=0.0, le=5.0)
     """Greatest lateness of a tick, s."""
     jump: float = Field(0.25, gt=0.0, le=10.0)
@@ -54,11 +57,11 @@ class GateParameters(Model):
     """Share of a scan's beams that are not a number at which the scan counts for nothing."""
     separation: bool = True
     """Whether things inside the stopping distance stop the chair; off for blind baselines only."""
-    reaction: float = Field(0.15, ge=0.0, le=2.0)
+    reaction: float = Field(0.2, ge=0.0, le=2.0)
     """How long a command is assumed to act before braking begins, s: a tick and the drive's lag."""
     margin: float = Field(0.02, ge=0.0, le=1.0)
     """Gap to a wall that counts as contact, m."""
-    people_margin: float = Field(0.05, ge=0.0, le=1.0)
+    people_margin: float = Field(0.12, ge=0.0, le=1.0)
     """Gap to a person that counts as contact, m."""
 
 
@@ -122,6 +125,7 @@ def gate(
 ) -> Decision:
     """What of the wanted twist (3,) goes to the wheels, in a usable observation.
 
+    The greatest share after which ordinary braking touches nothing; see ``robots.contact``.
     In ``Mode.MANUAL`` only numbers and limits are checked: the rider alone answers for distance.
     """
     if not np.isfinite(wanted).all():
@@ -179,6 +183,7 @@ _GENTLE = frozenset(
         Reason.ARRIVED,
     }
 )
+"""The senses can be trusted and nobody presses STOP: ordinary braking will do."""
 
 
 def _not_finite(observation: Observation) -> bool:
@@ -266,7 +271,8 @@ def _jumped(observation: Observation, memory: GateState, p: GateParameters) -> b
     turned = abs(float(wrap_angle(observation.pose[2] - memory.pose[2])))
     speed, turn = float(np.hypot(*observation.twist[:2])), abs(float(observation.twist[2]))
     return bool(
-        moved > p.jump + 2.0 * speed * elapsed or turned > p.jump_angle + 2.0 * turn * elapsed
+        moved > p.jump + _UNDERRATED * speed * elapsed
+        or turned > p.jump_angle + _UNDERRATED * turn * elapsed
     )
 
 

@@ -21,7 +21,7 @@ class InputEffort:
     """
 
     class Parameters(Model):
-        """Weights of ½‖r‖²."""
+        """Weights of ½‖r‖²; the paper gives none, these are assumed."""
 
         input_cost: Literal["reference", "printed"] = "reference"
         """What inputs are measured against: the reference's speed, or 0 as printed."""

@@ -16,7 +16,7 @@ class SmoothInput:
     """Accelerations, so that the ride is smooth and neighbouring plans agree."""
 
     class Parameters(Model):
-        """Weights of ½‖r‖²."""
+        """Weights of ½‖r‖²; the paper gives none, these are assumed."""
 
         speed: float = Field(0.08, ge=0.0)
         """Of the linear acceleration, 1/(m/s²)² a second."""

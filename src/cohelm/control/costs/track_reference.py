@@ -17,7 +17,7 @@ class TrackReference:
     """Position and heading errors at steps 1…N; the last one weighs more (terminal cost J_N)."""
 
     class Parameters(Model):
-        """Weights of ½‖r‖²."""
+        """Weights of ½‖r‖²; the paper gives none, these are assumed."""
 
         position: float = Field(1.0, ge=0.0)
         """Of the distance to the reference, 1/m² a second."""
