@@ -42,7 +42,7 @@ class Mode(StrEnum):
 
 
 class RiderProfile(Model):
-    """What this rider likes; METHOD §4 asks for it, the paper's introduction names it."""
+    """What this rider likes, as the introduction of Xu et al. asks for; the values are assumed."""
 
     preferred_speed: float = Field(0.8, gt=0.0, le=3.0)
     """Cruising speed, m/s; bounded by the robot's limit."""
@@ -51,7 +51,7 @@ class RiderProfile(Model):
     social_distance: float = Field(0.45, ge=0.0, le=2.0)
     """Least reach of a person's social space, m (Hall's intimate distance)."""
     passing_side: Literal["left", "right", "none"] = "none"
-    """Side on which to pass a person, where both are as good."""
+    """Side on which to pass a person, where both are as good. No part reads it yet."""
     tremor_filter: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant of the low-pass on the stick, s; 0 is off."""
     dead_zone: float = Field(0.05, ge=0.0, lt=1.0)
@@ -60,9 +60,10 @@ class RiderProfile(Model):
 
 @value
 class Wish:
-    """Where the rider wants the route to go, or not to."""
+    """Where the rider wants the route to go, or not to. Planners so far heed ``attract`` only."""
 
     kind: Literal["attract", "avoid", "stroke"] = "attract"
+    """``attract``: pass near each point; ``avoid``: keep away; ``stroke``: follow the line."""
     points: Annotated[Floats, Shape("k 2")]
     """(x, y), m."""
     radius: float = 0.0
@@ -304,7 +305,7 @@ class Authority:
     """How much the rider steers, and where to."""
 
     eta: float
-    """η, weight of the rider's states in the reference, 0…1; METHOD §4, eq. (13) corrected."""
+    """η, weight of the rider's states in the reference, 0…1; Xu et al., eq. (13) corrected."""
     intent: float
     """i, the number of intents within the time frame."""
     deflection: Annotated[Floats, Shape("2")]

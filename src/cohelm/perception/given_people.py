@@ -31,7 +31,7 @@ class GivenPeople:
     """
 
     class Parameters(Model):
-        """Of the pass-through."""
+        """Of the pass-through; assumed."""
 
         heading_speed: float = Field(0.2, ge=0.0, le=3.0)
         """Least speed at which the heading follows the motion, m/s."""

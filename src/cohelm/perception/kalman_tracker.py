@@ -35,7 +35,7 @@ class KalmanTracker:
     """
 
     class Parameters(Model):
-        """Of the tracker."""
+        """Of the tracker; assumed where no reason is given."""
 
         agility: float = Field(0.3, gt=0.0, le=10.0)
         """q, intensity of the white acceleration, m²/s³: √0.3 m/s wandering in a second."""
@@ -52,6 +52,7 @@ class KalmanTracker:
         hits: int = Field(3, ge=1, le=20)
         """Sightings among the last ``window`` scans that confirm a track."""
         window: int = Field(5, ge=1, le=20)
+        """Scans that ``hits`` looks back on."""
         person_from: float = Field(1.0, ge=-5.0, le=5.0)
         """Log-odds of a person that confirm a track (1.0: 73 %)."""
         static_from: float = Field(-1.0, ge=-5.0, le=5.0)

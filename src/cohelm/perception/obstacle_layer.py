@@ -26,7 +26,7 @@ from cohelm.perception.api import Detections
 
 
 class ObstacleLayerParameters(Model):
-    """Of the layer."""
+    """Of the layer; assumed."""
 
     side: float = Field(20.0, gt=1.0, le=200.0)
     """Of the square window, m."""

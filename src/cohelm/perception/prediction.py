@@ -19,7 +19,7 @@ class ConstantVelocity:
     """
 
     class Parameters(Model):
-        """Of the predictor."""
+        """Of the predictor; assumed."""
 
         agility: float = Field(0.05, ge=0.0, le=10.0)
         """q, m²/s³. Less than the tracker's: most people keep going, and a plan is renewed every

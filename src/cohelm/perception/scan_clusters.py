@@ -28,7 +28,7 @@ class ScanClusters:
     """
 
     class Parameters(Model):
-        """Of the detector."""
+        """Of the detector; assumed where no reason is given."""
 
         centre: Literal["printed", "corrected"] = "corrected"
         """``printed``: the mean of the visible returns, eq. (3), about 0.8 of the radius too near.

@@ -24,7 +24,7 @@ _AMBIGUOUS = 0.4  # rad short of a full turn-about within which a turn under way
 
 
 class Comfort(Model):
-    """How a path is driven, where that is gentler than the robot's limits."""
+    """How a path is driven, where that is gentler than the robot's limits; assumed."""
 
     lateral_acceleration: float = Field(0.6, gt=0.0, le=10.0)
     """v²κ in curves, m/s²."""

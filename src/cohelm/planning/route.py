@@ -21,7 +21,7 @@ from cohelm.planning.smoothing import Smoothing, smooth
 
 
 class RouteParameters(Model):
-    """What every grid planner needs."""
+    """What every grid planner needs; the figures are assumed."""
 
     inflation: Inflation = Inflation()
     cost_weight: float = Field(4.0, ge=0.0, le=1000.0)

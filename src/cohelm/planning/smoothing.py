@@ -27,7 +27,7 @@ _ORIGIN = np.zeros(3)
 
 
 class Smoothing(Model):
-    """How a path is smoothed."""
+    """How a path is smoothed; assumed."""
 
     spacing: float = Field(0.1, gt=0.0, le=1.0)
     """Distance between the points of the path, m."""

@@ -19,13 +19,16 @@ from cohelm.robots.kinematics import Kinematics
 
 
 class LaserMount(Model):
-    """A planar laser scanner on the robot."""
+    """A planar laser scanner on the robot; the defaults are assumed."""
 
     name: str = "laser"
+    """What it is called."""
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """X_RL: x, y in m, yaw in rad."""
     beams: int = Field(360, ge=2, le=20_000)
+    """Ranges in a sweep."""
     field_of_view_deg: float = Field(360.0, gt=0.0, le=360.0)
+    """Centred on the sensor's x axis."""
     range_max: float = Field(10.0, gt=0.0, le=200.0)
     """m."""
     rate: float = Field(10.0, gt=0.0, le=100.0)

@@ -21,7 +21,7 @@ _ROUNDING = 1e-9  # s; times are sums of float steps
 
 
 class AuthorityParameters(Model):
-    """What counts as an intent."""
+    """What counts as an intent; the paper gives no figures, these are assumed."""
 
     count: Literal["intent", "messages"] = "intent"
     """``intent``: changes of the stick and time it is held; ``messages``: every deflected message,
@@ -64,7 +64,7 @@ def authority(
     memory: AuthorityState | None,
     parameters: AuthorityParameters,
 ) -> tuple[Authority, AuthorityState]:
-    """The rider's authority now; METHOD §4.
+    """The rider's authority now; Xu et al., eq. (13), corrected.
 
     Args:
         observation: its rider, pose and twist; a rider without a device never deflects.

@@ -26,7 +26,7 @@ class PersonalSpace:
     """
 
     class Parameters(Model):
-        """Of the model."""
+        """Of the model; assumed where no source is named."""
 
         shape: Literal["contour", "printed"] = "contour"
         """``contour``: l = √(c/q), convex. ``printed``: l = c/q, as the paper has it."""

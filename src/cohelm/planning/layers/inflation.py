@@ -14,7 +14,7 @@ from cohelm.planning.cost_values import INSCRIBED, LETHAL, MAX_GRADED
 
 
 class Inflation(Model):
-    """How costs fall off; names as in nav2_costmap_2d's InflationLayer."""
+    """How costs fall off; names as in nav2_costmap_2d's InflationLayer, values assumed."""
 
     inflation_radius: float = Field(1.0, gt=0.0, le=10.0)
     """Distance from an obstacle's surface beyond which it costs nothing, m; so that, where

@@ -22,7 +22,7 @@ SPREAD = 1.0 / math.sqrt(-2.0 * math.log(0.1))
 
 
 class Preference(Model):
-    """The shape of the valley."""
+    """The shape of the valley; the paper gives no figures, these are assumed."""
 
     density: Literal["gaussian", "rayleigh"] = "gaussian"
     """``gaussian``: the 2-D density that Algorithm 1 draws from, cheapest at the point.

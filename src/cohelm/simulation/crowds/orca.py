@@ -30,7 +30,7 @@ class Orca:
     """People who avoid each other, the walls and, if they see it, the robot."""
 
     class Parameters(Model):
-        """Those of RVO2, and what a building adds."""
+        """Those of RVO2 with CrowdNav's values, and what a building adds (assumed)."""
 
         neighbor_dist: float = Field(10.0, gt=0.0, le=100.0)
         """How far others are taken notice of, m."""

@@ -18,7 +18,7 @@ class Ideal:
     """Pure pursuit of the wanted route (Coulter 1992), with the stick for a steering wheel."""
 
     class Parameters(Model):
-        """How the rider steers."""
+        """How the rider steers; assumed."""
 
         lookahead: float = Field(1.0, gt=0.0, le=5.0)
         """Distance along the route of the point steered for, m."""

@@ -17,7 +17,7 @@ class Nudge:
     """Centred, but for one push: at a moment, or on the way towards a place."""
 
     class Parameters(Model):
-        """When, where to and how hard."""
+        """When, where to and how hard; assumed."""
 
         at: float = Field(5.0, ge=0.0)
         """When the push begins, s; of no account where ``near`` is given."""
@@ -30,6 +30,7 @@ class Nudge:
         until: float = Field(1.0, ge=0.0)
         """… and ends at this one, or when the place is no longer ahead, m."""
         side: Literal["left", "right"] = "left"
+        """Where the push goes."""
         forward: float = Field(0.8, ge=-1.0, le=1.0)
         """Deflection forward, share of full."""
         aside: float = Field(0.6, ge=0.0, le=1.0)

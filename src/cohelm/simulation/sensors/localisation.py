@@ -13,7 +13,7 @@ from cohelm.geometry import transform, wrap_angle
 
 
 class Localisation(Model):
-    """A localiser's error: bounded and slowly varying, as scan matching leaves it."""
+    """A localiser's error: bounded and slowly varying, as scan matching leaves it; assumed."""
 
     position_bound: float = Field(0.03, ge=0.0, le=5.0)
     """Greatest error of the position, m."""
@@ -45,7 +45,10 @@ class Localisation(Model):
 
 
 class Odometry(Model):
-    """Noise of the measured twist: a share of it, and a little beside where it is not zero."""
+    """Noise of the measured twist: a share of it, and a little beside where it is not zero.
+
+    The figures are assumed.
+    """
 
     share: float = Field(0.02, ge=0.0, le=1.0)
     """Standard deviation as a share of each component."""
