@@ -18,6 +18,7 @@ from cohelm.messages import LocalPlan, Reason, Status
 from cohelm.robots.contact import braking, first_contact
 
 _FINE = 0.05
+"""Between the poses of a braking that is verified, s."""
 _RELAXED = 0.01
 """Slack above this is reported as a relaxed plan, m."""
 
@@ -26,16 +27,16 @@ class SocialMpc:
     """The paper's local planner: the reference tracked, people and walls as barriers.
 
     Every plan is verified before it is used (see :meth:`_verified`): the polished one, else the
-    last plan shifted, else braking with a stated reason.
+    last plan shifted, else the cheapest sampled arc that passes, else braking with a stated reason.
     """
 
     class Parameters(Model):
-        """Horizon, budget, terms and constraints."""
+        """Horizon, budget, terms and constraints; the paper gives no figures, these are assumed."""
 
         steps: int = Field(25, ge=3, le=100)
         """N."""
         step: float = Field(0.16, gt=0.0, le=1.0)
-        """Δt, s."""
+        """Δt, s; longer than a tick, which is why the last plan is shifted by interpolation."""
         iterations: int = Field(3, ge=1, le=50)
         """Quadratic programs a plan: the budget, the same on every machine."""
         switch: float = Field(0.8, gt=0.0, le=1.0)

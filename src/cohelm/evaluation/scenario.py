@@ -5,10 +5,11 @@
     start: Entrance             a place, [x, y] or [x, y, degrees]
     goal: Ward 3                a place or [x, y]
     people: {count: 12}         and explicit ways, speeds, whether they see the robot
-    local_planner: ss_mpc_dcbf  or {use: ss_mpc_dcbf, horizon: 2.5}; so for every part
+    local_planner: ss_mpc_dcbf  or {use: ss_mpc_dcbf, steps: 30}; so for every part
 
 A key that nobody knows is refused with its file, its dotted key and the nearest right one. All keys
-but ``start`` and ``goal`` have defaults, so that a scenario says only what is particular to it.
+but ``start``, ``goal`` and the floor have defaults, so that a scenario says only what is particular
+to it.
 """
 
 from __future__ import annotations
@@ -91,11 +92,11 @@ class Crowding(Model):
     see_robot: bool = True
     """Whether they avoid the robot."""
     speed: tuple[float, float] = (0.9, 1.3)
-    """Range of the preferred speeds, m/s."""
+    """Range of the preferred speeds, m/s (assumed)."""
     radius: float = Field(0.25, gt=0.05, le=1.0)
-    """Of the body's disc, m."""
+    """Of the body's disc, m (assumed)."""
     jitter: float = Field(0.05, ge=0.0, le=1.0)
-    """Starts are moved by up to this, m: ORCA deadlocks in perfect symmetry (METHOD §6)."""
+    """Starts are moved by up to this, m: ORCA deadlocks in perfect symmetry."""
 
     @model_validator(mode="after")
     def _speeds_in_order(self) -> Self:

@@ -1,7 +1,7 @@
 """Where a robot's footprint would touch something: one answer for planner and gate.
 
 The footprint is ``Robot.capsule`` against people and ``Robot.discs`` against walls; both contain
-it. Motions are swept: tested between steps as well (0.1 s at 2.4 m/s of closing speed is 0.24 m).
+it. Motions are swept: tested between steps as well (0.16 s at 2.4 m/s of closing speed is 0.38 m).
 """
 
 from __future__ import annotations
@@ -18,12 +18,17 @@ from cohelm.messages import People, Predictions
 from cohelm.robots.robot import Robot
 
 _SUBSTEPS = 4
+"""Tests within each step."""
 _SMOOTH = 1e-6
+"""Added to squared distances, m²: their gradient is bounded at the spine, too."""
 TOUCHING = 0.03
 """A gap to a person below this is no gap, m: what is seen is not better than that."""
 _OVERLAP = -0.06
+"""A body that reaches farther than this into the footprint is waited for, m."""
 _NO_WORSE = 0.01
+"""By so much a gap may be smaller than if the robot stood still, m."""
 _WALKING = 0.15
+"""Who touches the robot and is faster than this walks on, m/s."""
 STANDING = 0.02
 """A robot slower than this stands, m/s and rad/s."""
 
@@ -52,8 +57,9 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
         margin: gap to a wall that counts as contact, m; never more than the gap at the start, so
             that a robot that stands close to one may leave.
         people_margin: the same for people; never more than the gap that standing still would leave
-            at that moment, so that who comes close does not hold the robot fast. Who touches it
-            and walks on, or clearly overlaps it, is waited for.
+            at that moment, so that who comes close does not hold the robot fast, but at least
+            ``TOUCHING`` where it was that at the start. Who touches the robot and walks on, or
+            clearly overlaps it, is waited for.
         agility: how fast people may change their velocity, m/s²: the gap that counts for them grows
             by ½·agility·t².
     """

@@ -16,7 +16,7 @@ class Bodies:
     """h = ‖c − p_i‖ − r_body − r_i − margin(t) at predicted positions; see ``separation``."""
 
     class Parameters(Model):
-        """Barrier and margins."""
+        """Barrier and margins; assumed."""
 
         gamma: float = Field(0.3, gt=0.0, le=1.0)
         """γ of eq. (9); 1 is a plain distance constraint."""

@@ -22,6 +22,7 @@ from cohelm.robots.contact import nearest_on_spine
 from cohelm.shapes import reach
 
 _STEEPEST = 2.0
+"""The gradient of h is cut to this, without unit: an egg's flank would else outweigh the rest."""
 
 
 @njit(cache=True)

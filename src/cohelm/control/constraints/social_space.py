@@ -21,7 +21,7 @@ class SocialSpace:
     """
 
     class Parameters(Model):
-        """Barrier and price: small, because in a narrow corridor it must yield."""
+        """Barrier and price, assumed: small, because in a narrow corridor it must yield."""
 
         gamma: float = Field(0.15, gt=0.0, le=1.0)
         """γ of eq. (9)."""

@@ -22,7 +22,7 @@ class WallClearance:
     """h = distance(c_j) − r_j − clearance for every disc j of the footprint."""
 
     class Parameters(Model):
-        """Barrier and price."""
+        """Barrier and price; assumed."""
 
         gamma: float = Field(0.3, gt=0.0, le=1.0)
         """γ of eq. (9)."""
