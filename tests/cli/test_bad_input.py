@@ -153,3 +153,11 @@ def test_an_output_folder_that_cannot_be(refused, tmp_path):
     (tmp_path / "taken").write_text("")
     assert "--out" in refused("run", "empty", "--out", tmp_path / "taken" / "below")
     assert "--plot" in refused("run", "empty", "--plot", tmp_path / "taken" / "x.png")
+
+
+@pytest.mark.parametrize(("option", "name"), [("--plot", "x.png"), ("--animate", "x.gif")])
+def test_a_picture_that_cannot_be_written_is_refused_before_the_ride(
+    refused, tmp_path, option, name
+):
+    (tmp_path / name).symlink_to(tmp_path / "no" / "such" / "folder")
+    assert f"{name} cannot be written" in refused("run", "empty", option, tmp_path / name)

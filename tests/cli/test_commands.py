@@ -2,6 +2,7 @@ import json
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -155,3 +156,10 @@ def test_what_is_no_point(text):
 
 def test_json_has_no_nan():
     assert as_json({"b": float("nan"), "a": [float("inf"), 1.0]}) == '{"a": [null, 1.0], "b": null}'
+
+
+def test_every_measure_is_explained():
+    page = (Path(__file__).parents[2] / "docs" / "measures.md").read_text(encoding="utf-8")
+    for name in MEASURES:
+        head, _, tail = name.rpartition("_")
+        assert f"`{name}`" in page or (f"`{head}_" in page and f"`_{tail}`" in page), name

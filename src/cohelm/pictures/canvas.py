@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,7 @@ def check_picture(file: Path, key: str = "--plot") -> None:
 
 
 def check_folder(file: Path, key: str) -> None:
-    """Refuse a file whose folder cannot be made, or that is itself a folder.
+    """Refuse a file that cannot be written, or that is a folder; makes the folder it lies in.
 
     Raises:
         ConfigError: naming the option and what to do.
@@ -68,6 +69,14 @@ def check_folder(file: Path, key: str) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as cause:
         raise ConfigError(f"{file.parent} cannot be made ({cause.strerror})", key=key) from None
+    new = not os.path.lexists(file)
+    try:
+        with file.open("ab"):
+            pass
+    except OSError as cause:
+        raise ConfigError(f"{file} cannot be written ({cause.strerror})", key=key) from None
+    if new:
+        file.unlink()
 
 
 def sheet(window: tuple[float, float, float, float], title: str) -> tuple[Figure, Axes]:
