@@ -52,7 +52,7 @@ class Orca:
         """What those who see the robot keep from it beyond its disc, m (assumed: nobody presses
         against a chair's metal as one does against a shoulder)."""
         perturbation: float = Field(1.0, ge=0.0, le=3.2)
-        """How far those who get no further turn aside, to break deadlocks, rad; 0: exactly RVO2."""
+        """How far those who get no further turn aside, to break deadlocks, rad; 0: never."""
         agility: float = Field(6.0, gt=0.0, le=1e6)
         """How fast what a person wants may change, m/s²: 6 turns a walk of 1.2 m/s about in 0.4 s,
         the paper's *distracted* person. Avoiding is as quick as in RVO2."""
