@@ -196,7 +196,7 @@ def _coarse_costs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             cost += 0.5 * step * (_SPEED * dv * dv + _TURN * w * w)
             if only_best and cost >= least:
                 break
-            if k % 2 == 0:
+            if k % 3 != 2:
                 continue
             for i in range(positions.shape[0]):
                 x, y = positions[i, k + 1, 0], positions[i, k + 1, 1]

@@ -37,7 +37,7 @@ class SocialMpc:
         """N."""
         step: float = Field(0.16, gt=0.0, le=1.0)
         """Δt, s; longer than a tick, which is why the last plan is shifted by interpolation."""
-        iterations: int = Field(3, ge=1, le=50)
+        iterations: int = Field(2, ge=1, le=50)
         """Quadratic programs a plan: the budget, the same on every machine."""
         switch: float = Field(0.8, gt=0.0, le=1.0)
         """A sampled way round replaces the last plan where its merit is below this share of it."""
