@@ -117,7 +117,7 @@ def test_a_file_that_is_not_text_says_so(tmp_path):
 
 
 def test_a_folder_is_not_a_file(tmp_path):
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with pytest.raises(ConfigError, match="is a folder"):
         read_yaml(tmp_path)
 
 

@@ -28,6 +28,16 @@ class Model(pydantic.BaseModel):
 
 _M = TypeVar("_M", bound=Model)
 
+_MERGE = "tag:yaml.org,2002:merge"
+_SHORT = 80
+"""Letters of a value that an error repeats."""
+
+_IN_YAML = {
+    **dict.fromkeys(("dict_type", "model_type"), "must be a mapping of keys to values"),
+    **dict.fromkeys(("tuple_type", "list_type"), "must be a list"),
+}
+"""What pydantic says of Python's types, said of YAML's."""
+
 
 def read_yaml(file: Path, *, error: type[ConfigError] = ConfigError) -> dict[str, Any]:
     """The mapping that a YAML file holds; an empty file is an empty mapping.
@@ -40,10 +50,15 @@ def read_yaml(file: Path, *, error: type[ConfigError] = ConfigError) -> dict[str
         text = file.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise error("no such file", file=file) from None
-    except (OSError, UnicodeDecodeError) as cause:
-        raise error(f"cannot be read as text ({cause})", file=file) from cause
+    except IsADirectoryError:
+        raise error("is a folder; name a file in it", file=file) from None
+    except (OSError, ValueError) as cause:  # ValueError: not UTF-8, or no name that a file can have
+        what = getattr(cause, "strerror", None) or cause
+        raise error(f"cannot be read as text ({what})", file=file) from cause
     try:
         data = yaml.load(text, Loader=_StrictLoader)  # a SafeLoader
+    except RecursionError:
+        raise error("not YAML: nested too deeply", file=file) from None
     except yaml.YAMLError as cause:
         line = getattr(getattr(cause, "problem_mark", None), "line", None)
         where = "" if line is None else f"line {line + 1}: "
@@ -108,8 +123,10 @@ def override(data: Mapping[str, Any], settings: Iterable[str]) -> dict[str, Any]
             raise ConfigError("write a setting as key=value, as in people.count=5", key=setting)
         try:
             given = yaml.load(text, Loader=_StrictLoader)  # a SafeLoader
-        except yaml.YAMLError:
-            raise ConfigError(f"{text!r} is not a YAML value", key=key.strip()) from None
+        except (yaml.YAMLError, RecursionError):
+            raise ConfigError(
+                f"{_shortened(text)!r} is not a YAML value", key=key.strip()
+            ) from None
         node = out
         for part in parts[:-1]:
             below = node.setdefault(part, {})
@@ -133,21 +150,30 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 def _explain(model: type[Model], fault: Any, location: list[str]) -> str:
     if fault["type"] == "extra_forbidden":
-        return "unknown" + nearest(location[-1], _keys_at(model, location[:-1]))
+        known = nearest(location[-1], _keys_at(model, location[:-1]))
+        return "unknown" + (known or "; there is nothing to set here")
     if fault["type"] == "missing":
         return "missing, and it has no default"
-    message = str(fault["msg"]).removeprefix("Value error, ")
+    message = _IN_YAML.get(fault["type"]) or str(fault["msg"]).removeprefix("Value error, ")
     message = message[:1].lower() + message[1:]
     given = fault.get("input")
     if isinstance(given, str | int | float | bool):
-        return f"{message}, got {given!r}"
+        return f"{message}, got {_shortened(given)!r}"
     return message
+
+
+def _shortened(given: Any) -> Any:
+    """What was given, short enough for one line."""
+    text = str(given)
+    return given if len(text) <= _SHORT else f"{text[:_SHORT]}…"
 
 
 def _keys_at(model: type[Model], location: list[str]) -> Iterable[str]:
     """The keys that the model at ``location`` knows; none where that is not a model."""
     here: Any = model
     for part in location:
+        if part.isdigit():  # an index; what the list holds was looked up with its field
+            continue
         if not (isinstance(here, type) and issubclass(here, pydantic.BaseModel)):
             return ()
         field = here.model_fields.get(part)
@@ -174,11 +200,26 @@ def _copied(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class _StrictLoader(yaml.SafeLoader):
-    """SafeLoader that refuses a key given twice and reads ``1e-3`` as a number."""
+    """SafeLoader that refuses a key given twice and reads ``1e-3`` as a number.
+
+    A value that is not what its form promises, as the date 2020-99-99, is a YAML error with a line.
+    """
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep=deep)
+        except (ValueError, LookupError, AttributeError):
+            kind = node.tag.rpartition(":")[2]
+            problem = f"{_shortened(node.value)!r} is no {kind}; quote it if it is a word"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark) from None
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()
         for key_node, _ in node.value:
+            if key_node.tag == _MERGE:
+                raise yaml.constructor.ConstructorError(
+                    None, None, "merging with << is not known; write the keys out", node.start_mark
+                )
             key = self.construct_object(key_node, deep=deep)
             if not isinstance(key, str | int | float | bool):
                 raise yaml.constructor.ConstructorError(

@@ -45,8 +45,8 @@ def refusal(file, **options) -> str:
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
-        ({"resolution": 0}, "resolution: input should be greater than 0"),
-        ({"resolution": -0.05}, "resolution: input should be greater than 0"),
+        ({"resolution": 0}, "resolution: input should be greater than or equal to 0.0001"),
+        ({"resolution": -0.05}, "resolution: input should be greater than or equal to 0.0001"),
         ({"resolution": float("nan")}, "resolution:"),
         ({"resolution": float("inf")}, "resolution: input should be a finite number"),
         ({"resolution": "fine"}, "resolution: input should be a valid number"),
@@ -97,7 +97,7 @@ def test_binary_rubbish_as_yaml(folder):
 def test_no_yaml_no_image_a_folder(folder):
     assert "no such file" in refusal(folder / "none.yaml")
     assert "no such file" in refusal(folder / "none.pgm")
-    assert "no such file" in refusal(folder)
+    assert "is a folder" in refusal(folder)
 
 
 def test_a_missing_image_says_where_it_was_looked_for(folder):

@@ -13,9 +13,12 @@ from typing import Annotated, Any
 
 import typer
 
+from cohelm.cli import compiled_code, streams
 from cohelm.errors import CohelmError
 
 FAILED, BAD_INPUT = 1, 2
+INTERRUPTED, NOBODY_READS = 130, 141
+"""128 + the number of the signal, as shells have it."""
 
 app = typer.Typer(
     name="cohelm",
@@ -32,6 +35,7 @@ _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException,
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command and leave with its exit status."""
+    streams.prepare()
     sys.exit(status(sys.argv[1:] if arguments is None else arguments))
 
 
@@ -40,27 +44,41 @@ def status(arguments: Sequence[str]) -> int:
     warnings.showwarning = _warn
     try:
         result = app(args=list(arguments), prog_name="cohelm", standalone_mode=False)
+        sys.stdout.flush()
     except typer.Exit as leave:
         return leave.exit_code
     except typer.Abort:
-        return 130
+        return INTERRUPTED
     except _USAGE_ERROR as error:
         text = error.format_message() if hasattr(error, "format_message") else str(error)
         return _refuse(text or "no command given; see cohelm --help")
     except CohelmError as error:
         return _refuse(str(error))
-    except KeyboardInterrupt:
-        sys.stderr.write("\ninterrupted\n")
-        return 130
+    except (OSError, MemoryError, KeyboardInterrupt) as error:
+        return _stopped(error)
     return result if isinstance(result, int) else 0
 
 
+def _stopped(error: BaseException) -> int:
+    """The exit status where something around the command ended it."""
+    if isinstance(error, KeyboardInterrupt):
+        streams.say("interrupted")
+        return INTERRUPTED
+    if isinstance(error, MemoryError):
+        return _refuse("not enough memory; take a smaller map")
+    streams.drop_output()
+    if isinstance(error, BrokenPipeError):  # as head does to those who write to it
+        return NOBODY_READS
+    what = f"cannot be read or written ({getattr(error, 'strerror', None) or error})"
+    return _refuse(f"{getattr(error, 'filename', None) or 'standard output'}: {what}")
+
+
 def _warn(message: Warning | str, *where: Any, **options: Any) -> None:
-    sys.stderr.write(f"warning: {' '.join(str(message).split())}\n")
+    streams.say(f"warning: {message}")
 
 
 def _refuse(text: str) -> int:
-    sys.stderr.write(f"error: {' '.join(text.split())}\n")
+    streams.say(f"error: {text}")
     return BAD_INPUT
 
 
@@ -69,6 +87,7 @@ def _show_version(wanted: bool) -> None:  # typer calls it so
         from importlib.metadata import version  # noqa: PLC0415 # lazy
 
         sys.stdout.write(f"cohelm {version('cohelm')}\n")
+        sys.stdout.flush()
         raise typer.Exit
 
 
@@ -136,6 +155,7 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table.")] = False,
 ) -> int:
     """Ride a scenario, and say how it went."""
+    compiled_code.place()
     from cohelm.cli import run as command  # noqa: PLC0415 # lazy
 
     asked = command.Asked(
@@ -171,6 +191,7 @@ def plan(  # noqa: PLR0917 # an option is an argument
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture.")] = None,
 ) -> int:
     """Plan a route on a map, and say what a wish costs."""
+    compiled_code.place()
     from cohelm.cli import plan as command  # noqa: PLC0415 # lazy
 
     return command.plan(
@@ -180,7 +201,7 @@ def plan(  # noqa: PLR0917 # an option is an argument
             goal=goal,
             prefer=tuple(prefer or ()),
             method=method,
-            robot=robot or "quantum_q6_edge",
+            robot="quantum_q6_edge" if robot is None else robot,
         ),
         json=json,
         plot=plot,

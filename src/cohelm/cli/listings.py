@@ -107,7 +107,8 @@ def data() -> int:
         for source, licence in each.sources:
             OUTPUT.print(f"[dim]{'':21}github.com/{source}  ({licence})[/]")
     OUTPUT.print(
-        f"COHELM_DATA is {given}" if given else "COHELM_DATA is not set; it names their folder"
+        f"COHELM_DATA is {given}" if given else "COHELM_DATA is not set; it names their folder",
+        markup=False,
     )
     return 0
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from rich.table import Table
+from rich.text import Text
 
 from cohelm import messages, plugins
 from cohelm.cli import words
@@ -91,7 +92,7 @@ def _point(text: str, key: str, places: Places) -> Any:
 
 
 def _table(report: dict[str, Any]) -> Table:
-    table = Table(title=f"{report['method']}, {report['robot']}", header_style="dim")
+    table = Table(title=Text(f"{report['method']}, {report['robot']}"), header_style="dim")
     table.add_column("what")
     table.add_column("value", justify="right")
     table.add_column("unit", style="dim")

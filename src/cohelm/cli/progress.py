@@ -73,7 +73,7 @@ class RideProgress:
         if self._last is None:
             waited = time.monotonic() - self._began
             what = "compiling (first run only)" if waited > COMPILING else "setting the stage"
-            self._spinner.update(text=f"{self._title}: {what} …")
+            self._spinner.update(text=Text(f"{self._title}: {what} …"))
             return self._spinner
         tick, truth = self._last
         gap = float(truth.gap_people.min(initial=np.inf).clip(min=0.0))

@@ -12,9 +12,18 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
+
+
+class _Output(Console):
+    """A console that leaves it to the command line what to do where nobody reads any more."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
 
 ERRORS = Console(stderr=True, highlight=False)
-OUTPUT = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+OUTPUT = _Output(highlight=False, width=None if sys.stdout.isatty() else 120)
 
 UNITS = {
     "time": "s",
@@ -58,7 +67,7 @@ def versions() -> dict[str, str]:
 
 def metrics_table(title: str, metrics: Mapping[str, float], timing: Mapping[str, Any]) -> Table:
     """The metrics, and the tick's time, as a table."""
-    table = Table(title=title, title_justify="left", title_style="bold", header_style="dim")
+    table = Table(title=Text(title), title_justify="left", title_style="bold", header_style="dim")
     table.add_column("metric")
     table.add_column("value", justify="right")
     table.add_column("unit", style="dim")

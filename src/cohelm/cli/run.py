@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import sys
+import tempfile
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -166,9 +167,11 @@ def _check_outputs(outputs: Outputs) -> None:
     if outputs.out is not None:
         try:
             outputs.out.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=outputs.out):
+                pass
         except OSError as cause:
             raise ConfigError(
-                f"{outputs.out} cannot be made ({cause.strerror})", key="--out"
+                f"{outputs.out} is no folder to write to ({cause.strerror})", key="--out"
             ) from None
 
 
@@ -189,6 +192,13 @@ def _write_pictures(ride: Ride, report: Mapping[str, Any], title: str, outputs: 
 
 
 def _write_folder(ride: Ride, report: Mapping[str, Any], folder: Path) -> None:
+    try:
+        _write_report(ride, report, folder)
+    except OSError as cause:
+        raise ConfigError(f"{folder} cannot be written ({cause.strerror})", key="--out") from None
+
+
+def _write_report(ride: Ride, report: Mapping[str, Any], folder: Path) -> None:
     (folder / "ride.json").write_text(as_json(report, indent=2) + "\n", encoding="utf-8")
     columns = {
         "time": ride.time,

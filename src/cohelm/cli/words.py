@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 from cohelm.errors import ConfigError
+from cohelm.maps import FARTHEST
 
 
 def point(text: str, key: str) -> tuple[float, float]:
@@ -31,7 +30,8 @@ def place(text: str, key: str, *, heading: bool = False) -> str | tuple[float, .
         if text.strip() and not text.strip()[0].isdigit():
             return text.strip()
         numbers = ()
-    if len(numbers) not in ({2, 3} if heading else {2}) or not all(map(math.isfinite, numbers)):
+    sizes = {2, 3} if heading else {2}
+    if len(numbers) not in sizes or not all(abs(each) <= FARTHEST for each in numbers):
         form = "x,y or x,y,degrees" if heading else "x,y"
         raise ConfigError(f"write {form} in metres, or a place's name, got {text!r}", key=key)
     return numbers

@@ -14,7 +14,7 @@ to it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -23,6 +23,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
 from cohelm.config import Model, nearest, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
+from cohelm.maps import FARTHEST
 from cohelm.messages import Mode, RiderProfile
 from cohelm.navigation import ProgressParameters, ReplanningParameters
 from cohelm.perception import ObstacleLayerParameters
@@ -31,7 +32,9 @@ from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters
 from cohelm.simulation import Fault, Localisation, Odometry
 
-Point = tuple[float, float]
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Point = tuple[Coordinate, Coordinate]
+Length = Annotated[float, Field(gt=0.0, le=1000.0)]
 
 PARTS = {
     "global_planner": ("global_planners", "upf"),
@@ -44,6 +47,9 @@ PARTS = {
 }
 """The replaceable parts: key of the scenario → (kind of plugin, the one used by default)."""
 
+WALKERS = "orca"
+"""How people walk by default."""
+
 
 def _spec(given: Any) -> Any:
     """A part is named by a word or by ``{use: word, parameter: value, …}``."""
@@ -55,7 +61,9 @@ def _place(given: Any) -> Any:
         return given
     numbers = isinstance(given, list | tuple) and len(given) in {2, 3}
     if numbers and all(isinstance(x, int | float) and not isinstance(x, bool) for x in given):
-        return tuple(float(x) for x in given)
+        if all(abs(x) <= FARTHEST for x in given):
+            return tuple(float(x) for x in given)
+        raise ValueError(f"must lie within {FARTHEST:g} m of (0, 0)")
     raise ValueError("write a place's name, [x, y] or [x, y, degrees]")
 
 
@@ -87,7 +95,7 @@ class Crowding(Model):
     """People; beyond the explicit ways, ways are drawn that cross the robot's. None: those only."""
     ways: tuple[Way, ...] = ()
     """Explicit ways, one for each person."""
-    model: Spec = _part("orca")
+    model: Spec = _part(WALKERS)
     """How they walk: a pedestrian model."""
     see_robot: bool = True
     """Whether they avoid the robot."""
@@ -110,11 +118,11 @@ class Obstacle(Model):
 
     at: Point
     """Centre, m."""
-    size: Point | None = None
+    size: tuple[Length, Length] | None = None
     """Width and depth of a rectangle, m."""
     angle_deg: float = 0.0
     """Of the rectangle."""
-    radius: float | None = Field(None, gt=0.0)
+    radius: Length | None = None
     """Of a disc, m."""
 
     @model_validator(mode="after")
@@ -236,11 +244,14 @@ def load_scenario(
     return scenario
 
 
-def _spelt_out(data: Mapping[str, Any], settings: Iterable[str]) -> dict[str, Any]:
+def _spelt_out(data: Mapping[str, Any], settings: Sequence[str]) -> dict[str, Any]:
     """``data`` with the parts that a setting reaches into written as ``{use: …}``."""
     out = dict(data)
     for key in {setting.partition(".")[0].strip() for setting in settings} & PARTS.keys():
         out[key] = _spec(out.get(key, PARTS[key][1]))
+    people = out.get("people", {})
+    if isinstance(people, Mapping) and any(s.startswith("people.model.") for s in settings):
+        out["people"] = {**people, "model": _spec(people.get("model", WALKERS))}
     return out
 
 

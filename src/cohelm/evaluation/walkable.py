@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
+from cohelm.errors import ScenarioError
 from cohelm.geometry import resample
 from cohelm.maps import OccupancyGrid, distance_field, signed_distance
 
@@ -19,6 +20,10 @@ MARGIN = 0.10
 """Beyond the body's radius, kept from walls by a way, m."""
 PASSABLE = 1.05
 """Half the width of a corridor in which a chair and a person pass each other, m."""
+
+
+LARGEST = 1e6
+"""Area of a map on which ways are drawn, m²: 44 million coarse cells."""
 
 
 @value
@@ -50,8 +55,17 @@ def walkable(grid: OccupancyGrid, radius: float, route: Floats) -> Walkable:
         grid: all that truly stands there.
         radius: of a body, m.
         route: the robot's way (k, 2), m.
+
+    Raises:
+        ScenarioError: if the map is larger than :data:`LARGEST`.
     """
     x0, y0, x1, y1 = grid.bounds
+    if (x1 - x0) * (y1 - y0) > LARGEST:
+        raise ScenarioError(
+            f"the map of {x1 - x0:.0f} x {y1 - y0:.0f} m is too large to draw ways on; check its "
+            "resolution, or set people.count=0",
+            key="map",
+        )
     x, y = np.meshgrid(np.arange(x0 + CELL / 2, x1, CELL), np.arange(y0 + CELL / 2, y1, CELL))
     points = np.stack([x, y], axis=-1)
     clearance = np.where(grid.contains(points), distance_field(grid).at(points), -1.0)

@@ -2,7 +2,7 @@
 
 from cohelm.maps.distance import DistanceField, distance_field, signed_distance
 from cohelm.maps.floorplan import Door, FloorPlan, Furniture, Space, read_floor_plan
-from cohelm.maps.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps.grid import FARTHEST, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from cohelm.maps.nav2 import MapFile, MapWarning, read_map, write_map
 from cohelm.maps.places import (
     Place,
@@ -14,6 +14,7 @@ from cohelm.maps.places import (
 )
 
 __all__ = [
+    "FARTHEST",
     "FREE",
     "OCCUPIED",
     "UNKNOWN",

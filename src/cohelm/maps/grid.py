@@ -12,6 +12,9 @@ UNKNOWN = -1
 FREE = 0
 OCCUPIED = 100
 
+FARTHEST = 1e7
+"""From (0, 0) that a coordinate may lie, m: what national grids use, and far below overflow."""
+
 
 @value
 class OccupancyGrid:

@@ -26,7 +26,7 @@ from pydantic import Field, field_validator, model_validator
 from cohelm import config
 from cohelm.arrays import Booleans, Bytes, SignedBytes
 from cohelm.errors import ConfigError, MapError
-from cohelm.maps.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps.grid import FARTHEST, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 PIXEL_LIMIT = 100_000_000
 """Largest image that is decoded, in pixels."""
@@ -49,7 +49,7 @@ class MapFile(config.Model):
 
     image: str = Field(min_length=1)
     """The image; relative to the YAML file, or absolute."""
-    resolution: float = Field(gt=0.0)
+    resolution: float = Field(ge=1e-4, le=100.0)
     """Side of a pixel, m."""
     origin: tuple[float, float, float]
     """[x, y, yaw] of the lower left corner in the map frame; m and rad."""
@@ -68,6 +68,13 @@ class MapFile(config.Model):
         if not (isinstance(given, list | tuple) and len(given) == 3):
             raise ValueError("must be three numbers [x, y, yaw], in m and rad")
         return given
+
+    @field_validator("origin")
+    @classmethod
+    def _within_reach(cls, origin: tuple[float, float, float]) -> tuple[float, float, float]:
+        if max(map(abs, origin)) > FARTHEST:
+            raise ValueError(f"must lie within {FARTHEST:g} m of (0, 0)")
+        return origin
 
     @field_validator("mode", mode="before")
     @classmethod
@@ -202,8 +209,11 @@ def _read_yaml(file: Path) -> MapFile:
 
 def _find_image(yaml_file: Path, named: str) -> Path:
     image_file = yaml_file.parent / named
-    if image_file.is_file():
-        return image_file
+    try:
+        if image_file.is_file():
+            return image_file
+    except OSError as cause:
+        raise MapError(f"image: cannot be read ({cause.strerror})", file=yaml_file) from None
     beside = [yaml_file.with_suffix(suffix) for suffix in _IMAGE_SUFFIXES]
     for candidate in beside:
         if candidate.is_file():
@@ -218,6 +228,8 @@ def _find_image(yaml_file: Path, named: str) -> Path:
 
 
 def _bare(file: Path) -> MapFile:
+    if file.is_dir():
+        raise MapError("is a folder; name a map's YAML file", file=file)
     if not file.is_file():
         raise MapError("no such file", file=file)
     warnings.warn(

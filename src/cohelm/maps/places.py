@@ -17,6 +17,7 @@ from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import nearest
 from cohelm.errors import ConfigError, MapError
 from cohelm.geometry import distance_to_polygon
+from cohelm.maps.grid import FARTHEST
 
 
 @value
@@ -133,11 +134,15 @@ def write_places(places: Places, file: Path | str) -> None:
 def innermost_point(polygon: Floats, *, precision: float = 0.01) -> Floats:
     """The point (2,) of a simple polygon (k, 2) farthest from its edges, to ``precision``, m.
 
+    Where the polygon is longer than 2000 times that, to a 2000th of its length.
+
     Best-first subdivision of the bounding box: a square of half side s around a point at distance d
     from the edges holds no point farther in than d + s·√2.
     """
     (x0, y0), (x1, y1) = polygon.min(axis=0), polygon.max(axis=0)
-    half = max(min(x1 - x0, y1 - y0), precision) / 2.0
+    long, short = max(x1 - x0, y1 - y0), min(x1 - x0, y1 - y0)
+    precision = max(precision, long / 2000.0)  # no army of squares along a thread
+    half = max(short, precision) / 2.0
     best = -np.inf, 0.0, 0.0
     squares: list[tuple[float, float, float, float]] = []
 
@@ -198,7 +203,7 @@ def _numbers(given: Any) -> Floats:
         array = np.array(given, dtype=float)
     except (TypeError, ValueError):
         return np.empty(0)
-    return array if np.isfinite(array).all() else np.empty(0)
+    return array if (np.abs(array) <= FARTHEST).all() else np.empty(0)
 
 
 def _area(polygon: Floats | None) -> float:

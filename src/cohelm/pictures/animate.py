@@ -50,11 +50,15 @@ def animate_ride(ride: RideRecord, file: Path, title: str = "") -> None:
         ConfigError: if the file cannot be written as an animation.
     """
     check_animation(file)
-    if file.suffix.lower() == ".gif":
-        middle = next(_frames(ride, title, [len(ride.time) // 2]))
-        _write_gif(_frames(ride, title, _moments(ride)), _palette(middle), file)
-    else:
-        _write_mp4(_frames(ride, title, _moments(ride)), file)
+    frames = _frames(ride, title, _moments(ride))
+    try:
+        if file.suffix.lower() == ".gif":
+            middle = next(_frames(ride, title, [len(ride.time) // 2]))
+            _write_gif(frames, _palette(middle), file)
+        else:
+            _write_mp4(frames, file)
+    except OSError as cause:
+        raise canvas.not_written(file, "--animate", cause) from None
 
 
 def _frames(ride: RideRecord, title: str, moments: Iterable[int]) -> Iterator[Bytes]:

@@ -63,20 +63,25 @@ def check_folder(file: Path, key: str) -> None:
     Raises:
         ConfigError: naming the option and what to do.
     """
-    if file.is_dir():
-        raise ConfigError(f"{file} is a folder; name a file in it", key=key)
     try:
+        if file.is_dir():
+            raise ConfigError(f"{file} is a folder; name a file in it", key=key)
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as cause:
-        raise ConfigError(f"{file.parent} cannot be made ({cause.strerror})", key=key) from None
+        raise not_written(file, key, cause) from None
     new = not os.path.lexists(file)
     try:
         with file.open("ab"):
             pass
     except OSError as cause:
-        raise ConfigError(f"{file} cannot be written ({cause.strerror})", key=key) from None
+        raise not_written(file, key, cause) from None
     if new:
         file.unlink()
+
+
+def not_written(file: Path, key: str, cause: OSError) -> ConfigError:
+    """That a file cannot be written, and why."""
+    return ConfigError(f"{file} cannot be written ({cause.strerror or cause})", key=key)
 
 
 def sheet(window: tuple[float, float, float, float], title: str) -> tuple[Figure, Axes]:
@@ -100,7 +105,7 @@ def sheet(window: tuple[float, float, float, float], title: str) -> tuple[Figure
     )  # fmt: skip
     for spine in axes.spines.values():
         spine.set(color=PLAIN_ROUTE, linewidth=0.8)
-    axes.set_title(title, loc="left", fontsize=11, color=INK, pad=8)
+    axes.set_title(title, parse_math=False, loc="left", fontsize=11, color=INK, pad=8)
     return figure, axes
 
 
@@ -151,7 +156,8 @@ def draw_places(axes: Axes, places: Places, avoid: Floats) -> None:
             offset = _free_offset((avoid - place.point) * per_metre, len(place.name))
             axes.annotate(
                 place.name, (x, y), xytext=tuple(offset), textcoords="offset points",
-                ha="center", va="center", fontsize=NAME_SIZE, style="italic", color="#6b7686",
+                parse_math=False, ha="center", va="center", fontsize=NAME_SIZE,
+                style="italic", color="#6b7686",
                 path_effects=[withStroke(linewidth=2.0, foreground="white")], zorder=3.5,
             )  # fmt: skip
 
@@ -257,4 +263,7 @@ def save(figure: Figure, file: Path) -> None:
     """Write a figure; the same figure gives the same bytes."""
     check_folder(file, "--plot")
     metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    figure.savefig(file, metadata=metadata.get(file.suffix.lower()))
+    try:
+        figure.savefig(file, metadata=metadata.get(file.suffix.lower()))
+    except OSError as cause:
+        raise not_written(file, "--plot", cause) from None
