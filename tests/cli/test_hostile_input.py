@@ -171,6 +171,14 @@ def test_nobody_reads_on():
     assert child.returncode == 141
 
 
+def test_an_interrupt_is_said_in_one_line(cohelm, monkeypatch):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cohelm.cli.run.run", interrupted)
+    assert cohelm("run", "empty") == (130, "", "interrupted\n")
+
+
 def test_an_output_that_lacks_letters():
     command = [*COMMAND, "scenarios"]
     letters = {**os.environ, "PYTHONIOENCODING": "ascii"}

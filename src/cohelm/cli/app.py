@@ -47,8 +47,8 @@ def status(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
     except typer.Exit as leave:
         return leave.exit_code
-    except typer.Abort:
-        return INTERRUPTED
+    except typer.Abort:  # what typer makes of an interrupt
+        return _stopped(KeyboardInterrupt())
     except _USAGE_ERROR as error:
         text = error.format_message() if hasattr(error, "format_message") else str(error)
         return _refuse(text or "no command given; see cohelm --help")
@@ -70,7 +70,7 @@ def _stopped(error: BaseException) -> int:
     if isinstance(error, BrokenPipeError):  # as head does to those who write to it
         return NOBODY_READS
     what = f"cannot be read or written ({getattr(error, 'strerror', None) or error})"
-    return _refuse(f"{getattr(error, 'filename', None) or 'standard output'}: {what}")
+    return _refuse(f"{getattr(error, 'filename', None) or 'output or working folder'}: {what}")
 
 
 def _warn(message: Warning | str, *where: Any, **options: Any) -> None:
