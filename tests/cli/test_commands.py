@@ -3,12 +3,15 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from cohelm.cli import words
 from cohelm.cli.report import as_json
+from cohelm.cli.run import _headline
 from cohelm.errors import ConfigError
+from cohelm.evaluation import Outcome
 from cohelm.evaluation.metrics.table import MEASURES
 
 SHORT = ("run", "empty", "--set", "time_limit=1.5")
@@ -163,3 +166,12 @@ def test_every_measure_is_explained():
     for name in MEASURES:
         head, _, tail = name.rpartition("_")
         assert f"`{name}`" in page or (f"`{head}_" in page and f"`_{tail}`" in page), name
+
+
+@pytest.mark.parametrize(
+    ("outcome", "says"), [("reached", "after 4.5 s"), ("timeout", "after 9.0 s")]
+)
+def test_a_picture_says_when_the_goal_was_reached_else_how_long_was_tried(outcome, says):
+    ride = SimpleNamespace(outcome=Outcome(outcome), time=[0.0, 9.0])
+    report = {"time": 4.5, "min_distance": float("nan")}
+    assert _headline(ride, report, "a ride") == f"a ride: {outcome} {says}"

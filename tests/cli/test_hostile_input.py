@@ -176,7 +176,8 @@ def test_an_interrupt_is_said_in_one_line(cohelm, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("cohelm.cli.run.run", interrupted)
-    assert cohelm("run", "empty") == (130, "", "interrupted\n")
+    code, out, err = cohelm("run", "empty")
+    assert (code, out, err.strip()) == (130, "", "interrupted")
 
 
 def test_an_output_that_lacks_letters():

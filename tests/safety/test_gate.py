@@ -12,7 +12,7 @@ from cohelm.testing.scenes import walkers
 
 from .scenes import request, sound, surroundings, wall_at
 
-EXACT = GateParameters(margin=0.02, reaction=0.15)
+EXACT = GateParameters(margin=0.02, people_margin=0.05, reaction=0.15)
 """The figures that the distances below are derived for."""
 GATED = [Mode.AUTONOMOUS, Mode.SHARED, Mode.ASSISTED]
 

@@ -228,7 +228,7 @@ def _say(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) ->
         OUTPUT.print(metrics_table(title, measure(ride), report["timing"]))
         for stop in ride.stops:
             what = f"{stop.reason.sentence} ({stop.reason.value})"
-            OUTPUT.print(f"at {stop.time:.1f} s, for {stop.duration:.1f} s: {what}", markup=False)
+            OUTPUT.print(f"at {stop.time:.1f} s, for {stop.duration:.2f} s: {what}", markup=False)
         for file in (outputs.plot, outputs.animate, outputs.out):
             if file is not None:
                 OUTPUT.print(f"written: {file}", markup=False)
@@ -237,7 +237,7 @@ def _say(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) ->
 
 def _headline(ride: Ride, report: Mapping[str, Any], title: str) -> str:
     """What a picture says of its ride: with the numbers that the table has."""
-    taken = report["time"] if math.isfinite(report["time"]) else ride.time[-1]
+    taken = report["time"] if ride.outcome is Outcome.REACHED else ride.time[-1]
     nearest = report["min_distance"]
     gap = f", nearest person {nearest:.2f} m" if math.isfinite(nearest) else ""
     return f"{title}: {ride.outcome.value} after {taken:.1f} s{gap}"

@@ -30,10 +30,10 @@ def check_pedestrian_model(model: PedestrianModel, *, within: float = 1.0) -> No
     require(
         len(_step(model, nobody, _scene(bare), within).position) == 0, "nobody must stay nobody"
     )
+    _check_unseen_robot(model, bare)
     _check_arrives(model, bare, within)
     _check_head_on(model, bare, within)
     _check_wall(model, within)
-    _check_unseen_robot(model, bare)
 
 
 def _check_arrives(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
