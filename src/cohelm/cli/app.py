@@ -47,8 +47,8 @@ def status(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
     except typer.Exit as leave:
         return leave.exit_code
-    except typer.Abort:  # what typer makes of an interrupt
-        return _stopped(KeyboardInterrupt())
+    except typer.Abort:
+        result = INTERRUPTED
     except _USAGE_ERROR as error:
         text = error.format_message() if hasattr(error, "format_message") else str(error)
         return _refuse(text or "no command given; see cohelm --help")
@@ -56,6 +56,8 @@ def status(arguments: Sequence[str]) -> int:
         return _refuse(str(error))
     except (OSError, MemoryError, KeyboardInterrupt) as error:
         return _stopped(error)
+    if result == INTERRUPTED:  # what typer makes of an interrupt
+        return _stopped(KeyboardInterrupt())
     return result if isinstance(result, int) else 0
 
 
