@@ -17,6 +17,9 @@ from cohelm.geometry import distance_to_polygon
 from cohelm.plugins import build, names
 from cohelm.robots.kinematics import Kinematics
 
+_FARTHEST_CORNER = 5.0
+_THINNEST = 0.05
+
 
 class LaserMount(Model):
     """A planar laser scanner on the robot; the defaults are assumed."""
@@ -53,13 +56,13 @@ class Robot(Model):
     """m/s."""
     max_turn_rate: float = Field(gt=0.0, le=10.0)
     """rad/s."""
-    max_acceleration: float = Field(gt=0.0, le=20.0)
+    max_acceleration: float = Field(ge=0.05, le=20.0)
     """m/s²."""
-    max_deceleration: float = Field(gt=0.0, le=20.0)
+    max_deceleration: float = Field(ge=0.05, le=20.0)
     """Braking in ordinary driving, m/s²."""
-    emergency_deceleration: float = Field(gt=0.0, le=20.0)
+    emergency_deceleration: float = Field(ge=0.05, le=20.0)
     """The hardest braking that keeps the rider seated, m/s²."""
-    max_turn_acceleration: float = Field(gt=0.0, le=50.0)
+    max_turn_acceleration: float = Field(ge=0.05, le=50.0)
     """rad/s²."""
     actuation_lag: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant from command to wheels, s."""
@@ -75,10 +78,14 @@ class Robot(Model):
             raise ValueError("needs at least three corners")
         if not np.isfinite(points).all():
             raise ValueError("has a corner that is not a number")
+        if np.abs(points).max() > _FARTHEST_CORNER:
+            raise ValueError(f"has a corner beyond {_FARTHEST_CORNER:g} m of the drive axle")
         x, y = points.T
         area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
         if abs(area) < 1e-4:
             raise ValueError("encloses no area")
+        if np.ptp(points, axis=0).min() < _THINNEST:
+            raise ValueError(f"is thinner than {_THINNEST:g} m")
         if distance_to_polygon(points, 0.0, 0.0) > 0.0:
             raise ValueError("does not contain the drive axle's centre (0, 0)")
         return corners if area > 0.0 else corners[::-1]
