@@ -15,7 +15,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.constraints.bodies import flattened
+from cohelm.control.constraints.series import flattened
 from cohelm.maps.distance import sample
 from cohelm.messages import LocalPlan
 from cohelm.robots.contact import nearest_on_spine

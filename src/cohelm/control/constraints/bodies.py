@@ -8,8 +8,8 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion, Rows
-from cohelm.control.constraints import barrier
 from cohelm.control.constraints.separation import body_barrier
+from cohelm.control.constraints.series import by_person, flattened, person_rows
 
 
 class Bodies:
@@ -42,24 +42,12 @@ class Bodies:
     def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
         """By person, the worst over hypotheses and steps, (n,); and the smallest h."""
         h, _ = self._barrier(problem, motion)
-        worst, smallest = barrier.worst(h, self.parameters.gamma)
-        return worst.reshape(problem.predictions.mean.shape[:2]).max(axis=1), smallest
+        return by_person(problem, h, self.parameters.gamma)
 
     def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
         """Those that can become active."""
         h, gradient = self._barrier(problem, motion)
-        margin, jacobian, series, key = barrier.rows(
-            h, gradient, sensitivity, self.parameters.gamma, barrier.NEAR
-        )
-        people, hypotheses = problem.predictions.mean.shape[:2]
-        return Rows(
-            margin=margin,
-            jacobian=jacobian,
-            group=series // hypotheses,
-            key=key,
-            keys=h[:, 1:].size,
-            groups=people,
-        )
+        return person_rows(problem, h, gradient, sensitivity, self.parameters.gamma)
 
     def box(self, problem: LocalProblem, motion: Motion) -> None:
         """None on the inputs themselves."""
@@ -78,9 +66,3 @@ class Bodies:
             0.0 if problem.stalled else p.growth,
             p.greatest,
         )
-
-
-def flattened(array: Floats) -> Floats:
-    """(n, h, ...) as (n·h, ...): each person's hypotheses one after the other."""
-    n, h = array.shape[:2]
-    return array.reshape(n * h, *array.shape[2:])

@@ -8,9 +8,8 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion, Rows
-from cohelm.control.constraints import barrier
-from cohelm.control.constraints.bodies import flattened
 from cohelm.control.constraints.separation import social_barrier
+from cohelm.control.constraints.series import by_person, flattened, person_rows
 
 
 class SocialSpace:
@@ -39,24 +38,12 @@ class SocialSpace:
     def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
         """By person, the worst over hypotheses and steps, (n,); and the smallest h."""
         h, _ = self._barrier(problem, motion)
-        worst, smallest = barrier.worst(h, self.parameters.gamma)
-        return worst.reshape(problem.predictions.mean.shape[:2]).max(axis=1), smallest
+        return by_person(problem, h, self.parameters.gamma)
 
     def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
         """Those that can become active."""
         h, gradient = self._barrier(problem, motion)
-        margin, jacobian, series, key = barrier.rows(
-            h, gradient, sensitivity, self.parameters.gamma, barrier.NEAR
-        )
-        people, hypotheses = problem.predictions.mean.shape[:2]
-        return Rows(
-            margin=margin,
-            jacobian=jacobian,
-            group=series // hypotheses,
-            key=key,
-            keys=h[:, 1:].size,
-            groups=people,
-        )
+        return person_rows(problem, h, gradient, sensitivity, self.parameters.gamma)
 
     def box(self, problem: LocalProblem, motion: Motion) -> None:
         """None on the inputs themselves."""
