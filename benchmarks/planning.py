@@ -20,7 +20,7 @@ from skimage.graph import MCP_Geometric
 from cohelm.maps import FREE, OCCUPIED, OccupancyGrid
 from cohelm.messages import LiveObstacles, Wish
 from cohelm.planning import AStar, Inflation, RouteProblem, UserPreferenceField, build_costmap
-from cohelm.planning.route import RouteParameters, weight_table
+from cohelm.planning.ground import GroundParameters, weight_table
 from cohelm.planning.search import Weights, shortest_path
 from cohelm.robots import load_robot
 
@@ -85,7 +85,7 @@ def main() -> None:
         version=1,
     )
     costmap = build_costmap(grid, radius, inflation)
-    table = weight_table(RouteParameters().cost_weight)
+    table = weight_table(GroundParameters().cost_weight)
     ends = tuple(tuple(int(i) for i in grid.cells(p)) for p in (start, goal))
     weights = Weights.of_costs(costmap.cost, table)
     found = shortest_path(weights, *ends)

@@ -19,6 +19,7 @@ Expected trouble in the loop is a value (``LocalPlan.status``), not one of these
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
@@ -150,26 +151,63 @@ class OutsideMap(PlanningError):
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Passage:
+    """A place too narrow for the robot."""
+
+    point: tuple[float, float]
+    """(x, y) of its middle in the map frame, m."""
+    width: float
+    """Between the obstacles on either side, m."""
+    needed: float
+    """The width that the robot needs there, m."""
+    resolution: float
+    """Side of the map's cells, m: the width is known no better."""
+
+    def __str__(self) -> str:
+        """One clause: where, how wide, how much is missing."""
+        x, y = self.point
+        return (
+            f"the passage at ({x:.2f}, {y:.2f}) is {self.width:.2f} m wide, "
+            f"the robot needs {self.needed:.2f} m: {self.needed - self.width:.2f} m are missing "
+            f"(the map's cells are {self.resolution:.2f} m, the width is known no better)"
+        )
+
+
 class NoPath(PlanningError):
     """Start and goal are free, and no way leads from one to the other.
 
     Args:
         start, goal: (x, y) in the map frame, m.
         needed: the clearance that the robot needs all along, m.
+        passage: the tightest place on the way that would be best if it were wide enough; None
+            where there is no such way, because walls close it.
+        because: what else closes it, as "the zones to avoid".
     """
 
     code = "no_path"
 
     def __init__(
-        self, *, start: tuple[float, float], goal: tuple[float, float], needed: float
+        self,
+        *,
+        start: tuple[float, float],
+        goal: tuple[float, float],
+        needed: float,
+        passage: Passage | None = None,
+        because: str = "",
     ) -> None:
         self.start = start
         self.goal = goal
         self.needed = needed
-        super().__init__(
+        self.passage = passage
+        self.because = because
+        text = (
             f"no way with {needed:.2f} m of clearance from ({start[0]:.2f}, {start[1]:.2f}) "
             f"to ({goal[0]:.2f}, {goal[1]:.2f})"
         )
+        if because:
+            text += f": {because} leave none"
+        super().__init__(text if passage is None else f"{text}: {passage}")
 
 
 class PlanningTimeout(PlanningError):

@@ -22,8 +22,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Bytes, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Bytes, Floats, Floats32, Integers, Shape, value
 from cohelm.config import Model
+from cohelm.reasons import Reason
 
 # --------------------------------------------------------------------------- what goes in
 
@@ -60,14 +61,22 @@ class RiderProfile(Model):
 
 @value
 class Wish:
-    """Where the rider wants the route to go, or not to. Planners so far heed ``attract`` only."""
+    """Where the rider wants the route to go, or not to.
+
+    The points of one wish are passed in their order; wishes among themselves in whatever order is
+    best.
+    """
 
     kind: Literal["attract", "avoid", "stroke"] = "attract"
-    """``attract``: pass near each point; ``avoid``: keep away; ``stroke``: follow the line."""
+    """``attract``: pass near each point; ``stroke``: follow the line; ``avoid``: keep out of the
+    zone: about a point or a line of two as far as ``radius``, or within a drawn outline of three
+    points and more, and as far beyond."""
     points: Annotated[Floats, Shape("k 2")]
     """(x, y), m."""
     radius: float = 0.0
-    """Reach of an avoided point, m."""
+    """Reach of an avoided zone beyond its points, m."""
+    hard: bool = False
+    """Of an avoided zone: never enter it, even if no way is left; else only rather not."""
 
 
 @value
@@ -242,6 +251,20 @@ class SocialSpaces:
 
 
 @value
+class Crowding:
+    """Where people have been lately: a coarse grid over the floor."""
+
+    density: Annotated[Floats32, Shape("rows cols")]
+    """People per m², faded by how long ago they were seen."""
+    resolution: float
+    """Side of a cell, m."""
+    X_MG: Annotated[Floats, Shape("3")]
+    """Pose of the grid's lower left corner in the map frame."""
+    version: int = 0
+    """Grows whenever the density changes by more than fading a little."""
+
+
+@value
 class LiveObstacles:
     """What the sensors have seen lately that is neither in the map nor a person: a rolling window.
 
@@ -265,6 +288,10 @@ class WishReport:
 
     closest: Annotated[Floats, Shape("w")]
     """Least distance of the path to each attracting point, m."""
+    along: Annotated[Floats, Shape("s")] = field(default_factory=lambda: np.empty(0))
+    """Mean distance of each stroke's line to the path, m."""
+    avoided: Annotated[Floats, Shape("a")] = field(default_factory=lambda: np.empty(0))
+    """Least distance of the path to each avoided zone, m; negative: as deep inside."""
     extra_length: float = 0.0
     """Against the path without wishes, m."""
     extra_cost: float = 0.0
@@ -286,6 +313,16 @@ class Path:
     wishes: WishReport
     without_wishes: Annotated[Floats, Shape("j 2")]
     """The path that would have been taken without wishes, m; the same where there are none."""
+    score: float = 0.0
+    """What the method minimises, m: weighted length and the price of the wishes; to be compared
+    with ``kept_score`` only."""
+    kept_score: float | None = None
+    """The same of ``RouteProblem.kept``; ∞ where that is blocked by now."""
+    pivots: Annotated[Integers, Shape("p")] = field(
+        default_factory=lambda: np.empty(0, dtype=np.int64)
+    )
+    """Indices of the points where no curve that the robot can drive fits, and it must turn on the
+    spot instead."""
 
 
 @value
@@ -332,44 +369,6 @@ class Status(StrEnum):
     """No verified plan: braking."""
 
 
-class Reason(StrEnum):
-    """Why the wheels do not do what the planner wanted, or why the chair stands: stable codes."""
-
-    sentence: str
-    """The same for the rider."""
-
-    def __new__(cls, code: str, sentence: str) -> Reason:
-        """A code with its sentence."""
-        reason = str.__new__(cls, code)
-        reason._value_ = code
-        reason.sentence = sentence
-        return reason
-
-    NOT_FINITE = "not_finite", "A sensor sent something that is not a number, so I stopped."
-    CLOCK = "clock", "The clock ran backwards, so I stopped."
-    STALE_SCAN = "stale_scan", "I cannot see: the laser is silent, so I stopped."
-    STALE_POSE = "stale_pose", "I do not know where we are: no position arrives, so I stopped."
-    STALE_TWIST = "stale_twist", "I do not know how fast we are: odometry is silent, so I stopped."
-    POSE_JUMP = "pose_jump", "Our position jumped, so I stopped to be sure of it."
-    RIDER_SILENT = "rider_silent", "Your joystick is not connected, so I stopped."
-    RIDER_STOP = "rider_stop", "You asked me to stop."
-    LATE = "late", "I was too slow to think, so I stopped."
-    OVER_LIMITS = "over_limits", "That was more than the chair allows, so I did less."
-    TOO_CLOSE = "too_close", "Something is too close ahead, so I slowed down."
-    BLOCKED = "blocked", "Something stands in the way, so I stopped."
-    NO_SAFE_PLAN = "no_safe_plan", "I found no safe way to move, so I am braking."
-    SOLVER_FAILED = "solver_failed", "I could not work out how to move, so I am braking."
-    START_BLOCKED = "start_blocked", "We stand too close to something to plan a way."
-    GOAL_BLOCKED = (
-        "goal_blocked",
-        "The goal is too close to something for the chair to stand there.",
-    )
-    OUTSIDE_MAP = "outside_map", "That place is outside the map."
-    NO_PATH = "no_path", "I know no way to get there that is wide enough."
-    PLANNING = "planning", "I could not plan a way."
-    ARRIVED = "arrived", "We have arrived."
-
-
 @value
 class LocalPlan:
     """What the local planner wants to do next, and everything it knew when it chose."""
@@ -409,6 +408,7 @@ class Decision:
 
 __all__ = [
     "Authority",
+    "Crowding",
     "Decision",
     "Groups",
     "LiveObstacles",

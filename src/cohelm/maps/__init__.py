@@ -3,6 +3,7 @@
 from cohelm.maps.distance import DistanceField, distance_field, signed_distance
 from cohelm.maps.floorplan import Door, FloorPlan, Furniture, Space, read_floor_plan
 from cohelm.maps.grid import FARTHEST, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps.masks import CostmapFilter, FilterType
 from cohelm.maps.nav2 import MapFile, MapWarning, read_map, write_map
 from cohelm.maps.places import (
     Place,
@@ -18,8 +19,10 @@ __all__ = [
     "FREE",
     "OCCUPIED",
     "UNKNOWN",
+    "CostmapFilter",
     "DistanceField",
     "Door",
+    "FilterType",
     "FloorPlan",
     "Furniture",
     "MapFile",

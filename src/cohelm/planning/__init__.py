@@ -3,8 +3,8 @@
 from cohelm.planning.api import GlobalPlanner, RouteProblem
 from cohelm.planning.astar import AStar
 from cohelm.planning.costmap import Costmap, Inflation, build_costmap, combine
+from cohelm.planning.ground import costmap_for
 from cohelm.planning.reference import Comfort, reference
-from cohelm.planning.route import costmap_for
 from cohelm.planning.upf import UserPreferenceField
 
 __all__ = [

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from cohelm.arrays import Annotated, Floats, Shape, value
-from cohelm.maps import OccupancyGrid
-from cohelm.messages import LiveObstacles, Path, Wish
+from cohelm.maps import CostmapFilter, OccupancyGrid
+from cohelm.messages import Crowding, LiveObstacles, Path, Wish
 from cohelm.robots import Robot
 
 
@@ -26,6 +26,15 @@ class RouteProblem:
     there, so that the field stays as it was. None: at the start."""
     live: LiveObstacles | None = None
     """What stands where the map knows of nothing."""
+    crowding: Crowding | None = None
+    """Where people have been lately."""
+    groups: tuple[Floats, ...] = ()
+    """The outline (k, 2) between the members of each group that stands together, m: not to be cut
+    through while another way is left."""
+    filters: tuple[CostmapFilter, ...] = ()
+    """Masks over the map: keepout zones. Speed limits do not move the route."""
+    kept: Annotated[Floats, Shape("k 2")] | None = None
+    """The rest of a path that is followed already, m: the answer says what it is worth now."""
     clearance: float = 0.0
     """Distance to keep beyond the footprint, m."""
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
-from cohelm.planning.route import RouteParameters, costmap_for, find_route, to_path
+from cohelm.planning.ground import ground_for
+from cohelm.planning.route import RouteParameters, find_route, to_path
 
 
 class AStar:
@@ -18,6 +19,6 @@ class AStar:
 
     def plan(self, problem: RouteProblem) -> Path:
         """See :meth:`cohelm.planning.GlobalPlanner.plan`."""
-        costmap = costmap_for(problem, self.parameters.inflation)
-        route = find_route(problem, costmap, costmap, self.parameters)
-        return to_path(problem, route, route, method="astar")
+        ground = ground_for(problem, self.parameters)
+        route = find_route(ground, self.parameters)
+        return to_path(ground, route, route, method="astar")

@@ -67,6 +67,40 @@ def smooth(
     return resample(line, smoothing.spacing)
 
 
+def line_cost(points: Floats, weights: Weights, resolution: float) -> float:
+    """Weighted length of a line (k, 2) in the grid's frame, m; ∞ where it crosses what is blocked.
+
+    Blocked is a point whose own cell is; the first and the last point are forgiven.
+    """
+    return float(_line_cost(points, weights.packed, resolution))
+
+
+@njit(cache=True)
+def _line_cost(points: Floats, weights: Floats32, resolution: float) -> float:
+    total = 0.0
+    rows, cols = weights.shape
+    for i in range(1, points.shape[0]):
+        ax, ay = points[i - 1, 0], points[i - 1, 1]
+        dx, dy = points[i, 0] - ax, points[i, 1] - ay
+        length = math.hypot(dx, dy)
+        count = max(math.ceil(4.0 * length / resolution), 1)
+        inner, ends = 0.0, 0.0
+        for k in range(count + 1):
+            x, y = ax + dx * k / count, ay + dy * k / count
+            w = _weight(weights, resolution, x, y)
+            c = min(max(math.floor(x / resolution) + 1, 0), cols - 1)
+            r = min(max(math.floor(y / resolution) + 1, 0), rows - 1)
+            outermost = (i == 1 and k == 0) or (i == points.shape[0] - 1 and k == count)
+            if weights[r, c] == np.inf and not outermost:
+                return np.inf
+            if k in (0, count):
+                ends += 0.5 * w
+            else:
+                inner += w
+        total += (inner + ends) * length / count if length > 0.0 else 0.0
+    return total
+
+
 @njit(cache=True)
 def _shorten(
     points: Floats, weights: Floats32, clearance: Floats32, resolution: float, needed: float

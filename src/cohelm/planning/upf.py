@@ -7,14 +7,9 @@ import numpy as np
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
 from cohelm.planning.costmap import combine
+from cohelm.planning.ground import ground_for, weigh
 from cohelm.planning.layers.preference import Preference, preference_costs, spread
-from cohelm.planning.route import (
-    RouteParameters,
-    attracting_points,
-    costmap_for,
-    find_route,
-    to_path,
-)
+from cohelm.planning.route import RouteParameters, attracting_points, find_route, to_path
 
 
 class UserPreferenceField:
@@ -33,14 +28,15 @@ class UserPreferenceField:
 
     def plan(self, problem: RouteProblem) -> Path:
         """See :meth:`cohelm.planning.GlobalPlanner.plan`. Without wishes it is A*."""
-        base = costmap_for(problem, self.parameters.inflation)
-        without = find_route(problem, base, base, self.parameters)
+        ground = ground_for(problem, self.parameters)
+        without = find_route(ground, self.parameters)
         points = attracting_points(problem)
         if not len(points):
-            return to_path(problem, without, without, method="upf")
+            return to_path(ground, without, without, method="upf")
         preference = self.parameters.preference
         origin = problem.start if problem.wished_from is None else problem.wished_from
         distance = np.hypot(*(points - origin).T)
         layer = preference_costs(problem.grid, points, spread(distance, preference), preference)
-        route = find_route(problem, base, combine(base, layer), self.parameters)
-        return to_path(problem, route, without, method="upf")
+        weights = weigh(combine(ground.costmap, layer), ground.start, self.parameters)
+        route = find_route(ground, self.parameters, weights)
+        return to_path(ground, route, without, method="upf")

@@ -56,6 +56,9 @@ class Robot(Model):
     """m/s."""
     max_turn_rate: float = Field(gt=0.0, le=10.0)
     """rad/s."""
+    minimum_turning_radius: float | None = Field(None, gt=0.0, le=20.0)
+    """Of the curves that paths are made of, m (Nav2's name). None: the inscribed radius, since a
+    chair that turns about a point within itself had better turn on the spot."""
     max_acceleration: float = Field(ge=0.05, le=20.0)
     """m/s²."""
     max_deceleration: float = Field(ge=0.05, le=20.0)
@@ -169,6 +172,11 @@ class Robot(Model):
     def inscribed_radius(self) -> float:
         """Distance from the drive axle's centre to the nearest edge, m."""
         return -float(distance_to_polygon(self.outline, 0.0, 0.0))
+
+    @cached_property
+    def max_curvature(self) -> float:
+        """Of a path that the robot follows without stopping to turn, 1/m."""
+        return 1.0 / (self.minimum_turning_radius or self.inscribed_radius)
 
     @cached_property
     def circumscribed_radius(self) -> float:

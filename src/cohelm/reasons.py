@@ -1,0 +1,43 @@
+"""Why the chair does not do what was wanted of it: codes for programs, sentences for riders."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Reason(StrEnum):
+    """Why the wheels do not do what the planner wanted, or why the chair stands: stable codes."""
+
+    sentence: str
+    """The same for the rider."""
+
+    def __new__(cls, code: str, sentence: str) -> Reason:
+        """A code with its sentence."""
+        reason = str.__new__(cls, code)
+        reason._value_ = code
+        reason.sentence = sentence
+        return reason
+
+    NOT_FINITE = "not_finite", "A sensor sent something that is not a number, so I stopped."
+    CLOCK = "clock", "The clock ran backwards, so I stopped."
+    STALE_SCAN = "stale_scan", "I cannot see: the laser is silent, so I stopped."
+    STALE_POSE = "stale_pose", "I do not know where we are: no position arrives, so I stopped."
+    STALE_TWIST = "stale_twist", "I do not know how fast we are: odometry is silent, so I stopped."
+    POSE_JUMP = "pose_jump", "Our position jumped, so I stopped to be sure of it."
+    RIDER_SILENT = "rider_silent", "Your joystick is not connected, so I stopped."
+    RIDER_STOP = "rider_stop", "You asked me to stop."
+    LATE = "late", "I was too slow to think, so I stopped."
+    OVER_LIMITS = "over_limits", "That was more than the chair allows, so I did less."
+    TOO_CLOSE = "too_close", "Something is too close ahead, so I slowed down."
+    BLOCKED = "blocked", "Something stands in the way, so I stopped."
+    NO_SAFE_PLAN = "no_safe_plan", "I found no safe way to move, so I am braking."
+    SOLVER_FAILED = "solver_failed", "I could not work out how to move, so I am braking."
+    START_BLOCKED = "start_blocked", "We stand too close to something to plan a way."
+    GOAL_BLOCKED = (
+        "goal_blocked",
+        "The goal is too close to something for the chair to stand there.",
+    )
+    OUTSIDE_MAP = "outside_map", "That place is outside the map."
+    NO_PATH = "no_path", "I know no way to get there that is wide enough."
+    PLANNING = "planning", "I could not plan a way."
+    ARRIVED = "arrived", "We have arrived."
