@@ -1,0 +1,1 @@
+"""Benchmarks that anybody can repeat: scenes from seeds, outside references, honest tables."""
