@@ -13,6 +13,7 @@ rounding cost time, never exactness.
 from __future__ import annotations
 
 import math
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,11 @@ class GridPath:
     """In cells: multiply by the resolution for metres. Summed in float64 along the cells."""
     expansions: int
     """Cells expanded, counted as often as they were."""
+    pins: Annotated[Integers, Shape("p")] = field(
+        default_factory=lambda: np.empty(0, dtype=np.int64)
+    )
+    """Rising indices of cells that the line made of the way must go on passing within a cell of:
+    the way was paid for to come there, and neither shortening nor smoothing may give that away."""
 
 
 @value
