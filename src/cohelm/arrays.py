@@ -16,12 +16,16 @@ the type that the annotation says; one that the caller could still write to is c
 from __future__ import annotations
 
 import dataclasses
+import math
+import mmap
+import os
 import typing
+import weakref
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform, get_args, get_origin
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
@@ -41,7 +45,9 @@ __all__ = [
     "Integers",
     "Shape",
     "SignedBytes",
+    "empty_for_copies",
     "identical",
+    "lazy_copy",
     "read_only",
     "value",
 ]
@@ -69,6 +75,35 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
         array = array.copy()
         array.flags.writeable = False
     return array
+
+
+def empty_for_copies(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+    """An array to be filled once and sealed, of which :func:`lazy_copy` makes copies cheaply.
+
+    A large one lies in memory that the operating system can map again, where it offers that.
+    """
+    size = math.prod(shape) * np.dtype(dtype).itemsize
+    if size < _LARGE or not hasattr(os, "memfd_create"):
+        return np.empty(shape, dtype)
+    descriptor = os.memfd_create("cohelm")
+    os.ftruncate(descriptor, size)
+    return np.ndarray(shape, dtype, buffer=_Pages(descriptor, size))
+
+
+def lazy_copy(array: NDArray[Any]) -> NDArray[Any]:
+    """A copy that can be written to and shares with ``array`` each page that nobody writes to.
+
+    So a large array from :func:`empty_for_copies` is copied at the price of what is changed; any
+    other is simply copied.
+
+    Args:
+        array: sealed: a write to it would show in its copies.
+    """
+    pages = array.base
+    if not isinstance(pages, _Pages) or array.flags.writeable or array.nbytes != len(pages):
+        return array.copy()
+    private = mmap.mmap(pages.descriptor, len(pages), access=mmap.ACCESS_COPY)
+    return np.ndarray(array.shape, array.dtype, buffer=private)
 
 
 def identical(a: object, b: object, *, ignore: frozenset[str] = frozenset()) -> bool:
@@ -102,6 +137,18 @@ class Shape:
     """The declared axes of an array field, as ``Shape("n 4")``."""
 
     axes: str
+
+
+class _Pages(mmap.mmap):
+    """Memory that can be mapped again."""
+
+    descriptor: int
+
+    def __new__(cls, descriptor: int, size: int) -> _Pages:
+        self = super().__new__(cls, descriptor, size)
+        self.descriptor = descriptor
+        weakref.finalize(self, os.close, descriptor)
+        return self
 
 
 class _Field:
@@ -169,5 +216,8 @@ def _fields(cls: type) -> tuple[_Field, ...]:
                 found.append(_Field(name, dtype, shape.axes, optional=len(options) > 1))
     return _KNOWN.setdefault(cls, tuple(found))
 
+
+_LARGE = 1 << 22
+"""Bytes from which on mapping memory is cheaper than copying it."""
 
 _KNOWN: dict[type, tuple[_Field, ...]] = {}
