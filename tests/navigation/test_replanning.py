@@ -10,7 +10,8 @@ from cohelm.errors import NoPath
 from cohelm.maps import distance_field
 from cohelm.messages import Authority, LiveObstacles, Reference, Wish
 from cohelm.navigation.progress import ProgressParameters, progress
-from cohelm.navigation.replanning import ReplanningParameters, RouteQuestion, route
+from cohelm.navigation.question import RouteQuestion
+from cohelm.navigation.replanning import ReplanningParameters, route
 from cohelm.navigation.walls import walls_about
 from cohelm.testing.scenes import open_floor, room, walkers
 

@@ -127,6 +127,7 @@ def summary(ride: Ride, wall_time: float) -> dict[str, Any]:
         "stops": [
             {"time": s.time, "duration": s.duration, "reason": s.reason.value} for s in ride.stops
         ],
+        "replans": [{"time": r.time, "why": r.why.value} for r in ride.replans],
         "versions": versions(),
         "timing": {"wall_time": wall_time, **timing(ride)},
     }

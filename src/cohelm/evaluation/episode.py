@@ -8,10 +8,10 @@ from types import MappingProxyType
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.ride import GOAL_RADIUS, Outcome, Ride, Stop
+from cohelm.evaluation.ride import GOAL_RADIUS, Outcome, Replan, Ride, Stop
 from cohelm.evaluation.scenario import Scenario
 from cohelm.evaluation.staging import Stage, set_stage
-from cohelm.messages import Reason
+from cohelm.messages import Path, Reason
 from cohelm.navigation import Navigator, Tick
 from cohelm.simulation import Truth, World, is_standing
 
@@ -79,6 +79,8 @@ class _Log:
         self.kept: list[Tick] = []
         self.closest: tuple[float, Tick] | None = None
         self.stops: list[Stop] = []
+        self.replans: list[Replan] = []
+        self._path: Path | None = None
         self.first: Tick | None = None
         self._entered: float | None = None
         self._stood_since: float | None = None
@@ -95,6 +97,7 @@ class _Log:
         if np.isfinite(gap) and (self.closest is None or gap < self.closest[0]):
             self.closest = gap, tick
         self._note_stop(truth, tick)
+        self._note_path(truth, tick)
 
     def _note_stop(self, truth: Truth, tick: Tick) -> None:
         """Two stops less than a second apart are one, with the first's reason."""
@@ -110,6 +113,16 @@ class _Log:
             self.stops[-1] = Stop(time=last.time, duration=duration, reason=last.reason)
         if not bool(is_standing(truth.twist)) or self._stood_since is None:
             self._stood_since = truth.time
+
+    def _note_path(self, truth: Truth, tick: Tick) -> None:
+        """A path that is not the last one replaces it, but for the first of all."""
+        route = tick.memory.route
+        if route is None or route.path is self._path:
+            return
+        if self._path is not None:
+            found = Replan(time=truth.time, why=route.why, points=route.path.points)
+            self.replans.append(found)
+        self._path = route.path
 
     def outcome(self, stage: Stage) -> Outcome | None:
         """How the ride has ended; None: it goes on."""
@@ -163,6 +176,7 @@ class _Log:
             people_radius=truths[0].crowd.radius,
             stops=tuple(self.stops),
             path=self.first.path if self.first is not None else None,
+            replans=tuple(self.replans),
             ticks=tuple(self.kept),
             closest=self.closest[1] if self.closest is not None else None,
             durations=_by_stage(self.durations),

@@ -9,7 +9,7 @@ from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.evaluation.scenario import Scenario
 from cohelm.maps import OccupancyGrid, Places
 from cohelm.messages import Path, Reason
-from cohelm.navigation import Tick
+from cohelm.navigation import Tick, Why
 from cohelm.robots import Robot
 from cohelm.simulation import is_standing
 
@@ -39,6 +39,17 @@ class Stop:
     duration: float
     """s."""
     reason: Reason
+
+
+@value
+class Replan:
+    """A new path in place of another one."""
+
+    time: float
+    """When, s."""
+    why: Why
+    points: Annotated[Floats, Shape("m 2")]
+    """The new path, m."""
 
 
 @value
@@ -93,6 +104,8 @@ class Ride:
     stops: tuple[Stop, ...] = ()
     path: Path | None = None
     """The first route."""
+    replans: tuple[Replan, ...] = ()
+    """Every other one."""
     ticks: tuple[Tick, ...] = ()
     """The navigator's ticks, two a second."""
     closest: Tick | None = None

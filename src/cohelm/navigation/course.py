@@ -7,8 +7,11 @@ from dataclasses import dataclass
 
 from cohelm.errors import PlanningError
 from cohelm.messages import Authority, Mode, Observation, Reason, Reference, Request
+from cohelm.navigation.beyond import all_obstacles
+from cohelm.navigation.groups import outlines
 from cohelm.navigation.progress import ProgressState, progress
-from cohelm.navigation.replanning import RouteQuestion, RouteState, route
+from cohelm.navigation.question import RouteQuestion
+from cohelm.navigation.replanning import RouteState, route
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.sight import Sight
 from cohelm.navigation.tick import Memory
@@ -29,7 +32,9 @@ class Course:
     stalled_for: float = 0.0
     """How long the ride has not got on, s."""
     reason: Reason = Reason.PLANNING
-    """Why there is no path, where there is none."""
+    """Why there is no path, where there is none …"""
+    trouble: str = ""
+    """… and the same with places and widths."""
 
 
 def lay_course(
@@ -58,16 +63,19 @@ def lay_course(
         pose=observation.pose,
         robot=setup.robot,
         grid=setup.grid,
-        live=sight.live,
+        live=all_obstacles(sight.live, sight.beyond),
         walls=sight.walls,
         authority=hand if shares else None,
         people=sight.people,
         stalled_for=observation.time - pace.since if pace else 0.0,
+        crowding=sight.crowding.told if sight.crowding.told.density.any() else None,
+        groups=outlines(sight.people, sight.groups, setup.replanning.standing),
+        filters=setup.filters,
     )
     try:
         state = route(question, setup.global_planner, before, setup.replanning)
     except PlanningError as error:
-        return Course(reason=_reason(error))
+        return Course(reason=_reason(error), trouble=str(error))
     along, at = reference(
         state.path,
         observation.pose,

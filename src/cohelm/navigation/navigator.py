@@ -84,6 +84,8 @@ class Navigator:
                 gate=gate_state,
                 tracker=seen.tracker,
                 obstacles=seen.layer,
+                beyond=seen.beyond,
+                crowding=seen.crowding,
                 route=course.route,
                 progress=course.progress,
                 authority=hand_state,
@@ -97,6 +99,7 @@ class Navigator:
             authority=hand,
             shared=course.shared,
             plan=plan,
+            trouble=course.trouble,
             arrived=arrived,
             durations=MappingProxyType(watch.laps),
         )

@@ -2,14 +2,15 @@
 
 The path is kept while it is good. A new one is planned when there is none, when the goal or a wish
 changes, when the way ahead has been blocked for a while, when the chair has left its path, when it
-has not got on for long, and while the rider steers: then from where the hand leads, so that the
-path follows the rider round an obstacle and not the other way.
+has not got on for long, when another way has become much better (``better``), and while the rider
+steers: then from where the hand leads, so that the path follows the rider round an obstacle and not
+the other way.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import math
+from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
@@ -18,12 +19,15 @@ from cohelm.arrays import Floats, identical, value
 from cohelm.config import Model
 from cohelm.errors import PlanningError
 from cohelm.geometry import arc_length, nearest_on_polyline
-from cohelm.maps import DistanceField, OccupancyGrid
-from cohelm.messages import Authority, LiveObstacles, Path, People, Request, Wish
+from cohelm.messages import Authority, Path, Request, Wish
+from cohelm.navigation.ahead import cut_strokes, rest_of, wishes_ahead
+from cohelm.navigation.better import BetterParameters, Left, Lookout, judged, worth_a_look
+from cohelm.navigation.question import RouteQuestion, Why, problem_of, with_standing_people
 from cohelm.planning import GlobalPlanner, RouteProblem
-from cohelm.robots import Robot
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
+_LEAVES = frozenset({Why.BLOCKED, Why.BETTER, Why.STALLED})
+"""After these the old path is remembered as the one that was left."""
 
 
 class ReplanningParameters(Model):
@@ -43,6 +47,8 @@ class ReplanningParameters(Model):
     """People slower than this are walked round by a stalled ride, m/s."""
     rest: float = Field(0.5, ge=0.0, le=30.0)
     """Least time between two plans, s."""
+    better: BetterParameters = BetterParameters()
+    """When another one replaces a path that is still good."""
 
 
 @value
@@ -54,32 +60,22 @@ class RouteState:
     path: Path
     planned_at: float
     """s."""
+    why: Why
+    """What the path was planned for."""
+    replans: int = 0
+    """How many paths there were before this one."""
     wished_from: Floats
     """Where the chair was when the wishes were set, (2,), m."""
     wishes: tuple[Wish, ...] = ()
-    """Those that are still ahead."""
+    """What of them is still ahead."""
     progress: float = 0.0
     """Arc length of the chair's projection on the path, m."""
     blocked_since: float = math.inf
     """Since when the way ahead is blocked, s."""
-
-
-@value
-class RouteQuestion:
-    """Everything that decides whether to plan anew."""
-
-    time: float
-    request: Request
-    pose: Floats
-    robot: Robot
-    grid: OccupancyGrid
-    live: LiveObstacles
-    walls: DistanceField
-    """About the chair."""
-    authority: Authority | None
-    people: People
-    stalled_for: float
-    """How long the ride has not got on, s."""
+    asked_at: float = -math.inf
+    """When the planner was last asked because the path was no longer good, s."""
+    lookout: Lookout
+    left: Left | None = None
 
 
 def route(
@@ -94,79 +90,143 @@ def route(
         PlanningError: if there is no path at all; a path there is is kept when replanning fails.
     """
     q, p = question, parameters
-    if memory is None or _asks_anew(q.request, memory.request):
-        return _planned(q, planner, q.pose[:2], q.request.wishes, wished_from=q.pose[:2])
-    path, wishes = memory.path, _ahead(memory)
-    _, beside = nearest_on_polyline(path.points, float(q.pose[0]), float(q.pose[1]))
-    blocked = _blocked(path, memory.progress, q, p)
-    since = min(memory.blocked_since, q.time) if blocked else math.inf
-    kept = dataclasses.replace(memory, request=q.request, wishes=wishes, blocked_since=since)
-    if q.time - memory.planned_at < p.rest - _ROUNDING:
+    new = _asks_anew(q.request, memory)
+    if memory is None or new is not None:
+        here = q.pose[:2]
+        path = planner.plan(problem_of(q, here, q.request.wishes, wished_from=here, kept=None))
+        return _started(q, path, new or Why.FIRST, memory)
+    kept = _kept(memory, q, p)
+    if q.time - max(kept.asked_at, kept.planned_at) < p.rest - _ROUNDING:
         return kept
-    steering = q.authority if q.authority and q.authority.eta >= p.steering else None
-    stalled = q.stalled_for >= p.stalled_time - _ROUNDING
-    shut = q.time - since >= p.blocked_time - _ROUNDING
-    if not (shut or stalled or steering or beside > p.astray):
-        return kept
-    try:
-        start = _start(q, steering) if steering else q.pose[:2]
-        if stalled:
-            q = dataclasses.replace(q, live=_with_standing_people(q, p))
-        return _planned(q, planner, start, wishes, wished_from=memory.wished_from)
-    except PlanningError:
-        return kept
+    why = _no_longer_good(q, kept, p)
+    if why is not None:
+        return _replaced(q, planner, kept, why, p)
+    return _better(q, planner, kept, p)
 
 
-def _asks_anew(now: Request, then: Request) -> bool:
-    return not (identical(now.goal, then.goal) and identical(now.wishes, then.wishes))
+def _asks_anew(now: Request, memory: RouteState | None) -> Why | None:
+    if memory is None:
+        return None
+    if not identical(now.goal, memory.request.goal):
+        return Why.GOAL
+    return None if identical(now.wishes, memory.request.wishes) else Why.WISH
 
 
-def _ahead(memory: RouteState) -> tuple[Wish, ...]:
-    """The wishes but for attracting points that the chair has passed along its path."""
-    points = memory.path.points
+def _kept(memory: RouteState, q: RouteQuestion, p: ReplanningParameters) -> RouteState:
+    """The path there is, with what has become of it."""
+    blocked = _blocked(memory.path, memory.progress, q, p)
+    return replace(
+        memory,
+        request=q.request,
+        wishes=wishes_ahead(memory.wishes, memory.path, memory.progress),
+        blocked_since=min(memory.blocked_since, q.time) if blocked else math.inf,
+    )
 
-    def passed(wish: Wish) -> bool:
-        x, y = wish.points[-1]
-        along, _ = nearest_on_polyline(points, float(x), float(y))
-        return wish.kind == "attract" and along <= memory.progress
 
-    return tuple(wish for wish in memory.wishes if not passed(wish))
+def _no_longer_good(q: RouteQuestion, kept: RouteState, p: ReplanningParameters) -> Why | None:
+    x, y = q.pose[:2]
+    _, beside = nearest_on_polyline(kept.path.points, float(x), float(y))
+    rules = (
+        (q.time - kept.blocked_since >= p.blocked_time - _ROUNDING, Why.BLOCKED),
+        (q.stalled_for >= p.stalled_time - _ROUNDING, Why.STALLED),
+        (_steers(q, p) is not None, Why.STEERING),
+        (beside > p.astray, Why.ASTRAY),
+    )
+    return next((why for holds, why in rules if holds), None)
 
 
-def _planned(
+def _replaced(
     q: RouteQuestion,
     planner: GlobalPlanner,
-    start: Floats,
-    wishes: tuple[Wish, ...],
-    *,
-    wished_from: Floats,
+    kept: RouteState,
+    why: Why,
+    p: ReplanningParameters,
 ) -> RouteState:
-    path = planner.plan(
-        RouteProblem(
-            grid=q.grid,
-            robot=q.robot,
-            start=start,
-            goal=q.request.goal,
-            wishes=wishes,
-            wished_from=wished_from,
-            live=q.live,
-            clearance=q.request.profile.clearance,
-        )
+    """A new path; the old one where there is none."""
+    steering = _steers(q, p)
+    start = _start(q, steering) if steering else q.pose[:2]
+    asked = q
+    if q.stalled_for >= p.stalled_time - _ROUNDING:
+        asked = replace(q, live=with_standing_people(q, p.standing))
+    try:
+        path = planner.plan(_anew(asked, start, kept))
+    except PlanningError:
+        return replace(kept, asked_at=q.time)
+    return _followed(q, path, why, kept)
+
+
+def _better(
+    q: RouteQuestion, planner: GlobalPlanner, kept: RouteState, p: ReplanningParameters
+) -> RouteState:
+    """A much better path, where there is one; else the one there is."""
+    if q.time - kept.planned_at < p.better.settle - _ROUNDING:
+        return kept
+    if not worth_a_look(kept.lookout, q.time, q.live, q.crowding, q.grid.resolution, p.better):
+        return kept
+    look = replace(kept.lookout, at=q.time, live=q.live, crowding=q.crowding)
+    problem = _anew(q, q.pose[:2], kept)
+    try:
+        path = planner.plan(problem)
+    except PlanningError:
+        return replace(kept, lookout=look)
+    why, look = judged(
+        path,
+        rest_of(kept.path, kept.progress),
+        look,
+        kept.left,
+        time=q.time,
+        blocked_time=p.blocked_time,
+        parameters=p.better,
     )
+    if why is None:
+        return replace(kept, lookout=look)
+    return _followed(q, path, why, kept)
+
+
+def _anew(q: RouteQuestion, start: Floats, kept: RouteState) -> RouteProblem:
+    return problem_of(
+        q,
+        start,
+        cut_strokes(kept.wishes, kept.path, kept.progress),
+        wished_from=kept.wished_from,
+        kept=rest_of(kept.path, kept.progress),
+    )
+
+
+def _started(q: RouteQuestion, path: Path, why: Why, before: RouteState | None) -> RouteState:
+    """On the way to a new goal or by a new wish: nothing is remembered."""
     return RouteState(
-        request=q.request, path=path, planned_at=q.time, wished_from=wished_from, wishes=wishes
+        request=q.request,
+        path=path,
+        planned_at=q.time,
+        why=why,
+        replans=before.replans + 1 if before else 0,
+        wished_from=q.pose[:2],
+        wishes=q.request.wishes,
+        lookout=Lookout(at=q.time, live=q.live, crowding=q.crowding),
     )
 
 
-def _with_standing_people(q: RouteQuestion, p: ReplanningParameters) -> LiveObstacles:
-    """The live obstacles, and who stands in the window as if they were things."""
-    standing = np.hypot(*q.people.mean[:, 2:].T) < p.standing
-    occupied = q.live.occupied.copy()
-    rows, cols = np.indices(occupied.shape)
-    centres = q.grid.centres(np.stack([rows, cols], axis=-1) + q.live.corner)
-    for (x, y), radius in zip(q.people.mean[standing, :2], q.people.radius[standing], strict=True):
-        occupied[np.hypot(centres[..., 0] - x, centres[..., 1] - y) < radius] = 1
-    return dataclasses.replace(q.live, occupied=occupied)
+def _followed(q: RouteQuestion, path: Path, why: Why, kept: RouteState) -> RouteState:
+    """On a new path to the same goal."""
+    left = Left(points=rest_of(kept.path, kept.progress), at=q.time) if why in _LEAVES else None
+    return replace(
+        kept,
+        path=path,
+        planned_at=q.time,
+        why=why,
+        replans=kept.replans + 1,
+        progress=0.0,
+        blocked_since=math.inf,
+        lookout=Lookout(
+            at=q.time, live=q.live, crowding=q.crowding, compares=kept.lookout.compares
+        ),
+        left=left,
+    )
+
+
+def _steers(q: RouteQuestion, p: ReplanningParameters) -> Authority | None:
+    return q.authority if q.authority and q.authority.eta >= p.steering else None
 
 
 def _start(q: RouteQuestion, steering: Authority) -> Floats:

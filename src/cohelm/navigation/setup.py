@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from cohelm.arrays import value
 from cohelm.control import LocalPlanner
-from cohelm.maps import OccupancyGrid
-from cohelm.messages import Request
+from cohelm.maps import CostmapFilter, OccupancyGrid
+from cohelm.messages import Crowding, Request
+from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.progress import ProgressParameters
 from cohelm.navigation.replanning import ReplanningParameters
 from cohelm.perception import Detector, ObstacleLayerParameters, Predictor, Tracker
@@ -28,6 +29,11 @@ class NavigatorSetup:
     tracker: Tracker
     predictor: Predictor
     social_model: SocialModel
+    filters: tuple[CostmapFilter, ...] = ()
+    """Masks over the map: keepout zones and speed limits."""
+    heat: Crowding | None = None
+    """Where people are known to be."""
+    crowding: CrowdingParameters = CrowdingParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     replanning: ReplanningParameters = ReplanningParameters()

@@ -15,6 +15,8 @@ from cohelm.messages import (
     Request,
     SocialSpaces,
 )
+from cohelm.navigation.beyond import NOTHING, Beyond, remember
+from cohelm.navigation.crowding import CrowdingState, crowding
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.stopwatch import Stopwatch
 from cohelm.navigation.tick import Memory
@@ -36,6 +38,9 @@ class Sight:
     tracker: Any
     """The tracker's memory."""
     layer: ObstacleLayerState
+    beyond: Beyond
+    """What stands outside the layer's window."""
+    crowding: CrowdingState
 
 
 def see(
@@ -71,7 +76,16 @@ def see(
         observation.pose,
         setup.obstacle_layer,
     )
+    beyond, layer = remember(
+        (memory.beyond if memory else None) or NOTHING,
+        memory.obstacles if memory else None,
+        layer,
+        setup.obstacle_layer,
+    )
     watch.lap("perception")
+    crowded = crowding(
+        memory.crowding if memory else None, people, setup.grid, setup.heat, setup.crowding
+    )
     groups = Groups.alone(len(people))
     predictions = setup.predictor.predict(people, planner.steps, planner.step)
     spaces = setup.social_model.spaces(
@@ -90,4 +104,6 @@ def see(
         live=live,
         tracker=tracker,
         layer=layer,
+        beyond=beyond,
+        crowding=crowded,
     )

@@ -25,6 +25,8 @@ from cohelm.messages import (
     Request,
     SocialSpaces,
 )
+from cohelm.navigation.beyond import Beyond
+from cohelm.navigation.crowding import CrowdingState
 from cohelm.navigation.progress import ProgressState
 from cohelm.navigation.replanning import RouteState
 from cohelm.perception import ObstacleLayerState
@@ -40,6 +42,8 @@ class Memory:
     tracker: Any | None = None
     """The tracker's own record."""
     obstacles: ObstacleLayerState | None = None
+    beyond: Beyond | None = None
+    crowding: CrowdingState | None = None
     route: RouteState | None = None
     progress: ProgressState | None = None
     authority: AuthorityState | None = None
@@ -64,6 +68,8 @@ class Tick:
     shared: Reference | None = None
     """The path's reference and the rider's hand, blended."""
     plan: LocalPlan | None = None
+    trouble: str = ""
+    """Why there is no path, in words, with places and widths; empty where there is one."""
     arrived: bool = False
     """At the goal, and standing still is what is wanted."""
     durations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))

@@ -1,0 +1,225 @@
+"""Table 2 of Xu et al.: global planners among each other, by how near they come to the rider's way.
+
+Ten office scenes (``office.py``), one click each, the same for every method. Each method's path is
+ridden in simulation on the otherwise empty floor, the chair alone steering.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from cohelm import plugins
+from cohelm.arrays import Floats
+from cohelm.errors import PlanningError
+from cohelm.evaluation.benches.bench import Report, Result, Task
+from cohelm.evaluation.benches.office import OfficeScene, office
+from cohelm.evaluation.benches.paper_global_report import DESIRED, MEASURES, make_report
+from cohelm.evaluation.episode import Episode
+from cohelm.evaluation.metrics.motion import path_length
+from cohelm.evaluation.metrics.motion import time as time_to_goal
+from cohelm.evaluation.metrics.route import path_error
+from cohelm.evaluation.ride import Outcome, Ride
+from cohelm.evaluation.scenario import load_scenario
+from cohelm.evaluation.staging import Stage, set_stage
+from cohelm.geometry import arc_length, nearest_on_polyline
+from cohelm.maps import write_map
+from cohelm.messages import Path as Route
+from cohelm.messages import WishReport
+from cohelm.pictures import RoutePanel
+from cohelm.planning import RouteProblem
+from cohelm.robots import load_robot
+
+TITLE = "Global planners in semi-open offices (Xu et al., Table 2)"
+SEEDS = 10
+WORKERS = None
+
+METHODS: Mapping[str, Mapping[str, Any]] = {
+    "astar": {"use": "astar"},
+    "iterative_astar": {"use": "iterative_astar"},
+    "upf": {"use": "upf"},
+    "upf_rayleigh": {"use": "upf", "preference": {"density": "rayleigh"}},
+    "upf_soft": {"use": "upf_soft"},
+    "soft_via": {"use": "soft_via"},
+}
+"""Name in the table → global planner."""
+ROBOT = "quantum_q6_edge"
+PREFERRED_SPEED = 1.2
+"""The paper's, m/s."""
+STEP = 0.05
+"""Between the times at which two rides are compared, s."""
+
+
+def tasks(seeds: int) -> Sequence[Task]:
+    """One for each scene."""
+    return [(seed,) for seed in range(seeds)]
+
+
+def work(task: Task, folder: Path) -> Sequence[Result]:
+    """Ride the rider's own way through one scene, then what every installed method makes of it."""
+    (seed,) = task
+    scene = office(seed, load_robot(ROBOT))
+    file = _write_scene(scene, folder / "scenes")
+    known = plugins.names("global_planners")
+    methods = {name: spec for name, spec in METHODS.items() if spec["use"] in known}
+    desired = _ride(file, scene, DESIRED, METHODS["astar"], None)
+    against = desired.arrays["track"]
+    return [
+        desired,
+        *(_ride(file, scene, name, spec, against) for name, spec in methods.items()),
+    ]
+
+
+def report(results: Sequence[Result], folder: Path) -> Report:
+    """Table 2 beside the paper's, paired differences, and the pictures of Fig. 12."""
+    wanting = [name for name in METHODS if name not in {r.row["method"] for r in results}]
+    by_seed: dict[int, list[Result]] = {}
+    for each in results:
+        by_seed.setdefault(each.row["seed"], []).append(each)
+    panels = [_panel(seed, group) for seed, group in sorted(by_seed.items())]
+    return make_report(results, panels, folder, wanting)
+
+
+def synchronised_error(track: Floats, desired: Floats) -> Floats:
+    """(time s, distance m) between two tracks (k, 3) of (t, x, y) at the same times, (j, 2).
+
+    For as long as the longer of both takes; who has arrived stays there.
+    """
+    times = np.arange(0.0, max(track[-1, 0], desired[-1, 0]) + STEP / 2.0, STEP)
+    x, y = (
+        np.interp(times, track[:, 0], track[:, i]) - np.interp(times, desired[:, 0], desired[:, i])
+        for i in (1, 2)
+    )
+    return np.column_stack([times, np.hypot(x, y)])
+
+
+def _panel(seed: int, results: Sequence[Result]) -> RoutePanel:
+    scene = office(seed, load_robot(ROBOT))
+    return RoutePanel(
+        title=f"scene {seed}",
+        grid=scene.grid,
+        point=scene.click,
+        lines={each.row["method"]: each.arrays["path"] for each in results if each.arrays},
+    )
+
+
+def _ride(
+    file: Path,
+    scene: OfficeScene,
+    method: str,
+    spec: Mapping[str, Any],
+    against: Floats | None,
+) -> Result:
+    """One method in one scene; ``against`` (k, 3) is how the rider's own way was ridden."""
+    row: dict[str, Any] = {"seed": scene.seed, "method": method, "outcome": ""}
+    row |= dict.fromkeys(MEASURES, float("nan"))
+    row["replay"] = _replay(file, method, spec)
+    scenario = load_scenario(file, changes={"global_planner": dict(spec)})
+    try:
+        stage = set_stage(scenario, scene.seed)
+    except PlanningError as failure:
+        return Result(row={**row, "outcome": failure.code})
+    if method == DESIRED:
+        stage = _along(scene.desired, stage)
+    ride = Episode(stage).run()
+    track = np.column_stack([ride.time, ride.pose[:, :2]])
+    error = synchronised_error(track, track if against is None else against)
+    row |= _measures(ride, stage.route, scene)
+    row["synchronised_error"] = float(error[:, 1].mean())
+    arrays = {
+        "path": stage.route.points,
+        "track": track,
+        "error": error,
+    }
+    return Result(row=row, arrays=arrays)
+
+
+def _measures(ride: Ride, route: Route, scene: OfficeScene) -> dict[str, Any]:
+    nearest, hausdorff = path_error(route.points, scene.desired)
+    reached = ride.outcome is Outcome.REACHED
+    return {
+        "outcome": ride.outcome.value,
+        "time": time_to_goal(ride) if reached else float("nan"),
+        "length": route.length,
+        "nearest_error": nearest,
+        "hausdorff_error": hausdorff,
+        "ridden_error": path_error(ride.pose[:, :2], scene.desired)[0],
+        "ridden_length": path_length(ride) if reached else float("nan"),
+        "click_distance": nearest_on_polyline(route.points, *scene.click)[1],
+        "extra_length": route.wishes.extra_length,
+        "wall_distance": float(ride.gap_wall.min()),
+    }
+
+
+def _along(line: Floats, stage: Stage) -> Stage:
+    """The stage with a planner that follows a drawn line."""
+    drawn = Drawn(line)
+    problem = RouteProblem(
+        grid=stage.grid, robot=stage.robot, start=line[0], goal=stage.request.goal
+    )
+    navigator = dataclasses.replace(stage.navigator, global_planner=drawn)
+    return dataclasses.replace(stage, navigator=navigator, route=drawn.plan(problem))
+
+
+class Drawn:
+    """A global planner that follows a line, whatever is asked of it.
+
+    Args:
+        line: (k, 2), m.
+    """
+
+    def __init__(self, line: Floats) -> None:
+        self.line = line
+
+    def plan(self, problem: RouteProblem) -> Route:
+        """The line from where it is nearest to the start."""
+        along, _ = nearest_on_polyline(self.line, *problem.start)
+        rest = self.line[arc_length(self.line) > along + 1e-6]
+        points = np.concatenate([problem.start[None], rest if len(rest) else self.line[-1:]])
+        length = float(arc_length(points)[-1])
+        return Route(
+            points=points,
+            length=length,
+            cost=length,
+            method=DESIRED,
+            wishes=WishReport(closest=np.empty(0)),
+            without_wishes=points,
+        )
+
+
+def _write_scene(scene: OfficeScene, folder: Path) -> Path:
+    """The scene as a map and a scenario that ``cohelm run`` can ride."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_map(scene.grid, folder / f"{scene.seed}-map.yaml")
+    given = {
+        "description": "a semi-open office, and a click that says to pass on the left",
+        "map": f"{scene.seed}-map.yaml",
+        "start": [*scene.start.tolist(), 90.0],
+        "goal": scene.goal.tolist(),
+        "prefer": [scene.click.tolist()],
+        "robot": ROBOT,
+        "mode": "autonomous",
+        "profile": {"preferred_speed": PREFERRED_SPEED},
+        "seed": scene.seed,
+    }
+    file = folder / f"{scene.seed}.yaml"
+    file.write_text(yaml.safe_dump(given, sort_keys=False), encoding="utf-8")
+    return file
+
+
+def _replay(file: Path, method: str, spec: Mapping[str, Any]) -> str:
+    """The command that rides it again; none where a drawn line is the planner."""
+    if method == DESIRED:
+        return ""
+    command = f"cohelm run {file} --method {spec['use']}"
+    for group, values in spec.items():
+        if group != "use":
+            command += "".join(
+                f" --set global_planner.{group}.{key}={value}" for key, value in values.items()
+            )
+    return command

@@ -1,0 +1,101 @@
+"""What is asked when the way is in question."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import StrEnum
+
+import numpy as np
+
+from cohelm.arrays import Floats, value
+from cohelm.maps import CostmapFilter, DistanceField, OccupancyGrid
+from cohelm.messages import Authority, Crowding, LiveObstacles, People, Request, Wish
+from cohelm.planning import RouteProblem
+from cohelm.robots import Robot
+
+
+class Why(StrEnum):
+    """What a path was planned for."""
+
+    FIRST = "first"
+    """There was none."""
+    GOAL = "goal"
+    """The rider wants to go elsewhere."""
+    WISH = "wish"
+    """The rider wants to go another way."""
+    BLOCKED = "blocked"
+    """Something stood in the old one's way for a while."""
+    BETTER = "better"
+    """A much better one has opened, or the old one has become much worse."""
+    ASTRAY = "astray"
+    """The chair had left the old one."""
+    STALLED = "stalled"
+    """The ride did not get on."""
+    STEERING = "steering"
+    """The rider's hand led elsewhere."""
+
+
+@value
+class RouteQuestion:
+    """Everything that decides whether to plan anew."""
+
+    time: float
+    request: Request
+    pose: Floats
+    robot: Robot
+    grid: OccupancyGrid
+    live: LiveObstacles
+    walls: DistanceField
+    """About the chair."""
+    authority: Authority | None
+    people: People
+    stalled_for: float
+    """How long the ride has not got on, s."""
+    crowding: Crowding | None = None
+    groups: tuple[Floats, ...] = ()
+    """Outlines (k, 2) of those who stand together, m."""
+    filters: tuple[CostmapFilter, ...] = ()
+
+
+def problem_of(
+    q: RouteQuestion,
+    start: Floats,
+    wishes: tuple[Wish, ...],
+    *,
+    wished_from: Floats,
+    kept: Floats | None,
+) -> RouteProblem:
+    """What the global planner is asked.
+
+    Args:
+        q: everything it may know.
+        start: (2,), m.
+        wishes: those that are still ahead.
+        wished_from: where the chair was when they were set, (2,), m.
+        kept: the rest of the path that is followed (k, 2), m.
+    """
+    return RouteProblem(
+        grid=q.grid,
+        robot=q.robot,
+        start=start,
+        goal=q.request.goal,
+        wishes=wishes,
+        wished_from=wished_from,
+        live=q.live,
+        crowding=q.crowding,
+        groups=q.groups,
+        filters=q.filters,
+        kept=kept,
+        clearance=q.request.profile.clearance,
+    )
+
+
+def with_standing_people(q: RouteQuestion, below: float) -> LiveObstacles:
+    """The live obstacles, and whoever is slower than ``below``, m/s, as if they were things."""
+    standing = np.hypot(*q.people.mean[:, 2:].T) < below
+    occupied = q.live.occupied.copy()
+    rows, cols = np.indices(occupied.shape)
+    centres = q.grid.centres(np.stack([rows, cols], axis=-1) + q.live.corner)
+    for (x, y), radius in zip(q.people.mean[standing, :2], q.people.radius[standing], strict=True):
+        occupied[np.hypot(centres[..., 0] - x, centres[..., 1] - y) < radius] = 1
+    return replace(q.live, occupied=occupied)
