@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cohelm.cli import compiled_code, streams
+from cohelm.cli import benches, compiled_code, streams
 from cohelm.errors import CohelmError
 
 FAILED, BAD_INPUT = 1, 2
@@ -29,6 +29,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+app.add_typer(benches.app)
 
 _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException, whoever ships it
 

@@ -4,12 +4,16 @@ from cohelm.pictures.animate import animate_ride, check_animation
 from cohelm.pictures.canvas import check_picture
 from cohelm.pictures.plan import draw_plan
 from cohelm.pictures.ride import RideRecord, draw_ride
+from cohelm.pictures.routes import RoutePanel, draw_error_plot, draw_route_panels
 
 __all__ = [
     "RideRecord",
+    "RoutePanel",
     "animate_ride",
     "check_animation",
     "check_picture",
+    "draw_error_plot",
     "draw_plan",
     "draw_ride",
+    "draw_route_panels",
 ]

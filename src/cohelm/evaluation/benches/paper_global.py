@@ -7,7 +7,7 @@ ridden in simulation on the otherwise empty floor, the chair alone steering.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,13 +41,16 @@ WORKERS = None
 
 METHODS: Mapping[str, Mapping[str, Any]] = {
     "astar": {"use": "astar"},
+    "astar_shortest": {"use": "astar", "cost_weight": 0.0},
     "iterative_astar": {"use": "iterative_astar"},
+    "iterative_shortest": {"use": "iterative_astar", "cost_weight": 0.0},
     "upf": {"use": "upf"},
     "upf_rayleigh": {"use": "upf", "preference": {"density": "rayleigh"}},
     "upf_soft": {"use": "upf_soft"},
     "soft_via": {"use": "soft_via"},
 }
-"""Name in the table → global planner."""
+"""Name in the table → global planner. Those called shortest count length alone, not how near to
+obstacles it leads; the paper does not say what its baselines count."""
 ROBOT = "quantum_q6_edge"
 PREFERRED_SPEED = 1.2
 """The paper's, m/s."""
@@ -216,10 +219,14 @@ def _replay(file: Path, method: str, spec: Mapping[str, Any]) -> str:
     """The command that rides it again; none where a drawn line is the planner."""
     if method == DESIRED:
         return ""
-    command = f"cohelm run {file} --method {spec['use']}"
-    for group, values in spec.items():
-        if group != "use":
-            command += "".join(
-                f" --set global_planner.{group}.{key}={value}" for key, value in values.items()
-            )
-    return command
+    settings = "".join(f" --set global_planner.{key}={each}" for key, each in _flat(spec))
+    return f"cohelm run {file} --method {spec['use']}{settings}"
+
+
+def _flat(spec: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted key, value) of every parameter that a part is given."""
+    for key, each in spec.items():
+        if isinstance(each, Mapping):
+            yield from _flat(each, f"{before}{key}.")
+        elif key != "use":
+            yield before + key, each

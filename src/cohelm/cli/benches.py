@@ -1,0 +1,55 @@
+"""``cohelm bench``: a command for every benchmark; one line in ``BENCHES`` adds one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cohelm.cli import compiled_code
+
+BENCHES = {
+    "paper-global": (
+        "cohelm.evaluation.benches.paper_global",
+        "Global planners by how near they come to the rider's own way (Xu et al., Table 2).",
+    ),
+}
+"""Name → the module, which is a ``Bench``, and what it measures."""
+
+app = typer.Typer(
+    name="bench",
+    help="Benchmarks: each writes its rows, a summary and its pictures to a folder.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+
+
+Seeds = Annotated[
+    int | None,
+    typer.Option(min=1, max=10_000, help="How many, from 0 on; unset, what is usual for it."),
+]
+Out = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="What to write to; unset, benches/ and its name.")
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, max=256, help="Processes; unset, what is usual for it.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Exactly one JSON object on standard output.")]
+
+
+def _command(name: str, module: str) -> Callable[..., int]:
+    def command(
+        seeds: Seeds = None, out: Out = None, workers: Workers = None, json: Json = False
+    ) -> int:
+        compiled_code.place()
+        from cohelm.cli import bench  # noqa: PLC0415 # lazy
+
+        return bench.bench(name, module, bench.Asked(seeds, out, workers, json))
+
+    return command
+
+
+for _name, (_module, _help) in BENCHES.items():
+    app.command(_name, help=_help)(_command(_name, _module))
