@@ -9,6 +9,7 @@
     ├─ PlanningError            no path, and why
     │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point and what is needed there
     │  ├─ NoPath
+    │  ├─ TooManyWishes
     │  └─ PlanningTimeout
     └─ ControlError             no command, and why
        ├─ SolverFailed
@@ -95,18 +96,23 @@ class _BlockedPoint(PlanningError):
         point: (x, y) in the map frame, m.
         clearance: distance to the nearest obstacle there, m.
         needed: the clearance that the robot needs, m.
+        because: what takes it, where that is a rule and no obstacle, as "a zone to avoid".
     """
 
     what: ClassVar[str]
 
-    def __init__(self, *, point: tuple[float, float], clearance: float, needed: float) -> None:
+    def __init__(
+        self, *, point: tuple[float, float], clearance: float, needed: float, because: str = ""
+    ) -> None:
         self.point = point
         self.clearance = clearance
         self.needed = needed
+        self.because = because
         x, y = point
         super().__init__(
-            f"the {self.what} ({x:.2f}, {y:.2f}) has {max(clearance, 0.0):.2f} m of clearance, "
-            f"the robot needs {needed:.2f} m"
+            f"the {self.what} ({x:.2f}, {y:.2f}) has {max(clearance, 0.0):.2f} m of clearance"
+            + (f" from {because}" if because else "")
+            + f", the robot needs {needed:.2f} m"
         )
 
 
@@ -208,6 +214,25 @@ class NoPath(PlanningError):
         if because:
             text += f": {because} leave none"
         super().__init__(text if passage is None else f"{text}: {passage}")
+
+
+class TooManyWishes(PlanningError):
+    """The wishes can be passed in more orders than can be tried.
+
+    Args:
+        layers: of the search, one for each set of points that may have been passed.
+        most: that can be searched on this map.
+    """
+
+    code = "too_many_wishes"
+
+    def __init__(self, *, layers: int, most: int) -> None:
+        self.layers = layers
+        self.most = most
+        super().__init__(
+            f"the wishes can be passed in too many orders ({layers} layers to search, at most "
+            f"{most}): give points that follow each other as one wish, or fewer wishes"
+        )
 
 
 class PlanningTimeout(PlanningError):

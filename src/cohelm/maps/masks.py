@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal, get_args
 
-from cohelm.arrays import value
-from cohelm.maps.grid import OccupancyGrid
+import numpy as np
+from numba import njit
+
+from cohelm import config
+from cohelm.arrays import Booleans, Bytes, Floats, SignedBytes, value
+from cohelm.errors import MapError
+from cohelm.geometry import compose, inverse
+from cohelm.maps.grid import OCCUPIED, OccupancyGrid
+from cohelm.maps.nav2 import MapFile, read_map
+from cohelm.messages import Crowding
 
 FilterType = Literal["keepout", "speed_percent", "speed_absolute"]
+
+CLOSED = 100.0
+"""The number from which on a keepout mask closes a cell."""
 
 
 @value
@@ -25,3 +39,135 @@ class CostmapFilter:
     """Of any resolution and pose; nothing is said beyond it."""
     base: float = 0.0
     multiplier: float = 1.0
+
+
+def read_mask(
+    file: Path | str,
+    *,
+    type: FilterType,  # noqa: A002  # Nav2's name
+    base: float = 0.0,
+    multiplier: float = 1.0,
+) -> CostmapFilter:
+    """A mask from a map YAML and its image, as Nav2's map_server reads them.
+
+    ``mode: scale`` or ``raw`` keeps what lies between free and closed; in trinary it is unknown.
+
+    Args:
+        file: the map YAML of the mask.
+        type: what its numbers mean.
+        base, multiplier: from the mask's 0…100 to numbers.
+
+    Raises:
+        MapError: if the file cannot be read, or type, base or multiplier cannot be; names the file.
+    """
+    if type not in get_args(FilterType):
+        kinds = ", ".join(get_args(FilterType))
+        raise MapError(f"a mask cannot be of type {type!r}: use one of {kinds}", file=file)
+    if not (math.isfinite(base) and math.isfinite(multiplier)):
+        raise MapError("base and multiplier of a mask must be finite", file=file)
+    return CostmapFilter(type=type, mask=read_map(file), base=base, multiplier=multiplier)
+
+
+def closed_cells(filters: tuple[CostmapFilter, ...], grid: OccupancyGrid) -> Booleans:
+    """The cells (rows, cols) of ``grid`` whose middles lie where a keepout mask is closed."""
+    closed = np.zeros(grid.shape, dtype=np.uint8)
+    for f in filters:
+        if f.type == "keepout":
+            project(f, lambda numbers: (numbers >= CLOSED).astype(np.uint8), grid, closed)
+    return closed.view(np.bool_)
+
+
+def speed_limit_at(filters: tuple[CostmapFilter, ...], point: Floats, full_speed: float) -> float:
+    """The least limit that any speed mask sets at a point, m/s; ``full_speed`` where none does.
+
+    After Nav2's SpeedFilter: 0, an unknown cell and a share outside 0…100 % set none.
+
+    Args:
+        filters: masks of any type.
+        point: (x, y), map frame, m.
+        full_speed: the robot's, m/s.
+    """
+    limit = full_speed
+    for f in filters:
+        if f.type == "keepout":
+            continue
+        number = _number_at(f, float(point[0]), float(point[1]))
+        if f.type == "speed_percent":
+            number = full_speed * number / 100.0 if number <= 100.0 else 0.0
+        if 0.0 < number < limit:
+            limit = number
+    return limit
+
+
+def read_crowding(file: Path | str, *, people_per_m2_at_full: float = 1.0) -> Crowding:
+    """Where people usually are, from a heat map: a map YAML and its image, as masks are given.
+
+    The image is read as map_server reads it, in ``mode: scale`` (black is crowded, white empty, or
+    the other way round with ``negate``) or ``raw`` (0…100); what is unknown counts as empty.
+
+    Args:
+        file: the YAML of the heat map.
+        people_per_m2_at_full: what 100 stands for, people per m².
+
+    Raises:
+        MapError: if a file cannot be read or keeps no shades; names the file.
+    """
+    if not (math.isfinite(people_per_m2_at_full) and people_per_m2_at_full > 0.0):
+        raise MapError("people_per_m2_at_full must be a positive number", file=file)
+    if Path(file).suffix.lower() not in {".yaml", ".yml"}:
+        raise MapError("a heat map is named by its YAML file, which says where it lies", file=file)
+    grid = read_map(file)
+    if config.load(MapFile, Path(file)).mode == "trinary":
+        raise MapError("mode: a heat map needs scale or raw; trinary keeps no shades", file=file)
+    share = np.maximum(grid.data, 0).astype(np.float32) / np.float32(OCCUPIED)
+    return Crowding(
+        density=share * np.float32(people_per_m2_at_full),
+        resolution=grid.resolution,
+        X_MG=grid.X_MG,
+    )
+
+
+def project(
+    f: CostmapFilter, meaning: Callable[[Floats], Bytes], grid: OccupancyGrid, out: Bytes
+) -> None:
+    """Raise ``out`` (rows, cols) to what a mask says of each cell of ``grid``.
+
+    Args:
+        f: the mask; the cell that holds a cell's middle speaks for it.
+        meaning: of numbers (n,), as bytes (n,).
+        grid: where ``out`` lies.
+        out: changed in place.
+    """
+    table = np.zeros(256, dtype=np.uint8)  # by the mask's byte taken as unsigned
+    table[: OCCUPIED + 1] = meaning(f.base + f.multiplier * np.arange(OCCUPIED + 1.0))
+    X_FG = compose(inverse(f.mask.X_MG), grid.X_MG)
+    _project(f.mask.data, f.mask.resolution, X_FG, grid.resolution, table, out)
+
+
+def _number_at(f: CostmapFilter, x: float, y: float) -> float:
+    """The mask's number at a point of the map frame; 0 where it says nothing."""
+    mask = f.mask
+    x0, y0, yaw = mask.X_MG.tolist()
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    col = (cos * (x - x0) + sin * (y - y0)) / mask.resolution
+    row = (cos * (y - y0) - sin * (x - x0)) / mask.resolution
+    rows, cols = mask.data.shape
+    if not (0.0 <= row < rows and 0.0 <= col < cols):
+        return 0.0
+    occupancy = int(mask.data[int(row), int(col)])
+    return f.base + f.multiplier * occupancy if 0 <= occupancy <= OCCUPIED else 0.0
+
+
+@njit(cache=True)
+def _project(
+    mask: SignedBytes, side: float, X_FG: Floats, resolution: float, table: Bytes, out: Bytes
+) -> None:
+    cos, sin = math.cos(X_FG[2]), math.sin(X_FG[2])
+    rows, cols = mask.shape
+    for r in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            x, y = (c + 0.5) * resolution, (r + 0.5) * resolution
+            col = math.floor((X_FG[0] + cos * x - sin * y) / side)
+            row = math.floor((X_FG[1] + sin * x + cos * y) / side)
+            if 0 <= row < rows and 0 <= col < cols:
+                out[r, c] = max(out[r, c], table[np.uint8(mask[row, col])])

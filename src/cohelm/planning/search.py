@@ -19,7 +19,16 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Annotated, Bytes, Floats, Floats32, Integers, Shape, value
+from cohelm.arrays import (
+    Annotated,
+    Bytes,
+    Floats,
+    Floats32,
+    Integers,
+    Shape,
+    empty_for_copies,
+    value,
+)
 from cohelm.errors import PlanningTimeout
 
 BLOCKED = np.float32(np.inf)
@@ -61,7 +70,11 @@ class Weights:
     @staticmethod
     def of_costs(cost: Bytes, table: Floats32) -> Weights:
         """Costs (rows, cols) weighed by a table (256,), whose blocked entries are infinite."""
-        packed = _pack(cost, table)
+        rows, cols = cost.shape
+        packed: Floats32 = empty_for_copies((rows + 2, cols + 2), np.float32)
+        packed[[0, -1], :] = BLOCKED
+        packed[:, [0, -1]] = BLOCKED
+        pack_costs(cost, table, packed, 0, 0)
         packed.flags.writeable = False
         passable = table[np.isfinite(table)]
         lightest = min(float(table[int(cost.min()) :].min()), float(passable.max()))
@@ -120,18 +133,18 @@ def shortest_path(
 
 
 @njit(cache=True)
-def _pack(cost: Bytes, table: Floats32) -> Floats32:
-    """Weights (rows + 2, cols + 2) of costs (rows, cols) by a table (256,), border blocked."""
-    rows, cols = cost.shape
-    out = np.empty((rows + 2, cols + 2), dtype=np.float32)
-    out[0, :] = np.inf
-    out[rows + 1, :] = np.inf
-    for r in range(rows):
-        out[r + 1, 0] = np.inf
-        out[r + 1, cols + 1] = np.inf
-        for c in range(cols):
-            out[r + 1, c + 1] = table[cost[r, c]]
-    return out
+def pack_costs(cost: Bytes, table: Floats32, packed: Floats32, row: int, col: int) -> None:
+    """Put the weights of a window's costs, by a table (256,), where it lies in packed weights.
+
+    Args:
+        cost: of the window.
+        table: weights of costs.
+        packed: (rows + 2, cols + 2), changed in place.
+        row, col: of the grid, where the window begins.
+    """
+    for r in range(cost.shape[0]):
+        for c in range(cost.shape[1]):
+            packed[row + r + 1, col + c + 1] = table[cost[r, c]]
 
 
 @njit(cache=True)

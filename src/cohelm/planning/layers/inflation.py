@@ -27,30 +27,33 @@ class Inflation(Model):
         return max(self.inflation_radius, radius)
 
 
-def inflate(clearance: Floats32, radius: float, inflation: Inflation) -> Bytes:
-    """Costs (rows, cols) of cells by their clearance (rows, cols), m.
+def inflate(
+    clearance: Floats32, radius: float, inflation: Inflation, *, out: Bytes | None = None
+) -> Bytes:
+    """Costs (rows, cols) of cells by their clearance (rows, cols), m; in ``out`` where given.
 
     254 inside an obstacle; 253 where d ≤ r; 252 exp(−k (d − r)) up to ``inflation_radius``; else 0.
     d is the distance to the obstacle's surface (half a cell less than Nav2's, which goes to its
     cell's centre), r the ``radius`` that blocks, m.
     """
     k, reach = inflation.cost_scaling_factor, inflation.reach(radius)
-    return _inflate(clearance, radius, k, reach)
+    if out is None:
+        out = np.empty(clearance.shape, dtype=np.uint8)
+    _inflate(clearance, radius, k, reach, out)
+    return out
 
 
 @njit(cache=True)
-def _inflate(clearance: Floats32, radius: float, k: float, reach: float) -> Bytes:
+def _inflate(clearance: Floats32, radius: float, k: float, reach: float, out: Bytes) -> None:
     rows, cols = clearance.shape
-    out = np.zeros((rows, cols), dtype=np.uint8)
     for r in range(rows):
         for c in range(cols):
             d = clearance[r, c]
             if d > reach:
-                continue
-            if d < 0.0:
+                out[r, c] = 0
+            elif d < 0.0:
                 out[r, c] = LETHAL
             elif d <= radius:
                 out[r, c] = INSCRIBED
             else:
                 out[r, c] = np.uint8(MAX_GRADED * math.exp(-k * (d - radius)))
-    return out

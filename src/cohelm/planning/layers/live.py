@@ -9,6 +9,29 @@ import numpy as np
 from cohelm.arrays import Floats32
 from cohelm.maps import OccupancyGrid, signed_distance
 from cohelm.messages import LiveObstacles
+from cohelm.planning.layers.inflation import Inflation, inflate
+from cohelm.planning.layers.patch import Patch
+
+
+def live_patch(
+    live: LiveObstacles, grid: OccupancyGrid, radius: float, inflation: Inflation
+) -> Patch | None:
+    """What the sensors see, with what it inflates into; None where it says nothing of the grid.
+
+    Args:
+        live: the obstacles.
+        grid: the map.
+        radius: cells nearer than this to an obstacle's surface are blocked, m.
+        inflation: how costs fall off beyond.
+    """
+    if not live.occupied.any():
+        return None
+    rows, cols = reach_of(live, inflation.reach(radius), grid)
+    if rows.start >= rows.stop or cols.start >= cols.stop:
+        return None
+    clearance = live_clearance(live, rows, cols, grid.resolution)
+    cost = inflate(clearance, radius, inflation)
+    return Patch(rows=rows, cols=cols, cost=cost, clearance=clearance, rule=False)
 
 
 def reach_of(live: LiveObstacles, reach: float, grid: OccupancyGrid) -> tuple[slice, slice]:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
+from numba import njit
 
-from cohelm.arrays import Bytes
-from cohelm.maps import OccupancyGrid
-from cohelm.planning.cost_values import FREE, LETHAL, UNKNOWN
+from cohelm.arrays import Bytes, SignedBytes
+from cohelm.maps.grid import OCCUPIED
+from cohelm.planning.cost_values import LETHAL, UNKNOWN
 
 
-def static_costs(grid: OccupancyGrid) -> Bytes:
-    """Costs (rows, cols): ``LETHAL`` where occupied, ``UNKNOWN`` where unknown, else ``FREE``."""
-    cost = np.full(grid.shape, FREE, dtype=np.uint8)
-    cost[grid.occupied()] = LETHAL
-    cost[grid.data < 0] = UNKNOWN
-    return cost
+@njit(cache=True)
+def raise_to_static(cost: Bytes, occupancy: SignedBytes) -> None:
+    """Raise costs (rows, cols) in place to ``LETHAL`` where occupied and ``UNKNOWN`` where unknown.
+
+    Args:
+        cost: Nav2's values.
+        occupancy: (rows, cols), −1 unknown, 0 free … 100 occupied.
+    """
+    for r in range(cost.shape[0]):
+        for c in range(cost.shape[1]):
+            known = LETHAL if occupancy[r, c] > OCCUPIED // 2 else 0
+            cost[r, c] = UNKNOWN if occupancy[r, c] < 0 else max(cost[r, c], known)
