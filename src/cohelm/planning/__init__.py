@@ -1,10 +1,11 @@
-"""Global planning: costmap layers, A*, the user preference field, and from path to reference."""
+"""Global planning: costmap layers, the planners, and from path to reference."""
 
 from cohelm.planning.api import GlobalPlanner, RouteProblem
 from cohelm.planning.astar import AStar
 from cohelm.planning.costmap import Costmap, Inflation, build_costmap, combine
 from cohelm.planning.ground import costmap_for
 from cohelm.planning.reference import Comfort, reference
+from cohelm.planning.soft_via import SoftVia
 from cohelm.planning.upf import UserPreferenceField
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "GlobalPlanner",
     "Inflation",
     "RouteProblem",
+    "SoftVia",
     "UserPreferenceField",
     "build_costmap",
     "combine",

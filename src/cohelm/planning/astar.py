@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
-from cohelm.planning.ground import ground_for
-from cohelm.planning.route import RouteParameters, find_route, to_path
+from cohelm.planning.ground import Ground, ground_for
+from cohelm.planning.route import Route, RouteParameters, find_route, to_path
+from cohelm.planning.wishes import check_wishes
 
 
 class AStar:
@@ -19,6 +22,37 @@ class AStar:
 
     def plan(self, problem: RouteProblem) -> Path:
         """See :meth:`cohelm.planning.GlobalPlanner.plan`."""
-        ground = ground_for(problem, self.parameters)
+        ground = lay_ground(problem, self.parameters)
         route = find_route(ground, self.parameters)
-        return to_path(ground, route, route, method="astar")
+        return to_path(
+            ground, route, without_wishes(ground, self.parameters, route), method="astar"
+        )
+
+
+def lay_ground(problem: RouteProblem, parameters: RouteParameters) -> Ground:
+    """The ground of a problem whose wishes can be used.
+
+    Raises:
+        PlanningError: OutsideMap, StartBlocked or GoalBlocked.
+    """
+    check_wishes(problem)
+    return ground_for(problem, parameters)
+
+
+def without_wishes(
+    ground: Ground, parameters: RouteParameters, plain: Route | None = None
+) -> Route:
+    """The way that would be taken without any wish, at its cost without them.
+
+    Args:
+        ground: of the problem.
+        parameters: of the planner.
+        plain: the cheapest way over the ground, where it is known already.
+
+    Raises:
+        PlanningError: NoPath or PlanningTimeout.
+    """
+    if any(wish.kind == "avoid" for wish in ground.problem.wishes):
+        free = ground_for(dataclasses.replace(ground.problem, wishes=()), parameters)
+        return find_route(free, parameters)
+    return plain or find_route(ground, parameters)

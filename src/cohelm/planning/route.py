@@ -9,12 +9,12 @@ from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.errors import NoPath
-from cohelm.geometry import arc_length, inverse, nearest_on_polyline, transform
-from cohelm.messages import Path, WishReport
-from cohelm.planning.api import RouteProblem
+from cohelm.geometry import arc_length, inverse, transform
+from cohelm.messages import Path
 from cohelm.planning.ground import Ground, GroundParameters, pair
 from cohelm.planning.search import GridPath, Weights, path_cost, shortest_path
 from cohelm.planning.smoothing import Smoothing, line_cost, smooth
+from cohelm.planning.wishes import report
 
 Search = Callable[[Weights], GridPath | None]
 """A way over some weights, or None where there is none."""
@@ -112,27 +112,22 @@ def to_path(
     score = score or score_on(ground, ground.weights)
     kept = ground.problem.kept
     length = float(arc_length(route.points)[-1])
-    attracting = attracting_points(ground.problem)
+    wishes = report(
+        ground.problem,
+        route.points,
+        extra_length=length - float(arc_length(without.points)[-1]),
+        extra_cost=route.cost - without.cost,
+    )
     return Path(
         points=route.points,
         length=length,
         cost=route.cost,
         method=method,
-        wishes=WishReport(
-            closest=np.array([_closest(route.points, p) for p in attracting]),
-            extra_length=length - float(arc_length(without.points)[-1]),
-            extra_cost=route.cost - without.cost,
-        ),
+        wishes=wishes,
         without_wishes=without.points,
         score=score(route.points),
         kept_score=score(kept) if kept is not None else None,
     )
-
-
-def attracting_points(problem: RouteProblem) -> Floats:
-    """The points (w, 2) that the rider wants the path to come near to, m, in the order given."""
-    points = [wish.points for wish in problem.wishes if wish.kind == "attract"]
-    return np.concatenate(points) if points else np.empty((0, 2))
 
 
 def _line(ground: Ground, weights: Weights, found: GridPath, parameters: RouteParameters) -> Floats:
@@ -154,7 +149,3 @@ def _line(ground: Ground, weights: Weights, found: GridPath, parameters: RoutePa
     line[0], line[-1] = problem.start, problem.goal
     line.flags.writeable = False
     return line
-
-
-def _closest(points: Floats, target: Floats) -> float:
-    return float(nearest_on_polyline(points, target[0], target[1])[1])

@@ -9,7 +9,8 @@ from cohelm.planning.api import RouteProblem
 from cohelm.planning.costmap import combine
 from cohelm.planning.ground import ground_for, weigh
 from cohelm.planning.layers.preference import Preference, preference_costs, spread
-from cohelm.planning.route import RouteParameters, attracting_points, find_route, to_path
+from cohelm.planning.route import RouteParameters, find_route, to_path
+from cohelm.planning.wishes import attracting_points
 
 
 class UserPreferenceField:

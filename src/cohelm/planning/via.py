@@ -1,0 +1,125 @@
+"""The way that is cheapest when coming near to points counts too: exact, one compiled A*.
+
+Minimised over all ways from start to goal is
+
+    cost(way) + Σ_chains min_{i_1 ≤ i_2 ≤ …} Σ_k price · |cell(i_k) − p_k|
+
+where the points p_1, p_2, … of one chain are credited in their order, each at a cell of the way,
+and the chains do not heed each other. So a chain of one point pays for its closest distance, and
+single points are passed in whatever order is best.
+
+The search (:mod:`cohelm.planning.via_search`) runs on layers of the grid: crediting a point steps
+to another layer at the same cell. The plain way and its price bound it: what cannot be on a better
+way is cut off the grid beforehand and never entered.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cohelm.arrays import Floats32, Integers
+from cohelm.errors import PlanningTimeout, TooManyWishes
+from cohelm.planning.search import BLOCKED, GridPath, Weights, path_cost
+from cohelm.planning.via_layers import Chain, count_layers, layers_of, price_along, unavoidable
+from cohelm.planning.via_search import OUT_OF_BUDGET, search
+
+__all__ = ["MAX_STATES", "Chain", "cheapest_via", "price_along"]
+
+MAX_STATES = 1 << 29
+"""Layers times cells, eight bytes each; only what the search reaches is ever taken from memory."""
+
+
+def cheapest_via(
+    weights: Weights,
+    plain: GridPath,
+    chains: tuple[Chain, ...],
+    *,
+    max_expansions: int | None = None,
+) -> GridPath:
+    """The way that minimises cost and prices; ``pins`` are where points were credited.
+
+    Args:
+        weights: of the grid's cells.
+        plain: the cheapest way under them: from where to where, and what is too dear.
+        chains: what to come near to; without any, the plain way is the answer.
+        max_expansions: the budget, cells of layers; None: as many as it takes.
+
+    Raises:
+        TooManyWishes: if the layers are more than ``MAX_LAYERS``, or too many for so large a map.
+        PlanningTimeout: if the budget is used up first.
+    """
+    chains = tuple(chain for chain in chains if len(chain.points) and chain.price > 0.0)
+    if not chains:
+        return plain
+    layers = count_layers(len(chain.points) for chain in chains)
+    low, high = _window(weights, plain, chains)
+    cells = math.prod(high - low + 2)
+    if layers * cells > MAX_STATES:
+        raise TooManyWishes(layers=layers, most=MAX_STATES // cells)
+    packed = _cut(weights.packed, low, high)
+    moved = tuple(Chain(points=chain.points - low, price=chain.price) for chain in chains)
+    shape = (int(high[0] - low[0]), int(high[1] - low[1]))
+    bound = _worth(plain, chains) - unavoidable(moved, shape)
+    graph = layers_of(moved, plain.cells[-1] - low, shape, weights.lightest)
+    ends = (plain.cells[[0, -1]] - low + 1) @ np.array([packed.shape[1], 1])
+    states, expansions = search(
+        packed.ravel(),
+        np.zeros(layers * cells),  # pages that the search never touches are never made
+        packed.shape[1],
+        int(ends[0]),
+        int(ends[1]),
+        weights.lightest,
+        bound * (1.0 + 1e-9) + 1e-9,
+        graph.edges_from,
+        graph.edges,
+        graph.points,
+        graph.tours_from,
+        graph.tours,
+        graph.share,
+        np.iinfo(np.int64).max if max_expansions is None else max_expansions,
+    )
+    if expansions == OUT_OF_BUDGET:
+        raise PlanningTimeout(f"no path within {max_expansions} expanded cells")
+    way, pins = _way(states % cells, packed.shape[1])
+    way += low
+    cost = path_cost(weights.packed, way)
+    return GridPath(cells=way, cost=cost, expansions=expansions, pins=pins)
+
+
+def _worth(way: GridPath, chains: tuple[Chain, ...]) -> float:
+    return way.cost + price_along(way.cells.astype(float), chains)
+
+
+def _window(
+    weights: Weights, plain: GridPath, chains: tuple[Chain, ...]
+) -> tuple[Integers, Integers]:
+    """(first, last + 1) row and column that a way no dearer than the plain one can reach."""
+    shape = (weights.packed.shape[0] - 2, weights.packed.shape[1] - 2)
+    longest = (_worth(plain, chains) - unavoidable(chains, shape)) / weights.lightest
+    ends = plain.cells[[0, -1]]
+    spare = np.ceil((longest - np.ptp(ends, axis=0)) / 2.0 + 1.0)
+    low = np.maximum(ends.min(axis=0) - spare, 0).astype(np.int64)
+    high = np.minimum(ends.max(axis=0) + spare + 1, shape).astype(np.int64)
+    return low, high
+
+
+def _cut(packed: Floats32, low: Integers, high: Integers) -> Floats32:
+    """The packed weights of a window, with a blocked border of its own."""
+    (r0, c0), (r1, c1) = low, high + 2
+    if (r0, c0) == (0, 0) and (r1, c1) == packed.shape:
+        return packed
+    out = packed[r0:r1, c0:c1].copy()
+    out[[0, -1], :] = out[:, [0, -1]] = BLOCKED
+    return out
+
+
+def _way(places: Integers, stride: int) -> tuple[Integers, Integers]:
+    """(cells (k, 2), inner ones where points were credited) of the cells of the states passed."""
+    stays = np.diff(places) == 0
+    at = np.cumsum(np.concatenate([[0], ~stays]))
+    kept = np.concatenate([[True], ~stays])
+    cells = np.stack(np.divmod(places[kept], stride), axis=-1) - 1
+    pins = np.unique(at[1:][stays])
+    return cells, pins[(pins > 0) & (pins < len(cells) - 1)]

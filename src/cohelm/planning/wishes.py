@@ -1,0 +1,157 @@
+"""The rider's wishes: what each asks of a path, and what a path makes of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats
+from cohelm.errors import OutsideMap, TooManyWishes
+from cohelm.geometry import (
+    arc_length,
+    inverse,
+    nearest_on_polyline,
+    resample,
+    transform,
+)
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import Wish, WishReport
+from cohelm.planning.api import RouteProblem
+from cohelm.planning.layers.zones import distance_to_zone
+from cohelm.planning.via_layers import MAX_LAYERS, Chain, count_layers, price_along
+
+_REPORT_SPACING = 0.05
+"""Between the places at which paths and strokes are compared, m."""
+
+
+def attracting_points(problem: RouteProblem) -> Floats:
+    """The points (w, 2) that the rider wants the path to come near to, m, in the order given."""
+    points = [wish.points for wish in problem.wishes if wish.kind == "attract"]
+    return np.concatenate(points) if points else np.empty((0, 2))
+
+
+def strokes(problem: RouteProblem) -> tuple[Floats, ...]:
+    """The lines (k, 2) that the rider wants the path to follow, m; none is empty."""
+    kinds = [wish.points for wish in problem.wishes if wish.kind == "stroke"]
+    return tuple(points for points in kinds if len(points))
+
+
+def has_wishes(problem: RouteProblem) -> bool:
+    """Whether there is anything that a path should come near to."""
+    return len(attracting_points(problem)) > 0 or len(strokes(problem)) > 0
+
+
+def check_wishes(problem: RouteProblem) -> None:
+    """Wishes may lie off the map, but somewhere.
+
+    Raises:
+        PlanningError: OutsideMap if a point is not a number.
+    """
+    for wish in problem.wishes:
+        for point in wish.points[~np.isfinite(wish.points).all(axis=1)]:
+            where = (float(point[0]), float(point[1]))
+            raise OutsideMap(what=f"wish ({wish.kind})", point=where, bounds=problem.grid.bounds)
+
+
+def chains_of(
+    problem: RouteProblem, *, closeness: float, spacing: float, pieces: int
+) -> tuple[Chain, ...]:
+    """What the wishes ask, as chains of points in the map frame, m.
+
+    The points of a wish are a chain at the price ``closeness``. A stroke of length L is cut into n
+    pieces whose middles are a chain at the price closeness · L / n, so that together they pay about
+    closeness · ∫ distance ds.
+
+    Args:
+        problem: with the wishes.
+        closeness: weighted metres for a metre of distance (of a stroke: along each metre of it).
+        spacing: of the points of a stroke, m; wider where there would be too many.
+        pieces: of a stroke at most.
+
+    Raises:
+        PlanningError: TooManyWishes.
+    """
+    wanted = [wish.points for wish in problem.wishes if wish.kind == "attract"]
+    single = tuple(Chain(points=points, price=closeness) for points in wanted if len(points))
+    drawn = strokes(problem)
+    lengths = [max(float(arc_length(line)[-1]), spacing) for line in drawn]
+    taken = count_layers(len(chain.points) for chain in single)
+    wanted_counts = [min(math.ceil(length / spacing - 1e-9), pieces) for length in lengths]
+    counts = _thinned(wanted_counts, taken)
+    return single + tuple(
+        Chain(points=_middles(line, count), price=closeness * length / count)
+        for line, count, length in zip(drawn, counts, lengths, strict=True)
+    )
+
+
+def on_grid(chains: tuple[Chain, ...], grid: OccupancyGrid) -> tuple[Chain, ...]:
+    """Chains of the map frame in cells of a grid, (row, column), centres at whole numbers."""
+    frame = inverse(grid.X_MG)
+    return tuple(
+        Chain(
+            points=transform(frame, chain.points)[:, ::-1] / grid.resolution - 0.5,
+            price=chain.price,
+        )
+        for chain in chains
+    )
+
+
+def price_of(line: Floats, chains: tuple[Chain, ...]) -> float:
+    """What a line (k, 2) pays for chains of the same frame, weighted metres."""
+    return price_along(resample(line, _REPORT_SPACING / 2.0), chains) if chains else 0.0
+
+
+def report(
+    problem: RouteProblem, line: Floats, *, extra_length: float, extra_cost: float
+) -> WishReport:
+    """How near a path (k, 2) comes to each wish, m, and what that costs.
+
+    Args:
+        problem: with the wishes.
+        line: the path, m.
+        extra_length, extra_cost: against the path without wishes.
+    """
+    close = resample(line, _REPORT_SPACING)
+    zones = [wish for wish in problem.wishes if wish.kind == "avoid" and len(wish.points)]
+    return WishReport(
+        closest=np.array([_to_line(line, point[None]) for point in attracting_points(problem)]),
+        along=np.array([_to_line(line, resample(s, _REPORT_SPACING)) for s in strokes(problem)]),
+        avoided=np.array([min(distance_to_zone(zone, place) for place in close) for zone in zones]),
+        extra_length=extra_length,
+        extra_cost=extra_cost,
+    )
+
+
+def wished_line(problem: RouteProblem) -> Floats:
+    """What the wishes draw (k, 2): from the start past points and strokes as given to the goal."""
+    drawn: list[Wish] = [wish for wish in problem.wishes if wish.kind != "avoid"]
+    return np.concatenate([problem.start[None], *(w.points for w in drawn), problem.goal[None]])
+
+
+def _thinned(counts: list[int], taken: int) -> list[int]:
+    """Counts of a stroke's points, the greatest lowered until there are few enough layers."""
+    counts = counts.copy()
+    while taken * math.prod(count + 1 for count in counts) > MAX_LAYERS:
+        most = max(counts)
+        if most <= 1:
+            raise TooManyWishes(layers=taken * 2 ** len(counts), most=MAX_LAYERS)
+        counts[counts.index(most)] -= 1
+    return counts
+
+
+def _middles(line: Floats, count: int) -> Floats:
+    """The middles (count, 2) of as many equal pieces of a line."""
+    along = arc_length(line)
+    at = (np.arange(count) + 0.5) / count * along[-1]
+    return np.stack([np.interp(at, along, line[:, i]) for i in (0, 1)], axis=-1)
+
+
+@njit(cache=True)
+def _to_line(line: Floats, points: Floats) -> float:
+    """Mean distance of points (m, 2) to a line."""
+    total = 0.0
+    for i in range(points.shape[0]):
+        total += nearest_on_polyline(line, points[i, 0], points[i, 1])[1]
+    return float(total / points.shape[0])
