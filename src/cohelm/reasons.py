@@ -30,6 +30,7 @@ class Reason(StrEnum):
     OVER_LIMITS = "over_limits", "That was more than the chair allows, so I did less."
     TOO_CLOSE = "too_close", "Something is too close ahead, so I slowed down."
     BLOCKED = "blocked", "Something stands in the way, so I stopped."
+    KEEPOUT = "keepout", "We are not to go in there, so I stopped."
     NO_SAFE_PLAN = "no_safe_plan", "I found no safe way to move, so I am braking."
     SOLVER_FAILED = "solver_failed", "I could not work out how to move, so I am braking."
     START_BLOCKED = "start_blocked", "We stand too close to something to plan a way."
@@ -39,5 +40,10 @@ class Reason(StrEnum):
     )
     OUTSIDE_MAP = "outside_map", "That place is outside the map."
     NO_PATH = "no_path", "I know no way to get there that is wide enough."
+    TOO_MANY_WISHES = (
+        "too_many_wishes",
+        "Those are too many wishes at once for me to plan a way.",
+    )
+    PLANNING_TIMEOUT = "planning_timeout", "I did not find a way in the time that I had."
     PLANNING = "planning", "I could not plan a way."
     ARRIVED = "arrived", "We have arrived."

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from cohelm.evaluation import load_scenario, make_crowd, set_stage
+from cohelm.evaluation.company import Crowding, Way
 from cohelm.evaluation.people import SPACING
-from cohelm.evaluation.scenario import Crowding, Way
 from cohelm.evaluation.walkable import walkable
 from cohelm.geometry import nearest_on_polyline, resample
 from cohelm.maps import OccupancyGrid, distance_field

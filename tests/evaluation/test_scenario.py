@@ -4,8 +4,8 @@ import yaml
 
 from cohelm.errors import ConfigError, PlanningError, ScenarioError
 from cohelm.evaluation import load_scenario, scenario_names, set_stage
-from cohelm.evaluation.scenario import Obstacle
-from cohelm.evaluation.staging import with_obstacles
+from cohelm.evaluation.furnishing import with_obstacles
+from cohelm.evaluation.things import Obstacle
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Mode
 

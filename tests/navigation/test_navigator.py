@@ -213,7 +213,9 @@ NOT_TO_PLAN = [
         Reason.OUTSIDE_MAP,
     ),
     (errors.NoPath(start=(0.0, 0.0), goal=(1.0, 1.0), needed=0.3), Reason.NO_PATH),
-    (errors.PlanningTimeout("too long"), Reason.PLANNING),
+    (errors.GoalBlocked(**HERE, because="a keepout zone"), Reason.KEEPOUT),
+    (errors.TooManyWishes(layers=64, most=32), Reason.TOO_MANY_WISHES),
+    (errors.PlanningTimeout("too long"), Reason.PLANNING_TIMEOUT),
     (errors.PlanningError("anything"), Reason.PLANNING),
 ]
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.errors import ScenarioError
-from cohelm.evaluation.scenario import Crowding, Way
+from cohelm.evaluation.company import Crowding, Way
 from cohelm.evaluation.walkable import CELL, Walkable, pulled_tight, spread, trace, walkable
 from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.maps import OccupancyGrid

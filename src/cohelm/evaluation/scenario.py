@@ -23,6 +23,15 @@ from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
 from cohelm.config import Model, nearest, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
+from cohelm.evaluation.company import (
+    WALKERS,
+    Crowding,
+    Point,
+    Spec,
+    named,
+    spelt_out,
+)
+from cohelm.evaluation.things import Door, Mask, Obstacle, Preferred, Zone
 from cohelm.maps import FARTHEST
 from cohelm.messages import Mode, RiderProfile
 from cohelm.navigation import ProgressParameters, ReplanningParameters
@@ -31,10 +40,6 @@ from cohelm.robots import Robot, load_robot
 from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters
 from cohelm.simulation import Fault, Localisation, Odometry
-
-Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
-Point = tuple[Coordinate, Coordinate]
-Length = Annotated[float, Field(gt=0.0, le=1000.0)]
 
 PARTS = {
     "global_planner": ("global_planners", "upf"),
@@ -46,14 +51,6 @@ PARTS = {
     "rider": ("riders", "none"),
 }
 """The replaceable parts: key of the scenario → (kind of plugin, the one used by default)."""
-
-WALKERS = "orca"
-"""How people walk by default."""
-
-
-def _spec(given: Any) -> Any:
-    """A part is named by a word or by ``{use: word, parameter: value, …}``."""
-    return {"use": given} if isinstance(given, str) else given
 
 
 def _place(given: Any) -> Any:
@@ -67,69 +64,7 @@ def _place(given: Any) -> Any:
     raise ValueError("write a place's name, [x, y] or [x, y, degrees]")
 
 
-Spec = Annotated[dict[str, Any], BeforeValidator(_spec)]
 Spot = Annotated[str | tuple[float, float, float] | Point, BeforeValidator(_place)]
-
-
-def _part(name: str) -> Any:
-    return Field(default_factory=lambda: {"use": name})
-
-
-class Way(Model):
-    """Where one person walks."""
-
-    points: tuple[Point, ...] = Field(min_length=1)
-    """Way-points from the start on, m."""
-    loop: bool = False
-    """Walks to the first point again after the last, and so on for ever."""
-    speed: float | None = Field(None, gt=0.0, le=3.0)
-    """m/s; none: drawn like everybody's."""
-    see_robot: bool | None = None
-    """None: like everybody."""
-
-
-class Crowding(Model):
-    """Who walks there."""
-
-    count: int | None = Field(None, ge=0, le=300)
-    """People; beyond the explicit ways, ways are drawn that cross the robot's. None: those only."""
-    ways: tuple[Way, ...] = ()
-    """Explicit ways, one for each person."""
-    model: Spec = _part(WALKERS)
-    """How they walk: a pedestrian model."""
-    see_robot: bool = True
-    """Whether they avoid the robot."""
-    speed: tuple[float, float] = (0.9, 1.3)
-    """Range of the preferred speeds, m/s (assumed)."""
-    radius: float = Field(0.25, gt=0.05, le=1.0)
-    """Of the body's disc, m (assumed)."""
-    jitter: float = Field(0.05, ge=0.0, le=1.0)
-    """Starts are moved by up to this, m: ORCA deadlocks in perfect symmetry."""
-
-    @model_validator(mode="after")
-    def _speeds_in_order(self) -> Self:
-        if not 0.0 < self.speed[0] <= self.speed[1] <= 3.0:
-            raise ValueError("speed must be [lowest, highest] with 0 < lowest ≤ highest ≤ 3 m/s")
-        return self
-
-
-class Obstacle(Model):
-    """Something that stands in the world and that the map does not know."""
-
-    at: Point
-    """Centre, m."""
-    size: tuple[Length, Length] | None = None
-    """Width and depth of a rectangle, m."""
-    angle_deg: float = 0.0
-    """Of the rectangle."""
-    radius: Length | None = None
-    """Of a disc, m."""
-
-    @model_validator(mode="after")
-    def _one_shape(self) -> Self:
-        if (self.size is None) == (self.radius is None):
-            raise ValueError("give either size: [width, depth] or radius")
-        return self
 
 
 class Scenario(Model):
@@ -143,21 +78,32 @@ class Scenario(Model):
     """A map_server YAML file; a relative name is looked for beside the scenario."""
     start: Spot
     goal: Spot
-    prefer: tuple[Point, ...] = ()
-    """Points that attract the route, m."""
+    prefer: tuple[Preferred, ...] = ()
+    """Points that attract the route, m; several in one entry do so in their order."""
+    stroke: tuple[Point, ...] = ()
+    """A line that the route is to follow, m."""
+    avoid: tuple[Zone, ...] = ()
+    """Where the rider would rather not go."""
     robot: str = "quantum_q6_edge"
     """A name, or a YAML file; a relative name is looked for beside the scenario."""
     mode: Mode = Mode.SHARED
-    rider: Spec = _part(PARTS["rider"][1])
+    rider: Spec = named(PARTS["rider"][1])
     profile: RiderProfile = RiderProfile()
     people: Crowding = Crowding()
     obstacles: tuple[Obstacle, ...] = ()
-    global_planner: Spec = _part(PARTS["global_planner"][1])
-    local_planner: Spec = _part(PARTS["local_planner"][1])
-    detector: Spec = _part(PARTS["detector"][1])
-    tracker: Spec = _part(PARTS["tracker"][1])
-    predictor: Spec = _part(PARTS["predictor"][1])
-    social_model: Spec = _part(PARTS["social_model"][1])
+    doors: tuple[Door, ...] = ()
+    """They close in the true world while the map has them open."""
+    filters: tuple[Mask, ...] = ()
+    """Keepout zones and speed limits."""
+    crowding: str | None = None
+    """A heat map of where people are known to be; a relative name is looked for beside the
+    scenario."""
+    global_planner: Spec = named(PARTS["global_planner"][1])
+    local_planner: Spec = named(PARTS["local_planner"][1])
+    detector: Spec = named(PARTS["detector"][1])
+    tracker: Spec = named(PARTS["tracker"][1])
+    predictor: Spec = named(PARTS["predictor"][1])
+    social_model: Spec = named(PARTS["social_model"][1])
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     replanning: ReplanningParameters = ReplanningParameters()
@@ -175,9 +121,11 @@ class Scenario(Model):
     _file: Path | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
-    def _one_world(self) -> Self:
+    def _one_world_and_whole_strokes(self) -> Self:
         if (self.floor is None) == (self.map is None):
             raise ValueError("give either floor: NAME or map: FILE.yaml")
+        if len(self.stroke) == 1:
+            raise ValueError("a stroke needs two points or more")
         return self
 
     @property
@@ -248,10 +196,10 @@ def _spelt_out(data: Mapping[str, Any], settings: Sequence[str]) -> dict[str, An
     """``data`` with the parts that a setting reaches into written as ``{use: …}``."""
     out = dict(data)
     for key in {setting.partition(".")[0].strip() for setting in settings} & PARTS.keys():
-        out[key] = _spec(out.get(key, PARTS[key][1]))
+        out[key] = spelt_out(out.get(key, PARTS[key][1]))
     people = out.get("people", {})
     if isinstance(people, Mapping) and any(s.startswith("people.model.") for s in settings):
-        out["people"] = {**people, "model": _spec(people.get("model", WALKERS))}
+        out["people"] = {**people, "model": spelt_out(people.get("model", WALKERS))}
     return out
 
 

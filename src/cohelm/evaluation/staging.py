@@ -10,9 +10,18 @@ import numpy as np
 from cohelm import plugins
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.errors import MapError, PluginError, ScenarioError
+from cohelm.evaluation.furnishing import changes, with_obstacles
 from cohelm.evaluation.people import make_crowd
-from cohelm.evaluation.scenario import PARTS, Obstacle, Scenario, floor_file, robot_of
-from cohelm.maps import OCCUPIED, OccupancyGrid, Places, places_beside, read_floor_plan, read_map
+from cohelm.evaluation.scenario import PARTS, Scenario, floor_file, robot_of
+from cohelm.maps import (
+    CostmapFilter,
+    OccupancyGrid,
+    Places,
+    places_beside,
+    read_floor_plan,
+    read_map,
+)
+from cohelm.maps.masks import read_mask
 from cohelm.messages import Path, Request, Wish
 from cohelm.navigation import NavigatorSetup
 from cohelm.planning import RouteProblem
@@ -54,10 +63,10 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     parts = {key: _part(scenario, key) for key in PARTS}
     start = _point(scenario, "start", places)
     goal = _point(scenario, "goal", places)[:2]
-    prefer = np.array(scenario.prefer, dtype=float).reshape(-1, 2)
+    filters = _filters(scenario)
     request = Request(
         goal=goal,
-        wishes=tuple(Wish(points=point[None]) for point in prefer),
+        wishes=_wishes(scenario),
         mode=scenario.mode,
         profile=scenario.profile,
     )
@@ -67,6 +76,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         start=start[:2],
         goal=goal,
         wishes=request.wishes,
+        filters=filters,
         clearance=scenario.profile.clearance,
     )
     route: Path = parts["global_planner"].plan(problem)
@@ -80,13 +90,14 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         robot=robot,
         start=start,
         request=request,
-        prefer=prefer,
+        prefer=np.array([point for each in scenario.prefer for point in each]).reshape(-1, 2),
         route=route,
         world=_world(scenario, seed, grid, robot, (start, route), parts["rider"]),
         navigator=NavigatorSetup(
             grid=grid,
             robot=robot,
             **{key: parts[key] for key in PARTS if key != "rider"},
+            filters=filters,
             obstacle_layer=scenario.obstacle_layer,
             authority=scenario.authority,
             replanning=scenario.replanning,
@@ -96,32 +107,34 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     )
 
 
-def with_obstacles(grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]) -> OccupancyGrid:
-    """The grid with things put on it: every cell whose centre one covers."""
-    if not obstacles:
-        return grid
-    rows, cols = np.indices(grid.shape)
-    centres = grid.centres(np.stack([rows, cols], axis=-1))
-    data = grid.data.copy()
-    for each in obstacles:
-        delta = centres - np.array(each.at)
-        if each.radius is not None:
-            covered = np.hypot(delta[..., 0], delta[..., 1]) <= each.radius
-        else:
-            angle = math.radians(each.angle_deg)
-            along = math.cos(angle) * delta[..., 0] + math.sin(angle) * delta[..., 1]
-            aside = math.cos(angle) * delta[..., 1] - math.sin(angle) * delta[..., 0]
-            half = np.array(each.size, dtype=float) / 2.0
-            covered = (np.abs(along) <= half[0]) & (np.abs(aside) <= half[1])
-        data[covered] = OCCUPIED
-    return OccupancyGrid(data=data, resolution=grid.resolution, X_MG=grid.X_MG)
-
-
 def _floor(scenario: Scenario) -> tuple[OccupancyGrid, Places]:
     if scenario.floor is not None:
         return read_floor_plan(floor_file(scenario.floor)).draw()
     file = scenario.beside(scenario.map or "")
     return read_map(file), places_beside(file)
+
+
+def _wishes(scenario: Scenario) -> tuple[Wish, ...]:
+    """What the rider wants of the route: points, a line, and where not to go."""
+    attract = [Wish(points=np.array(points)) for points in scenario.prefer]
+    stroke = [Wish(kind="stroke", points=np.array(scenario.stroke))] if scenario.stroke else []
+    avoid = [
+        Wish(kind="avoid", points=np.array(zone.points), radius=zone.radius, hard=zone.hard)
+        for zone in scenario.avoid
+    ]
+    return (*attract, *stroke, *avoid)
+
+
+def _filters(scenario: Scenario) -> tuple[CostmapFilter, ...]:
+    return tuple(
+        read_mask(
+            scenario.beside(mask.file),
+            type=mask.type,
+            base=mask.base,
+            multiplier=mask.multiplier,
+        )
+        for mask in scenario.filters
+    )
 
 
 def _part(scenario: Scenario, key: str) -> Any:
@@ -166,9 +179,12 @@ def _world(
 ) -> WorldSetup:
     """The true world, ``way`` being the start pose and the route."""
     start, route = way
-    truth = with_obstacles(grid, scenario.obstacles)
+    open_ = with_obstacles(grid, scenario.obstacles)
+    first, *later = changes(open_, scenario.doors)
+    truth = first.grid
     return WorldSetup(
         grid=truth,
+        changes=tuple(later),
         robot=robot,
         start=start,
         crowd=make_crowd(scenario.people, truth, route.points, generator(seed, "crowd")),

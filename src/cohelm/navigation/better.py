@@ -29,8 +29,10 @@ _SPACING = 0.25
 class BetterParameters(Model):
     """When another way replaces one that is still good; all assumed."""
 
-    look_every: float = Field(2.0, ge=0.1, le=60.0)
+    look_every: float = Field(3.0, ge=0.1, le=60.0)
     """Least time between two looks for a better way, s."""
+    least_left: float = Field(5.0, ge=0.0, le=1000.0)
+    """Where less than this is left of the path, no other way is looked for, m."""
     notice: float = Field(0.05, ge=0.0, le=10.0)
     """Area of live obstacles that must have come or gone before it is looked again, m²."""
     settle: float = Field(4.0, ge=0.0, le=120.0)
@@ -44,7 +46,8 @@ class BetterParameters(Model):
     regret: float = Field(20.0, ge=0.0, le=600.0)
     """How long the way that was left last stays left, unless the other one is blocked, s."""
     alike: float = Field(1.0, gt=0.0, le=10.0)
-    """Points nearer than this to a way are on it, m."""
+    """Points nearer than this to a way are on it, m: a line that strays no farther from the path
+    is no other way."""
 
 
 @value
@@ -130,6 +133,8 @@ def judged(
         shut = time - since >= blocked_time - _ROUNDING
         return (Why.BLOCKED if shut else None), replace(lookout, shut_since=since)
     lookout = replace(lookout, shut_since=math.inf)
+    if _distances(found.points, rest).max() <= p.alike:
+        return None, lookout
     times = 1.0
     if left is not None and _returns(found.points, left.points, rest, p.alike):
         if time - left.at < p.regret - _ROUNDING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-from cohelm.errors import PlanningError
+from cohelm.errors import GoalBlocked, PlanningError
 from cohelm.messages import Authority, Mode, Observation, Reason, Reference, Request
 from cohelm.navigation.beyond import all_obstacles
 from cohelm.navigation.groups import outlines
@@ -98,5 +98,7 @@ def lay_course(
 
 
 def _reason(error: PlanningError) -> Reason:
+    if isinstance(error, GoalBlocked) and error.because:
+        return Reason.KEEPOUT
     known = {reason.value: reason for reason in Reason}
     return known.get(error.code, Reason.PLANNING)

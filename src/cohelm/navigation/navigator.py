@@ -11,7 +11,7 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.errors import ControlError
-from cohelm.maps import distance_field
+from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
     Decision,
@@ -27,6 +27,8 @@ from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.sight import Sight, see
 from cohelm.navigation.stopwatch import Stopwatch
 from cohelm.navigation.tick import Memory, Tick
+from cohelm.navigation.walls import walls_about
+from cohelm.navigation.zones import limited, walled
 from cohelm.safety import GateState, check_input, gate, stop
 from cohelm.sharing import authority
 
@@ -43,6 +45,8 @@ class Navigator:
     def __init__(self, setup: NavigatorSetup) -> None:
         self.setup = setup
         self.walls = distance_field(setup.grid)
+        closed = walled(setup.grid, setup.filters)
+        self.barriers = self.walls if closed is setup.grid else distance_field(closed)
 
     def step(self, observation: Observation, request: Request, last: Tick | None) -> Tick:
         """One tick.
@@ -57,7 +61,18 @@ class Navigator:
         )
         if fault is not None:
             return _blind(observation, request, fault, gate_state, last)
-        seen = see(setup, self.walls, observation, request, memory, watch)
+        asked = request
+        request = limited(
+            asked,
+            setup.filters,
+            setup.robot,
+            observation,
+            memory.route if memory else None,
+            setup.zones,
+        )
+        seen = see(
+            setup, self.walls, self.barriers, observation, request, memory=memory, watch=watch
+        )
         hand, hand_state = authority(
             observation,
             request.profile,
@@ -78,7 +93,7 @@ class Navigator:
         watch.lap("safety")
         return Tick(
             observation=observation,
-            request=request,
+            request=asked,
             decision=decision,
             memory=Memory(
                 gate=gate_state,
@@ -162,19 +177,44 @@ class Navigator:
         """The gate's word; the planner's own reason where the gate has none."""
         if wanted.twist is None:
             return stop(wanted.reason or Reason.PLANNING)
-        decision = gate(
-            wanted.twist,
+        decision = self._gated(wanted.twist, observation, request, seen, seen.walls)
+        if decision.reason is Reason.BLOCKED and self._only_rules(
+            wanted, observation, request, seen
+        ):
+            return dataclasses.replace(decision, reason=Reason.KEEPOUT)
+        if decision.reason is None and wanted.reason is not None:
+            return dataclasses.replace(decision, reason=wanted.reason)
+        return decision
+
+    def _only_rules(
+        self, wanted: _Wanted, observation: Observation, request: Request, seen: Sight
+    ) -> bool:
+        """Whether nothing but a keepout zone is in the way of the wanted twist."""
+        if self.barriers is self.walls or wanted.twist is None:
+            return False
+        setup = self.setup
+        bodily = walls_about(setup.grid, self.walls, seen.live, observation.pose[:2], setup.window)
+        decision = self._gated(wanted.twist, observation, request, seen, bodily)
+        return decision.reason is not Reason.BLOCKED
+
+    def _gated(
+        self,
+        twist: Floats,
+        observation: Observation,
+        request: Request,
+        seen: Sight,
+        walls: DistanceField,
+    ) -> Decision:
+        return gate(
+            twist,
             observation,
             request,
             self.setup.robot,
-            walls=seen.walls,
+            walls=walls,
             people=seen.people,
             predictions=seen.predictions,
             parameters=self.setup.gate,
         )
-        if decision.reason is None and wanted.reason is not None:
-            return dataclasses.replace(decision, reason=wanted.reason)
-        return decision
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

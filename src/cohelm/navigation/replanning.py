@@ -159,7 +159,10 @@ def _better(
     q: RouteQuestion, planner: GlobalPlanner, kept: RouteState, p: ReplanningParameters
 ) -> RouteState:
     """A much better path, where there is one; else the one there is."""
-    if q.time - kept.planned_at < p.better.settle - _ROUNDING:
+    if (
+        q.time - kept.planned_at < p.better.settle - _ROUNDING
+        or kept.path.length - kept.progress < p.better.least_left
+    ):
         return kept
     if not worth_a_look(kept.lookout, q.time, q.live, q.crowding, q.grid.resolution, p.better):
         return kept

@@ -9,6 +9,7 @@ from cohelm.messages import Crowding, Request
 from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.progress import ProgressParameters
 from cohelm.navigation.replanning import ReplanningParameters
+from cohelm.navigation.zones import ZoneParameters
 from cohelm.perception import Detector, ObstacleLayerParameters, Predictor, Tracker
 from cohelm.planning import GlobalPlanner
 from cohelm.robots import Robot
@@ -34,6 +35,7 @@ class NavigatorSetup:
     heat: Crowding | None = None
     """Where people are known to be."""
     crowding: CrowdingParameters = CrowdingParameters()
+    zones: ZoneParameters = ZoneParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     replanning: ReplanningParameters = ReplanningParameters()

@@ -46,8 +46,10 @@ class Sight:
 def see(
     setup: NavigatorSetup,
     map_walls: DistanceField,
+    barriers: DistanceField,
     observation: Observation,
     request: Request,
+    *,
     memory: Memory | None,
     watch: Stopwatch,
 ) -> Sight:
@@ -56,6 +58,7 @@ def see(
     Args:
         setup: the parts.
         map_walls: distance field of the static map.
+        barriers: the same with keepout zones as walls, for whoever steers.
         observation: usable, see ``safety.check_input``.
         request: for the rider's social distance.
         memory: of the last tick, None at first.
@@ -93,7 +96,7 @@ def see(
     )
     watch.lap("social")
     live = layer.obstacles
-    walls = walls_about(setup.grid, map_walls, live, observation.pose[:2], setup.window)
+    walls = walls_about(setup.grid, barriers, live, observation.pose[:2], setup.window)
     watch.lap("walls")
     return Sight(
         people=people,

@@ -178,7 +178,10 @@ _GENTLE = frozenset(
         Reason.START_BLOCKED,
         Reason.GOAL_BLOCKED,
         Reason.OUTSIDE_MAP,
+        Reason.KEEPOUT,
         Reason.NO_PATH,
+        Reason.TOO_MANY_WISHES,
+        Reason.PLANNING_TIMEOUT,
         Reason.PLANNING,
         Reason.ARRIVED,
     }

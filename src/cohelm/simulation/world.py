@@ -19,6 +19,7 @@ from cohelm.messages import Decision, Observation, People, Scan
 from cohelm.robots import Robot
 from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
 from cohelm.simulation.chance import generator
+from cohelm.simulation.changes import Change, present
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
 from cohelm.simulation.drive import Wheels, at_rest, drive
 from cohelm.simulation.faults import Fault, with_faults
@@ -37,7 +38,9 @@ class WorldSetup:
     """Everything that makes a world, but for chance."""
 
     grid: OccupancyGrid
-    """What truly stands there."""
+    """What truly stands there at time 0."""
+    changes: tuple[Change, ...] = ()
+    """What stands there later, in the order of their times."""
     robot: Robot
     start: Annotated[Floats, Shape("3")]
     """X_MR at time 0."""
@@ -98,6 +101,7 @@ class World:
             for purpose in ("people", "localisation", "odometry", "rider", *_laser_names(setup))
         }
         self._ticks = 0
+        self._grid = setup.grid
         self._sweeps = [0] * len(setup.robot.lasers)
         self._wheels = at_rest(setup.robot, setup.start)
         self._error = setup.localisation.first(self._random["localisation"])
@@ -120,7 +124,8 @@ class World:
         Contact does not stop the world; who rides on after it decides.
         """
         setup = self.setup
-        before = self._truth.crowd
+        before, stood = self._truth.crowd, self._grid
+        self._grid = self._standing()
         steps = max(round(setup.control_step / setup.physics_step), 1)
         dt = setup.control_step / steps
         start = self._ticks * setup.control_step
@@ -130,7 +135,7 @@ class World:
         scans: list[Scan] = []
         touched = nobody_touched(before)
         touched_wall = False
-        clearance = self._truth.gap_wall
+        clearance = self._truth.gap_wall if self._grid is stood else 0.0
         for k in range(1, steps + 1):
             old = self._wheels
             self._wheels = drive(setup.robot, old, decision, dt)
@@ -139,7 +144,7 @@ class World:
             touched[int(is_standing(self._wheels.twist))] |= gaps <= 0.0
             clearance -= _swept(setup.robot, old, self._wheels)
             if clearance <= 0.0:
-                clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, setup.grid)
+                clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, self._grid)
                 touched_wall |= clearance <= 0.0
             scans += self._scan(start + k * dt, position)
         self._ticks += 1
@@ -148,6 +153,18 @@ class World:
             self._error, setup.control_step, self._random["localisation"]
         )
         self._observation = self._sensed(tuple(scans), last=self._observation)
+
+    def _standing(self) -> OccupancyGrid:
+        """What stands there now; a door waits for whoever is in it."""
+        crowd = self._truth.crowd
+        outline = transform(self._wheels.pose, self.setup.robot.outline)
+        bodies = np.column_stack([crowd.position, crowd.radius])
+        return present(self.setup.changes, self._grid, self._now, outline, bodies)
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """What truly stands there now; not for the navigator."""
+        return self._grid
 
     @property
     def _now(self) -> float:
@@ -161,7 +178,7 @@ class World:
             twist=self._wheels.twist,
             crowd=crowd,
             gap_people=gap_to_people(outline, pose, crowd.position, crowd.radius),
-            gap_wall=gap_to_walls(outline, pose, self.setup.grid),
+            gap_wall=gap_to_walls(outline, pose, self._grid),
             hit_moving=touched[0],
             hit_standing=touched[1],
             hit_wall=touched_wall,
@@ -175,7 +192,7 @@ class World:
         vx, vy, turn = wheels.twist
         velocity = np.array([vx - turn * centre[1], vy + turn * centre[0]])
         return Scene(
-            grid=self.setup.grid,
+            grid=self._grid,
             robot_position=transform(wheels.pose, centre),
             robot_velocity=transform([0.0, 0.0, wheels.pose[2]], velocity),
             robot_radius=float(np.hypot(*(robot.outline - centre).T).max()),
@@ -191,9 +208,7 @@ class World:
                 continue
             self._sweeps[i] += 1
             rng = self._random[_laser_names(self.setup)[i]]
-            scans.append(
-                sweep(mount, self.setup.grid, bodies, self._wheels.pose, time=time, rng=rng)
-            )
+            scans.append(sweep(mount, self._grid, bodies, self._wheels.pose, time=time, rng=rng))
         return tuple(scans)
 
     def _sensed(self, scans: tuple[Scan, ...], last: Observation | None) -> Observation:

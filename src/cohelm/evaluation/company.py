@@ -1,0 +1,68 @@
+"""Who walks through a scenario, and how its file names a part."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from cohelm.config import Model
+from cohelm.maps import FARTHEST
+
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Point = tuple[Coordinate, Coordinate]
+Length = Annotated[float, Field(gt=0.0, le=1000.0)]
+
+WALKERS = "orca"
+"""How people walk by default."""
+
+
+def spelt_out(given: Any) -> Any:
+    """A part is named by a word or by ``{use: word, parameter: value, …}``."""
+    return {"use": given} if isinstance(given, str) else given
+
+
+Spec = Annotated[dict[str, Any], BeforeValidator(spelt_out)]
+
+
+def named(name: str) -> Any:
+    """A part's key, with the part used by default."""
+    return Field(default_factory=lambda: {"use": name})
+
+
+class Way(Model):
+    """Where one person walks."""
+
+    points: tuple[Point, ...] = Field(min_length=1)
+    """Way-points from the start on, m."""
+    loop: bool = False
+    """Walks to the first point again after the last, and so on for ever."""
+    speed: float | None = Field(None, gt=0.0, le=3.0)
+    """m/s; none: drawn like everybody's."""
+    see_robot: bool | None = None
+    """None: like everybody."""
+
+
+class Crowding(Model):
+    """Who walks there."""
+
+    count: int | None = Field(None, ge=0, le=300)
+    """People; beyond the explicit ways, ways are drawn that cross the robot's. None: those only."""
+    ways: tuple[Way, ...] = ()
+    """Explicit ways, one for each person."""
+    model: Spec = named(WALKERS)
+    """How they walk: a pedestrian model."""
+    see_robot: bool = True
+    """Whether they avoid the robot."""
+    speed: tuple[float, float] = (0.9, 1.3)
+    """Range of the preferred speeds, m/s (assumed)."""
+    radius: float = Field(0.25, gt=0.05, le=1.0)
+    """Of the body's disc, m (assumed)."""
+    jitter: float = Field(0.05, ge=0.0, le=1.0)
+    """Starts are moved by up to this, m: ORCA deadlocks in perfect symmetry."""
+
+    @model_validator(mode="after")
+    def _speeds_in_order(self) -> Self:
+        if not 0.0 < self.speed[0] <= self.speed[1] <= 3.0:
+            raise ValueError("speed must be [lowest, highest] with 0 < lowest ≤ highest ≤ 3 m/s")
+        return self
