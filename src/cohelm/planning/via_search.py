@@ -90,6 +90,7 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
         weight = np.float64(weights[u])
         shift = np.uint64(layer * size)
         first = edges_from[layer]
+        direct = lightest * octile(row - goal_row, col - goal_col)
         for i in range(8 + edges_from[layer + 1] - first):
             to, r, c = layer, row, col
             if i < 8:
@@ -109,6 +110,8 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
             else:
                 to = edges[first + i - 8, 0]
                 there = so_far + _price(points, edges[first + i - 8, 1], row, col)
+                if there + direct >= best:
+                    continue
                 v = u + np.uint64(to * size)
             known = abs(reached[v])
             if known != 0.0 and there >= known:

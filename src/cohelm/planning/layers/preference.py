@@ -1,6 +1,7 @@
-"""User preference field: a valley of cost about the points the rider wants to pass.
+"""User preference field: a valley of cost about what the rider wants to pass.
 
-Xu et al., eqs. (1) and (2), Algorithm 1.
+Xu et al., eqs. (1) and (2), Algorithm 1. A drawn stroke, which the paper does not have, is a line
+of such points.
 """
 
 from __future__ import annotations
@@ -9,16 +10,20 @@ import math
 from typing import Literal
 
 import numpy as np
+from numba import njit
 from pydantic import Field, model_validator
 
-from cohelm.arrays import Bytes, Floats, Floats32
+from cohelm.arrays import Annotated, Bytes, Floats, Floats32, Shape, value
 from cohelm.config import Model
-from cohelm.geometry import inverse, transform
+from cohelm.geometry import arc_length, inverse, nearest_on_polyline, resample, transform
 from cohelm.maps import OccupancyGrid
+from cohelm.messages import Wish
 from cohelm.planning.cost_values import MAX_GRADED
 
 SPREAD = 1.0 / math.sqrt(-2.0 * math.log(0.1))
 """σ / d_r of eq. (1): a circle of radius d_r about the point holds 90 % of the density. ≈ 0.466."""
+
+_MOST_POINTS = 256  # of a stroke
 
 
 class Preference(Model):
@@ -43,31 +48,77 @@ class Preference(Model):
         return self
 
 
+@value
+class Source:
+    """Points that attract as one."""
+
+    points: Annotated[Floats, Shape("k 2")]
+    """Map frame, m; anywhere. More than one: a line of them, about evenly spaced."""
+    sigma: float
+    """σ of eq. (1), m, > 0."""
+
+
+def sources_of(
+    wishes: tuple[Wish, ...], origin: Floats, preference: Preference
+) -> tuple[Source, ...]:
+    """A source for each attracting point and each stroke.
+
+    Args:
+        wishes: of any kind.
+        origin: where the robot was when they were set, (2,), m: d_r of eq. (1) is the distance from
+            there to the point, or to the nearest place of the stroke.
+        preference: says the least σ.
+    """
+    out: list[Source] = []
+    for wish in wishes:
+        if wish.kind == "attract":
+            sigmas = spread(np.hypot(*(wish.points - origin).T), preference)
+            out.extend(
+                Source(points=point[None], sigma=float(sigma))
+                for point, sigma in zip(wish.points, sigmas, strict=True)
+            )
+        elif wish.kind == "stroke" and len(wish.points):
+            _, distance = nearest_on_polyline(wish.points, float(origin[0]), float(origin[1]))
+            sigma = float(spread(np.array(distance), preference))
+            step = max(sigma, float(arc_length(wish.points)[-1]) / _MOST_POINTS)
+            out.append(Source(points=resample(wish.points, step), sigma=sigma))
+    return tuple(out)
+
+
 def preference_costs(
-    grid: OccupancyGrid, points: Floats, spreads: Floats, preference: Preference
+    grid: OccupancyGrid, sources: tuple[Source, ...], preference: Preference
 ) -> Bytes:
     """Costs (rows, cols) of the field, 0…252.
 
     c = c_max − (p − p_min)(c_max − c_min) / (p_max − p_min)     Xu et al., eq. (2)
     p = exp(−d²/2σ²)  or  (d/σ²) exp(−d²/2σ²)
 
-    with the extremes taken over the whole map. Each point's density is scaled to a peak of 1 on the
-    map before they are added up, so that a far point counts as much as a near one.
+    with the extremes taken over the whole map. Each source's density is scaled to a peak of 1 on
+    the map before they are added up, so that a far point counts as much as a near one.
 
     Args:
         grid: the map.
-        points: (w, 2), map frame, m; anywhere.
-        spreads: σ of each, (w,), m, > 0.
+        sources: what attracts.
         preference: the shape.
     """
-    total = np.zeros(grid.shape, dtype=np.float32)
-    for point, sigma in zip(points, spreads, strict=True):
-        density = _gaussian if preference.density == "gaussian" else _rayleigh
-        total += density(grid, point, float(sigma))
-    low, high = float(total.min()), float(total.max())
+    field = preference_field(grid, sources, preference)
+    low, high = float(field.min()), float(field.max())
     depth = (preference.c_max - preference.c_min) / (high - low) if high > low else 0.0
-    costs: Bytes = np.rint(preference.c_max - depth * (total - low)).astype(np.uint8)
-    return costs
+    return _costs(field, low, depth, preference.c_max)
+
+
+def preference_field(
+    grid: OccupancyGrid, sources: tuple[Source, ...], preference: Preference
+) -> Floats32:
+    """The sum of the sources' densities (rows, cols), each scaled to a peak of 1 on the map."""
+    total = np.zeros(grid.shape, dtype=np.float32)
+    density = _gaussian if preference.density == "gaussian" else _rayleigh
+    for source in sources:
+        field = density(grid, source)
+        if len(source.points) > 1:
+            field /= field.max()
+        total += field
+    return total
 
 
 def spread(distance: Floats, preference: Preference) -> Floats:
@@ -75,32 +126,47 @@ def spread(distance: Floats, preference: Preference) -> Floats:
     return np.maximum(SPREAD * distance, preference.sigma_min)
 
 
-def _gaussian(grid: OccupancyGrid, point: Floats, sigma: float) -> Floats32:
-    """exp(−d²/2σ²) over its greatest value on the map; separable, hence an outer product."""
-    y, x = (np.exp(_log_density(axis, sigma)) for axis in _offsets(grid, point))
-    return np.outer(y.astype(np.float32), x.astype(np.float32))
-
-
-def _rayleigh(grid: OccupancyGrid, point: Floats, sigma: float) -> Floats32:
-    """(d/σ²) exp(−d²/2σ²) over its greatest value on the map."""
-    dy, dx = _offsets(grid, point)
-    radius = np.hypot(dy[:, None], dx[None, :])
-    log = np.log(np.maximum(radius, 1e-9)) - 0.5 * np.square(radius / sigma)
-    density: Floats32 = np.exp(log - log.max()).astype(np.float32)
+def _gaussian(grid: OccupancyGrid, source: Source) -> Floats32:
+    """Σ exp(−d²/2σ²), the greatest term on the map 1; separable, hence a matrix product."""
+    dy, dx = _offsets(grid, source.points)
+    y, x = -0.5 * np.square(dy / source.sigma), -0.5 * np.square(dx / source.sigma)
+    peak_y, peak_x = y.max(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
+    # Far off the map every density would be 0; relative to the greatest it is not.
+    peak = peak_y + peak_x
+    rows = np.exp(y - peak_y + peak - peak.max()).astype(np.float32)
+    cols = np.exp(x - peak_x).astype(np.float32)
+    density: Floats32 = rows.T @ cols
     return density
 
 
-def _log_density(offset: Floats, sigma: float) -> Floats:
-    log = -0.5 * np.square(offset / sigma)
-    relative: Floats = log - log.max()  # far off the map every density would else be 0
-    return relative
+def _rayleigh(grid: OccupancyGrid, source: Source) -> Floats32:
+    """Σ (d/σ²) exp(−d²/2σ²), the greatest term on the map 1."""
+    total, top = np.zeros(grid.shape, dtype=np.float32), -math.inf
+    for dy, dx in zip(*_offsets(grid, source.points), strict=True):
+        radius = np.hypot(dy[:, None], dx[None, :])
+        log = np.log(np.maximum(radius, 1e-9)) - 0.5 * np.square(radius / source.sigma)
+        peak = float(log.max())
+        higher = max(top, peak)
+        total *= np.float32(math.exp(top - higher))
+        total += np.exp(log - higher).astype(np.float32)
+        top = higher
+    return total
 
 
-def _offsets(grid: OccupancyGrid, point: Floats) -> tuple[Floats, Floats]:
-    """Offsets (rows,) and (cols,) of cell centres from a point, along the grid's axes, m."""
-    x, y = transform(inverse(grid.X_MG), point)
+def _offsets(grid: OccupancyGrid, points: Floats) -> tuple[Floats, Floats]:
+    """Offsets (k, rows) and (k, cols) of cell centres from points, along the grid's axes, m."""
+    local = transform(inverse(grid.X_MG), points)
     rows, cols = grid.shape
     return (
-        (np.arange(rows) + 0.5) * grid.resolution - y,
-        (np.arange(cols) + 0.5) * grid.resolution - x,
+        (np.arange(rows) + 0.5) * grid.resolution - local[:, 1:],
+        (np.arange(cols) + 0.5) * grid.resolution - local[:, :1],
     )
+
+
+@njit(cache=True)
+def _costs(field: Floats32, low: float, depth: float, highest: float) -> Bytes:
+    out = np.empty(field.shape, dtype=np.uint8)
+    for r in range(field.shape[0]):
+        for c in range(field.shape[1]):
+            out[r, c] = np.uint8(np.rint(highest - depth * (np.float64(field[r, c]) - low)))
+    return out
