@@ -1,4 +1,6 @@
 import dataclasses
+import gc
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +11,9 @@ from cohelm.arrays import (
     Floats,
     Integers,
     Shape,
+    empty_for_copies,
     identical,
+    lazy_copy,
     read_only,
     value,
 )
@@ -125,3 +129,72 @@ def test_identical_can_leave_fields_out_at_any_depth():
     a, b = (tracks(name="first"),), (tracks(name="second"),)
     assert not identical(a, b)
     assert identical(a, b, ignore=frozenset({"name"}))
+
+
+LARGE = (1500, 1000)
+"""Of float32: 6 MB, enough for copies that share memory."""
+
+
+@pytest.mark.parametrize("shape", [(3, 4), LARGE])
+def test_a_lazy_copy_is_a_copy(shape):
+    base = empty_for_copies(shape, np.float32)
+    base[:] = 1.0
+    base.flags.writeable = False
+    a, b = lazy_copy(base), lazy_copy(base)
+    a[0], b[-1] = 2.0, 3.0
+    assert (base == 1.0).all()
+    assert (a[0] == 2.0).all()
+    assert (a[1:] == 1.0).all()
+    assert (b[-1] == 3.0).all()
+    assert (b[:-1] == 1.0).all()
+    a.flags.writeable = False
+    again = lazy_copy(a)  # of a copy: a plain one, which has its changes
+    again[1] = 4.0
+    assert (again[0] == 2.0).all()
+    assert (a[1:] == 1.0).all()
+
+
+def test_a_lazy_copy_outlives_its_base():
+    base = empty_for_copies(LARGE, np.float32)
+    base[:] = 1.0
+    base.flags.writeable = False
+    copy = lazy_copy(base)
+    del base
+    gc.collect()
+    assert (copy == 1.0).all()
+
+
+def test_of_a_part_or_of_what_can_still_be_written_a_plain_copy_is_made():
+    base = empty_for_copies(LARGE, np.float32)
+    base[:] = 1.0
+    copy = lazy_copy(base)
+    base[:] = 2.0
+    base.flags.writeable = False
+    assert (copy == 1.0).all()
+    part = lazy_copy(base[100:200])
+    assert part.shape == (100, 1000)
+    assert (part == 2.0).all()
+
+
+def test_without_memory_to_map_again_copies_are_plain(monkeypatch):
+    monkeypatch.delattr("os.memfd_create", raising=False)
+    base = empty_for_copies(LARGE, np.float32)
+    base[:] = 1.0
+    base.flags.writeable = False
+    copy = lazy_copy(base)
+    copy[0] = 2.0
+    assert (base == 1.0).all()
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="counts open files in /proc")
+def test_copies_leave_no_file_open():
+    base = empty_for_copies(LARGE, np.float32)
+    base[:] = 1.0
+    base.flags.writeable = False
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    for _ in range(50):
+        lazy_copy(base)[0] = 2.0
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
+    del base
+    gc.collect()
+    assert len(list(Path("/proc/self/fd").iterdir())) < before

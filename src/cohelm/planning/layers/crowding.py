@@ -40,7 +40,7 @@ def crowding_patches(
         costs: what it costs.
     """
     cost = np.minimum(crowding.density / np.float32(costs.full), 1.0) * np.float32(costs.cost)
-    felt = (cost >= 1.0).astype(np.uint8)
+    felt = np.pad((cost >= 1.0).astype(np.uint8), 1)
     if not felt.any():
         return ()
     near = cv2.dilate(felt, np.ones((3, 3), dtype=np.uint8))  # as far as it is interpolated
@@ -49,7 +49,7 @@ def crowding_patches(
     patches = []
     for c0, r0, width, height in stats[1:count, :4]:  # a handful: stretches, not people
         c1, r1 = c0 + width, r0 + height
-        corners = np.array([[c0, r0], [c1, r0], [c1, r1], [c0, r1]])
+        corners = np.array([[c0, r0], [c1, r0], [c1, r1], [c0, r1]]) - 1  # less the padding
         outline = transform(crowding.X_MG, corners * crowding.resolution)
         window = window_about(outline, 0.0, grid)
         if window is not None:
