@@ -169,14 +169,23 @@ class Passage:
     """The width that the robot needs there, m."""
     resolution: float
     """Side of the map's cells, m: the width is known no better."""
+    turns: bool = False
+    """Whether the robot would have to turn there; ``needed`` is then what always suffices."""
 
     def __str__(self) -> str:
         """One clause: where, how wide, how much is missing."""
         x, y = self.point
+        cells = f"the map's cells are {self.resolution:.2f} m, the width is known no better"
+        wide = f"at ({x:.2f}, {y:.2f})"
+        if self.turns:
+            return (
+                f"the robot cannot turn in the passage {wide}, {self.width:.2f} m wide; "
+                f"{self.needed:.2f} m would do ({cells})"
+            )
+        missing = max(self.needed - self.width, 0.0)
         return (
-            f"the passage at ({x:.2f}, {y:.2f}) is {self.width:.2f} m wide, "
-            f"the robot needs {self.needed:.2f} m: {self.needed - self.width:.2f} m are missing "
-            f"(the map's cells are {self.resolution:.2f} m, the width is known no better)"
+            f"the passage {wide} is {self.width:.2f} m wide, the robot needs {self.needed:.2f} m: "
+            f"{missing:.2f} m are missing ({cells})"
         )
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import field
 
 import numpy as np
 from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
-from cohelm.errors import NoPath
-from cohelm.geometry import arc_length, inverse, transform
+from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.messages import Path
-from cohelm.planning.ground import Ground, GroundParameters, pair
+from cohelm.planning.fitting import Fitted, LineParameters, fit_anyhow, fit_way, without_passage
+from cohelm.planning.ground import Ground
+from cohelm.planning.passages import no_path
 from cohelm.planning.search import GridPath, Weights, path_cost, shortest_path
-from cohelm.planning.smoothing import Smoothing, line_cost, smooth
+from cohelm.planning.smoothing import line_cost
 from cohelm.planning.wishes import report
 
 Search = Callable[[Weights], GridPath | None]
@@ -23,20 +25,16 @@ Score = Callable[[Floats], float]
 """What a method holds against a line (k, 2) in the map frame, m; ∞ where it is blocked."""
 
 
-class RouteParameters(GroundParameters):
-    """What every grid planner needs; the figures are assumed."""
+class RouteParameters(LineParameters):
+    """What every grid planner needs."""
 
-    wanted_clearance: float = Field(0.6, ge=0.0, le=10.0)
-    """Smoothing may come this near to obstacles and no nearer, unless the way did, m; that is about
-    what the corners of the chair sweep in a turn."""
-    smoothing: Smoothing = Smoothing()
     max_expansions: int | None = Field(None, ge=1)
     """Budget of the search, cells; none: as many as it takes."""
 
 
 @value
 class Route:
-    """A way found on the grid."""
+    """A way found on the grid that the footprint can follow."""
 
     cost: float
     """Weighted length under the ground's weights, m."""
@@ -44,6 +42,10 @@ class Route:
     """Smoothed, map frame, m."""
     cells: Annotated[Integers, Shape("k 2")]
     """(row, column) of the way before it was smoothed."""
+    pivots: Annotated[Integers, Shape("p")] = field(
+        default_factory=lambda: np.empty(0, dtype=np.int64)
+    )
+    """Indices of the points where the robot turns on the spot."""
 
 
 def find_route(
@@ -52,7 +54,10 @@ def find_route(
     weights: Weights | None = None,
     search: Search | None = None,
 ) -> Route:
-    """The best way by a search over some weights, smoothed; its cost is that on the ground.
+    """The best way by a search over some weights that the footprint can follow, smoothed.
+
+    Where the footprint does not pass on the best way, the place is blocked and another way sought,
+    a few times; then one over (x, y, heading), on the whole map. The cost is that on the ground.
 
     Args:
         ground: of the problem.
@@ -65,16 +70,25 @@ def find_route(
         PlanningError: NoPath or PlanningTimeout.
     """
     weights = ground.weights if weights is None else weights
-    found = (search or cheapest(ground, parameters))(weights)
-    if found is None:
-        start, goal = pair(ground.problem.start), pair(ground.problem.goal)
-        raise NoPath(start=start, goal=goal, needed=ground.costmap.radius)
-    cost = path_cost(ground.weights.packed, found.cells)
-    return Route(
-        cost=cost * ground.problem.grid.resolution,
-        points=_line(ground, weights, found, parameters),
-        cells=found.cells,
-    )
+    search = search or cheapest(ground, parameters)
+    stuck: list[Floats] = []
+    for _ in range(parameters.fitting.detours + 1):
+        found = search(weights)
+        if found is None:
+            break
+        fitted = fit_way(ground, weights, found, parameters)
+        if fitted.stuck is None:
+            return _route(ground, found.cells, fitted)
+        stuck.append(fitted.stuck)
+        around = without_passage(ground, weights, fitted)
+        if around is None:
+            break
+        weights = around
+    if stuck:
+        last = fit_anyhow(ground, parameters)
+        if last is not None:
+            return _route(ground, _cells_of(ground, last.points), last)
+    raise no_path(ground, parameters, stuck[0] if stuck else None)
 
 
 def cheapest(ground: Ground, parameters: RouteParameters) -> Search:
@@ -127,25 +141,25 @@ def to_path(
         without_wishes=without.points,
         score=score(route.points),
         kept_score=score(kept) if kept is not None else None,
+        pivots=route.pivots,
     )
 
 
-def _line(ground: Ground, weights: Weights, found: GridPath, parameters: RouteParameters) -> Floats:
-    """The way as a smooth line (m, 2) in the map frame from the very start to the very goal."""
-    problem, costmap = ground.problem, ground.costmap
-    grid = problem.grid
-    ends = transform(inverse(grid.X_MG), np.stack([problem.start, problem.goal]))
-    inner = (found.cells[1:-1, ::-1] + 0.5) * grid.resolution
-    line = smooth(
-        np.concatenate([ends[:1], inner, ends[1:]]),
-        weights,
-        costmap.clearance,
-        grid.resolution,
-        needed=costmap.radius,
-        wanted=max(parameters.wanted_clearance, costmap.radius),
-        smoothing=parameters.smoothing,
-    )
-    line = transform(grid.X_MG, line)
+def _route(ground: Ground, cells: Integers, fitted: Fitted) -> Route:
+    """The route of a line in the grid's frame, from the very start to the very goal."""
+    problem = ground.problem
+    line = transform(problem.grid.X_MG, fitted.points)
     line[0], line[-1] = problem.start, problem.goal
     line.flags.writeable = False
-    return line
+    cost = path_cost(ground.weights.packed, cells) * problem.grid.resolution
+    if not np.isfinite(cost):  # between cells, it passes where one of them is blocked
+        cost = ground.weights.heaviest * float(arc_length(line)[-1])
+    return Route(cost=cost, points=line, cells=cells, pivots=fitted.pivots)
+
+
+def _cells_of(ground: Ground, points: Floats) -> Integers:
+    """The cells (k, 2) that a line in the grid's frame comes through."""
+    res = ground.problem.grid.resolution
+    cells = np.floor(resample(points, 0.5 * res)[:, ::-1] / res).astype(np.int64)
+    new = np.concatenate([[True], np.diff(cells, axis=0).any(axis=1)])
+    return cells[new]

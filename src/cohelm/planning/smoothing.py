@@ -3,10 +3,12 @@
 1. Shorten: replace stretches by straight segments wherever that costs no more than the cells did
    and comes no nearer to obstacles than allowed.
 2. Smooth: pull every point toward the middle of its neighbours and a little back to where it was,
-   refusing each step that would come too near to an obstacle.
+   and push it off an obstacle that it would come too near to. Where the line bends more than the
+   robot can, nothing pulls it back, so that the bend spreads.
 
 Too near is: nearer than the stretch replaced was, and nearer than the clearance wanted. So the line
-stays in the corridor that the search chose, and free space ends the zigzag.
+stays in the corridor that the search chose, and free space ends the zigzag. A taut line about
+obstacles at a distance r bends by 1/r at most.
 """
 
 from __future__ import annotations
@@ -17,13 +19,17 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats, Floats32
+from cohelm.arrays import Booleans, Floats, Floats32, Integers
 from cohelm.config import Model
 from cohelm.geometry import resample
 from cohelm.maps.distance import sample
 from cohelm.planning.search import Weights
+import itertools
 
 _ORIGIN = np.zeros(3)
+_NO_PINS = np.empty(0, dtype=np.int64)
+_CHORD = 0.003  # m that the chords between the points of a curve may cut into it
+_BESIDE = 5  # points of the line on either side whose clearance a point may come down to
 
 
 class Smoothing(Model):
@@ -38,7 +44,7 @@ class Smoothing(Model):
     are rounded over about spacing / √hold."""
 
 
-def smooth(
+def smooth(  # noqa: PLR0913  # each is one word of the question
     points: Floats,
     weights: Weights,
     clearance: Floats32,
@@ -47,6 +53,8 @@ def smooth(
     needed: float,
     wanted: float,
     smoothing: Smoothing,
+    curvature: float = math.inf,
+    pins: Integers = _NO_PINS,
 ) -> Floats:
     """A smooth line (m, 2) along an 8-connected way, both ends kept.
 
@@ -59,18 +67,59 @@ def smooth(
         needed: clearance below which the line comes only where the way did, m.
         wanted: clearance above which it may come nearer than the way did, m; ≥ needed.
         smoothing: parameters.
+        curvature: the line bends less where there is room, 1/m.
+        pins: indices of points that the line keeps passing within a cell of.
     """
-    corners = _shorten(points, weights.packed, clearance, resolution, needed)
-    line = resample(corners, smoothing.spacing)
+    stops = np.unique(np.concatenate([[0], pins, [len(points) - 1]]))
+    legs = [
+        _shorten(points[a : b + 1], weights.packed, clearance, resolution, needed)
+        for a, b in itertools.pairwise(stops)
+    ]
+    line, pinned = spaced(legs or [points], smoothing.spacing)
     pull = 1.0 / (1.0 + smoothing.hold)
-    _relax(line, clearance, resolution, wanted, smoothing.iterations, pull)
-    return resample(line, smoothing.spacing)
+    _relax(
+        line,
+        pinned,
+        weights.packed,
+        clearance,
+        resolution,
+        np.array([needed, wanted, 0.95 * curvature, pull]),
+        smoothing.iterations,
+    )
+    ends = np.flatnonzero(pinned)
+    return spaced(
+        [line[a : b + 1] for a, b in itertools.pairwise(ends)] or [line],
+        smoothing.spacing,
+    )[0]
+
+
+def spaced(legs: list[Floats], spacing: float) -> tuple[Floats, Booleans]:
+    """(polylines in a row as one line with points about ``spacing`` apart; which are legs' ends)."""
+    even = [resample(leg, spacing) for leg in legs]
+    line = np.concatenate([even[0][:1], *(leg[1:] for leg in even)])
+    fixed = np.zeros(len(line), dtype=np.bool_)
+    fixed[np.cumsum([0, *(len(leg) - 1 for leg in even)])] = True
+    return line, fixed
+
+
+@njit(cache=True)
+def curvature_of(points: Floats) -> Floats:
+    """How sharply a polyline (n, 2) bends at each of its points, 1/m; (n,), 0 at the ends.
+
+    The turn from one segment to the next over the mean of their lengths, which on an arc is the
+    arc's curvature however the points are spaced. Points do not repeat.
+    """
+    n = points.shape[0]
+    out = np.zeros(n)
+    for i in range(1, n - 1):
+        out[i] = _bend(points, i)
+    return out
 
 
 def line_cost(points: Floats, weights: Weights, resolution: float) -> float:
     """Weighted length of a line (k, 2) in the grid's frame, m; ∞ where it crosses what is blocked.
 
-    Blocked is a point whose own cell is; the first and the last point are forgiven.
+    Blocked is a point between blocked cells on all sides; the first and the last are forgiven.
     """
     return float(_line_cost(points, weights.packed, resolution))
 
@@ -78,7 +127,6 @@ def line_cost(points: Floats, weights: Weights, resolution: float) -> float:
 @njit(cache=True)
 def _line_cost(points: Floats, weights: Floats32, resolution: float) -> float:
     total = 0.0
-    rows, cols = weights.shape
     for i in range(1, points.shape[0]):
         ax, ay = points[i - 1, 0], points[i - 1, 1]
         dx, dy = points[i, 0] - ax, points[i, 1] - ay
@@ -88,11 +136,10 @@ def _line_cost(points: Floats, weights: Floats32, resolution: float) -> float:
         for k in range(count + 1):
             x, y = ax + dx * k / count, ay + dy * k / count
             w = _weight(weights, resolution, x, y)
-            c = min(max(math.floor(x / resolution) + 1, 0), cols - 1)
-            r = min(max(math.floor(y / resolution) + 1, 0), rows - 1)
-            outermost = (i == 1 and k == 0) or (i == points.shape[0] - 1 and k == count)
-            if weights[r, c] == np.inf and not outermost:
-                return np.inf
+            if w == np.inf:
+                if not ((i == 1 and k == 0) or (i == points.shape[0] - 1 and k == count)):
+                    return np.inf
+                w = 0.0
             if k in (0, count):
                 ends += 0.5 * w
             else:
@@ -112,7 +159,7 @@ def _shorten(
     for i in range(n):
         least[i] = _clearance(clearance, resolution, points[i, 0], points[i, 1])
         if i > 0:
-            cost, _ = _segment(points[i - 1], points[i], weights, clearance, resolution)
+            cost, _ = _segment(points[i - 1], points[i], weights, clearance, resolution, needed)
             along[i] = along[i - 1] + cost
     kept = [0]
     i = 0
@@ -150,7 +197,7 @@ def _may_replace(  # noqa: PLR0913, PLR0917  # a kernel takes plain arguments
     needed: float,
 ) -> bool:
     """Whether the segment i–j costs no more than the way and stays as clear as it must."""
-    cost, near = _segment(points[i], points[j], weights, clearance, resolution)
+    cost, near = _segment(points[i], points[j], weights, clearance, resolution, needed)
     if cost > (along[j] - along[i]) * (1.0 + 1e-9) + 1e-12:
         return False
     floor = needed
@@ -161,7 +208,7 @@ def _may_replace(  # noqa: PLR0913, PLR0917  # a kernel takes plain arguments
 
 @njit(cache=True)
 def _segment(
-    a: Floats, b: Floats, weights: Floats32, clearance: Floats32, resolution: float
+    a: Floats, b: Floats, weights: Floats32, clearance: Floats32, resolution: float, needed: float
 ) -> tuple[float, float]:
     """(cost of a straight segment, m; least clearance on it, m), sampled every quarter cell."""
     dx, dy = b[0] - a[0], b[1] - a[1]
@@ -171,6 +218,8 @@ def _segment(
     for k in range(count + 1):
         x, y = a[0] + dx * k / count, a[1] + dy * k / count
         near = min(near, _clearance(clearance, resolution, x, y))
+        if _barred(weights, clearance, resolution, needed, x, y):
+            return np.inf, near
         share = 0.5 if k in (0, count) else 1.0
         total += share * _weight(weights, resolution, x, y)
     return total * length / count, near
@@ -202,28 +251,75 @@ def _clearance(clearance: Floats32, resolution: float, x: float, y: float) -> fl
 
 
 @njit(cache=True)
+def _barred(
+    weights: Floats32, clearance: Floats32, resolution: float, needed: float, x: float, y: float
+) -> bool:
+    """Whether a point's cell is blocked though it is clear of obstacles: by a zone."""
+    r = min(max(math.floor(y / resolution), 0), clearance.shape[0] - 1)
+    c = min(max(math.floor(x / resolution), 0), clearance.shape[1] - 1)
+    return bool(weights[r + 1, c + 1] == np.inf and clearance[r, c] > needed)
+
+
+@njit(cache=True)
+def _bend(line: Floats, i: int) -> float:
+    ax, ay = line[i, 0] - line[i - 1, 0], line[i, 1] - line[i - 1, 1]
+    bx, by = line[i + 1, 0] - line[i, 0], line[i + 1, 1] - line[i, 1]
+    turn = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
+    mean = 0.5 * (math.hypot(ax, ay) + math.hypot(bx, by))
+    return turn / mean if turn > 0.0 else 0.0
+
+
+@njit(cache=True)
 def _relax(
     line: Floats,
+    pinned: Booleans,
+    weights: Floats32,
     clearance: Floats32,
     resolution: float,
-    wanted: float,
+    limits: Floats,
     iterations: int,
-    pull: float,
 ) -> None:
-    """Move the inner points of ``line`` in place, Gauss–Seidel, there and back."""
+    """Move the inner points of ``line`` in place, Gauss–Seidel, there and back.
+
+    ``limits``: clearance needed and wanted, m; curvature, 1/m; pull to the neighbours' middle.
+    """
     n = line.shape[0]
+    needed, wanted, curvature, pull = limits
     fixed = line.copy()
-    floor = np.empty(n)
-    for i in range(n):
-        floor[i] = min(_clearance(clearance, resolution, line[i, 0], line[i, 1]), wanted)
+    floor = _floors(line, clearance, resolution, needed, wanted)
     for round_ in range(iterations):
         moved = 0.0
         for k in range(1, n - 1):
             i = k if round_ % 2 == 0 else n - 1 - k
-            x = pull * 0.5 * (line[i - 1, 0] + line[i + 1, 0]) + (1.0 - pull) * fixed[i, 0]
-            y = pull * 0.5 * (line[i - 1, 1] + line[i + 1, 1]) + (1.0 - pull) * fixed[i, 1]
-            if _clearance(clearance, resolution, x, y) >= floor[i]:
-                moved = max(moved, abs(x - line[i, 0]) + abs(y - line[i, 1]))
-                line[i, 0], line[i, 1] = x, y
+            share = 1.0 if _bend(line, i) > curvature else pull
+            x = share * 0.5 * (line[i - 1, 0] + line[i + 1, 0]) + (1.0 - share) * fixed[i, 0]
+            y = share * 0.5 * (line[i - 1, 1] + line[i + 1, 1]) + (1.0 - share) * fixed[i, 1]
+            room, gx, gy = sample(clearance, resolution, _ORIGIN, x, y)
+            steep = gx * gx + gy * gy
+            if room < floor[i] and steep > 0.25:
+                off = (floor[i] - room + 1e-6) / steep
+                x, y = x + off * gx, y + off * gy
+                room = _clearance(clearance, resolution, x, y)
+            if room < floor[i] or _barred(weights, clearance, resolution, needed, x, y):
+                continue
+            if pinned[i] and math.hypot(x - fixed[i, 0], y - fixed[i, 1]) > 0.7 * resolution:
+                continue
+            moved = max(moved, abs(x - line[i, 0]) + abs(y - line[i, 1]))
+            line[i, 0], line[i, 1] = x, y
         if moved < 1e-4:
             break
+
+
+@njit(cache=True)
+def _floors(
+    line: Floats, clearance: Floats32, resolution: float, needed: float, wanted: float
+) -> Floats:
+    """The clearance (n,) that each point may come down to, m."""
+    n = line.shape[0]
+    own, out = np.empty(n), np.empty(n)
+    for i in range(n):
+        own[i] = _clearance(clearance, resolution, line[i, 0], line[i, 1])
+    for i in range(n):
+        near = own[max(i - _BESIDE, 0) : i + _BESIDE + 1].min()
+        out[i] = min(own[i], max(needed + _CHORD, min(near, wanted)))
+    return out
