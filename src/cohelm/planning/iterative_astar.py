@@ -23,7 +23,7 @@ from cohelm.planning.route import (
     score_on,
     to_path,
 )
-from cohelm.planning.search import BLOCKED, GridPath, Weights
+from cohelm.planning.search import BLOCKED, Weights
 from cohelm.planning.wishes import has_wishes, wished_line
 
 _SPACING = 0.1  # between places of a line that is compared, m
@@ -73,14 +73,13 @@ def _iterate(
     """The route that strays least among those of all rounds."""
     grid, search = ground.problem.grid, cheapest(ground, parameters)
     weights, cells = ground.weights, plain.cells
-    least, best = math.inf, (weights, GridPath(cells=cells, cost=plain.cost, expansions=0))
+    least, best = math.inf, weights
     for left in range(parameters.rounds - 1, -1, -1):
         places = grid.centres(cells)
         stray = _distances(wanted, places)
         worst = int(stray.argmax())
         if stray[worst] < least:
-            least = float(stray[worst])
-            best = weights, GridPath(cells=cells, cost=0.0, expansions=0)
+            least, best = float(stray[worst]), weights
         if least <= parameters.near_enough or not left:
             break
         weights = _with_disc(ground, weights, places[worst], parameters.disc_radius)
@@ -88,7 +87,7 @@ def _iterate(
         if found is None:
             break
         cells = found.cells
-    return find_route(ground, parameters, best[0], search=lambda _: best[1])
+    return plain if best is ground.weights else find_route(ground, parameters, best)
 
 
 def _with_disc(ground: Ground, weights: Weights, place: Floats, radius: float) -> Weights:

@@ -11,8 +11,8 @@ from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
 from cohelm.planning.astar import lay_ground, without_wishes
 from cohelm.planning.ground import Ground
-from cohelm.planning.route import RouteParameters, Score, find_route, score_on, to_path
-from cohelm.planning.search import GridPath, Weights, path_cost
+from cohelm.planning.route import RouteParameters, Score, cheapest, find_route, score_on, to_path
+from cohelm.planning.search import GridPath, Weights
 from cohelm.planning.via import cheapest_via
 from cohelm.planning.via_layers import Chain
 from cohelm.planning.wishes import chains_of, has_wishes, on_grid, price_of
@@ -65,11 +65,11 @@ class SoftVia:
         if not has_wishes(problem):
             return to_path(ground, plain, without, method="soft_via")
 
-        def search(weights: Weights) -> GridPath:
-            cost = path_cost(weights.packed, plain.cells)
-            way = GridPath(cells=plain.cells, cost=cost, expansions=0)
-            cells, budget = on_grid(chains, problem.grid), parameters.max_expansions
-            return cheapest_via(weights, way, cells, max_expansions=budget)
+        cells, cheapest_way = on_grid(chains, problem.grid), cheapest(ground, parameters)
+
+        def search(weights: Weights) -> GridPath | None:
+            way, budget = cheapest_way(weights), parameters.max_expansions
+            return way and cheapest_via(weights, way, cells, max_expansions=budget)
 
         route = find_route(ground, parameters, search=search)
         return to_path(ground, route, without, method="soft_via", score=_score(ground, chains))
