@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from numba import njit
@@ -26,13 +28,14 @@ class CrowdingCosts(Model):
     no longer choose their speed freely (Fruin's level of service C)."""
 
 
+@lru_cache(maxsize=2)
 def crowding_patches(
     crowding: Crowding, grid: OccupancyGrid, costs: CrowdingCosts
 ) -> tuple[Patch, ...]:
     """What the crowding says, a patch about each stretch of floor where it says anything.
 
     The density is taken as bilinear between the middles of its cells. What has faded until it costs
-    less than 1 is gone.
+    less than 1 is gone. Kept for the last two, because a heat map stays as it is.
 
     Args:
         crowding: people per m² on a coarse grid of any pose.
