@@ -19,8 +19,9 @@ import math
 
 import numpy as np
 
-from cohelm.arrays import Floats32, Integers
+from cohelm.arrays import Floats, Floats32, Integers
 from cohelm.errors import PlanningTimeout, TooManyWishes
+from cohelm.geometry import nearest_on_polyline
 from cohelm.planning.search import BLOCKED, GridPath, Weights, path_cost
 from cohelm.planning.via_layers import Chain, count_layers, layers_of, price_along, unavoidable
 from cohelm.planning.via_search import OUT_OF_BUDGET, search
@@ -39,6 +40,8 @@ def cheapest_via(
     max_expansions: int | None = None,
 ) -> GridPath:
     """The way that minimises cost and prices; ``pins`` are where points were credited.
+
+    A pin that lies within a cell of the straight line between others is left out.
 
     Args:
         weights: of the grid's cells.
@@ -121,5 +124,19 @@ def _way(places: Integers, stride: int) -> tuple[Integers, Integers]:
     at = np.cumsum(np.concatenate([[0], ~stays]))
     kept = np.concatenate([[True], ~stays])
     cells = np.stack(np.divmod(places[kept], stride), axis=-1) - 1
-    pins = np.unique(at[1:][stays])
-    return cells, pins[(pins > 0) & (pins < len(cells) - 1)]
+    stops = np.unique(np.concatenate([[0], at[1:][stays], [len(cells) - 1]]))
+    return cells, stops[_corners(cells[stops].astype(float), 1.0)][1:-1]
+
+
+def _corners(points: Floats, tolerance: float) -> Integers:
+    """Which points of a line (k, 2) to keep so that no other is farther than that from the rest."""
+    kept, spans = {0, len(points) - 1}, [(0, len(points) - 1)]
+    while spans:
+        a, b = spans.pop()
+        chord = points[[a, b]]
+        far = [nearest_on_polyline(chord, *points[i])[1] for i in range(a + 1, b)]
+        if far and max(far) > tolerance:
+            middle = a + 1 + int(np.argmax(far))
+            kept.add(middle)
+            spans += [(a, middle), (middle, b)]
+    return np.array(sorted(kept))

@@ -26,19 +26,52 @@ _START = (2.0, 4.0)
 _GOAL = (10.0, 4.0)
 _PILLAR = (5.5, 3.0, 6.5, 5.0)
 _WALL = (5.9, 0.0, 6.1, 8.0)
+_KINDS = ("attract", "stroke", "avoid")
+
+
+_WISHES: dict[str, tuple[Wish, ...]] = {
+    "a point": (Wish(points=np.array([[6.0, 1.5]])),),
+    "points in order": (Wish(points=np.array([[8.0, 6.5], [4.0, 1.5]])),),
+    "points in any order": (
+        Wish(points=np.array([[8.0, 6.5]])),
+        Wish(points=np.array([[4.0, 6.0]])),
+        Wish(points=np.array([[3.0, 3.0]])),
+    ),
+    "a stroke": (Wish(kind="stroke", points=np.array([[3.0, 4.0], [5.0, 6.5], [8.0, 6.5]])),),
+    "a stroke without length": (Wish(kind="stroke", points=np.array([[4.0, 6.0], [4.0, 6.0]])),),
+    "a point in an obstacle": (Wish(points=np.array([[6.0, 4.0]])),),
+    "a point off the map": (Wish(points=np.array([[60.0, -40.0]])),),
+    "a point at the start": (Wish(points=np.array([_START])),),
+    "a soft zone": (Wish(kind="avoid", points=np.array([[6.0, 2.0]]), radius=0.8),),
+    "a hard zone": (Wish(kind="avoid", points=np.array([[6.0, 2.0]]), radius=0.8, hard=True),),
+    "a drawn zone": (
+        Wish(kind="avoid", points=np.array([[5.0, 0.5], [7.0, 0.5], [6.0, 2.5]]), hard=True),
+    ),
+    "no points at all": (Wish(points=np.empty((0, 2))),),
+}
+"""In a room with a pillar in its middle."""
 
 
 def check_global_planner(planner: GlobalPlanner, *, within: float = 5.0) -> None:
-    """Check a global planner in a room of 12 × 8 m, with and without a pillar and a wish.
+    """Check a global planner in a room of 12 × 8 m, with and without a pillar and wishes.
+
+    Args:
+        planner: the part.
+        within: thread CPU time allowed to a plan, s.
 
     Raises:
         ConformanceError: saying what it does wrong.
     """
     bare, pillar = room(), room(boxes=[_PILLAR])
-    _check_route(planner, route_problem(bare), within)
-    _check_route(planner, route_problem(pillar), within)
-    wish = Wish(points=np.array([[6.0, 1.5]]))
-    _check_route(planner, route_problem(pillar, wishes=(wish,)), within)
+    for grid in (bare, pillar):
+        path = _check_route(planner, route_problem(grid), within)
+        extra = abs(path.wishes.extra_cost) + abs(path.wishes.extra_length)
+        require(extra <= TOLERANCE, "without wishes nothing may be extra")
+    for wishes in _WISHES.values():
+        _check_route(planner, route_problem(pillar, wishes=wishes), within)
+    together = tuple(wish for wishes in _WISHES.values() for wish in wishes if wish.kind != "avoid")
+    kinds = (*together[:2], *_WISHES["a stroke"], *_WISHES["a soft zone"])
+    _check_route(planner, route_problem(pillar, wishes=kinds), within)
     _check_route(planner, route_problem(pillar, goal=_START), within)
     _check_failures(planner, pillar)
 
@@ -60,14 +93,14 @@ def route_problem(
     )
 
 
-def _check_route(planner: GlobalPlanner, problem: RouteProblem, within: float) -> None:
+def _check_route(planner: GlobalPlanner, problem: RouteProblem, within: float) -> Path:
     path: Path = steady(lambda: planner.plan(problem), inputs=problem, what="plan", within=within)
     require_finite(
         {
             "the path's points": path.points,
             "its length": path.length,
             "its cost": path.cost,
-            "its distance to the wishes": path.wishes.closest,
+            "its score": path.score,
             "its extra length": path.wishes.extra_length,
         }
     )
@@ -81,11 +114,27 @@ def _check_route(planner: GlobalPlanner, problem: RouteProblem, within: float) -
     )
     require(path.cost >= 0.0, "a path must not have a negative cost")
     _check_clear(path, problem)
-    wanted = sum(len(wish.points) for wish in problem.wishes if wish.kind == "attract")
-    require(
-        len(path.wishes.closest) == wanted,
-        f"must say how close the path comes to each of {wanted} wished points",
+    _check_report(path, problem)
+    return path
+
+
+def _check_report(path: Path, problem: RouteProblem) -> None:
+    """It speaks of every wish, and no path enters a zone that is not to be entered."""
+    given = {kind: [w for w in problem.wishes if w.kind == kind] for kind in _KINDS}
+    points = sum(len(wish.points) for wish in given["attract"])
+    said = (
+        (path.wishes.closest, points, "how close the path comes to each of {} wished points"),
+        (path.wishes.along, len(given["stroke"]), "how near the path keeps to each of {} strokes"),
+        (path.wishes.avoided, len(given["avoid"]), "how far the path is from each of {} zones"),
     )
+    for values, count, what in said:
+        require(len(values) == count, f"must say {what.format(count)}")
+        require_finite({"its distance to the wishes": values})
+    for wish, distance in zip(given["avoid"], path.wishes.avoided, strict=True):
+        require(
+            not wish.hard or distance >= -RESOLUTION,
+            f"the path runs {-distance:.2f} m deep through a zone that is never to be entered",
+        )
 
 
 def _check_clear(path: Path, problem: RouteProblem) -> None:
@@ -102,12 +151,16 @@ def _check_clear(path: Path, problem: RouteProblem) -> None:
 
 def _check_failures(planner: GlobalPlanner, grid: OccupancyGrid) -> None:
     inside, outside = (6.0, 4.0), (30.0, 4.0)
+    across = Wish(kind="avoid", points=np.array([[6.0, 0.0], [6.0, 8.0]]), radius=0.2, hard=True)
+    nowhere = Wish(points=np.array([[np.nan, 4.0]]))
     cases = (
         (GoalBlocked, route_problem(grid, goal=inside), "a goal inside an obstacle"),
         (StartBlocked, route_problem(grid, start=inside), "a start inside an obstacle"),
         (OutsideMap, route_problem(grid, goal=outside), "a goal outside the map"),
         (OutsideMap, route_problem(grid, start=outside), "a start outside the map"),
+        (OutsideMap, route_problem(grid, wishes=(nowhere,)), "a wish that is nowhere"),
         (NoPath, route_problem(room(boxes=[_WALL])), "a wall right across the room"),
+        (NoPath, route_problem(grid, wishes=(across,)), "a hard zone right across the room"),
     )
     for error, problem, when in cases:
         require_raises(error, partial(planner.plan, problem), when)
