@@ -55,7 +55,7 @@ def test_settings_reach_into_parts_that_the_file_only_names_or_leaves_out(write)
     assert scenario.rider == {"use": "nudge", "side": "right"}
     assert load_scenario(file, ["mode=autonomous"]).mode is Mode.AUTONOMOUS
     settings = ["global_planner.cost_weight=2"]
-    assert load_scenario(file, settings).global_planner == {"use": "upf", "cost_weight": 2}
+    assert load_scenario(file, settings).global_planner == {"use": "soft_via", "cost_weight": 2}
 
 
 @pytest.mark.parametrize(

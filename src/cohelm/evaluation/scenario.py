@@ -42,7 +42,7 @@ from cohelm.sharing import AuthorityParameters
 from cohelm.simulation import Fault, Localisation, Odometry
 
 PARTS = {
-    "global_planner": ("global_planners", "upf"),
+    "global_planner": ("global_planners", "soft_via"),
     "local_planner": ("local_planners", "ss_mpc_dcbf"),
     "detector": ("detectors", "scan_clusters"),
     "tracker": ("trackers", "kalman"),

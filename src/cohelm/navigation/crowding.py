@@ -38,7 +38,7 @@ class CrowdingParameters(Model):
     """Half-life of what was there, s."""
     every: float = Field(0.5, ge=0.0, le=60.0)
     """Time from count to count, s."""
-    notice: float = Field(0.05, gt=0.0, le=10.0)
+    notice: float = Field(0.1, gt=0.0, le=10.0)
     """Change of the density anywhere that routes are to be told of, people/m²."""
 
 

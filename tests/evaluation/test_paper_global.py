@@ -1,0 +1,194 @@
+"""The scenes, measures and report of the global experiment."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import distance_transform_edt, label
+
+from cohelm.evaluation.benches import paper_global, paper_global_report
+from cohelm.evaluation.benches.bench import Progress, Result, run_tasks
+from cohelm.evaluation.benches.bootstrap import estimate
+from cohelm.evaluation.benches.office import CLICK_DEVIATION, GAP, office
+from cohelm.geometry import arc_length
+from cohelm.maps import distance_field
+from cohelm.planning import RouteProblem
+
+
+@pytest.fixture(scope="module")
+def scenes(chair):
+    return [office(seed, chair) for seed in range(10)]
+
+
+# ---------------------------------------------------------------------------- scenes
+
+
+def test_a_seed_is_a_scene(chair, scenes):
+    again = office(3, chair)
+    assert np.array_equal(again.grid.data, scenes[3].grid.data)
+    assert np.array_equal(again.click, scenes[3].click)
+    assert len({scene.grid.shape for scene in scenes}) > 1
+
+
+def test_the_rider_has_room_in_every_heading(chair, scenes):
+    for scene in scenes:
+        assert distance_field(scene.grid).at(scene.desired).min() >= chair.circumscribed_radius
+        assert np.allclose(scene.desired[[0, -1]], [scene.start, scene.goal])
+        assert 11.0 < arc_length(scene.desired)[-1] < 15.0  # about 13 m, as in the paper
+
+
+def test_the_desired_way_is_smooth(scenes):
+    for scene in scenes:
+        step = np.diff(scene.desired, axis=0)
+        turns = np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))
+        assert np.abs(turns).max() < 0.05  # rad over 5 cm: no curve tighter than a metre
+
+
+def test_the_left_is_open_and_the_right_is_cluttered(scenes):
+    for scene in scenes:
+        middle = scene.grid.shape[1] // 2
+        occupied = scene.grid.data[4:-4, 4:-4] > 50
+        block = scene.desired[:, 0].min() + 0.5  # what lies left of the block
+        left = int(block / scene.grid.resolution)
+        assert not occupied[:, : min(left, middle) - 4].any()
+        assert occupied[:, middle + 40 :].any()
+
+
+def test_every_gap_is_wide_enough_to_pass(scenes):
+    for scene in scenes:
+        parts, count = label(scene.grid.data > 50)
+        assert count >= 5  # walls, block, and some clutter
+        for part in range(1, count + 1):
+            away = distance_transform_edt(parts != part) * scene.grid.resolution
+            # The outline is looked up in cells, so a cell at either end may be missing.
+            others = (parts != part) & (parts > 0)
+            assert away[others].min() > GAP - 3 * scene.grid.resolution
+
+
+def test_clicks_scatter_as_said(chair):
+    away = []
+    for seed in range(40):
+        scene = office(seed, chair)
+        along = arc_length(scene.desired)
+        away.append(
+            scene.click - [np.interp(along[-1] / 2, along, axis) for axis in scene.desired.T]
+        )
+    # σ of 80 numbers is known to σ/√160 = 8 %; four times that.
+    assert np.std(away) == pytest.approx(CLICK_DEVIATION, rel=0.32)
+
+
+# ---------------------------------------------------------------------------- measures
+
+
+def test_tracks_are_compared_at_the_same_times():
+    # Both go along x, one at 1 m/s to 4 m, one at 2 m/s to 4 m: apart by t, then by 4 − t.
+    slow = np.array([[0.0, 0.0, 0.0], [4.0, 4.0, 0.0]])
+    fast = np.array([[0.0, 0.0, 0.0], [2.0, 4.0, 0.0]])
+    error = paper_global.synchronised_error(slow, fast)
+    assert error[-1] == pytest.approx([4.0, 0.0])
+    assert error[:, 1].max() == pytest.approx(2.0)
+    assert error[:, 1].mean() == pytest.approx(1.0, abs=0.02)
+    assert paper_global.synchronised_error(slow, slow)[:, 1].max() == 0.0
+
+
+def test_a_drawn_line_is_followed_from_where_one_is(chair, scenes):
+    line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0]])
+    problem = RouteProblem(
+        grid=scenes[0].grid, robot=chair, start=np.array([1.2, 0.1]), goal=line[-1]
+    )
+    route = paper_global.Drawn(line).plan(problem)
+    assert route.points.tolist() == [[1.2, 0.1], [2.0, 0.0], [2.0, 2.0]]
+    assert route.length == pytest.approx(2.0 + np.hypot(0.8, 0.1))
+
+
+def test_a_command_replays_a_row():
+    spec = paper_global.METHODS["upf_rayleigh"]
+    assert paper_global._replay("scenes/3.yaml", "upf_rayleigh", spec) == (
+        "cohelm run scenes/3.yaml --method upf --set global_planner.preference.density=rayleigh"
+    )
+
+
+def test_bootstrap_intervals():
+    values = np.array([1.0, 2.0, 3.0, np.nan])
+    each = estimate(values)
+    assert (each.mean, each.count) == (2.0, 3)
+    assert 1.0 <= each.low < 2.0 < each.high <= 3.0
+    assert estimate(values).low == each.low
+    assert f"{each:.1f}".startswith("2.0 [")
+    # Of many values the interval is that of the normal distribution, ±1.96 σ/√n.
+    many = np.random.default_rng(0).normal(size=2000)
+    assert estimate(many).high - estimate(many).low == pytest.approx(
+        2 * 1.96 / np.sqrt(2000), rel=0.1
+    )
+    assert f"{estimate(np.array([np.nan])):.2f}" == "–"
+
+
+# ---------------------------------------------------------------------------- report
+
+
+def result(seed, method, nearest, outcome="reached"):
+    row = {"seed": seed, "method": method, "outcome": outcome}
+    row |= dict.fromkeys(paper_global_report.MEASURES, 1.0)
+    return Result(row={**row, "nearest_error": nearest, "length": 10.0 + nearest})
+
+
+def test_the_report_says_what_is_met_and_who_does_not_win(tmp_path):
+    results = [
+        result(seed, method, error + 0.01 * seed)
+        for seed in range(4)
+        for method, error in (("astar", 1.0), ("upf", 1.2), ("soft_via", 0.2))
+    ]
+    report = paper_global_report.make_report(results, [], tmp_path, ["iterative_astar"])
+    notes = "\n".join(report.notes)
+    assert "iterative_astar is not installed" in notes
+    assert "soft_via: nearest error 0.21 m, at most 0.35 m: met" in notes
+    assert "soft_via: nearest error 0.21 m, below astar's 1.01 m: met" in notes
+    assert "upf: nearest error 1.21 m, at most 1.10 m: MISSED" in notes
+    assert "upf is worse than astar in error, nearest: +0.20 [+0.20, +0.20] m" in notes
+    assert "soft_via is worse" not in notes
+    table, differences = report.sheets
+    assert [row[0] for row in table.rows] == ["astar", "upf", "soft_via"]
+    assert table.rows[1][-1] == "33.90 s, 13.64 m, 1.10 m"
+    assert [row[0] for row in differences.rows] == ["astar", "upf"]
+    assert report.summary["measures"]["upf"]["nearest_error"]["count"] == 4
+
+
+def test_what_found_no_way_is_left_out_of_the_means_and_said(tmp_path):
+    results = [result(0, "astar", 1.0), result(1, "astar", np.nan, "no_path")]
+    report = paper_global_report.make_report(results, [], tmp_path, [])
+    assert "scene 1, astar: no_path" in report.notes
+    assert report.sheets[0].rows[0][1] == "1"
+
+
+# ---------------------------------------------------------------------------- running
+
+
+class Counting:
+    """A benchmark that counts."""
+
+    def work(self, task, folder):
+        if task[0] == 2:
+            raise KeyboardInterrupt
+        return [Result(row={"number": task[0], "half": task[0] / 2})]
+
+
+def test_an_interrupt_leaves_what_is_done(tmp_path):
+    seen = []
+    results = run_tasks(
+        Counting(), [(0,), (1,), (2,), (3,)], tmp_path, workers=1, watch=seen.append
+    )
+    assert [each.row["number"] for each in results] == [0, 1]
+    assert (tmp_path / "rows.csv").read_text() == "number,half\n0,0\n1,0.5\n"
+    assert [each.done for each in seen] == [0, 1, 2]
+
+
+def test_the_time_left_is_in_proportion():
+    assert Progress(done=2, total=6, seconds=3.0).left == 6.0
+    assert np.isnan(Progress(done=0, total=6, seconds=3.0).left)
+
+
+def test_one_scene_from_end_to_end(tmp_path):
+    rows = {each.row["method"]: each.row for each in paper_global.work((0,), tmp_path)}
+    assert set(rows) == {paper_global_report.DESIRED, *paper_global.METHODS}
+    assert all(row["outcome"] == "reached" for row in rows.values())
+    assert rows["desired"]["nearest_error"] < 1e-9
+    assert rows["soft_via"]["nearest_error"] < 0.5
+    assert (tmp_path / "scenes" / "0.yaml").exists()

@@ -1,0 +1,59 @@
+"""What has left the live window is remembered, planned around, and put back."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cohelm.messages import LiveObstacles
+from cohelm.navigation.beyond import MOST, NOTHING, Beyond, all_obstacles, remember
+from cohelm.perception import ObstacleLayerParameters, ObstacleLayerState
+
+RULES = ObstacleLayerParameters()
+
+
+def layer(corner, cells=(), version=1, side=10):
+    """A window of ``side`` cells a side with map cells occupied."""
+    occupied = np.zeros((side, side), dtype=np.uint8)
+    for row, col in np.asarray(cells, dtype=int).reshape(-1, 2) - np.array(corner):
+        occupied[row, col] = 1
+    obstacles = LiveObstacles(corner=np.array(corner), occupied=occupied, version=version)
+    return ObstacleLayerState(evidence=occupied * 9, obstacles=obstacles)
+
+
+def test_what_leaves_is_kept_and_what_comes_back_stands_again():
+    near, far = layer([0, 0], [(1, 1), (8, 8)]), layer([0, 5], [(8, 8)])
+    beyond, same = remember(NOTHING, near, far, RULES)
+    assert same is far
+    assert beyond.cells.tolist() == [[1, 1]]
+    gone, back = remember(beyond, far, layer([0, 0], [(8, 8)], version=7), RULES)
+    assert len(gone.cells) == 0
+    assert np.argwhere(back.obstacles.occupied).tolist() == [[1, 1], [8, 8]]
+    assert back.evidence[1, 1] == RULES.most
+    assert back.obstacles.version == 8
+
+
+def test_a_window_that_stays_changes_nothing():
+    still = layer([0, 0], [(1, 1)])
+    kept = Beyond(cells=np.array([[50, 50]]))
+    assert remember(kept, still, still, RULES) == (kept, still)
+    assert remember(NOTHING, None, still, RULES) == (NOTHING, still)
+
+
+def test_the_oldest_are_forgotten_first():
+    full = Beyond(cells=np.column_stack([np.arange(MOST), np.full(MOST, 900)]))
+    beyond, _ = remember(full, layer([0, 0], [(1, 1)]), layer([0, 5]), RULES)
+    assert len(beyond.cells) == MOST
+    assert beyond.cells[0].tolist() == [1, 900]
+    assert beyond.cells[-1].tolist() == [1, 1]
+
+
+def test_all_of_it_lies_in_one_window():
+    live = layer([10, 20], [(12, 23)]).obstacles
+    assert all_obstacles(live, NOTHING) is live
+    beyond = Beyond(cells=np.array([[3, 40], [15, 2]]))
+    everything = all_obstacles(live, beyond)
+    cells = np.argwhere(everything.occupied) + everything.corner
+    assert sorted(map(tuple, cells.tolist())) == [(3, 40), (12, 23), (15, 2)]
+    assert everything.version == live.version
+    assert all_obstacles(live, beyond) is everything
+    assert all_obstacles(replace(live), beyond) is not everything
