@@ -1,3 +1,4 @@
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,9 +8,11 @@ from PIL import Image
 
 from cohelm.errors import ConfigError
 from cohelm.maps import OccupancyGrid, Place, Places
-from cohelm.messages import Path, WishReport
+from cohelm.messages import Path, Wish, WishReport
+from cohelm.pictures import PlanRecord, animate_ride, canvas, check_animation, draw_plan, draw_ride
 from cohelm.pictures import animate as animation
-from cohelm.pictures import animate_ride, canvas, check_animation, draw_plan, draw_ride
+from cohelm.pictures.routes import RoutePanel, draw_error_plot, draw_route_panels
+from cohelm.planning import Inflation, RouteProblem, build_costmap
 
 
 @pytest.fixture
@@ -90,11 +93,57 @@ def test_a_ride_of_one_instant_with_nobody_and_no_route(ride, tmp_path):
     assert (tmp_path / "bare.png").is_file()
 
 
-def test_a_plan_is_drawn_in_every_format(grid, route, tmp_path):
+@pytest.fixture
+def plan(grid, route, chair):
+    wishes = (
+        Wish(points=[[9.0, 7.0], [11.0, 9.0]]),
+        Wish(kind="stroke", points=[[5.0, 6.0], [9.0, 8.0]]),
+        Wish(kind="avoid", points=[[8.0, 10.0]], radius=0.8),
+        Wish(kind="avoid", points=[[11.0, 6.0], [13.0, 6.0], [13.0, 7.0]], hard=True),
+        Wish(kind="avoid", points=[[90.0, 90.0]], radius=0.8),
+    )
+    problem = RouteProblem(
+        grid=grid, robot=chair, start=route.points[0], goal=route.points[-1], wishes=wishes
+    )
+    return PlanRecord(
+        problem=problem,
+        path=dataclasses.replace(route, pivots=[1]),
+        costmap=build_costmap(grid, 0.3, Inflation()),
+        others=[route],
+    )
+
+
+def test_a_plan_is_drawn_in_every_format(plan, tmp_path):
     for suffix in (".png", ".svg", ".pdf"):
         file = tmp_path / "new" / f"plan{suffix}"
-        draw_plan(grid, route, np.array([[9.0, 7.0]]), file, Places(places=()))
+        draw_plan(plan, file)
         assert file.stat().st_size > 1000
+
+
+def test_a_plan_names_all_that_it_shows(plan, tmp_path):
+    file = tmp_path / "plan.svg"
+    draw_plan(plan, file)
+    draw_plan(plan, tmp_path / "again.svg")
+    text = file.read_text()
+    assert text == (tmp_path / "again.svg").read_text()
+    for label in (
+        "route", "route without the wish", "alternative 2: 10.5 m", "the chair on the way",
+        "drawn by the rider", "rather avoid", "never enter", "turns on the spot", "start", "goal",
+        "dearer, or too near", "wish of the rider",
+    ):  # fmt: skip
+        assert f"<!-- {label} -->" in text
+
+
+def test_the_same_routes_give_the_same_bytes(grid, tmp_path):
+    line = np.array([[4.0, 6.0], [9.0, 7.0]])
+    panels = [RoutePanel(f"scene {i}", grid, line[1], {"a": line, "b": line + 1}) for i in range(6)]
+    for name in ("1.png", "2.png"):
+        draw_route_panels(panels, ("a", "b", "c"), tmp_path / name)
+        draw_error_plot({"a": [line, line], "b": [line]}, ("a", "b"), tmp_path / f"e{name}")
+    for name in ("", "e"):
+        first, second = (tmp_path / f"{name}{i}.png" for i in (1, 2))
+        assert first.read_bytes() == second.read_bytes()
+        assert first.stat().st_size > 5000
 
 
 def test_an_animation_shows_every_quarter_second(ride, tmp_path):

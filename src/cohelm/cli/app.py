@@ -182,34 +182,91 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
 
 
 @app.command()
-def plan(  # noqa: PLR0917 # an option is an argument
+def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
     map_: Annotated[str, typer.Argument(metavar="MAP.yaml", help="Nav2 map_server YAML.")],
     start: Annotated[
         str, typer.Option(metavar="X,Y|NAME", help="In metres on the map, or a place.")
     ],
     goal: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Where the route shall end.")],
     prefer: Prefer = None,
-    method: Annotated[str, typer.Option(metavar="NAME", help="Global planner.")] = "upf",
+    ordered: Annotated[
+        bool, typer.Option("--ordered", help="Pass the --prefer points in the order given.")
+    ] = False,
+    avoid: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ZONE",
+            help="Rather keep out of a zone: 'X,Y,RADIUS', or an outline 'X,Y X,Y X,Y …'; again.",
+        ),
+    ] = None,
+    avoid_hard: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ZONE", help="Never enter a zone, even if no way is left."),
+    ] = None,
+    stroke: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE", help="Follow a drawn line: lines of x,y, JSON or GeoJSON."),
+    ] = None,
+    alternatives: Annotated[
+        int, typer.Option(metavar="K", min=1, max=20, help="Routes that really differ, at most.")
+    ] = 1,
+    method: Annotated[str, typer.Option(metavar="NAME", help="Global planner.")] = "soft_via",
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Any parameter of the planner, dotted: inflation.inflation_radius=0.8.",
+        ),
+    ] = None,
     robot: RobotName = None,
+    clearance: Annotated[
+        float, typer.Option(min=0.0, max=10.0, help="To keep beyond the footprint, metres.")
+    ] = 0.0,
+    speed: Annotated[
+        float, typer.Option(min=0.1, max=3.0, help="Preferred speed, for the estimated time, m/s.")
+    ] = 0.8,
+    keepout: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="MASK.yaml", help="Where not to go: a Nav2 keepout mask."),
+    ] = None,
+    speed_mask: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="MASK.yaml", help="Speed limits, percent: a Nav2 speed mask."),
+    ] = None,
+    crowding: Annotated[
+        Path | None, typer.Option(metavar="FILE.yaml", help="Where people are: a heat map.")
+    ] = None,
     json: Json = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture.")] = None,
 ) -> int:
     """Plan a route on a map, and say what a wish costs."""
     compiled_code.place()
     from cohelm.cli import plan as command  # noqa: PLC0415 # lazy
+    from cohelm.cli import wishes  # noqa: PLC0415 # lazy
 
-    return command.plan(
-        command.Asked(
-            map=map_,
-            start=start,
-            goal=goal,
+    asked = command.Asked(
+        map=map_,
+        start=start,
+        goal=goal,
+        wishes=wishes.Asked(
             prefer=tuple(prefer or ()),
-            method=method,
-            robot="quantum_q6_edge" if robot is None else robot,
+            ordered=ordered,
+            avoid=tuple(avoid or ()),
+            avoid_hard=tuple(avoid_hard or ()),
+            stroke=tuple(stroke or ()),
         ),
-        json=json,
-        plot=plot,
+        method=method,
+        settings=tuple(set_ or ()),
+        robot="quantum_q6_edge" if robot is None else robot,
+        clearance=clearance,
+        speed=speed,
+        alternatives=alternatives,
+        keepout=tuple(keepout or ()),
+        speed_mask=tuple(speed_mask or ()),
+        crowding=crowding,
     )
+    return command.plan(asked, json=json, plot=plot)
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""``cohelm plan``: a route on a map, and what the wishes cost."""
+"""``cohelm plan``: a route on a map, what the wishes cost, and what else could be taken."""
 
 from __future__ import annotations
 
@@ -8,15 +8,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
-from cohelm import messages, plugins
-from cohelm.cli import words
-from cohelm.cli.report import OUTPUT, versions, write_json
-from cohelm.maps import Places, places_beside, read_map
-from cohelm.messages import Wish
-from cohelm.planning import RouteProblem
+from cohelm import plugins
+from cohelm.arrays import Floats
+from cohelm.cli import wishes, words
+from cohelm.cli.plan_report import alternative_table, describe, facts_table, summary
+from cohelm.cli.progress import Waiting
+from cohelm.cli.report import OUTPUT, write_json
+from cohelm.config import override
+from cohelm.errors import ConfigError
+from cohelm.maps import CostmapFilter, Places, places_beside, read_map
+from cohelm.maps.masks import read_crowding, read_mask
+from cohelm.planning import GlobalPlanner, RouteProblem
+from cohelm.planning.alternatives import Alternative, Differing, alternatives
+from cohelm.planning.features import Measuring
+from cohelm.planning.ground import Ground, ground_for
+from cohelm.planning.route import RouteParameters
 from cohelm.robots import load_robot
 
 
@@ -27,9 +34,16 @@ class Asked:
     map: str
     start: str
     goal: str
-    prefer: tuple[str, ...]
+    wishes: wishes.Asked
     method: str
+    settings: tuple[str, ...]
     robot: str
+    clearance: float
+    speed: float
+    alternatives: int
+    keepout: tuple[Path, ...]
+    speed_mask: tuple[Path, ...]
+    crowding: Path | None
 
 
 def plan(asked: Asked, *, json: bool, plot: Path | None) -> int:
@@ -42,64 +56,90 @@ def plan(asked: Asked, *, json: bool, plot: Path | None) -> int:
         from cohelm.pictures import check_picture  # noqa: PLC0415 # lazy
 
         check_picture(plot)
-    planner = plugins.build("global_planners", asked.method, key="--method")
+    planner = planner_of(asked)
+    problem, places = problem_of(asked)
+    measuring = Measuring(speed=asked.speed)
+    with Waiting("planning"):
+        began = time.thread_time()
+        found = alternatives(problem, planner, asked.alternatives, Differing(measuring=measuring))
+        seconds = time.thread_time() - began
+        ground = _ground(problem, planner)
+        report = summary(ground, found, measuring)
+    if plot is not None:
+        _draw(ground, found, places, plot)
+    if json:
+        write_json({**report, "timing": {"plan": seconds}})
+    else:
+        _say(report, plot)
+    return 0
+
+
+def planner_of(asked: Asked) -> Any:
+    """The global planner with its settings.
+
+    Raises:
+        PluginError, ConfigError: if there is no such planner, or a setting does not fit.
+    """
+    spec = override({"use": asked.method}, asked.settings)
+    if spec["use"] != asked.method:
+        raise ConfigError("name the planner with --method", key="use")
+    return plugins.build("global_planners", spec, key="--set" if asked.settings else "--method")
+
+
+def problem_of(asked: Asked) -> tuple[RouteProblem, Places]:
+    """The problem, and the places that the map names.
+
+    Raises:
+        CohelmError: if a file, a place or an option does not say what it must.
+    """
+    wanted = wishes.wishes_of(asked.wishes)
     robot = load_robot(asked.robot)
     grid, places = read_map(asked.map), places_beside(asked.map)
-    prefer = np.array([words.point(text, "--prefer") for text in asked.prefer]).reshape(-1, 2)
+    masks: list[CostmapFilter] = [read_mask(file, type="keepout") for file in asked.keepout]
+    masks += [read_mask(file, type="speed_percent") for file in asked.speed_mask]
     problem = RouteProblem(
         grid=grid,
         robot=robot,
         start=_point(asked.start, "--start", places),
         goal=_point(asked.goal, "--goal", places),
-        wishes=tuple(Wish(points=point[None]) for point in prefer),
+        wishes=wanted,
+        filters=tuple(masks),
+        crowding=None if asked.crowding is None else read_crowding(asked.crowding),
+        clearance=asked.clearance,
     )
-    began = time.thread_time()
-    route = planner.plan(problem)
-    seconds = time.thread_time() - began
+    return problem, places
+
+
+def _ground(problem: RouteProblem, planner: GlobalPlanner) -> Ground:
+    parameters = getattr(planner, "parameters", None)
+    if not isinstance(parameters, RouteParameters):
+        parameters = RouteParameters()
+    return ground_for(problem, parameters)
+
+
+def _draw(ground: Ground, found: tuple[Alternative, ...], places: Places, file: Path) -> None:
+    from cohelm.pictures import PlanRecord, draw_plan  # noqa: PLC0415 # lazy
+
+    record = PlanRecord(
+        problem=ground.problem,
+        path=found[0].path,
+        costmap=ground.costmap,
+        places=places,
+        others=[each.path for each in found[1:]],
+    )
+    draw_plan(record, file)
+
+
+def _say(report: dict[str, Any], plot: Path | None) -> None:
+    OUTPUT.print(facts_table(report))
+    if len(report["alternatives"]) > 1:
+        OUTPUT.print(alternative_table(report))
+    for line in describe(report):
+        OUTPUT.print(line, markup=False, soft_wrap=True)
     if plot is not None:
-        from cohelm.pictures import draw_plan  # noqa: PLC0415 # lazy
-
-        draw_plan(grid, route, prefer, plot, places)
-    report = summary(route, robot.name, seconds)
-    if json:
-        write_json(report)
-    else:
-        OUTPUT.print(_table(report))
-    return 0
+        OUTPUT.print(f"written: {plot}", markup=False, soft_wrap=True)
 
 
-def summary(route: messages.Path, robot: str, seconds: float) -> dict[str, Any]:
-    """What ``--json`` says."""
-    closest = route.wishes.closest
-    return {
-        "length": route.length,
-        "cost": route.cost,
-        "points": route.points.tolist(),
-        "closest_to_preference": float(closest.max()) if len(closest) else None,
-        "closest_to_each": closest.tolist(),
-        "extra_length": route.wishes.extra_length,
-        "extra_cost": route.wishes.extra_cost,
-        "method": route.method,
-        "robot": robot,
-        "versions": versions(),
-        "timing": {"plan": seconds},
-    }
-
-
-def _point(text: str, key: str, places: Places) -> Any:
+def _point(text: str, key: str, places: Places) -> Floats:
     spot = words.place(text, key)
     return places.find(spot).point if isinstance(spot, str) else np.array(spot)
-
-
-def _table(report: dict[str, Any]) -> Table:
-    table = Table(title=Text(f"{report['method']}, {report['robot']}"), header_style="dim")
-    table.add_column("what")
-    table.add_column("value", justify="right")
-    table.add_column("unit", style="dim")
-    keys = ["length", "cost"]
-    if report["closest_to_preference"] is not None:
-        keys += ["closest_to_preference", "extra_length"]
-    for key in keys:
-        table.add_row(key, f"{report[key]:.2f}", "m")
-    table.add_row("points", str(len(report["points"])), "")
-    return table

@@ -103,3 +103,45 @@ def _along(tick: Tick, truth: Truth) -> tuple[float, float]:
     points = np.ascontiguousarray(tick.path.points)
     along, _ = nearest_on_polyline(points, float(truth.pose[0]), float(truth.pose[1]))
     return along, float(arc_length(points)[-1])
+
+
+PATIENCE = 2.0
+"""Nobody is told to wait for less, s."""
+
+
+class Waiting:
+    """A line on a terminal while something takes longer than two seconds.
+
+    Args:
+        what: is being done.
+    """
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._began = time.monotonic()
+        self._spinner = Spinner("dots")
+        self._live = Live(
+            get_renderable=self._render,
+            console=ERRORS,
+            refresh_per_second=5,
+            transient=True,
+            redirect_stdout=False,
+            redirect_stderr=False,
+        )
+
+    def __enter__(self) -> Self:
+        if ERRORS.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, *what: object) -> None:
+        if ERRORS.is_terminal:
+            self._live.stop()
+
+    def _render(self) -> Spinner | Text:
+        waited = time.monotonic() - self._began
+        if waited < PATIENCE:
+            return Text("")
+        note = ", compiling on the first run" if waited > 2.0 * COMPILING else ""
+        self._spinner.update(text=Text(f"{self._what} … {waited:.0f} s{note}"))
+        return self._spinner

@@ -2,11 +2,12 @@
 
 from cohelm.pictures.animate import animate_ride, check_animation
 from cohelm.pictures.canvas import check_picture
-from cohelm.pictures.plan import draw_plan
+from cohelm.pictures.plan import PlanRecord, draw_plan
 from cohelm.pictures.ride import RideRecord, draw_ride
 from cohelm.pictures.routes import RoutePanel, draw_error_plot, draw_route_panels
 
 __all__ = [
+    "PlanRecord",
     "RideRecord",
     "RoutePanel",
     "animate_ride",

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap
@@ -264,6 +265,7 @@ def save(figure: Figure, file: Path) -> None:
     check_folder(file, "--plot")
     metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     try:
-        figure.savefig(file, metadata=metadata.get(file.suffix.lower()))
+        with rc_context({"svg.hashsalt": "cohelm"}):  # else names in it are drawn by chance
+            figure.savefig(file, metadata=metadata.get(file.suffix.lower()))
     except OSError as cause:
         raise not_written(file, "--plot", cause) from None

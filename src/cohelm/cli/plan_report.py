@@ -1,0 +1,148 @@
+"""What ``cohelm plan`` says: numbers for programs, a table and sentences for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from cohelm.cli.report import versions
+from cohelm.maps import DistanceField
+from cohelm.messages import Path, Wish
+from cohelm.planning.along import least_gap, time_in_speed_zones
+from cohelm.planning.alternatives import Alternative
+from cohelm.planning.features import Measuring
+from cohelm.planning.ground import Ground
+
+
+def summary(ground: Ground, found: tuple[Alternative, ...], measuring: Measuring) -> dict[str, Any]:
+    """What ``--json`` says but for its timing; the first route's figures are at the top."""
+    first = found[0].path
+    closest = first.wishes.closest
+    routes = [_figures(ground, each, measuring) for each in found]
+    return {
+        **routes[0],
+        "closest_to_preference": float(closest.max()) if len(closest) else None,
+        "without_wishes": first.without_wishes.tolist(),
+        "alternatives": routes,
+        "wishes": [_wish(wish) for wish in ground.problem.wishes],
+        "method": first.method,
+        "robot": ground.problem.robot.name,
+        "speed": measuring.speed,
+        "versions": versions(),
+    }
+
+
+def _figures(ground: Ground, each: Alternative, measuring: Measuring) -> dict[str, Any]:
+    problem, path, features = ground.problem, each.path, each.features
+    speed = min(measuring.speed, problem.robot.max_speed)
+    slowed = time_in_speed_zones(path.points, problem.filters, speed, problem.robot.max_speed)
+    return {
+        "length": path.length,
+        "cost": path.cost,
+        "points": path.points.tolist(),
+        "closest_to_each": path.wishes.closest.tolist(),
+        "closest_to_zones": path.wishes.avoided.tolist(),
+        "from_strokes": path.wishes.along.tolist(),
+        "extra_length": path.wishes.extra_length,
+        "extra_cost": path.wishes.extra_cost,
+        "minimum_clearance": _gap(ground, path),
+        "estimated_time": features.time + slowed,
+        "crowding": features.crowding,
+        "turns": features.turns,
+        "doors": features.doors,
+        "pivots": path.points[path.pivots].tolist(),
+        "overlap": each.overlap,
+    }
+
+
+def _gap(ground: Ground, path: Path) -> float:
+    grid = ground.costmap.grid
+    walls = DistanceField(
+        distance=ground.costmap.clearance, resolution=grid.resolution, X_MG=grid.X_MG
+    )
+    return least_gap(path.points, ground.problem.robot, walls)
+
+
+def _wish(wish: Wish) -> dict[str, Any]:
+    return {
+        "kind": wish.kind,
+        "points": wish.points.tolist(),
+        "radius": wish.radius,
+        "hard": wish.hard,
+    }
+
+
+def facts_table(report: dict[str, Any]) -> Table:
+    """The first route as a table."""
+    table = Table(title=Text(f"{report['method']}, {report['robot']}"), header_style="dim")
+    table.add_column("what")
+    table.add_column("value", justify="right")
+    table.add_column("unit", style="dim")
+    table.add_row("length", f"{report['length']:.2f}", "m")
+    table.add_row("cost: length, weighted", f"{report['cost']:.2f}", "m")
+    table.add_row(f"time at {report['speed']:g} m/s", f"{report['estimated_time']:.1f}", "s")
+    table.add_row("least gap to obstacles", f"{report['minimum_clearance']:.2f}", "m")
+    if report["crowding"] > 0.0:
+        table.add_row("people on the way", f"{report['crowding']:.3f}", "1/m²")
+    if report["pivots"]:
+        table.add_row("turns on the spot", str(len(report["pivots"])), "")
+    table.add_row("points", str(len(report["points"])), "")
+    return table
+
+
+def alternative_table(report: dict[str, Any]) -> Table:
+    """The routes side by side."""
+    table = Table(title=Text("routes to choose from"), header_style="dim", title_justify="left")
+    points = range(1, len(report["closest_to_each"]) + 1)
+    heads = ("length m", "weighted m", "time s", "least gap m", "people 1/m²", "doors", "turns")
+    for head in ("", *heads, *(f"to point {i} m" for i in points), "shared"):
+        table.add_column(head, justify="right")
+    for number, each in enumerate(report["alternatives"], start=1):
+        figures = ("length", "cost", "estimated_time", "minimum_clearance")
+        table.add_row(
+            str(number),
+            *(f"{each[key]:.2f}" for key in figures),
+            f"{each['crowding']:.3f}",
+            str(each["doors"]),
+            str(each["turns"]),
+            *(f"{distance:.2f}" for distance in each["closest_to_each"]),
+            f"{each['overlap']:.0%}" if number > 1 else "",
+        )
+    return table
+
+
+def describe(report: dict[str, Any]) -> list[str]:
+    """Sentences: what the wishes cost, and how far they are met."""
+    lines = []
+    if report["closest_to_each"] or report["from_strokes"]:
+        many = len(report["closest_to_each"]) + len(report["from_strokes"]) > 1
+        extra, weighted = report["extra_length"] + 0.0, report["extra_cost"] + 0.0
+        lines.append(
+            f"the wish{'es cost' if many else ' costs'} {extra:+.1f} m, {weighted:+.1f} weighted"
+        )
+    numbered = {"attract": "closest_to_each", "stroke": "from_strokes", "avoid": "closest_to_zones"}
+    for kind, key in numbered.items():
+        wished = [wish for wish in report["wishes"] if wish["kind"] == kind]
+        places = [p for wish in wished for p in wish["points"]] if kind == "attract" else wished
+        for number, (place, distance) in enumerate(zip(places, report[key], strict=False), start=1):
+            lines.append(_SAYS[kind](number, place, distance))
+    return lines
+
+
+def _says_point(number: int, point: Any, distance: float) -> str:
+    return f"point {number} ({point[0]:g}, {point[1]:g}): the route comes to {distance:.2f} m"
+
+
+def _says_stroke(number: int, stroke: Any, distance: float) -> str:
+    return f"drawn line {number}: {distance:.2f} m away on average"
+
+
+def _says_zone(number: int, zone: Any, distance: float) -> str:
+    what = "never to enter" if zone["hard"] else "rather avoided"
+    where = f"kept {distance:.2f} m away" if distance >= 0.0 else f"entered by {-distance:.2f} m"
+    return f"zone {number}, {what}: {where}"
+
+
+_SAYS = {"attract": _says_point, "stroke": _says_stroke, "avoid": _says_zone}

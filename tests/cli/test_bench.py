@@ -1,0 +1,105 @@
+"""``cohelm bench``: every benchmark is a command, and leaves what it found in a folder."""
+
+import csv
+import json
+import sys
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from cohelm.cli import bench
+from cohelm.cli.benches import BENCHES
+from cohelm.evaluation.benches.bench import Report, Result, Sheet
+
+
+def count(seeds):
+    return [(seed,) for seed in range(seeds)]
+
+
+def work(task, folder):
+    return [Result(row={"seed": task[0], "square": float(task[0] ** 2), "nothing": np.nan})]
+
+
+def report(results, folder):
+    total = sum(each.row["square"] for each in results)
+    sheet = Sheet(title="sum", columns=("of", "is"), rows=(("squares", f"{total:g}"),))
+    return Report(sheets=(sheet,), notes=("that is all",), summary={"total": total})
+
+
+@pytest.fixture
+def squares(monkeypatch):
+    module = ModuleType("squares")
+    given = {"TITLE": "Squares", "SEEDS": 4, "WORKERS": 1}
+    vars(module).update({**given, "tasks": count, "work": work, "report": report})
+    monkeypatch.setitem(sys.modules, "squares", module)
+    return module
+
+
+def asked(**changes):
+    return bench.Asked(**{"seeds": None, "out": None, "workers": None, "json": False, **changes})
+
+
+def test_help_lists_every_benchmark(cohelm):
+    code, out, _ = cohelm("bench", "--help")
+    assert code == 0
+    assert [name for name in BENCHES if name not in out] == []
+
+
+@pytest.mark.parametrize("name", BENCHES)
+def test_every_benchmark_is_one(name):
+    module = __import__(BENCHES[name][0], fromlist=["TITLE"])
+    assert module.TITLE
+    assert module.SEEDS >= 1
+    assert module.WORKERS is None or module.WORKERS >= 1
+    assert len(module.tasks(1)) >= 1
+    assert callable(module.work)
+    assert callable(module.report)
+
+
+def test_rows_summary_and_table(squares, tmp_path, capsys):
+    assert bench.bench("squares", "squares", asked(out=tmp_path / "new")) == 0
+    out = capsys.readouterr().out
+    assert "14" in out
+    assert "that is all" in out
+    with (tmp_path / "new" / "rows.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["square"] for row in rows] == ["0", "1", "4", "9"]
+    assert rows[0]["nothing"] == ""
+    summary = json.loads((tmp_path / "new" / "summary.json").read_text())
+    assert summary["total"] == 14
+    assert summary["complete"] is True
+
+
+def test_json_is_one_object(squares, tmp_path, capsys):
+    bench.bench("squares", "squares", asked(out=tmp_path, seeds=2, json=True))
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    assert [row["square"] for row in json.loads(out)["rows"]] == [0, 1]
+
+
+def test_an_interrupted_benchmark_says_what_it_has(squares, tmp_path, capsys, monkeypatch):
+    def interrupted(task, folder):
+        if task[0] == 2:
+            raise KeyboardInterrupt
+        return work(task, folder)
+
+    monkeypatch.setattr(squares, "work", interrupted)
+    assert bench.bench("squares", "squares", asked(out=tmp_path)) == 130
+    assert "interrupted" in capsys.readouterr().out
+    assert json.loads((tmp_path / "summary.json").read_text())["complete"] is False
+
+
+def test_a_folder_that_is_none(cohelm, tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    code, out, err = cohelm("bench", "paper-global", "--out", file)
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert "--out" in err
+
+
+@pytest.mark.parametrize("options", [("--seeds", "0"), ("--workers", "0"), ("--seeds", "many")])
+def test_wrong_options(cohelm, options):
+    code, out, err = cohelm("bench", "paper-global", *options)
+    assert (code, out) == (2, "")
+    assert options[0] in err
