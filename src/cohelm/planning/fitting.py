@@ -12,24 +12,27 @@ from cohelm.config import Model
 from cohelm.geometry import inverse, transform
 from cohelm.planning.footprint import body_on
 from cohelm.planning.ground import Ground, GroundParameters
-from cohelm.planning.repairing import Fitted, all_round, fit, misfits
+from cohelm.planning.repairing import Effort, Fitted, all_round, fit, misfits, stands
 from cohelm.planning.search import BLOCKED, GridPath, Weights
 from cohelm.planning.smoothing import Smoothing, smooth
 from cohelm.planning.turning import Land, turn_through
 
-_GROWN = 1.01
-"""The search over (x, y, heading) takes the footprint for so much larger: it drives arcs, and the
-path's chords cut them by some millimetres."""
+_GROWN = 0.006
+"""The search over (x, y, heading) takes the footprint for so much larger on each side, m: it drives
+arcs, and the path's chords cut them by some millimetres."""
+
+
+_NONE = np.empty(0, dtype=np.int64)
 
 
 class Fitting(Model):
     """How hard a way for the footprint is looked for; assumed."""
 
-    budget: int = Field(4000, ge=1, le=1_000_000)
-    """Poses looked at for a stretch that does not fit, in each try."""
+    budget: int = Field(12_000, ge=1, le=10_000_000)
+    """Poses looked at on all ways together, where smooth lines do not fit."""
     detours: int = Field(4, ge=0, le=100)
     """Times that another way is sought where the footprint does not pass."""
-    last_budget: int = Field(30_000, ge=1, le=10_000_000)
+    last_budget: int = Field(12_000, ge=1, le=10_000_000)
     """Poses looked at over the whole map, where no such way was found."""
 
 
@@ -44,7 +47,7 @@ class LineParameters(GroundParameters):
 
 
 def fit_way(
-    ground: Ground, weights: Weights, found: GridPath, parameters: LineParameters
+    ground: Ground, weights: Weights, found: GridPath, parameters: LineParameters, effort: Effort
 ) -> Fitted:
     """A way over some weights as a smooth line that the footprint can follow, grid's frame."""
     res = ground.problem.grid.resolution
@@ -52,7 +55,7 @@ def fit_way(
     inner = (found.cells[1:-1, ::-1] + 0.5) * res
     way = np.concatenate([ends[:1], inner, ends[1:]])
     if len(way) == 2 and bool((way[0] == way[1]).all()):
-        return Fitted(points=way, pivots=np.empty(0, dtype=np.int64))
+        return Fitted(points=way, pivots=_NONE)
     pins = found.pins[(found.pins > 0) & (found.pins < len(way) - 1)]
     radius = ground.costmap.radius
     land = _land(ground, weights, parameters)
@@ -69,13 +72,19 @@ def fit_way(
     )
     tight = ground.costmap.walls[ground.start] <= radius
     forgiven = 2.0 * ground.problem.robot.circumscribed_radius if tight else 0.0
-    return fit(land, line, pins=way[pins], budget=parameters.fitting.budget, forgiven=forgiven)
+    if not (forgiven or stands(land, *line[0])):
+        return Fitted(points=line, pivots=_NONE, stuck=line[0])
+    if not stands(land, *line[-1]):
+        return Fitted(points=line, pivots=_NONE, stuck=line[-1])
+    return fit(land, line, pins=way[pins], effort=effort, forgiven=forgiven)
 
 
 def fit_anyhow(ground: Ground, parameters: LineParameters) -> Fitted | None:
     """A way by the search over (x, y, heading) alone, within its budget; None where none is found."""
     land = _land(ground, ground.weights, parameters)
     start, goal = (np.array([*end, math.nan]) for end in _ends(ground))
+    if not (stands(land, *start[:2]) and stands(land, *goal[:2])):
+        return None
     turned, _ = turn_through(
         land,
         all_round(start),
@@ -123,12 +132,13 @@ def _ends(ground: Ground) -> Floats:
 def _land(ground: Ground, weights: Weights, parameters: LineParameters) -> Land:
     costmap, problem = ground.costmap, ground.problem
     outline, res = problem.robot.outline, problem.grid.resolution
+    larger = outline * (1.0 + _GROWN / problem.robot.inscribed_radius)
     # What the sensors see is known as far as it inflates, the map everywhere.
     known = parameters.inflation.reach(costmap.radius)
     trust = math.inf if problem.live is None else known
     return Land(
         body=body_on(outline, costmap.walls, res, trust),
-        grown=body_on(_GROWN * outline, costmap.walls, res, trust),
+        grown=body_on(larger, costmap.walls, res, trust),
         weights=weights.packed,
         heaviest=weights.heaviest,
         clearance=costmap.clearance,

@@ -114,7 +114,7 @@ def drive_overlaps(  # noqa: PLR0917  # a kernel takes plain arguments
 ) -> bool:
     """Whether anything is met on the segment a–b, headings turning from ``start`` to ``end``."""
     length = math.hypot(bx - ax, by - ay)
-    if _roomy(body, 0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * length):
+    if roomy(body, 0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * length):
         return False
     along = math.atan2(by - ay, bx - ax) if length > 0.0 else start
     turn = turn_between(start, end)
@@ -132,7 +132,7 @@ def drive_overlaps(  # noqa: PLR0917  # a kernel takes plain arguments
 @njit(cache=True)
 def turn_overlaps(body: Body, x: float, y: float, start: float, turn: float) -> bool:
     """Whether anything is met while the robot turns on the spot from heading ``start``."""
-    if _roomy(body, x, y, 0.0):
+    if roomy(body, x, y, 0.0):
         return False
     count = max(math.ceil(2.0 * abs(turn) * body.reach / body.resolution), 1)
     for k in range(count + 1):  # noqa: SIM110  # numba compiles no generators
@@ -166,6 +166,12 @@ def met_along(body: Body, points: Floats) -> Booleans:
 
 
 @njit(cache=True)
+def roomy(body: Body, x: float, y: float, beside: float) -> bool:
+    """Whether the robot can do what it likes within ``beside`` of a place."""
+    return _room(body, x, y) >= body.reach + beside
+
+
+@njit(cache=True)
 def directions(points: Floats) -> Floats:
     """Direction (n - 1,) of each segment of a polyline (n, 2), rad."""
     out = np.empty(max(points.shape[0] - 1, 0))
@@ -178,12 +184,6 @@ def directions(points: Floats) -> Floats:
 def turn_between(start: float, end: float) -> float:
     """The turn from one heading to another, the short way, in (−π, π]."""
     return math.pi - (math.pi - (end - start)) % (2.0 * math.pi)
-
-
-@njit(cache=True)
-def _roomy(body: Body, x: float, y: float, beside: float) -> bool:
-    """Whether the robot can do what it likes within ``beside`` of a place."""
-    return _room(body, x, y) >= body.reach + beside
 
 
 @njit(cache=True)

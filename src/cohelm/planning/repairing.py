@@ -20,6 +20,7 @@ from cohelm.planning.footprint import (
     Body,
     directions,
     met_along,
+    overlaps,
     turn_between,
 )
 from cohelm.planning.smoothing import curvature_of
@@ -28,13 +29,26 @@ from cohelm.planning.turning import Land, Turned, centre_fits, turn_through
 _EASING = 60  # rounds
 _TRIES = (
     (0.5, 1.0, False),
-    (1.2, 1.5, False),
-    (2.5, 3.0, False),
-    (1.2, 1.5, True),
-    (3.0, 3.0, True),
+    (1.5, 2.0, False),
+    (3.0, 3.0, False),
+    (1.5, 2.0, True),
+    (3.0, 4.0, True),
 )
 """(stretch replaced before and after, window about it, turns on the spot); m."""
+_LEAST = 500  # poses below which it is not worth while
+_SHARE = 0.25  # of the poses left that a search may look at
 _REPAIRS = 12
+
+
+class Effort:
+    """Poses that may still be looked at on the way to one answer."""
+
+    def __init__(self, poses: int) -> None:
+        self.left = poses
+
+    def share(self) -> int:
+        """How many the next search may look at."""
+        return max(int(_SHARE * self.left), 1)
 
 
 @value
@@ -54,7 +68,7 @@ def fit(
     line: Floats,
     *,
     pins: Floats,
-    budget: int,
+    effort: Effort,
     forgiven: float = 0.0,
 ) -> Fitted:
     """A line for the footprint along a smooth one (n, 2), both ends kept.
@@ -63,7 +77,7 @@ def fit(
         land: where, with the footprint.
         line: in the grid's frame, m.
         pins: points (p, 2) that it must keep passing, in order.
-        budget: poses that each try may look at.
+        effort: poses that may be looked at; what is used is taken off.
         forgiven: how far from its start the line may touch what the robot stood beside, where
             nothing else leads away, m.
     """
@@ -73,7 +87,7 @@ def fit(
         wrong = misfits(land, fitted.points, fitted.pivots)
         if not wrong.any():
             return fitted
-        repaired = _repaired(land, fitted, wrong, pins, budget)
+        repaired = _repaired(land, fitted, wrong, pins, effort)
         if repaired is None:
             break
         fitted = repaired
@@ -88,6 +102,12 @@ def fit(
     return Fitted(points=points, pivots=fitted.pivots, stuck=points[(first + last) // 2])
 
 
+def stands(land: Land, x: float, y: float) -> bool:
+    """Whether the robot can stand at a point in any direction."""
+    turn = 2.0 * math.pi / 64
+    return any(not overlaps(land.body, x, y, k * turn) for k in range(64))
+
+
 def misfits(land: Land, points: Floats, pivots: Integers) -> Booleans:
     """At which points (n,) the footprint meets something, or a line bends too much; pivots may."""
     bends = curvature_of(points) > land.curvature * (1.0 + 1e-6)
@@ -96,7 +116,7 @@ def misfits(land: Land, points: Floats, pivots: Integers) -> Booleans:
 
 
 def _repaired(
-    land: Land, fitted: Fitted, wrong: Booleans, pins: Floats, budget: int
+    land: Land, fitted: Fitted, wrong: Booleans, pins: Floats, effort: Effort
 ) -> Fitted | None:
     """The line with its first wrong stretch replaced, or None where nothing fits."""
     points = fitted.points
@@ -104,10 +124,12 @@ def _repaired(
     taken = wrong.copy()
     taken[fitted.pivots] = True  # no stretch begins or ends where the heading jumps
     for margin, reach, pivots in _TRIES:
+        if effort.left < _LEAST:
+            break
         spare = math.ceil(margin / 0.1)
         a, b = _fitting_before(taken, first - spare), _fitting_after(taken, last + spare)
         near = land._replace(floor=_floor(land, points[a], points[b]))
-        turned = _through(near, points, a, b, pins, reach=reach, pivots=pivots, budget=budget)
+        turned = _through(near, points, a, b, pins, reach=reach, pivots=pivots, effort=effort)
         if turned is None:
             continue
         repaired = _spliced(fitted, turned, a, b)
@@ -126,7 +148,7 @@ def _through(
     *,
     reach: float,
     pivots: bool,
-    budget: int,
+    effort: Effort,
 ) -> Turned | None:
     """A way from point a of a line to its point b, through the pins between."""
     last = len(points) - 1
@@ -139,7 +161,7 @@ def _through(
         begin = here.copy()
         if legs:
             begin[2] = legs[-1].heading
-        leg = _leg(land, begin, there, reach=reach, pivots=pivots, budget=budget)
+        leg = _leg(land, begin, there, reach=reach, pivots=pivots, effort=effort)
         if leg is None:
             return None
         legs.append(leg)
@@ -147,21 +169,25 @@ def _through(
 
 
 def _leg(
-    land: Land, start: Floats, end: Floats, *, reach: float, pivots: bool, budget: int
+    land: Land, start: Floats, end: Floats, *, reach: float, pivots: bool, effort: Effort
 ) -> Turned | None:
     """A way between two poses, whose heading is free where it is NaN."""
     free_start, free_end = math.isnan(start[2]), math.isnan(end[2])
     if free_start or not free_end:
         seeds = all_round(start) if free_start else start[None]
-        turned, _ = turn_through(land, seeds, end, reach=reach, pivots=pivots, budget=budget)
+        turned, looked = turn_through(
+            land, seeds, end, reach=reach, pivots=pivots, budget=effort.share()
+        )
+        effort.left -= looked
         if turned is not None or not free_end:
             return turned
     # Where the end is tight and its heading free, leaving it backwards is easier than hitting it.
     back = land._replace(body=_mirrored(land.body), grown=_mirrored(land.grown))
     target = start + np.array([0.0, 0.0, math.pi])
-    turned, _ = turn_through(
-        back, all_round(end), target, reach=reach, pivots=pivots, budget=budget
+    turned, looked = turn_through(
+        back, all_round(end), target, reach=reach, pivots=pivots, budget=effort.share()
     )
+    effort.left -= looked
     if turned is None:
         return None
     return Turned(
@@ -217,12 +243,13 @@ def _spliced(fitted: Fitted, turned: Turned, a: int, b: int) -> Fitted:
 def _eased(land: Land, fitted: Fitted, first: int, last: int, pins: Floats) -> Fitted:
     """The line with a stretch pulled straight as far as footprint and curvature allow."""
     points = fitted.points.copy()
-    fixed = np.zeros(len(points), dtype=np.bool_)
-    fixed[fitted.pivots] = True
+    pivot = np.zeros(len(points), dtype=np.bool_)
+    pivot[fitted.pivots] = True
+    fixed = pivot.copy()
     for pin in pins:
         fixed[int(np.argmin(np.hypot(*(points - pin).T)))] = True
     fixed[0] = fixed[-1] = True
-    _ease(land, points, fixed, max(first - 3, 1), min(last + 3, len(points) - 2))
+    _ease(land, points, fixed, pivot, max(first - 3, 1), min(last + 3, len(points) - 2))
     return Fitted(points=points, pivots=fitted.pivots)
 
 
@@ -265,7 +292,9 @@ def _lies_between(points: Floats, a: int, b: int, pin: Floats) -> bool:
 
 
 @njit(cache=True)
-def _ease(land: Land, line: Floats, fixed: Booleans, first: int, last: int) -> None:
+def _ease(
+    land: Land, line: Floats, fixed: Booleans, pivot: Booleans, first: int, last: int
+) -> None:
     """Move points first … last in place to their neighbours' middle where everything still fits."""
     limit = land.curvature
     for round_ in range(_EASING):
@@ -285,7 +314,7 @@ def _ease(land: Land, line: Floats, fixed: Booleans, first: int, last: int) -> N
             bends = curvature_of(line[low:high])
             good = True
             for j in range(1, bends.shape[0] - 1):
-                if bends[j] > limit and not fixed[low + j]:
+                if bends[j] > limit and not pivot[low + j]:
                     good = False
             low, high = max(i - 3, 0), min(i + 4, line.shape[0])
             if good and not met_along(land.body, line[low:high]).any():

@@ -14,6 +14,7 @@ from cohelm.messages import Path
 from cohelm.planning.fitting import Fitted, LineParameters, fit_anyhow, fit_way, without_passage
 from cohelm.planning.ground import Ground
 from cohelm.planning.passages import no_path
+from cohelm.planning.repairing import Effort
 from cohelm.planning.search import GridPath, Weights, path_cost, shortest_path
 from cohelm.planning.smoothing import line_cost
 from cohelm.planning.wishes import report
@@ -71,12 +72,13 @@ def find_route(
     """
     weights = ground.weights if weights is None else weights
     search = search or cheapest(ground, parameters)
+    effort = Effort(parameters.fitting.budget)
     stuck: list[Floats] = []
     for _ in range(parameters.fitting.detours + 1):
         found = search(weights)
         if found is None:
             break
-        fitted = fit_way(ground, weights, found, parameters)
+        fitted = fit_way(ground, weights, found, parameters, effort)
         if fitted.stuck is None:
             return _route(ground, found.cells, fitted)
         stuck.append(fitted.stuck)

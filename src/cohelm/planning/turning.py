@@ -18,7 +18,7 @@ from numba import njit
 from cohelm.arrays import Annotated, Floats, Floats32, Integers, Shape, value
 from cohelm.maps.distance import sample
 from cohelm.planning.fields import cost_field_from
-from cohelm.planning.footprint import Body, drive_overlaps, turn_overlaps
+from cohelm.planning.footprint import Body, overlaps, roomy, turn_overlaps
 from cohelm.planning.search import Weights
 
 _ORIGIN = np.zeros(3)
@@ -30,6 +30,7 @@ _PIVOT = math.pi / 16.0  # rad turned on the spot at a time
 _PIVOT_COST, _PIVOT_STOP = 0.15, 1.0  # m for each such turn, and for stopping to turn
 _WIGGLE = 0.2  # share by which the sharpest arc is dearer than a straight line
 _EAGER = 1.2  # weight of the guide
+_POLISH = 100  # poses more, beside as many as it took, that may better a way once one is found
 _SHOTS = 4  # every so many poses a shot at the goal
 
 
@@ -157,9 +158,9 @@ def _search(  # noqa: PLR0915  # one hot loop over the kernel's own arrays
         count += 1
     sharpest = _GENTLE * land.curvature
     best, best_node, best_word = np.inf, -1, np.zeros((3, 2))
-    looked = 0
+    looked, enough = 0, budget
     fresh = np.empty(3)
-    while len(heap) > 0 and looked < budget:
+    while len(heap) > 0 and looked < enough:
         f, u = heapq.heappop(heap)
         if f >= best:
             break
@@ -170,27 +171,31 @@ def _search(  # noqa: PLR0915  # one hot loop over the kernel's own arrays
             word, price = _shot(land, pose[u], goal, best - cost[u])
             if cost[u] + price < best:
                 best, best_node, best_word = cost[u] + price, u, word
+                enough = min(enough, 2 * looked + _POLISH)
         for k in range(9 if pivots else 7):
             if k < 7:
                 kappa = sharpest * (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)[k]
                 _advance(pose[u], kappa, _STEP, fresh)
-                weight = _drive(land, pose[u], fresh)
+                weight = _weight(land, fresh[0], fresh[1])
                 price = _STEP * weight * (1.0 + _WIGGLE * (kappa / sharpest) ** 2)
             else:
                 turn = _PIVOT if k == 7 else -_PIVOT
                 fresh[0], fresh[1], fresh[2] = pose[u, 0], pose[u, 1], pose[u, 2] + turn
                 kappa = np.inf
+                weight = 1.0
                 price = _PIVOT_COST + (0.0 if bend[u] == np.inf else _PIVOT_STOP)
-                if turn_overlaps(land.grown, pose[u, 0], pose[u, 1], pose[u, 2], turn):
-                    price = np.inf
             there = cost[u] + price
-            if there >= best:
+            if not there < best:
                 continue
             slot = _slot(table, keys, fresh)
             if table[slot] >= 0 and cost[table[slot]] <= there:
                 continue
             ahead = _ahead(land, guide, corner, fresh[0], fresh[1])
             if ahead == np.inf:
+                continue
+            if k < 7 and not _drives(land, pose[u], fresh):
+                continue
+            if k >= 7 and turn_overlaps(land.grown, fresh[0], fresh[1], pose[u, 2], turn):
                 continue
             pose[count], cost[count], parent[count], bend[count] = fresh, there, u, kappa
             table[slot] = count
@@ -249,16 +254,33 @@ def _advance(pose: Floats, kappa: float, length: float, out: Floats) -> None:
 
 
 @njit(cache=True)
-def _drive(land: Land, a: Floats, b: Floats) -> float:
-    """The weight on the chord between two poses, which is at most a step; ∞ where it is blocked."""
-    mx, my = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
-    if not (centre_fits(land, b[0], b[1]) and centre_fits(land, mx, my)):
+def _weight(land: Land, x: float, y: float) -> float:
+    """The weight at a point; ∞ where the drive axle's centre must not be."""
+    if not centre_fits(land, x, y):
         return np.inf
-    body = land.body
-    if drive_overlaps(land.grown, a[0], a[1], b[0], b[1], a[2], b[2]):
-        return np.inf
-    r, c = math.floor(b[1] / body.resolution), math.floor(b[0] / body.resolution)
-    return min(np.float64(land.weights[r + 1, c + 1]), land.heaviest)
+    res = land.body.resolution
+    weight = np.float64(land.weights[math.floor(y / res) + 1, math.floor(x / res) + 1])
+    return min(weight, land.heaviest)
+
+
+@njit(cache=True)
+def _drives(land: Land, a: Floats, b: Floats) -> bool:
+    """Whether the robot, a little larger, can drive from a pose where it fits to one a step on."""
+    body = land.grown
+    length = math.hypot(b[0] - a[0], b[1] - a[1])
+    if roomy(body, b[0], b[1], length):
+        return True
+    count = max(math.ceil(2.0 * length / body.resolution), 2)
+    along = math.atan2(b[1] - a[1], b[0] - a[0])
+    bends = abs(b[2] - a[2]) > 1e-9
+    for k in range(count, -1, -1):
+        t = k / count
+        x, y = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])
+        if k > 0 and overlaps(body, x, y, a[2] + t * (b[2] - a[2])):
+            return False
+        if bends and overlaps(body, x, y, along):
+            return False
+    return True
 
 
 @njit(cache=True)
@@ -281,7 +303,10 @@ def _shot(land: Land, pose: Floats, goal: Floats, most: float) -> tuple[Floats, 
             for _ in range(count):
                 _advance(here, kappa, part / count, there)
                 bend = 1.0 + _WIGGLE * (kappa / sharpest) ** 2
-                total += part / count * bend * _drive(land, here, there)
+                weight = _weight(land, there[0], there[1])
+                total += part / count * bend * weight
+                if total < best and not _drives(land, here, there):
+                    total = np.inf
                 here[:] = there
                 if total >= best:
                     break
