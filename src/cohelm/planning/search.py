@@ -70,8 +70,7 @@ class Weights:
     @staticmethod
     def of_costs(cost: Bytes, table: Floats32) -> Weights:
         """Costs (rows, cols) weighed by a table (256,), whose blocked entries are infinite."""
-        rows, cols = cost.shape
-        packed: Floats32 = empty_for_copies((rows + 2, cols + 2), np.float32)
+        packed: Floats32 = empty_for_copies((cost.shape[0] + 2, cost.shape[1] + 2), np.float32)
         packed[[0, -1], :] = BLOCKED
         packed[:, [0, -1]] = BLOCKED
         pack_costs(cost, table, packed, 0, 0)
@@ -134,14 +133,7 @@ def shortest_path(
 
 @njit(cache=True)
 def pack_costs(cost: Bytes, table: Floats32, packed: Floats32, row: int, col: int) -> None:
-    """Put the weights of a window's costs, by a table (256,), where it lies in packed weights.
-
-    Args:
-        cost: of the window.
-        table: weights of costs.
-        packed: (rows + 2, cols + 2), changed in place.
-        row, col: of the grid, where the window begins.
-    """
+    """Weigh a window's costs, which begins at (row, col) of the grid, in place in packed weights."""
     for r in range(cost.shape[0]):
         for c in range(cost.shape[1]):
             packed[row + r + 1, col + c + 1] = table[cost[r, c]]
