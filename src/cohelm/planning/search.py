@@ -133,7 +133,7 @@ def shortest_path(
 
 @njit(cache=True)
 def pack_costs(cost: Bytes, table: Floats32, packed: Floats32, row: int, col: int) -> None:
-    """Weigh a window's costs, which begins at (row, col) of the grid, in place in packed weights."""
+    """Weigh a window's costs, which begins at (row, col) of the grid, in packed weights."""
     for r in range(cost.shape[0]):
         for c in range(cost.shape[1]):
             packed[row + r + 1, col + c + 1] = table[cost[r, c]]
