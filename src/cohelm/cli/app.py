@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cohelm.cli import benches, compiled_code, streams
+from cohelm.cli import benches, choosing, compiled_code, streams
 from cohelm.errors import CohelmError
 
 FAILED, BAD_INPUT = 1, 2
@@ -31,6 +31,7 @@ app = typer.Typer(
 )
 
 app.add_typer(benches.app)
+app.add_typer(choosing.app)
 
 _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException, whoever ships it
 

@@ -3,6 +3,7 @@
 from cohelm.pictures.animate import animate_ride, check_animation
 from cohelm.pictures.canvas import check_picture
 from cohelm.pictures.plan import PlanRecord, draw_plan
+from cohelm.pictures.proposed import draw_routes
 from cohelm.pictures.ride import RideRecord, draw_ride
 from cohelm.pictures.routes import RoutePanel, draw_error_plot, draw_route_panels
 
@@ -17,4 +18,5 @@ __all__ = [
     "draw_plan",
     "draw_ride",
     "draw_route_panels",
+    "draw_routes",
 ]

@@ -31,7 +31,7 @@ class Measuring(Model):
     """A passage narrower than this is as a door, m; clear widths of doors are 0.8 to 1.2 m."""
     roomy: float = Field(2.0, gt=0.0, le=20.0)
     """More clearance than this does not feel roomier, m."""
-    turn_deg: float = Field(45.0, gt=0.0, le=180.0)
+    turn_deg: float = Field(30.0, gt=0.0, le=180.0)
     """A turn is a change of heading of at least this within a few metres, degrees."""
     near: float = Field(2.0, gt=0.0, le=10.0)
     """Width of the band along the route in which people are met, m."""

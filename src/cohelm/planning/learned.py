@@ -57,6 +57,8 @@ UNITS: Mapping[str, float] = {
 }
 """What one unit of weight is per: about by how much alternatives differ; assumed."""
 
+_FAINT = 0.15  # weights below this are not spoken of
+
 _HABITS = {
     "length": ("longer ways", "shorter ways"),
     "clearance": ("more room at the sides", "narrow ways"),
@@ -118,10 +120,17 @@ def habits(weights: Liking) -> list[str]:
     """What the weights say of the rider, the strongest first; those that hardly count left out."""
     order = sorted(UNITS, key=lambda name: -abs(getattr(weights, name)))
     return [
-        _HABITS[name][0 if getattr(weights, name) > 0.0 else 1]
+        meaning(name, weight)
         for name in order
-        if abs(getattr(weights, name)) >= 0.1
+        if abs(weight := float(getattr(weights, name))) >= _FAINT
     ]
+
+
+def meaning(name: str, weight: float) -> str:
+    """What the weight of a feature says of the rider; a dash where it says too little."""
+    if abs(weight) < _FAINT:
+        return "–"
+    return _HABITS[name][0 if weight > 0.0 else 1]
 
 
 def explained(choices: Sequence[Choice], weights: Liking) -> float:
