@@ -1,0 +1,17 @@
+"""Crowds seen in a ride, and crowds known beforehand."""
+
+import pytest
+
+from cohelm.evaluation import Outcome, load_scenario, run
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(s, marks=pytest.mark.slow) for s in range(1, 6))]
+)
+def test_the_chair_takes_the_other_corridor_once(seed):
+    ride = run(load_scenario("crowded"), seed)
+    assert ride.outcome is Outcome.REACHED
+    assert ride.path.points[:, 1].max() < 4.0  # the shorter corridor
+    assert len(ride.replans) == 1
+    assert ride.replans[0].points[:, 1].max() > 6.5  # the other one
+    assert ride.hit_moving.sum() == 0
