@@ -1,9 +1,9 @@
 """What it costs to reach every cell of a grid: exact Dijkstra, compiled.
 
 The steps are those of :mod:`cohelm.planning.search`: 8-connected, length · (w_u + w_v) / 2, and no
-corner of a blocked cell cut. The open list is a ring of buckets that are no wider than the cheapest step,
-so a cell is final when its bucket is reached and is expanded once. Rounding may break that by a
-hair; a cell that becomes cheaper afterwards is then expanded again, so the values are exact always.
+corner of a blocked cell cut. The open list is a ring of buckets that are no wider than the cheapest
+step, so a cell is final when its bucket is reached. Where rounding breaks that by a hair, a cell
+that becomes cheaper afterwards is expanded again: the order costs time, never exactness.
 """
 
 from __future__ import annotations
@@ -12,9 +12,19 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32, Integers
-from cohelm.planning.search import Weights, _buckets, _doubled, _neighbours
+from cohelm.planning.buckets import (
+    ANY,
+    SLACK,
+    SQRT2,
+    drop,
+    is_even,
+    neighbours,
+    push,
+    ring,
+    successors,
+)
+from cohelm.planning.search import Weights
 
-_SQRT2 = 2.0**0.5
 _SORTING = 1 << 16  # buckets that the seeds are put in order with
 
 
@@ -69,10 +79,14 @@ def descend(weights: Weights, field: Floats, initial: Floats, cell: tuple[int, i
 
 
 def _field(weights: Weights, seeds: Integers, costs: Floats, limit: float) -> Floats:
-    out = np.full(weights.packed.shape, np.inf)
-    flat = weights.packed.ravel()
-    cols = weights.packed.shape[1]
-    _flood(flat, out.ravel(), cols, seeds, costs, weights.lightest, weights.heaviest, limit)
+    flat, cols = weights.packed.ravel(), weights.packed.shape[1]
+    room, done = flat.size // 32 + 1024, False
+    while not done:
+        room *= 4
+        out = np.full(weights.packed.shape, np.inf)
+        done = _flood(
+            flat, out.ravel(), cols, seeds, costs, weights.lightest, weights.heaviest, limit, room
+        )
     return out
 
 
@@ -110,89 +124,83 @@ def _in_order(weights: Floats32, initial: Floats, limit: float) -> tuple[Integer
 
 
 @njit(cache=True)
-def _flood(  # noqa: PLR0912, PLR0915, PLR0917  # one hot loop; see search
+def _flood(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop
     weights: Floats32,
     field: Floats,
     stride: int,
     seeds: Integers,
-    costs: Floats,
+    first: Floats,
     lightest: float,
     heaviest: float,
     limit: float,
-) -> None:
-    """Fill ``field``, infinite before, from the seeds; they join when their bucket comes.
+    room: int,
+) -> bool:
+    """Lower ``field``, infinite before, from seeds at their first costs; whether there was room.
 
-    A cell's value is negative once it was expanded at that cost.
+    Seeds join when their bucket comes. An entry of the open list is 16 · cell + the step that led
+    there; it is stale once the cell has another value.
     """
-    heads, width = _buckets(lightest, heaviest)
-    mask, inverse = heads.shape[0] - 1, 1.0 / width
-    pool = np.empty((1 << 14, 2), dtype=np.int64)  # (cell, next entry of the same bucket)
-    spare, fresh, waiting = -1, 0, 0
-    offset, _, _ = _neighbours(stride)
-    free = np.zeros(4, dtype=np.bool_)
-    joined, now = 0, 0
-    while True:
+    heads, step = ring(0.99 * lightest, SQRT2 * heaviest)
+    entries, costs, lists = np.empty((room, 2), dtype=np.int64), np.empty(room), (-1, 0)
+    mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
+    offset, _, _ = neighbours(stride)
+    ahead, counts = successors()
+    free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
+    joined, now, waiting = 0, 0, 0
+    while waiting > 0 or joined < seeds.shape[0]:
         if waiting == 0:
-            if joined == seeds.shape[0]:
-                break
-            now = max(now, int(costs[joined] * inverse))
-        while joined < seeds.shape[0] and int(costs[joined] * inverse) <= now:
-            v, there = np.uint64(seeds[joined]), costs[joined]
+            now = max(now, int(first[joined] * inverse))
+        while joined < seeds.shape[0] and int(first[joined] * inverse) <= now:
+            v, there = np.uint64(seeds[joined]), first[joined]
             joined += 1
-            if not (weights[v] < np.inf and there < abs(field[v])):
-                continue
-            field[v] = there
-            if spare >= 0:
-                entry, spare = spare, pool[spare, 1]
-            else:
-                entry = fresh
-                fresh += 1
-                if entry == pool.shape[0]:
-                    pool = _doubled(pool)
-            pool[entry, 0], pool[entry, 1] = np.int64(v), heads[now & mask]
-            heads[now & mask] = entry
-            waiting += 1
+            if there < field[v]:
+                if lists[1] + 8 > room:
+                    return False
+                field[v] = there
+                code = int(np.int64(v)) * 16 + ANY
+                lists = push(heads, entries, costs, lists, now & mask, code, there)
+                waiting += 1
         entry = heads[now & mask]
         if entry < 0:
             now += 1
             continue
-        u = np.uint64(pool[entry, 0])
-        heads[now & mask] = pool[entry, 1]
-        pool[entry, 1], spare = spare, entry
+        lists = drop(heads, entries, lists, now & mask)
         waiting -= 1
-        so_far = field[u]
-        if np.signbit(so_far):
-            continue
-        field[u] = -so_far
-        weight = np.float64(weights[u])
-        for i in range(8):
-            v = u + offset[i]
-            heavy = np.float64(weights[v])
-            if i < 4:
-                free[i] = heavy < np.inf
-                if not free[i]:
+        u = np.uint64(entries[entry, 0] >> 4)
+        so_far, came = costs[entry], entries[entry, 0] & 15
+        going = field[u] == so_far
+        while going:
+            going = False
+            if lists[1] + 8 > room:
+                return False
+            weight = np.float64(weights[u])
+            if came != ANY and not is_even(weights, u, wide):
+                came = ANY
+            count, here, before = counts[came], u, so_far
+            for n in range(count):
+                i = ahead[came, n]
+                v = here + offset[i]
+                heavy = np.float64(weights[v])
+                if i < 4:
+                    free[i] = heavy < np.inf
+                    if not free[i]:
+                        continue
+                    there = before + 0.5 * (weight + heavy)
+                else:
+                    if not (heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)]):
+                        continue
+                    there = before + 0.5 * SQRT2 * (weight + heavy)
+                if there >= field[v] - slack or there > limit:
                     continue
-                there = so_far + 0.5 * (weight + heavy)
-            else:
-                if not (heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)]):
-                    continue
-                there = so_far + 0.5 * _SQRT2 * (weight + heavy)
-            if there >= abs(field[v]) or there > limit:
-                continue
-            field[v] = there
-            bucket = max(now, int(there * inverse))  # below now by rounding only
-            if spare >= 0:
-                entry, spare = spare, pool[spare, 1]
-            else:
-                entry = fresh
-                fresh += 1
-                if entry == pool.shape[0]:
-                    pool = _doubled(pool)
-            pool[entry, 0], pool[entry, 1] = np.int64(v), heads[bucket & mask]
-            heads[bucket & mask] = entry
-            waiting += 1
-    for i in range(field.shape[0]):
-        field[i] = abs(field[i])
+                field[v] = there
+                bucket = max(now, int(there * inverse))  # below now by rounding only
+                if n == count - 1 and bucket == now and count < 8:
+                    u, so_far, came, going = v, there, i, True  # without the open list
+                else:
+                    code = int(np.int64(v)) * 16 + i
+                    lists = push(heads, entries, costs, lists, bucket & mask, code, there)
+                    waiting += 1
+    return True
 
 
 @njit(cache=True)
@@ -211,7 +219,7 @@ def _descend(weights: Floats32, field: Floats, initial: Floats, stride: int, las
                 if dr != 0 and dc != 0:
                     if weights[u + dr * stride] + weights[u + dc] == np.inf:
                         continue
-                    half = 0.5 * _SQRT2
+                    half = 0.5 * SQRT2
                 through = field[v] + half * (np.float64(weights[u]) + np.float64(weights[v]))
                 if through < best:
                     best, parent = through, v

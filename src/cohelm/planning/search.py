@@ -1,20 +1,25 @@
 """The cheapest way over a grid of weights: exact A*, compiled.
 
 The grid is 8-connected. A step from cell u to its neighbour v costs length · (w_u + w_v) / 2 (as in
-scikit-image's MCP_Geometric) and must not cut the corner of a blocked cell. The heuristic is the
-octile distance times the least weight, which is admissible and consistent, so the path is optimal.
+scikit-image's MCP_Geometric) and must not cut the corner of a blocked cell. Three things make it
+fast, none of which gives up exactness:
 
-The open list is a ring of buckets, about half the least weight wide, each a stack. Within a bucket
-the order is free: a cell that becomes cheaper after it was expanded is expanded again, and the
-search ends when the buckets that could hold a cheaper way to the goal are empty. So width and
-rounding cost time, never exactness.
+- The heuristic of :mod:`cohelm.planning.bounds` knows walls and weights as far as a grid of an
+  eighth the resolution can, and is a consistent lower bound.
+- The open list is a ring of buckets, each a stack. Within a bucket the order is free: a cell that
+  becomes cheaper after it was expanded is expanded again, and the search ends when the buckets that
+  could hold a cheaper way to the goal are empty.
+- On even ground only the steps are taken that could belong to a cheapest way and to no equal one
+  (:func:`cohelm.planning.buckets.successors`), and one after another without the open list.
+
+What a cell's cost is bettered by less than ``SLACK`` is left: ways of equal length add up to sums
+that differ in the last digits, and would be followed again and again. The cost returned is summed
+along the cells anew.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import field
-from typing import Any
 
 import numpy as np
 from numba import njit
@@ -30,13 +35,25 @@ from cohelm.arrays import (
     value,
 )
 from cohelm.errors import PlanningTimeout
+from cohelm.planning.bounds import bound_at, lower_bound
+from cohelm.planning.buckets import (
+    ANY,
+    SLACK,
+    SQRT2,
+    drop,
+    is_even,
+    neighbours,
+    push,
+    ring,
+    successors,
+)
 
 BLOCKED = np.float32(np.inf)
 """The weight of a cell that must not be entered."""
 
-_SQRT2 = math.sqrt(2.0)
-_MAX_BUCKETS = 1 << 16
-_FOUND, _NO_WAY, _OUT_OF_BUDGET = 0, 1, 2
+_NOTHING = 5e-324  # the cost so far at the start, which is not "not reached"
+_WIDTH = 0.5  # of a bucket, in least weights
+_FOUND, _NO_WAY, _OUT_OF_BUDGET, _OUT_OF_ROOM = 0, 1, 2, 3
 
 
 @value
@@ -70,7 +87,8 @@ class Weights:
     @staticmethod
     def of_costs(cost: Bytes, table: Floats32) -> Weights:
         """Costs (rows, cols) weighed by a table (256,), whose blocked entries are infinite."""
-        packed: Floats32 = empty_for_copies((cost.shape[0] + 2, cost.shape[1] + 2), np.float32)
+        rows, cols = cost.shape
+        packed: Floats32 = empty_for_copies((rows + 2, cols + 2), np.float32)
         packed[[0, -1], :] = BLOCKED
         packed[:, [0, -1]] = BLOCKED
         pack_costs(cost, table, packed, 0, 0)
@@ -111,18 +129,25 @@ def shortest_path(
     Raises:
         PlanningTimeout: if the budget is used up first.
     """
-    flat, stride = weights.packed.ravel(), weights.packed.shape[1]
-    first = (start[0] + 1) * stride + start[1] + 1
-    last = (goal[0] + 1) * stride + goal[1] + 1
-    if not (np.isfinite(flat[first]) and np.isfinite(flat[last])):
+    packed, stride = weights.packed, weights.packed.shape[1]
+    begin, end = ((int(row) + 1, int(col) + 1) for row, col in (start, goal))
+    if not (np.isfinite(packed[begin]) and np.isfinite(packed[end])):
         return None
-    if first == last:
+    if begin == end:
         return GridPath(cells=np.array([start]), cost=0.0, expansions=0)
-    reached = np.zeros(flat.size)  # pages that the search never touches are never made
+    nodes = lower_bound(packed, begin, end, weights.lightest, weights.heaviest)
+    if not np.isfinite(bound_at(nodes.reshape(-1), nodes.shape[1], *begin)):
+        return None
+    flat, first, last = packed.ravel(), begin[0] * stride + begin[1], end[0] * stride + end[1]
+    bounds = weights.lightest, weights.heaviest
     budget = np.iinfo(np.int64).max if max_expansions is None else max_expansions
-    outcome, expansions = _search(
-        flat, reached, stride, first, last, weights.lightest, weights.heaviest, budget
-    )
+    outcome, room = _OUT_OF_ROOM, flat.size // 32 + 1024
+    while outcome == _OUT_OF_ROOM:
+        room *= 4
+        reached = np.zeros(flat.size)  # pages that the search never touches are never made
+        outcome, expansions = _search(
+            flat, reached, nodes, stride, first, last, *bounds, budget, room
+        )
     if outcome == _OUT_OF_BUDGET:
         raise PlanningTimeout(f"no path within {max_expansions} expanded cells")
     if outcome == _NO_WAY:
@@ -133,7 +158,14 @@ def shortest_path(
 
 @njit(cache=True)
 def pack_costs(cost: Bytes, table: Floats32, packed: Floats32, row: int, col: int) -> None:
-    """Weigh a window's costs, which begins at (row, col) of the grid, in packed weights."""
+    """Put the weights of a window's costs, by a table (256,), where it lies in packed weights.
+
+    Args:
+        cost: of the window.
+        table: weights of costs.
+        packed: (rows + 2, cols + 2), changed in place.
+        row, col: of the grid, where the window begins.
+    """
     for r in range(cost.shape[0]):
         for c in range(cost.shape[1]):
             packed[row + r + 1, col + c + 1] = table[cost[r, c]]
@@ -145,128 +177,94 @@ def path_cost(weights: Floats32, cells: Integers) -> float:
     total = 0.0
     for i in range(cells.shape[0] - 1):
         r0, c0, r1, c1 = cells[i, 0], cells[i, 1], cells[i + 1, 0], cells[i + 1, 1]
-        half = 0.5 * _SQRT2 if r0 != r1 and c0 != c1 else 0.5
+        half = 0.5 * SQRT2 if r0 != r1 and c0 != c1 else 0.5
         total += half * (np.float64(weights[r0 + 1, c0 + 1]) + np.float64(weights[r1 + 1, c1 + 1]))
     return total
 
 
 @njit(cache=True)
-def _search(  # noqa: PLR0912, PLR0915, PLR0917  # split up, it took twice as long
+def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
     weights: Floats32,
     reached: Floats,
+    nodes: Floats,
     stride: int,
     start: int,
     goal: int,
     lightest: float,
     heaviest: float,
     budget: int,
+    room: int,
 ) -> tuple[int, int]:
     """Fill ``reached`` from the start; (outcome, cells expanded).
 
-    A cell's value is 0 where it was not reached, else the cost so far, negative once the cell was
-    expanded at that cost. Indices are unsigned, which saves a test at each access.
+    A cell's value is 0 where it was not reached, else the cost so far. An entry of the open list is
+    16 · cell + the step that led there; it is stale once the cell has another value. Indices are
+    unsigned, which saves a test at each access.
     """
-    heads, width = _buckets(lightest, heaviest)
-    mask, inverse = heads.shape[0] - 1, 1.0 / width
-    pool = np.empty((1 << 14, 2), dtype=np.int64)  # (cell, next entry of the same bucket)
-    pool[0, 0], pool[0, 1] = start, -1
-    heads[0] = 0
-    spare, fresh, waiting = -1, 1, 1  # first recycled entry, first unused one, entries in use
-    offset, rows, cols = _neighbours(stride)
-    free = np.zeros(4, dtype=np.bool_)
-    goal_row, goal_col = goal // stride, goal % stride
-    base = lightest * _octile(start // stride - goal_row, start % stride - goal_col)
-    reached[start] = 5e-324  # nothing, yet not "not reached"
-    now, last, best, expansions = 0, 1 << 62, np.inf, 0
+    values, width = nodes.reshape(-1), nodes.shape[1]
+    heads, step = ring(_WIDTH * lightest, 2.0 * SQRT2 * heaviest)
+    entries, costs, lists = np.empty((room, 2), dtype=np.int64), np.empty(room), (-1, 0)
+    mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
+    offset, rows, cols = neighbours(stride)
+    ahead, counts = successors()
+    free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
+    base = bound_at(values, width, start // stride, start % stride)
+    reached[start] = _NOTHING
+    lists = push(heads, entries, costs, lists, 0, 16 * start + ANY, _NOTHING)
+    now, last, best, waiting, expansions = 0, 1 << 62, np.inf, 1, 0
     while waiting > 0 and now <= last:
         entry = heads[now & mask]
         if entry < 0:
             now += 1
             continue
-        u = np.uint64(pool[entry, 0])
-        heads[now & mask] = pool[entry, 1]
-        pool[entry, 1], spare = spare, entry
+        lists = drop(heads, entries, lists, now & mask)
         waiting -= 1
-        so_far = reached[u]
-        if so_far < 0.0:
-            continue
-        reached[u] = -so_far
-        expansions += 1
-        if expansions > budget:
-            return _OUT_OF_BUDGET, expansions
-        row = np.int64(u // np.uint64(stride))
-        col = np.int64(u) - row * stride
-        weight = np.float64(weights[u])
-        for i in range(8):
-            v = u + offset[i]
-            heavy = np.float64(weights[v])
-            if i < 4:
-                free[i] = heavy < np.inf
-                if not free[i]:
+        u = np.uint64(entries[entry, 0] >> 4)
+        so_far, came = costs[entry], entries[entry, 0] & 15
+        going = reached[u] == so_far
+        while going:
+            going = False
+            expansions += 1
+            if expansions > budget:
+                return _OUT_OF_BUDGET, expansions
+            if lists[1] + 8 > room:
+                return _OUT_OF_ROOM, expansions
+            row = np.int64(u // wide)
+            col = np.int64(u) - row * stride
+            weight = np.float64(weights[u])
+            if came != ANY and not is_even(weights, u, wide):
+                came = ANY
+            count, here, before = counts[came], u, so_far
+            for n in range(count):
+                i = n if came == ANY else ahead[came, n]
+                v = here + offset[i]
+                heavy = np.float64(weights[v])
+                if i < 4:
+                    free[i] = heavy < np.inf
+                    if not free[i]:
+                        continue
+                    there = before + 0.5 * (weight + heavy)
+                else:
+                    if not (heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)]):
+                        continue
+                    there = before + 0.5 * SQRT2 * (weight + heavy)
+                known = reached[v]
+                if known != 0.0 and there >= known - slack:
                     continue
-                there = so_far + 0.5 * (weight + heavy)
-            else:
-                if not (heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)]):
+                f = there + bound_at(values, width, row + rows[i], col + cols[i])
+                if f >= best:
                     continue
-                there = so_far + 0.5 * _SQRT2 * (weight + heavy)
-            known = abs(reached[v])
-            if known != 0.0 and there >= known:
-                continue
-            f = there + lightest * _octile(row + rows[i] - goal_row, col + cols[i] - goal_col)
-            if f >= best:
-                continue
-            reached[v] = there
-            bucket = max(now, int((f - base) * inverse))  # below now by rounding only
-            if v == np.uint64(goal):
-                best, last = there, bucket
-            if spare >= 0:
-                entry, spare = spare, pool[spare, 1]
-            else:
-                entry = fresh
-                fresh += 1
-                if entry == pool.shape[0]:
-                    pool = _doubled(pool)
-            pool[entry, 0], pool[entry, 1] = np.int64(v), heads[bucket & mask]
-            heads[bucket & mask] = entry
-            waiting += 1
+                reached[v] = there
+                bucket = max(now, int((f - base) * inverse))  # below now by rounding only
+                if v == np.uint64(goal):
+                    best, last = f, bucket
+                if n == count - 1 and bucket == now and count < 8:
+                    u, so_far, came, going = v, there, i, True  # without the open list
+                else:
+                    code = int(np.int64(v)) * 16 + i
+                    lists = push(heads, entries, costs, lists, bucket & mask, code, there)
+                    waiting += 1
     return (_FOUND if reached[goal] != 0.0 else _NO_WAY), expansions
-
-
-@njit(cache=True)
-def _octile(rows: int, cols: int) -> float:
-    """The length of the shortest 8-connected way over free cells."""
-    r, c = abs(rows), abs(cols)
-    return float(max(r, c) + (_SQRT2 - 1.0) * min(r, c))
-
-
-@njit(cache=True)
-def _buckets(lightest: float, heaviest: float) -> tuple[Integers, float]:
-    """(an empty ring of buckets, width of a bucket).
-
-    f grows by at most a step and what it adds to the heuristic, so a ring that spans that much
-    holds every bucket in use.
-    """
-    span = _SQRT2 * (heaviest + lightest)
-    width = max(0.5 * lightest, span / (_MAX_BUCKETS - 4))
-    count = 4
-    while count * width < span + 2.0 * width:
-        count *= 2
-    return np.full(count, -1, dtype=np.int64), width
-
-
-@njit(cache=True)
-def _neighbours(stride: int) -> tuple[Any, Integers, Integers]:
-    """(index offset modulo 2⁶⁴, row step, column step) of the eight, straight ones first."""
-    rows = np.array([-1, 1, 0, 0, -1, -1, 1, 1])
-    cols = np.array([0, 0, -1, 1, -1, 1, -1, 1])
-    return (rows * stride + cols).astype(np.uint64), rows, cols
-
-
-@njit(cache=True)
-def _doubled(pool: Integers) -> Integers:
-    larger = np.empty((2 * pool.shape[0], pool.shape[1]), dtype=np.int64)
-    larger[: pool.shape[0]] = pool
-    return larger
 
 
 @njit(cache=True)
@@ -285,7 +283,7 @@ def _trace(weights: Floats32, reached: Floats, stride: int, start: int, goal: in
                     beside = weights[u + dr * stride] + weights[u + dc]
                     if beside == np.inf:
                         continue
-                    half = 0.5 * _SQRT2
+                    half = 0.5 * SQRT2
                 else:
                     half = 0.5
                 through = abs(reached[v]) + half * (np.float64(weights[u]) + np.float64(weights[v]))

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32, Integers
-from cohelm.planning.search import _doubled, _neighbours
+from cohelm.planning.buckets import doubled, neighbours
 from cohelm.planning.via_layers import octile
 
 OUT_OF_BUDGET = -1
@@ -63,7 +63,7 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
     pool[0, 0], pool[0, 1] = start, -1
     heads[0] = 0
     spare, fresh, waiting = -1, 1, 1  # first recycled entry, first unused one, entries in use
-    offset, rows, cols = _neighbours(stride)
+    offset, rows, cols = neighbours(stride)
     free = np.zeros(4, dtype=np.bool_)
     reached[start] = 5e-324  # nothing, yet not "not reached"
     now, last, best, expansions = 0, 1 << 62, bound, 0
@@ -130,7 +130,7 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
                 entry = fresh
                 fresh += 1
                 if entry == pool.shape[0]:
-                    pool = _doubled(pool)
+                    pool = doubled(pool)
             pool[entry, 0], pool[entry, 1] = np.int64(v), heads[bucket]
             heads[bucket] = entry
             waiting += 1

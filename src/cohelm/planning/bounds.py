@@ -1,0 +1,173 @@
+"""A lower bound of the cost from every cell to the goal, from a grid an eighth as fine.
+
+The bound is a function h on the map, made of values at every eighth cell in both directions. In a
+square between four such nodes, h is linear on two triangles: the square is cut along the diagonal
+whose ends sum to less. A function that falls along no step by more than the step costs, and is zero
+at the goal, is a consistent lower bound. With w the least weight in the square, its border
+included, and a the side of the square, that needs in each triangle a gradient (p, q) with
+
+    |p| ≤ w,  |q| ≤ w,  |p + q| ≤ √2 w,  |p − q| ≤ √2 w.
+
+For the values x, m, y, z of the nodes about a square, x and y beside m and z across, that is
+
+    x ≤ m + w a,      z ≤ m + √2 w a,      2 x ≤ m + z + √2 w a,
+
+each for every corner in the place of x or m. The third is for the cut that ends in m and z; what
+the same cut needs of the two others, m + z ≤ 2 x + √2 w a, follows where m + z ≤ x + y, which is
+how the cut is chosen. All three only say that a node is no dearer than something that grows with
+others and is dearer than they are, so the greatest solution is found as shortest paths are.
+On an empty floor h is the octile distance; and capping h keeps it a bound, so nodes much farther
+than the start are left out. Rounding aside, the search that uses it is therefore exact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.planning.buckets import SQRT2, drop, octile, push, ring
+
+SHIFT = 3
+"""Of a cell's row and column to its square's."""
+
+_SIDE = 1 << SHIFT
+_TILE = 16  # squares whose least weights are found at once, by the side
+_UNKNOWN = np.float32(-1.0)
+_MARGIN = 1.02  # beyond the start's own bound, where the nodes end
+
+
+@njit(cache=True)
+def lower_bound(
+    weights: Floats32,
+    start: tuple[int, int],
+    goal: tuple[int, int],
+    lightest: float,
+    heaviest: float,
+) -> Floats:
+    """Values at the nodes, inf where no way leads, to be read by :func:`bound_at`.
+
+    The bound is the same number too great everywhere, namely its value at the goal.
+
+    Args:
+        weights: (rows, cols), with a blocked border.
+        start, goal: (row, column) in ``weights``.
+        lightest, heaviest: what no passable weight is less or more than.
+    """
+    rows, cols = weights.shape
+    down, across = (rows + _SIDE - 2) >> SHIFT, (cols + _SIDE - 2) >> SHIFT  # squares
+    squares = np.full((down + 2, across + 2), np.inf, dtype=np.float32)
+    squares[1:-1, 1:-1] = _UNKNOWN
+    # Node (i, j) has index k = i · width + j, and the squares about it have k and, with the
+    # border, k + 1, k + width and k + width + 1.
+    nodes = np.full((down + 1, across + 2), np.inf)
+    room, reach = nodes.size + 64, -1.0
+    while reach < 0.0:
+        nodes[:] = np.inf
+        reach = _relax(weights, squares, nodes, start, goal, lightest, heaviest, room)
+        room *= 4
+    for i in range(nodes.shape[0]):
+        for j in range(nodes.shape[1]):
+            nodes[i, j] = min(nodes[i, j], reach)
+    return nodes
+
+
+@njit(cache=True)
+def _relax(  # noqa: PLR0917  # one hot loop; a record of arrays costs time in it
+    weights: Floats32,
+    squares: Floats32,
+    nodes: Floats,
+    start: tuple[int, int],
+    goal: tuple[int, int],
+    lightest: float,
+    heaviest: float,
+    room: int,
+) -> float:
+    """Lower ``nodes`` to the greatest solution, as far as returned."""
+    side, width = float(_SIDE), nodes.shape[1]
+    values, least = nodes.reshape(-1), squares.reshape(-1)
+    heads, step = ring(0.5 * lightest * side, SQRT2 * heaviest * side)
+    entries, costs, lists = np.empty((room, 2), dtype=np.int64), np.empty(room), (-1, 0)
+    mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, 1e-10 * lightest
+    row, col = goal[0] >> SHIFT, goal[1] >> SHIFT
+    _pool(weights, squares, row, col)
+    for i in range(row, row + 2):
+        for j in range(col, col + 2):
+            away = octile(i * _SIDE - goal[0], j * _SIDE - goal[1])
+            value = np.float64(squares[row + 1, col + 1]) * away
+            nodes[i, j] = value
+            slot = int(value * inverse) & mask
+            lists = push(heads, entries, costs, lists, slot, i * width + j, value)
+    near = (start[0] >> SHIFT) * width + (start[1] >> SHIFT)
+    now, last, waiting = 0, 1 << 62, 4
+    while waiting > 0 and now <= last:
+        if lists[1] + 12 > room:
+            return -1.0
+        entry = heads[now & mask]
+        if entry < 0:
+            now += 1
+            continue
+        lists = drop(heads, entries, lists, now & mask)
+        waiting -= 1
+        node, value = entries[entry, 0], costs[entry]
+        if values[node] != value:
+            continue
+        if last == 1 << 62 and (node - near in (0, 1, width, width + 1)):
+            last = int((_MARGIN * value + side * lightest) * inverse) + 1
+        for q in range(4):
+            down, right = q >> 1, q & 1
+            square = node + down * width + right
+            if least[square] < 0.0:
+                _pool(weights, squares, square // width - 1, square % width - 1)
+            if least[square] == np.inf:
+                continue
+            straight = np.float64(least[square]) * side
+            over, beside = (2 * down - 1) * width, 2 * right - 1
+            across = min(values[node + over + beside], value + SQRT2 * straight)
+            along = min(value + straight, 0.5 * (value + across + SQRT2 * straight))
+            for other, bound in (
+                (node + over, along),
+                (node + beside, along),
+                (node + over + beside, across),
+            ):
+                if bound < values[other] - slack:
+                    values[other] = bound
+                    slot = max(now, int(bound * inverse)) & mask
+                    lists = push(heads, entries, costs, lists, slot, other, bound)
+                    waiting += 1
+    return now * step if waiting > 0 else np.inf
+
+
+@njit(cache=True)
+def _pool(weights: Floats32, squares: Floats32, row: int, col: int) -> None:
+    """Find the least weights of the tile of squares about one (row, column)."""
+    top, left = row // _TILE * _TILE, col // _TILE * _TILE
+    low = np.empty(_TILE * _SIDE + 1, dtype=np.float32)
+    for i in range(top, min(top + _TILE, squares.shape[0] - 2)):
+        rows = weights[i * _SIDE : (i + 1) * _SIDE + 1, left * _SIDE : (left + _TILE) * _SIDE + 1]
+        low[:] = np.inf
+        for r in range(rows.shape[0]):
+            line = rows[r]
+            for c in range(line.shape[0]):
+                low[c] = line[c] if line[c] < low[c] else low[c]
+        for j in range(left, min(left + _TILE, squares.shape[1] - 2)):
+            least = np.float32(np.inf)
+            for c in range((j - left) * _SIDE, (j - left + 1) * _SIDE + 1):
+                least = min(least, low[c])
+            squares[i + 1, j + 1] = least
+
+
+@njit(cache=True, inline="always")
+def bound_at(values: Floats, width: int, row: int, col: int) -> float:
+    """The bound at a cell (row, column), of the nodes' flattened values, ``width`` in a row."""
+    node = (row >> SHIFT) * width + (col >> SHIFT)
+    i, j = row & (_SIDE - 1), col & (_SIDE - 1)
+    a, b, c, d = values[node], values[node + 1], values[node + width], values[node + width + 1]
+    y, x = i * (1.0 / _SIDE), j * (1.0 / _SIDE)
+    if a + d <= b + c:
+        if i >= j:
+            return float(a + (c - a) * y + (d - c) * x)
+        return float(a + (b - a) * x + (d - b) * y)
+    if i + j <= _SIDE:
+        return float(a + (c - a) * y + (b - a) * x)
+    return float(d + (b - d) * (1.0 - y) + (c - d) * (1.0 - x))
