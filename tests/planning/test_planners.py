@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohelm import plugins
 from cohelm.errors import (
     GoalBlocked,
     NoPath,
@@ -20,11 +21,14 @@ from cohelm.errors import (
 from cohelm.geometry import arc_length, nearest_on_polyline, transform
 from cohelm.maps import MapWarning, OccupancyGrid, distance_field, read_map
 from cohelm.messages import LiveObstacles, Wish
-from cohelm.planning import AStar, UserPreferenceField
+from cohelm.planning import AStar, SoftPreferenceField, SoftVia, UserPreferenceField
 
 from .floors import CHAIR, problem, room
 
-PLANNERS = [AStar(), UserPreferenceField()]
+PLANNERS = [plugins.build("global_planners", name) for name in plugins.names("global_planners")]
+EXACT = [AStar(), UserPreferenceField(), SoftPreferenceField(), SoftVia()]
+"""Those whose path comes nearer to a point if it moves at all."""
+RAYLEIGH = {"density": "rayleigh"}
 needed = CHAIR.inscribed_radius + 0.05
 
 
@@ -204,27 +208,31 @@ def island(**more):
     return problem(room(12, 9, boxes=[(4, 3, 8, 6)]), (1.5, 4.5), (10.5, 4.5), **more)
 
 
-def test_without_wishes_the_field_changes_nothing():
-    plain, field = (planner.plan(island()) for planner in PLANNERS)
-    assert np.array_equal(plain.points, field.points)
-    assert np.array_equal(field.points, field.without_wishes)
-    assert field.wishes.closest.shape == (0,)
-    assert field.wishes.extra_length == 0.0
-    assert (plain.method, field.method) == ("astar", "upf")
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_without_wishes_every_planner_is_plain(planner):
+    plain, path = AStar().plan(island()), planner.plan(island())
+    assert np.array_equal(plain.points, path.points)
+    assert np.array_equal(path.points, path.without_wishes)
+    assert path.cost == plain.cost
+    assert path.wishes.closest.shape == (0,)
+    assert path.wishes.extra_length == path.wishes.extra_cost == 0.0
+    assert plugins.build("global_planners", path.method).__class__ is planner.__class__
 
 
+@pytest.mark.parametrize("planner", EXACT[1:])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_the_wish_chooses_the_side(side):
+def test_the_wish_chooses_the_side(planner, side):
     task = island(prefer=[(6.0, 4.5 + side * 2.8)])
-    path = UserPreferenceField().plan(task)
+    path = planner.plan(task)
     check(path, task)
     assert np.sign(crossing(path.points, 6.0) - 4.5) == side
 
 
-def test_the_report_says_what_the_wish_does():
+@pytest.mark.parametrize("planner", EXACT[1:])
+def test_the_report_says_what_the_wish_does(planner):
     point = (6.0, 8.0)
     task = island(prefer=[point])
-    plain, path = (planner.plan(task) for planner in PLANNERS)
+    plain, path = AStar().plan(task), planner.plan(task)
     for p in (plain, path):
         nearest = nearest_on_polyline(p.points, *point)[1]
         assert p.wishes.closest.tolist() == [pytest.approx(nearest)]
@@ -235,6 +243,53 @@ def test_the_report_says_what_the_wish_does():
     assert path.wishes.extra_cost == pytest.approx(path.cost - plain.cost)
     # A* is optimal under the costs without wishes, so a wish never makes a path cheaper.
     assert path.wishes.extra_cost >= -1e-9
+
+
+@pytest.mark.parametrize("planner", EXACT)
+def test_a_zone_to_avoid_has_its_price_too(planner):
+    plain = AStar().plan(island())
+    side = float(np.interp(6.0, *plain.points.T))
+    zone = Wish(kind="avoid", points=np.array([[6.0, side]]), radius=1.0)
+    path = planner.plan(replace(island(), wishes=(zone,)))
+    assert (np.interp(6.0, *path.points.T) - 4.5) * (side - 4.5) < 0.0  # the other side
+    assert path.wishes.avoided[0] > 0.0
+    assert path.wishes.extra_cost >= 0.0
+    assert np.array_equal(path.without_wishes, plain.points)
+
+
+@pytest.mark.parametrize("reach", [0.3, 0.8, 1.5])
+def test_the_compromise_comes_as_near_as_it_paid_for(reach):
+    # In the open, with λ = 2, a point beside the way is passed through to a cell and its rounding.
+    task = problem(room(12, 8), (1.5, 4.0), (10.5, 4.0), prefer=[(6.0, 4.0 + reach)])
+    path = SoftVia().plan(task)
+    check(path, task)
+    assert path.wishes.closest[0] < 0.08
+    assert path.length < 2.0 * np.hypot(4.5, reach) + 0.1
+
+
+def test_what_cannot_be_reached_is_a_compromise():
+    # The box's middle: the way need not leave its own side of it, 1.5 m and the chair's clearance.
+    path = SoftVia().plan(island(prefer=[(6.0, 4.5)]))
+    assert 1.5 + needed - 0.05 <= path.wishes.closest[0] < 2.6
+
+
+@pytest.mark.parametrize("planner", EXACT[1:])
+def test_a_new_path_and_the_kept_one_are_measured_alike(planner):
+    task = island(prefer=[(6.0, 1.5)])
+    path = planner.plan(task)
+    again = planner.plan(replace(task, kept=path.points))
+    assert again.kept_score == pytest.approx(again.score, rel=1e-3)
+    other = planner.plan(replace(task, kept=planner.plan(island(prefer=[(6.0, 7.5)])).points))
+    assert other.kept_score > other.score + 0.5
+
+
+def test_the_score_is_cost_and_the_price_of_closeness():
+    task = island(prefer=[(6.0, 4.5)])
+    planner, through = SoftVia(SoftVia.Parameters(closeness=0.5)), np.stack([task.start, task.goal])
+    path = planner.plan(replace(task, kept=through))
+    assert path.kept_score == np.inf  # in the box
+    plain = AStar().plan(replace(task, kept=path.points))
+    assert path.score == pytest.approx(plain.kept_score + 0.5 * path.wishes.closest[0], rel=1e-3)
 
 
 def test_every_attracting_point_is_reported_and_no_other():
@@ -248,20 +303,30 @@ def test_every_attracting_point_is_reported_and_no_other():
         assert planner.plan(task).wishes.closest.shape == (3,)
 
 
-@settings(max_examples=60, deadline=None)
-@given(
-    point=st.tuples(st.floats(-50, 60), st.floats(-50, 60)),
-    density=st.sampled_from(["gaussian", "rayleigh"]),
+POINTS = st.tuples(st.floats(-50, 60), st.floats(-50, 60))
+WISHES = st.builds(
+    Wish,
+    kind=st.sampled_from(["attract", "stroke", "avoid"]),
+    points=st.lists(POINTS, max_size=3).map(lambda points: np.array(points).reshape(-1, 2)),
+    radius=st.floats(0.0, 1.0),
 )
-def test_no_wish_breaks_a_plan(point, density):
-    planner = UserPreferenceField(
-        UserPreferenceField.Parameters.model_validate({"preference": {"density": density}})
-    )
-    task = island(prefer=[point])
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    wishes=st.lists(WISHES, max_size=3).map(tuple),
+    planner=st.sampled_from(
+        [*PLANNERS, plugins.build("global_planners", {"use": "upf", "preference": RAYLEIGH})]
+    ),
+)
+def test_no_wish_breaks_a_plan(wishes, planner):
+    task = replace(island(), wishes=wishes)
     path = planner.plan(task)
     check(path, task)
-    assert np.isfinite(path.wishes.closest).all()
-    assert np.isfinite([path.cost, path.wishes.extra_length, path.wishes.extra_cost]).all()
+    for values in (path.wishes.closest, path.wishes.along, path.wishes.avoided):
+        assert np.isfinite(values).all()
+    assert np.isfinite([path.cost, path.score]).all()
+    assert np.isfinite([path.wishes.extra_length, path.wishes.extra_cost]).all()
 
 
 @pytest.mark.parametrize("planner", PLANNERS)
