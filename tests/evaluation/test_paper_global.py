@@ -142,11 +142,12 @@ def test_the_report_says_what_is_met_and_who_does_not_win(tmp_path):
     assert "soft_via: nearest error 0.21 m, at most 0.35 m: met" in notes
     assert "soft_via: nearest error 0.21 m, below astar's 1.01 m: met" in notes
     assert "upf: nearest error 1.21 m, at most 1.10 m: MISSED" in notes
-    assert "upf is worse than astar in error, nearest: +0.20 [+0.20, +0.20] m" in notes
+    assert "upf is worse than astar: error, nearest +0.20 m, length +0.20 m" in notes
     assert "soft_via is worse" not in notes
+    assert "soft_via does not clearly differ from astar: error, same time, time" in notes
     table, differences = report.sheets
-    assert [row[0] for row in table.rows] == ["astar", "upf", "soft_via"]
-    assert table.rows[1][-1] == "33.90 s, 13.64 m, 1.10 m"
+    assert [row[0] for row in table.rows[:3]] == ["astar", "upf", "soft_via"]
+    assert table.rows[3] == ("paper: upf", "10", "33.90", "13.64", "1.10", "", "")
     assert [row[0] for row in differences.rows] == ["astar", "upf"]
     assert report.summary["measures"]["upf"]["nearest_error"]["count"] == 4
 

@@ -88,7 +88,7 @@ def _say(title: str, report: Report, folder: Path, *, whole: bool) -> None:
 def _table(sheet: Sheet) -> Table:
     table = Table(title=Text(sheet.title), title_justify="left", header_style="dim")
     for i, column in enumerate(sheet.columns):
-        table.add_column(column, justify="right" if i else "left", overflow="fold")
+        table.add_column(column, justify="right" if i else "left", overflow="fold", no_wrap=not i)
     for row in sheet.rows:
         table.add_row(*row)
     return table

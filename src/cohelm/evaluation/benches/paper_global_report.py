@@ -94,18 +94,27 @@ def _columns(results: Sequence[Result]) -> dict[str, dict[str, Floats]]:
 
 
 def _table(means: Mapping[str, Mapping[str, Estimate]]) -> Sheet:
-    columns = [f"{MEASURES[key].title}, {MEASURES[key].unit}" for key in IN_TABLE]
-    rows = []
-    for method, each in means.items():
-        paper = PAPER.get(method)
-        printed = "" if paper is None else "{:.2f} s, {:.2f} m, {:.2f} m".format(*paper)
-        cells = [f"{each[key]:.2f}" for key in IN_TABLE]
-        rows.append((method, str(each["length"].count), *cells, printed))
+    """Ours, and below it what the paper prints."""
+    rows = [
+        (method, str(each["length"].count), *(_with_half(each[key]) for key in IN_TABLE))
+        for method, each in means.items()
+    ]
+    for method, (seconds, length, error) in PAPER.items():
+        figures = (f"{seconds:.2f}", f"{length:.2f}", f"{error:.2f}", "", "")
+        rows.append((f"paper: {method}", "10", *figures))
     return Sheet(
-        title="mean [95 % bootstrap interval of the mean over scenes]",
-        columns=("method", "scenes", *columns, "Xu et al.: time, length, error"),
+        title="mean ± half of its 95 % bootstrap interval over the scenes",
+        columns=("method", "scenes", *(_head(key) for key in IN_TABLE)),
         rows=tuple(rows),
     )
+
+
+def _head(key: str) -> str:
+    return f"{MEASURES[key].title}, {MEASURES[key].unit}"
+
+
+def _with_half(each: Estimate) -> str:
+    return f"{each.mean:.2f} ± {(each.high - each.low) / 2.0:.2f}" if each.count else "–"
 
 
 def _differences(columns: Mapping[str, Mapping[str, Floats]]) -> Sheet:
@@ -115,10 +124,9 @@ def _differences(columns: Mapping[str, Mapping[str, Floats]]) -> Sheet:
         (other, *(f"{_less(columns, key, OURS, other):+.2f}" for key in COMPARED))
         for other in others
     )
-    names = [f"{MEASURES[key].title}, {MEASURES[key].unit}" for key in COMPARED]
     return Sheet(
         title=f"{OURS} less the method of the row, scene by scene (below 0: {OURS} is better)",
-        columns=("method", *names),
+        columns=("method", *(_head(key) for key in COMPARED)),
         rows=rows,
     )
 
@@ -147,14 +155,19 @@ def _lost(columns: Mapping[str, Mapping[str, Floats]]) -> list[str]:
     out = []
     for ours in (m for m in OURS_ALL if m in columns):
         for other in (m for m in BASELINES if m in columns):
-            for key in COMPARED:
-                less = _less(columns, key, ours, other)
-                if less.count and not less.high < 0.0:
-                    measure = MEASURES[key]
-                    sure = "is worse than" if less.low > 0.0 else "is not clearly better than"
-                    out.append(
-                        f"{ours} {sure} {other} in {measure.title}: {less:+.2f} {measure.unit}"
-                    )
+            less = {key: _less(columns, key, ours, other) for key in COMPARED}
+            worse = [key for key, each in less.items() if each.count and each.low > 0.0]
+            open_ = [key for key, each in less.items() if each.low <= 0.0 <= each.high]
+            says = []
+            if worse:
+                figures = (
+                    f"{MEASURES[k].title} {less[k].mean:+.2f} {MEASURES[k].unit}" for k in worse
+                )
+                says.append(f"is worse than {other}: {', '.join(figures)}")
+            if open_:
+                titles = ", ".join(MEASURES[key].title for key in open_)
+                says.append(f"does not clearly differ from {other}: {titles}")
+            out += [f"{ours} {text}" for text in says]
     return out
 
 
