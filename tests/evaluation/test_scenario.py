@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 import yaml
 
-from cohelm.errors import ConfigError, PlanningError, ScenarioError
+from cohelm.errors import ConfigError, MapError, PlanningError, ScenarioError
 from cohelm.evaluation import load_scenario, scenario_names, set_stage
-from cohelm.evaluation.furnishing import with_obstacles
-from cohelm.evaluation.things import Obstacle
+from cohelm.evaluation.furnishing import changes, with_obstacles
+from cohelm.evaluation.things import Door, Obstacle
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Mode
 
@@ -139,3 +139,83 @@ def test_obstacles_cover_the_cells_whose_centres_they_hold():
     covered = with_obstacles(grid, (disc,)).occupied().sum() * 0.01
     assert covered == pytest.approx(np.pi * 0.09, abs=0.05)
     assert with_obstacles(grid, ()) is grid
+
+
+# ------------------------------------------------------------------ wishes, doors, masks, crowds
+
+
+def test_preferred_points_are_wishes_of_their_own_or_one_wish_in_order(write):
+    stage = set_stage(load_scenario(write(prefer=[[5, 9], [[6, 5], [8, 9]]])), 0)
+    assert [len(wish.points) for wish in stage.request.wishes] == [1, 2]
+    assert stage.prefer.tolist() == [[5, 9], [6, 5], [8, 9]]
+
+
+def test_strokes_and_zones_reach_the_planner(write):
+    avoid = [
+        {"points": [[7, 7]], "radius": 1.0},
+        {"points": [[4, 4], [5, 4], [5, 5]], "hard": True},
+    ]
+    stage = set_stage(load_scenario(write(stroke=[[3, 9], [11, 9]], avoid=avoid)), 0)
+    kinds = [(wish.kind, wish.radius, wish.hard) for wish in stage.request.wishes]
+    assert kinds == [("stroke", 0.0, False), ("avoid", 1.0, False), ("avoid", 0.0, True)]
+    beside = np.hypot(*(stage.route.points - [7, 7]).T).min()
+    assert beside > 0.9
+
+
+def test_doors_make_the_same_grid_whenever_the_same_ones_are_closed():
+    grid = OccupancyGrid(data=np.zeros((40, 40), dtype=np.int8), resolution=0.1, X_MG=np.zeros(3))
+    one = Door(at=(1.0, 1.0), size=(1.0, 0.2), closed=((2.0, 4.0), (8.0, 9.0)))
+    two = Door(at=(3.0, 3.0), size=(1.0, 0.2), closed=((3.0, 5.0),))
+    made = changes(grid, (one, two))
+    assert [change.time for change in made] == [0.0, 2.0, 3.0, 4.0, 5.0, 8.0, 9.0]
+    grids = [change.grid for change in made]
+    assert grids[0] is grids[4] is grids[6] is grid
+    assert grids[1] is grids[5]
+    # 10 × 2 cells each
+    assert [int(g.occupied().sum()) for g in grids] == [0, 20, 40, 20, 0, 20, 0]
+
+
+def test_a_door_that_is_closed_at_first_is_closed_in_the_world_and_open_on_the_map(write):
+    door = {"at": [7, 7], "size": [0.2, 2.0], "closed": [[0, 9]]}
+    stage = set_stage(load_scenario(write(doors=[door])), 0)
+    assert stage.world.grid.occupied().sum() > stage.grid.occupied().sum()
+    (opening,) = stage.world.changes
+    assert opening.time == 9.0
+    assert np.array_equal(opening.grid.data, stage.grid.data)
+
+
+def test_a_heat_map_moves_the_first_route(write, tmp_path):
+    people = np.zeros((140, 140), dtype=np.uint8)
+    people[40:100, 60:80] = 100
+    (tmp_path / "heat.pgm").write_bytes(b"P5 140 140 255\n" + people[::-1].tobytes())
+    header = {"image": "heat.pgm", "mode": "raw", "resolution": 0.1, "origin": [0, 0, 0]}
+    header |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.25}
+    (tmp_path / "heat.yaml").write_text(yaml.safe_dump(header))
+    alone = set_stage(load_scenario(write()), 0)
+    among = set_stage(load_scenario(write(crowding="heat.yaml")), 0)
+    assert np.abs(alone.route.points[:, 1] - 7.0).max() < 0.5
+    assert np.abs(among.route.points[:, 1] - 7.0).max() > 2.0
+    assert among.navigator.heat is not None
+
+
+@pytest.mark.parametrize(
+    ("keys", "key"),
+    [
+        ({"stroke": [[1, 1]]}, ""),
+        ({"avoid": [{"points": [[1, 1]]}]}, "avoid.0"),
+        ({"doors": [{"at": [1, 1], "size": [1, 1], "closed": [[5, 4]]}]}, "doors.0"),
+        ({"doors": [{"at": [1, 1], "size": [1, 1], "closed": []}]}, "doors.0.closed"),
+        ({"filters": [{"type": "keep_out", "file": "a.yaml"}]}, "filters.0.type"),
+        ({"prefer": [[]]}, "prefer.0"),
+    ],
+)
+def test_wrong_wishes_doors_and_masks_name_their_key(write, keys, key):
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(write(**keys))
+    assert caught.value.key == key
+
+
+def test_a_mask_that_is_not_there_is_named(write):
+    filters = [{"type": "keepout", "file": "nowhere.yaml"}]
+    with pytest.raises(MapError, match=r"nowhere\.yaml"):
+        set_stage(load_scenario(write(filters=filters)), 0)

@@ -56,12 +56,12 @@ def test_a_line_that_runs_beside_the_path_is_no_other_way():
     assert why(found(1.0, 100.0, bend(1.3))) is Why.BETTER
 
 
-def test_the_way_that_was_left_must_save_twice_as_much_and_not_at_once():
-    """Of 100 m it must save 2 · (15 + 1.5) = 33 m, and 20 s must have passed."""
+def test_the_way_that_was_left_must_save_more_and_not_at_once():
+    """Of 100 m it must save 1.25 · (15 + 1.5) = 20.625 m, and 20 s must have passed."""
     left = Left(points=bend(4.0), at=100.0)
-    assert why(found(66.9, 100.0), left=left, time=119.9) is None
-    assert why(found(66.9, 100.0), left=left, time=120.1) is Why.BETTER
-    assert why(found(67.1, 100.0), left=left, time=120.1) is None
+    assert why(found(79.3, 100.0), left=left, time=119.9) is None
+    assert why(found(79.3, 100.0), left=left, time=120.1) is Why.BETTER
+    assert why(found(79.4, 100.0), left=left, time=120.1) is None
     elsewhere = Left(points=bend(-4.0), at=100.0)
     assert why(found(83.4, 100.0), left=elsewhere, time=100.1) is Why.BETTER
 

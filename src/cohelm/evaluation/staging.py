@@ -18,10 +18,11 @@ from cohelm.maps import (
     OccupancyGrid,
     Places,
     places_beside,
+    read_crowding,
     read_floor_plan,
     read_map,
+    read_mask,
 )
-from cohelm.maps.masks import read_mask
 from cohelm.messages import Path, Request, Wish
 from cohelm.navigation import NavigatorSetup
 from cohelm.planning import RouteProblem
@@ -64,6 +65,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     start = _point(scenario, "start", places)
     goal = _point(scenario, "goal", places)[:2]
     filters = _filters(scenario)
+    heat = read_crowding(scenario.beside(scenario.crowding)) if scenario.crowding else None
     request = Request(
         goal=goal,
         wishes=_wishes(scenario),
@@ -77,6 +79,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         goal=goal,
         wishes=request.wishes,
         filters=filters,
+        crowding=heat,
         clearance=scenario.profile.clearance,
     )
     route: Path = parts["global_planner"].plan(problem)
@@ -98,6 +101,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
             robot=robot,
             **{key: parts[key] for key in PARTS if key != "rider"},
             filters=filters,
+            heat=heat,
             obstacle_layer=scenario.obstacle_layer,
             authority=scenario.authority,
             replanning=scenario.replanning,
