@@ -23,6 +23,7 @@ from cohelm.arrays import Booleans, Floats, Floats32, Integers
 from cohelm.config import Model
 from cohelm.geometry import resample
 from cohelm.maps.distance import sample
+from cohelm.planning.pinning import discs_at, pushed_out
 from cohelm.planning.search import Weights
 import itertools
 
@@ -80,6 +81,7 @@ def smooth(  # noqa: PLR0913  # each is one word of the question
     _relax(
         line,
         pinned,
+        discs_at(line, pinned, 0.9 * curvature),
         weights.packed,
         clearance,
         resolution,
@@ -270,9 +272,19 @@ def _bend(line: Floats, i: int) -> float:
 
 
 @njit(cache=True)
+def _sharp(line: Floats, i: int, curvature: float) -> bool:
+    """Whether the line bends more than allowed, to second order in the turn."""
+    ax, ay = line[i, 0] - line[i - 1, 0], line[i, 1] - line[i - 1, 1]
+    bx, by = line[i + 1, 0] - line[i, 0], line[i + 1, 1] - line[i, 1]
+    change = (bx - ax) ** 2 + (by - ay) ** 2
+    return bool(change > curvature**2 * (ax * ax + ay * ay) * (bx * bx + by * by))
+
+
+@njit(cache=True)
 def _relax(
     line: Floats,
     pinned: Booleans,
+    discs: Floats,
     weights: Floats32,
     clearance: Floats32,
     resolution: float,
@@ -291,9 +303,11 @@ def _relax(
         moved = 0.0
         for k in range(1, n - 1):
             i = k if round_ % 2 == 0 else n - 1 - k
-            share = 1.0 if _bend(line, i) > curvature else pull
+            share = 1.0 if _sharp(line, i, curvature) else pull
             x = share * 0.5 * (line[i - 1, 0] + line[i + 1, 0]) + (1.0 - share) * fixed[i, 0]
             y = share * 0.5 * (line[i - 1, 1] + line[i + 1, 1]) + (1.0 - share) * fixed[i, 1]
+            if discs[i, 2] > 0.0:
+                x, y = pushed_out(discs[i], x, y)
             room, gx, gy = sample(clearance, resolution, _ORIGIN, x, y)
             steep = gx * gx + gy * gy
             if room < floor[i] and steep > 0.25:
