@@ -36,6 +36,7 @@ SAYS = {
     "01_plan_a_path": r"shortest +13\.\d+ m\nby the window .* costs \+\d",
     "02_ride": r"left : reached, passed on the left.*\n.*right: reached, passed on the right",
     "03_add_a_part": r"keeps its contract.*\ndoes not keep it: certainty must not grow",
+    "04_wishes": r"soft_via .*\nnot through .*\nalong a line .*\nroutes .*:\n  .* room\n  .* room",
 }
 
 
