@@ -40,7 +40,7 @@ def why(path, look=LOOK, left=None, time=100.0):
 
 @pytest.mark.parametrize("kept", [10.0, 30.0, 200.0])
 def test_a_way_must_save_a_share_and_some_metres(kept):
-    least = kept * 0.85 - 1.5
+    least = kept * 0.88 - 1.0
     assert why(found(least - 1e-6, kept)) is Why.BETTER
     assert why(found(least + 1e-6, kept)) is None
 
@@ -57,13 +57,13 @@ def test_a_line_that_runs_beside_the_path_is_no_other_way():
 
 
 def test_the_way_that_was_left_must_save_more_and_not_at_once():
-    """Of 100 m it must save 1.25 · (15 + 1.5) = 20.625 m, and 20 s must have passed."""
+    """Of 100 m it must save 1.25 · (12 + 1) = 16.25 m, and 20 s must have passed."""
     left = Left(points=bend(4.0), at=100.0)
-    assert why(found(79.3, 100.0), left=left, time=119.9) is None
-    assert why(found(79.3, 100.0), left=left, time=120.1) is Why.BETTER
-    assert why(found(79.4, 100.0), left=left, time=120.1) is None
+    assert why(found(83.7, 100.0), left=left, time=119.9) is None
+    assert why(found(83.7, 100.0), left=left, time=120.1) is Why.BETTER
+    assert why(found(83.8, 100.0), left=left, time=120.1) is None
     elsewhere = Left(points=bend(-4.0), at=100.0)
-    assert why(found(83.4, 100.0), left=elsewhere, time=100.1) is Why.BETTER
+    assert why(found(86.9, 100.0), left=elsewhere, time=100.1) is Why.BETTER
 
 
 def test_a_path_that_is_blocked_out_of_sight_is_given_up_when_it_stays_so():

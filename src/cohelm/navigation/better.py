@@ -37,9 +37,9 @@ class BetterParameters(Model):
     """Area of live obstacles that must have come or gone before it is looked again, m²."""
     settle: float = Field(4.0, ge=0.0, le=120.0)
     """A new path is followed for at least so long before another one may be better, s."""
-    gain: float = Field(0.15, ge=0.0, lt=1.0)
+    gain: float = Field(0.12, ge=0.0, lt=1.0)
     """Share of the old path's score that a better one must save …"""
-    metres: float = Field(1.5, ge=0.0, le=100.0)
+    metres: float = Field(1.0, ge=0.0, le=100.0)
     """… and what it must save beyond, m."""
     back: float = Field(1.25, ge=1.0, le=10.0)
     """How many times as much the way that was left last must save."""
@@ -62,6 +62,8 @@ class Lookout:
     """Where people had been then."""
     shut_since: float = math.inf
     """Since when the path is known to be blocked out of sight of the local planner, s."""
+    again: bool = False
+    """Whether to look again though nothing changes: a better way was found that is to stay left."""
     compares: bool = True
     """Whether the planner says what the old path is worth."""
 
@@ -97,7 +99,9 @@ def worth_a_look(
     p = parameters
     if not lookout.compares or time - lookout.at < p.look_every - _ROUNDING:
         return False
-    if math.isfinite(lookout.shut_since) or _version(crowding) != _version(lookout.crowding):
+    if lookout.again or math.isfinite(lookout.shut_since):
+        return True
+    if _version(crowding) != _version(lookout.crowding):
         return True
     if live.version == lookout.live.version:
         return False
@@ -132,15 +136,14 @@ def judged(
         since = min(lookout.shut_since, time)
         shut = time - since >= blocked_time - _ROUNDING
         return (Why.BLOCKED if shut else None), replace(lookout, shut_since=since)
-    lookout = replace(lookout, shut_since=math.inf)
+    lookout = replace(lookout, shut_since=math.inf, again=False)
     if _distances(found.points, rest).max() <= p.alike:
         return None, lookout
-    times = 1.0
-    if left is not None and _returns(found.points, left.points, rest, p.alike):
-        if time - left.at < p.regret - _ROUNDING:
-            return None, lookout
-        times = p.back
+    returns = left is not None and _returns(found.points, left.points, rest, p.alike)
+    times = p.back if returns else 1.0
     wins = found.score < kept * (1.0 - min(times * p.gain, 1.0)) - times * p.metres
+    if wins and returns and left is not None and time - left.at < p.regret - _ROUNDING:
+        return None, replace(lookout, again=True)
     return (Why.BETTER if wins else None), lookout
 
 

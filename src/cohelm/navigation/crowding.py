@@ -39,7 +39,8 @@ class CrowdingParameters(Model):
     every: float = Field(0.5, ge=0.0, le=60.0)
     """Time from count to count, s."""
     notice: float = Field(0.1, gt=0.0, le=10.0)
-    """Change of the density anywhere that routes are to be told of, people/m²."""
+    """Change of the density anywhere that routes are to be told of, people/m²; a fifth of it is
+    enough where half of what they know is gone."""
 
 
 @value
@@ -92,7 +93,10 @@ def crowding(
 
 def _told(state: CrowdingState, notice: float) -> CrowdingState:
     """With news for routes where the density has changed enough since they were told."""
-    if float(np.abs(state.density - state.told.density).max(initial=0.0)) < notice:
+    known = state.told.density
+    rise, fall = state.density - known, known - state.density
+    enough = np.minimum(np.maximum(0.5 * known, 0.2 * notice), notice)
+    if not ((rise >= notice) | (fall >= enough)).any():
         return state
     told = replace(state.told, density=state.density, version=state.told.version + 1)
     return replace(state, told=told)
