@@ -12,10 +12,11 @@ from cohelm.config import Model
 from cohelm.geometry import inverse, transform
 from cohelm.planning.footprint import body_on
 from cohelm.planning.ground import Ground, GroundParameters
+from cohelm.planning.land import Land
 from cohelm.planning.repairing import Effort, Fitted, all_round, fit, misfits, stands
 from cohelm.planning.search import BLOCKED, GridPath, Weights
 from cohelm.planning.smoothing import Smoothing, smooth
-from cohelm.planning.turning import Land, turn_through
+from cohelm.planning.turning import turn_through
 
 _GROWN = 0.006
 """The search over (x, y, heading) takes the footprint for so much larger on each side, m: it drives
@@ -80,7 +81,7 @@ def fit_way(
 
 
 def fit_anyhow(ground: Ground, parameters: LineParameters) -> Fitted | None:
-    """A way by the search over (x, y, heading) alone, within its budget; None where none is found."""
+    """A way by the search over (x, y, heading) alone; None where its budget shows none."""
     land = _land(ground, ground.weights, parameters)
     start, goal = (np.array([*end, math.nan]) for end in _ends(ground))
     if not (stands(land, *start[:2]) and stands(land, *goal[:2])):

@@ -22,6 +22,7 @@ from cohelm.arrays import Booleans, Floats, Floats32, read_only
 from cohelm.geometry import distance_to_polygon
 
 _TOUCH = 1e-9
+_APART, _APART_TURNING = 0.5, 0.2  # cells that poses, and farthest corners in turns, are apart
 
 
 class Body(NamedTuple):
@@ -55,6 +56,14 @@ def body_on(
         bound=read_only(np.array([*middle, radius])),
         reach=float(np.hypot(*outline.T).max()),
     )
+
+
+def backwards(body: Body) -> Body:
+    """The body driving backwards."""
+    bound = body.bound * np.array([-1.0, -1.0, 1.0])
+    pieces = -body.pieces
+    bound.flags.writeable = pieces.flags.writeable = False
+    return body._replace(pieces=pieces, bound=bound)
 
 
 def triangles(outline: Floats) -> Floats:
@@ -118,13 +127,17 @@ def drive_overlaps(  # noqa: PLR0917  # a kernel takes plain arguments
         return False
     along = math.atan2(by - ay, bx - ax) if length > 0.0 else start
     turn = turn_between(start, end)
-    count = max(math.ceil(2.0 * length / body.resolution), 1)
+    count = max(math.ceil(length / (_APART * body.resolution)), 1)
     for k in range(count + 1):
         t = k / count
-        x, y = ax + t * (bx - ax), ay + t * (by - ay)
-        if overlaps(body, x, y, along):
+        if overlaps(body, ax + t * (bx - ax), ay + t * (by - ay), along):
             return True
-        if abs(turn) > 1e-9 and overlaps(body, x, y, start + t * turn):
+    if abs(turn) < 1e-9:
+        return False
+    count = math.ceil((length + abs(turn) * body.reach) / (_APART_TURNING * body.resolution))
+    for k in range(count + 1):
+        t = k / count
+        if overlaps(body, ax + t * (bx - ax), ay + t * (by - ay), start + t * turn):
             return True
     return False
 
@@ -134,7 +147,7 @@ def turn_overlaps(body: Body, x: float, y: float, start: float, turn: float) -> 
     """Whether anything is met while the robot turns on the spot from heading ``start``."""
     if roomy(body, x, y, 0.0):
         return False
-    count = max(math.ceil(2.0 * abs(turn) * body.reach / body.resolution), 1)
+    count = max(math.ceil(abs(turn) * body.reach / (_APART_TURNING * body.resolution)), 1)
     for k in range(count + 1):  # noqa: SIM110  # numba compiles no generators
         if overlaps(body, x, y, start + turn * k / count):
             return True
@@ -168,7 +181,7 @@ def met_along(body: Body, points: Floats) -> Booleans:
 @njit(cache=True)
 def roomy(body: Body, x: float, y: float, beside: float) -> bool:
     """Whether the robot can do what it likes within ``beside`` of a place."""
-    return _room(body, x, y) >= body.reach + beside
+    return bool(_room(body, x, y) >= body.reach + beside)
 
 
 @njit(cache=True)
@@ -183,13 +196,13 @@ def directions(points: Floats) -> Floats:
 @njit(cache=True)
 def turn_between(start: float, end: float) -> float:
     """The turn from one heading to another, the short way, in (−π, π]."""
-    return math.pi - (math.pi - (end - start)) % (2.0 * math.pi)
+    return float(math.pi - (math.pi - (end - start)) % (2.0 * math.pi))
 
 
 @njit(cache=True)
 def _clear_about(body: Body, x: float, y: float, cos: float, sin: float) -> bool:
     bx, by = body.bound[0], body.bound[1]
-    return _room(body, x + cos * bx - sin * by, y + sin * bx + cos * by) >= body.bound[2]
+    return bool(_room(body, x + cos * bx - sin * by, y + sin * bx + cos * by) >= body.bound[2])
 
 
 @njit(cache=True)
@@ -201,7 +214,7 @@ def _room(body: Body, x: float, y: float) -> float:
     cx = min(max(x, 0.0), cols * body.resolution) - (c + 0.5) * body.resolution
     cy = min(max(y, 0.0), rows * body.resolution) - (r + 0.5) * body.resolution
     room = min(np.float64(body.clearance[r, c]), body.trust)
-    return room - math.hypot(cx, cy) - 0.21 * body.resolution
+    return float(room - math.hypot(cx, cy) - 0.21 * body.resolution)
 
 
 @njit(cache=True)

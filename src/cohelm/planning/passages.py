@@ -110,7 +110,8 @@ def gap_at(
     size = math.ceil(reach / resolution)
     r0, c0 = max(row - size, 0), max(col - size, 0)
     window = walls[r0 : row + size + 1, c0 : col + size + 1]
-    offset = np.argwhere((window < 0.0) & (window > -1.5 * resolution)) + [r0 - row, c0 - col]
+    offset = np.argwhere((window < 0.0) & (window > -1.5 * resolution))
+    offset += np.array([r0 - row, c0 - col])
     here = (np.array([col, row]) + 0.5) * resolution
     alone = here, 2.0 * float(walls[row, col])
     if not len(offset):

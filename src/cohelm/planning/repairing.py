@@ -1,9 +1,9 @@
 """From a smooth line to one that the robot's footprint can follow.
 
-The line is driven in thought. Where the footprint meets something, or the line bends
-more than the robot can, the stretch is replaced by one found over (x, y, heading): first by a curve,
-in a wider and wider window, then with turns on the spot. What is found is eased, never touching
-anything. Where that fails too, the line is stuck, and the place is told.
+The line is driven in thought. Where the footprint meets something, or the line bends more than the
+robot can, the stretch is replaced by one found over (x, y, heading): first by a curve, in a wider
+and wider window, then with turns on the spot. What is found is eased, never touching anything.
+Where that fails too, the line is stuck, and the place is told.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ import itertools
 import math
 
 import numpy as np
-from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.maps.distance import sample
+from cohelm.planning.easing import ease
 from cohelm.planning.footprint import (
-    Body,
+    backwards,
     directions,
     met_along,
     overlaps,
     turn_between,
 )
+from cohelm.planning.land import Land
 from cohelm.planning.smoothing import curvature_of
-from cohelm.planning.turning import Land, Turned, centre_fits, turn_through
+from cohelm.planning.turning import Turned, turn_through
 
-_EASING = 60  # rounds
 _TRIES = (
     (0.5, 1.0, False),
     (1.5, 2.0, False),
@@ -135,7 +135,9 @@ def _repaired(
         repaired = _spliced(fitted, turned, a, b)
         there = slice(max(a - 1, 0), a + len(turned.points) + 1)
         if not misfits(land, repaired.points, repaired.pivots)[there].any():
-            return _eased(near, repaired, a, a + len(turned.points) - 1, pins)
+            eased = _eased(near, repaired, a, a + len(turned.points) - 1, pins)
+            there = slice(max(a - 5, 0), a + len(turned.points) + 5)
+            return repaired if misfits(land, eased.points, eased.pivots)[there].any() else eased
     return None
 
 
@@ -154,8 +156,25 @@ def _through(
     last = len(points) - 1
     start = np.array([*points[a], math.nan if a == 0 else _heading(points, a)])
     end = np.array([*points[b], math.nan if b == last else _heading(points, b)])
-    between = [pin for pin in pins if _lies_between(points, a, b, pin)]
-    stops = [start, *(np.array([*pin, math.nan]) for pin in between), end]
+    between = [(pin, at) for pin in pins if a + 1 < (at := _nearest(points, pin)) < b - 1]
+    if not between:
+        return _chain(land, [start, end], reach=reach, pivots=pivots, effort=effort)
+    # The line's own direction at a pin leads on; only where it cannot be had will any other do.
+    for free in (False, True):
+        passed = [
+            np.array([*pin, math.nan if free else _heading(points, at)]) for pin, at in between
+        ]
+        stops = [start, *passed, end]
+        turned = _chain(land, stops, reach=reach, pivots=pivots, effort=effort)
+        if turned is not None:
+            return turned
+    return None
+
+
+def _chain(
+    land: Land, stops: list[Floats], *, reach: float, pivots: bool, effort: Effort
+) -> Turned | None:
+    """A way by poses in a row."""
     legs: list[Turned] = []
     for here, there in itertools.pairwise(stops):
         begin = here.copy()
@@ -182,7 +201,7 @@ def _leg(
         if turned is not None or not free_end:
             return turned
     # Where the end is tight and its heading free, leaving it backwards is easier than hitting it.
-    back = land._replace(body=_mirrored(land.body), grown=_mirrored(land.grown))
+    back = land._replace(body=backwards(land.body), grown=backwards(land.grown))
     target = start + np.array([0.0, 0.0, math.pi])
     turned, looked = turn_through(
         back, all_round(end), target, reach=reach, pivots=pivots, budget=effort.share()
@@ -203,14 +222,6 @@ def all_round(pose: Floats) -> Floats:
     out = np.tile(pose, (64, 1))
     out[:, 2] = np.arange(64) * (2.0 * math.pi / 64)
     return out
-
-
-def _mirrored(body: Body) -> Body:
-    """The body driving backwards."""
-    bound = body.bound * np.array([-1.0, -1.0, 1.0])
-    pieces = -body.pieces
-    bound.flags.writeable = pieces.flags.writeable = False
-    return body._replace(pieces=pieces, bound=bound)
 
 
 def _chained(legs: list[Turned]) -> Turned:
@@ -247,9 +258,9 @@ def _eased(land: Land, fitted: Fitted, first: int, last: int, pins: Floats) -> F
     pivot[fitted.pivots] = True
     fixed = pivot.copy()
     for pin in pins:
-        fixed[int(np.argmin(np.hypot(*(points - pin).T)))] = True
+        fixed[_nearest(points, pin)] = True
     fixed[0] = fixed[-1] = True
-    _ease(land, points, fixed, pivot, max(first - 3, 1), min(last + 3, len(points) - 2))
+    ease(land, points, fixed, pivot, max(first - 3, 1), min(last + 3, len(points) - 2))
     return Fitted(points=points, pivots=fitted.pivots)
 
 
@@ -286,40 +297,5 @@ def _heading(points: Floats, index: int) -> float:
     return float(before + 0.5 * turn_between(before, after))
 
 
-def _lies_between(points: Floats, a: int, b: int, pin: Floats) -> bool:
-    nearest = int(np.argmin(np.hypot(*(points - pin).T)))
-    return a + 1 < nearest < b - 1
-
-
-@njit(cache=True)
-def _ease(
-    land: Land, line: Floats, fixed: Booleans, pivot: Booleans, first: int, last: int
-) -> None:
-    """Move points first … last in place to their neighbours' middle where everything still fits."""
-    limit = land.curvature
-    for round_ in range(_EASING):
-        moved = 0.0
-        for k in range(first, last + 1):
-            i = k if round_ % 2 == 0 else first + last - k
-            if fixed[i]:
-                continue
-            ox, oy = line[i, 0], line[i, 1]
-            x = 0.5 * (line[i - 1, 0] + line[i + 1, 0])
-            y = 0.5 * (line[i - 1, 1] + line[i + 1, 1])
-            step = math.hypot(x - ox, y - oy)
-            if step < 1e-4 or not centre_fits(land, x, y):
-                continue
-            line[i, 0], line[i, 1] = x, y
-            low, high = max(i - 2, 0), min(i + 3, line.shape[0])
-            bends = curvature_of(line[low:high])
-            good = True
-            for j in range(1, bends.shape[0] - 1):
-                if bends[j] > limit and not pivot[low + j]:
-                    good = False
-            low, high = max(i - 3, 0), min(i + 4, line.shape[0])
-            if good and not met_along(land.body, line[low:high]).any():
-                moved = max(moved, step)
-            else:
-                line[i, 0], line[i, 1] = ox, oy
-        if moved < 1e-3:
-            break
+def _nearest(points: Floats, pin: Floats) -> int:
+    return int(np.argmin(np.hypot(*(points - pin).T)))

@@ -11,12 +11,12 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.messages import Path
-from cohelm.planning.fitting import Fitted, LineParameters, fit_anyhow, fit_way, without_passage
+from cohelm.planning.fitting import LineParameters, fit_anyhow, fit_way, without_passage
 from cohelm.planning.ground import Ground
 from cohelm.planning.passages import no_path
-from cohelm.planning.repairing import Effort
+from cohelm.planning.repairing import Effort, Fitted
 from cohelm.planning.search import GridPath, Weights, path_cost, shortest_path
-from cohelm.planning.smoothing import line_cost
+from cohelm.planning.shortening import line_cost
 from cohelm.planning.wishes import report
 
 Search = Callable[[Weights], GridPath | None]
@@ -162,6 +162,6 @@ def _route(ground: Ground, cells: Integers, fitted: Fitted) -> Route:
 def _cells_of(ground: Ground, points: Floats) -> Integers:
     """The cells (k, 2) that a line in the grid's frame comes through."""
     res = ground.problem.grid.resolution
-    cells = np.floor(resample(points, 0.5 * res)[:, ::-1] / res).astype(np.int64)
+    cells: Integers = np.floor(resample(points, 0.5 * res)[:, ::-1] / res).astype(np.int64)
     new = np.concatenate([[True], np.diff(cells, axis=0).any(axis=1)])
-    return cells[new]
+    return np.ascontiguousarray(cells[new])

@@ -10,18 +10,17 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Annotated, Floats, Floats32, Integers, Shape, value
-from cohelm.maps.distance import sample
+from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.planning.dubins import advance, words
 from cohelm.planning.fields import cost_field_from
-from cohelm.planning.footprint import Body, overlaps, roomy, turn_overlaps
+from cohelm.planning.footprint import turn_overlaps
+from cohelm.planning.land import Land, drives, weight_at
 from cohelm.planning.search import Weights
 
-_ORIGIN = np.zeros(3)
 _STEP = 0.1  # m
 _GENTLE = 0.97  # share of the sharpest curvature that is driven: chords bend more than their arcs
 _CELL = 0.05  # m; poses in one such square and one sector are taken as one
@@ -32,25 +31,6 @@ _WIGGLE = 0.2  # share by which the sharpest arc is dearer than a straight line
 _EAGER = 1.2  # weight of the guide
 _POLISH = 100  # poses more, beside as many as it took, that may better a way once one is found
 _SHOTS = 4  # every so many poses a shot at the goal
-
-
-class Land(NamedTuple):
-    """Where the search goes on; plain, so that kernels take it."""
-
-    body: Body
-    grown: Body
-    """A little larger: what the search keeps free."""
-    weights: Floats32
-    """Packed, of the whole grid."""
-    clearance: Floats32
-    """(rows, cols), m: of the drive axle's centre, to obstacles and zones."""
-    heaviest: float
-    floor: float
-    """Clearance that the drive axle's centre keeps, m."""
-    radius: float
-    """Cells with more clearance are blocked by something else, m."""
-    curvature: float
-    """The sharpest that the robot can drive, 1/m."""
 
 
 @value
@@ -89,20 +69,6 @@ def turn_through(
     return Turned(points=poses[:, :2], pivots=still, begun=begun, heading=heading), looked
 
 
-@njit(cache=True)
-def centre_fits(land: Land, x: float, y: float) -> bool:
-    """Whether the drive axle's centre may be at a point, whatever the footprint does there."""
-    body = land.body
-    rows, cols = body.clearance.shape
-    r, c = math.floor(y / body.resolution), math.floor(x / body.resolution)
-    if not (0 <= r < rows and 0 <= c < cols):
-        return False
-    if land.weights[r + 1, c + 1] == np.inf and land.clearance[r, c] > land.radius:
-        return False
-    room, _, _ = sample(land.clearance, body.resolution, _ORIGIN, x, y)
-    return room >= land.floor
-
-
 def _guide(land: Land, start: Floats, goal: Floats, reach: float) -> tuple[Integers, Floats]:
     """(first packed row and column of a window, cost to go to the goal from its cells, m)."""
     res = land.body.resolution
@@ -121,7 +87,7 @@ def _guide(land: Land, start: Floats, goal: Floats, reach: float) -> tuple[Integ
 
 
 @njit(cache=True)
-def _search(  # noqa: PLR0915  # one hot loop over the kernel's own arrays
+def _search(  # noqa: PLR0912, PLR0915, PLR0917  # one hot loop over its own arrays
     land: Land,
     guide: Floats,
     corner: Integers,
@@ -175,8 +141,8 @@ def _search(  # noqa: PLR0915  # one hot loop over the kernel's own arrays
         for k in range(9 if pivots else 7):
             if k < 7:
                 kappa = sharpest * (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)[k]
-                _advance(pose[u], kappa, _STEP, fresh)
-                weight = _weight(land, fresh[0], fresh[1])
+                advance(pose[u], kappa, _STEP, fresh)
+                weight = weight_at(land, fresh[0], fresh[1])
                 price = _STEP * weight * (1.0 + _WIGGLE * (kappa / sharpest) ** 2)
             else:
                 turn = _PIVOT if k == 7 else -_PIVOT
@@ -193,7 +159,7 @@ def _search(  # noqa: PLR0915  # one hot loop over the kernel's own arrays
             ahead = _ahead(land, guide, corner, fresh[0], fresh[1])
             if ahead == np.inf:
                 continue
-            if k < 7 and not _drives(land, pose[u], fresh):
+            if k < 7 and not drives(land, pose[u], fresh):
                 continue
             if k >= 7 and turn_overlaps(land.grown, fresh[0], fresh[1], pose[u, 2], turn):
                 continue
@@ -213,7 +179,7 @@ def _slot(table: Integers, keys: Integers, pose: Floats) -> int:
     sector = round(pose[2] * _SECTORS / (2.0 * math.pi)) % _SECTORS
     key = ((y + (1 << 24)) << 32) + ((x + (1 << 20)) << 7) + sector
     mask = table.shape[0] - 1
-    slot = ((key * 0x9E3779B97F4A7C1) >> 20) & mask
+    slot: int = ((key * 0x9E3779B97F4A7C1) >> 20) & mask
     while table[slot] >= 0 and keys[slot] != key:
         slot = (slot + 1) & mask
     keys[slot] = key
@@ -229,11 +195,11 @@ def _ahead(land: Land, guide: Floats, corner: Integers, x: float, y: float) -> f
     rows, cols = guide.shape
     if not (1 <= r < rows - 1 and 1 <= c < cols - 1):
         return np.inf
-    best = guide[r, c]
+    best = float(guide[r, c])
     if best == np.inf:
         for i in range(r - 1, r + 2):
             for j in range(c - 1, c + 2):
-                best = min(best, guide[i, j] + res)
+                best = min(best, float(guide[i, j]) + res)
     return best
 
 
@@ -243,69 +209,28 @@ def _near(pose: Floats, goal: Floats) -> bool:
 
 
 @njit(cache=True)
-def _advance(pose: Floats, kappa: float, length: float, out: Floats) -> None:
-    """The pose after an arc of some curvature; into ``out``."""
-    turn = kappa * length
-    half = 0.5 * turn
-    chord = length * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
-    out[0] = pose[0] + chord * math.cos(pose[2] + half)
-    out[1] = pose[1] + chord * math.sin(pose[2] + half)
-    out[2] = pose[2] + turn
-
-
-@njit(cache=True)
-def _weight(land: Land, x: float, y: float) -> float:
-    """The weight at a point; ∞ where the drive axle's centre must not be."""
-    if not centre_fits(land, x, y):
-        return np.inf
-    res = land.body.resolution
-    weight = np.float64(land.weights[math.floor(y / res) + 1, math.floor(x / res) + 1])
-    return min(weight, land.heaviest)
-
-
-@njit(cache=True)
-def _drives(land: Land, a: Floats, b: Floats) -> bool:
-    """Whether the robot, a little larger, can drive from a pose where it fits to one a step on."""
-    body = land.grown
-    length = math.hypot(b[0] - a[0], b[1] - a[1])
-    if roomy(body, b[0], b[1], length):
-        return True
-    count = max(math.ceil(2.0 * length / body.resolution), 2)
-    along = math.atan2(b[1] - a[1], b[0] - a[0])
-    bends = abs(b[2] - a[2]) > 1e-9
-    for k in range(count, -1, -1):
-        t = k / count
-        x, y = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])
-        if k > 0 and overlaps(body, x, y, a[2] + t * (b[2] - a[2])):
-            return False
-        if bends and overlaps(body, x, y, along):
-            return False
-    return True
-
-
-@njit(cache=True)
 def _shot(land: Land, pose: Floats, goal: Floats, most: float) -> tuple[Floats, float]:
     """(the cheapest free word (3, 2) of curvature and length to the goal, its cost); ∞ if none."""
     sharpest = _GENTLE * land.curvature
-    words = _words(pose, goal, 1.0 / sharpest)
+    tried = words(pose, goal, 1.0 / sharpest)
     best, found = most, np.zeros((3, 2))
     price = np.inf
     here, there = np.empty(3), np.empty(3)
-    for w in range(words.shape[0]):
-        length = words[w, 0, 1] + words[w, 1, 1] + words[w, 2, 1]
+    for w in range(tried.shape[0]):
+        length = tried[w, 0, 1] + tried[w, 1, 1] + tried[w, 2, 1]
         if not length < best:
             continue
         total = 0.0
         here[:] = pose
         for k in range(3):
-            kappa, part = words[w, k, 0], words[w, k, 1]
+            kappa, part = tried[w, k, 0], tried[w, k, 1]
             count = math.ceil(part / _STEP - 1e-6)
             for _ in range(count):
-                _advance(here, kappa, part / count, there)
+                advance(here, kappa, part / count, there)
                 bend = 1.0 + _WIGGLE * (kappa / sharpest) ** 2
-                weight = _weight(land, there[0], there[1])
+                weight = weight_at(land, there[0], there[1])
                 total += part / count * bend * weight
-                if total < best and not _drives(land, here, there):
+                if total < best and not drives(land, here, there):
                     total = np.inf
                 here[:] = there
                 if total >= best:
@@ -314,48 +239,8 @@ def _shot(land: Land, pose: Floats, goal: Floats, most: float) -> tuple[Floats, 
                 break
         if total < best:
             best = price = total
-            found[:] = words[w]
+            found[:] = tried[w]
     return found, price
-
-
-@njit(cache=True)
-def _words(pose: Floats, goal: Floats, radius: float) -> Floats:
-    """Words (w, 3, 2) of (curvature, length): arc, line and arc to a pose, arc and line to a point.
-
-    With centres of turning circles c, side σ = 1 left and −1 right, and headings φ of the line of
-    length L: c₂ − c₁ = e^{iφ} L on the same side, e^{iφ} (L − 2iσ₁r) across; to a point,
-    p − c₁ = e^{iφ} (L − iσ₁r).
-    """
-    to_point = math.isnan(goal[2])
-    words = np.full((4, 3, 2), np.inf)
-    for w in range(2 if to_point else 4):
-        first = 1.0 if w % 2 == 0 else -1.0
-        second = first if w < 2 else -first
-        dx = goal[0] - (pose[0] - first * radius * math.sin(pose[2]))
-        dy = goal[1] - (pose[1] + first * radius * math.cos(pose[2]))
-        aside = first * radius
-        if not to_point:
-            dx -= second * radius * math.sin(goal[2])
-            dy += second * radius * math.cos(goal[2])
-            aside = 0.0 if w < 2 else 2.0 * first * radius
-        square = dx * dx + dy * dy - aside * aside
-        if square < 0.0:
-            continue
-        line = math.sqrt(square)
-        phi = math.atan2(dy, dx) + math.atan2(aside, line)
-        words[w, 0] = first / radius, radius * _full(first * (phi - pose[2]))
-        words[w, 1] = 0.0, line
-        words[w, 2] = second / radius, 0.0
-        if not to_point:
-            words[w, 2, 1] = radius * _full(second * (goal[2] - phi))
-    return words
-
-
-@njit(cache=True)
-def _full(angle: float) -> float:
-    """``angle`` in [0, 2π); a full turn less rounding is none."""
-    turn = angle % (2.0 * math.pi)
-    return turn if turn < 2.0 * math.pi - 1e-7 else 0.0
 
 
 @njit(cache=True)
@@ -373,7 +258,7 @@ def _joined(pose: Floats, bend: Floats, parent: Integers, last: int, word: Float
     out[n, :3] = pose[last]
     for k in range(3):
         out[n + k, 3:] = word[k]
-        _advance(out[n + k, :3], word[k, 0], word[k, 1], out[n + k + 1, :3])
+        advance(out[n + k, :3], word[k, 0], word[k, 1], out[n + k + 1, :3])
     out[n + 3, 3:] = 0.0
     return out
 
@@ -404,7 +289,7 @@ def _sampled(legs: Floats) -> tuple[Floats, Integers]:
                 before += legs[leg, 4]
                 leg += 1
             fresh = np.empty(3)
-            _advance(legs[leg, :3], legs[leg, 3], min(at - before, legs[leg, 4]), fresh)
+            advance(legs[leg, :3], legs[leg, 3], min(at - before, legs[leg, 4]), fresh)
             poses.append(fresh)
         first = stop
     out = np.empty((len(poses), 3))

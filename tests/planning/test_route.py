@@ -1,0 +1,133 @@
+"""Doors and corners for the whole chair: passed where it fits, refused with the place where not."""
+
+import numpy as np
+import pytest
+
+from cohelm.errors import NoPath
+from cohelm.geometry import transform
+from cohelm.maps import FREE, OCCUPIED, OccupancyGrid
+from cohelm.messages import Wish
+from cohelm.planning import AStar, RouteProblem
+from cohelm.planning.footprint import body_on, met_along
+from cohelm.planning.smoothing import curvature_of
+
+from .floors import CHAIR, room
+
+WIDTH = 2.0 * CHAIR.inscribed_radius  # 0.61 m
+AT = np.array([3.0, 2.0])  # the middle of every door
+
+
+def halved(width, resolution, turned=0.0):
+    """A 6 × 4 m room, halved by a wall 0.1 m thick with a door; the wall may be turned about it."""
+    grid = room(6.0, 4.0, resolution)
+    cells = np.stack(np.meshgrid(*(np.arange(n) for n in grid.shape), indexing="ij"), axis=-1)
+    along, across = np.moveaxis(transform((0.0, 0.0, -turned), grid.centres(cells) - AT), -1, 0)
+    wall = (np.abs(along) < 0.05) & (np.abs(across) > 0.5 * width)
+    data = np.where(wall | grid.blocked(), OCCUPIED, FREE)
+    return OccupancyGrid(data=data, resolution=resolution, X_MG=np.zeros(3))
+
+
+def across(grid, **more):
+    """From one side of the door to the other."""
+    start, goal = np.array([1.2, 1.4]), np.array([4.8, 2.6])
+    return RouteProblem(grid=grid, robot=CHAIR, start=start, goal=goal, **more)
+
+
+def check(task, path):
+    """What every path must be: the whole chair fits along it and can follow it."""
+    assert np.array_equal(path.points[[0, -1]], [task.start, task.goal])
+    assert task.grid.X_MG.tolist() == [0.0, 0.0, 0.0]
+    clearance = AStar_clearance(task)
+    body = body_on(CHAIR.outline, clearance, task.grid.resolution)
+    assert not met_along(body, path.points).any()
+    bends = curvature_of(path.points)
+    bends[path.pivots] = 0.0
+    assert bends.max() <= CHAIR.max_curvature * (1.0 + 1e-6)
+
+
+def AStar_clearance(task):
+    from cohelm.maps import signed_distance
+
+    return signed_distance(task.grid.blocked(), task.grid.resolution)
+
+
+@pytest.mark.parametrize("turned", [0.0, np.pi / 6.0])
+def test_a_door_two_centimetres_too_narrow_is_refused_by_name(turned):
+    task = across(halved(WIDTH - 0.02, 0.01, turned))
+    with pytest.raises(NoPath) as error:
+        AStar().plan(task)
+    passage = error.value.passage
+    assert np.hypot(*(np.array(passage.point) - AT)) < 0.2
+    # A jamb is known to a cell on either side; turned, its squares stand out by half a diagonal.
+    assert passage.width == pytest.approx(WIDTH - 0.02, abs=0.015)
+    assert passage.needed == pytest.approx(WIDTH)
+    assert "0.01 m" in str(error.value)
+
+
+@pytest.mark.parametrize("turned", [0.0, np.pi / 6.0])
+@pytest.mark.parametrize("resolution", [0.01, 0.05])
+def test_a_door_ten_centimetres_wider_is_passed(turned, resolution):
+    task = across(halved(WIDTH + 0.10, resolution, turned))
+    path = AStar().plan(task)
+    check(task, path)
+    assert not len(path.pivots)
+
+
+def test_a_coarse_map_says_that_it_knows_no_better():
+    with pytest.raises(NoPath, match=r"cells are 0\.05 m.*known no better") as error:
+        AStar().plan(across(halved(WIDTH - 0.02, 0.05)))
+    # 12 cells are free between the jambs, since a cell is blocked where its centre is.
+    assert error.value.passage.width == pytest.approx(0.60)
+    assert "\n" not in str(error.value)
+
+
+def elbow(width, resolution=0.05, side=6.0, inner=1.6):
+    """An L of two corridors of one width in solid walls; it goes up at the left, then right."""
+    n = round(side / resolution)
+    w, edge = round(width / resolution), round(inner / resolution)
+    data = np.full((n, n), OCCUPIED)
+    data[edge:-edge, edge : edge + w] = FREE
+    data[-edge - w : -edge, edge:-edge] = FREE
+    return OccupancyGrid(data=data, resolution=resolution, X_MG=np.zeros(3))
+
+
+def round_the_elbow(width, **more):
+    grid = elbow(width, **more)
+    start = np.array([1.6 + 0.5 * width, 2.2])
+    goal = np.array([3.5, 4.4 - 0.5 * width])
+    return RouteProblem(grid=grid, robot=CHAIR, start=start, goal=goal)
+
+
+def test_a_corner_that_the_disc_rounds_and_the_chair_does_not_is_refused():
+    # The widest rectangle that a unicycle may turn in place needs two corners' sweep; below the
+    # width at which a 1.11 × 0.61 m box passes a corner at all, even sliding, nothing helps:
+    # its diagonal position needs w with (w − 0.61 cos 45° ...) > 0, about 0.82 m.
+    task = round_the_elbow(0.80)
+    with pytest.raises(NoPath, match="cannot turn") as error:
+        AStar().plan(task)
+    passage = error.value.passage
+    assert passage.turns
+    corner = np.array([1.6 + 0.40, 4.4 - 0.40])
+    assert np.hypot(*(np.array(passage.point) - corner)) < 1.0
+
+
+@pytest.mark.parametrize("width", [1.1, 1.3])
+def test_a_wider_corner_is_rounded(width):
+    task = round_the_elbow(width)
+    check(task, AStar().plan(task))
+
+
+def test_zones_are_named_where_they_alone_close_the_way():
+    grid = room(6.0, 4.0)
+    wish = Wish(
+        kind="avoid", points=np.array([[3.0, 0.7], [3.0, 2.0], [3.0, 3.3]]), radius=0.8, hard=True
+    )
+    with pytest.raises(NoPath, match="zones to avoid") as error:
+        AStar().plan(across(grid, wishes=(wish,)))
+    assert error.value.passage is None
+
+
+def test_walls_without_a_gap_have_no_passage():
+    with pytest.raises(NoPath) as error:
+        AStar().plan(across(halved(0.0, 0.05)))
+    assert error.value.passage is None
