@@ -273,6 +273,15 @@ def test_what_cannot_be_reached_is_a_compromise():
     assert 1.5 + needed - 0.05 <= path.wishes.closest[0] < 2.6
 
 
+@settings(max_examples=30, deadline=None)
+@given(points=st.lists(st.tuples(st.floats(0.5, 11.5), st.floats(0.5, 8.5)), max_size=3))
+def test_the_compromise_is_never_worse_than_the_plain_way(points):
+    task = island(prefer=points)
+    plain = AStar().plan(task)
+    path = SoftVia().plan(replace(task, kept=plain.points))
+    assert path.score <= path.kept_score
+
+
 @pytest.mark.parametrize("planner", EXACT[1:])
 def test_a_new_path_and_the_kept_one_are_measured_alike(planner):
     task = island(prefer=[(6.0, 1.5)])

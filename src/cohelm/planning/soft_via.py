@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 from pydantic import Field
 
 from cohelm.arrays import Floats
+from cohelm.errors import NoPath
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
 from cohelm.planning.astar import lay_ground, without_wishes
@@ -71,8 +73,13 @@ class SoftVia:
             way, budget = cheapest_way(weights), parameters.max_expansions
             return way and cheapest_via(weights, way, cells, max_expansions=budget)
 
-        route = find_route(ground, parameters, search=search)
-        return to_path(ground, route, without, method="soft_via", score=_score(ground, chains))
+        score = _score(ground, chains)
+        routes = [plain]
+        # The footprint may not pass there, or only by detours that are not worth it.
+        with contextlib.suppress(NoPath):
+            routes.append(find_route(ground, parameters, search=search))
+        route = min(routes, key=lambda each: score(each.points))
+        return to_path(ground, route, without, method="soft_via", score=score)
 
 
 def _score(ground: Ground, chains: tuple[Chain, ...]) -> Score:
