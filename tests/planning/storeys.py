@@ -62,7 +62,7 @@ def route_sets(grids, rng, count, k=3):
         grid = grids[len(sets) % len(grids)]
         free = np.argwhere(grid.data == FREE)
         ends = grid.centres(free[rng.integers(len(free), size=2)])
-        if not 10.0 < np.hypot(*(ends[1] - ends[0])) < 60.0:
+        if not 14.0 < np.hypot(*(ends[1] - ends[0])) < 60.0:
             continue
         problem = RouteProblem(
             grid=grid, robot=CHAIR, start=ends[0], goal=ends[1], crowding=crowd(grid, rng)

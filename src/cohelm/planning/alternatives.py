@@ -21,7 +21,16 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Bytes, Floats32, Integers, value
+from cohelm.arrays import (
+    Annotated,
+    Booleans,
+    Bytes,
+    Floats,
+    Floats32,
+    Integers,
+    Shape,
+    value,
+)
 from cohelm.config import Model
 from cohelm.errors import NoPath
 from cohelm.geometry import arc_length, nearest_on_polyline, resample
@@ -31,7 +40,7 @@ from cohelm.planning.features import Measuring, RouteFeatures, route_features
 from cohelm.planning.fields import cost_field_from
 from cohelm.planning.ground import Ground, ground_for
 from cohelm.planning.overlap import between, comes_back, overlap
-from cohelm.planning.route import Route, RouteParameters, find_route, to_path
+from cohelm.planning.route import RouteParameters, find_route, to_path
 from cohelm.planning.search import GridPath, Weights, shortest_path
 from cohelm.planning.wishes import attracting_points, strokes
 
@@ -99,20 +108,21 @@ def alternatives(
         parameters = RouteParameters()
     ground = ground_for(problem, parameters)
     chosen, beside_pillar = [first], list[Path]()
-    candidates = _candidates(ground, parameters, first, differing) if k > 1 else iter(())
-    for path in candidates:
-        if most_shared(path, chosen, differing) > differing.overlap:
+    ways = _ways(ground, first, differing) if k > 1 else iter(())
+    for way in ways:
+        if _news(ground, way.line, chosen, differing) <= 0.0:
             continue
-        obstacle = min(between(ground, path, each) for each in chosen)
-        if obstacle < differing.obstacle:
-            short = path.length <= differing.pillar_stretch * first.length
-            if obstacle > 0.0 and short and not beside_pillar:
-                beside_pillar.append(path)
+        path = _built(ground, parameters, way, first)
+        if path is None or path.length > differing.stretch * first.length:
             continue
-        chosen.append(path)
+        obstacle = _news(ground, path.points, chosen, differing)
+        if obstacle >= differing.obstacle:
+            chosen.append(path)
+        elif obstacle > 0.0 and path.length <= differing.pillar_stretch * first.length:
+            beside_pillar.append(path)
         if len(chosen) == 2 * k:
             break
-    others = sorted(chosen[1:], key=lambda path: _price(path, differing)) or beside_pillar
+    others = sorted(chosen[1:], key=lambda path: _price(path, differing)) or beside_pillar[:1]
     best = [first, *others[: k - 1]]
     return tuple(_alternative(ground, path, best[:i], differing) for i, path in enumerate(best))
 
@@ -124,9 +134,9 @@ def wish_distance(path: Path) -> float:
     return float(report.closest.sum() + report.along.sum() + inside.sum())
 
 
-def most_shared(path: Path, others: Sequence[Path], differing: Differing) -> float:
-    """The largest overlap of a path with others; 0 where there are none."""
-    shares = (overlap(path.points, each.points, differing.corridor) for each in others)
+def most_shared(line: Floats, others: Sequence[Path], differing: Differing) -> float:
+    """The largest overlap of a line (k, 2) with paths; 0 where there are none."""
+    shares = (overlap(line, each.points, differing.corridor) for each in others)
     return max(shares, default=0.0)
 
 
@@ -141,14 +151,34 @@ def _alternative(
         path=path,
         features=route_features(ground, path, differing.measuring),
         price=_price(path, differing),
-        overlap=most_shared(path, before, differing),
+        overlap=most_shared(path.points, before, differing),
     )
 
 
-def _candidates(
-    ground: Ground, parameters: RouteParameters, first: Path, differing: Differing
-) -> Iterator[Path]:
-    """Other routes, locally optimal, no detour beyond bounds; those that serve the wishes first.
+def _news(ground: Ground, line: Floats, others: Sequence[Path], differing: Differing) -> float:
+    """How long what stands between a line and each of the others is at least, m.
+
+    0 where it is no other way: nothing stands between, or they share too much.
+    """
+    if most_shared(line, others, differing) > differing.overlap:
+        return 0.0
+    return min(between(ground, line, each.points) for each in others)
+
+
+@value
+class _Way:
+    """A way that may become an alternative."""
+
+    stops: tuple[Cell, ...]
+    """Cells that it passes in their order, the cheapest way from one to the next."""
+    pinned: tuple[Cell, ...]
+    """Those of them at which it serves a wish."""
+    line: Annotated[Floats, Shape("k 2")]
+    """It from cell to cell, map frame, m."""
+
+
+def _ways(ground: Ground, first: Path, differing: Differing) -> Iterator[_Way]:
+    """Ways that are locally optimal and no loops; those that serve the wishes first.
 
     They may still share too much with each other.
     """
@@ -162,16 +192,27 @@ def _candidates(
             if way is None:
                 continue
             _mark(seen, way.cells, ground, differing)
-            raw = resample(ground.costmap.grid.centres(way.cells), 0.25)
-            shared = overlap(raw, first.points, differing.corridor)
-            if shared > differing.overlap or comes_back(raw, ground.costmap.radius):
-                continue
-            try:
-                route = find_route(ground, parameters, search=partial(_through, by, served))
-            except NoPath:
-                continue
-            if arc_length(route.points)[-1] <= differing.stretch * first.length:
-                yield _path(ground, route, first)
+            line = resample(ground.costmap.grid.centres(way.cells), 0.25)
+            if not comes_back(line, ground.costmap.radius):
+                yield _Way(stops=by, pinned=served, line=line)
+
+
+def _built(ground: Ground, parameters: RouteParameters, way: _Way, first: Path) -> Path | None:
+    """The way as a path that the robot can follow; None where it cannot.
+
+    The path compares with what the planner would do without wishes.
+    """
+    try:
+        route = find_route(ground, parameters, search=partial(_through, way.stops, way.pinned))
+    except NoPath:
+        return None
+    path = to_path(ground, route, route, method=first.method)
+    report = dataclasses.replace(
+        path.wishes,
+        extra_length=path.length - (first.length - first.wishes.extra_length),
+        extra_cost=path.cost - (first.cost - first.wishes.extra_cost),
+    )
+    return dataclasses.replace(path, wishes=report, without_wishes=first.without_wishes)
 
 
 def _plateaus(
@@ -257,14 +298,3 @@ def _through(
         expansions=sum(leg.expansions for leg in legs),
         pins=np.array(pins, dtype=np.int64),
     )
-
-
-def _path(ground: Ground, route: Route, first: Path) -> Path:
-    """The route as a path that compares with what the planner would do without wishes."""
-    path = to_path(ground, route, route, method=first.method)
-    report = dataclasses.replace(
-        path.wishes,
-        extra_length=path.length - (first.length - first.wishes.extra_length),
-        extra_cost=path.cost - (first.cost - first.wishes.extra_cost),
-    )
-    return dataclasses.replace(path, wishes=report, without_wishes=first.without_wishes)

@@ -8,9 +8,10 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.geometry import nearest_on_polyline, resample
-from cohelm.messages import Path
 from cohelm.planning.cost_values import INSCRIBED
 from cohelm.planning.ground import Ground
+
+_SPACING = 0.2  # m between the places at which lines are compared
 
 
 def overlap(a: Floats, b: Floats, corridor: float) -> float:
@@ -20,18 +21,18 @@ def overlap(a: Floats, b: Floats, corridor: float) -> float:
         a, b: lines (k, 2) and (m, 2), m.
         corridor: m.
     """
-    a, b = resample(a, 0.1), resample(b, 0.1)
+    a, b = resample(a, _SPACING), resample(b, _SPACING)
     return max(_share_near(a, b, corridor), _share_near(b, a, corridor))
 
 
-def between(ground: Ground, a: Path, b: Path) -> float:
-    """How long the largest obstacle that stands between two paths is, m; 0 where nothing does.
+def between(ground: Ground, a: Floats, b: Floats) -> float:
+    """How long the largest obstacle between two lines (k, 2) and (m, 2) is, m; 0 where none is.
 
     The longer side of its bounding box. Obstacles are what the robot's inscribed circle cannot
     enter, so they are grown by its radius, and one where it does not fit through.
     """
     cost, grid = ground.costmap.cost, ground.costmap.grid
-    cells = grid.cells(np.concatenate([a.points, b.points[::-1]]))
+    cells = grid.cells(np.concatenate([a, b[::-1]]))
     cells = np.clip(cells, 0, np.array(cost.shape) - 1)
     low, high = cells.min(axis=0), cells.max(axis=0) + 1
     enclosed = np.zeros(high - low, dtype=np.uint8)
