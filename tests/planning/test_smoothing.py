@@ -9,7 +9,7 @@ from cohelm.arrays import read_only
 from cohelm.maps import signed_distance
 from cohelm.maps.distance import DistanceField
 from cohelm.planning.search import Weights, shortest_path
-from cohelm.planning.smoothing import Smoothing, smooth
+from cohelm.planning.smoothing import Smoothing, curvature_of, smooth
 
 RESOLUTION = 0.1
 needed, wanted = 0.3, 0.6
@@ -75,3 +75,79 @@ def test_clearance_is_kept(seed):
     assert field.at(line).min() >= min(needed, field.at(way[[0, -1]]).min()) - 2e-3
     assert np.hypot(*np.diff(line, axis=0).T).sum() <= np.hypot(*np.diff(way, axis=0).T).sum()
     assert np.hypot(*np.diff(line, axis=0).T).max() <= Smoothing().spacing + 1e-9
+
+
+def test_a_taut_line_round_a_box_bends_no_more_than_asked():
+    blocked = np.zeros((60, 60), dtype=bool)
+    blocked[:40, 20:40] = True
+    clearance = read_only(signed_distance(blocked, RESOLUTION))
+    weights = Weights.of(np.where(clearance > 0.5, 1.0, np.inf).astype(np.float32))
+    found = shortest_path(weights, (10, 8), (10, 52))
+    way = np.ascontiguousarray((found.cells[:, ::-1] + 0.5) * RESOLUTION)
+
+    def line(curvature):
+        return smooth(
+            way,
+            weights,
+            clearance,
+            RESOLUTION,
+            needed=0.5,
+            wanted=0.5,
+            smoothing=Smoothing(hold=1.0),
+            curvature=curvature,
+        )
+
+    # Held to its corners it bends too much. Let go there it lies taut, and 1 / 0.5 m is possible;
+    # a corner's distance interpolated between cells of 0.1 m is no circle, hence 1 / 0.4 m.
+    assert curvature_of(line(np.inf)).max() > 1.0 / 0.4
+    assert curvature_of(line(1.0 / 0.4)).max() <= 1.0 / 0.4
+
+
+def test_curvature_is_that_of_an_arc_however_its_points_lie():
+    rng = np.random.default_rng(3)
+    at = np.sort(rng.uniform(0.0, 2.0, 30))
+    arc = 0.5 * np.stack([np.cos(at), np.sin(at)], axis=-1)
+    assert curvature_of(arc)[1:-1] == pytest.approx(2.0, rel=2e-2)
+    assert curvature_of(arc)[[0, -1]].tolist() == [0.0, 0.0]
+
+
+def test_pins_are_passed_within_a_cell():
+    clearance = read_only(signed_distance(np.zeros((60, 80), dtype=bool), RESOLUTION))
+    weights = Weights.of(np.ones((60, 80), dtype=np.float32))
+    there = shortest_path(weights, (10, 10), (40, 40)).cells
+    back = shortest_path(weights, (40, 40), (10, 70)).cells[1:]
+    way = (np.concatenate([there, back])[:, ::-1] + 0.5) * RESOLUTION
+    pin = len(there) - 1
+
+    def line(pins):
+        return smooth(
+            np.ascontiguousarray(way),
+            weights,
+            clearance,
+            RESOLUTION,
+            needed=needed,
+            wanted=wanted,
+            smoothing=Smoothing(),
+            pins=np.array(pins, dtype=np.int64),
+        )
+
+    assert np.hypot(*(line([]) - way[pin]).T).min() > 2.0 * RESOLUTION
+    assert np.hypot(*(line([pin]) - way[pin]).T).min() <= RESOLUTION
+
+
+def test_a_zone_is_not_cut_through():
+    # Nothing stands there, but the weights are closed: a line may not shorten its way across.
+    free = np.zeros((60, 80), dtype=bool)
+    clearance = read_only(signed_distance(free, RESOLUTION))
+    closed = np.ones((60, 80), dtype=np.float32)
+    closed[0:40, 39:41] = np.inf
+    weights = Weights.of(closed)
+    found = shortest_path(weights, (10, 10), (10, 70))
+    way = np.ascontiguousarray((found.cells[:, ::-1] + 0.5) * RESOLUTION)
+    line = smooth(
+        way, weights, clearance, RESOLUTION, needed=needed, wanted=wanted, smoothing=Smoothing()
+    )
+    # No deeper than a quarter of a cell: what a chord of 0.1 m cuts off a corner.
+    shifts = 0.25 * RESOLUTION * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    row, col = np.floor((line + shifts[:, None])[..., ::-1] / RESOLUTION).astype(int).T
+    assert np.isfinite(closed[row, col]).any(axis=1).all()

@@ -31,7 +31,7 @@ from cohelm.planning.shortening import barred, clearance_at, shorten
 _ORIGIN = np.zeros(3)
 _NO_PINS = np.empty(0, dtype=np.int64)
 _CHORD = 0.003  # m that the chords between the points of a curve may cut into it
-_BESIDE = 5  # points of the line on either side whose clearance a point may come down to
+_BESIDE = 5  # points on either side whose clearance a point may come down to, or let go with it
 
 
 class Smoothing(Model):
@@ -156,11 +156,14 @@ def _relax(  # noqa: PLR0917  # a kernel takes plain arguments
     needed, wanted, curvature, pull = limits
     fixed = line.copy()
     floor = _floors(line, clearance, resolution, needed, wanted)
+    shares = np.full(n, pull)
     for round_ in range(iterations):
         moved = 0.0
         for k in range(1, n - 1):
             i = k if round_ % 2 == 0 else n - 1 - k
-            share = 1.0 if _sharp(line, i, curvature) else pull
+            if shares[i] < 1.0 and _sharp(line, i, curvature):
+                shares[max(i - _BESIDE, 0) : i + _BESIDE + 1] = 1.0
+            share = shares[i]
             x = share * 0.5 * (line[i - 1, 0] + line[i + 1, 0]) + (1.0 - share) * fixed[i, 0]
             y = share * 0.5 * (line[i - 1, 1] + line[i + 1, 1]) + (1.0 - share) * fixed[i, 1]
             if discs[i, 2] > 0.0:
@@ -171,7 +174,16 @@ def _relax(  # noqa: PLR0917  # a kernel takes plain arguments
                 off = (floor[i] - room + 1e-6) / steep
                 x, y = x + off * gx, y + off * gy
                 room = clearance_at(clearance, resolution, x, y)
-            if room < floor[i] or barred(weights, clearance, resolution, needed, x, y):
+            if room < floor[i]:
+                continue
+            # By a zone; the middles of the segments too, for the line cuts its corners otherwise.
+            ax, ay = 0.5 * (x + line[i - 1, 0]), 0.5 * (y + line[i - 1, 1])
+            bx, by = 0.5 * (x + line[i + 1, 0]), 0.5 * (y + line[i + 1, 1])
+            if (
+                barred(weights, clearance, resolution, needed, x, y)
+                or barred(weights, clearance, resolution, needed, ax, ay)
+                or barred(weights, clearance, resolution, needed, bx, by)
+            ):
                 continue
             if pinned[i] and math.hypot(x - fixed[i, 0], y - fixed[i, 1]) > 0.7 * resolution:
                 continue
