@@ -15,6 +15,10 @@ BENCHES = {
         "cohelm.evaluation.benches.paper_global",
         "Global planners by how near they come to the rider's own way (Xu et al., Table 2).",
     ),
+    "planning": (
+        "cohelm.evaluation.benches.planning",
+        "Time and memory of global planning beside scikit-image and SciPy.",
+    ),
 }
 """Name → the module, which is a ``Bench``, and what it measures."""
 

@@ -57,9 +57,9 @@ def plan(asked: Asked, *, json: bool, plot: Path | None) -> int:
 
         check_picture(plot)
     planner = planner_of(asked)
-    problem, places = problem_of(asked)
     measuring = Measuring(speed=asked.speed)
     with Waiting("planning"):
+        problem, places = problem_of(asked)
         began = time.thread_time()
         found = alternatives(problem, planner, asked.alternatives, Differing(measuring=measuring))
         seconds = time.thread_time() - began

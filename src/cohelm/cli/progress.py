@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
 import numpy as np
-from rich.console import Group
+from rich.console import Group, RenderableType
 from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
@@ -21,6 +22,18 @@ from cohelm.simulation import Truth
 
 COMPILING = 3.0
 """Preparation that takes longer than this compiles, s."""
+
+
+def _live(render: Callable[[], RenderableType]) -> Live:
+    """Something on standard error that changes, and is gone at the end."""
+    return Live(
+        get_renderable=render,
+        console=ERRORS,
+        refresh_per_second=5,
+        transient=True,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    )
 
 
 class RideProgress:
@@ -39,14 +52,7 @@ class RideProgress:
         self._spinner = Spinner("dots")
         self._last: tuple[Tick, Truth] | None = None
         self._reason: Reason | None = None
-        self._live = Live(
-            get_renderable=self._render,
-            console=ERRORS,
-            refresh_per_second=5,
-            transient=True,
-            redirect_stdout=False,
-            redirect_stderr=False,
-        )
+        self._live = _live(self._render)
         self._shown = shown and ERRORS.is_terminal
 
     def __enter__(self) -> Self:
@@ -120,14 +126,7 @@ class Waiting:
         self._what = what
         self._began = time.monotonic()
         self._spinner = Spinner("dots")
-        self._live = Live(
-            get_renderable=self._render,
-            console=ERRORS,
-            refresh_per_second=5,
-            transient=True,
-            redirect_stdout=False,
-            redirect_stderr=False,
-        )
+        self._live = _live(self._render)
 
     def __enter__(self) -> Self:
         if ERRORS.is_terminal:
