@@ -33,7 +33,7 @@ class Fitting(Model):
     """Poses looked at on all ways together, where smooth lines do not fit."""
     detours: int = Field(4, ge=0, le=100)
     """Times that another way is sought where the footprint does not pass."""
-    last_budget: int = Field(12_000, ge=1, le=10_000_000)
+    last_budget: int = Field(8_000, ge=1, le=10_000_000)
     """Poses looked at over the whole map, where no such way was found."""
 
 
