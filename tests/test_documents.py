@@ -14,6 +14,7 @@ from cohelm.robots import load_robot
 
 PROJECT = Path(__file__).parent.parent
 README = (PROJECT / "README.md").read_text(encoding="utf-8")
+PLANNING = (PROJECT / "docs/global-planning.md").read_text(encoding="utf-8")
 ARCHITECTURE = (PROJECT / "docs/architecture.md").read_text(encoding="utf-8")
 DOCUMENTS = [
     *(PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
@@ -61,17 +62,21 @@ def test_the_scenario_of_the_readme_is_one(tmp_path):
     assert Scenario.model_validate(data).people.count == 15
 
 
-def test_every_option_of_the_readme_exists():
+def test_every_option_of_the_readme_and_of_global_planning_exists():
     from typer.main import get_command
 
     from cohelm.cli.app import app
 
     commands = get_command(app).commands
     lines = re.findall(r"^\.venv/bin/cohelm (.*)$", README, flags=re.M)
+    lines += re.findall(r"^cohelm (.*)$", PLANNING, flags=re.M)
     assert lines
     for line in lines:
-        command, *words = shlex.split(line, comments=True)
-        known = {option for p in commands[command].params for option in p.opts}
+        name, *words = shlex.split(line.removesuffix("\\"), comments=True)
+        command = commands[name]
+        if hasattr(command, "commands"):  # a group: the next word says which
+            command = command.commands[words.pop(0)]
+        known = {option for p in command.params for option in p.opts}
         assert {word for word in words if word.startswith("--")} <= known
 
 
