@@ -253,7 +253,7 @@ def test_when_a_path_is_found_again_it_goes_on():
     tick = steered.step(observation(), request(), None)
     assert tick.decision.reason is Reason.NO_PATH
     planner.error = None
-    tick = steered.step(observation(1), request(), tick)
+    tick = steered.step(observation(10), request(), tick)  # 0.5 s later
     np.testing.assert_array_equal(tick.decision.twist, [0.5, 0.0, 0.0])
 
 
@@ -373,3 +373,21 @@ def test_a_navigator_holds_nothing_that_changes(recorded):
     ride(steered, 3)
     assert vars(steered) == before
     assert isinstance(steered, Navigator)
+
+
+def test_a_request_that_there_is_no_path_for_is_asked_again_now_and_then():
+    """Twice a second, so that ticks stay cheap; at once where something else is wanted."""
+    error = errors.NoPath(start=(0.0, 0.0), goal=(1.0, 1.0), needed=0.3)
+    planner = Straight(error)
+    steered = navigator(local_planner=Fixed(), global_planner=planner)
+    ticks = ride(steered, 25)
+    assert len(planner.asked) == 3
+    assert all(tick.decision.reason is Reason.NO_PATH for tick in ticks)
+    assert all(tick.trouble == str(error) for tick in ticks)
+    other = request(goal=(8.0, 6.0))
+    steered.step(observation(25), other, ticks[-1])
+    assert len(planner.asked) == 4
+    planner.error = None
+    found = steered.step(observation(40), request(), ticks[-1])
+    assert found.trouble == ""
+    assert found.path is not None

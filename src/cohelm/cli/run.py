@@ -125,7 +125,13 @@ def summary(ride: Ride, wall_time: float) -> dict[str, Any]:
         "rider": scenario.rider["use"],
         "simulated_time": float(ride.time[-1]),
         "stops": [
-            {"time": s.time, "duration": s.duration, "reason": s.reason.value} for s in ride.stops
+            {
+                "time": s.time,
+                "duration": s.duration,
+                "reason": s.reason.value,
+                "detail": s.detail,
+            }
+            for s in ride.stops
         ],
         "replans": [{"time": r.time, "why": r.why.value} for r in ride.replans],
         "versions": versions(),
@@ -235,6 +241,8 @@ def _say(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) ->
         for stop in ride.stops:
             what = f"{stop.reason.sentence} ({stop.reason.value})"
             OUTPUT.print(f"at {stop.time:.1f} s, for {stop.duration:.2f} s: {what}", markup=False)
+        for replan in ride.replans:
+            OUTPUT.print(f"at {replan.time:.1f} s: a new path ({replan.why.value})", markup=False)
         for file in (outputs.plot, outputs.animate, outputs.out):
             if file is not None:
                 OUTPUT.print(f"written: {file}", markup=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from types import MappingProxyType
 
@@ -107,10 +108,10 @@ class _Log:
             return
         last = self.stops[-1] if self.stops else None
         if last is None or truth.time - (last.time + last.duration) > ONE_STOP:
-            self.stops.append(Stop(time=truth.time, duration=0.0, reason=reason))
+            begun = Stop(time=truth.time, duration=0.0, reason=reason, detail=tick.trouble)
+            self.stops.append(begun)
         else:
-            duration = truth.time - last.time
-            self.stops[-1] = Stop(time=last.time, duration=duration, reason=last.reason)
+            self.stops[-1] = dataclasses.replace(last, duration=truth.time - last.time)
         if not bool(is_standing(truth.twist)) or self._stood_since is None:
             self._stood_since = truth.time
 

@@ -77,6 +77,9 @@ def _drawn_ways(
                 way, least = found
             if least <= SHARED:
                 break
+        if way is None:  # in a small room: a short way, whenever they come by
+            found = _way_through(floor, route, (float(along), REACH[0]), starts, rng)
+            way = found[0] if found is not None else None
         if way is None:
             room = len(others) + len(ways)
             raise ScenarioError(

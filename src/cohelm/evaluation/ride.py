@@ -39,6 +39,8 @@ class Stop:
     duration: float
     """s."""
     reason: Reason
+    detail: str = ""
+    """Of a path that there is not: why, with places and widths."""
 
 
 @value

@@ -4,7 +4,10 @@
     floor: hospital             or  map: file.yaml (Nav2 map_server YAML)
     start: Entrance             a place, [x, y] or [x, y, degrees]
     goal: Ward 3                a place or [x, y]
+    prefer: [[20, 8]]           points to pass; avoid: zones; stroke: a line to follow
     people: {count: 12}         and explicit ways, speeds, whether they see the robot
+    doors: [{at: [13, 3], size: [0.1, 2.6], closed: [[6, 60]]}]   in the world, not on the map
+    filters: [{type: keepout, file: mask.yaml}]                   and speed limits
     local_planner: ss_mpc_dcbf  or {use: ss_mpc_dcbf, steps: 30}; so for every part
 
 A key that nobody knows is refused with its file, its dotted key and the nearest right one. All keys

@@ -5,18 +5,21 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
+from cohelm.arrays import identical
 from cohelm.errors import GoalBlocked, PlanningError
 from cohelm.messages import Authority, Mode, Observation, Reason, Reference, Request
 from cohelm.navigation.beyond import all_obstacles
 from cohelm.navigation.groups import outlines
 from cohelm.navigation.progress import ProgressState, progress
-from cohelm.navigation.question import RouteQuestion
+from cohelm.navigation.question import Refusal, RouteQuestion
 from cohelm.navigation.replanning import RouteState, route
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.sight import Sight
 from cohelm.navigation.tick import Memory
 from cohelm.planning import reference
 from cohelm.sharing import blended
+
+_ROUNDING = 1e-9  # s; times are sums of float steps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,10 +34,8 @@ class Course:
     progress: ProgressState | None = None
     stalled_for: float = 0.0
     """How long the ride has not got on, s."""
-    reason: Reason = Reason.PLANNING
-    """Why there is no path, where there is none …"""
-    trouble: str = ""
-    """… and the same with places and widths."""
+    refusal: Refusal | None = None
+    """Why there is no path, where there is none."""
 
 
 def lay_course(
@@ -56,6 +57,9 @@ def lay_course(
         memory: of the last tick, None at first.
     """
     before, pace = (memory.route, memory.progress) if memory else (None, None)
+    refused = memory.refusal if memory else None
+    if refused is not None and _still(refused, request, observation.time, setup):
+        return Course(refusal=refused)
     shares = request.mode is Mode.SHARED
     question = RouteQuestion(
         time=observation.time,
@@ -75,7 +79,14 @@ def lay_course(
     try:
         state = route(question, setup.global_planner, before, setup.replanning)
     except PlanningError as error:
-        return Course(reason=_reason(error), trouble=str(error))
+        return Course(
+            refusal=Refusal(
+                request=request,
+                time=observation.time,
+                reason=_reason(error),
+                trouble=str(error),
+            )
+        )
     along, at = reference(
         state.path,
         observation.pose,
@@ -95,6 +106,13 @@ def lay_course(
         progress=pace,
         stalled_for=observation.time - pace.since,
     )
+
+
+def _still(refused: Refusal, request: Request, time: float, setup: NavigatorSetup) -> bool:
+    """Whether the same is wanted so soon after that the answer would be the same."""
+    then = refused.request
+    same = identical(then.goal, request.goal) and identical(then.wishes, request.wishes)
+    return same and time - refused.time < setup.replanning.rest - _ROUNDING
 
 
 def _reason(error: PlanningError) -> Reason:

@@ -102,6 +102,7 @@ class Navigator:
                 beyond=seen.beyond,
                 crowding=seen.crowding,
                 route=course.route,
+                refusal=course.refusal,
                 progress=course.progress,
                 authority=hand_state,
             ),
@@ -114,7 +115,7 @@ class Navigator:
             authority=hand,
             shared=course.shared,
             plan=plan,
-            trouble=course.trouble,
+            trouble=course.refusal.trouble if course.refusal else "",
             arrived=arrived,
             durations=MappingProxyType(watch.laps),
         )
@@ -147,7 +148,8 @@ class Navigator:
         if arrived:
             return None, _Wanted(reason=Reason.ARRIVED)
         if course.shared is None:
-            return None, _Wanted(reason=course.reason)
+            reason = course.refusal.reason if course.refusal else Reason.PLANNING
+            return None, _Wanted(reason=reason)
         limit, pace = self.setup.speed_limit(request), self.setup.progress
         stalled = course.stalled_for >= pace.patience
         problem = LocalProblem(

@@ -9,7 +9,7 @@ import numpy as np
 
 from cohelm.arrays import Floats, value
 from cohelm.maps import CostmapFilter, DistanceField, OccupancyGrid
-from cohelm.messages import Authority, Crowding, LiveObstacles, People, Request, Wish
+from cohelm.messages import Authority, Crowding, LiveObstacles, People, Reason, Request, Wish
 from cohelm.planning import RouteProblem
 from cohelm.robots import Robot
 
@@ -55,6 +55,18 @@ class RouteQuestion:
     groups: tuple[Floats, ...] = ()
     """Outlines (k, 2) of those who stand together, m."""
     filters: tuple[CostmapFilter, ...] = ()
+
+
+@value
+class Refusal:
+    """A request that there was no path for: not asked again at once."""
+
+    request: Request
+    time: float
+    """s."""
+    reason: Reason
+    trouble: str
+    """The same with places and widths."""
 
 
 def problem_of(

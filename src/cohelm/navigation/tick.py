@@ -28,6 +28,7 @@ from cohelm.messages import (
 from cohelm.navigation.beyond import Beyond
 from cohelm.navigation.crowding import CrowdingState
 from cohelm.navigation.progress import ProgressState
+from cohelm.navigation.question import Refusal
 from cohelm.navigation.replanning import RouteState
 from cohelm.perception import ObstacleLayerState
 from cohelm.safety import GateState
@@ -45,6 +46,7 @@ class Memory:
     beyond: Beyond | None = None
     crowding: CrowdingState | None = None
     route: RouteState | None = None
+    refusal: Refusal | None = None
     progress: ProgressState | None = None
     authority: AuthorityState | None = None
 
