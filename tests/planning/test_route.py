@@ -5,7 +5,7 @@ import pytest
 
 from cohelm.errors import NoPath
 from cohelm.geometry import transform
-from cohelm.maps import FREE, OCCUPIED, OccupancyGrid
+from cohelm.maps import FREE, OCCUPIED, OccupancyGrid, signed_distance
 from cohelm.messages import Wish
 from cohelm.planning import AStar, RouteProblem
 from cohelm.planning.footprint import body_on, met_along
@@ -37,7 +37,7 @@ def check(task, path):
     """What every path must be: the whole chair fits along it and can follow it."""
     assert np.array_equal(path.points[[0, -1]], [task.start, task.goal])
     assert task.grid.X_MG.tolist() == [0.0, 0.0, 0.0]
-    clearance = AStar_clearance(task)
+    clearance = clearance_of(task)
     body = body_on(CHAIR.outline, clearance, task.grid.resolution)
     assert not met_along(body, path.points).any()
     bends = curvature_of(path.points)
@@ -45,9 +45,7 @@ def check(task, path):
     assert bends.max() <= CHAIR.max_curvature * (1.0 + 1e-6)
 
 
-def AStar_clearance(task):
-    from cohelm.maps import signed_distance
-
+def clearance_of(task):
     return signed_distance(task.grid.blocked(), task.grid.resolution)
 
 
@@ -115,6 +113,37 @@ def test_a_corner_that_the_disc_rounds_and_the_chair_does_not_is_refused():
 def test_a_wider_corner_is_rounded(width):
     task = round_the_elbow(width)
     check(task, AStar().plan(task))
+
+
+def test_a_goal_where_the_chair_stands_in_no_direction_is_told_from_a_passage():
+    # A shaft 1 m square, entered through a gap 0.65 m wide at one side of its left wall: the disc
+    # of 0.61 m comes in and stands in the middle, the chair's 1.11 m fit in neither way.
+    boxes = [(3, 0, 4, 1.85), (3, 2.5, 4, 4), (4, 0, 5, 1.5), (4, 2.5, 5, 4), (5, 0, 6, 4)]
+    start, goal = np.array([1.5, 2.0]), np.array([4.5, 2.0])
+    task = RouteProblem(grid=room(6.0, 4.0, boxes=boxes), robot=CHAIR, start=start, goal=goal)
+    with pytest.raises(NoPath, match="the walls about the goal leave none"):
+        AStar().plan(task)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"minimum_turning_radius": 1.2},
+        {"footprint": ((0.9, 0.3), (0.0, 0.3), (0.0, -0.3), (0.9, -0.3))},  # axle at the very back
+        {"footprint": ((0.6, 0.3), (0.2, 0.1), (-0.3, 0.3), (-0.3, -0.3), (0.6, -0.3))},
+    ],
+)
+def test_other_chairs_have_routes_too(more):
+    robot = CHAIR.model_validate({**CHAIR.model_dump(), **more})
+    grid = room(10.0, 8.0, boxes=[(4.0, 0.0, 4.4, 5.0)])
+    task = RouteProblem(
+        grid=grid, robot=robot, start=np.array([1.5, 1.5]), goal=np.array([8.0, 1.5])
+    )
+    path = AStar().plan(task)
+    body = body_on(robot.outline, clearance_of(task), 0.05)
+    assert not met_along(body, path.points).any()
+    assert not len(path.pivots)
+    assert curvature_of(path.points).max() <= robot.max_curvature * (1.0 + 1e-6)
 
 
 def test_zones_are_named_where_they_alone_close_the_way():

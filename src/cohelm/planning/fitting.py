@@ -133,7 +133,7 @@ def _ends(ground: Ground) -> Floats:
 def _land(ground: Ground, weights: Weights, parameters: LineParameters) -> Land:
     costmap, problem = ground.costmap, ground.problem
     outline, res = problem.robot.outline, problem.grid.resolution
-    larger = outline * (1.0 + _GROWN / problem.robot.inscribed_radius)
+    larger = outline * (1.0 + _GROWN * problem.robot.max_curvature)
     # What the sensors see is known as far as it inflates, the map everywhere.
     known = parameters.inflation.reach(costmap.radius)
     trust = math.inf if problem.live is None else known

@@ -34,7 +34,10 @@ def no_path(ground: Ground, parameters: GroundParameters, stuck: Floats | None =
     """
     problem = ground.problem
     because, passage = "", None
-    if stuck is not None:
+    end = None if stuck is None else _end_at(ground, stuck)
+    if end is not None:
+        because = f"the walls about the {end}"
+    elif stuck is not None:
         passage = _bend(ground, stuck)
     elif closed_by_zones(ground, parameters):
         because = "the zones to avoid"
@@ -58,7 +61,7 @@ def tightest_passage(ground: Ground) -> Passage | None:
     way at all, or the way is nowhere too narrow.
     """
     walls, radius = ground.costmap.walls, ground.costmap.radius
-    missing = np.clip(1.0 - walls / radius, 0.0, 1.0)
+    missing = np.clip(1.0 - walls / max(radius, 1e-6), 0.0, 1.0)
     weights = (1.0 + _NARROW * missing).astype(np.float32)
     weights[walls <= 0.0] = np.inf
     found = shortest_path(Weights.of(weights), ground.start, ground.goal)
@@ -76,6 +79,15 @@ def _bend(ground: Ground, stuck: Floats) -> Passage:
     """The place where the robot, though narrow enough, cannot turn."""
     cell = np.floor(stuck[::-1] / ground.problem.grid.resolution).astype(np.int64)
     return _passage(ground, cell, None, turns=True)
+
+
+def _end_at(ground: Ground, stuck: Floats) -> str | None:
+    """Which end of the way a point (2,) in the grid's frame is; None: neither."""
+    point = transform(ground.problem.grid.X_MG, stuck)
+    for name, end in (("start", ground.problem.start), ("goal", ground.problem.goal)):
+        if np.hypot(*(point - end)) < 1e-6:
+            return name
+    return None
 
 
 def _passage(ground: Ground, cell: Integers, along: float | None, *, turns: bool) -> Passage:

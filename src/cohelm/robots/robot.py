@@ -19,6 +19,7 @@ from cohelm.robots.kinematics import Kinematics
 
 _FARTHEST_CORNER = 5.0
 _THINNEST = 0.05
+_TIGHTEST = 0.1  # m, curves of a robot whose axle lies at its edge
 
 
 class LaserMount(Model):
@@ -176,7 +177,7 @@ class Robot(Model):
     @cached_property
     def max_curvature(self) -> float:
         """Of a path that the robot follows without stopping to turn, 1/m."""
-        return 1.0 / (self.minimum_turning_radius or self.inscribed_radius)
+        return 1.0 / (self.minimum_turning_radius or max(self.inscribed_radius, _TIGHTEST))
 
     @cached_property
     def circumscribed_radius(self) -> float:
