@@ -18,7 +18,7 @@ COHELM_DATA ?= $(wildcard $(abspath ../shared/data))
 export COHELM_DATA
 
 RIDES := rides
-BENCHMARKS := $(wildcard benchmarks/solver.py benchmarks/orca.py benchmarks/planning.py)
+BENCHMARKS := $(wildcard benchmarks/solver.py benchmarks/orca.py)
 
 .PHONY: help
 help: ## this list
@@ -52,6 +52,7 @@ check: setup ## style, types and layers
 .PHONY: bench
 bench: setup ## the benchmarks, each beside its outside reference
 	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script"; done
+	@echo "== cohelm bench planning"; $(BIN)/cohelm bench planning --out $(RIDES)/planning
 
 .PHONY: setup
 setup: $(READY) ## .venv with the exact versions of requirements.lock

@@ -7,17 +7,18 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from cohelm.evaluation.benches.step_graph import step_graph
 from cohelm.planning.fields import cost_field, cost_field_from, descend
 from cohelm.planning.search import Weights, path_cost, shortest_path
 
-from .oracles import graph, random_weights
+from .oracles import random_weights
 
 
 def field_by_scipy(weights, initial):
     """One more node, from which each seed is reached at its initial cost."""
     size = weights.size
     seeds = np.flatnonzero(np.isfinite(initial.ravel()) & np.isfinite(weights.ravel()))
-    steps = graph(weights).tocoo()
+    steps = step_graph(weights).tocoo()
     source = np.full(len(seeds), size)
     costs = np.maximum(initial.ravel()[seeds], 1e-300)  # scipy takes a 0 for no edge
     joined = coo_array(

@@ -27,6 +27,8 @@ class Asked(NamedTuple):
     out: Path | None
     workers: int | None
     json: bool
+    map: Path | None = None
+    """The map to measure on, where the benchmark takes one (has ``on_map``)."""
 
 
 def bench(name: str, module: str, asked: Asked) -> int:
@@ -35,7 +37,8 @@ def bench(name: str, module: str, asked: Asked) -> int:
     Raises:
         ConfigError: if the folder cannot be written to.
     """
-    chosen: Bench = import_module(module)
+    found = import_module(module)
+    chosen: Bench = found if asked.map is None else found.on_map(asked.map)
     folder = _folder(asked.out or Path("benches") / name)
     tasks = chosen.tasks(chosen.SEEDS if asked.seeds is None else asked.seeds)
     workers = asked.workers or chosen.WORKERS or os.cpu_count() or 1

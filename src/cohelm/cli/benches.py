@@ -40,6 +40,10 @@ Out = Annotated[
 Workers = Annotated[
     int | None, typer.Option(min=1, max=256, help="Processes; unset, what is usual for it.")
 ]
+Map = Annotated[
+    Path | None,
+    typer.Option("--map", metavar="FILE.yaml", help="A map to stretch; unset, seeded floors."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Exactly one JSON object on standard output.")]
 
 
@@ -55,5 +59,16 @@ def _command(name: str, module: str) -> Callable[..., int]:
     return command
 
 
+def _planning(
+    seeds: Seeds = None, out: Out = None, json: Json = False, map_file: Map = None
+) -> int:
+    compiled_code.place()
+    from cohelm.cli import bench  # noqa: PLC0415 # lazy
+
+    name, module = "planning", BENCHES["planning"][0]
+    return bench.bench(name, module, bench.Asked(seeds, out, None, json, map_file))
+
+
 for _name, (_module, _help) in BENCHES.items():
-    app.command(_name, help=_help)(_command(_name, _module))
+    _asked = _planning if _name == "planning" else _command(_name, _module)
+    app.command(_name, help=_help)(_asked)
