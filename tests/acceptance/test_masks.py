@@ -87,7 +87,7 @@ def test_the_chair_is_slow_in_the_zone_from_the_moment_it_enters(masked, kind, v
     assert ride.twist[inside, 0].max() <= limit + 0.01
     share = 0.9 if mode == "autonomous" else 0.6  # a stick's share is a share of the limit
     assert ride.twist[inside, 0].max() > share * limit
-    assert ride.twist[~inside, 0].max() > 0.7
+    assert ride.twist[~inside, 0].max() > 1.2 * limit
     assert ride.replans == ()
 
 
