@@ -6,15 +6,13 @@ fast, none of which gives up exactness:
 
 - The heuristic of :mod:`cohelm.planning.bounds` knows walls and weights as far as a grid of an
   eighth the resolution can, and is a consistent lower bound.
-- The open list is a ring of buckets, each a stack. Within a bucket the order is free: a cell that
-  becomes cheaper after it was expanded is expanded again, and the search ends when the buckets that
-  could hold a cheaper way to the goal are empty.
+- The open list is a ring of buckets, each a stack. A cell that becomes cheaper later is expanded
+  again, and the search ends when no bucket is left that could hold a cheaper way.
 - On even ground only the steps are taken that could belong to a cheapest way and to no equal one
-  (:func:`cohelm.planning.buckets.successors`), and one after another without the open list.
+  (:func:`cohelm.planning.buckets.successors`), one after another without the open list.
 
-What a cell's cost is bettered by less than ``SLACK`` is left: ways of equal length add up to sums
-that differ in the last digits, and would be followed again and again. The cost returned is summed
-along the cells anew.
+What a cell's cost would better by less than ``SLACK`` is left: ways of equal length add up to sums
+that differ in the last digits. The cost returned is summed along the cells anew.
 """
 
 from __future__ import annotations
@@ -47,6 +45,7 @@ from cohelm.planning.buckets import (
     ring,
     successors,
 )
+from cohelm.planning.workspace import PAGE, clean, give_back, take
 
 BLOCKED = np.float32(np.inf)
 """The weight of a cell that must not be entered."""
@@ -141,18 +140,19 @@ def shortest_path(
     flat, first, last = packed.ravel(), begin[0] * stride + begin[1], end[0] * stride + end[1]
     bounds = weights.lightest, weights.heaviest
     budget = np.iinfo(np.int64).max if max_expansions is None else max_expansions
-    outcome, room = _OUT_OF_ROOM, flat.size // 32 + 1024
+    outcome, room, work = _OUT_OF_ROOM, flat.size // 32 + 1024, take(flat.size)
     while outcome == _OUT_OF_ROOM:
         room *= 4
-        reached = np.zeros(flat.size)  # pages that the search never touches are never made
+        clean(work)
         outcome, expansions = _search(
-            flat, reached, nodes, stride, first, last, *bounds, budget, room
+            flat, work.reached, work.used, nodes, stride, first, last, *bounds, budget, room
         )
+    cells = _trace(flat, work.reached, stride, first, last) if outcome == _FOUND else None
+    give_back(work)
     if outcome == _OUT_OF_BUDGET:
         raise PlanningTimeout(f"no path within {max_expansions} expanded cells")
-    if outcome == _NO_WAY:
+    if cells is None:
         return None
-    cells = _trace(flat, reached, stride, first, last)
     return GridPath(cells=cells, cost=path_cost(weights.packed, cells), expansions=expansions)
 
 
@@ -186,6 +186,7 @@ def path_cost(weights: Floats32, cells: Integers) -> float:
 def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
     weights: Floats32,
     reached: Floats,
+    used: Bytes,
     nodes: Floats,
     stride: int,
     start: int,
@@ -198,8 +199,7 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
     """Fill ``reached`` from the start; (outcome, cells expanded).
 
     A cell's value is 0 where it was not reached, else the cost so far. An entry of the open list is
-    16 · cell + the step that led there; it is stale once the cell has another value. Indices are
-    unsigned, which saves a test at each access.
+    16 · cell + the step that led there; it is stale once the cell has another value.
     """
     values, width = nodes.reshape(-1), nodes.shape[1]
     heads, step = ring(_WIDTH * lightest, 2.0 * SQRT2 * heaviest)
@@ -209,7 +209,8 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
     ahead, counts = successors()
     free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
     base = bound_at(values, width, start // stride, start % stride)
-    reached[start] = _NOTHING
+    page = np.uint64(PAGE)
+    reached[start], used[start >> PAGE] = _NOTHING, 1
     lists = push(heads, entries, costs, lists, 0, 16 * start + ANY, _NOTHING)
     now, last, best, waiting, expansions = 0, 1 << 62, np.inf, 1, 0
     while waiting > 0 and now <= last:
@@ -255,6 +256,7 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
                 if f >= best:
                     continue
                 reached[v] = there
+                used[v >> page] = 1
                 bucket = max(now, int((f - base) * inverse))  # below now by rounding only
                 if v == np.uint64(goal):
                     best, last = f, bucket
