@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32, Integers
-from cohelm.planning.buckets import doubled, neighbours
+from cohelm.planning.buckets import SLACK, doubled, neighbours
 from cohelm.planning.via_layers import octile
 
 OUT_OF_BUDGET = -1
@@ -57,7 +57,7 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
     )
     base *= lightest
     width = max(0.5 * lightest, (bound - base) / (_MAX_BUCKETS - 4))
-    inverse = 1.0 / width
+    inverse, slack = 1.0 / width, SLACK * lightest
     heads = np.full(int(max(bound - base, 0.0) * inverse) + 3, -1, dtype=np.int64)
     pool = np.empty((1 << 14, 2), dtype=np.int64)  # (state, next entry of the same bucket)
     pool[0, 0], pool[0, 1] = start, -1
@@ -114,7 +114,7 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
                     continue
                 v = u + np.uint64(to * size)
             known = abs(reached[v])
-            if known != 0.0 and there >= known:
+            if known != 0.0 and there >= known - slack:
                 continue
             left = _to_go(r, c, to, tours_from, tours, share, goal_row, goal_col)
             f = there + lightest * left
