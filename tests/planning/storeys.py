@@ -1,5 +1,7 @@
 """Storeys of rooms, doors and furniture by chance, and route sets on them; all from a seed."""
 
+import itertools
+
 import numpy as np
 
 from cohelm.errors import PlanningError
@@ -58,8 +60,9 @@ def crowd(grid, rng):
 def route_sets(grids, rng, count, k=3):
     """``count`` sets of two to ``k`` routes each, on grids in turn, with their crowds."""
     sets = []
-    while len(sets) < count:
-        grid = grids[len(sets) % len(grids)]
+    for grid in itertools.cycle(grids):
+        if len(sets) == count:
+            return sets
         free = np.argwhere(grid.data == FREE)
         ends = grid.centres(free[rng.integers(len(free), size=2)])
         if not 14.0 < np.hypot(*(ends[1] - ends[0])) < 60.0:

@@ -107,7 +107,8 @@ def test_some_alternative_serves_the_wish_and_some_says_what_it_costs():
     from cohelm.planning.soft_via import SoftVia
 
     asked = three_ways(prefer=[(10.0, 11.0)])
-    routes = alternatives(asked, SoftVia(), 4)
+    keen = SoftVia(SoftVia.Parameters(closeness=6.0))
+    routes = alternatives(asked, keen, 4)
     own = routes[0].path
     assert wish_distance(own) < 0.2
     for each in routes[1:]:

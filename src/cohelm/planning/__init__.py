@@ -35,11 +35,14 @@ Traceback (most recent call last):
 cohelm.errors.GoalBlocked: the goal (8.00, 5.00) has 0.00 m of clearance, the robot needs 0.30 m
 """
 
+from cohelm.planning.alternatives import Alternative, Differing, alternatives
 from cohelm.planning.api import GlobalPlanner, RouteProblem
 from cohelm.planning.astar import AStar
 from cohelm.planning.costmap import Costmap, Inflation, build_costmap, combine
+from cohelm.planning.features import Measuring, RouteFeatures, route_features
 from cohelm.planning.ground import costmap_for
 from cohelm.planning.iterative_astar import IterativeAStar
+from cohelm.planning.proposal import Proposal, propose
 from cohelm.planning.reference import Comfort, reference
 from cohelm.planning.soft_via import SoftVia
 from cohelm.planning.upf import UserPreferenceField
@@ -47,17 +50,25 @@ from cohelm.planning.upf_soft import SoftPreferenceField
 
 __all__ = [
     "AStar",
+    "Alternative",
     "Comfort",
     "Costmap",
+    "Differing",
     "GlobalPlanner",
     "Inflation",
     "IterativeAStar",
+    "Measuring",
+    "Proposal",
+    "RouteFeatures",
     "RouteProblem",
     "SoftPreferenceField",
     "SoftVia",
     "UserPreferenceField",
+    "alternatives",
     "build_costmap",
     "combine",
     "costmap_for",
+    "propose",
     "reference",
+    "route_features",
 ]
