@@ -48,6 +48,11 @@ def give_back(workspace: Workspace) -> None:
     _KEPT.append(workspace)
 
 
+def forget() -> None:
+    """Free what is kept, as for measuring how much a plan takes."""
+    _KEPT.clear()
+
+
 def clean(workspace: Workspace) -> None:
     """Make all zero again what was used."""
     _clean(workspace.reached, workspace.used)

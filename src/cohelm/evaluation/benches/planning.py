@@ -29,6 +29,7 @@ from cohelm.planning.cost_values import INSCRIBED
 from cohelm.planning.costmap import Costmap, Inflation, build_costmap
 from cohelm.planning.ground import GroundParameters, weight_table
 from cohelm.planning.search import Weights, shortest_path
+from cohelm.planning.workspace import forget
 from cohelm.robots import load_robot
 
 TITLE = "Global planning: time and memory beside scikit-image and SciPy"
@@ -182,7 +183,9 @@ def _measure(grid: OccupancyGrid, size: int, which: int | str) -> Iterator[dict[
 def _row(
     size: int, which: int | str, name: str, call: Callable[[], Any], rounds: int
 ) -> dict[str, Any]:
-    time, memory = timed(call, rounds), peak_memory(call)
+    time = timed(call, rounds)
+    forget()  # else what is kept between plans would not be counted
+    memory = peak_memory(call)
     return {
         **_empty(size, which, name, ""),
         "median_ms": 1e3 * time.median,
