@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from cohelm.maps import signed_distance
 from cohelm.planning.dubins import advance, words
 from cohelm.planning.footprint import body_on, directions, met_along, turn_between
-from cohelm.planning.land import Land
-from cohelm.planning.repairing import Effort, all_round, fit, misfits
+from cohelm.planning.land import Land, misfits
+from cohelm.planning.repairing import Effort, all_round, fit
 from cohelm.planning.search import Weights
 from cohelm.planning.smoothing import curvature_of
 from cohelm.planning.turning import turn_through
@@ -193,3 +193,17 @@ def test_where_nothing_fits_the_place_is_told():
     line = np.stack([[*np.linspace(3, 6, 31), *np.linspace(5.9, 3.1, 29)], np.full(60, 2.0)], -1)
     fitted = fit(land, line, pins=line[30:31], effort=Effort(6000))
     assert fitted.stuck == pytest.approx([6.0, 2.0], abs=0.5)
+
+
+def test_no_loop_is_driven_where_a_wider_curve_does():
+    # A corridor 1.2 m wide bends at a right angle; the line takes the bend as sharp as it can.
+    blocked = np.ones((140, 140), dtype=bool)
+    blocked[40:64, 10:104] = blocked[40:130, 80:104] = False
+    land = land_of(blocked)
+    east = np.stack([np.arange(1.5, 4.61, 0.1), np.full(32, 2.6)], axis=-1)
+    north = np.stack([np.full(28, 4.6), np.arange(2.7, 5.41, 0.1)], axis=-1)
+    fitted = fit(land, np.concatenate([east, north]), pins=np.empty((0, 2)), effort=Effort(12_000))
+    assert fitted.stuck is None
+    assert not len(fitted.pivots)
+    turns = np.diff(np.unwrap(directions(fitted.points)))
+    assert np.ptp(np.cumsum(turns)) < np.pi  # a loop adds a whole turn

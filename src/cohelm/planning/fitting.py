@@ -12,8 +12,8 @@ from cohelm.config import Model
 from cohelm.geometry import inverse, transform
 from cohelm.planning.footprint import body_on
 from cohelm.planning.ground import Ground, GroundParameters
-from cohelm.planning.land import Land
-from cohelm.planning.repairing import Effort, Fitted, all_round, fit, misfits, stands
+from cohelm.planning.land import Land, misfits, stands
+from cohelm.planning.repairing import Effort, Fitted, all_round, fit
 from cohelm.planning.search import BLOCKED, GridPath, Weights
 from cohelm.planning.smoothing import Smoothing, smooth
 from cohelm.planning.turning import turn_through

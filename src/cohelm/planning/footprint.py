@@ -38,6 +38,8 @@ class Body(NamedTuple):
     """(p, 3, 2), triangles that make up the footprint, robot frame, m."""
     bound: Floats
     """(x, y, radius) of a disc about the footprint, robot frame, m."""
+    discs: Floats
+    """(d, 3) of smaller ones that cover it together, m."""
     reach: float
     """From the drive axle's centre to the farthest corner, m."""
 
@@ -54,6 +56,7 @@ def body_on(
         trust=trust,
         pieces=read_only(triangles(outline)),
         bound=read_only(np.array([*middle, radius])),
+        discs=read_only(_covering(outline)),
         reach=float(np.hypot(*outline.T).max()),
     )
 
@@ -61,9 +64,10 @@ def body_on(
 def backwards(body: Body) -> Body:
     """The body driving backwards."""
     bound = body.bound * np.array([-1.0, -1.0, 1.0])
+    discs = body.discs * np.array([-1.0, -1.0, 1.0])
     pieces = -body.pieces
-    bound.flags.writeable = pieces.flags.writeable = False
-    return body._replace(pieces=pieces, bound=bound)
+    bound.flags.writeable = discs.flags.writeable = pieces.flags.writeable = False
+    return body._replace(pieces=pieces, bound=bound, discs=discs)
 
 
 def triangles(outline: Floats) -> Floats:
@@ -202,7 +206,13 @@ def turn_between(start: float, end: float) -> float:
 @njit(cache=True)
 def _clear_about(body: Body, x: float, y: float, cos: float, sin: float) -> bool:
     bx, by = body.bound[0], body.bound[1]
-    return bool(_room(body, x + cos * bx - sin * by, y + sin * bx + cos * by) >= body.bound[2])
+    if _room(body, x + cos * bx - sin * by, y + sin * bx + cos * by) >= body.bound[2]:
+        return True
+    for k in range(body.discs.shape[0]):
+        bx, by = body.discs[k, 0], body.discs[k, 1]
+        if _room(body, x + cos * bx - sin * by, y + sin * bx + cos * by) < body.discs[k, 2]:
+            return False
+    return True
 
 
 @njit(cache=True)
@@ -234,6 +244,18 @@ def _between(corners: Floats, low: float, high: float) -> tuple[float, float]:
         left = min(left, x0, x1)
         right = max(right, x0, x1)
     return left, right
+
+
+def _covering(outline: Floats) -> Floats:
+    """Discs (4, 3) through the corners of quarters of the bounding rectangle, cut across."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    long = int(np.argmax(high - low))
+    part = (high - low)[long] / 4.0
+    discs = np.empty((4, 3))
+    discs[:, long] = low[long] + part * (np.arange(4) + 0.5)
+    discs[:, 1 - long] = 0.5 * (low + high)[1 - long]
+    discs[:, 2] = 0.5 * np.hypot(part, (high - low)[1 - long])
+    return discs
 
 
 def _turns_left(corner: Floats) -> bool:

@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Floats32
+from cohelm.arrays import Booleans, Floats, Floats32, Integers
 from cohelm.maps.distance import sample
-from cohelm.planning.footprint import Body, overlaps, roomy
+from cohelm.planning.footprint import Body, met_along, overlaps, roomy
+from cohelm.planning.smoothing import curvature_of
 
 _ORIGIN = np.zeros(3)
 
@@ -32,6 +33,19 @@ class Land(NamedTuple):
     """Cells with more clearance are blocked by something else, m."""
     curvature: float
     """The sharpest that the robot can drive, 1/m."""
+
+
+def stands(land: Land, x: float, y: float) -> bool:
+    """Whether the robot can stand at a point in any direction."""
+    turn = 2.0 * math.pi / 64
+    return any(not overlaps(land.body, x, y, k * turn) for k in range(64))
+
+
+def misfits(land: Land, points: Floats, pivots: Integers) -> Booleans:
+    """At which points (n,) the footprint meets something, or a line bends too much; pivots may."""
+    bends = curvature_of(points) > land.curvature * (1.0 + 1e-6)
+    bends[pivots] = False
+    return met_along(land.body, points) | bends
 
 
 @njit(cache=True)

@@ -14,29 +14,29 @@ import math
 import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
+from cohelm.geometry import wrap_angle
 from cohelm.maps.distance import sample
 from cohelm.planning.easing import ease
 from cohelm.planning.footprint import (
     backwards,
     directions,
-    met_along,
-    overlaps,
     turn_between,
 )
-from cohelm.planning.land import Land
-from cohelm.planning.smoothing import curvature_of
+from cohelm.planning.land import Land, misfits
 from cohelm.planning.turning import Turned, turn_through
 
 _TRIES = (
-    (0.5, 1.0, False),
-    (1.5, 2.0, False),
-    (3.0, 3.0, False),
-    (1.5, 2.0, True),
-    (3.0, 4.0, True),
+    (0.5, 1.0, False, 0.04),
+    (1.5, 2.0, False, 0.15),
+    (3.0, 3.0, False, 0.2),
+    (1.5, 2.0, True, 0.2),
+    (3.0, 4.0, True, 0.25),
 )
-"""(stretch replaced before and after, window about it, turns on the spot); m."""
+"""(stretch replaced before and after, window about it, m; turns on the spot; share of the poses
+left that a search may look at)."""
 _LEAST = 500  # poses below which it is not worth while
-_SHARE = 0.25  # of the poses left that a search may look at
+_LOOP = 1.25 * math.pi  # rad that a curve may turn more than what it replaces, without turns
+_CUSP = 2.5  # rad, above which a line turns back
 _REPAIRS = 12
 
 
@@ -45,10 +45,11 @@ class Effort:
 
     def __init__(self, poses: int) -> None:
         self.left = poses
+        self.part = 1.0
 
     def share(self) -> int:
         """How many the next search may look at."""
-        return max(int(_SHARE * self.left), 1)
+        return max(int(self.part * self.left), 1)
 
 
 @value
@@ -102,19 +103,6 @@ def fit(
     return Fitted(points=points, pivots=fitted.pivots, stuck=points[(first + last) // 2])
 
 
-def stands(land: Land, x: float, y: float) -> bool:
-    """Whether the robot can stand at a point in any direction."""
-    turn = 2.0 * math.pi / 64
-    return any(not overlaps(land.body, x, y, k * turn) for k in range(64))
-
-
-def misfits(land: Land, points: Floats, pivots: Integers) -> Booleans:
-    """At which points (n,) the footprint meets something, or a line bends too much; pivots may."""
-    bends = curvature_of(points) > land.curvature * (1.0 + 1e-6)
-    bends[pivots] = False
-    return met_along(land.body, points) | bends
-
-
 def _repaired(
     land: Land, fitted: Fitted, wrong: Booleans, pins: Floats, effort: Effort
 ) -> Fitted | None:
@@ -123,14 +111,14 @@ def _repaired(
     first, last = _first_run(wrong)
     taken = wrong.copy()
     taken[fitted.pivots] = True  # no stretch begins or ends where the heading jumps
-    for margin, reach, pivots in _TRIES:
+    for margin, reach, pivots, effort.part in _TRIES:
         if effort.left < _LEAST:
             break
         spare = math.ceil(margin / 0.1)
         a, b = _fitting_before(taken, first - spare), _fitting_after(taken, last + spare)
         near = land._replace(floor=_floor(land, points[a], points[b]))
         turned = _through(near, points, a, b, pins, reach=reach, pivots=pivots, effort=effort)
-        if turned is None:
+        if turned is None or not (pivots or _is_direct(points[a : b + 1], turned.points)):
             continue
         repaired = _spliced(fitted, turned, a, b)
         there = slice(max(a - 1, 0), a + len(turned.points) + 1)
@@ -139,6 +127,15 @@ def _repaired(
             there = slice(max(a - 5, 0), a + len(turned.points) + 5)
             return repaired if misfits(land, eased.points, eased.pivots)[there].any() else eased
     return None
+
+
+def _is_direct(old: Floats, new: Floats) -> bool:
+    """Whether a curve makes no loop that the line it replaces does not make."""
+    before, after = (np.diff(directions(line)) for line in (old, new))
+    before, after = wrap_angle(before), wrap_angle(after)
+    if len(before) and np.abs(before).max() > _CUSP:
+        return True
+    return bool(abs(after.sum() - before.sum()) < _LOOP)
 
 
 def _through(
