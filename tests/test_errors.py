@@ -21,6 +21,7 @@ CODES = {
     "ScenarioError": "scenario",
     "SolverFailed": "solver_failed",
     "StartBlocked": "start_blocked",
+    "TooManyWishes": "too_many_wishes",
 }
 """Codes cross the wire: one that changes breaks whoever listens."""
 
