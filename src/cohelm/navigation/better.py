@@ -41,7 +41,7 @@ class BetterParameters(Model):
     """Share of the old path's score that a better one must save …"""
     metres: float = Field(1.0, ge=0.0, le=100.0)
     """… and what it must save beyond, m."""
-    back: float = Field(1.25, ge=1.0, le=10.0)
+    back: float = Field(1.1, ge=1.0, le=10.0)
     """How many times as much the way that was left last must save."""
     regret: float = Field(20.0, ge=0.0, le=600.0)
     """How long the way that was left last stays left, unless the other one is blocked, s."""

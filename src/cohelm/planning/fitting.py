@@ -40,11 +40,18 @@ class Fitting(Model):
 class LineParameters(GroundParameters):
     """How a way over cells becomes a line; the figures are assumed."""
 
-    wanted_clearance: float = Field(0.6, ge=0.0, le=10.0)
-    """Smoothing may come this near to obstacles and no nearer, unless the way did, m; that is about
-    what the corners of the chair sweep in a turn."""
+    wanted_clearance: float | None = Field(None, ge=0.0, le=10.0)
+    """Smoothing may come this near to obstacles and no nearer, unless the way did, m. None: the
+    inflation radius, so that the line stays where the way has paid to be."""
     smoothing: Smoothing = Smoothing()
     fitting: Fitting = Fitting()
+
+    @property
+    def wanted(self) -> float:
+        """``wanted_clearance``, or what stands for it, m."""
+        if self.wanted_clearance is None:
+            return self.inflation.inflation_radius
+        return self.wanted_clearance
 
 
 def fit_way(
@@ -66,7 +73,7 @@ def fit_way(
         ground.costmap.clearance,
         res,
         needed=radius,
-        wanted=max(parameters.wanted_clearance, radius),
+        wanted=max(parameters.wanted, radius),
         smoothing=parameters.smoothing,
         curvature=land.curvature,
         pins=pins,
