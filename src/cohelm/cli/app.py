@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cohelm.cli import benches, choosing, compiled_code, streams
+from cohelm.cli import benches, choosing, compiled_code, options, streams
 from cohelm.errors import CohelmError
 
 FAILED, BAD_INPUT = 1, 2
@@ -108,14 +108,6 @@ def _options(
     pass
 
 
-Json = Annotated[bool, typer.Option("--json", help="Exactly one JSON object on standard output.")]
-Prefer = Annotated[
-    list[str] | None,
-    typer.Option(metavar="X,Y", help="A point that attracts the route; may be given again."),
-]
-RobotName = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="The chair.")]
-
-
 @app.command(context_settings={"ignore_unknown_options": False})
 def run(  # noqa: PLR0913, PLR0917 # an option is an argument
     scenario: Annotated[str, typer.Argument(help="A name or a .yaml file.")] = "hospital",
@@ -131,11 +123,11 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
     goal: Annotated[
         str | None, typer.Option(metavar="X,Y|NAME", help="Where the ride shall end.")
     ] = None,
-    prefer: Prefer = None,
+    prefer: options.Prefer = None,
     people: Annotated[int | None, typer.Option(min=0, max=300, help="How many walk there.")] = None,
     planner: Annotated[str | None, typer.Option(metavar="NAME", help="Local planner.")] = None,
     method: Annotated[str | None, typer.Option(metavar="NAME", help="Global planner.")] = None,
-    robot: RobotName = None,
+    robot: Annotated[str | None, typer.Option(metavar="NAME|FILE", help="The chair.")] = None,
     rider: Annotated[str | None, typer.Option(metavar="NAME", help="Simulated rider.")] = None,
     mode: Annotated[
         str | None, typer.Option(metavar="autonomous|shared|assisted|manual", help="Who steers.")
@@ -152,7 +144,7 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv.")
     ] = None,
-    json: Json = False,
+    json: options.Json = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="A picture.")] = None,
     animate: Annotated[
         Path | None, typer.Option(metavar="FILE.gif|mp4", help="A moving picture.")
@@ -184,34 +176,21 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
 
 @app.command()
 def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
-    map_: Annotated[str, typer.Argument(metavar="MAP.yaml", help="Nav2 map_server YAML.")],
-    start: Annotated[
-        str, typer.Option(metavar="X,Y|NAME", help="In metres on the map, or a place.")
-    ],
-    goal: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Where the route shall end.")],
-    prefer: Prefer = None,
+    map_: options.MapFile,
+    start: options.Start,
+    goal: options.Goal,
+    prefer: options.Prefer = None,
     ordered: Annotated[
         bool, typer.Option("--ordered", help="Pass the --prefer points in the order given.")
     ] = False,
-    avoid: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="ZONE",
-            help="Rather keep out of a zone: 'X,Y,RADIUS', or an outline 'X,Y X,Y X,Y …'; again.",
-        ),
-    ] = None,
-    avoid_hard: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ZONE", help="Never enter a zone, even if no way is left."),
-    ] = None,
+    avoid: options.Avoid = None,
+    avoid_hard: options.AvoidHard = None,
     stroke: Annotated[
         list[Path] | None,
         typer.Option(metavar="FILE", help="Follow a drawn line: lines of x,y, JSON or GeoJSON."),
     ] = None,
-    alternatives: Annotated[
-        int, typer.Option(metavar="K", min=1, max=20, help="Routes that really differ, at most.")
-    ] = 1,
-    method: Annotated[str, typer.Option(metavar="NAME", help="Global planner.")] = "soft_via",
+    alternatives: options.Alternatives = 1,
+    method: options.Method = options.METHOD,
     set_: Annotated[
         list[str] | None,
         typer.Option(
@@ -220,13 +199,11 @@ def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
             help="Any parameter of the planner, dotted: inflation.inflation_radius=0.8.",
         ),
     ] = None,
-    robot: RobotName = None,
+    robot: options.Robot = options.ROBOT,
     clearance: Annotated[
         float, typer.Option(min=0.0, max=10.0, help="To keep beyond the footprint, metres.")
     ] = 0.0,
-    speed: Annotated[
-        float, typer.Option(min=0.1, max=3.0, help="Preferred speed, for the estimated time, m/s.")
-    ] = 0.8,
+    speed: options.Speed = options.SPEED,
     keepout: Annotated[
         list[Path] | None,
         typer.Option(metavar="MASK.yaml", help="Where not to go: a Nav2 keepout mask."),
@@ -235,10 +212,8 @@ def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
         list[Path] | None,
         typer.Option(metavar="MASK.yaml", help="Speed limits, percent: a Nav2 speed mask."),
     ] = None,
-    crowding: Annotated[
-        Path | None, typer.Option(metavar="FILE.yaml", help="Where people are: a heat map.")
-    ] = None,
-    json: Json = False,
+    crowding: options.Crowding = None,
+    json: options.Json = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture.")] = None,
 ) -> int:
     """Plan a route on a map, and say what a wish costs."""
@@ -259,7 +234,7 @@ def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
         ),
         method=method,
         settings=tuple(set_ or ()),
-        robot="quantum_q6_edge" if robot is None else robot,
+        robot=robot,
         clearance=clearance,
         speed=speed,
         alternatives=alternatives,

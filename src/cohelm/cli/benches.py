@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cohelm.cli import compiled_code
+from cohelm.cli import compiled_code, options
 
 BENCHES = {
     "paper-global": (
@@ -44,12 +44,11 @@ Map = Annotated[
     Path | None,
     typer.Option("--map", metavar="FILE.yaml", help="A map to stretch; unset, seeded floors."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Exactly one JSON object on standard output.")]
 
 
 def _command(name: str, module: str) -> Callable[..., int]:
     def command(
-        seeds: Seeds = None, out: Out = None, workers: Workers = None, json: Json = False
+        seeds: Seeds = None, out: Out = None, workers: Workers = None, json: options.Json = False
     ) -> int:
         compiled_code.place()
         from cohelm.cli import bench  # noqa: PLC0415 # lazy
@@ -60,7 +59,7 @@ def _command(name: str, module: str) -> Callable[..., int]:
 
 
 def _planning(
-    seeds: Seeds = None, out: Out = None, json: Json = False, map_file: Map = None
+    seeds: Seeds = None, out: Out = None, json: options.Json = False, map_file: Map = None
 ) -> int:
     compiled_code.place()
     from cohelm.cli import bench  # noqa: PLC0415 # lazy

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cohelm.cli import compiled_code
+from cohelm.cli import compiled_code, options
 
 app = typer.Typer()
 
@@ -21,48 +21,27 @@ app.add_typer(preferences)
 
 _RIDER = "Whose choices to go by: a name, or a .json file of one's own."
 Rider = Annotated[str, typer.Option(metavar="NAME|FILE", help=_RIDER)]
-Json = Annotated[bool, typer.Option("--json", help="Exactly one JSON object on standard output.")]
 
 
 @app.command()
 def propose(  # noqa: PLR0913, PLR0917 # an option is an argument
-    map_: Annotated[str, typer.Argument(metavar="MAP.yaml", help="Nav2 map_server YAML.")],
-    start: Annotated[
-        str, typer.Option(metavar="X,Y|NAME", help="In metres on the map, or a place.")
-    ],
-    goal: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Where the routes shall end.")],
-    prefer: Annotated[
-        list[str] | None,
-        typer.Option(metavar="X,Y", help="A point that attracts the route; may be given again."),
-    ] = None,
-    avoid: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="ZONE",
-            help="Rather keep out of a zone: 'X,Y,RADIUS', or an outline 'X,Y X,Y X,Y …'; again.",
-        ),
-    ] = None,
-    avoid_hard: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ZONE", help="Never enter a zone, even if no way is left."),
-    ] = None,
-    crowding: Annotated[
-        Path | None, typer.Option(metavar="FILE.yaml", help="Where people are: a heat map.")
-    ] = None,
-    alternatives: Annotated[
-        int, typer.Option(metavar="K", min=1, max=20, help="Routes to choose from, at most.")
-    ] = 3,
+    map_: options.MapFile,
+    start: options.Start,
+    goal: options.Goal,
+    prefer: options.Prefer = None,
+    avoid: options.Avoid = None,
+    avoid_hard: options.AvoidHard = None,
+    crowding: options.Crowding = None,
+    alternatives: options.Alternatives = 3,
     rider: Annotated[str | None, typer.Option(metavar="NAME|FILE", help=_RIDER)] = None,
     take: Annotated[
         int | None,
         typer.Option(metavar="N", min=1, help="Note at once that the rider takes route N."),
     ] = None,
-    method: Annotated[str, typer.Option(metavar="NAME", help="Global planner.")] = "soft_via",
-    robot: Annotated[str, typer.Option(metavar="NAME|FILE", help="The chair.")] = "quantum_q6_edge",
-    speed: Annotated[
-        float, typer.Option(min=0.1, max=3.0, help="Preferred speed, for the estimated time, m/s.")
-    ] = 0.8,
-    json: Json = False,
+    method: options.Method = options.METHOD,
+    robot: options.Robot = options.ROBOT,
+    speed: options.Speed = options.SPEED,
+    json: options.Json = False,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A picture of all routes, numbered.")
     ] = None,
@@ -112,7 +91,7 @@ def choose(
 
 
 @preferences.command()
-def show(rider: Rider, json: Json = False) -> int:
+def show(rider: Rider, json: options.Json = False) -> int:
     """Show what was learned from a rider's choices."""
     compiled_code.place()
     from cohelm.cli import propose as command  # noqa: PLC0415 # lazy

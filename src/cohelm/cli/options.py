@@ -1,0 +1,44 @@
+"""The options that several commands share: each has one name, one form and one sentence of help."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+ROBOT = "quantum_q6_edge"
+METHOD = "soft_via"
+SPEED = 0.8
+"""m/s."""
+
+MapFile = Annotated[str, typer.Argument(metavar="MAP.yaml", help="Nav2 map_server YAML.")]
+Start = Annotated[str, typer.Option(metavar="X,Y|NAME", help="In metres on the map, or a place.")]
+Goal = Annotated[str, typer.Option(metavar="X,Y|NAME", help="Where the route shall end.")]
+Prefer = Annotated[
+    list[str] | None,
+    typer.Option(metavar="X,Y", help="A point that attracts the route; may be given again."),
+]
+Avoid = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="ZONE",
+        help="Rather keep out of a zone: 'X,Y,RADIUS', or an outline 'X,Y X,Y X,Y …'; again.",
+    ),
+]
+AvoidHard = Annotated[
+    list[str] | None,
+    typer.Option(metavar="ZONE", help="Never enter a zone, even if no way is left."),
+]
+Crowding = Annotated[
+    Path | None, typer.Option(metavar="FILE.yaml", help="Where people are: a heat map.")
+]
+Alternatives = Annotated[
+    int, typer.Option(metavar="K", min=1, max=20, help="Routes that really differ, at most.")
+]
+Method = Annotated[str, typer.Option(metavar="NAME", help="Global planner.")]
+Robot = Annotated[str, typer.Option(metavar="NAME|FILE", help="The chair.")]
+Speed = Annotated[
+    float, typer.Option(min=0.1, max=3.0, help="Preferred speed, for the estimated time, m/s.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Exactly one JSON object on standard output.")]
