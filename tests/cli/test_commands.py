@@ -1,7 +1,6 @@
 import json
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,8 +16,7 @@ from cohelm.evaluation.metrics.table import MEASURES
 SHORT = ("run", "empty", "--set", "time_limit=1.5")
 
 
-def test_version_and_help_come_at_once():
-    began = time.perf_counter()
+def test_the_version_is_said_without_importing_what_takes_time():
     out = subprocess.run(
         [
             sys.executable,
@@ -33,7 +31,6 @@ def test_version_and_help_come_at_once():
         check=True,
     )
     assert out.stdout.startswith("cohelm 0.")
-    assert time.perf_counter() - began < 5.0  # a shared machine; what counts is what is imported:
     imported = {line.rpartition("|")[2].strip() for line in out.stderr.splitlines()}
     assert not imported & {"numpy", "numba", "matplotlib", "scipy", "cv2", "pydantic"}
 
