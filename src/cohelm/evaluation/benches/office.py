@@ -1,19 +1,22 @@
 """Semi-open office scenes, as the global experiment of Xu et al. describes them.
 
 A room with something large in its middle, the left of it open and the right of it cluttered; a
-rider who wants to pass on the left, and a click that says so, none too exactly. Everything is drawn
-from a seed before any planner runs; docs/adr/0013 says how and why.
+rider who wants to pass on the left, though the way through the clutter is the shorter one; and a
+click that says so, none too exactly. Everything is drawn from a seed, by geometry, and no planner
+has a say in it; docs/adr/0013 says how and why, and that these are the second such scenes.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 
 from cohelm.arrays import Annotated, Floats, Shape, value
-from cohelm.geometry import arc_length, resample
+from cohelm.geometry import arc_length, distance_to_polygon, resample
 from cohelm.maps import OccupancyGrid, distance_field
 from cohelm.maps.drawing import Canvas, polygon_of_disc, polygon_of_rect, turned
 from cohelm.robots import Robot
@@ -21,22 +24,24 @@ from cohelm.simulation import generator
 
 RESOLUTION, WALL = 0.05, 0.10
 """Of the map, and the thickness of the walls around, m."""
-WIDTH, DEPTH = (10.0, 12.0), (12.5, 14.0)
+WIDTH, DEPTH = (12.0, 14.0), (12.5, 14.0)
 """Ranges of the room's sides, m."""
 ENDS = 1.2
 """Start and goal from the near and the far wall, m."""
-BLOCK = ((2.2, 3.2), (2.5, 4.0))
+BLOCK = ((2.6, 3.8), (2.0, 3.5))
 """Ranges of the central block's width and depth, m."""
-BLOCK_OFFSET = (-0.9, -0.1)
-"""Of the block's centre from the middle between start and goal, m: both ways are of similar length,
-and the right one is never the longer, or nothing would tempt a planner there."""
-ITEMS, GAP = (6, 11), 1.0
-"""How many pieces of clutter are tried for, and the least gap between any two, or to a wall, m."""
+OFF_CENTRE = 0.5
+"""Of the block from the room's middle, and of start and goal to the left and right, m at most."""
+MARGIN = (1.0, 2.5)
+"""Range of how much shorter the way on the right is, m: both are taut lines from start to goal
+round the central block alone."""
+LANE = (1.4, 2.2)
+"""Range of a scene's lane, m: the least gap between any two pieces of clutter, and to the block."""
 BESIDE = (0.8, 1.6)
 """How far from the block's side the rider likes to pass, m."""
 CLICK_DEVIATION = 0.3
 """Of the rider's click from the point that is meant, m, in either direction."""
-_TRIES = 400
+_TRIES = 1000
 
 
 @value
@@ -51,58 +56,114 @@ class OfficeScene:
     """The way that the rider would go, from start to goal, m."""
     click: Annotated[Floats, Shape("2")]
     """All that a planner learns of it: its middle, as the rider pointed at it, m."""
+    margin: float
+    """How much shorter the way on the right is, as taut lines round the block, m."""
+    lane: float
+    """The least gap between any two things in the room, m."""
 
 
 def office(seed: int, robot: Robot) -> OfficeScene:
     """The scene of a seed; the robot only says how much room the desired way must have.
 
-    A room in which the desired way has no room for the robot in every heading is drawn again.
+    A room that cannot have the margin drawn for it, or in which the desired way has no room for the
+    robot in every heading, is drawn again.
     """
     rng = generator(seed, "office")
+    margin, lane = rng.uniform(*MARGIN), rng.uniform(*LANE)
     while True:
-        grid, start, goal, block = _room(rng)
+        width, depth = rng.uniform(*WIDTH), rng.uniform(*DEPTH)
+        block = _block(rng, width, depth)
+        ends = _ends(rng, block, depth, margin)
+        if ends is None:
+            continue
+        start, goal = ends
         desired = _desired(rng, start, goal, block)
+        if min(distance_to_polygon(block, x, y) for x, y in desired) < robot.circumscribed_radius:
+            continue
+        grid = _room(rng, (width, depth), block, ends, lane)
         if _room_along(grid, desired) >= robot.circumscribed_radius:
             break
     along = arc_length(desired)
     middle = np.array([np.interp(0.5 * along[-1], along, axis) for axis in desired.T])
     click = middle + generator(seed, "click").normal(scale=CLICK_DEVIATION, size=2)
-    return OfficeScene(seed=seed, grid=grid, start=start, goal=goal, desired=desired, click=click)
+    return OfficeScene(
+        seed=seed,
+        grid=grid,
+        start=start,
+        goal=goal,
+        desired=desired,
+        click=click,
+        margin=margin,
+        lane=lane,
+    )
 
 
-def _room(rng: np.random.Generator) -> tuple[OccupancyGrid, Floats, Floats, Floats]:
-    """(grid, start, goal, corners (4, 2) of the central block), y from start to goal."""
-    width, depth = rng.uniform(*WIDTH), rng.uniform(*DEPTH)
-    start = np.array([width / 2.0 + rng.uniform(-0.5, 0.5), ENDS])
-    goal = np.array([width / 2.0 + rng.uniform(-0.5, 0.5), depth - ENDS])
-    canvas = Canvas(size=(width, depth), resolution=RESOLUTION, outside="occupied")
-    canvas.floor(polygon_of_rect([WALL, WALL, width - WALL, depth - WALL]), 0.0)
-    centre = (start + goal) / 2.0 + [rng.uniform(*BLOCK_OFFSET), rng.uniform(-0.5, 0.5)]
-    block = _box(centre, rng.uniform(*BLOCK[0]), rng.uniform(*BLOCK[1]), 0.0)
+def taut(start: Floats, goal: Floats, block: Floats, side: int) -> float:
+    """Length of the taut line from start to goal past two corners of the block, m.
+
+    Args:
+        start, goal: (2,), below and above the block, neither beside it nor beyond its sides.
+        block: (4, 2), an upright rectangle.
+        side: −1: on its left, +1: on its right.
+    """
+    x = block[:, 0].min() if side < 0 else block[:, 0].max()
+    low, high = block[:, 1].min(), block[:, 1].max()
+    line = [tuple(start), (x, low), (x, high), tuple(goal)]
+    return math.fsum(math.dist(a, b) for a, b in itertools.pairwise(line))
+
+
+def _block(rng: np.random.Generator, width: float, depth: float) -> Floats:
+    """The corners (4, 2) of the block about the middle of the room."""
+    centre = np.array([width, depth]) / 2.0 + rng.uniform(-OFF_CENTRE, OFF_CENTRE, size=2)
+    return _box(centre, rng.uniform(*BLOCK[0]), rng.uniform(*BLOCK[1]), 0.0)
+
+
+def _ends(rng: np.random.Generator, block: Floats, depth: float, margin: float) -> Floats | None:
+    """Start and goal (2, 2), so far on the right that the right is the shorter way by the margin.
+
+    None where one of them would not lie between the block's middle and its right side.
+    """
+    middle, right = float(block[:, 0].mean()), float(block[:, 0].max())
+    aside = rng.uniform(-OFF_CENTRE, OFF_CENTRE, size=2)
+
+    def ends(x: float) -> Floats:
+        return np.column_stack([x + aside, [ENDS, depth - ENDS]])
+
+    def excess(x: float) -> float:
+        start, goal = ends(x)
+        return taut(start, goal, block, -1) - taut(start, goal, block, 1) - margin
+
+    if excess(middle) > 0.0 or excess(right) < 0.0:
+        return None
+    found = ends(float(brentq(excess, middle, right)))
+    return found if middle <= found[:, 0].min() and found[:, 0].max() <= right else None
+
+
+def _room(
+    rng: np.random.Generator, size: tuple[float, float], block: Floats, keep: Floats, lane: float
+) -> OccupancyGrid:
+    """The room of a size (width, depth), m, with its block and clutter right of it, off ``keep``.
+
+    As many pieces as are found a place for with the lane about each of them; only to the walls,
+    which many stand at, there may be less.
+    """
+    width, depth = size
+    canvas = Canvas(size=size, resolution=RESOLUTION, outside="occupied")
+    canvas.floor(polygon_of_rect([0.0, 0.0, width, depth]), 0.0)
     canvas.block(block)
-    _clutter(rng, canvas, (float(block[:, 0].max()), width, depth), np.stack([start, goal]))
-    return canvas.grid(), start, goal, block
-
-
-def _clutter(
-    rng: np.random.Generator, canvas: Canvas, zone: tuple[float, float, float], keep: Floats
-) -> None:
-    """Desks and chairs on the right, (x from, width and depth of the room), m; off ``keep``."""
-    left, width, depth = zone
-    wanted, clearance = int(rng.integers(*ITEMS)), canvas.clearance()
+    clearance = canvas.clearance()
     for _ in range(_TRIES):
-        centre = np.array([rng.uniform(left, width), rng.uniform(2.0, depth - 2.0)])
+        centre = np.array([rng.uniform(block[:, 0].max(), width), rng.uniform(0.0, depth)])
         item = _item(rng, centre)
         outline = resample(np.vstack([item, item[:1]]), RESOLUTION)
         cells = np.floor(outline / RESOLUTION).astype(int)
         inside = ((cells >= 0) & (cells < np.array(clearance.shape)[::-1])).all()
         off = np.hypot(*(outline[:, None] - keep).T).min() >= ENDS
-        if inside and off and clearance[cells[:, 1], cells[:, 0]].min() >= GAP:
+        if inside and off and clearance[cells[:, 1], cells[:, 0]].min() >= lane:
             canvas.block(item)
             clearance = canvas.clearance()
-            wanted -= 1
-        if wanted == 0:
-            return
+    canvas.wall(polygon_of_rect([0.0, 0.0, width, depth]), 2.0 * WALL)
+    return canvas.grid()
 
 
 def _item(rng: np.random.Generator, centre: Floats) -> Floats:
