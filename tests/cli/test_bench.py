@@ -14,7 +14,7 @@ from cohelm.evaluation.benches.bench import Report, Result, Sheet
 
 
 def count(seeds):
-    return [(seed,) for seed in range(seeds)]
+    return [(seed,) for seed in seeds]
 
 
 def work(task, folder):
@@ -52,7 +52,7 @@ def test_every_benchmark_is_one(name):
     assert module.TITLE
     assert module.SEEDS >= 1
     assert module.WORKERS is None or module.WORKERS >= 1
-    assert len(module.tasks(1)) >= 1
+    assert len(module.tasks(range(1))) >= 1
     assert callable(module.work)
     assert callable(module.report)
 
@@ -78,6 +78,12 @@ def test_json_is_one_object(squares, tmp_path, capsys):
     assert [row["square"] for row in json.loads(out)["rows"]] == [0, 1]
 
 
+def test_seeds_go_on_from_the_first(squares, tmp_path):
+    bench.bench("squares", "squares", asked(out=tmp_path, seeds=2, first=7))
+    rows = json.loads((tmp_path / "summary.json").read_text())["rows"]
+    assert [row["seed"] for row in rows] == [7, 8]
+
+
 def test_an_interrupted_benchmark_says_what_it_has(squares, tmp_path, capsys, monkeypatch):
     def interrupted(task, folder):
         if task[0] == 2:
@@ -98,7 +104,9 @@ def test_a_folder_that_is_none(cohelm, tmp_path):
     assert "--out" in err
 
 
-@pytest.mark.parametrize("options", [("--seeds", "0"), ("--workers", "0"), ("--seeds", "many")])
+@pytest.mark.parametrize(
+    "options", [("--seeds", "0"), ("--workers", "0"), ("--first", "-1"), ("--seeds", "many")]
+)
 def test_wrong_options(cohelm, options):
     code, out, err = cohelm("bench", "paper-global", *options)
     assert (code, out) == (2, "")

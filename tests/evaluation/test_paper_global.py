@@ -7,7 +7,15 @@ from scipy.ndimage import distance_transform_edt, label
 from cohelm.evaluation.benches import paper_global, paper_global_report
 from cohelm.evaluation.benches.bench import Progress, Result, run_tasks
 from cohelm.evaluation.benches.bootstrap import estimate
-from cohelm.evaluation.benches.office import CLICK_DEVIATION, LANE, MARGIN, WALL, office, taut
+from cohelm.evaluation.benches.office import (
+    CLICK_DEVIATION,
+    LANE,
+    MARGIN,
+    WALL,
+    office,
+    on_the_left,
+    taut,
+)
 from cohelm.geometry import arc_length
 from cohelm.maps import distance_field
 from cohelm.planning import RouteProblem
@@ -94,6 +102,8 @@ def test_a_taut_line_is_measured_by_hand():
     start, goal = np.array([3.0, 0.0]), np.array([3.0, 10.0])
     assert taut(start, goal, block, -1) == pytest.approx(12.0)
     assert taut(start, goal, block, 1) == pytest.approx(10.0)
+    assert on_the_left(np.array([start, [-1.0, 5.0], goal]), block)
+    assert not on_the_left(np.array([start, goal]), block)
 
 
 def test_clicks_scatter_as_said(chair):
@@ -158,7 +168,7 @@ def test_bootstrap_intervals():
 
 
 def result(seed, method, nearest, outcome="reached"):
-    row = {"seed": seed, "method": method, "outcome": outcome}
+    row = {"seed": seed, "method": method, "outcome": outcome, "left": method != "astar"}
     row |= dict.fromkeys(paper_global_report.MEASURES, 1.0)
     return Result(row={**row, "nearest_error": nearest, "length": 10.0 + nearest})
 
@@ -173,7 +183,9 @@ def test_the_report_says_what_is_met_and_who_does_not_win(tmp_path):
     notes = "\n".join(report.notes)
     assert "iterative_astar is not installed" in notes
     assert "soft_via: nearest error 0.21 m, at most 0.35 m: met" in notes
-    assert "soft_via: nearest error 0.21 m, below astar's 1.01 m: met" in notes
+    assert "soft_via: nearest error below astar's, difference -0.80 [-0.80, -0.80] m: met" in notes
+    assert "upf: nearest error below astar's, difference +0.20 [+0.20, +0.20] m: MISSED" in notes
+    assert "on the rider's side: astar 0 of 4, upf 4 of 4, soft_via 4 of 4" in notes
     assert "upf: nearest error 1.21 m, at most 1.10 m: MISSED" in notes
     assert "upf is worse than astar: error, nearest +0.20 m, length +0.20 m" in notes
     assert "soft_via is worse" not in notes
@@ -221,6 +233,8 @@ def test_the_time_left_is_in_proportion():
 
 def test_one_scene_from_end_to_end(tmp_path):
     rows = {each.row["method"]: each.row for each in paper_global.work((0,), tmp_path)}
+    assert rows["desired"]["left"]
+    assert rows["soft_via"]["left"]
     assert set(rows) == {paper_global_report.DESIRED, *paper_global.METHODS}
     assert all(row["outcome"] == "reached" for row in rows.values())
     assert rows["desired"]["nearest_error"] < 1e-9

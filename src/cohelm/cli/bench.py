@@ -24,9 +24,11 @@ class Asked(NamedTuple):
     """What the options say; None: what the benchmark says."""
 
     seeds: int | None
+    """How many, from ``first`` on."""
     out: Path | None
     workers: int | None
     json: bool
+    first: int = 0
     map: Path | None = None
     """The map to measure on, where the benchmark takes one (has ``on_map``)."""
 
@@ -40,7 +42,8 @@ def bench(name: str, module: str, asked: Asked) -> int:
     found = import_module(module)
     chosen: Bench = found if asked.map is None else found.on_map(asked.map)
     folder = _folder(asked.out or Path("benches") / name)
-    tasks = chosen.tasks(chosen.SEEDS if asked.seeds is None else asked.seeds)
+    seeds = chosen.SEEDS if asked.seeds is None else asked.seeds
+    tasks = chosen.tasks(range(asked.first, asked.first + seeds))
     workers = asked.workers or chosen.WORKERS or os.cpu_count() or 1
     with _Bar(chosen.TITLE) as bar:
         results = run_tasks(chosen, tasks, folder, workers=workers, watch=bar)

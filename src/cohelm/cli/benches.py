@@ -32,7 +32,10 @@ app = typer.Typer(
 
 Seeds = Annotated[
     int | None,
-    typer.Option(min=1, max=10_000, help="How many, from 0 on; unset, what is usual for it."),
+    typer.Option(min=1, max=10_000, help="How many; unset, what is usual for it."),
+]
+First = Annotated[
+    int, typer.Option(min=0, max=2**31, help="The first seed; others give other scenes.")
 ]
 Out = Annotated[
     Path | None, typer.Option(metavar="DIR", help="What to write to; unset, benches/ and its name.")
@@ -48,24 +51,32 @@ Map = Annotated[
 
 def _command(name: str, module: str) -> Callable[..., int]:
     def command(
-        seeds: Seeds = None, out: Out = None, workers: Workers = None, json: options.Json = False
+        seeds: Seeds = None,
+        first: First = 0,
+        out: Out = None,
+        workers: Workers = None,
+        json: options.Json = False,
     ) -> int:
         compiled_code.place()
         from cohelm.cli import bench  # noqa: PLC0415 # lazy
 
-        return bench.bench(name, module, bench.Asked(seeds, out, workers, json))
+        return bench.bench(name, module, bench.Asked(seeds, out, workers, json, first))
 
     return command
 
 
 def _planning(
-    seeds: Seeds = None, out: Out = None, json: options.Json = False, map_file: Map = None
+    seeds: Seeds = None,
+    first: First = 0,
+    out: Out = None,
+    json: options.Json = False,
+    map_file: Map = None,
 ) -> int:
     compiled_code.place()
     from cohelm.cli import bench  # noqa: PLC0415 # lazy
 
     name, module = "planning", BENCHES["planning"][0]
-    return bench.bench(name, module, bench.Asked(seeds, out, None, json, map_file))
+    return bench.bench(name, module, bench.Asked(seeds, out, None, json, first, map_file))
 
 
 for _name, (_module, _help) in BENCHES.items():

@@ -61,11 +61,11 @@ class Bench(Protocol):
 
     TITLE: str
     SEEDS: int
-    """How many seeds, from 0 on, where none is asked for."""
+    """How many seeds where no number is asked for."""
     WORKERS: int | None
     """How many processes; None: as many as there are processors. Who measures time takes one."""
 
-    def tasks(self, seeds: int) -> Sequence[Task]:
+    def tasks(self, seeds: range) -> Sequence[Task]:
         """What is to be done, in the order of the table."""
         ...
 

@@ -52,6 +52,8 @@ class OfficeScene:
     grid: OccupancyGrid
     start: Annotated[Floats, Shape("2")]
     goal: Annotated[Floats, Shape("2")]
+    block: Annotated[Floats, Shape("4 2")]
+    """The corners of what stands in the middle, m."""
     desired: Annotated[Floats, Shape("k 2")]
     """The way that the rider would go, from start to goal, m."""
     click: Annotated[Floats, Shape("2")]
@@ -91,11 +93,19 @@ def office(seed: int, robot: Robot) -> OfficeScene:
         grid=grid,
         start=start,
         goal=goal,
+        block=block,
         desired=desired,
         click=click,
         margin=margin,
         lane=lane,
     )
+
+
+def on_the_left(line: Floats, block: Floats) -> bool:
+    """Whether a line (k, 2) from start to goal first comes abreast of the block on its left."""
+    x, y = block.mean(axis=0)
+    abreast = int(np.argmax(line[:, 1] >= y))
+    return bool(line[abreast, 0] < x)
 
 
 def taut(start: Floats, goal: Floats, block: Floats, side: int) -> float:

@@ -18,7 +18,7 @@ from cohelm import plugins
 from cohelm.arrays import Floats
 from cohelm.errors import PlanningError
 from cohelm.evaluation.benches.bench import Report, Result, Task
-from cohelm.evaluation.benches.office import OfficeScene, office
+from cohelm.evaluation.benches.office import OfficeScene, office, on_the_left
 from cohelm.evaluation.benches.paper_global_report import DESIRED, MEASURES, make_report
 from cohelm.evaluation.episode import Episode
 from cohelm.evaluation.metrics.motion import path_length
@@ -58,9 +58,9 @@ STEP = 0.05
 """Between the times at which two rides are compared, s."""
 
 
-def tasks(seeds: int) -> Sequence[Task]:
+def tasks(seeds: range) -> Sequence[Task]:
     """One for each scene."""
-    return [(seed,) for seed in range(seeds)]
+    return [(seed,) for seed in seeds]
 
 
 def work(task: Task, folder: Path) -> Sequence[Result]:
@@ -119,7 +119,7 @@ def _ride(
     against: Floats | None,
 ) -> Result:
     """One method in one scene; ``against`` (k, 3) is how the rider's own way was ridden."""
-    row: dict[str, Any] = {"seed": scene.seed, "method": method, "outcome": ""}
+    row: dict[str, Any] = {"seed": scene.seed, "method": method, "outcome": "", "left": False}
     row |= dict.fromkeys(MEASURES, float("nan"))
     row["replay"] = _replay(file, method, spec)
     scenario = load_scenario(file, changes={"global_planner": dict(spec)})
@@ -147,6 +147,7 @@ def _measures(ride: Ride, route: Route, scene: OfficeScene) -> dict[str, Any]:
     reached = ride.outcome is Outcome.REACHED
     return {
         "outcome": ride.outcome.value,
+        "left": on_the_left(route.points, scene.block),
         "time": time_to_goal(ride) if reached else float("nan"),
         "length": route.length,
         "nearest_error": nearest,

@@ -61,9 +61,9 @@ def make_report(
     """Tables, sentences, a summary and the pictures; ``wanting`` names what is not installed."""
     columns = _columns(results)
     means = {m: {k: estimate(v) for k, v in each.items()} for m, each in columns.items()}
-    verdicts = _verdicts(means)
+    verdicts = _verdicts(means, columns)
     notes = [f"{name} is not installed and was left out" for name in wanting]
-    notes += _troubles(results) + [text for text, _ in verdicts] + _lost(columns)
+    notes += _troubles(results) + _sides(results) + [text for text, _ in verdicts] + _lost(columns)
     summary = {
         "measures": {
             method: {key: _as_dict(e) for key, e in each.items()} for method, each in means.items()
@@ -135,8 +135,10 @@ def _less(columns: Mapping[str, Mapping[str, Floats]], key: str, ours: str, othe
     return estimate(columns[ours][key] - columns[other][key])
 
 
-def _verdicts(means: Mapping[str, Mapping[str, Estimate]]) -> list[tuple[str, bool]]:
-    """What was to be shown, and whether it is."""
+def _verdicts(
+    means: Mapping[str, Mapping[str, Estimate]], columns: Mapping[str, Mapping[str, Floats]]
+) -> list[tuple[str, bool]]:
+    """What was to be shown, and whether it is; two methods differ where the interval says so."""
     out = []
     for method in (m for m in LIMITS if m in means):
         error, limit = means[method]["nearest_error"].mean, LIMITS[method]
@@ -144,9 +146,9 @@ def _verdicts(means: Mapping[str, Mapping[str, Estimate]]) -> list[tuple[str, bo
             (f"{method}: nearest error {error:.2f} m, at most {limit:.2f} m", error <= limit)
         )
         for other in (b for b in BASELINES if b in means):
-            theirs = means[other]["nearest_error"].mean
-            text = f"{method}: nearest error {error:.2f} m, below {other}'s {theirs:.2f} m"
-            out.append((text, error < theirs))
+            less = _less(columns, "nearest_error", method, other)
+            text = f"{method}: nearest error below {other}'s, difference {less:+.2f} m"
+            out.append((text, less.high < 0.0))
     return [(f"{text}: {'met' if met else 'MISSED'}", met) for text, met in out]
 
 
@@ -178,6 +180,15 @@ def _troubles(results: Sequence[Result]) -> list[str]:
         for r in results
         if r.row["outcome"] != "reached"
     ]
+
+
+def _sides(results: Sequence[Result]) -> list[str]:
+    """In how many scenes each method takes the rider's side."""
+    lefts: dict[str, list[bool]] = {}
+    for each in results:
+        lefts.setdefault(each.row["method"], []).append(bool(each.row["left"]))
+    counts = [f"{method} {sum(each)} of {len(each)}" for method, each in lefts.items()]
+    return [f"on the rider's side: {', '.join(counts)}"] if counts else []
 
 
 def _as_dict(each: Estimate) -> dict[str, float]:

@@ -60,11 +60,11 @@ class PlanningBench:
     SEEDS: int = SEEDS
     WORKERS: int | None = WORKERS
 
-    def tasks(self, seeds: int) -> Sequence[Task]:
+    def tasks(self, seeds: range) -> Sequence[Task]:
         """One for each size and seed; a real map is the same for every seed."""
         if self.map_file is not None:
             return [(size, str(self.map_file)) for size in SIZES]
-        return [(size, seed) for size in SIZES for seed in range(seeds)]
+        return [(size, seed) for size in SIZES for seed in seeds]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """All measurements on one map."""
