@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
+from cohelm.arrays import Annotated, Floats, Floats32, Shape, read_only, value
 from cohelm.config import Model
 from cohelm.geometry import inverse, transform
 from cohelm.maps import OccupancyGrid
@@ -104,17 +104,17 @@ def _told(state: CrowdingState, notice: float) -> CrowdingState:
 
 @lru_cache(maxsize=4)
 def _floor(grid: OccupancyGrid, prior: Crowding | None, p: CrowdingParameters) -> Floats32:
-    """The prior at the memory's cells (rows, cols), people/m²; 0 beyond it."""
+    """The prior at the memory's cells (rows, cols), people/m², read-only; 0 beyond it."""
     rows, cols = (math.ceil(side * grid.resolution / p.resolution) for side in grid.shape)
-    out = np.zeros((rows, cols), dtype=np.float32)
     if prior is None:
-        return out
+        return read_only(np.zeros((rows, cols), dtype=np.float32))
+    out = np.zeros((rows, cols), dtype=np.float32)
     col, row = np.meshgrid(np.arange(cols) + 0.5, np.arange(rows) + 0.5)
     centres = transform(grid.X_MG, np.stack([col, row], axis=-1) * p.resolution)
     at = np.floor(transform(inverse(prior.X_MG), centres) / prior.resolution).astype(np.int64)
     inside = ((at >= 0) & (at < np.array(prior.density.shape[::-1]))).all(axis=-1)
     out[inside] = prior.density[at[inside, 1], at[inside, 0]]
-    return out
+    return read_only(out)
 
 
 @njit(cache=True)

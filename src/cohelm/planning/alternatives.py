@@ -21,16 +21,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import (
-    Annotated,
-    Booleans,
-    Bytes,
-    Floats,
-    Floats32,
-    Integers,
-    Shape,
-    value,
-)
+from cohelm.arrays import Annotated, Booleans, Bytes, Floats, Floats32, Integers, Shape, value
 from cohelm.config import Model
 from cohelm.errors import NoPath
 from cohelm.geometry import arc_length, nearest_on_polyline, resample

@@ -11,13 +11,11 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from cohelm.config import Model, nearest, validate
 from cohelm.errors import ConfigError
-from cohelm.planning.features import RouteFeatures
 from cohelm.planning.learned import LEAST_CHOICES, Choice, Liking, habits, learn
 
 _NAME = re.compile(r"\w[\w .'-]{0,62}(?<![ .])")
@@ -60,15 +58,6 @@ class Shown(Model):
     """Map, start and goal, for the reader."""
     routes: tuple[Liking, ...]
     """In the order shown."""
-
-
-def choice_of(
-    features: Sequence[RouteFeatures], taken: int, *, when: str = "", where: str = ""
-) -> Choice:
-    """That of routes with these features the one at index ``taken`` was taken."""
-    return Choice(
-        when=when, where=where, routes=tuple(Liking.of(each) for each in features), taken=taken
-    )
 
 
 def riders_folder() -> Path:

@@ -20,13 +20,15 @@ class Land(NamedTuple):
     """Where the search goes on; plain, so that kernels take it."""
 
     body: Body
+    """What the line must keep free."""
     grown: Body
     """A little larger: what the search keeps free."""
     weights: Floats32
-    """Packed, of the whole grid."""
+    """Packed, of the whole grid, (rows + 2, cols + 2)."""
     clearance: Floats32
     """(rows, cols), m: of the drive axle's centre, to obstacles and zones."""
     heaviest: float
+    """What a point between cells weighs at most."""
     floor: float
     """Clearance that the drive axle's centre keeps, m."""
     radius: float

@@ -17,11 +17,7 @@ from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.geometry import wrap_angle
 from cohelm.maps.distance import sample
 from cohelm.planning.easing import ease
-from cohelm.planning.footprint import (
-    backwards,
-    directions,
-    turn_between,
-)
+from cohelm.planning.footprint import backwards, directions, turn_between
 from cohelm.planning.land import Land, misfits
 from cohelm.planning.turning import Turned, turn_through
 
@@ -41,11 +37,16 @@ _REPAIRS = 12
 
 
 class Effort:
-    """Poses that may still be looked at on the way to one answer."""
+    """Poses that may still be looked at on the way to one answer; counted down as they are.
+
+    Args:
+        poses: that may be looked at altogether.
+    """
 
     def __init__(self, poses: int) -> None:
         self.left = poses
         self.part = 1.0
+        """Of those left, how much one search may take."""
 
     def share(self) -> int:
         """How many the next search may look at."""
@@ -111,9 +112,10 @@ def _repaired(
     first, last = _first_run(wrong)
     taken = wrong.copy()
     taken[fitted.pivots] = True  # no stretch begins or ends where the heading jumps
-    for margin, reach, pivots, effort.part in _TRIES:
+    for margin, reach, pivots, part in _TRIES:
         if effort.left < _LEAST:
             break
+        effort.part = part
         spare = math.ceil(margin / 0.1)
         a, b = _fitting_before(taken, first - spare), _fitting_after(taken, last + spare)
         near = land._replace(floor=_floor(land, points[a], points[b]))

@@ -9,13 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.errors import OutsideMap, TooManyWishes
-from cohelm.geometry import (
-    arc_length,
-    inverse,
-    nearest_on_polyline,
-    resample,
-    transform,
-)
+from cohelm.geometry import arc_length, inverse, nearest_on_polyline, resample, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Wish, WishReport
 from cohelm.planning.api import RouteProblem
