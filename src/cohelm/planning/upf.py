@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
-from cohelm.planning.astar import lay_ground, without_wishes
+from cohelm.planning.by_field import path_by_field
 from cohelm.planning.costmap import combine
-from cohelm.planning.ground import weigh
-from cohelm.planning.layers.preference import Preference, preference_costs, sources_of
-from cohelm.planning.route import RouteParameters, find_route, score_on, to_path
+from cohelm.planning.ground import Ground, weigh
+from cohelm.planning.layers.preference import Preference, Source, preference_costs
+from cohelm.planning.route import RouteParameters
+from cohelm.planning.search import Weights
 
 
 class UserPreferenceField:
@@ -28,15 +29,12 @@ class UserPreferenceField:
 
     def plan(self, problem: RouteProblem) -> Path:
         """See :meth:`cohelm.planning.GlobalPlanner.plan`. Without wishes it is A*."""
-        ground = lay_ground(problem, self.parameters)
-        plain = find_route(ground, self.parameters)
-        without = without_wishes(ground, self.parameters, plain)
-        preference = self.parameters.preference
-        origin = problem.start if problem.wished_from is None else problem.wished_from
-        sources = sources_of(problem.wishes, origin, preference)
-        if not sources:
-            return to_path(ground, plain, without, method="upf")
-        layer = preference_costs(problem.grid, sources, preference)
-        weights = weigh(combine(ground.costmap, layer), ground.start, self.parameters)
-        route = find_route(ground, self.parameters, weights)
-        return to_path(ground, route, without, method="upf", score=score_on(ground, weights))
+        parameters = self.parameters
+        return path_by_field(
+            problem, parameters, parameters.preference, self._reweighed, method="upf"
+        )
+
+    def _reweighed(self, ground: Ground, sources: tuple[Source, ...]) -> Weights:
+        """With the field as a layer of the costmap, by maximum."""
+        layer = preference_costs(ground.costmap.grid, sources, self.parameters.preference)
+        return weigh(combine(ground.costmap, layer), ground.start, self.parameters)

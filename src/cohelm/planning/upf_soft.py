@@ -9,9 +9,10 @@ from pydantic import Field
 from cohelm.arrays import Floats32
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
-from cohelm.planning.astar import lay_ground, without_wishes
-from cohelm.planning.layers.preference import Preference, preference_field, sources_of
-from cohelm.planning.route import RouteParameters, find_route, score_on, to_path
+from cohelm.planning.by_field import path_by_field
+from cohelm.planning.ground import Ground
+from cohelm.planning.layers.preference import Preference, Source, preference_field
+from cohelm.planning.route import RouteParameters
 from cohelm.planning.search import Weights
 
 
@@ -36,18 +37,15 @@ class SoftPreferenceField:
 
     def plan(self, problem: RouteProblem) -> Path:
         """See :meth:`cohelm.planning.GlobalPlanner.plan`. Without wishes it is A*."""
-        ground = lay_ground(problem, self.parameters)
-        plain = find_route(ground, self.parameters)
-        without = without_wishes(ground, self.parameters, plain)
-        preference = self.parameters.preference
-        origin = problem.start if problem.wished_from is None else problem.wished_from
-        sources = sources_of(problem.wishes, origin, preference)
-        if not sources:
-            return to_path(ground, plain, without, method="upf_soft")
-        field = preference_field(problem.grid, sources, preference)
-        weights = discounted(ground.weights, field, self.parameters.discount)
-        route = find_route(ground, self.parameters, weights)
-        return to_path(ground, route, without, method="upf_soft", score=score_on(ground, weights))
+        parameters = self.parameters
+        return path_by_field(
+            problem, parameters, parameters.preference, self._reweighed, method="upf_soft"
+        )
+
+    def _reweighed(self, ground: Ground, sources: tuple[Source, ...]) -> Weights:
+        """With the field as a discount."""
+        field = preference_field(ground.costmap.grid, sources, self.parameters.preference)
+        return discounted(ground.weights, field, self.parameters.discount)
 
 
 def discounted(weights: Weights, field: Floats32, discount: float) -> Weights:
