@@ -33,14 +33,7 @@ from cohelm.planning.features import Measuring
 from cohelm.planning.learned import UNITS, Choice, Liking, explained, habits, meaning
 from cohelm.planning.proposal import Proposal, Proposed
 from cohelm.planning.proposal import propose as propose_routes
-
-_COUNTED = {
-    "length": "m longer",
-    "clearance": "m more room",
-    "encounters": "more people",
-    "turns": "more turns",
-    "doors": "more narrow passage",
-}
+from cohelm.planning.traits import TRAITS
 
 
 def propose(
@@ -260,9 +253,9 @@ def _weights(rider: Rider, weights: Liking) -> Table:
     table.add_column("weight", justify="right")
     table.add_column("for")
     table.add_column("so the rider likes")
-    for name in sorted(UNITS, key=lambda name: -abs(getattr(weights, name))):
-        weight = float(getattr(weights, name))
-        each = f"{UNITS[name]:g} {_COUNTED[name]}"
+    for name in sorted(TRAITS, key=lambda name: -abs(getattr(weights, name))):
+        weight, trait = float(getattr(weights, name)), TRAITS[name]
+        each = f"{trait.unit:g} {trait.counted}"
         table.add_row(f"{weight:+.2f}", each, meaning(name, weight))
     return table
 

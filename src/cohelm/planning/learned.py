@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.planning.features import RouteFeatures
+from cohelm.planning.traits import TRAITS
 
 LEAST_CHOICES = 5
 """Fewer say too little: five weights are to be learned."""
@@ -48,25 +49,10 @@ class Liking(Model):
         return np.array([getattr(self, name) for name in UNITS])
 
 
-UNITS: Mapping[str, float] = {
-    "length": 10.0,
-    "clearance": 0.2,
-    "encounters": 2.0,
-    "turns": 2.0,
-    "doors": 1.0,
-}
-"""What one unit of weight is per: about by how much alternatives differ; assumed."""
+UNITS: Mapping[str, float] = {name: trait.unit for name, trait in TRAITS.items()}
+"""What one unit of weight is per, by the name of the feature."""
 
 _FAINT = 0.15  # weights below this are not spoken of
-
-_HABITS = {
-    "length": ("longer ways", "shorter ways"),
-    "clearance": ("more room at the sides", "narrow ways"),
-    "encounters": ("busy ways", "quiet ways"),
-    "turns": ("ways with turns", "straight ways"),
-    "doors": ("ways through doors", "ways without doors"),
-}
-"""What a positive and a negative weight mean."""
 
 
 class Choice(Model):
@@ -130,7 +116,7 @@ def meaning(name: str, weight: float) -> str:
     """What the weight of a feature says of the rider; a dash where it says too little."""
     if abs(weight) < _FAINT:
         return "–"
-    return _HABITS[name][0 if weight > 0.0 else 1]
+    return TRAITS[name].liked if weight > 0.0 else TRAITS[name].disliked
 
 
 def explained(choices: Sequence[Choice], weights: Liking) -> float:

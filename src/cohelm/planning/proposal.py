@@ -15,10 +15,10 @@ from cohelm.planning.alternatives import Alternative, Differing, alternatives, w
 from cohelm.planning.api import GlobalPlanner, RouteProblem
 from cohelm.planning.choices import Rider
 from cohelm.planning.features import RouteFeatures
-from cohelm.planning.learned import UNITS, Liking, appeal
+from cohelm.planning.learned import Liking, appeal
+from cohelm.planning.traits import TRAITS
 
 _WISH_UNIT = 2.0  # m
-_NOTICED = {"length": 1.0, "clearance": 0.1, "encounters": 0.5, "turns": 1.0, "doors": 1.0}
 _MOST_WORDS = 4
 
 
@@ -92,32 +92,17 @@ def compared(route: Alternative, other: Alternative, weights: Liking | None = No
     if abs(farther) >= 0.25:
         way = "farther from" if farther > 0.0 else "nearer to"
         said.append((float("inf"), f"{abs(farther):.1f} m {way} what was wished"))
-    for name, unit in UNITS.items():
-        more = float(getattr(a, name)) - float(getattr(b, name))
-        if abs(more) >= _NOTICED[name]:
+    for name, trait in TRAITS.items():
+        more = _number(a, name) - _number(b, name)
+        if abs(more) >= trait.noticed:
             weight = 1.0 if weights is None else abs(getattr(weights, name))
-            said.append((weight * abs(more) / unit, _phrase(name, more)))
+            said.append((weight * abs(more) / trait.unit, trait.compared(more)))
     said.sort(key=lambda each: -each[0])
     return ", ".join(text for _, text in said[:_MOST_WORDS]) or "much the same"
 
 
 def _suits(route: Alternative, weights: Liking) -> float:
     return appeal(Liking.of(route.features), weights) - wish_distance(route.path) / _WISH_UNIT
-
-
-def _phrase(name: str, more: float) -> str:
-    """One difference in words; ``more`` in the feature's own unit."""
-    if name == "length":
-        return f"{abs(more):.0f} m {'longer' if more > 0.0 else 'shorter'}"
-    if name == "clearance":
-        return "more room" if more > 0.0 else "less room"
-    if name == "encounters":
-        return "busier" if more > 0.0 else "quieter"
-    number = round(abs(more))
-    thing = name if number > 1 else name.removesuffix("s")
-    if name == "doors":
-        thing = "narrow passage" + ("s" if number > 1 else "")
-    return f"{number} {'more' if more > 0.0 else 'fewer'} {thing}"
 
 
 def _of_the_own(own: Alternative, routes: Sequence[Alternative]) -> str:
@@ -127,7 +112,7 @@ def _of_the_own(own: Alternative, routes: Sequence[Alternative]) -> str:
     for name, text, sign in (*superlatives, ("clearance", "with the most room", 1.0)):
         others = [_number(each.features, name) for each in routes if each is not own]
         mine = _number(own.features, name)
-        if others and all(sign * (mine - each) >= _NOTICED[name] for each in others):
+        if others and all(sign * (mine - each) >= TRAITS[name].noticed for each in others):
             said.append(text)
     return ", ".join(said)
 
