@@ -104,7 +104,7 @@ def synchronised_error(track: Floats, desired: Floats) -> Floats:
 def _panel(seed: int, results: Sequence[Result]) -> RoutePanel:
     scene = office(seed, load_robot(ROBOT))
     return RoutePanel(
-        title=f"scene {seed}",
+        title=f"scene {seed}: {scene.margin:.1f} m shorter on the right",
         grid=scene.grid,
         point=scene.click,
         lines={each.row["method"]: each.arrays["path"] for each in results if each.arrays},
