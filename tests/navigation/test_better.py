@@ -57,11 +57,11 @@ def test_a_line_that_runs_beside_the_path_is_no_other_way():
 
 
 def test_the_way_that_was_left_must_save_more_and_not_at_once():
-    """Of 100 m it must save 1.25 · (12 + 1) = 16.25 m, and 20 s must have passed."""
+    """Of 100 m it must save 1.1 · (12 + 1) = 14.3 m, and 20 s must have passed."""
     left = Left(points=bend(4.0), at=100.0)
-    assert why(found(83.7, 100.0), left=left, time=119.9) is None
-    assert why(found(83.7, 100.0), left=left, time=120.1) is Why.BETTER
-    assert why(found(83.8, 100.0), left=left, time=120.1) is None
+    assert why(found(85.6, 100.0), left=left, time=119.9) is None
+    assert why(found(85.6, 100.0), left=left, time=120.1) is Why.BETTER
+    assert why(found(85.8, 100.0), left=left, time=120.1) is None
     elsewhere = Left(points=bend(-4.0), at=100.0)
     assert why(found(86.9, 100.0), left=elsewhere, time=100.1) is Why.BETTER
 
