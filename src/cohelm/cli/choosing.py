@@ -64,13 +64,9 @@ def propose(  # noqa: PLR0913, PLR0917 # an option is an argument
             avoid_hard=tuple(avoid_hard or ()),
         ),
         method=method,
-        settings=(),
         robot=robot,
-        clearance=0.0,
         speed=speed,
         alternatives=alternatives,
-        keepout=(),
-        speed_mask=(),
         crowding=crowding,
     )
     return command.propose(asked, rider, take, json=json, plot=plot)

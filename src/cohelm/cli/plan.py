@@ -19,11 +19,11 @@ from cohelm.config import override
 from cohelm.errors import ConfigError
 from cohelm.maps import CostmapFilter, Places, places_beside, read_map
 from cohelm.maps.masks import read_crowding, read_mask
-from cohelm.planning import GlobalPlanner, RouteProblem
+from cohelm.planning import RouteProblem
 from cohelm.planning.alternatives import Alternative, Differing, alternatives
 from cohelm.planning.features import Measuring
 from cohelm.planning.ground import Ground, ground_for
-from cohelm.planning.route import RouteParameters
+from cohelm.planning.route import parameters_of
 from cohelm.robots import load_robot
 
 
@@ -36,14 +36,14 @@ class Asked:
     goal: str
     wishes: wishes.Asked
     method: str
-    settings: tuple[str, ...]
     robot: str
-    clearance: float
     speed: float
     alternatives: int
-    keepout: tuple[Path, ...]
-    speed_mask: tuple[Path, ...]
-    crowding: Path | None
+    settings: tuple[str, ...] = ()
+    clearance: float = 0.0
+    keepout: tuple[Path, ...] = ()
+    speed_mask: tuple[Path, ...] = ()
+    crowding: Path | None = None
 
 
 def plan(asked: Asked, *, json: bool, plot: Path | None) -> int:
@@ -63,7 +63,7 @@ def plan(asked: Asked, *, json: bool, plot: Path | None) -> int:
         began = time.thread_time()
         found = alternatives(problem, planner, asked.alternatives, Differing(measuring=measuring))
         seconds = time.thread_time() - began
-        ground = _ground(problem, planner)
+        ground = ground_for(problem, parameters_of(planner))
         report = summary(ground, found, measuring)
     if plot is not None:
         _draw(ground, found, places, plot)
@@ -108,13 +108,6 @@ def problem_of(asked: Asked) -> tuple[RouteProblem, Places]:
         clearance=asked.clearance,
     )
     return problem, places
-
-
-def _ground(problem: RouteProblem, planner: GlobalPlanner) -> Ground:
-    parameters = getattr(planner, "parameters", None)
-    if not isinstance(parameters, RouteParameters):
-        parameters = RouteParameters()
-    return ground_for(problem, parameters)
 
 
 def _draw(ground: Ground, found: tuple[Alternative, ...], places: Places, file: Path) -> None:

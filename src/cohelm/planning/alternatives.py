@@ -31,7 +31,7 @@ from cohelm.planning.features import Measuring, RouteFeatures, route_features
 from cohelm.planning.fields import cost_field_from
 from cohelm.planning.ground import Ground, ground_for
 from cohelm.planning.overlap import between, comes_back, overlap
-from cohelm.planning.route import RouteParameters, find_route, to_path
+from cohelm.planning.route import RouteParameters, find_route, parameters_of, to_path
 from cohelm.planning.search import GridPath, Weights, shortest_path
 from cohelm.planning.wishes import attracting_points, strokes
 
@@ -94,9 +94,7 @@ def alternatives(
         raise ValueError(f"{k} routes are wanted, at least one must be")
     differing = differing or Differing()
     first = planner.plan(problem)
-    parameters = getattr(planner, "parameters", None)
-    if not isinstance(parameters, RouteParameters):
-        parameters = RouteParameters()
+    parameters = parameters_of(planner)
     ground = ground_for(problem, parameters)
     chosen, beside_pillar = [first], list[Path]()
     ways = _ways(ground, first, differing) if k > 1 else iter(())

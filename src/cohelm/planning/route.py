@@ -11,6 +11,7 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.messages import Path
+from cohelm.planning.api import GlobalPlanner
 from cohelm.planning.fitting import LineParameters, fit_anyhow, fit_way, without_passage
 from cohelm.planning.ground import Ground
 from cohelm.planning.passages import no_path
@@ -31,6 +32,12 @@ class RouteParameters(LineParameters):
 
     max_expansions: int | None = Field(None, ge=1)
     """Budget of the search, cells; none: as many as it takes."""
+
+
+def parameters_of(planner: GlobalPlanner) -> RouteParameters:
+    """What a planner says that a way costs; the usual where it is no grid planner."""
+    parameters = getattr(planner, "parameters", None)
+    return parameters if isinstance(parameters, RouteParameters) else RouteParameters()
 
 
 @value
