@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import dijkstra
 from cohelm.errors import PlanningTimeout, TooManyWishes
 from cohelm.planning.search import Weights, path_cost, shortest_path
 from cohelm.planning.via import Chain, cheapest_via, price_along
-from cohelm.planning.via_layers import MAX_LAYERS, layers_of
+from cohelm.planning.via_layers import MAX_LAYERS
 
 from .oracles import graph, random_weights
 
@@ -147,14 +147,3 @@ def test_a_far_point_costs_no_more_search_than_a_near_one():
     near, far = via([[15, 100]]), via([[15, 100_000]])
     assert far.expansions <= 2 * near.expansions
     assert far.cost == pytest.approx(near.cost)
-
-
-def test_the_bound_of_a_layer_is_the_shortest_tour():
-    chains = tuple(Chain(points=np.array([p]), price=5.0) for p in ([0.0, 10.0], [0.0, 20.0]))
-    layers = layers_of(chains, np.array([0, 30]), (5, 40), 1.0)
-    assert layers.share == 1.0
-    tours = {
-        tuple(row) for row in layers.tours[layers.tours_from[0] : layers.tours_from[1]].tolist()
-    }
-    assert tours == {(0.0, 10.0, 20.0), (0.0, 20.0, 30.0)}  # on, or back first and then on
-    assert layers.tours[-1].tolist() == [0.0, 30.0, 0.0]

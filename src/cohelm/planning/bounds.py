@@ -54,55 +54,100 @@ def lower_bound(
         start, goal: (row, column) in ``weights``.
         lightest, heaviest: what no passable weight is less or more than.
     """
-    rows, cols = weights.shape
-    down, across = (rows + _SIDE - 2) >> SHIFT, (cols + _SIDE - 2) >> SHIFT  # squares
-    squares = np.full((down + 2, across + 2), np.inf, dtype=np.float32)
-    squares[1:-1, 1:-1] = _UNKNOWN
-    # Node (i, j) has index k = i · width + j, and the squares about it have k and, with the
-    # border, k + 1, k + width and k + width + 1.
-    nodes = np.full((down + 1, across + 2), np.inf)
-    room, reach = nodes.size + 64, -1.0
-    while reach < 0.0:
+    squares, nodes = blank(weights)
+    near = (start[0] >> SHIFT) * nodes.shape[1] + (start[1] >> SHIFT)
+    room, reach = nodes.size + 64, -np.inf
+    while reach == -np.inf:
         nodes[:] = np.inf
-        reach = _relax(weights, squares, nodes, start, goal, lightest, heaviest, room)
+        seed(weights, squares, nodes, goal)
+        reach = settle(weights, squares, nodes, near, lightest, heaviest, np.inf, room)
         room *= 4
-    for i in range(nodes.shape[0]):
-        for j in range(nodes.shape[1]):
-            nodes[i, j] = min(nodes[i, j], reach)
+    cap(nodes, reach)
     return nodes
 
 
 @njit(cache=True)
-def _relax(  # noqa: PLR0917  # one hot loop; a record of arrays costs time in it
-    weights: Floats32,
-    squares: Floats32,
-    nodes: Floats,
-    start: tuple[int, int],
-    goal: tuple[int, int],
-    lightest: float,
-    heaviest: float,
-    room: int,
-) -> float:
-    """Lower ``nodes`` to the greatest solution, as far as returned."""
-    side, width = float(_SIDE), nodes.shape[1]
-    values, least = nodes.reshape(-1), squares.reshape(-1)
-    heads, step = ring(0.5 * lightest * side, SQRT2 * heaviest * side)
-    entries, costs, lists = np.empty((room, 2), dtype=np.int64), np.empty(room), (-1, 0)
-    mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, 1e-10 * lightest
+def blank(weights: Floats32) -> tuple[Floats32, Floats]:
+    """(squares whose least weights are not known yet, nodes at infinity) of a grid.
+
+    Node (i, j) has index k = i · width + j, and the squares about it have k and, with the border,
+    k + 1, k + width and k + width + 1.
+    """
+    rows, cols = weights.shape
+    down, across = (rows + _SIDE - 2) >> SHIFT, (cols + _SIDE - 2) >> SHIFT  # squares
+    squares = np.full((down + 2, across + 2), np.inf, dtype=np.float32)
+    squares[1:-1, 1:-1] = _UNKNOWN
+    return squares, np.full((down + 1, across + 2), np.inf)
+
+
+@njit(cache=True)
+def seed(weights: Floats32, squares: Floats32, nodes: Floats, goal: tuple[int, int]) -> None:
+    """Set the nodes about the goal."""
     row, col = goal[0] >> SHIFT, goal[1] >> SHIFT
     _pool(weights, squares, row, col)
     for i in range(row, row + 2):
         for j in range(col, col + 2):
             away = octile(i * _SIDE - goal[0], j * _SIDE - goal[1])
-            value = np.float64(squares[row + 1, col + 1]) * away
-            nodes[i, j] = value
-            slot = int(value * inverse) & mask
-            lists = push(heads, entries, costs, lists, slot, i * width + j, value)
-    near = (start[0] >> SHIFT) * width + (start[1] >> SHIFT)
-    now, last, waiting = 0, 1 << 62, 4
+            nodes[i, j] = np.float64(squares[row + 1, col + 1]) * away
+
+
+@njit(cache=True)
+def cap(nodes: Floats, most: float) -> None:
+    """Let no node be dearer than that."""
+    for i in range(nodes.shape[0]):
+        for j in range(nodes.shape[1]):
+            nodes[i, j] = min(nodes[i, j], most)
+
+
+@njit(cache=True)
+def settle(  # noqa: PLR0912, PLR0917  # one hot loop; a record of arrays costs time in it
+    weights: Floats32,
+    squares: Floats32,
+    nodes: Floats,
+    near: int,
+    lightest: float,
+    heaviest: float,
+    most: float,
+    room: int,
+) -> float:
+    """Lower ``nodes``, some of them finite, to the greatest solution that is no greater.
+
+    Args:
+        weights, squares: of the grid; the squares' least weights are found as they are needed.
+        nodes: changed in place.
+        near: the first of four nodes about a square, not far beyond which to end; −1: none.
+        lightest, heaviest: what no passable weight is less or more than.
+        most: where to end at the latest.
+        room: of the open list.
+
+    Returns:
+        How far the nodes are right: what is greater has to be capped at that. −inf where there was
+        too little room.
+    """
+    side, width = float(_SIDE), nodes.shape[1]
+    values, least = nodes.reshape(-1), squares.reshape(-1)
+    low, high, waiting = np.inf, -np.inf, 0
+    for node in range(values.shape[0]):
+        if values[node] <= most and values[node] < np.inf:
+            low, high, waiting = min(low, values[node]), max(high, values[node]), waiting + 1
+    if waiting == 0:
+        return most
+    if waiting + 12 > room:
+        return -np.inf
+    heads, step = ring(0.5 * lightest * side, high - low + SQRT2 * heaviest * side)
+    entries, costs, lists = np.empty((room, 2), dtype=np.int64), np.empty(room), (-1, 0)
+    mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, 1e-10 * lightest
+    for node in range(values.shape[0]):
+        value = values[node]
+        if value <= most and value < np.inf:
+            slot = int((value - low) * inverse) & mask
+            lists = push(heads, entries, costs, lists, slot, node, value)
+    now, last = 0, 1 << 62
+    if most < np.inf:
+        last = int((most - low) * inverse)
     while waiting > 0 and now <= last:
         if lists[1] + 12 > room:
-            return -1.0
+            return -np.inf
         entry = heads[now & mask]
         if entry < 0:
             now += 1
@@ -112,8 +157,9 @@ def _relax(  # noqa: PLR0917  # one hot loop; a record of arrays costs time in i
         node, value = entries[entry, 0], costs[entry]
         if values[node] != value:
             continue
-        if last == 1 << 62 and (node - near in (0, 1, width, width + 1)):
-            last = int((_MARGIN * value + side * lightest) * inverse) + 1
+        if near >= 0 and node - near in (0, 1, width, width + 1):
+            last = min(last, int((_MARGIN * value + side * lightest - low) * inverse) + 1)
+            near = -1
         for q in range(4):
             down, right = q >> 1, q & 1
             square = node + down * width + right
@@ -132,10 +178,10 @@ def _relax(  # noqa: PLR0917  # one hot loop; a record of arrays costs time in i
             ):
                 if bound < values[other] - slack:
                     values[other] = bound
-                    slot = max(now, int(bound * inverse)) & mask
+                    slot = max(now, int((bound - low) * inverse)) & mask
                     lists = push(heads, entries, costs, lists, slot, other, bound)
                     waiting += 1
-    return now * step if waiting > 0 else np.inf
+    return min(now * step + low, most) if waiting > 0 else most
 
 
 @njit(cache=True)

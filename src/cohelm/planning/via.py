@@ -22,7 +22,9 @@ import numpy as np
 from cohelm.arrays import Floats, Floats32, Integers
 from cohelm.errors import PlanningTimeout, TooManyWishes
 from cohelm.geometry import nearest_on_polyline
+from cohelm.planning.bounds import SHIFT, bound_at
 from cohelm.planning.search import BLOCKED, GridPath, Weights, path_cost
+from cohelm.planning.via_bounds import layer_bounds
 from cohelm.planning.via_layers import Chain, count_layers, layers_of, price_along, unavoidable
 from cohelm.planning.via_search import OUT_OF_BUDGET, search
 
@@ -64,23 +66,25 @@ def cheapest_via(
     packed = _cut(weights.packed, low, high)
     moved = tuple(Chain(points=chain.points - low, price=chain.price) for chain in chains)
     shape = (int(high[0] - low[0]), int(high[1] - low[1]))
-    bound = _worth(plain, chains) - unavoidable(moved, shape)
-    graph = layers_of(moved, plain.cells[-1] - low, shape, weights.lightest)
-    ends = (plain.cells[[0, -1]] - low + 1) @ np.array([packed.shape[1], 1])
+    worth = (_worth(plain, chains) - unavoidable(moved, shape)) * (1.0 + 1e-9) + 1e-9
+    graph, light = layers_of(moved, shape), (weights.lightest, weights.heaviest)
+    begin, end = ((int(row) + 1, int(col) + 1) for row, col in plain.cells[[0, -1]] - low)
+    most = worth + 2.0 * weights.heaviest * (1 << SHIFT)  # more than the value at the goal
+    nodes = layer_bounds(packed, graph.points, graph.edges_from, graph.edges, end, *light, most)
+    at_goal = bound_at(nodes[-1].reshape(-1), nodes.shape[2], *end)
+    stride = packed.shape[1]
     states, expansions = search(
         packed.ravel(),
         np.zeros(layers * cells),  # pages that the search never touches are never made
-        packed.shape[1],
-        int(ends[0]),
-        int(ends[1]),
+        nodes,
+        stride,
+        begin[0] * stride + begin[1],
+        end[0] * stride + end[1],
         weights.lightest,
-        bound * (1.0 + 1e-9) + 1e-9,
+        worth + at_goal,
         graph.edges_from,
         graph.edges,
         graph.points,
-        graph.tours_from,
-        graph.tours,
-        graph.share,
         np.iinfo(np.int64).max if max_expansions is None else max_expansions,
     )
     if expansions == OUT_OF_BUDGET:

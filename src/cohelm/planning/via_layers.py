@@ -1,13 +1,7 @@
-"""The layers of a search that credits points: which sets of points, and what is left of the way.
+"""The layers of a search that credits points: which sets of points, and what leads where.
 
 A layer is a number of points credited of each chain, so n + 1 for a chain of n points and 2ⁿ for n
 single ones; they are numbered so that crediting a point leads to a higher number.
-
-What a layer knows of the way that is left are *tours*: (place, octile length from there to the
-goal past the points that are left, in the best order that the chains allow). A way that stays r
-away from a point saves at most twice the octile length of r, which is at most 2 √(4 − 2√2) r ≈
-2.165 r, and pays price · r. So that share of the tours' length that all prices pay for is a lower
-bound, and points whose price pays for little, or that lie off the grid, are left out of the tours.
 """
 
 from __future__ import annotations
@@ -24,9 +18,6 @@ from cohelm.errors import TooManyWishes
 
 MAX_LAYERS = 256
 """More are refused: 2⁸ for eight single points."""
-
-_OCTILE_AT_MOST = math.sqrt(4.0 - 2.0 * math.sqrt(2.0))  # octile over straight length
-_LEAST_SHARE = 0.25  # of a tour that a point's price must pay for
 
 
 @value
@@ -48,43 +39,15 @@ class Layers:
     """(layer led to, point credited)."""
     points: Annotated[Floats, Shape("p 4")]
     """(row, column, price, distance to the grid, for which every way pays alike)."""
-    tours_from: Annotated[Integers, Shape("l+1")]
-    tours: Annotated[Floats, Shape("t 3")]
-    """(row, column, octile length from there to the goal), in cells."""
-    share: float
-    """Of the tours' length that the prices pay for, 0…1."""
 
 
-def layers_of(
-    chains: tuple[Chain, ...], goal: Integers, shape: tuple[int, int], lightest: float
-) -> Layers:
-    """The layers of chains on a grid.
-
-    Args:
-        chains: none of them empty.
-        goal: (row, column).
-        shape: (rows, columns).
-        lightest: no cell weighs less.
-    """
-    points = np.concatenate([_rows(chain, shape) for chain in chains])
-    shares = np.minimum(points[:, 2] / (2.0 * _OCTILE_AT_MOST * lightest), 1.0)
-    toured = (points[:, 3] == 0.0) & (shares >= _LEAST_SHARE)
+def layers_of(chains: tuple[Chain, ...], shape: tuple[int, int]) -> Layers:
+    """The layers of chains, none of them empty, on a grid (rows, columns)."""
     edges = _edges(chains)
-    tours: list[dict[tuple[float, float], float]] = [{} for _ in edges]
-    tours[-1] = {(float(goal[0]), float(goal[1])): 0.0}
-    for layer in range(len(edges) - 2, -1, -1):
-        for then, point in edges[layer]:
-            here = (float(points[point, 0]), float(points[point, 1]))
-            further = {here: _shortest(here, tours[then])} if toured[point] else tours[then]
-            for place, left in further.items():
-                tours[layer][place] = min(left, tours[layer].get(place, math.inf))
     return Layers(
-        edges_from=_begins(edges),
+        edges_from=np.concatenate([[0], np.cumsum([len(row) for row in edges])]),
         edges=np.array(list(itertools.chain.from_iterable(edges))).reshape(-1, 2),
-        points=points,
-        tours_from=_begins(tours),
-        tours=np.array([(*place, left) for layer in tours for place, left in layer.items()]),
-        share=float(shares[toured].min(initial=1.0)),
+        points=np.concatenate([_rows(chain, shape) for chain in chains]),
     )
 
 
@@ -134,21 +97,6 @@ def _edges(chains: tuple[Chain, ...]) -> list[list[tuple[int, int]]]:
         ]
         for layer, credited in enumerate(itertools.product(*(range(dim) for dim in dims)))
     ]
-
-
-def _shortest(here: tuple[float, float], tours: dict[tuple[float, float], float]) -> float:
-    return min(octile(here[0] - r, here[1] - c) + left for (r, c), left in tours.items())
-
-
-def _begins(rows: list) -> Integers:  # type: ignore[type-arg]  # lists and dictionaries alike
-    return np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64)
-
-
-@njit(cache=True)
-def octile(rows: float, cols: float) -> float:
-    """The length of the shortest 8-connected way over free cells; also between cells."""
-    r, c = abs(rows), abs(cols)
-    return float(max(r, c) + (math.sqrt(2.0) - 1.0) * min(r, c))
 
 
 @njit(cache=True)
