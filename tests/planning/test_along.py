@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
 
+from cohelm.geometry import resample, transform
 from cohelm.maps import CostmapFilter, OccupancyGrid, distance_field
 from cohelm.planning.along import least_gap, poses_along, time_in_speed_zones
 
@@ -18,13 +20,54 @@ def test_a_line_of_one_point_has_a_pose():
 
 
 def test_the_gap_along_a_wall(chair):
-    # A wall along y < 0.5; the chair, 0.61 m wide, drives 1 m above it: 1 − 0.305 = 0.695 m, and
-    # the discs that stand for it reach out by up to 3 cm more.
+    # A wall along y < 0.5; the chair, 0.61 m wide, drives 1 m above it: 1 − 0.305 = 0.695 m.
     data = np.zeros((80, 120), dtype=np.int8)
     data[:10] = 100
     walls = distance_field(OccupancyGrid(data=data, resolution=0.05, X_MG=ORIGIN))
     gap = least_gap(np.array([[1.0, 1.5], [5.0, 1.5]]), chair, walls)
-    assert 0.695 - 0.03 - 1e-3 <= gap <= 0.695 + 1e-3
+    assert gap == pytest.approx(1.0 - 0.5 * (np.ptp(chair.outline[:, 1])), abs=1e-9)
+
+
+def test_a_gap_to_nothing_is_the_fields_diagonal(chair):
+    grid = OccupancyGrid(data=np.zeros((30, 40), dtype=np.int8), resolution=0.1, X_MG=ORIGIN)
+    gap = least_gap(np.array([[1.0, 1.0], [2.0, 1.0]]), chair, distance_field(grid))
+    assert gap == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_gap_is_that_of_outline_and_squares(chair, seed):
+    # Oracle: the distance of closely spaced points of outline and squares, at every pose.
+    rng = np.random.default_rng(seed)
+    data = np.zeros((60, 60), dtype=np.int8)
+    cells = rng.integers(0, 60, size=(12, 2))
+    cells = cells[np.hypot(*(cells - 30).T) > 12]
+    data[cells[:, 0], cells[:, 1]] = 100
+    X_MG = np.array([-1.0, 2.0, rng.uniform(-3.0, 3.0)])
+    line = 1.5 + np.array([[-0.4, 0.0], [0.0, rng.uniform(-0.2, 0.2)], [0.1, 0.3]])
+    heading = np.arctan2(*np.diff(line, axis=0).T[::-1])
+    steps = np.linspace(0.0, 1.0, 12)
+    driven = [
+        (*(a + t * (b - a)), h)
+        for a, b, h in zip(line, line[1:], heading, strict=False)
+        for t in steps
+    ]
+    driven += [(*line[1], heading[0] + t * (heading[1] - heading[0])) for t in steps]
+    edge = resample(np.concatenate([chair.outline, chair.outline[:1]]), 0.02)
+    side = np.linspace(0.0, 0.05, 6)
+    squares = np.concatenate(
+        [0.05 * c[::-1] + np.stack(np.meshgrid(side, side), -1).reshape(-1, 2) for c in cells]
+    )
+    expected = min(cdist(transform(np.array(pose), edge), squares).min() for pose in driven)
+    walls = distance_field(OccupancyGrid(data=data, resolution=0.05, X_MG=X_MG))
+    gap = least_gap(transform(X_MG, line), chair, walls)
+    assert gap == pytest.approx(expected, abs=0.012)
+
+
+def test_a_chair_that_stands_in_something_has_no_gap(chair):
+    data = np.zeros((60, 60), dtype=np.int8)
+    data[30, 30] = 100
+    walls = distance_field(OccupancyGrid(data=data, resolution=0.05, X_MG=ORIGIN))
+    assert least_gap(np.array([[1.5, 1.5], [1.6, 1.5]]), chair, walls) == 0.0
 
 
 def test_speed_zones_cost_what_the_slower_half_takes():

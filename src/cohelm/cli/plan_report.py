@@ -59,9 +59,7 @@ def _figures(ground: Ground, each: Alternative, measuring: Measuring) -> dict[st
 
 def _gap(ground: Ground, path: Path) -> float:
     grid = ground.costmap.grid
-    walls = DistanceField(
-        distance=ground.costmap.clearance, resolution=grid.resolution, X_MG=grid.X_MG
-    )
+    walls = DistanceField(distance=ground.costmap.walls, resolution=grid.resolution, X_MG=grid.X_MG)
     return least_gap(path.points, ground.problem.robot, walls)
 
 

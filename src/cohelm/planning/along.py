@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.geometry import arc_length, resample, transform
+from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.maps import CostmapFilter, DistanceField
 from cohelm.maps.masks import speed_limit_at
+from cohelm.planning.footprint import body_on
+from cohelm.planning.gaps import least_gap_of, poses_driven
 from cohelm.robots import Robot
 
 _SPACING = 0.05  # m
@@ -23,13 +27,18 @@ def poses_along(points: Floats, spacing: float) -> Floats:
 
 
 def least_gap(points: Floats, robot: Robot, walls: DistanceField) -> float:
-    """Least distance between the footprint along a polyline (k, 2) and what stands there, m.
+    """Least distance between the footprint driven along a polyline (k, 2) and blocked cells, m.
 
-    The footprint is ``Robot.discs``, which contain it: the gap is not overstated.
+    From outline to square, turns on the spot included; 0 where they overlap, the field's diagonal
+    where nothing stands. Points do not repeat.
     """
-    poses, discs = poses_along(points, _SPACING), robot.discs
-    centres = transform(poses[:, None], discs[None, :, :2])
-    return float((walls.at(centres) - discs[:, 2]).min())
+    outline = robot.outline
+    body = body_on(outline, walls.distance, walls.resolution)
+    poses = poses_driven(transform(inverse(walls.X_MG), points), body.reach)
+    return min(
+        float(least_gap_of(body, outline, poses)),
+        walls.resolution * math.hypot(*walls.distance.shape),
+    )
 
 
 def time_in_speed_zones(

@@ -204,6 +204,18 @@ def turn_between(start: float, end: float) -> float:
 
 
 @njit(cache=True)
+def spare(body: Body, x: float, y: float, heading: float) -> float:
+    """A lower bound of the gap between the footprint at a pose and what blocks, m."""
+    cos, sin = math.cos(heading), math.sin(heading)
+    least = np.inf
+    for k in range(body.discs.shape[0]):
+        bx, by = body.discs[k, 0], body.discs[k, 1]
+        room = _room(body, x + cos * bx - sin * by, y + sin * bx + cos * by)
+        least = min(least, room - body.discs[k, 2])
+    return least
+
+
+@njit(cache=True)
 def _clear_about(body: Body, x: float, y: float, cos: float, sin: float) -> bool:
     bx, by = body.bound[0], body.bound[1]
     if _room(body, x + cos * bx - sin * by, y + sin * bx + cos * by) >= body.bound[2]:
