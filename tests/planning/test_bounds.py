@@ -5,21 +5,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohelm.planning.bounds import bound_at, lower_bound
+from cohelm.planning.bounds import COARSE, bound_at, lower_bound
 from cohelm.planning.fields import cost_field_from
 from cohelm.planning.search import Weights
 
 from .oracles import random_weights
 
 
-def bound_everywhere(weights, start, goal):
+def bound_everywhere(weights, start, goal, shift=COARSE):
     """The bound at every cell of the packed grid, zero at the goal."""
     packed = weights.packed
     begin, end = (start[0] + 1, start[1] + 1), (goal[0] + 1, goal[1] + 1)
-    nodes = lower_bound(packed, begin, end, weights.lightest, weights.heaviest)
+    nodes = lower_bound(packed, begin, end, weights.lightest, weights.heaviest, shift)
     flat, width = nodes.reshape(-1), nodes.shape[1]
     rows, cols = packed.shape
-    out = np.array([[bound_at(flat, width, r, c) for c in range(cols)] for r in range(rows)])
+    out = np.array([[bound_at(flat, width, r, c, shift) for c in range(cols)] for r in range(rows)])
     return out - out[end]
 
 
@@ -39,10 +39,10 @@ def draw(rng):
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_falls_along_no_step_by_more_than_it_costs(seed):
+@given(seed=st.integers(0, 2**32 - 1), shift=st.integers(1, COARSE))
+def test_falls_along_no_step_by_more_than_it_costs(seed, shift):
     weights, start, goal = draw(np.random.default_rng(seed))
-    h, w = bound_everywhere(weights, start, goal), weights.packed.astype(float)
+    h, w = bound_everywhere(weights, start, goal, shift), weights.packed.astype(float)
     if not np.isfinite(h[start[0] + 1, start[1] + 1]):
         assert np.isinf(cost_field_from(weights, goal)[start[0] + 1, start[1] + 1])
         return
@@ -56,10 +56,10 @@ def test_falls_along_no_step_by_more_than_it_costs(seed):
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_is_no_more_than_the_cost(seed):
+@given(seed=st.integers(0, 2**32 - 1), shift=st.integers(1, COARSE))
+def test_is_no_more_than_the_cost(seed, shift):
     weights, start, goal = draw(np.random.default_rng(seed))
-    h, cost = bound_everywhere(weights, start, goal), cost_field_from(weights, goal)
+    h, cost = bound_everywhere(weights, start, goal, shift), cost_field_from(weights, goal)
     reached = np.isfinite(cost)
     if reached[start[0] + 1, start[1] + 1]:
         assert (h[reached] <= cost[reached] * (1.0 + 1e-9) + 1e-9).all()

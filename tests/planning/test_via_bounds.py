@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohelm.planning.bounds import bound_at
+from cohelm.planning.bounds import COARSE, bound_at
 from cohelm.planning.search import Weights
 from cohelm.planning.via_bounds import layer_bounds
 from cohelm.planning.via_layers import Chain, layers_of
@@ -38,7 +38,10 @@ def bounds_everywhere(weights, goal, graph, most):
     width, (rows, cols) = nodes.shape[2], packed.shape
     h = np.array(
         [
-            [[bound_at(layer.reshape(-1), width, r, c) for c in range(cols)] for r in range(rows)]
+            [
+                [bound_at(layer.reshape(-1), width, r, c, COARSE) for c in range(cols)]
+                for r in range(rows)
+            ]
             for layer in nodes
         ]
     )

@@ -1,6 +1,6 @@
-"""A lower bound of the cost from every cell to the goal, from a grid an eighth as fine.
+"""A lower bound of the cost from every cell to the goal, from a grid a fourth or eighth as fine.
 
-The bound is a function h on the map, made of values at every eighth cell in both directions. In a
+The bound is a function h on the map, made of values at every fourth or eighth cell both ways. In a
 square between four such nodes, h is linear on two triangles: the square is cut along the diagonal
 whose ends sum to less. A function that falls along no step by more than the step costs, and is zero
 at the goal, is a consistent lower bound. With w the least weight in the square, its border
@@ -28,11 +28,11 @@ from numba import njit
 from cohelm.arrays import Floats, Floats32
 from cohelm.planning.buckets import SQRT2, drop, octile, push, ring
 
-SHIFT = 3
-"""Of a cell's row and column to its square's."""
+COARSE = 3
+"""The shift of a cell's row and column to its square's: squares of eight cells by the side."""
 
-_SIDE = 1 << SHIFT
-_TILE = 16  # squares whose least weights are found at once, by the side
+_FINE, _FINE_CELLS = 2, 1 << 21
+_TILE = 7  # shift to the tiles whose squares' least weights are found at once
 _UNKNOWN = np.float32(-1.0)
 _MARGIN = 1.02  # beyond the start's own bound, where the nodes end
 
@@ -44,6 +44,7 @@ def lower_bound(
     goal: tuple[int, int],
     lightest: float,
     heaviest: float,
+    shift: int,
 ) -> Floats:
     """Values at the nodes, inf where no way leads, to be read by :func:`bound_at`.
 
@@ -53,41 +54,45 @@ def lower_bound(
         weights: (rows, cols), with a blocked border.
         start, goal: (row, column) in ``weights``.
         lightest, heaviest: what no passable weight is less or more than.
+        shift: of a cell's row and column to its square's.
     """
-    squares, nodes = blank(weights)
-    near = (start[0] >> SHIFT) * nodes.shape[1] + (start[1] >> SHIFT)
+    squares, nodes = blank(weights, shift)
+    near = (start[0] >> shift) * nodes.shape[1] + (start[1] >> shift)
     room, reach = nodes.size + 64, -np.inf
     while reach == -np.inf:
         nodes[:] = np.inf
-        seed(weights, squares, nodes, goal)
-        reach = settle(weights, squares, nodes, near, lightest, heaviest, np.inf, room)
+        seed(weights, squares, nodes, goal, shift)
+        reach = settle(weights, squares, nodes, near, lightest, heaviest, np.inf, room, shift)
         room *= 4
     cap(nodes, reach)
     return nodes
 
 
 @njit(cache=True)
-def blank(weights: Floats32) -> tuple[Floats32, Floats]:
+def blank(weights: Floats32, shift: int) -> tuple[Floats32, Floats]:
     """(squares whose least weights are not known yet, nodes at infinity) of a grid.
 
     Node (i, j) has index k = i · width + j, and the squares about it have k and, with the border,
     k + 1, k + width and k + width + 1.
     """
     rows, cols = weights.shape
-    down, across = (rows + _SIDE - 2) >> SHIFT, (cols + _SIDE - 2) >> SHIFT  # squares
+    side = 1 << shift
+    down, across = (rows + side - 2) >> shift, (cols + side - 2) >> shift  # squares
     squares = np.full((down + 2, across + 2), np.inf, dtype=np.float32)
     squares[1:-1, 1:-1] = _UNKNOWN
     return squares, np.full((down + 1, across + 2), np.inf)
 
 
 @njit(cache=True)
-def seed(weights: Floats32, squares: Floats32, nodes: Floats, goal: tuple[int, int]) -> None:
+def seed(
+    weights: Floats32, squares: Floats32, nodes: Floats, goal: tuple[int, int], shift: int
+) -> None:
     """Set the nodes about the goal."""
-    row, col = goal[0] >> SHIFT, goal[1] >> SHIFT
-    _pool(weights, squares, row, col)
+    row, col = goal[0] >> shift, goal[1] >> shift
+    _pool(weights, squares, row, col, shift)
     for i in range(row, row + 2):
         for j in range(col, col + 2):
-            away = octile(i * _SIDE - goal[0], j * _SIDE - goal[1])
+            away = octile((i << shift) - goal[0], (j << shift) - goal[1])
             nodes[i, j] = np.float64(squares[row + 1, col + 1]) * away
 
 
@@ -100,7 +105,7 @@ def cap(nodes: Floats, most: float) -> None:
 
 
 @njit(cache=True)
-def settle(  # noqa: PLR0912, PLR0917  # one hot loop; a record of arrays costs time in it
+def settle(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop; a record of arrays costs time in it
     weights: Floats32,
     squares: Floats32,
     nodes: Floats,
@@ -109,6 +114,7 @@ def settle(  # noqa: PLR0912, PLR0917  # one hot loop; a record of arrays costs 
     heaviest: float,
     most: float,
     room: int,
+    shift: int,
 ) -> float:
     """Lower ``nodes``, some of them finite, to the greatest solution that is no greater.
 
@@ -119,12 +125,13 @@ def settle(  # noqa: PLR0912, PLR0917  # one hot loop; a record of arrays costs 
         lightest, heaviest: what no passable weight is less or more than.
         most: where to end at the latest.
         room: of the open list.
+        shift: of a cell's row and column to its square's.
 
     Returns:
         How far the nodes are right: what is greater has to be capped at that. −inf where there was
         too little room.
     """
-    side, width = float(_SIDE), nodes.shape[1]
+    side, width = float(1 << shift), nodes.shape[1]
     values, least = nodes.reshape(-1), squares.reshape(-1)
     low, high, waiting = np.inf, -np.inf, 0
     for node in range(values.shape[0]):
@@ -164,7 +171,7 @@ def settle(  # noqa: PLR0912, PLR0917  # one hot loop; a record of arrays costs 
             down, right = q >> 1, q & 1
             square = node + down * width + right
             if least[square] < 0.0:
-                _pool(weights, squares, square // width - 1, square % width - 1)
+                _pool(weights, squares, square // width - 1, square % width - 1, shift)
             if least[square] == np.inf:
                 continue
             straight = np.float64(least[square]) * side
@@ -185,35 +192,42 @@ def settle(  # noqa: PLR0912, PLR0917  # one hot loop; a record of arrays costs 
 
 
 @njit(cache=True)
-def _pool(weights: Floats32, squares: Floats32, row: int, col: int) -> None:
+def _pool(weights: Floats32, squares: Floats32, row: int, col: int, shift: int) -> None:
     """Find the least weights of the tile of squares about one (row, column)."""
-    top, left = row // _TILE * _TILE, col // _TILE * _TILE
-    low = np.empty(_TILE * _SIDE + 1, dtype=np.float32)
-    for i in range(top, min(top + _TILE, squares.shape[0] - 2)):
-        rows = weights[i * _SIDE : (i + 1) * _SIDE + 1, left * _SIDE : (left + _TILE) * _SIDE + 1]
+    side, count = 1 << shift, 1 << (_TILE - shift)
+    top, left = row // count * count, col // count * count
+    low = np.empty((1 << _TILE) + 1, dtype=np.float32)
+    for i in range(top, min(top + count, squares.shape[0] - 2)):
+        rows = weights[i * side : (i + 1) * side + 1, left * side : (left + count) * side + 1]
         low[:] = np.inf
         for r in range(rows.shape[0]):
             line = rows[r]
             for c in range(line.shape[0]):
                 low[c] = line[c] if line[c] < low[c] else low[c]
-        for j in range(left, min(left + _TILE, squares.shape[1] - 2)):
+        for j in range(left, min(left + count, squares.shape[1] - 2)):
             least = np.float32(np.inf)
-            for c in range((j - left) * _SIDE, (j - left + 1) * _SIDE + 1):
+            for c in range((j - left) * side, (j - left + 1) * side + 1):
                 least = min(least, low[c])
             squares[i + 1, j + 1] = least
 
 
+def shift_for(cells: int) -> int:
+    """The shift that finds ways fastest: on large maps a finer bound takes longer than it saves."""
+    return _FINE if cells <= _FINE_CELLS else COARSE
+
+
 @njit(cache=True, inline="always")
-def bound_at(values: Floats, width: int, row: int, col: int) -> float:
+def bound_at(values: Floats, width: int, row: int, col: int, shift: int) -> float:
     """The bound at a cell (row, column), of the nodes' flattened values, ``width`` in a row."""
-    node = (row >> SHIFT) * width + (col >> SHIFT)
-    i, j = row & (_SIDE - 1), col & (_SIDE - 1)
+    node = (row >> shift) * width + (col >> shift)
+    side = 1 << shift
+    i, j = row & (side - 1), col & (side - 1)
     a, b, c, d = values[node], values[node + 1], values[node + width], values[node + width + 1]
-    y, x = i * (1.0 / _SIDE), j * (1.0 / _SIDE)
+    y, x = i * (1.0 / side), j * (1.0 / side)
     if a + d <= b + c:
         if i >= j:
             return float(a + (c - a) * y + (d - c) * x)
         return float(a + (b - a) * x + (d - b) * y)
-    if i + j <= _SIDE:
+    if i + j <= side:
         return float(a + (c - a) * y + (b - a) * x)
     return float(d + (b - d) * (1.0 - y) + (c - d) * (1.0 - x))

@@ -4,8 +4,8 @@ The grid is 8-connected. A step from cell u to its neighbour v costs length · (
 scikit-image's MCP_Geometric) and must not cut the corner of a blocked cell. Three things make it
 fast, none of which gives up exactness:
 
-- The heuristic of :mod:`cohelm.planning.bounds` knows walls and weights as far as a grid of an
-  eighth the resolution can, and is a consistent lower bound.
+- The heuristic of :mod:`cohelm.planning.bounds` knows walls and weights as far as a grid of a
+  quarter or an eighth the resolution can, and is a consistent lower bound.
 - The open list is a ring of buckets, each a stack. A cell that becomes cheaper later is expanded
   again, and the search ends when no bucket is left that could hold a cheaper way.
 - On even ground only the steps are taken that could belong to a cheapest way and to no equal one
@@ -33,7 +33,7 @@ from cohelm.arrays import (
     value,
 )
 from cohelm.errors import PlanningTimeout
-from cohelm.planning.bounds import bound_at, lower_bound
+from cohelm.planning.bounds import bound_at, lower_bound, shift_for
 from cohelm.planning.buckets import (
     ANY,
     SLACK,
@@ -134,8 +134,9 @@ def shortest_path(
         return None
     if begin == end:
         return GridPath(cells=np.array([start]), cost=0.0, expansions=0)
-    nodes = lower_bound(packed, begin, end, weights.lightest, weights.heaviest)
-    if not np.isfinite(bound_at(nodes.reshape(-1), nodes.shape[1], *begin)):
+    shift = shift_for(packed.size)
+    nodes = lower_bound(packed, begin, end, weights.lightest, weights.heaviest, shift)
+    if not np.isfinite(bound_at(nodes.reshape(-1), nodes.shape[1], *begin, shift)):
         return None
     flat, first, last = packed.ravel(), begin[0] * stride + begin[1], end[0] * stride + end[1]
     bounds = weights.lightest, weights.heaviest
@@ -145,7 +146,7 @@ def shortest_path(
         room *= 4
         clean(work)
         outcome, expansions = _search(
-            flat, work.reached, work.used, nodes, stride, first, last, *bounds, budget, room
+            flat, work.reached, work.used, nodes, shift, stride, first, last, *bounds, budget, room
         )
     cells = _trace(flat, work.reached, stride, first, last) if outcome == _FOUND else None
     give_back(work)
@@ -188,6 +189,7 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
     reached: Floats,
     used: Bytes,
     nodes: Floats,
+    shift: int,
     stride: int,
     start: int,
     goal: int,
@@ -208,7 +210,7 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
     offset, rows, cols = neighbours(stride)
     ahead, counts = successors()
     free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
-    base = bound_at(values, width, start // stride, start % stride)
+    base = bound_at(values, width, start // stride, start % stride, shift)
     page = np.uint64(PAGE)
     reached[start], used[start >> PAGE] = _NOTHING, 1
     lists = push(heads, entries, costs, lists, 0, 16 * start + ANY, _NOTHING)
@@ -252,7 +254,7 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
                 known = reached[v]
                 if known != 0.0 and there >= known - slack:
                     continue
-                f = there + bound_at(values, width, row + rows[i], col + cols[i])
+                f = there + bound_at(values, width, row + rows[i], col + cols[i], shift)
                 if f >= best:
                     continue
                 reached[v] = there

@@ -22,7 +22,7 @@ import numpy as np
 from cohelm.arrays import Floats, Floats32, Integers
 from cohelm.errors import PlanningTimeout, TooManyWishes
 from cohelm.geometry import nearest_on_polyline
-from cohelm.planning.bounds import SHIFT, bound_at
+from cohelm.planning.bounds import COARSE, bound_at
 from cohelm.planning.search import BLOCKED, GridPath, Weights, path_cost
 from cohelm.planning.via_bounds import layer_bounds
 from cohelm.planning.via_layers import Chain, count_layers, layers_of, price_along, unavoidable
@@ -69,9 +69,9 @@ def cheapest_via(
     worth = (_worth(plain, chains) - unavoidable(moved, shape)) * (1.0 + 1e-9) + 1e-9
     graph, light = layers_of(moved, shape), (weights.lightest, weights.heaviest)
     begin, end = ((int(row) + 1, int(col) + 1) for row, col in plain.cells[[0, -1]] - low)
-    most = worth + 2.0 * weights.heaviest * (1 << SHIFT)  # more than the value at the goal
+    most = worth + 2.0 * weights.heaviest * (1 << COARSE)  # more than the value at the goal
     nodes = layer_bounds(packed, graph.points, graph.edges_from, graph.edges, end, *light, most)
-    at_goal = bound_at(nodes[-1].reshape(-1), nodes.shape[2], *end)
+    at_goal = bound_at(nodes[-1].reshape(-1), nodes.shape[2], *end, COARSE)
     stride = packed.shape[1]
     states, expansions = search(
         packed.ravel(),

@@ -23,9 +23,9 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32, Integers
-from cohelm.planning.bounds import SHIFT, blank, cap, seed, settle
+from cohelm.planning.bounds import COARSE, blank, cap, seed, settle
 
-_SIDE = 1 << SHIFT
+_SIDE = 1 << COARSE
 _ACROSS = _SIDE * math.sqrt(2.0)  # 2 R
 
 
@@ -51,7 +51,7 @@ def layer_bounds(  # noqa: PLR0917  # a kernel takes plain arguments
         lightest, heaviest: what no passable weight is less or more than.
         most: values need not be right beyond.
     """
-    squares, blanks = blank(weights)
+    squares, blanks = blank(weights, COARSE)
     layers = edges_from.shape[0] - 1
     nodes = np.full((layers, *blanks.shape), np.inf)
     room = blanks.size + 64
@@ -61,10 +61,10 @@ def layer_bounds(  # noqa: PLR0917  # a kernel takes plain arguments
             here = nodes[layer]
             here[:] = np.inf
             if layer == layers - 1:
-                seed(weights, squares, here, goal)
+                seed(weights, squares, here, goal, COARSE)
             for k in range(edges_from[layer], edges_from[layer + 1]):
                 _credit(nodes[edges[k, 0]], points[edges[k, 1]], here)
-            reach = settle(weights, squares, here, -1, lightest, heaviest, most, room)
+            reach = settle(weights, squares, here, -1, lightest, heaviest, most, room, COARSE)
             if reach == -np.inf:
                 room *= 4
         cap(here, reach)

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32, Integers
-from cohelm.planning.bounds import bound_at
+from cohelm.planning.bounds import COARSE, bound_at
 from cohelm.planning.buckets import (
     ANY,
     SLACK,
@@ -57,7 +57,7 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
     size, width = weights.shape[0], nodes.shape[2]
     values = nodes.reshape(nodes.shape[0], -1)
     target = (edges_from.shape[0] - 2) * size + goal
-    base = bound_at(values[0], width, start // stride, start % stride)
+    base = bound_at(values[0], width, start // stride, start % stride, COARSE)
     step = max(0.5 * lightest, (bound - base) / (_MAX_BUCKETS - 4))
     inverse, slack = 1.0 / step, SLACK * lightest
     heads = np.full(int(max(bound - base, 0.0) * inverse) + 3, -1, dtype=np.int64)
@@ -98,7 +98,7 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
                 known = reached[v]
                 if known != 0.0 and there >= known - slack:
                     continue
-                f = there + bound_at(values[then], width, int(row), int(col))
+                f = there + bound_at(values[then], width, int(row), int(col), COARSE)
                 if f >= best:
                     continue
                 reached[v] = there
@@ -128,7 +128,7 @@ def search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop; see sea
                 known = reached[v + shift]
                 if known != 0.0 and there >= known - slack:
                     continue
-                f = there + bound_at(left, width, row + rows[i], col + cols[i])
+                f = there + bound_at(left, width, row + rows[i], col + cols[i], COARSE)
                 if f >= best:
                     continue
                 reached[v + shift] = there
