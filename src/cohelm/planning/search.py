@@ -134,12 +134,11 @@ def shortest_path(
         return None
     if begin == end:
         return GridPath(cells=np.array([start]), cost=0.0, expansions=0)
-    shift = shift_for(packed.size)
-    nodes = lower_bound(packed, begin, end, weights.lightest, weights.heaviest, shift)
+    shift, bounds = shift_for(packed.size), (weights.lightest, weights.heaviest)
+    nodes = lower_bound(packed, begin, end, *bounds, shift)
     if not np.isfinite(bound_at(nodes.reshape(-1), nodes.shape[1], *begin, shift)):
         return None
     flat, first, last = packed.ravel(), begin[0] * stride + begin[1], end[0] * stride + end[1]
-    bounds = weights.lightest, weights.heaviest
     budget = np.iinfo(np.int64).max if max_expansions is None else max_expansions
     outcome, room, work = _OUT_OF_ROOM, flat.size // 32 + 1024, take(flat.size)
     while outcome == _OUT_OF_ROOM:
@@ -209,9 +208,8 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop
     mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
     offset, rows, cols = neighbours(stride)
     ahead, counts = successors()
-    free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
+    free, wide, page = np.zeros(4, dtype=np.bool_), np.uint64(stride), np.uint64(PAGE)
     base = bound_at(values, width, start // stride, start % stride, shift)
-    page = np.uint64(PAGE)
     reached[start], used[start >> PAGE] = _NOTHING, 1
     lists = push(heads, entries, costs, lists, 0, 16 * start + ANY, _NOTHING)
     now, last, best, waiting, expansions = 0, 1 << 62, np.inf, 1, 0
