@@ -11,6 +11,7 @@ CODES = {
     "ControlError": "control",
     "GoalBlocked": "goal_blocked",
     "Infeasible": "infeasible",
+    "InvalidProblem": "invalid_problem",
     "MapError": "map",
     "NoPath": "no_path",
     "OutsideMap": "outside_map",

@@ -9,6 +9,7 @@
     ├─ PlanningError            no path, and why
     │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point and what is needed there
     │  ├─ NoPath
+    │  ├─ InvalidProblem       something asked for is no number
     │  ├─ TooManyWishes
     │  └─ PlanningTimeout
     └─ ControlError             no command, and why
@@ -171,6 +172,8 @@ class Passage:
     """Side of the map's cells, m: the width is known no better."""
     turns: bool = False
     """Whether the robot would have to turn there; ``needed`` is then what always suffices."""
+    clearance: float = 0.0
+    """What of ``needed`` is to be kept free on either side, m."""
 
     def __str__(self) -> str:
         """One clause: where, how wide, how much is missing."""
@@ -182,11 +185,13 @@ class Passage:
                 f"the robot cannot turn in the passage {wide}, {self.width:.2f} m wide; "
                 f"{self.needed:.2f} m would do ({cells})"
             )
-        missing = max(self.needed - self.width, 0.0)
-        return (
-            f"the passage {wide} is {self.width:.2f} m wide, the robot needs {self.needed:.2f} m: "
-            f"{missing:.2f} m are missing ({cells})"
-        )
+        needs = f"the robot needs {self.needed:.2f} m"
+        if self.clearance > 0.0:
+            body = self.needed - 2.0 * self.clearance
+            needs += f" ({body:.2f} m and {self.clearance:.2f} m on either side)"
+        missing = self.needed - self.width
+        lacks = f"{missing:.2f} m are missing" if missing >= 0.005 else "too close to tell"
+        return f"the passage {wide} is {self.width:.2f} m wide, {needs}: {lacks} ({cells})"
 
 
 class NoPath(PlanningError):
@@ -223,6 +228,12 @@ class NoPath(PlanningError):
         if because:
             text += f": {because} leave none"
         super().__init__(text if passage is None else f"{text}: {passage}")
+
+
+class InvalidProblem(PlanningError):
+    """Something that is asked for is no number, or negative where it must not be."""
+
+    code = "invalid_problem"
 
 
 class TooManyWishes(PlanningError):

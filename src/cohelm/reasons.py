@@ -44,6 +44,7 @@ class Reason(StrEnum):
         "too_many_wishes",
         "Those are too many wishes at once for me to plan a way.",
     )
+    INVALID_PROBLEM = "invalid_problem", "I could not make sense of what was asked of me."
     PLANNING_TIMEOUT = "planning_timeout", "I did not find a way in the time that I had."
     PLANNING = "planning", "I could not plan a way."
     ARRIVED = "arrived", "We have arrived."

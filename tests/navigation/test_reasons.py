@@ -25,6 +25,7 @@ CODES = {
     "outside_map",
     "no_path",
     "too_many_wishes",
+    "invalid_problem",
     "planning_timeout",
     "planning",
     "arrived",

@@ -8,7 +8,6 @@ from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
 from cohelm.planning.ground import Ground, ground_for
 from cohelm.planning.route import Route, RouteParameters, find_route, to_path
-from cohelm.planning.wishes import check_wishes
 
 
 class AStar:
@@ -22,21 +21,11 @@ class AStar:
 
     def plan(self, problem: RouteProblem) -> Path:
         """See :meth:`cohelm.planning.GlobalPlanner.plan`."""
-        ground = lay_ground(problem, self.parameters)
+        ground = ground_for(problem, self.parameters)
         route = find_route(ground, self.parameters)
         return to_path(
             ground, route, without_wishes(ground, self.parameters, route), method="astar"
         )
-
-
-def lay_ground(problem: RouteProblem, parameters: RouteParameters) -> Ground:
-    """The ground of a problem whose wishes can be used.
-
-    Raises:
-        PlanningError: OutsideMap, StartBlocked or GoalBlocked.
-    """
-    check_wishes(problem)
-    return ground_for(problem, parameters)
 
 
 def without_wishes(

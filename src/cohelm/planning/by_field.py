@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
-from cohelm.planning.astar import lay_ground, without_wishes
-from cohelm.planning.ground import Ground
+from cohelm.planning.astar import without_wishes
+from cohelm.planning.ground import Ground, ground_for
 from cohelm.planning.layers.preference import Preference, Source, sources_of
 from cohelm.planning.route import RouteParameters, find_route, score_on, to_path
 from cohelm.planning.search import Weights
@@ -38,7 +38,7 @@ def path_by_field(
     Raises:
         PlanningError: as ``GlobalPlanner.plan`` says.
     """
-    ground = lay_ground(problem, parameters)
+    ground = ground_for(problem, parameters)
     plain = find_route(ground, parameters)
     without = without_wishes(ground, parameters, plain)
     origin = problem.start if problem.wished_from is None else problem.wished_from

@@ -135,8 +135,8 @@ def forget_rider(name_or_file: str) -> Path:
         ConfigError: if there is none, or it cannot be moved.
     """
     file = rider_file(name_or_file)
-    if not file.exists():
-        known_rider(name_or_file)
+    if not file.is_file():
+        known_rider(name_or_file)  # says what is there instead
     kept = _backup(file)
     try:
         file.replace(kept)
@@ -203,7 +203,8 @@ def _unreadable(file: Path, what: str) -> ConfigError:
 
 
 def _write(data: Model, file: Path, *, keep: bool = True) -> None:
-    """Write a file beside the old one and put it in its place."""
+    """Write a file beside the old one and put it in its place, also where a link leads to it."""
+    file = file.resolve()
     new = file.with_name(f".{file.name}.{os.getpid()}.new")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -15,6 +15,7 @@ from cohelm.config import Model
 from cohelm.errors import GoalBlocked, OutsideMap, StartBlocked
 from cohelm.messages import Wish
 from cohelm.planning.api import RouteProblem
+from cohelm.planning.checks import check_problem
 from cohelm.planning.cost_values import INSCRIBED, MAX_GRADED
 from cohelm.planning.costmap import Costmap, Inflation, build_costmap
 from cohelm.planning.layers.crowding import CrowdingCosts, crowding_patches
@@ -57,8 +58,9 @@ def ground_for(problem: RouteProblem, parameters: GroundParameters) -> Ground:
     Cells are blocked where the robot's inscribed circle with the problem's clearance does not fit.
 
     Raises:
-        PlanningError: OutsideMap, StartBlocked or GoalBlocked.
+        PlanningError: OutsideMap, StartBlocked, GoalBlocked or InvalidProblem.
     """
+    check_problem(problem)
     costmap = costmap_for(problem, parameters)
     start, goal = _ends(problem, costmap)
     weights = weigh(costmap, start, parameters)

@@ -12,8 +12,8 @@ from cohelm.arrays import Floats, Floats32
 from cohelm.geometry import inverse, nearest_on_polyline, resample, transform
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
-from cohelm.planning.astar import lay_ground, without_wishes
-from cohelm.planning.ground import Ground
+from cohelm.planning.astar import without_wishes
+from cohelm.planning.ground import Ground, ground_for
 from cohelm.planning.route import (
     Route,
     RouteParameters,
@@ -56,7 +56,7 @@ class IterativeAStar:
     def plan(self, problem: RouteProblem) -> Path:
         """See :meth:`cohelm.planning.GlobalPlanner.plan`. Without wishes it is A*."""
         parameters = self.parameters
-        ground = lay_ground(problem, parameters)
+        ground = ground_for(problem, parameters)
         plain = find_route(ground, parameters)
         without = without_wishes(ground, parameters, plain)
         if not has_wishes(problem):

@@ -11,8 +11,8 @@ from cohelm.arrays import Floats
 from cohelm.errors import NoPath
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
-from cohelm.planning.astar import lay_ground, without_wishes
-from cohelm.planning.ground import Ground
+from cohelm.planning.astar import without_wishes
+from cohelm.planning.ground import Ground, ground_for
 from cohelm.planning.route import RouteParameters, Score, cheapest, find_route, score_on, to_path
 from cohelm.planning.search import GridPath, Weights
 from cohelm.planning.via import cheapest_via
@@ -55,7 +55,7 @@ class SoftVia:
             PlanningError: also TooManyWishes.
         """
         parameters = self.parameters
-        ground = lay_ground(problem, parameters)
+        ground = ground_for(problem, parameters)
         chains = chains_of(
             problem,
             closeness=parameters.closeness,

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.errors import OutsideMap, TooManyWishes
+from cohelm.errors import TooManyWishes
 from cohelm.geometry import arc_length, inverse, nearest_on_polyline, resample, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Wish, WishReport
@@ -17,7 +17,9 @@ from cohelm.planning.layers.zones import distance_to_zone
 from cohelm.planning.via_layers import MAX_LAYERS, Chain, count_layers, price_along
 
 _REPORT_SPACING = 0.05
-"""Between the places at which paths and strokes are compared, m."""
+"""Between the places at which paths and strokes are compared, m …"""
+_REPORT_PIECES = 2000
+"""… but of a stroke no more pieces than this."""
 
 
 def attracting_points(problem: RouteProblem) -> Floats:
@@ -35,18 +37,6 @@ def strokes(problem: RouteProblem) -> tuple[Floats, ...]:
 def has_wishes(problem: RouteProblem) -> bool:
     """Whether there is anything that a path should come near to."""
     return len(attracting_points(problem)) > 0 or len(strokes(problem)) > 0
-
-
-def check_wishes(problem: RouteProblem) -> None:
-    """Wishes may lie off the map, but somewhere.
-
-    Raises:
-        PlanningError: OutsideMap if a point is not a number.
-    """
-    for wish in problem.wishes:
-        for point in wish.points[~np.isfinite(wish.points).all(axis=1)]:
-            where = (float(point[0]), float(point[1]))
-            raise OutsideMap(what=f"wish ({wish.kind})", point=where, bounds=problem.grid.bounds)
 
 
 def chains_of(
@@ -111,7 +101,7 @@ def report(
     zones = [wish for wish in problem.wishes if wish.kind == "avoid" and len(wish.points)]
     return WishReport(
         closest=np.array([_to_line(line, point[None]) for point in attracting_points(problem)]),
-        along=np.array([_to_line(line, resample(s, _REPORT_SPACING)) for s in strokes(problem)]),
+        along=np.array([_to_line(line, _places_on(s)) for s in strokes(problem)]),
         avoided=np.array([min(distance_to_zone(zone, place) for place in close) for zone in zones]),
         extra_length=extra_length,
         extra_cost=extra_cost,
@@ -140,6 +130,12 @@ def _middles(line: Floats, count: int) -> Floats:
     along = arc_length(line)
     at = (np.arange(count) + 0.5) / count * along[-1]
     return np.stack([np.interp(at, along, line[:, i]) for i in (0, 1)], axis=-1)
+
+
+def _places_on(stroke: Floats) -> Floats:
+    """Evenly spaced places (m, 2) on a stroke."""
+    length = float(arc_length(stroke)[-1])
+    return resample(stroke, max(_REPORT_SPACING, length / _REPORT_PIECES))
 
 
 @njit(cache=True)
