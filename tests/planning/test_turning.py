@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohelm.maps import signed_distance
+from cohelm.planning.chaining import Effort, all_round
 from cohelm.planning.dubins import advance, words
 from cohelm.planning.footprint import body_on, directions, met_along, turn_between
 from cohelm.planning.land import Land, misfits
-from cohelm.planning.repairing import Effort, all_round, fit
+from cohelm.planning.repairing import fit
 from cohelm.planning.search import Weights
 from cohelm.planning.smoothing import curvature_of
 from cohelm.planning.turning import turn_through

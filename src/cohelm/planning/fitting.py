@@ -7,21 +7,27 @@ import math
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats, lazy_copy
+from cohelm.arrays import Booleans, Floats, Integers, lazy_copy
 from cohelm.config import Model
 from cohelm.geometry import inverse, transform
-from cohelm.planning.footprint import body_on
+from cohelm.planning.chaining import Effort, all_round
+from cohelm.planning.footprint import body_on, widened
 from cohelm.planning.ground import Ground, GroundParameters
 from cohelm.planning.land import Land, misfits, stands
-from cohelm.planning.repairing import Effort, Fitted, all_round, fit
+from cohelm.planning.repairing import Fitted, fit, widen
+from cohelm.planning.rings import ring_in, turns_back
 from cohelm.planning.search import BLOCKED, GridPath, Weights
 from cohelm.planning.smoothing import Smoothing, smooth
 from cohelm.planning.turning import turn_through
+from cohelm.robots import Robot
 
 _GROWN = 0.006
 """The search over (x, y, heading) takes the footprint for so much larger on each side, m: it drives
 arcs, and the path's chords cut them by some millimetres."""
 
+
+_WIDENING = 2_000  # poses looked at to keep the clearance asked for
+_BESIDE = 1.0  # m from a pin that trouble is its doing
 
 _NONE = np.empty(0, dtype=np.int64)
 
@@ -43,6 +49,9 @@ class LineParameters(GroundParameters):
     wanted_clearance: float | None = Field(None, ge=0.0, le=10.0)
     """Smoothing may come this near to obstacles and no nearer, unless the way did, m. None: the
     inflation radius, so that the line stays where the way has paid to be."""
+    wanted_gap: float = Field(0.1, ge=0.0, le=5.0)
+    """Gap that is kept on either side of the robot where the way leaves as much, m: so doors are
+    passed straight rather than aslant."""
     smoothing: Smoothing = Smoothing()
     fitting: Fitting = Fitting()
 
@@ -57,7 +66,10 @@ class LineParameters(GroundParameters):
 def fit_way(
     ground: Ground, weights: Weights, found: GridPath, parameters: LineParameters, effort: Effort
 ) -> Fitted:
-    """A way over some weights as a smooth line that the footprint can follow, grid's frame."""
+    """A way over some weights as a smooth line that the footprint can follow, grid's frame.
+
+    Where a pin makes it go round in a ring, or get stuck, it need not be passed.
+    """
     res = ground.problem.grid.resolution
     ends = _ends(ground)
     inner = (found.cells[1:-1, ::-1] + 0.5) * res
@@ -65,26 +77,77 @@ def fit_way(
     if len(way) == 2 and bool((way[0] == way[1]).all()):
         return Fitted(points=way, pivots=_NONE)
     pins = found.pins[(found.pins > 0) & (found.pins < len(way) - 1)]
-    radius = ground.costmap.radius
-    land = _land(ground, weights, parameters)
+    fitted = _fitted(ground, weights, parameters, way, pins, effort)
+    for _ in range(len(pins)):
+        troubled = _troubled(ground.problem.robot, way[pins], fitted)
+        if not troubled.any():
+            break
+        pins = pins[~troubled]
+        other = _fitted(ground, weights, parameters, way, pins, effort)
+        if other.stuck is None:
+            fitted = other
+    return fitted
+
+
+def _fitted(
+    ground: Ground,
+    weights: Weights,
+    parameters: LineParameters,
+    way: Floats,
+    pins: Integers,
+    effort: Effort,
+) -> Fitted:
+    """The line along a way (k, 2) that passes some of its points."""
+    problem, radius = ground.problem, ground.costmap.radius
+    robot, gap = problem.robot, problem.clearance
     line = smooth(
         way,
         weights,
         ground.costmap.clearance,
-        res,
+        problem.grid.resolution,
         needed=radius,
         wanted=max(parameters.wanted, radius),
+        kept=radius + parameters.wanted_gap,
         smoothing=parameters.smoothing,
-        curvature=land.curvature,
+        curvature=robot.max_curvature,
         pins=pins,
     )
+    land = _land(ground, weights, parameters)
     tight = ground.costmap.walls[ground.start] <= radius
-    forgiven = 2.0 * ground.problem.robot.circumscribed_radius if tight else 0.0
+    forgiven = 2.0 * robot.circumscribed_radius if tight else 0.0
     if not (forgiven or stands(land, *line[0])):
         return Fitted(points=line, pivots=_NONE, stuck=line[0])
     if not stands(land, *line[-1]):
         return Fitted(points=line, pivots=_NONE, stuck=line[-1])
-    return fit(land, line, pins=way[pins], effort=effort, forgiven=forgiven)
+    pivots = _NONE if robot.minimum_turning_radius is not None else turns_back(line)
+    fitted = Fitted(points=line, pivots=pivots)
+    if gap > 0.0:
+        roomy = _land(ground, weights, parameters, wider=gap)
+        fitted = widen(roomy, fitted, pins=way[pins], effort=Effort(_WIDENING))
+    return fit(
+        land,
+        fitted.points,
+        pins=way[pins],
+        effort=effort,
+        pivots=fitted.pivots,
+        wide=_land(ground, weights, parameters, wider=gap + parameters.wanted_gap),
+        forgiven=forgiven,
+    )
+
+
+def _troubled(robot: Robot, pins: Floats, fitted: Fitted) -> Booleans:
+    """Which pins (p, 2) the line is stuck at or makes a ring by."""
+    if fitted.stuck is not None:
+        places = fitted.stuck[None]
+    elif robot.minimum_turning_radius is not None:
+        places = np.empty((0, 2))  # it has no other way to turn
+    else:
+        first, last = ring_in(fitted.points, fitted.pivots)
+        places = fitted.points[first : last + 1] if first >= 0 else np.empty((0, 2))
+    if not len(places) or not len(pins):
+        return np.zeros(len(pins), dtype=np.bool_)
+    near: Booleans = np.hypot(*(pins[:, None] - places).T).min(axis=0) < _BESIDE
+    return near
 
 
 def fit_anyhow(ground: Ground, parameters: LineParameters) -> Fitted | None:
@@ -137,9 +200,12 @@ def _ends(ground: Ground) -> Floats:
     return transform(inverse(problem.grid.X_MG), np.stack([problem.start, problem.goal]))
 
 
-def _land(ground: Ground, weights: Weights, parameters: LineParameters) -> Land:
+def _land(
+    ground: Ground, weights: Weights, parameters: LineParameters, *, wider: float = 0.0
+) -> Land:
+    """The ground for the footprint, or for one that is wider on every side, m."""
     costmap, problem = ground.costmap, ground.problem
-    outline, res = problem.robot.outline, problem.grid.resolution
+    outline, res = widened(problem.robot.outline, wider), problem.grid.resolution
     larger = outline * (1.0 + _GROWN * problem.robot.max_curvature)
     # What the sensors see is known as far as it inflates, the map everywhere.
     known = parameters.inflation.reach(costmap.radius)

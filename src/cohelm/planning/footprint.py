@@ -91,6 +91,15 @@ def triangles(outline: Floats) -> Floats:
     return np.stack([*cut, np.stack(left)])
 
 
+def widened(outline: Floats, by: float) -> Floats:
+    """An outline (k, 2), counter-clockwise, with its edges moved outward, m; corners stay sharp."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    after = np.stack([edges[:, 1], -edges[:, 0]], axis=-1) / np.hypot(*edges.T)[:, None]
+    before = np.roll(after, 1, axis=0)
+    share: Floats = 1.0 + (before * after).sum(axis=1, keepdims=True)
+    return np.asarray(outline + by * (before + after) / share)
+
+
 @njit(cache=True)
 def overlaps(body: Body, x: float, y: float, heading: float) -> bool:
     """Whether the footprint at a pose overlaps a cell that blocks."""

@@ -14,7 +14,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats
 
-_SHARPEST = math.radians(150.0)  # beyond it the robot turns on the spot and goes back
+_SHARPEST = math.radians(120.0)  # beyond it the robot turns on the spot and goes back
 
 
 @njit(cache=True)

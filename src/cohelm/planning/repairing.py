@@ -8,18 +8,20 @@ Where that fails too, the line is stuck, and the place is told.
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.geometry import wrap_angle
 from cohelm.maps.distance import sample
+from cohelm.planning.chaining import Effort, nearest, through
 from cohelm.planning.easing import ease
-from cohelm.planning.footprint import backwards, directions, turn_between
+from cohelm.planning.footprint import directions
 from cohelm.planning.land import Land, misfits
-from cohelm.planning.turning import Turned, turn_through
+from cohelm.planning.rings import has_ring
+from cohelm.planning.turning import Turned
 
 _TRIES = (
     (0.5, 1.0, False, 0.04),
@@ -34,23 +36,11 @@ _LEAST = 500  # poses below which it is not worth while
 _LOOP = 1.25 * math.pi  # rad that a curve may turn more than what it replaces, without turns
 _CUSP = 2.5  # rad, above which a line turns back
 _REPAIRS = 12
+_LONGER = 40  # points that a stretch may be longer than it should, to begin and end where it fits
+_NEARBY = 0.5  # m
 
-
-class Effort:
-    """Poses that may still be looked at on the way to one answer; counted down as they are.
-
-    Args:
-        poses: that may be looked at altogether.
-    """
-
-    def __init__(self, poses: int) -> None:
-        self.left = poses
-        self.part = 1.0
-        """Of those left, how much one search may take."""
-
-    def share(self) -> int:
-        """How many the next search may look at."""
-        return max(int(self.part * self.left), 1)
+_NONE = np.empty(0, dtype=np.int64)
+_Try = tuple[float, float, bool, float]
 
 
 @value
@@ -71,6 +61,8 @@ def fit(
     *,
     pins: Floats,
     effort: Effort,
+    pivots: Integers = _NONE,
+    wide: Land | None = None,
     forgiven: float = 0.0,
 ) -> Fitted:
     """A line for the footprint along a smooth one (n, 2), both ends kept.
@@ -80,16 +72,18 @@ def fit(
         line: in the grid's frame, m.
         pins: points (p, 2) that it must keep passing, in order.
         effort: poses that may be looked at; what is used is taken off.
+        pivots: indices at which the robot turns on the spot already.
+        wide: with a larger footprint, which the stretches that are replaced have room for where
+            they can.
         forgiven: how far from its start the line may touch what the robot stood beside, where
             nothing else leads away, m.
     """
-    pivots = np.empty(0, dtype=np.int64)
     fitted = Fitted(points=line, pivots=pivots)
     for _ in range(_REPAIRS):
         wrong = misfits(land, fitted.points, fitted.pivots)
         if not wrong.any():
             return fitted
-        repaired = _repaired(land, fitted, wrong, pins, effort)
+        repaired = _repaired(land, fitted, wrong, pins, effort, _attempts(land, wide))
         if repaired is None:
             break
         fitted = repaired
@@ -104,31 +98,107 @@ def fit(
     return Fitted(points=points, pivots=fitted.pivots, stuck=points[(first + last) // 2])
 
 
+def widen(land: Land, fitted: Fitted, *, pins: Floats, effort: Effort) -> Fitted:
+    """The line with room for a larger footprint wherever a curve nearby has it.
+
+    Args:
+        land: where, with the larger footprint.
+        fitted: the line.
+        pins: points (p, 2) that it must keep passing, in order.
+        effort: poses that may be looked at; what is used is taken off.
+    """
+    hopeless: list[Floats] = []
+    for _ in range(_REPAIRS):
+        points = fitted.points
+        wrong = misfits(land, points, fitted.pivots)
+        for place in hopeless:
+            wrong &= np.hypot(*(points[:, None] - place).T).min(axis=0) > _NEARBY
+        if not wrong.any():
+            break
+        tries = ((land, each) for each in _TRIES[:2])
+        repaired = _repaired(land, fitted, wrong, pins, effort, tries)
+        if repaired is None:
+            first, last = _first_run(wrong)
+            hopeless.append(points[first : last + 1])
+        else:
+            fitted = repaired
+    return fitted
+
+
+def _attempts(land: Land, wide: Land | None) -> Iterator[tuple[Land, _Try]]:
+    if wide is not None:
+        yield from ((wide, each) for each in _TRIES[:2])
+    yield from ((land, each) for each in _TRIES)
+
+
 def _repaired(
-    land: Land, fitted: Fitted, wrong: Booleans, pins: Floats, effort: Effort
+    land: Land,
+    fitted: Fitted,
+    wrong: Booleans,
+    pins: Floats,
+    effort: Effort,
+    attempts: Iterator[tuple[Land, _Try]],
 ) -> Fitted | None:
-    """The line with its first wrong stretch replaced, or None where nothing fits."""
+    """The line with its first wrong stretch replaced, or None where nothing fits.
+
+    By one without rings, if there is any.
+    """
     points = fitted.points
     first, last = _first_run(wrong)
-    taken = wrong.copy()
-    taken[fitted.pivots] = True  # no stretch begins or ends where the heading jumps
-    for margin, reach, pivots, part in _TRIES:
+    ringed = None
+    for where, (margin, reach, pivots, part) in attempts:
         if effort.left < _LEAST:
             break
         effort.part = part
         spare = math.ceil(margin / 0.1)
-        a, b = _fitting_before(taken, first - spare), _fitting_after(taken, last + spare)
-        near = land._replace(floor=_floor(land, points[a], points[b]))
-        turned = _through(near, points, a, b, pins, reach=reach, pivots=pivots, effort=effort)
+        taken = wrong if where is land else misfits(where, points, fitted.pivots)
+        a, b = _about(taken, fitted.pivots, first, last, spare)
+        if b - a > last - first + 2 * spare + _LONGER:
+            continue
+        free = np.zeros(len(points), dtype=np.bool_)
+        free[[0, -1]] = free[fitted.pivots] = True
+        near = where._replace(floor=_floor(where, points[a], points[b]))
+        turned = through(
+            near, points, a, b, pins, free=free, reach=reach, pivots=pivots, effort=effort
+        )
         if turned is None or not (pivots or _is_direct(points[a : b + 1], turned.points)):
             continue
-        repaired = _spliced(fitted, turned, a, b)
-        there = slice(max(a - 1, 0), a + len(turned.points) + 1)
-        if not misfits(land, repaired.points, repaired.pivots)[there].any():
-            eased = _eased(near, repaired, a, a + len(turned.points) - 1, pins)
-            there = slice(max(a - 5, 0), a + len(turned.points) + 5)
-            return repaired if misfits(land, eased.points, eased.pivots)[there].any() else eased
-    return None
+        repaired = _settled(near, fitted, turned, a, b, pins)
+        if repaired is None:
+            continue
+        if not has_ring(turned.points, turned.pivots):
+            return repaired
+        ringed = ringed or repaired
+    return ringed
+
+
+def _about(taken: Booleans, pivots: Integers, first: int, last: int, spare: int) -> tuple[int, int]:
+    """The ends of the stretch to be replaced for one that is wrong.
+
+    Pivots beside it stay; across one that is wrong itself, none begins or ends where the heading
+    jumps.
+    """
+    taken = taken.copy()
+    taken[pivots] = True
+    before, after = pivots[pivots <= first], pivots[pivots >= last]
+    a, b = _fitting_before(taken, first - spare), _fitting_after(taken, last + spare)
+    if first < last:
+        a = max(a, int(before[-1]) if len(before) else 0)
+        b = min(b, int(after[0]) if len(after) else len(taken) - 1)
+    return a, b
+
+
+def _settled(
+    land: Land, fitted: Fitted, turned: Turned, a: int, b: int, pins: Floats
+) -> Fitted | None:
+    """The line with its points a … b replaced and eased; None where it does not fit after all."""
+    repaired = _spliced(fitted, turned, a, b)
+    there = slice(max(a - 1, 0), a + len(turned.points) + 1)
+    if misfits(land, repaired.points, repaired.pivots)[there].any():
+        return None
+    eased = _eased(land, repaired, a, a + len(turned.points) - 1, pins)
+    there = slice(max(a - 5, 0), a + len(turned.points) + 5)
+    return repaired if misfits(land, eased.points, eased.pivots)[there].any() else eased
 
 
 def _is_direct(old: Floats, new: Floats) -> bool:
@@ -140,111 +210,13 @@ def _is_direct(old: Floats, new: Floats) -> bool:
     return bool(abs(after.sum() - before.sum()) < _LOOP)
 
 
-def _through(
-    land: Land,
-    points: Floats,
-    a: int,
-    b: int,
-    pins: Floats,
-    *,
-    reach: float,
-    pivots: bool,
-    effort: Effort,
-) -> Turned | None:
-    """A way from point a of a line to its point b, through the pins between."""
-    last = len(points) - 1
-    start = np.array([*points[a], math.nan if a == 0 else _heading(points, a)])
-    end = np.array([*points[b], math.nan if b == last else _heading(points, b)])
-    between = [(pin, at) for pin in pins if a + 1 < (at := _nearest(points, pin)) < b - 1]
-    if not between:
-        return _chain(land, [start, end], reach=reach, pivots=pivots, effort=effort)
-    # The line's own direction at a pin leads on; only where it cannot be had will any other do.
-    for free in (False, True):
-        passed = [
-            np.array([*pin, math.nan if free else _heading(points, at)]) for pin, at in between
-        ]
-        stops = [start, *passed, end]
-        turned = _chain(land, stops, reach=reach, pivots=pivots, effort=effort)
-        if turned is not None:
-            return turned
-    return None
-
-
-def _chain(
-    land: Land, stops: list[Floats], *, reach: float, pivots: bool, effort: Effort
-) -> Turned | None:
-    """A way by poses in a row."""
-    legs: list[Turned] = []
-    for here, there in itertools.pairwise(stops):
-        begin = here.copy()
-        if legs:
-            begin[2] = legs[-1].heading
-        leg = _leg(land, begin, there, reach=reach, pivots=pivots, effort=effort)
-        if leg is None:
-            return None
-        legs.append(leg)
-    return _chained(legs)
-
-
-def _leg(
-    land: Land, start: Floats, end: Floats, *, reach: float, pivots: bool, effort: Effort
-) -> Turned | None:
-    """A way between two poses, whose heading is free where it is NaN."""
-    free_start, free_end = math.isnan(start[2]), math.isnan(end[2])
-    if free_start or not free_end:
-        seeds = all_round(start) if free_start else start[None]
-        turned, looked = turn_through(
-            land, seeds, end, reach=reach, pivots=pivots, budget=effort.share()
-        )
-        effort.left -= looked
-        if turned is not None or not free_end:
-            return turned
-    # Where the end is tight and its heading free, leaving it backwards is easier than hitting it.
-    back = land._replace(body=backwards(land.body), grown=backwards(land.grown))
-    target = start + np.array([0.0, 0.0, math.pi])
-    turned, looked = turn_through(
-        back, all_round(end), target, reach=reach, pivots=pivots, budget=effort.share()
-    )
-    effort.left -= looked
-    if turned is None:
-        return None
-    return Turned(
-        points=turned.points[::-1],
-        pivots=(len(turned.points) - 1 - turned.pivots)[::-1],
-        begun=turned.heading + math.pi,
-        heading=turned.begun + math.pi,
-    )
-
-
-def all_round(pose: Floats) -> Floats:
-    """Poses (64, 3) at one place in all directions."""
-    out = np.tile(pose, (64, 1))
-    out[:, 2] = np.arange(64) * (2.0 * math.pi / 64)
-    return out
-
-
-def _chained(legs: list[Turned]) -> Turned:
-    points, pivots = [legs[0].points[:1]], []
-    count = 0
-    for leg in legs:
-        pivots.append(leg.pivots + count)
-        points.append(leg.points[1:])
-        count += len(leg.points) - 1
-    return Turned(
-        points=np.concatenate(points),
-        pivots=np.unique(np.concatenate(pivots)),
-        heading=legs[-1].heading,
-        begun=legs[0].begun,
-    )
-
-
 def _spliced(fitted: Fitted, turned: Turned, a: int, b: int) -> Fitted:
     """The line with its points a … b replaced."""
     points, new = fitted.points, turned.points.copy()
     new[0], new[-1] = points[a], points[b]
     grown = len(new) - (b - a + 1)
     old = fitted.pivots
-    pivots = np.concatenate([old[old < a], turned.pivots + a, old[old > b] + grown])
+    pivots = np.concatenate([old[old <= a], turned.pivots + a, old[old >= b] + grown])
     joined = np.concatenate([points[:a], new, points[b + 1 :]])
     inner = (pivots > 0) & (pivots < len(joined) - 1)
     return Fitted(points=joined, pivots=np.unique(pivots[inner]))
@@ -257,7 +229,7 @@ def _eased(land: Land, fitted: Fitted, first: int, last: int, pins: Floats) -> F
     pivot[fitted.pivots] = True
     fixed = pivot.copy()
     for pin in pins:
-        fixed[_nearest(points, pin)] = True
+        fixed[nearest(points, pin)] = True
     fixed[0] = fixed[-1] = True
     ease(land, points, fixed, pivot, max(first - 3, 1), min(last + 3, len(points) - 2))
     return Fitted(points=points, pivots=fitted.pivots)
@@ -288,13 +260,3 @@ def _floor(land: Land, *ends: Floats) -> float:
     res = land.body.resolution
     rooms = [sample(land.clearance, res, np.zeros(3), x, y)[0] for x, y in ends]
     return min(land.floor, *rooms) - 1e-6
-
-
-def _heading(points: Floats, index: int) -> float:
-    """The mean direction of a line at an inner point."""
-    before, after = directions(points[index - 1 : index + 2])
-    return float(before + 0.5 * turn_between(before, after))
-
-
-def _nearest(points: Floats, pin: Floats) -> int:
-    return int(np.argmin(np.hypot(*(points - pin).T)))

@@ -12,10 +12,11 @@ from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.messages import Path
 from cohelm.planning.api import GlobalPlanner
+from cohelm.planning.chaining import Effort
 from cohelm.planning.fitting import LineParameters, fit_anyhow, fit_way, without_passage
 from cohelm.planning.ground import Ground
 from cohelm.planning.passages import no_path
-from cohelm.planning.repairing import Effort, Fitted
+from cohelm.planning.repairing import Fitted
 from cohelm.planning.search import GridPath, Weights, path_cost, shortest_path
 from cohelm.planning.shortening import line_cost
 from cohelm.planning.wishes import report

@@ -48,9 +48,17 @@ def _line_cost(points: Floats, weights: Floats32, resolution: float) -> float:
 
 @njit(cache=True)
 def shorten(
-    points: Floats, weights: Floats32, clearance: Floats32, resolution: float, needed: float
+    points: Floats,
+    weights: Floats32,
+    clearance: Floats32,
+    resolution: float,
+    needed: float,
+    wanted: float,
 ) -> Floats:
-    """The corners (m, 2) that are left when straight segments replace what they can."""
+    """The corners (m, 2) that are left when straight segments replace what they can.
+
+    They come no nearer to obstacles than the way did, or than what is wanted.
+    """
     n = points.shape[0]
     along = np.zeros(n)  # what the way costs up to each point
     least = np.empty(n)
@@ -69,7 +77,9 @@ def shorten(
             j = min(good + step, n - 1) if bad == n else (good + bad) // 2
             if j == good:
                 break
-            if _may_replace(i, j, points, along, least, weights, clearance, resolution, needed):
+            if _may_replace(
+                i, j, points, along, least, weights, clearance, resolution, needed, wanted
+            ):
                 good = j
                 step *= 2
             else:
@@ -93,12 +103,13 @@ def _may_replace(  # noqa: PLR0913, PLR0917  # a kernel takes plain arguments
     clearance: Floats32,
     resolution: float,
     needed: float,
+    wanted: float,
 ) -> bool:
     """Whether the segment i–j costs no more than the way and stays as clear as it must."""
     cost, near = _segment(points[i], points[j], weights, clearance, resolution, needed)
     if cost > (along[j] - along[i]) * (1.0 + 1e-9) + 1e-12:
         return False
-    floor = needed
+    floor = wanted
     for k in range(i, j + 1):
         floor = min(floor, least[k])
     return near >= floor - 1e-9

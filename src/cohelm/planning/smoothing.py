@@ -55,6 +55,7 @@ def smooth(  # noqa: PLR0913  # each is one word of the question
     needed: float,
     wanted: float,
     smoothing: Smoothing,
+    kept: float = 0.0,
     curvature: float = math.inf,
     pins: Integers = _NO_PINS,
 ) -> Floats:
@@ -69,12 +70,13 @@ def smooth(  # noqa: PLR0913  # each is one word of the question
         needed: clearance below which the line comes only where the way did, m.
         wanted: clearance above which it may come nearer than the way did, m; ≥ needed.
         smoothing: parameters.
+        kept: clearance that straight stretches keep where the way did, m; at least what is needed.
         curvature: the line bends less where there is room, 1/m.
         pins: indices of points that the line keeps passing within a cell of.
     """
     stops = np.unique(np.concatenate([[0], pins, [len(points) - 1]]))
     legs = [
-        shorten(points[a : b + 1], weights.packed, clearance, resolution, needed)
+        shorten(points[a : b + 1], weights.packed, clearance, resolution, needed, max(kept, needed))
         for a, b in itertools.pairwise(stops)
     ]
     line, pinned = spaced(legs or [points], smoothing.spacing)
