@@ -46,3 +46,15 @@ def write_map(file, **changes):
 def another_map(tmp_path):
     """Writes the room's YAML with changes."""
     return lambda **changes: write_map(tmp_path / "changed.yaml", **changes)
+
+
+def mask(folder, name, pixels, **changes):
+    """A mask over the room of 10 × 6 m."""
+    Image.fromarray(pixels).save(folder / f"{name}.pgm")
+    about = {
+        "image": f"{name}.pgm", "resolution": 0.1, "origin": [-5.0, -3.0, 0.0], "negate": 0,
+        "occupied_thresh": 0.65, "free_thresh": 0.196, "mode": "scale", **changes,
+    }  # fmt: skip
+    file = folder / f"{name}.yaml"
+    file.write_text(yaml.safe_dump(about))
+    return file

@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-import yaml
-from PIL import Image
 
 from cohelm.cli import words
 from cohelm.cli.wishes import Asked, read_stroke, wishes_of
 from cohelm.errors import ConfigError
+
+from .conftest import mask
 
 ENDS = ("--start=-4,-1", "--goal=4,-1")
 
@@ -24,18 +24,6 @@ def plan(cohelm, room):
         return json.loads(out)
 
     return _plan
-
-
-def mask(folder, name, pixels, **changes):
-    """A mask over the room of 10 × 6 m."""
-    Image.fromarray(pixels).save(folder / f"{name}.pgm")
-    about = {
-        "image": f"{name}.pgm", "resolution": 0.1, "origin": [-5.0, -3.0, 0.0], "negate": 0,
-        "occupied_thresh": 0.65, "free_thresh": 0.196, "mode": "scale", **changes,
-    }  # fmt: skip
-    file = folder / f"{name}.yaml"
-    file.write_text(yaml.safe_dump(about))
-    return file
 
 
 def highest(report):
@@ -137,8 +125,8 @@ def test_every_figure_has_its_key(plan):
     assert {
         "alternatives", "closest_to_each", "closest_to_preference", "closest_to_zones", "cost",
         "crowding", "doors", "estimated_time", "extra_cost", "extra_length", "from_strokes",
-        "length", "method", "minimum_clearance", "overlap", "pivots", "points", "robot", "speed",
-        "timing", "turns", "versions", "wishes", "without_wishes",
+        "gaps_to_zones", "length", "method", "minimum_clearance", "notes", "overlap", "pivots",
+        "points", "robot", "speed", "timing", "turns", "versions", "wishes", "without_wishes",
     } == set(report)  # fmt: skip
     # The room is 10 × 6 m with walls of 0.1 m; straight on at y = −1 the wheels' side is 1.6 m off.
     assert 0.0 < report["minimum_clearance"] < 1.9

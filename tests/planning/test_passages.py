@@ -91,6 +91,11 @@ def test_a_sentence_says_what_is_missing_and_how_well_that_is_known():
     assert "(1.00, 2.00) is 0.59 m wide" in said
     assert "0.02 m are missing" in said
     assert "cells are 0.05 m" in said
+    kept = Passage(point=(1.0, 2.0), width=0.7, needed=0.81, resolution=0.05, clearance=0.1)
+    assert "needs 0.81 m (0.61 m and 0.10 m on either side): 0.11 m are missing" in str(kept)
+    nearly = str(Passage(point=(1.0, 2.0), width=1.0, needed=0.99, resolution=0.05, clearance=0.19))
+    assert "too close to tell" in nearly
+    assert "missing" not in nearly
     turns = str(Passage(point=(1.0, 2.0), width=0.9, needed=1.44, resolution=0.05, turns=True))
     assert "cannot turn" in turns
     assert "missing" not in turns

@@ -180,38 +180,18 @@ def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
     start: options.Start,
     goal: options.Goal,
     prefer: options.Prefer = None,
-    ordered: Annotated[
-        bool, typer.Option("--ordered", help="Pass the --prefer points in the order given.")
-    ] = False,
+    ordered: options.Ordered = False,
     avoid: options.Avoid = None,
     avoid_hard: options.AvoidHard = None,
-    stroke: Annotated[
-        list[Path] | None,
-        typer.Option(metavar="FILE", help="Follow a drawn line: lines of x,y, JSON or GeoJSON."),
-    ] = None,
+    stroke: options.Stroke = None,
     alternatives: options.Alternatives = 1,
     method: options.Method = options.METHOD,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Any parameter of the planner, dotted: inflation.inflation_radius=0.8.",
-        ),
-    ] = None,
+    set_: options.Settings = None,
     robot: options.Robot = options.ROBOT,
-    clearance: Annotated[
-        float, typer.Option(min=0.0, max=10.0, help="To keep beyond the footprint, metres.")
-    ] = 0.0,
+    clearance: options.Clearance = 0.0,
     speed: options.Speed = options.SPEED,
-    keepout: Annotated[
-        list[Path] | None,
-        typer.Option(metavar="MASK.yaml", help="Where not to go: a Nav2 keepout mask."),
-    ] = None,
-    speed_mask: Annotated[
-        list[Path] | None,
-        typer.Option(metavar="MASK.yaml", help="Speed limits, percent: a Nav2 speed mask."),
-    ] = None,
+    keepout: options.Keepout = None,
+    speed_mask: options.SpeedMask = None,
     crowding: options.Crowding = None,
     json: options.Json = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture.")] = None,

@@ -29,9 +29,10 @@ def propose(  # noqa: PLR0913, PLR0917 # an option is an argument
     start: options.Start,
     goal: options.Goal,
     prefer: options.Prefer = None,
+    ordered: options.Ordered = False,
     avoid: options.Avoid = None,
     avoid_hard: options.AvoidHard = None,
-    crowding: options.Crowding = None,
+    stroke: options.Stroke = None,
     alternatives: options.Alternatives = 3,
     rider: Annotated[str | None, typer.Option(metavar="NAME|FILE", help=_RIDER)] = None,
     take: Annotated[
@@ -39,8 +40,13 @@ def propose(  # noqa: PLR0913, PLR0917 # an option is an argument
         typer.Option(metavar="N", min=1, help="Note at once that the rider takes route N."),
     ] = None,
     method: options.Method = options.METHOD,
+    set_: options.Settings = None,
     robot: options.Robot = options.ROBOT,
+    clearance: options.Clearance = 0.0,
     speed: options.Speed = options.SPEED,
+    keepout: options.Keepout = None,
+    speed_mask: options.SpeedMask = None,
+    crowding: options.Crowding = None,
     json: options.Json = False,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A picture of all routes, numbered.")
@@ -60,13 +66,19 @@ def propose(  # noqa: PLR0913, PLR0917 # an option is an argument
         goal=goal,
         wishes=wishes.Asked(
             prefer=tuple(prefer or ()),
+            ordered=ordered,
             avoid=tuple(avoid or ()),
             avoid_hard=tuple(avoid_hard or ()),
+            stroke=tuple(stroke or ()),
         ),
         method=method,
+        settings=tuple(set_ or ()),
         robot=robot,
+        clearance=clearance,
         speed=speed,
         alternatives=alternatives,
+        keepout=tuple(keepout or ()),
+        speed_mask=tuple(speed_mask or ()),
         crowding=crowding,
     )
     return command.propose(asked, rider, take, json=json, plot=plot)

@@ -19,16 +19,45 @@ Prefer = Annotated[
     list[str] | None,
     typer.Option(metavar="X,Y", help="A point that attracts the route; may be given again."),
 ]
+Ordered = Annotated[
+    bool, typer.Option("--ordered", help="Pass the --prefer points in the order given.")
+]
+Stroke = Annotated[
+    list[Path] | None,
+    typer.Option(metavar="FILE", help="Follow a drawn line: lines of x,y, JSON or GeoJSON."),
+]
 Avoid = Annotated[
     list[str] | None,
     typer.Option(
         metavar="ZONE",
-        help="Rather keep out of a zone: 'X,Y,RADIUS', or an outline 'X,Y X,Y X,Y …'; again.",
+        help="Rather keep out of a zone: 'X,Y[,RADIUS]', a line 'X,Y X,Y[,RADIUS]' (0.5 m where no "
+        "radius is given), or an outline 'X,Y X,Y X,Y …'; may be given again.",
     ),
 ]
 AvoidHard = Annotated[
     list[str] | None,
-    typer.Option(metavar="ZONE", help="Never enter a zone, even if no way is left."),
+    typer.Option(
+        metavar="ZONE", help="Never enter a zone, written as for --avoid, even if no way is left."
+    ),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Any parameter of the planner, dotted: inflation.inflation_radius=0.8.",
+    ),
+]
+Clearance = Annotated[
+    float, typer.Option(min=0.0, max=10.0, help="To keep beyond the footprint, metres.")
+]
+Keepout = Annotated[
+    list[Path] | None,
+    typer.Option(metavar="MASK.yaml", help="Where not to go: a Nav2 keepout mask."),
+]
+SpeedMask = Annotated[
+    list[Path] | None,
+    typer.Option(metavar="MASK.yaml", help="Speed limits, percent: a Nav2 speed mask."),
 ]
 Crowding = Annotated[
     Path | None, typer.Option(metavar="FILE.yaml", help="Where people are: a heat map.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from cohelm import plugins
 from cohelm.arrays import Floats
 from cohelm.cli import wishes, words
+from cohelm.cli.closer import Other, closer
 from cohelm.cli.plan_report import alternative_table, describe, facts_table, summary
 from cohelm.cli.progress import Waiting
 from cohelm.cli.report import OUTPUT, write_json
@@ -19,7 +20,7 @@ from cohelm.config import override
 from cohelm.errors import ConfigError
 from cohelm.maps import CostmapFilter, Places, places_beside, read_map
 from cohelm.maps.masks import read_crowding, read_mask
-from cohelm.planning import RouteProblem
+from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.planning.alternatives import Alternative, Differing, alternatives
 from cohelm.planning.features import Measuring
 from cohelm.planning.ground import Ground, ground_for
@@ -65,6 +66,7 @@ def plan(asked: Asked, *, json: bool, plot: Path | None) -> int:
         seconds = time.thread_time() - began
         ground = ground_for(problem, parameters_of(planner))
         report = summary(ground, found, measuring)
+        report["notes"] += closer(ground, found[0].path, _other(asked, planner))
     if plot is not None:
         _draw(ground, found, places, plot)
     if json:
@@ -74,7 +76,7 @@ def plan(asked: Asked, *, json: bool, plot: Path | None) -> int:
     return 0
 
 
-def planner_of(asked: Asked) -> Any:
+def planner_of(asked: Asked) -> GlobalPlanner:
     """The global planner with its settings.
 
     Raises:
@@ -83,7 +85,22 @@ def planner_of(asked: Asked) -> Any:
     spec = override({"use": asked.method}, asked.settings)
     if spec["use"] != asked.method:
         raise ConfigError("name the planner with --method", key="use")
-    return plugins.build("global_planners", spec, key="--set" if asked.settings else "--method")
+    key = "--set" if asked.settings else "--method"
+    planner: GlobalPlanner = plugins.build("global_planners", spec, key=key)
+    return planner
+
+
+def _other(asked: Asked, planner: GlobalPlanner) -> Other:
+    """What may serve the wishes better: the same with a higher closeness, or ``soft_via``."""
+    closeness = getattr(parameters_of(planner), "closeness", None)
+
+    def build(option: str) -> GlobalPlanner:
+        if closeness is None:
+            return planner_of(replace(asked, method="soft_via", settings=()))
+        setting = option.removeprefix("--set ")
+        return planner_of(replace(asked, settings=(*asked.settings, setting)))
+
+    return Other(build=build, closeness=closeness)
 
 
 def problem_of(asked: Asked) -> tuple[RouteProblem, Places]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
+from cohelm.cli.notes import FAR, notes
 from cohelm.cli.report import versions
 from cohelm.maps import DistanceField
 from cohelm.messages import Path, Wish
-from cohelm.planning.along import least_gap, time_in_speed_zones
-from cohelm.planning.alternatives import Alternative
+from cohelm.planning.along import gap_to_zone, least_gap, time_in_speed_zones
+from cohelm.planning.alternatives import Alternative, wish_distance
 from cohelm.planning.features import Measuring
 from cohelm.planning.ground import Ground
 
@@ -27,6 +29,10 @@ def summary(ground: Ground, found: tuple[Alternative, ...], measuring: Measuring
         "without_wishes": first.without_wishes.tolist(),
         "alternatives": routes,
         "wishes": [_wish(wish) for wish in ground.problem.wishes],
+        "notes": [
+            *notes(ground, first, routes[0]["minimum_clearance"]),
+            *_better_alternatives(found),
+        ],
         "method": first.method,
         "robot": ground.problem.robot.name,
         "speed": measuring.speed,
@@ -34,9 +40,19 @@ def summary(ground: Ground, found: tuple[Alternative, ...], measuring: Measuring
     }
 
 
+def _better_alternatives(found: tuple[Alternative, ...]) -> Iterator[str]:
+    """The first is what the planner's method says, which need not serve wishes best."""
+    first = found[0].path
+    for number, each in enumerate(found[1:], start=2):
+        nearer = wish_distance(first) - wish_distance(each.path)
+        if each.path.cost <= first.cost and nearer > FAR:
+            yield f"route {number} costs no more and comes nearer to the wishes, by {nearer:.1f} m"
+
+
 def _figures(ground: Ground, each: Alternative, measuring: Measuring) -> dict[str, Any]:
     problem, path, features = ground.problem, each.path, each.features
     speed = min(measuring.speed, problem.robot.max_speed)
+    zones = [wish for wish in problem.wishes if wish.kind == "avoid" and len(wish.points)]
     slowed = time_in_speed_zones(path.points, problem.filters, speed, problem.robot.max_speed)
     return {
         "length": path.length,
@@ -44,6 +60,7 @@ def _figures(ground: Ground, each: Alternative, measuring: Measuring) -> dict[st
         "points": path.points.tolist(),
         "closest_to_each": path.wishes.closest.tolist(),
         "closest_to_zones": path.wishes.avoided.tolist(),
+        "gaps_to_zones": [gap_to_zone(path.points, problem.robot, zone) for zone in zones],
         "from_strokes": path.wishes.along.tolist(),
         "extra_length": path.wishes.extra_length,
         "extra_cost": path.wishes.extra_cost,
@@ -112,7 +129,7 @@ def alternative_table(report: dict[str, Any]) -> Table:
 
 
 def describe(report: dict[str, Any]) -> list[str]:
-    """Sentences: what the wishes cost, and how far they are met."""
+    """Sentences: what the wishes cost, how far they are met, and what else is to be known."""
     lines = []
     if report["closest_to_each"] or report["from_strokes"]:
         many = len(report["closest_to_each"]) + len(report["from_strokes"]) > 1
@@ -120,27 +137,29 @@ def describe(report: dict[str, Any]) -> list[str]:
         lines.append(
             f"the wish{'es cost' if many else ' costs'} {extra:+.1f} m, {weighted:+.1f} weighted"
         )
-    numbered = {"attract": "closest_to_each", "stroke": "from_strokes", "avoid": "closest_to_zones"}
-    for kind, key in numbered.items():
-        wished = [wish for wish in report["wishes"] if wish["kind"] == kind]
-        places = [p for wish in wished for p in wish["points"]] if kind == "attract" else wished
-        for number, (place, distance) in enumerate(zip(places, report[key], strict=False), start=1):
-            lines.append(_SAYS[kind](number, place, distance))
-    return lines
+    points, drawn, zones = (_places(report, kind) for kind in ("attract", "stroke", "avoid"))
+    for number, (point, distance) in enumerate(
+        zip(points, report["closest_to_each"], strict=True), start=1
+    ):
+        where = f"point {number} ({point[0]:g}, {point[1]:g})"
+        lines.append(f"{where}: the route comes to {distance:.2f} m")
+    for number in range(1, len(drawn) + 1):
+        distance = report["from_strokes"][number - 1]
+        lines.append(f"drawn line {number}: {distance:.2f} m away on average")
+    lines += [_says_zone(report, number, zone) for number, zone in enumerate(zones, start=1)]
+    return [*lines, *(f"note: {note}" for note in report["notes"])]
 
 
-def _says_point(number: int, point: Any, distance: float) -> str:
-    return f"point {number} ({point[0]:g}, {point[1]:g}): the route comes to {distance:.2f} m"
-
-
-def _says_stroke(number: int, stroke: Any, distance: float) -> str:
-    return f"drawn line {number}: {distance:.2f} m away on average"
-
-
-def _says_zone(number: int, zone: Any, distance: float) -> str:
+def _says_zone(report: dict[str, Any], number: int, zone: dict[str, Any]) -> str:
+    """Into a hard zone no part of the chair may come; a soft one is dear to the chair's middle."""
     what = "never to enter" if zone["hard"] else "rather avoided"
-    where = f"kept {distance:.2f} m away" if distance >= 0.0 else f"entered by {-distance:.2f} m"
-    return f"zone {number}, {what}: {where}"
+    who = "outline" if zone["hard"] else "middle"
+    gap = report["gaps_to_zones" if zone["hard"] else "closest_to_zones"][number - 1]
+    where = f"kept {gap:.2f} m from" if gap >= 0.0 else f"entered by {-gap:.2f} m by"
+    return f"zone {number}, {what}: {where} the chair's {who}"
 
 
-_SAYS = {"attract": _says_point, "stroke": _says_stroke, "avoid": _says_zone}
+def _places(report: dict[str, Any], kind: str) -> list[Any]:
+    """The points that attract, the drawn lines, or the zones."""
+    wished = [wish for wish in report["wishes"] if wish["kind"] == kind and wish["points"]]
+    return [p for wish in wished for p in wish["points"]] if kind == "attract" else wished

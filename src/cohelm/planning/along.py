@@ -10,11 +10,14 @@ from cohelm.arrays import Floats
 from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.maps import CostmapFilter, DistanceField
 from cohelm.maps.masks import speed_limit_at
+from cohelm.messages import Wish
 from cohelm.planning.footprint import body_on
 from cohelm.planning.gaps import least_gap_of, poses_driven
+from cohelm.planning.layers.zones import distances_to_zone
 from cohelm.robots import Robot
 
 _SPACING = 0.05  # m
+_OUTLINE_SPACING = 0.02  # m
 
 
 def poses_along(points: Floats, spacing: float) -> Floats:
@@ -39,6 +42,19 @@ def least_gap(points: Floats, robot: Robot, walls: DistanceField) -> float:
         float(least_gap_of(body, outline, poses)),
         walls.resolution * math.hypot(*walls.distance.shape),
     )
+
+
+def gap_to_zone(points: Floats, robot: Robot, zone: Wish) -> float:
+    """Least distance between the footprint along a polyline (k, 2) and an avoided zone, m.
+
+    Negative: as deep as the outline comes into it. Of points on the outline, so a zone with a sharp
+    corner may be nearer by a centimetre.
+    """
+    outline = robot.outline
+    ring = resample(np.concatenate([outline, outline[:1]]), _OUTLINE_SPACING)
+    body = np.concatenate([ring, np.zeros((1, 2))])
+    placed = transform(poses_along(points, _SPACING)[:, None], body[None])
+    return float(distances_to_zone(zone, placed.reshape(-1, 2)).min())
 
 
 def time_in_speed_zones(

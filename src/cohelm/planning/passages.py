@@ -100,6 +100,7 @@ def _passage(ground: Ground, cell: Integers, along: float | None, *, turns: bool
         needed=2.0 * (robot.circumscribed_radius if turns else ground.costmap.radius),
         resolution=res,
         turns=turns,
+        clearance=0.0 if turns else problem.clearance,
     )
 
 

@@ -65,6 +65,11 @@ def distance_to_zone(wish: Wish, point: Floats) -> float:
     return float(_distance_to_area(wish.points, point[0], point[1])) - wish.radius
 
 
+def distances_to_zone(wish: Wish, points: Floats) -> Floats:
+    """The same of points (n, 2); (n,)."""
+    return _distances(wish.points, points) - wish.radius
+
+
 def distances_to_area(points: Floats, resolution: float, rows: slice, cols: slice) -> Floats32:
     """Signed distance, m, of a window's cell centres to a point, a segment or a polygon.
 
@@ -111,6 +116,14 @@ def _distances_to_area(
         for c in range(c0, c1):
             x, y = (c + 0.5) * resolution, (r + 0.5) * resolution
             out[r - r0, c - c0] = _distance_to_area(points, x, y)
+    return out
+
+
+@njit(cache=True)
+def _distances(area: Floats, points: Floats) -> Floats:
+    out = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        out[i] = _distance_to_area(area, points[i, 0], points[i, 1])
     return out
 
 
