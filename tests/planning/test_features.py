@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from cohelm.geometry import resample
 from cohelm.messages import Crowding
@@ -120,3 +122,23 @@ def test_a_turned_map_changes_nothing():
     turned = measured(transform(X_MG, line), room(20.0, 10.0, 0.05, boxes=boxes, X_MG=X_MG))
     for name in ("length", "time", "clearance", "clearance_min", "turns", "doors"):
         assert getattr(turned, name) == pytest.approx(getattr(plain, name), abs=0.02)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    aslant=st.floats(-50.0, 50.0),
+    off=st.floats(-0.15, 0.15),
+    thick=st.sampled_from([0.05, 0.2, 0.6]),
+    shift=st.floats(0.0, 0.1),
+)
+def test_a_door_is_one_however_it_is_taken(aslant, off, thick, shift):
+    boxes = [(10.0, 0.0, 10.0 + thick, 4.5), (10.0, 5.5, 10.0 + thick, 10.0)]
+    ahead = np.array([np.cos(np.deg2rad(aslant)), np.sin(np.deg2rad(aslant))])
+    middle = np.array([10.0 + thick / 2.0, 5.0 + off])
+    line = [middle - (2.0 + shift) * ahead, middle + 2.0 * ahead]
+    assert measured(line, room(20.0, 10.0, 0.05, boxes=boxes)).doors == 1
+
+
+def test_a_corner_of_a_room_is_no_door():
+    around = [(1.0, 3.0), (0.8, 1.2), (1.2, 0.8), (3.0, 1.0)]
+    assert measured(around).doors == 0

@@ -5,20 +5,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats, Floats32, value
+from cohelm.arrays import Floats, value
 from cohelm.config import Model
 from cohelm.geometry import inverse, resample, transform, wrap_angle
 from cohelm.maps import DistanceField
-from cohelm.maps.distance import sample
 from cohelm.messages import Crowding, Path
+from cohelm.planning.doors import narrow_passages
 from cohelm.planning.ground import Ground
 from cohelm.planning.reference import Comfort, reference
 
 _SPACING = 0.1  # m between the points that a route is measured at
-_TILTS = np.deg2rad([-45.0, -22.5, 0.0, 22.5, 45.0])  # a door is not always passed squarely
 
 
 class Measuring(Model):
@@ -58,7 +56,7 @@ class RouteFeatures:
     heading_change: float
     """Sum of |change of heading|, without the wobble of the line, rad."""
     doors: int
-    """Passages as narrow as a door."""
+    """Passages as narrow as a door, however aslant they are taken."""
 
 
 def route_features(ground: Ground, path: Path, measuring: Measuring | None = None) -> RouteFeatures:
@@ -80,9 +78,7 @@ def route_features(ground: Ground, path: Path, measuring: Measuring | None = Non
         encounters=crowding * path.length * measuring.near,
         turns=int((np.abs(turns) >= math.radians(measuring.turn_deg)).sum()),
         heading_change=float(np.abs(turns).sum()),
-        doors=_narrow_passages(
-            clearance, grid.resolution, line, _SPACING, measuring.door_width, _TILTS
-        ),
+        doors=narrow_passages(ground.costmap.walls, grid.resolution, line, measuring.door_width),
     )
 
 
@@ -131,49 +127,3 @@ def _turns(points: Floats) -> Floats:
     change = change[at]
     apart = (np.sign(change[1:]) != np.sign(change[:-1])) | (np.diff(at) > 3)
     return np.add.reduceat(change, np.flatnonzero(np.concatenate([[True], apart])))
-
-
-@njit(cache=True)
-def _narrow_passages(
-    clearance: Floats32,
-    resolution: float,
-    line: Floats,
-    spacing: float,
-    width: float,
-    tilts: Floats,
-) -> int:
-    """How often a line (k, 2) in the grid's frame enters a passage narrower than ``width``."""
-    count, since = 0, np.inf
-    for i in range(line.shape[0]):
-        before, after = max(i - 2, 0), min(i + 2, line.shape[0] - 1)
-        heading = math.atan2(line[after, 1] - line[before, 1], line[after, 0] - line[before, 0])
-        narrow = False
-        for tilt in tilts:
-            across = heading + 0.5 * math.pi + tilt
-            left = _free_way(clearance, resolution, line[i], across, width)
-            if left < width:
-                right = _free_way(clearance, resolution, line[i], across + math.pi, width - left)
-                narrow |= left + right < width
-        if narrow:
-            count += since > 1.0  # what is nearer than a metre to the last one belongs to it
-            since = 0.0
-        else:
-            since += spacing
-    return count
-
-
-@njit(cache=True)
-def _free_way(
-    clearance: Floats32, resolution: float, point: Floats, direction: float, reach: float
-) -> float:
-    """Distance from a point (2,) to what stands in a direction, at most ``reach``."""
-    origin = np.zeros(3)
-    cos, sin = math.cos(direction), math.sin(direction)
-    gone = 0.0
-    while gone < reach:
-        x, y = point[0] + gone * cos, point[1] + gone * sin
-        room = sample(clearance, resolution, origin, x, y)[0]
-        if room <= 0.0:
-            return gone
-        gone += max(room, 0.5 * resolution)
-    return reach

@@ -26,7 +26,8 @@ _GROWN = 0.006
 arcs, and the path's chords cut them by some millimetres."""
 
 
-_WIDENING = 2_000  # poses looked at to keep the clearance asked for
+_FEWER = 8  # pins at most that are given up for a line without rings
+_WIDENING = 4_000  # poses looked at to keep the clearance asked for
 _BESIDE = 1.0  # m from a pin that trouble is its doing
 
 _NONE = np.empty(0, dtype=np.int64)
@@ -78,11 +79,11 @@ def fit_way(
         return Fitted(points=way, pivots=_NONE)
     pins = found.pins[(found.pins > 0) & (found.pins < len(way) - 1)]
     fitted = _fitted(ground, weights, parameters, way, pins, effort)
-    for _ in range(len(pins)):
+    for _ in range(_FEWER):
         troubled = _troubled(ground.problem.robot, way[pins], fitted)
         if not troubled.any():
             break
-        pins = pins[~troubled]
+        pins = np.delete(pins, _least_of(way[pins], troubled))
         other = _fitted(ground, weights, parameters, way, pins, effort)
         if other.stuck is None:
             fitted = other
@@ -148,6 +149,13 @@ def _troubled(robot: Robot, pins: Floats, fitted: Fitted) -> Booleans:
         return np.zeros(len(pins), dtype=np.bool_)
     near: Booleans = np.hypot(*(pins[:, None] - places).T).min(axis=0) < _BESIDE
     return near
+
+
+def _least_of(pins: Floats, troubled: Booleans) -> int:
+    """Which of the troubled pins (p, 2) is missed least: that with another one nearest to it."""
+    apart = np.hypot(*(pins[:, None] - pins).transpose(2, 0, 1))
+    np.fill_diagonal(apart, np.inf)
+    return int(np.nanargmin(np.where(troubled, apart.min(axis=1), np.nan)) if len(pins) > 1 else 0)
 
 
 def fit_anyhow(ground: Ground, parameters: LineParameters) -> Fitted | None:

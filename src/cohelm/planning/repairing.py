@@ -32,6 +32,8 @@ _TRIES = (
 )
 """(stretch replaced before and after, window about it, m; turns on the spot; share of the poses
 left that a search may look at)."""
+_WIDE_TRIES = ((0.5, 1.0, False, 0.1), (1.5, 2.0, False, 0.4), (3.0, 3.0, False, 0.6))
+"""The same where there is room at best for a larger footprint."""
 _LEAST = 500  # poses below which it is not worth while
 _LOOP = 1.25 * math.pi  # rad that a curve may turn more than what it replaces, without turns
 _CUSP = 2.5  # rad, above which a line turns back
@@ -115,7 +117,7 @@ def widen(land: Land, fitted: Fitted, *, pins: Floats, effort: Effort) -> Fitted
             wrong &= np.hypot(*(points[:, None] - place).T).min(axis=0) > _NEARBY
         if not wrong.any():
             break
-        tries = ((land, each) for each in _TRIES[:2])
+        tries = ((land, each) for each in _WIDE_TRIES)
         repaired = _repaired(land, fitted, wrong, pins, effort, tries)
         if repaired is None:
             first, last = _first_run(wrong)
