@@ -1,4 +1,5 @@
 import dataclasses
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,7 @@ from matplotlib.collections import LineCollection
 from PIL import Image
 
 from cohelm.errors import ConfigError
-from cohelm.maps import OccupancyGrid, Place, Places
+from cohelm.maps import CostmapFilter, OccupancyGrid, Place, Places
 from cohelm.messages import Path, Wish, WishReport
 from cohelm.pictures import PlanRecord, animate_ride, canvas, check_animation, draw_plan, draw_ride
 from cohelm.pictures import animate as animation
@@ -132,6 +133,27 @@ def test_a_plan_names_all_that_it_shows(plan, tmp_path):
         "dearer, or too near", "wish of the rider",
     ):  # fmt: skip
         assert f"<!-- {label} -->" in text
+
+
+def test_masks_are_drawn_and_named_as_far_as_they_say_anything(plan, grid, tmp_path):
+    def mask(kind, occupancy):
+        data = np.zeros((30, 40), dtype=np.int8)
+        data[10:20, 10:20] = occupancy
+        small = OccupancyGrid(data=data, resolution=0.1, X_MG=np.array([6.0, 6.0, 0.3]))
+        return CostmapFilter(type=kind, mask=small)
+
+    def labels(*filters):
+        file = tmp_path / "plan.svg"
+        problem = dataclasses.replace(plan.problem, filters=filters)
+        draw_plan(dataclasses.replace(plan, problem=problem), file)
+        return re.findall("<!-- (keepout zone|slow: .*?) -->", file.read_text())
+
+    assert labels(mask("keepout", 100)) == ["keepout zone"]
+    assert labels(mask("speed_percent", 30)) == ["slow: 30 % of full speed"]
+    assert labels(mask("speed_percent", 30), mask("speed_percent", 60)) == [
+        "slow: 30 to 60 % of full speed"
+    ]
+    assert labels(mask("keepout", 50), mask("speed_percent", 0)) == []
 
 
 def test_the_same_routes_give_the_same_bytes(grid, tmp_path):

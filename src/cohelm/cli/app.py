@@ -194,7 +194,10 @@ def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
     speed_mask: options.SpeedMask = None,
     crowding: options.Crowding = None,
     json: options.Json = False,
-    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture.")] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A picture; its folder is made where there is none."),
+    ] = None,
 ) -> int:
     """Plan a route on a map, and say what a wish costs."""
     compiled_code.place()

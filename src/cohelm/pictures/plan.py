@@ -17,6 +17,7 @@ from cohelm.arrays import Floats
 from cohelm.maps import Places
 from cohelm.messages import Wish
 from cohelm.pictures import canvas
+from cohelm.pictures.masks import draw_masks
 from cohelm.planning import Costmap, RouteProblem
 from cohelm.planning.along import poses_along
 from cohelm.planning.cost_values import INSCRIBED, MAX_GRADED
@@ -58,6 +59,7 @@ def draw_plan(record: PlanRecord, file: Path, *, title: str = "") -> None:
     window = canvas.around(np.concatenate([*shown, *marks, *zones]), problem.grid, margin=2.0)
     figure, axes = canvas.sheet(window, title or _title(path))
     canvas.draw_floor(axes, problem.grid)
+    draw_masks(axes, problem)
     draw_costs(axes, record.costmap)
     canvas.draw_places(axes, record.places, np.concatenate([path.points, *marks]))
     draw_zones(axes, wishes)

@@ -12,7 +12,8 @@ from cohelm import messages
 from cohelm.geometry import nearest_on_polyline, resample
 from cohelm.maps import Places
 from cohelm.pictures import canvas
-from cohelm.pictures.plan import draw_points, draw_zones
+from cohelm.pictures.masks import draw_masks
+from cohelm.pictures.plan import draw_points, draw_strokes, draw_zones
 from cohelm.planning import RouteProblem
 
 COLOURS = (canvas.ROUTE, "#3d6fb4", "#b5651d", "#8f5cc3", "#2e9e4f", "#c23b3b")
@@ -38,7 +39,9 @@ def draw_routes(
     figure, axes = canvas.sheet(canvas.around(shown, problem.grid, margin=2.0), title)
     canvas.draw_floor(axes, problem.grid)
     canvas.draw_places(axes, places, np.concatenate([routes[0].points, *marks]))
+    draw_masks(axes, problem)
     draw_zones(axes, problem.wishes)
+    draw_strokes(axes, problem.wishes)
     for i, route in enumerate(routes):
         colour = COLOURS[i % len(COLOURS)]
         axes.plot(
