@@ -15,6 +15,7 @@ from cohelm.planning.api import GlobalPlanner
 from cohelm.planning.chaining import Effort
 from cohelm.planning.fitting import LineParameters, fit_anyhow, fit_way, without_passage
 from cohelm.planning.ground import Ground
+from cohelm.planning.leaving import only_out, starts_in_zone
 from cohelm.planning.passages import no_path
 from cohelm.planning.repairing import Fitted
 from cohelm.planning.search import GridPath, Weights, path_cost, shortest_path
@@ -67,6 +68,7 @@ def find_route(
 
     Where the footprint does not pass on the best way, the place is blocked and another way sought,
     a few times; then one over (x, y, heading), on the whole map. The cost is that on the ground.
+    Out of a zone that the robot stands in it leads once, and not in again.
 
     Args:
         ground: of the problem.
@@ -82,8 +84,12 @@ def find_route(
     search = search or cheapest(ground, parameters)
     effort = Effort(parameters.fitting.budget)
     stuck: list[Floats] = []
+    in_zone = starts_in_zone(ground)
     for _ in range(parameters.fitting.detours + 1):
         found = search(weights)
+        if found is not None and in_zone:
+            weights, again = only_out(ground, weights, found.cells)
+            found = search(weights) if again else found
         if found is None:
             break
         fitted = fit_way(ground, weights, found, parameters, effort)
