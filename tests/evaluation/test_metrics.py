@@ -212,8 +212,13 @@ def test_deviation_and_delay_against_the_twin_without_the_robot(made_ride):
     assert pedestrian_delay(with_robot, without) == pytest.approx(0.5)
 
 
-def test_timing_gives_median_tail_and_worst(made_ride):
-    ticks = np.linspace(0.0, 1.0, 101)
-    assert timing(made_ride(along_x(0), durations={"tick": ticks})) == {
-        "tick": {"median": pytest.approx(0.5), "p99": pytest.approx(0.99), "max": 1.0}
-    }
+def test_timing_gives_median_tail_and_worst_and_the_first_apart(made_ride):
+    ticks = np.concatenate([[10.0], np.linspace(0.0, 1.0, 101)])
+    assert timing(made_ride(along_x(0), durations={"tick": ticks}))["tick"] == {
+        "median": pytest.approx(0.5), "p99": pytest.approx(0.99), "max": 1.0, "first": 10.0,
+    }  # fmt: skip
+
+
+def test_one_tick_is_all_there_is(made_ride):
+    found = timing(made_ride(along_x(0), durations={"tick": np.array([0.5])}))["tick"]
+    assert set(found.values()) == {0.5}

@@ -189,6 +189,7 @@ def test_the_report_says_what_is_met_and_who_does_not_win(tmp_path):
     assert "upf: nearest error 1.21 m, at most 1.10 m: MISSED" in notes
     assert "upf is worse than astar: error, nearest +0.20 m, length +0.20 m" in notes
     assert "soft_via is worse" not in notes
+    assert "only 4 scenes: with fewer than 5" in notes
     assert "soft_via does not clearly differ from astar: error, same time, time" in notes
     table, differences = report.sheets
     assert [row[0] for row in table.rows[:3]] == ["astar", "upf", "soft_via"]

@@ -30,7 +30,9 @@ class Asked(NamedTuple):
     json: bool
     first: int = 0
     map: Path | None = None
-    """The map to measure on, where the benchmark takes one (has ``on_map``)."""
+    """The map to measure on, where the benchmark takes one (has ``on``)."""
+    sizes: tuple[int, ...] = ()
+    """Sides of the maps, cells, for the same; empty: the usual ones."""
 
 
 def bench(name: str, module: str, asked: Asked) -> int:
@@ -40,7 +42,7 @@ def bench(name: str, module: str, asked: Asked) -> int:
         ConfigError: if the folder cannot be written to.
     """
     found = import_module(module)
-    chosen: Bench = found if asked.map is None else found.on_map(asked.map)
+    chosen: Bench = found.on(asked.map, asked.sizes) if asked.map or asked.sizes else found
     folder = _folder(asked.out or Path("benches") / name)
     seeds = chosen.SEEDS if asked.seeds is None else asked.seeds
     tasks = chosen.tasks(range(asked.first, asked.first + seeds))

@@ -48,6 +48,17 @@ Map = Annotated[
     typer.Option("--map", metavar="FILE.yaml", help="A map to stretch; unset, seeded floors."),
 ]
 
+Size = Annotated[
+    list[int] | None,
+    typer.Option(
+        "--size",
+        metavar="CELLS",
+        min=64,
+        max=20_000,
+        help="Side of the map in cells; may be given again. Unset, 384, 1000 and 4000.",
+    ),
+]
+
 
 def _command(name: str, module: str) -> Callable[..., int]:
     def command(
@@ -71,12 +82,14 @@ def _planning(
     out: Out = None,
     json: options.Json = False,
     map_file: Map = None,
+    size: Size = None,
 ) -> int:
     compiled_code.place()
     from cohelm.cli import bench  # noqa: PLC0415 # lazy
 
     name, module = "planning", BENCHES["planning"][0]
-    return bench.bench(name, module, bench.Asked(seeds, out, None, json, first, map_file))
+    asked = bench.Asked(seeds, out, None, json, first, map_file, tuple(size or ()))
+    return bench.bench(name, module, asked)
 
 
 for _name, (_module, _help) in BENCHES.items():

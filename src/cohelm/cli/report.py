@@ -80,6 +80,9 @@ def metrics_table(title: str, metrics: Mapping[str, float], timing: Mapping[str,
             each = timing[stage]
             cells = " / ".join(f"{1e3 * each[k]:.2f}" for k in ("median", "p99", "max"))
             table.add_row(f"{stage} median / p99 / max", cells, "ms")
+    if "tick" in timing:
+        first = f"{1e3 * timing['tick']['first']:.2f}"
+        table.add_row("first tick, with what was compiled for it", first, "ms")
     return table
 
 

@@ -50,6 +50,8 @@ OURS, BASELINES = "soft_via", ("iterative_astar", "astar")
 OURS_ALL = ("upf", "upf_rayleigh", "upf_soft", "soft_via")
 LIMITS = {"soft_via": 0.35, "upf": 1.10}
 """What the mean nearest error is to stay below, m; for ``upf`` that is the paper's figure."""
+FEW = 5
+"""Scenes below which intervals mean little."""
 DESIRED = "desired"
 SHOWN = (DESIRED, "astar", "astar_shortest", "iterative_astar", "upf", "soft_via", "upf_soft")
 """In the pictures; Fig. 12 has the first four."""
@@ -63,6 +65,12 @@ def make_report(
     means = {m: {k: estimate(v) for k, v in each.items()} for m, each in columns.items()}
     verdicts = _verdicts(means, columns)
     notes = [f"{name} is not installed and was left out" for name in wanting]
+    scenes = len({r.row["seed"] for r in results})
+    if scenes < FEW:
+        notes.append(
+            f"only {scenes} scene{'s' if scenes > 1 else ''}: with fewer than {FEW}, intervals and "
+            "what is said to be met mean little"
+        )
     notes += _troubles(results) + _sides(results) + [text for text, _ in verdicts] + _lost(columns)
     summary = {
         "measures": {

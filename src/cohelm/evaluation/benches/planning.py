@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +24,7 @@ from cohelm.arrays import Floats32, value
 from cohelm.evaluation.benches.bench import Report, Result, Sheet, Task
 from cohelm.evaluation.benches.step_graph import step_graph
 from cohelm.evaluation.benches.stopwatch import peak_memory, timed
-from cohelm.maps import FREE, OCCUPIED, OccupancyGrid, read_map
+from cohelm.maps import FREE, OCCUPIED, MapWarning, OccupancyGrid, read_map
 from cohelm.messages import LiveObstacles, Wish
 from cohelm.planning.cost_values import INSCRIBED
 from cohelm.planning.costmap import Costmap, Inflation, build_costmap, combine
@@ -39,6 +40,7 @@ WORKERS = 1
 
 SIZES = (384, 1000, 4000)
 """Sides of the maps, cells."""
+GREATEST = SIZES[-1]
 LEAST = {1000: 8.0, 4000: 40.0}
 """How many times faster than scikit-image a plan has to be; of the greatest, on real maps."""
 MOST_MEMORY = 300e6
@@ -60,6 +62,7 @@ class PlanningBench:
     """The benchmark on one map or on seeded floors; the module itself is that on floors."""
 
     map_file: Path | None = None
+    sizes: tuple[int, ...] = SIZES
     TITLE: str = TITLE
     SEEDS: int = SEEDS
     WORKERS: int | None = WORKERS
@@ -67,8 +70,8 @@ class PlanningBench:
     def tasks(self, seeds: range) -> Sequence[Task]:
         """One for each size and seed; a real map is the same for every seed."""
         if self.map_file is not None:
-            return [(size, str(self.map_file)) for size in SIZES]
-        return [(size, seed) for size in SIZES for seed in seeds]
+            return [(size, str(self.map_file)) for size in self.sizes]
+        return [(size, seed) for size in self.sizes for seed in seeds]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """All measurements on one map."""
@@ -90,14 +93,15 @@ class PlanningBench:
 tasks, work, report = PlanningBench().tasks, PlanningBench().work, PlanningBench().report
 
 
-def on_map(file: Path) -> PlanningBench:
-    """The benchmark on a real map (YAML as Nav2 writes it) stretched to every size.
+def on(map_file: Path | None, sizes: Sequence[int]) -> PlanningBench:
+    """The benchmark on a map, a YAML as Nav2 writes it, or on floors; of some sizes or of all.
 
     Raises:
-        MapError: if it cannot be read.
+        MapError: if the map cannot be read.
     """
-    read_map(file)
-    return PlanningBench(map_file=file)
+    if map_file is not None:
+        read_map(map_file)
+    return PlanningBench(map_file=map_file, sizes=tuple(sorted(set(sizes))) or SIZES)
 
 
 def floor(size: int, seed: int) -> OccupancyGrid:
@@ -120,7 +124,9 @@ def floor(size: int, seed: int) -> OccupancyGrid:
 
 def stretched(file: Path, size: int) -> OccupancyGrid:
     """A map stretched to a square of ``size`` cells by nearest neighbours, its resolution kept."""
-    grid = read_map(file)
+    with warnings.catch_warnings():  # ``on`` has said them
+        warnings.simplefilter("ignore", MapWarning)
+        grid = read_map(file)
     data = cv2.resize(grid.data.view(np.uint8), (size, size), interpolation=cv2.INTER_NEAREST_EXACT)
     return replace(grid, data=data.view(np.int8))
 
@@ -260,7 +266,7 @@ def _sheet(size: int, which: str, rows: Sequence[Any]) -> Sheet:
     def cell(row: Any, key: str, digits: int) -> str:
         return f"{row[key]:.{digits}f}" if math.isfinite(row[key]) else ""
 
-    keys = (("median_ms", 2), ("p99_ms", 2), ("memory_mb", 0), ("ratio", 1))
+    keys = (("median_ms", 2), ("p99_ms", 2), ("memory_mb", 1), ("ratio", 1))
     return Sheet(
         title=f"{size}² cells, {which}",
         columns=("", "median, ms", "p99, ms", "memory, MB", "× A* plan"),
@@ -273,13 +279,13 @@ def _verdicts(rows: Sequence[Any]) -> Iterator[str]:
         size, what, where = row["size"], row["what"], row["map"]
         least = LEAST.get(size)
         if what == SCIKIT and least is not None and math.isfinite(row["ratio"]):
-            asked = f"{least:g} asked" if size < SIZES[-1] else f"{least:g} asked of real maps"
+            asked = f"{least:g} asked" if size < GREATEST else f"{least:g} asked of real maps"
             word = _word(row["ratio"] >= least)
             yield f"{size}², {where}: {row['ratio']:.1f} times scikit-image, {asked}: {word}"
         if what == PLAN and math.isfinite(row["memory_mb"]):
             word, most = _word(1e6 * row["memory_mb"] <= MOST_MEMORY), 1e-6 * MOST_MEMORY
-            yield f"{size}², {where}: {row['memory_mb']:.0f} MB, at most {most:g} asked: {word}"
-        if size == SIZES[-1] and what in MOST_TIME:
+            yield f"{size}², {where}: {row['memory_mb']:.1f} MB, at most {most:g} asked: {word}"
+        if size == GREATEST and what in MOST_TIME:
             word, most = _word(row["median_ms"] <= MOST_TIME[what]), MOST_TIME[what]
             yield f"{what}: {row['median_ms']:.1f} ms, at most {most:g} asked: {word}"
 
