@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import math
 
 from pydantic import Field
 
 from cohelm.arrays import Floats
-from cohelm.errors import NoPath
+from cohelm.errors import NoPath, PlanningTimeout
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
 from cohelm.planning.astar import without_wishes
 from cohelm.planning.ground import Ground, ground_for
-from cohelm.planning.route import RouteParameters, Score, cheapest, find_route, score_on, to_path
+from cohelm.planning.route import (
+    RouteParameters,
+    Score,
+    Search,
+    cheapest,
+    find_route,
+    score_on,
+    to_path,
+)
 from cohelm.planning.search import GridPath, Weights
 from cohelm.planning.via import cheapest_via
 from cohelm.planning.via_layers import Chain
-from cohelm.planning.wishes import chains_of, has_wishes, on_grid, price_of
+from cohelm.planning.wishes import chains_of, has_wishes, on_grid, price_of, strokes
 
 
 class SoftVia:
@@ -44,6 +53,10 @@ class SoftVia:
         """Length of a stroke's pieces, m; longer where there would be too many."""
         stroke_pieces: int = Field(32, ge=1, le=255)
         """Of a stroke at most; time and memory grow with it."""
+        stroke_effort: int = Field(10_000_000, ge=3)
+        """Cells of layers that may be looked at for strokes, for all ways that are tried. A third
+        of those left is for the next: where they do not do, the strokes are cut into a quarter of
+        the pieces, and into a quarter of those, and at last left out of the search."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -56,23 +69,13 @@ class SoftVia:
         """
         parameters = self.parameters
         ground = ground_for(problem, parameters)
-        chains = chains_of(
-            problem,
-            closeness=parameters.closeness,
-            spacing=parameters.stroke_spacing,
-            pieces=parameters.stroke_pieces,
-        )
         plain = find_route(ground, parameters)
         without = without_wishes(ground, parameters, plain)
         if not has_wishes(problem):
             return to_path(ground, plain, without, method="soft_via")
 
-        cells, cheapest_way = on_grid(chains, problem.grid), cheapest(ground, parameters)
-
-        def search(weights: Weights) -> GridPath | None:
-            way, budget = cheapest_way(weights), parameters.max_expansions
-            return way and cheapest_via(weights, way, cells, max_expansions=budget)
-
+        search = _compromise(ground, parameters)
+        chains = _chains(problem, parameters, parameters.stroke_pieces)
         score = _score(ground, chains)
         routes = [plain]
         # The footprint may not pass there, or only by detours that are not worth it.
@@ -80,6 +83,45 @@ class SoftVia:
             routes.append(find_route(ground, parameters, search=search))
         route = min(routes, key=lambda each: score(each.points))
         return to_path(ground, route, without, method="soft_via", score=score)
+
+
+def _compromise(ground: Ground, parameters: SoftVia.Parameters) -> Search:
+    """The search for the best way under the wishes, with as much effort as there is for strokes."""
+    problem, plainly = ground.problem, cheapest(ground, parameters)
+    left = parameters.stroke_effort if strokes(problem) else 0
+
+    def search(weights: Weights) -> GridPath | None:
+        nonlocal left
+        way, pieces = plainly(weights), parameters.stroke_pieces
+        while way and pieces and left >= 3:
+            chains = on_grid(_chains(problem, parameters, pieces), problem.grid)
+            try:
+                found = cheapest_via(weights, way, chains, max_expansions=left // 3)
+            except PlanningTimeout:
+                left, pieces = left - left // 3, pieces // 4
+            else:
+                left -= found.expansions
+                return found
+        chains = on_grid(_chains(problem, parameters, 0), problem.grid)
+        budget = parameters.max_expansions
+        return way and cheapest_via(weights, way, chains, max_expansions=budget)
+
+    return search
+
+
+def _chains(
+    problem: RouteProblem, parameters: SoftVia.Parameters, pieces: int
+) -> tuple[Chain, ...]:
+    """The wishes with strokes of so many pieces at most; without strokes where that is 0."""
+    if not pieces:
+        points = tuple(wish for wish in problem.wishes if wish.kind != "stroke")
+        problem = dataclasses.replace(problem, wishes=points)
+    return chains_of(
+        problem,
+        closeness=parameters.closeness,
+        spacing=parameters.stroke_spacing,
+        pieces=max(pieces, 1),
+    )
 
 
 def _score(ground: Ground, chains: tuple[Chain, ...]) -> Score:
