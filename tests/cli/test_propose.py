@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from .conftest import write_map
+from .conftest import mask, write_map
 
 ENDS = ("--start", "-8.5,0", "--goal", "8.5,0")
 
@@ -173,3 +173,20 @@ def test_all_routes_are_drawn(propose, tmp_path):
     assert propose("--plot", file, "--prefer", "0,5", "--avoid", "0,0,1")[0] == 0
     with Image.open(file) as picture:
         assert min(picture.size) > 300
+
+
+def test_it_takes_what_plan_takes_and_says_what_plan_notes(propose, tmp_path):
+    line = tmp_path / "line.csv"
+    line.write_text("-6,0\n0,0\n6,0\n")
+    pixels = np.full((120, 200), 254, dtype=np.uint8)
+    keepout = mask(tmp_path, "keepout", pixels, origin=[-10.0, -6.0, 0.0])
+    code, out, err = propose(
+        "--json", "--prefer=5,0", "--prefer=33,0", "--ordered", "--stroke", line,
+        "--keepout", keepout, "--speed-mask", keepout, "--clearance", "0.05",
+        "--set", "closeness=1", "--avoid-hard=-8.5,0,0.2",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert json.loads(out)["notes"] == [
+        "the start lies inside zone 1, never to enter: the route leads out of it first",
+        "point 2 (33, 0) lies off the map",
+    ]

@@ -64,7 +64,7 @@ def _figures(ground: Ground, each: Alternative, measuring: Measuring) -> dict[st
         "from_strokes": path.wishes.along.tolist(),
         "extra_length": path.wishes.extra_length,
         "extra_cost": path.wishes.extra_cost,
-        "minimum_clearance": _gap(ground, path),
+        "minimum_clearance": gap_along(ground, path),
         "estimated_time": features.time + slowed,
         "crowding": features.crowding,
         "turns": features.turns,
@@ -74,7 +74,8 @@ def _figures(ground: Ground, each: Alternative, measuring: Measuring) -> dict[st
     }
 
 
-def _gap(ground: Ground, path: Path) -> float:
+def gap_along(ground: Ground, path: Path) -> float:
+    """Least distance between the chair's outline and what bodily stands there, m."""
     grid = ground.costmap.grid
     walls = DistanceField(distance=ground.costmap.walls, resolution=grid.resolution, X_MG=grid.X_MG)
     return least_gap(path.points, ground.problem.robot, walls)

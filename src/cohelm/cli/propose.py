@@ -11,11 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from cohelm.cli import streams
+from cohelm.cli.notes import notes
 from cohelm.cli.plan import Asked, planner_of, problem_of
+from cohelm.cli.plan_report import gap_along
 from cohelm.cli.progress import Waiting
 from cohelm.cli.report import OUTPUT, versions, write_json
 from cohelm.config import nearest
 from cohelm.errors import ConfigError
+from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.planning.alternatives import Differing
 from cohelm.planning.choices import (
     Rider,
@@ -30,9 +33,11 @@ from cohelm.planning.choices import (
     write_shown,
 )
 from cohelm.planning.features import Measuring
+from cohelm.planning.ground import ground_for
 from cohelm.planning.learned import UNITS, Choice, Liking, explained, habits, meaning
 from cohelm.planning.proposal import Proposal, Proposed
 from cohelm.planning.proposal import propose as propose_routes
+from cohelm.planning.route import parameters_of
 from cohelm.planning.traits import TRAITS
 
 
@@ -62,6 +67,7 @@ def propose(
             problem, planner, asked.alternatives, rider=rider, differing=differing
         )
         seconds = time.thread_time() - began
+        noted = _notes(problem, planner, found)
     shown = _shown(asked, found)
     if plot is not None:
         from cohelm.pictures import draw_routes  # noqa: PLC0415 # lazy
@@ -69,9 +75,12 @@ def propose(
         paths = [each.alternative.path for each in found.routes]
         draw_routes(problem, paths, plot, places, title=found.why)
     if json:
-        write_json({**_summary(found, rider), "taken": take, "timing": {"plan": seconds}})
+        report = {**_summary(found, rider), "notes": noted, "taken": take}
+        write_json({**report, "timing": {"plan": seconds}})
     else:
         _say(found, rider, rider_name, take)
+        for note in noted:
+            OUTPUT.print(f"note: {note}", markup=False, soft_wrap=True)
     if file is not None and rider is not None:
         if take is not None:
             _note(rider, file, shown, take, key="--take", quiet=json)
@@ -175,6 +184,12 @@ def _note(rider: Rider, file: Path, shown: Shown, taken: int, *, key: str, quiet
             markup=False,
             soft_wrap=True,
         )
+
+
+def _notes(problem: RouteProblem, planner: GlobalPlanner, found: Proposal) -> list[str]:
+    """What is to be known of the route that is named first."""
+    ground, path = ground_for(problem, parameters_of(planner)), found.routes[0].alternative.path
+    return notes(ground, path, gap_along(ground, path))
 
 
 def _shown(asked: Asked, found: Proposal) -> Shown:
