@@ -27,7 +27,7 @@ arcs, and the path's chords cut them by some millimetres."""
 
 
 _FEWER = 8  # pins at most that are given up for a line without rings
-_WIDENING = 4_000  # poses looked at to keep the clearance asked for
+_WIDENING = 1_500  # poses looked at to keep the clearance asked for
 _BESIDE = 1.0  # m from a pin that trouble is its doing
 
 _NONE = np.empty(0, dtype=np.int64)
@@ -122,16 +122,20 @@ def _fitted(
         return Fitted(points=line, pivots=_NONE, stuck=line[-1])
     pivots = _NONE if robot.minimum_turning_radius is not None else turns_back(line)
     fitted = Fitted(points=line, pivots=pivots)
+    wide = tuple(
+        _land(ground, weights, parameters, wider=gap + share * parameters.wanted_gap)
+        for share in (1.0, 0.5)
+    )
     if gap > 0.0:
         roomy = _land(ground, weights, parameters, wider=gap)
-        fitted = widen(roomy, fitted, pins=way[pins], effort=Effort(_WIDENING))
+        fitted = widen(roomy, fitted, pins=way[pins], effort=Effort(_WIDENING), wide=wide[1:])
     return fit(
         land,
         fitted.points,
         pins=way[pins],
         effort=effort,
         pivots=fitted.pivots,
-        wide=_land(ground, weights, parameters, wider=gap + parameters.wanted_gap),
+        wide=wide,
         forgiven=forgiven,
     )
 

@@ -34,7 +34,7 @@ _TRIES = (
 left that a search may look at)."""
 _WIDE_TRIES = ((0.5, 1.0, False, 0.1), (1.5, 2.0, False, 0.4), (3.0, 3.0, False, 0.6))
 """The same where there is room at best for a larger footprint."""
-_LEAST = 500  # poses below which it is not worth while
+_LEAST = 300  # poses below which it is not worth while
 _LOOP = 1.25 * math.pi  # rad that a curve may turn more than what it replaces, without turns
 _CUSP = 2.5  # rad, above which a line turns back
 _REPAIRS = 12
@@ -64,7 +64,7 @@ def fit(
     pins: Floats,
     effort: Effort,
     pivots: Integers = _NONE,
-    wide: Land | None = None,
+    wide: tuple[Land, ...] = (),
     forgiven: float = 0.0,
 ) -> Fitted:
     """A line for the footprint along a smooth one (n, 2), both ends kept.
@@ -75,8 +75,8 @@ def fit(
         pins: points (p, 2) that it must keep passing, in order.
         effort: poses that may be looked at; what is used is taken off.
         pivots: indices at which the robot turns on the spot already.
-        wide: with a larger footprint, which the stretches that are replaced have room for where
-            they can.
+        wide: with larger footprints, the largest first, for which the stretches that are replaced
+            have room where they can.
         forgiven: how far from its start the line may touch what the robot stood beside, where
             nothing else leads away, m.
     """
@@ -85,7 +85,7 @@ def fit(
         wrong = misfits(land, fitted.points, fitted.pivots)
         if not wrong.any():
             return fitted
-        repaired = _repaired(land, fitted, wrong, pins, effort, _attempts(land, wide))
+        repaired = _repaired(land, fitted, wrong, pins, effort, _attempts(land, wide, _TRIES))
         if repaired is None:
             break
         fitted = repaired
@@ -100,7 +100,9 @@ def fit(
     return Fitted(points=points, pivots=fitted.pivots, stuck=points[(first + last) // 2])
 
 
-def widen(land: Land, fitted: Fitted, *, pins: Floats, effort: Effort) -> Fitted:
+def widen(
+    land: Land, fitted: Fitted, *, pins: Floats, effort: Effort, wide: tuple[Land, ...] = ()
+) -> Fitted:
     """The line with room for a larger footprint wherever a curve nearby has it.
 
     Args:
@@ -108,6 +110,7 @@ def widen(land: Land, fitted: Fitted, *, pins: Floats, effort: Effort) -> Fitted
         fitted: the line.
         pins: points (p, 2) that it must keep passing, in order.
         effort: poses that may be looked at; what is used is taken off.
+        wide: as for ``fit``.
     """
     hopeless: list[Floats] = []
     for _ in range(_REPAIRS):
@@ -117,7 +120,7 @@ def widen(land: Land, fitted: Fitted, *, pins: Floats, effort: Effort) -> Fitted
             wrong &= np.hypot(*(points[:, None] - place).T).min(axis=0) > _NEARBY
         if not wrong.any():
             break
-        tries = ((land, each) for each in _WIDE_TRIES)
+        tries = _attempts(land, wide, _WIDE_TRIES)
         repaired = _repaired(land, fitted, wrong, pins, effort, tries)
         if repaired is None:
             first, last = _first_run(wrong)
@@ -127,10 +130,11 @@ def widen(land: Land, fitted: Fitted, *, pins: Floats, effort: Effort) -> Fitted
     return fitted
 
 
-def _attempts(land: Land, wide: Land | None) -> Iterator[tuple[Land, _Try]]:
-    if wide is not None:
-        yield from ((wide, each) for each in _TRIES[:2])
-    yield from ((land, each) for each in _TRIES)
+def _attempts(
+    land: Land, wide: tuple[Land, ...], tries: tuple[_Try, ...]
+) -> Iterator[tuple[Land, _Try]]:
+    yield from ((where, each) for where in wide for each in _TRIES[:2])
+    yield from ((land, each) for each in tries)
 
 
 def _repaired(
