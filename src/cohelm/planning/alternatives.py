@@ -104,6 +104,8 @@ def alternatives(
         path = _built(ground, parameters, way, first)
         if path is None or path.length > differing.stretch * first.length:
             continue
+        if comes_back(resample(path.points, 0.25), ground.costmap.radius):
+            continue
         obstacle = _news(ground, path.points, chosen, differing)
         if obstacle >= differing.obstacle:
             chosen.append(path)
