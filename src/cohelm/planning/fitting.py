@@ -27,7 +27,7 @@ arcs, and the path's chords cut them by some millimetres."""
 
 
 _FEWER = 8  # pins at most that are given up for a line without rings
-_WIDENING = 1_500  # poses looked at to keep the clearance asked for
+_WIDENING = 3_000  # poses looked at to keep the clearance asked for
 _BESIDE = 1.0  # m from a pin that trouble is its doing
 
 _NONE = np.empty(0, dtype=np.int64)
