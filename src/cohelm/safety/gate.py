@@ -181,6 +181,7 @@ _GENTLE = frozenset(
         Reason.KEEPOUT,
         Reason.NO_PATH,
         Reason.TOO_MANY_WISHES,
+        Reason.INVALID_PROBLEM,
         Reason.PLANNING_TIMEOUT,
         Reason.PLANNING,
         Reason.ARRIVED,
