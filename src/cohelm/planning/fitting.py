@@ -69,7 +69,8 @@ def fit_way(
 ) -> Fitted:
     """A way over some weights as a smooth line that the footprint can follow, grid's frame.
 
-    Where a pin makes it go round in a ring, or get stuck, it need not be passed.
+    Where a pin makes it go round in a ring, or get stuck, it need not be passed; and where the gap
+    that is wanted leads it to where it gets stuck, that is not sought.
     """
     res = ground.problem.grid.resolution
     ends = _ends(ground)
@@ -79,6 +80,11 @@ def fit_way(
         return Fitted(points=way, pivots=_NONE)
     pins = found.pins[(found.pins > 0) & (found.pins < len(way) - 1)]
     fitted = _fitted(ground, weights, parameters, way, pins, effort)
+    if fitted.stuck is not None and parameters.wanted_gap > 0.0:
+        closer = parameters.model_copy(update={"wanted_gap": 0.0})
+        other = _fitted(ground, weights, closer, way, pins, effort)
+        if other.stuck is None:
+            fitted = other
     for _ in range(_FEWER):
         troubled = _troubled(ground.problem.robot, way[pins], fitted)
         if not troubled.any():
@@ -125,6 +131,7 @@ def _fitted(
     wide = tuple(
         _land(ground, weights, parameters, wider=gap + share * parameters.wanted_gap)
         for share in (1.0, 0.5)
+        if parameters.wanted_gap > 0.0
     )
     if gap > 0.0:
         roomy = _land(ground, weights, parameters, wider=gap)
