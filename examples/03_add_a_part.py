@@ -8,6 +8,8 @@ A part is a class with a nested ``Parameters`` model. Name it in one line of one
 and every scenario can say ``predictor: {use: slowing, time_constant: 1.5}``.
 """
 
+import dataclasses
+
 import numpy as np
 from pydantic import Field
 
@@ -29,14 +31,16 @@ class SlowingDown:
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
 
-    def predict(self, people: People, steps: int, step: float) -> Predictions:
-        """See :class:`~cohelm.perception.Predictor`; one hypothesis, over all people at once."""
+    def predict(
+        self, people: People, steps: int, step: float, memory: None
+    ) -> tuple[Predictions, None]:
+        """See :class:`~cohelm.perception.Predictor`; one hypothesis, and nothing to remember."""
         tau = self.parameters.time_constant
         ahead = step * np.arange(steps + 1)
         fading = np.exp(-ahead / tau)[:, None]
         position, velocity = people.mean[:, None, None, :2], people.mean[:, None, None, 2:]
         spread = np.sqrt(people.covariance[:, [0, 1], [0, 1]].max(axis=-1, initial=0.0))
-        return Predictions(
+        predictions = Predictions(
             step=step,
             names=("slowing_down",),
             weight=np.ones((len(people), 1)),
@@ -44,29 +48,25 @@ class SlowingDown:
             velocity=fading * velocity,
             deviation=spread[:, None, None] + 0.3 * ahead,
         )
+        return predictions, None
 
 
 class OverSure(SlowingDown):
     """The same, but surer the further it looks ahead: not what a predictor may be."""
 
-    def predict(self, people: People, steps: int, step: float) -> Predictions:
+    def predict(
+        self, people: People, steps: int, step: float, memory: None
+    ) -> tuple[Predictions, None]:
         """Break the contract."""
-        made = super().predict(people, steps, step)
-        return Predictions(
-            step=made.step,
-            names=made.names,
-            weight=made.weight,
-            mean=made.mean,
-            velocity=made.velocity,
-            deviation=made.deviation[..., ::-1],
-        )
+        made, _ = super().predict(people, steps, step, memory)
+        return dataclasses.replace(made, deviation=made.deviation[..., ::-1]), None
 
 
 def main() -> None:
     predictor = SlowingDown(SlowingDown.Parameters())
     check_predictor(predictor)
     walker = walkers([[0.0, 0.0, 1.2, 0.0]])
-    ahead = predictor.predict(walker, 4, 1.0).mean[0, 0, :, 0]
+    ahead = predictor.predict(walker, 4, 1.0, None)[0].mean[0, 0, :, 0]
     print("keeps its contract; a walker at 1.2 m/s is after 0, 1 … 4 s at", np.round(ahead, 2), "m")
     try:
         check_predictor(OverSure(OverSure.Parameters()))

@@ -90,7 +90,9 @@ def navigator(**changes: object) -> Navigator:
         global_planner=plugins.build("global_planners", "upf"),
         local_planner=plugins.build("local_planners", "ss_mpc_dcbf"),
         detector=plugins.build("detectors", "scan_clusters"),
+        cloud_detector=plugins.build("cloud_detectors", "cloud_clusters"),
         tracker=plugins.build("trackers", "kalman"),
+        group_detector=plugins.build("group_detectors", "alone"),
         predictor=plugins.build("predictors", "constant_velocity"),
         social_model=plugins.build("social_models", "personal_space"),
     )

@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -35,14 +37,8 @@ def nearest(people, point):
 def sighting(time, positions, confidence=0.98):
     """What a detector would tell of whole bodies, without its points."""
     d = len(positions)
-    nothing = Detections.nothing(time, np.zeros(2))
-    return type(nothing)(
-        time=time,
-        origin=nothing.origin,
-        points=nothing.points,
-        owner=nothing.owner,
-        mapped=nothing.mapped,
-        through=nothing.through,
+    return dataclasses.replace(
+        Detections.nothing(time, np.zeros(2)),
         position=np.reshape(positions, (-1, 2)),
         radius=np.full(d, R),
         deviation=np.full(d, 0.03),
@@ -164,13 +160,12 @@ def test_seen_through_it_goes_sooner_than_unseen():
         for tick in range(10, 60):
             time = tick / 10
             seen = sighting(time, np.empty((0, 2)))
-            seen = type(seen)(
-                **{f: getattr(seen, f) for f in seen.__slots__}
-                | {
-                    "points": points,
-                    "owner": np.full(len(points), -1),
-                    "mapped": np.zeros(len(points), dtype=bool),
-                }
+            seen = dataclasses.replace(
+                seen,
+                points=points,
+                owner=np.full(len(points), -1),
+                cluster=np.full(len(points), -1),
+                mapped=np.zeros(len(points), dtype=bool),
             )
             people, state = tracker.track(observation(time), (seen,), state)
             if not len(people):

@@ -24,7 +24,7 @@ def test_fulfils_the_contract():
 
 
 def test_keeps_going():
-    got = ConstantVelocity().predict(person(0.01 * np.eye(4)), 5, 0.2)
+    got, _ = ConstantVelocity().predict(person(0.01 * np.eye(4)), 5, 0.2)
     assert got.names == ("keeps_going",)
     assert got.mean[0, 0, 5] == pytest.approx([1.5, 1.0])
     assert (got.velocity == [0.5, -1.0]).all()
@@ -36,7 +36,7 @@ def test_grows_unsure_as_the_sampled_motion_does():
     rng = np.random.default_rng(0)
     root = 0.1 * rng.standard_normal((4, 4))
     covariance = root @ root.T
-    got = ConstantVelocity(ConstantVelocity.Parameters(agility=0.05)).predict(
+    got, _ = ConstantVelocity(ConstantVelocity.Parameters(agility=0.05)).predict(
         person(covariance), 10, 0.1
     )
     samples = rng.multivariate_normal(np.zeros(4), covariance, 40_000)
@@ -51,5 +51,5 @@ def test_grows_unsure_as_the_sampled_motion_does():
 
 def test_is_never_less_sure_than_told():
     parameters = ConstantVelocity.Parameters(largest_deviation=0.5)
-    got = ConstantVelocity(parameters).predict(person(np.eye(4)), 30, 0.1)
+    got, _ = ConstantVelocity(parameters).predict(person(np.eye(4)), 30, 0.1)
     assert got.deviation.max() == 0.5

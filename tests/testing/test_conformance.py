@@ -7,7 +7,7 @@ import pytest
 
 from cohelm import plugins
 from cohelm.errors import GoalBlocked
-from cohelm.messages import Status
+from cohelm.messages import Groups, Status
 from cohelm.testing import CHECKS, ConformanceError, check_global_planner, check_local_planner
 from cohelm.testing.conformance import require_raises, steady
 
@@ -26,6 +26,10 @@ def test_there_is_a_check_for_every_kind_of_part():
 @pytest.mark.parametrize("group", plugins.GROUPS)
 def test_something_of_every_kind_is_installed(group):
     assert plugins.names(group)
+
+
+def each_a_group(_, people, *__):
+    return Groups(id=np.arange(len(people)), member=np.arange(len(people)))
 
 
 class Altered:
@@ -56,6 +60,8 @@ SOUND = {
     "plan a move": ("local_planners", "path_follower", "plan"),
     "detect": ("detectors", "scan_clusters", "detect"),
     "track": ("trackers", "given", "track"),
+    "detect in clouds": ("cloud_detectors", "cloud_clusters", "detect"),
+    "group": ("group_detectors", "alone", "group"),
     "predict": ("predictors", "constant_velocity", "predict"),
     "shape": ("social_models", "personal_space", "spaces"),
     "walk": ("pedestrian_models", "orca", "step"),
@@ -77,6 +83,7 @@ DROPS_A_RETURN = replace(
     points=lambda d, *_: d.points[1:],
     owner=lambda d, *_: d.owner[1:],
     mapped=lambda d, *_: d.mapped[1:],
+    cluster=lambda d, *_: d.cluster[1:],
 )
 SEES = replace(velocity=lambda crowd, _, scene, *args: crowd.velocity + scene.robot_position)
 
@@ -94,9 +101,12 @@ FAULTS = [
     ("track", first(replace(id=lambda people, *_: 0 * people.id)), "share an id"),
     ("track", first(GROWING_IDS), "id from call to call"),
     ("track", first(replace(covariance=lambda people, *_: -people.covariance)), "negative"),
-    ("predict", replace(weight=lambda p, *_: 0.5 * p.weight), "sum to 1"),
-    ("predict", replace(mean=lambda p, *_: p.mean + 0.1), "where people are now"),
-    ("predict", replace(deviation=lambda p, *_: p.deviation[..., ::-1]), "certainty"),
+    ("predict", first(replace(weight=lambda p, *_: 0.5 * p.weight)), "sum to 1"),
+    ("predict", first(replace(mean=lambda p, *_: p.mean + 0.1)), "where people are now"),
+    ("predict", first(replace(deviation=lambda p, *_: p.deviation[..., ::-1])), "certainty"),
+    ("detect in clouds", replace(time=lambda d, *_: d.time + 1.0), "first cloud's time"),
+    ("group", first(lambda groups, people, *_: Groups.alone(len(people) + 1)), "for everyone"),
+    ("group", first(each_a_group), "two members"),
     ("shape", replace(side=lambda spaces, *_: 0.0 * spaces.side), "positive"),
     ("shape", replace(floor=lambda *_: 0.1), "social distance"),
     ("shape", replace(rear=lambda spaces, *_: 0.5 * spaces.rear), "circle"),

@@ -48,7 +48,9 @@ PARTS = {
     "global_planner": ("global_planners", "soft_via"),
     "local_planner": ("local_planners", "ss_mpc_dcbf"),
     "detector": ("detectors", "scan_clusters"),
+    "cloud_detector": ("cloud_detectors", "cloud_clusters"),
     "tracker": ("trackers", "kalman"),
+    "group_detector": ("group_detectors", "alone"),
     "predictor": ("predictors", "constant_velocity"),
     "social_model": ("social_models", "personal_space"),
     "rider": ("riders", "none"),
@@ -104,7 +106,9 @@ class Scenario(Model):
     global_planner: Spec = named(PARTS["global_planner"][1])
     local_planner: Spec = named(PARTS["local_planner"][1])
     detector: Spec = named(PARTS["detector"][1])
+    cloud_detector: Spec = named(PARTS["cloud_detector"][1])
     tracker: Spec = named(PARTS["tracker"][1])
+    group_detector: Spec = named(PARTS["group_detector"][1])
     predictor: Spec = named(PARTS["predictor"][1])
     social_model: Spec = named(PARTS["social_model"][1])
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()

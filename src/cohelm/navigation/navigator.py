@@ -97,7 +97,8 @@ class Navigator:
             decision=decision,
             memory=Memory(
                 gate=gate_state,
-                tracker=seen.tracker,
+                perception=seen.perception,
+                predictor=seen.predictor,
                 obstacles=seen.layer,
                 beyond=seen.beyond,
                 crowding=seen.crowding,
@@ -106,6 +107,7 @@ class Navigator:
                 progress=course.progress,
                 authority=hand_state,
             ),
+            sensing=seen.sensing,
             people=seen.people,
             groups=seen.groups,
             predictions=seen.predictions,

@@ -10,7 +10,15 @@ from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.progress import ProgressParameters
 from cohelm.navigation.replanning import ReplanningParameters
 from cohelm.navigation.zones import ZoneParameters
-from cohelm.perception import Detector, ObstacleLayerParameters, Predictor, Tracker
+from cohelm.perception import (
+    CloudDetector,
+    Detector,
+    GroupDetector,
+    ObstacleLayerParameters,
+    PerceptionParts,
+    Predictor,
+    Tracker,
+)
 from cohelm.planning import GlobalPlanner
 from cohelm.robots import Robot
 from cohelm.safety import GateParameters
@@ -27,7 +35,9 @@ class NavigatorSetup:
     global_planner: GlobalPlanner
     local_planner: LocalPlanner
     detector: Detector
+    cloud_detector: CloudDetector
     tracker: Tracker
+    group_detector: GroupDetector
     predictor: Predictor
     social_model: SocialModel
     filters: tuple[CostmapFilter, ...] = ()
@@ -45,6 +55,16 @@ class NavigatorSetup:
     """Distance at which the goal is reached and the chair stays, m."""
     window: float = 8.0
     """Half the side of the window in which walls matter to the local planner, m."""
+
+    @property
+    def perception(self) -> PerceptionParts:
+        """The parts that find people."""
+        return PerceptionParts(
+            detector=self.detector,
+            cloud_detector=self.cloud_detector,
+            tracker=self.tracker,
+            group_detector=self.group_detector,
+        )
 
     def speed_limit(self, request: Request) -> float:
         """Of robot, request and rider together, m/s."""

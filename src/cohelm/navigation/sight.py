@@ -13,6 +13,7 @@ from cohelm.messages import (
     People,
     Predictions,
     Request,
+    Sensing,
     SocialSpaces,
 )
 from cohelm.navigation.beyond import NOTHING, Beyond, remember
@@ -21,7 +22,12 @@ from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.stopwatch import Stopwatch
 from cohelm.navigation.tick import Memory
 from cohelm.navigation.walls import walls_about
-from cohelm.perception import ObstacleLayerState, update_obstacle_layer
+from cohelm.perception import (
+    ObstacleLayerState,
+    PerceptionMemory,
+    perceive,
+    update_obstacle_layer,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,8 +41,10 @@ class Sight:
     walls: DistanceField
     """About the robot."""
     live: LiveObstacles
-    tracker: Any
-    """The tracker's memory."""
+    sensing: Sensing
+    perception: PerceptionMemory
+    predictor: Any
+    """The predictor's memory."""
     layer: ObstacleLayerState
     beyond: Beyond
     """What stands outside the layer's window."""
@@ -65,12 +73,10 @@ def see(
         watch: books the time.
     """
     planner = setup.local_planner
-    detections = tuple(
-        setup.detector.detect(scan, observation.pose, map_walls) for scan in observation.scans
+    perceived, perception = perceive(
+        setup.perception, observation, map_walls, memory.perception if memory else None
     )
-    people, tracker = setup.tracker.track(
-        observation, detections, memory.tracker if memory else None
-    )
+    people, groups, detections = perceived.people, perceived.groups, perceived.detections
     layer = update_obstacle_layer(
         memory.obstacles if memory else None,
         detections,
@@ -89,8 +95,9 @@ def see(
     crowded = crowding(
         memory.crowding if memory else None, people, setup.grid, setup.heat, setup.crowding
     )
-    groups = Groups.alone(len(people))
-    predictions = setup.predictor.predict(people, planner.steps, planner.step)
+    predictions, predictor = setup.predictor.predict(
+        people, planner.steps, planner.step, memory.predictor if memory else None
+    )
     spaces = setup.social_model.spaces(
         people, groups, predictions, observation.twist, request.profile
     )
@@ -105,7 +112,9 @@ def see(
         spaces=spaces,
         walls=walls,
         live=live,
-        tracker=tracker,
+        sensing=perceived.sensing,
+        perception=perception,
+        predictor=predictor,
         layer=layer,
         beyond=beyond,
         crowding=crowded,

@@ -23,6 +23,7 @@ from cohelm.messages import (
     Predictions,
     Reference,
     Request,
+    Sensing,
     SocialSpaces,
 )
 from cohelm.navigation.beyond import Beyond
@@ -30,7 +31,7 @@ from cohelm.navigation.crowding import CrowdingState
 from cohelm.navigation.progress import ProgressState
 from cohelm.navigation.question import Refusal
 from cohelm.navigation.replanning import RouteState
-from cohelm.perception import ObstacleLayerState
+from cohelm.perception import ObstacleLayerState, PerceptionMemory
 from cohelm.safety import GateState
 from cohelm.sharing import AuthorityState
 
@@ -40,8 +41,9 @@ class Memory:
     """What each stage needs of the past, under its name."""
 
     gate: GateState
-    tracker: Any | None = None
-    """The tracker's own record."""
+    perception: PerceptionMemory | None = None
+    predictor: Any | None = None
+    """The predictor's own record."""
     obstacles: ObstacleLayerState | None = None
     beyond: Beyond | None = None
     crowding: CrowdingState | None = None
@@ -60,6 +62,7 @@ class Tick:
     decision: Decision
     memory: Memory
     people: People
+    sensing: Sensing = Sensing.SILENT
     groups: Groups | None = None
     predictions: Predictions | None = None
     spaces: SocialSpaces | None = None

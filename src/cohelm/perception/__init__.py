@@ -1,6 +1,15 @@
 """Perception: scan → clusters → people → predictions, and the live obstacle layer."""
 
-from cohelm.perception.api import Detections, Detector, Predictor, Tracker
+from cohelm.perception.alone import Alone
+from cohelm.perception.api import (
+    CloudDetector,
+    Detections,
+    Detector,
+    GroupDetector,
+    Predictor,
+    Tracker,
+)
+from cohelm.perception.cloud_clusters import CloudClusters
 from cohelm.perception.given_people import GivenPeople, GivenState
 from cohelm.perception.kalman_tracker import KalmanTracker
 from cohelm.perception.obstacle_layer import (
@@ -8,25 +17,41 @@ from cohelm.perception.obstacle_layer import (
     ObstacleLayerState,
     update_obstacle_layer,
 )
+from cohelm.perception.perceive import (
+    Perceived,
+    PerceptionMemory,
+    PerceptionParts,
+    perceive,
+    pose_at,
+)
 from cohelm.perception.prediction import ConstantVelocity
 from cohelm.perception.scan import Returns, returns
 from cohelm.perception.scan_clusters import ScanClusters
 from cohelm.perception.tracks import TrackerState
 
 __all__ = [
+    "Alone",
+    "CloudClusters",
+    "CloudDetector",
     "ConstantVelocity",
     "Detections",
     "Detector",
     "GivenPeople",
     "GivenState",
+    "GroupDetector",
     "KalmanTracker",
     "ObstacleLayerParameters",
     "ObstacleLayerState",
+    "Perceived",
+    "PerceptionMemory",
+    "PerceptionParts",
     "Predictor",
     "Returns",
     "ScanClusters",
     "Tracker",
     "TrackerState",
+    "perceive",
+    "pose_at",
     "returns",
     "update_obstacle_layer",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.maps import DistanceField
-from cohelm.messages import Observation, People, Predictions, Scan
+from cohelm.messages import Groups, Observation, People, PointCloud, Predictions, Scan
 
 
 @value
@@ -38,6 +38,11 @@ class Detections:
     """Standard deviation of the centre along its worse axis, m."""
     confidence: Annotated[Floats, Shape("d")]
     """Probability that it is a person, from its shape alone, 0…1; a low one needs motion."""
+    cluster: Annotated[Integers, Shape("p")]
+    """Which cluster each return belongs to, −1: none; static clusters have a number, too."""
+    ellipse: Annotated[Floats, Shape("c 5")]
+    """Least ellipse about each of c clusters: centre x, y, semi-axes a ≥ b, m, direction of a,
+    rad."""
 
     @staticmethod
     def nothing(time: float, origin: Floats) -> Detections:
@@ -54,14 +59,36 @@ class Detections:
             radius=none,
             deviation=none,
             confidence=none,
+            cluster=np.empty(0, dtype=np.int64),
+            ellipse=none.reshape(0, 5),
         )
 
 
 class Detector(Protocol):
-    """An entry point of ``cohelm.detectors``."""
+    """An entry point of ``cohelm.detectors``: people in a planar scan."""
 
     def detect(self, scan: Scan, X_MR: Floats, walls: DistanceField) -> Detections:
         """People in a scan taken with the robot at ``X_MR``, given the static map's distances."""
+        ...
+
+
+class CloudDetector(Protocol):
+    """An entry point of ``cohelm.cloud_detectors``: people in the clouds of 3-D sensors."""
+
+    def detect(
+        self, clouds: tuple[PointCloud, ...], X_MR: Floats, walls: DistanceField
+    ) -> Detections:
+        """People in clouds taken together, fused point by point.
+
+        Args:
+            clouds: one or more of different sensors.
+            X_MR: (c, 3), where the robot was at each.
+            walls: the static map's distances.
+
+        Returns:
+            With ``points`` thinned to the columns that stand in the way, ``origin`` and ``time``
+            those of the first cloud, and ``through`` the ends of the free directions.
+        """
         ...
 
 
@@ -79,9 +106,25 @@ class Tracker(Protocol):
         ...
 
 
+class GroupDetector(Protocol):
+    """An entry point of ``cohelm.group_detectors``: who belongs together."""
+
+    def group(self, people: People, memory: Any | None) -> tuple[Groups, Any]:
+        """Groups among ``people``, from now and the past alone, and the memory for the next call.
+
+        A group keeps its id as long as it lives; ids are never used again.
+        """
+        ...
+
+
 class Predictor(Protocol):
     """An entry point of ``cohelm.predictors``."""
 
-    def predict(self, people: People, steps: int, step: float) -> Predictions:
-        """Where people will be at 0, step, …, steps·step from ``people.time``."""
+    def predict(
+        self, people: People, steps: int, step: float, memory: Any | None
+    ) -> tuple[Predictions, Any]:
+        """Where people will be at 0, step, …, steps·step from ``people.time``.
+
+        ``memory`` is what the last call returned, None at first; also returned, for the next call.
+        """
         ...

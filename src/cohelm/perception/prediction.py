@@ -30,8 +30,10 @@ class ConstantVelocity:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def predict(self, people: People, steps: int, step: float) -> Predictions:
-        """See :meth:`Predictor.predict`."""
+    def predict(
+        self, people: People, steps: int, step: float, memory: None = None
+    ) -> tuple[Predictions, None]:
+        """See :meth:`Predictor.predict`; nothing needs to be remembered."""
         p = self.parameters
         n = len(people)
         t = step * np.arange(steps + 1)
@@ -42,7 +44,7 @@ class ConstantVelocity:
         spread = C[..., :2, :2] + time * (C[..., :2, 2:] + C[..., 2:, :2])
         spread = spread + time**2 * C[..., 2:, 2:] + p.agility * time**3 / 3.0 * np.eye(2)
         deviation = larger_deviation(spread.reshape(-1, 2, 2)).reshape(n, steps + 1)
-        return Predictions(
+        predictions = Predictions(
             step=step,
             names=("keeps_going",),
             weight=np.ones((n, 1)),
@@ -50,3 +52,4 @@ class ConstantVelocity:
             velocity=velocity[:, None],
             deviation=np.minimum(deviation, p.largest_deviation)[:, None],
         )
+        return predictions, None

@@ -15,6 +15,7 @@ from cohelm.messages import Scan
 from cohelm.perception.api import Detections
 from cohelm.perception.bodies import find_bodies
 from cohelm.perception.dbscan import dbscan
+from cohelm.perception.ellipse import bounding_ellipses
 from cohelm.perception.scan import Returns, returns
 
 
@@ -85,10 +86,16 @@ class ScanClusters:
             np.array([p.narrowest, p.widest, p.cut_from]),
             np.array([p.body_radius, p.body_radius_deviation, p.range_noise]),
         )
-        return self._detections(scan.time, seen, mapped, owner, bodies)
+        return self._detections(scan.time, seen, mapped, labels, owner, bodies)
 
     def _detections(
-        self, time: float, seen: Returns, mapped: Booleans, owner: Integers, bodies: Floats
+        self,
+        time: float,
+        seen: Returns,
+        mapped: Booleans,
+        labels: Integers,
+        owner: Integers,
+        bodies: Floats,
     ) -> Detections:
         p = self.parameters
         away = np.hypot(*(bodies[:, :2] - seen.origin).T)
@@ -104,6 +111,10 @@ class ScanClusters:
             radius=bodies[:, 2],
             deviation=np.hypot(bodies[:, 3], extra),
             confidence=1.0 / (1.0 + np.exp(-bodies[:, 4])),
+            cluster=labels,
+            ellipse=bounding_ellipses(
+                seen.points, labels, labels.max(initial=-1) + 1, p.range_noise
+            ),
         )
 
 

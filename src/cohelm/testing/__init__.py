@@ -14,11 +14,19 @@ from cohelm.testing.global_planners import check_global_planner
 from cohelm.testing.kinematics import check_kinematics
 from cohelm.testing.local_planners import check_local_planner
 from cohelm.testing.pedestrians import check_pedestrian_model, check_rider
-from cohelm.testing.perception import check_detector, check_predictor, check_tracker
+from cohelm.testing.perception import (
+    check_cloud_detector,
+    check_detector,
+    check_group_detector,
+    check_predictor,
+    check_tracker,
+)
 from cohelm.testing.social import check_social_model
 
 CHECKS = {
+    "cloud_detectors": check_cloud_detector,
     "detectors": check_detector,
+    "group_detectors": check_group_detector,
     "global_planners": check_global_planner,
     "kinematics": check_kinematics,
     "local_planners": check_local_planner,
@@ -33,8 +41,10 @@ CHECKS = {
 __all__ = [
     "CHECKS",
     "ConformanceError",
+    "check_cloud_detector",
     "check_detector",
     "check_global_planner",
+    "check_group_detector",
     "check_kinematics",
     "check_local_planner",
     "check_pedestrian_model",

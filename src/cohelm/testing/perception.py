@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,15 @@ import numpy as np
 from cohelm.arrays import Floats, identical
 from cohelm.geometry import compose
 from cohelm.maps import DistanceField
-from cohelm.messages import Observation, People, Predictions, Scan
-from cohelm.perception.api import Detections, Detector, Predictor, Tracker
+from cohelm.messages import Observation, People, PointCloud, Predictions, Scan
+from cohelm.perception.api import (
+    CloudDetector,
+    Detections,
+    Detector,
+    GroupDetector,
+    Predictor,
+    Tracker,
+)
 from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
 from cohelm.testing.scenes import BODY, room, scan_of, straight_on, walkers, walls_of
 
@@ -41,6 +49,65 @@ def check_detector(detector: Detector, *, within: float = 1.0) -> None:
         scan = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), blind))
         found = _check_detections(detector, scan, walls, within)
         require(len(found.position) == 0, f"must find nobody in a scan of {blind} only")
+
+
+def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> None:
+    """Check a detector of clouds: nobody where nothing, one point or no number came back.
+
+    Raises:
+        ConformanceError: saying what it does wrong.
+    """
+    walls = walls_of(room())
+    for points in (
+        np.empty((0, 3)),
+        np.full((50, 3), np.nan),
+        np.full((50, 3), np.inf),
+        np.array([[2.0, 0.0, 0.5]]),
+        np.zeros((1000, 3)),
+    ):
+        cloud = PointCloud(
+            time=2.0,
+            mount=np.array([0.2, 0.0, 1.2, 0.0, 0.0, 0.1]),
+            points=points.astype(np.float32),
+            range_max=10.0,
+        )
+        found = steady(
+            partial(detector.detect, (cloud,), _ROBOT[None], walls),
+            inputs=(cloud, walls),
+            what="detect",
+            within=within,
+        )
+        require(found.time == cloud.time, "detections must have the first cloud's time")
+        require_finite({"points": found.points, "through": found.through})
+        require(len(found.position) == 0, f"must find nobody in {len(points)} such points")
+
+
+def check_group_detector(detector: GroupDetector, *, within: float = 1.0) -> None:
+    """Check a detector of groups with nobody, with one person, and with four for five seconds.
+
+    Raises:
+        ConformanceError: saying what it does wrong.
+    """
+    crowd = np.array(
+        [[3.0, 0.0, 1.2, 0.0], [3.0, 0.7, 1.2, 0.0], [9.0, 5.0, -1.0, 0.3], [0.0, -6.0, 0.0, 0.0]]
+    )
+    memory: Any = None
+    for k in range(51):
+        time = k * _TICK
+        states = crowd[: (0, 1, 4)[min(k // 3, 2)]].copy()
+        states[:, :2] += time * states[:, 2:]
+        people = walkers(states, time=time)
+        groups, memory = steady(
+            partial(detector.group, people, memory),
+            inputs=(people, memory),
+            what="group",
+            within=within,
+        )
+        require(groups.member.shape == (len(people),), "must name a group, or none, for everyone")
+        require((groups.member >= -1) & (groups.member < len(groups.id)), "member must be an index")
+        require(len(np.unique(groups.id)) == len(groups.id), "two groups must not share an id")
+        sizes = np.bincount(groups.member[groups.member >= 0], minlength=len(groups.id))
+        require(sizes >= 2, "a group must have two members or more")
 
 
 def _check_detections(
@@ -156,6 +223,8 @@ def _detections(time: float, centres: Floats) -> Detections:
         radius=np.full(d, BODY),
         deviation=np.full(d, 0.05),
         confidence=np.ones(d),
+        cluster=np.repeat(np.arange(d), len(ring)),
+        ellipse=np.column_stack([centres, np.full((d, 2), BODY), np.zeros(d)]),
     )
 
 
@@ -175,8 +244,12 @@ def check_predictor(predictor: Predictor, *, within: float = 1.0) -> None:
 def _check_prediction(
     predictor: Predictor, people: People, steps: int, step: float, within: float
 ) -> None:
-    got: Predictions = steady(
-        lambda: predictor.predict(people, steps, step), inputs=people, what="predict", within=within
+    got: Predictions
+    got, _ = steady(
+        lambda: predictor.predict(people, steps, step, None),
+        inputs=people,
+        what="predict",
+        within=within,
     )
     n, h = len(people), len(got.names)
     require(h >= 1, "must name at least one hypothesis")

@@ -1,0 +1,68 @@
+"""The least ellipse about points: what MPC-DCBF keeps clear of (Jian et al. 2022)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Integers
+
+_TOLERANCE = 1e-3
+"""Relative excess of the area over the least one at which it is left."""
+_ROUNDS = 200
+
+
+@njit(cache=True)
+def bounding_ellipses(points: Floats, labels: Integers, count: int, thinnest: float) -> Floats:
+    """The least ellipse about each cluster; (count, 5) of (x, y, a, b, direction of a).
+
+    Khachiyan's algorithm with the step of Todd and Yıldırım (2007), on the points moved to their
+    mean; semi-axes are at least ``thinnest``, so that one point and points in line have one, too.
+
+    Args:
+        points: (p, 2) m.
+        labels: (p,) cluster of each point, −1: none.
+        count: how many clusters there are.
+        thinnest: least semi-axis, m, > 0.
+    """
+    out = np.zeros((count, 5))
+    for k in range(count):
+        members = points[labels == k]
+        if members.shape[0]:
+            out[k] = _about(members, thinnest)
+    return out
+
+
+@njit(cache=True)
+def _about(points: Floats, thinnest: float) -> Floats:
+    m = points.shape[0]
+    mx, my = points[:, 0].mean(), points[:, 1].mean()
+    x, y = points[:, 0] - mx, points[:, 1] - my
+    u = np.full(m, 1.0 / m)
+    # as if each point were a little disc: keeps the moments regular where points lie in line
+    floor = (0.1 * thinnest) ** 2
+    cx = cy = 0.0
+    sxx = sxy = syy = 1.0
+    for _ in range(_ROUNDS):
+        cx, cy = (u * x).sum(), (u * y).sum()
+        dx, dy = x - cx, y - cy
+        sxx, syy = (u * dx * dx).sum() + floor, (u * dy * dy).sum() + floor
+        sxy = (u * dx * dy).sum()
+        det = sxx * syy - sxy * sxy
+        squared = (syy * dx * dx - 2.0 * sxy * dx * dy + sxx * dy * dy) / det
+        far = int(np.argmax(squared))
+        excess = squared[far] + 1.0
+        if excess <= 3.0 * (1.0 + _TOLERANCE):
+            break
+        step = (excess - 3.0) / (3.0 * (excess - 1.0))
+        u *= 1.0 - step
+        u[far] += step
+    dx, dy = x - cx, y - cy
+    det = sxx * syy - sxy * sxy
+    scale = ((syy * dx * dx - 2.0 * sxy * dx * dy + sxx * dy * dy) / det).max()
+    half, spread = 0.5 * (sxx + syy), math.hypot(0.5 * (sxx - syy), sxy)
+    a = max(math.sqrt(max((half + spread) * scale, 0.0)), thinnest)
+    b = max(math.sqrt(max((half - spread) * scale, 0.0)), thinnest)
+    return np.array([cx + mx, cy + my, a, b, 0.5 * math.atan2(2.0 * sxy, sxx - syy)])

@@ -1,0 +1,110 @@
+"""The pipeline of perception: scans and clouds → detections → people → groups."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from cohelm.arrays import Floats, value
+from cohelm.maps import DistanceField
+from cohelm.messages import Groups, Observation, People, Sensing
+from cohelm.perception.api import (
+    CloudDetector,
+    Detections,
+    Detector,
+    GroupDetector,
+    Tracker,
+)
+from cohelm.perception.kalman_tracker import BACKWARDS
+from cohelm.robots import move
+
+OLDEST = 0.5
+"""The chair's own motion since a scan is made good for at most so long, s."""
+
+
+@value
+class PerceptionParts:
+    """The replaceable parts, in the order in which they work."""
+
+    detector: Detector
+    cloud_detector: CloudDetector
+    tracker: Tracker
+    group_detector: GroupDetector
+
+
+@value
+class PerceptionMemory:
+    """What the parts need of the past."""
+
+    newest: float = -math.inf
+    """Time of the newest scan or cloud so far, s."""
+    tracker: Any | None = None
+    groups: Any | None = None
+
+
+@value
+class Perceived:
+    """Who is there, and what else was seen."""
+
+    sensing: Sensing
+    detections: tuple[Detections, ...]
+    """One for each scan, and one for all clouds together."""
+    people: People
+    groups: Groups
+
+
+def perceive(
+    parts: PerceptionParts,
+    observation: Observation,
+    walls: DistanceField,
+    memory: PerceptionMemory | None,
+) -> tuple[Perceived, PerceptionMemory]:
+    """Who is there at ``observation.time``, and the memory for the next call.
+
+    Args:
+        parts: that do the work.
+        observation: what the sensors say.
+        walls: the static map's distances.
+        memory: what the last call returned, None at first.
+    """
+    memory = memory or PerceptionMemory()
+    detections = tuple(
+        parts.detector.detect(scan, pose_at(observation, scan.time), walls)
+        for scan in observation.scans
+    )
+    if observation.clouds:
+        poses = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
+        detections += (parts.cloud_detector.detect(observation.clouds, poses, walls),)
+    people, tracker = parts.tracker.track(observation, detections, memory.tracker)
+    groups, grouping = parts.group_detector.group(people, memory.groups)
+    sensing, newest = _sensing(observation, detections, memory.newest)
+    perceived = Perceived(sensing=sensing, detections=detections, people=people, groups=groups)
+    return perceived, PerceptionMemory(newest=newest, tracker=tracker, groups=grouping)
+
+
+def pose_at(observation: Observation, time: float) -> Floats:
+    """Where the robot was (3,) at ``time``, from the pose and the twist that are known now."""
+    since = time - observation.pose_time
+    if not math.isfinite(since) or not np.isfinite(observation.twist).all():
+        return observation.pose
+    return move(observation.pose, observation.twist, min(max(since, -OLDEST), OLDEST))
+
+
+def _sensing(
+    observation: Observation, detections: tuple[Detections, ...], newest: float
+) -> tuple[Sensing, float]:
+    """How things stand, and the time of the newest scan by now."""
+    times = [scan.time for scan in observation.scans]
+    times += [cloud.time for cloud in observation.clouds]
+    if not times:
+        return Sensing.SILENT, newest
+    latest = max(times)
+    if latest < newest - BACKWARDS:
+        return Sensing.CLOCK_BACK, latest
+    if not latest > newest:
+        return Sensing.CLOCK_STANDS, newest
+    if not any(len(each.points) or len(each.through) for each in detections):
+        return Sensing.NO_RETURNS, latest
+    return Sensing.OK, latest
