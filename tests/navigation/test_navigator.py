@@ -307,7 +307,7 @@ def test_bad_input_stops_before_anything_is_computed_and_nothing_is_forgotten(st
     assert blind.decision.reason is Reason.STALE_POSE
     assert not blind.durations
     assert blind.plan is None
-    for part in ("tracker", "obstacles", "route", "progress", "authority"):
+    for part in ("perception", "obstacles", "route", "progress", "authority"):
         assert getattr(blind.memory, part) is getattr(last.memory, part)
     assert blind.path is last.path
     assert blind.people is last.people
