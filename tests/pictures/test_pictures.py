@@ -10,8 +10,15 @@ from PIL import Image
 from cohelm.errors import ConfigError
 from cohelm.maps import CostmapFilter, OccupancyGrid, Place, Places
 from cohelm.messages import Path, Wish, WishReport
-from cohelm.pictures import PlanRecord, animate_ride, canvas, check_animation, draw_plan, draw_ride
-from cohelm.pictures import animate as animation
+from cohelm.pictures import (
+    PlanRecord,
+    animate_ride,
+    canvas,
+    check_animation,
+    draw_plan,
+    draw_ride,
+    film,
+)
 from cohelm.pictures.routes import RoutePanel, draw_error_plot, draw_route_panels
 from cohelm.planning import Inflation, RouteProblem, build_costmap
 
@@ -173,7 +180,7 @@ def test_an_animation_shows_every_quarter_second(ride, tmp_path):
     animate_ride(ride, file)
     with Image.open(file) as frames:
         assert frames.n_frames == 9  # 0, ¼, …, 1¾ and the last, at 2 s
-        assert frames.size[0] == animation.WIDTH
+        assert frames.size[0] == film.WIDTH
 
 
 def test_the_colours_of_eta_darken_all_along():
@@ -221,7 +228,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
         canvas.check_picture(tmp_path / "x.docx")
     with pytest.raises(ConfigError, match=r"\.gif or \.mp4"):
         check_animation(tmp_path / "x.png")
-    monkeypatch.setattr(animation.shutil, "which", lambda _: None)
+    monkeypatch.setattr(film.shutil, "which", lambda _: None)
     with pytest.raises(ConfigError, match="ffmpeg"):
         check_animation(tmp_path / "x.mp4")
 

@@ -1,7 +1,8 @@
 """Drawings of rides and routes: one figure, one file; readable in colour and in black and white."""
 
-from cohelm.pictures.animate import animate_ride, check_animation
+from cohelm.pictures.animate import animate_ride
 from cohelm.pictures.canvas import check_picture
+from cohelm.pictures.film import check_animation
 from cohelm.pictures.plan import PlanRecord, draw_plan
 from cohelm.pictures.proposed import draw_routes
 from cohelm.pictures.ride import RideRecord, draw_ride

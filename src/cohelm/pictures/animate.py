@@ -1,9 +1,7 @@
-"""A ride as a moving picture: GIF by Pillow, MP4 where ffmpeg is installed."""
+"""A ride as a moving picture."""
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,34 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import CircleCollection, PolyCollection
 from matplotlib.figure import Figure
-from PIL import Image
 
 from cohelm.arrays import Bytes, Integers
-from cohelm.errors import ConfigError
 from cohelm.geometry import transform
 from cohelm.pictures import canvas
+from cohelm.pictures.film import INTERVAL, WIDTH, check_animation, write_film
 from cohelm.pictures.ride import RideRecord, marks, ride_window, space_outlines
-
-INTERVAL = 0.25
-"""Of the ride between two frames, s."""
-SPEED_UP = 2.5
-"""Played faster than life."""
-WIDTH = 900
-"""Of a frame, px."""
-
-
-def check_animation(file: Path) -> None:
-    """Refuse a file that no animation can be written to, before the work is done.
-
-    Raises:
-        ConfigError: naming the option and what to do.
-    """
-    kind = file.suffix.lower()
-    if kind not in {".gif", ".mp4"}:
-        raise ConfigError(f"{file}: write an animation as .gif or .mp4", key="--animate")
-    if kind == ".mp4" and shutil.which("ffmpeg") is None:
-        raise ConfigError("an .mp4 needs ffmpeg, which is not here; write a .gif", key="--animate")
-    canvas.check_folder(file, "--animate")
 
 
 def animate_ride(ride: RideRecord, file: Path, title: str = "") -> None:
@@ -50,15 +26,9 @@ def animate_ride(ride: RideRecord, file: Path, title: str = "") -> None:
         ConfigError: if the file cannot be written as an animation.
     """
     check_animation(file)
-    frames = _frames(ride, title, _moments(ride))
-    try:
-        if file.suffix.lower() == ".gif":
-            middle = next(_frames(ride, title, [len(ride.time) // 2]))
-            _write_gif(frames, _palette(middle), file)
-        else:
-            _write_mp4(frames, file)
-    except OSError as cause:
-        raise canvas.not_written(file, "--animate", cause) from None
+    middle = next(_frames(ride, title, [len(ride.time) // 2]))
+    shades = canvas.ETA(np.linspace(0.0, 1.0, 256))[:, :3]
+    write_film(_frames(ride, title, _moments(ride)), file, sample=middle, shades=shades)
 
 
 def _frames(ride: RideRecord, title: str, moments: Iterable[int]) -> Iterator[Bytes]:
@@ -132,39 +102,3 @@ def _caption(ride: RideRecord, at: int) -> str:
     gap = ride.gap_people[at].clip(min=0.0).min(initial=np.inf)
     nearest = f"  nearest {gap:4.1f} m" if np.isfinite(gap) else ""
     return f"{ride.time[at]:5.1f} s  {ride.twist[at, 0]:4.2f} m/s  η {ride.eta[at]:.2f}{nearest}"
-
-
-def _write_gif(frames: Iterator[Bytes], palette: Image.Image, file: Path) -> None:
-    """One palette for all frames: colours do not flicker, and the file stays small."""
-    images = [
-        Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
-        for frame in frames
-    ]
-    milliseconds = [round(1000.0 * INTERVAL / SPEED_UP)] * len(images)
-    milliseconds[-1] = 2000
-    images[0].save(file, save_all=True, append_images=images[1:], duration=milliseconds, loop=0)
-
-
-def _palette(frame: Bytes) -> Image.Image:
-    """256 colours of a frame and of all the values of η, which it may not show."""
-    shades = (canvas.ETA(np.linspace(0.0, 1.0, frame.shape[1]))[:, :3] * 255.0).astype(np.uint8)
-    strip = np.broadcast_to(shades, (frame.shape[0] // 10, *shades.shape))
-    return Image.fromarray(np.concatenate([frame, strip])).quantize(
-        256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE
-    )
-
-
-def _write_mp4(frames: Iterator[Bytes], file: Path) -> None:
-    first = next(frames)
-    height, width = (length - length % 2 for length in first.shape[:2])  # H.264 wants even sides
-    command = (
-        f"ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgb24 -s {width}x{height} "
-        f"-r {SPEED_UP / INTERVAL:g} -i - -pix_fmt yuv420p"
-    )
-    with subprocess.Popen([*command.split(), str(file)], stdin=subprocess.PIPE) as ffmpeg:
-        if ffmpeg.stdin is not None:
-            for frame in (first, *frames):
-                ffmpeg.stdin.write(frame[:height, :width].tobytes())
-            ffmpeg.stdin.close()
-    if ffmpeg.returncode:
-        raise ConfigError(f"{file}: ffmpeg could not write it; write a .gif", key="--animate")
