@@ -79,9 +79,22 @@ class MapError(CohelmError):
 
 
 class RecordingError(CohelmError):
-    """A recording that cannot be read."""
+    """A recording that cannot be read, or not any further; always names the file.
+
+    Args:
+        problem: what is wrong, and what to do, in one line.
+        file: the file at fault.
+        offset: where in it, bytes from its start; None where no place can be told.
+    """
 
     code = "recording"
+
+    def __init__(self, problem: str, *, file: Path | str, offset: int | None = None) -> None:
+        self.problem = problem
+        self.file = file
+        self.offset = offset
+        where = "" if offset is None else f" at byte {offset}"
+        super().__init__(f"{file}{where}: {problem}")
 
 
 class PlanningError(CohelmError):

@@ -1,5 +1,13 @@
-"""Recordings: bags and clouds in, observations out."""
+"""Recordings: bags and clouds in, observations out; walks that others noted down."""
 
 from cohelm.recordings.api import Frame, Labels, Recording
+from cohelm.recordings.trajectories import Trajectories, read_groups, read_trajectories
 
-__all__ = ["Frame", "Labels", "Recording"]
+__all__ = [
+    "Frame",
+    "Labels",
+    "Recording",
+    "Trajectories",
+    "read_groups",
+    "read_trajectories",
+]

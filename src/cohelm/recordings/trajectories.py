@@ -1,0 +1,247 @@
+"""Walks of people as others noted them down: ETH, UCY, social-lstm exports and HERMES.
+
+The kind of a file shows in its columns:
+
+    8   obsmat      frame, id, x, z, y, v_x, v_z, v_y     m; 0.4 s from frame to frame
+    4   social-lstm frame, id, x, y                       m; 0.4 s; ``?`` where nobody looked
+    5   HERMES      id, frame, x, y, z                    cm; 1/16 s
+
+How many frame numbers lie between two frames is seen in the file (6 in ETH, 10 in UCY). The
+velocities of an obsmat file are left aside: they are differences of the positions, taken
+differently in each of them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
+from cohelm.errors import RecordingError
+
+LONGEST_GAP = 5.0
+"""Steps between two sightings of a person beyond which nothing is said of the time between."""
+
+
+@value
+class Trajectories:
+    """How n people walked, in k sightings, those of each person together and in order of time."""
+
+    name: str
+    """Of the file, for people."""
+    step: float
+    """Between two annotated frames, s."""
+    id: Annotated[Integers, Shape("n")]
+    """As in the file, ascending."""
+    first: Annotated[Integers, Shape("n+1")]
+    """Index of each person's first sighting; the last entry is k."""
+    time: Annotated[Floats, Shape("k")]
+    """s since the file's first frame."""
+    position: Annotated[Floats, Shape("k 2")]
+    """In the frame of the file, m."""
+    velocity: Annotated[Floats, Shape("k 2")]
+    """Of the curve through the positions, m/s."""
+    groups: tuple[tuple[int, ...], ...] = ()
+    """Ids of those who walk together, as somebody noted; a person may be in several."""
+
+    @property
+    def begin(self) -> Floats:
+        """(n,), when each person is first seen, s."""
+        return self.time[self.first[:-1]]
+
+    @property
+    def end(self) -> Floats:
+        """(n,), when each person is last seen, s."""
+        return self.time[self.first[1:] - 1]
+
+    @property
+    def instants(self) -> Floats:
+        """The times at which anybody was noted, ascending, s."""
+        return np.unique(self.time)
+
+    def at(self, time: float) -> tuple[Integers, Floats, Floats]:
+        """Who is there at ``time``, where, and how fast: ids (m,), (m, 2) m, (m, 2) m/s.
+
+        Positions lie on a cubic Hermite curve through the sightings, whose velocity is continuous
+        and at each of them that of the parabola through its neighbours; the velocity is its exact
+        derivative. Nobody is there before the first and after the last sighting, nor within a gap
+        of more than ``LONGEST_GAP`` steps.
+        """
+        if len(self.id) == 0:
+            return self.id, np.empty((0, 2)), np.empty((0, 2))
+        before = np.add.reduceat(self.time <= time, self.first[:-1], dtype=np.int64)
+        a = self.first[:-1] + np.maximum(before - 1, 0)
+        b = np.minimum(a + 1, self.first[1:] - 1)
+        length = self.time[b] - self.time[a]
+        there = (before > 0) & (time <= self.end)
+        there &= (length <= (LONGEST_GAP + 0.5) * self.step) | (self.time[a] == time)
+        position, velocity = self._between(time, a[there], b[there])
+        return self.id[there], position, velocity
+
+    def _between(self, time: float, a: Integers, b: Integers) -> tuple[Floats, Floats]:
+        """On the curve from sightings ``a`` to ``b``, the same where it is the last."""
+        h = np.where(b > a, self.time[b] - self.time[a], 1.0)[:, None]
+        s = (time - self.time[a])[:, None] / h
+        p, q, u, v = self.position[a], self.position[b], self.velocity[a], self.velocity[b]
+        d = q - p
+        position = p + h * u * s + (3.0 * d - h * (2.0 * u + v)) * s**2
+        position += (h * (u + v) - 2.0 * d) * s**3
+        velocity = u + (6.0 * d / h - 4.0 * u - 2.0 * v) * s + (3.0 * (u + v) - 6.0 * d / h) * s**2
+        return position, velocity
+
+
+def read_trajectories(
+    file: Path | str, *, step: float | None = None, groups: Path | str | None = None
+) -> Trajectories:
+    """The walks in a text file of one of the kinds that the module names.
+
+    A social-lstm export of ETH counts the frames of a film of 15 Hz in tens and takes them for
+    0.4 s, as everyone who uses it does; they were 0.67 s: give ``step`` where that matters.
+
+    Args:
+        file: the walks.
+        step: between two frames, s; None: as usual for the kind.
+        groups: lists of ids of those who walk together, one group a line; None: ``groups.txt`` for
+            ``obsmat.txt`` and so on, where it stands beside the file.
+
+    Raises:
+        RecordingError: if a file is missing, empty, or has a line that makes no sense; names the
+            file and the line.
+    """
+    file = Path(file)
+    frame, who, position, usual = _columns(file, _numbers(file))
+    order = np.lexsort((frame, who))
+    frame, who, position = frame[order], who[order], position[order]
+    same = who[1:] == who[:-1]
+    steps = np.diff(frame)[same]
+    if np.any(steps == 0):
+        k = int(np.flatnonzero(same & (np.diff(frame) == 0))[0])
+        raise RecordingError(f"person {who[k]} is in frame {frame[k]:g} twice", file=file)
+    seconds = usual if step is None else step
+    unit = seconds / _most_common(steps if len(steps) else np.ones(1))
+    time = (frame - frame.min()) * unit
+    ids, first = np.unique(who, return_index=True)
+    beside = file.with_name(file.name.replace("obsmat", "groups"))
+    if groups is None and beside != file and beside.is_file():
+        groups = beside
+    return Trajectories(
+        name=file.name,
+        step=seconds,
+        id=ids,
+        first=np.append(first, len(who)),
+        time=time,
+        position=position,
+        velocity=_tangents(time, position, same),
+        groups=() if groups is None else read_groups(groups),
+    )
+
+
+def read_groups(file: Path | str) -> tuple[tuple[int, ...], ...]:
+    """The lists of ids, one group a line; empty lines count for nothing, an id counts once.
+
+    Raises:
+        RecordingError: if the file is missing or a word is no id; names the file and the line.
+    """
+    found = []
+    for number, words in _lines(Path(file)):
+        try:
+            members = dict.fromkeys(int(word) for word in words)
+        except ValueError:
+            raise RecordingError(
+                f"line {number}: wants ids, whole numbers, and has {' '.join(words)[:40]!r}",
+                file=file,
+            ) from None
+        found.append(tuple(members))
+    return tuple(found)
+
+
+def _lines(file: Path) -> list[tuple[int, list[str]]]:
+    """(number from 1, words) of the lines that say something."""
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise RecordingError("is no text", file=file, offset=error.start) from None
+    except OSError as error:
+        raise RecordingError(error.strerror or str(error), file=file) from None
+    lines = enumerate(text.split("\n"), 1)
+    return [(number, words) for number, line in lines if (words := line.split())]
+
+
+def _numbers(file: Path) -> Floats:
+    """The table (rows, columns), every number finite; rows with a ``?`` left out."""
+    lines = _lines(file)
+    if not lines:
+        raise RecordingError("is empty: it wants a line for each person and frame", file=file)
+    width = len(lines[0][1])
+    rows = []
+    for number, words in lines:
+        if len(words) != width:
+            raise RecordingError(
+                f"line {number}: has {len(words)} columns, the first has {width}", file=file
+            )
+        if "?" in words:
+            continue
+        try:
+            row = [float(word) for word in words]
+        except ValueError:
+            row = [np.nan]
+        if not np.isfinite(row).all():
+            raise RecordingError(
+                f"line {number}: wants {width} numbers and has {' '.join(words)[:60]!r}", file=file
+            )
+        rows.append(row)
+    return np.array(rows, dtype=float).reshape(len(rows), width)
+
+
+def _columns(file: Path, table: Floats) -> tuple[Floats, Integers, Floats, float]:
+    """(frame, id, position in m, usual time between frames) of a table of numbers."""
+    width = table.shape[1]
+    if width not in {4, 5, 8}:
+        raise RecordingError(
+            f"has {width} columns; walks have 8 (obsmat), 4 (social-lstm) or 5 (HERMES)", file=file
+        )
+    if len(table) == 0:
+        raise RecordingError("holds nobody: every position is '?'", file=file)
+    if np.abs(table).max() > _GREATEST:
+        raise RecordingError(f"holds a number beyond {_GREATEST:g}", file=file)
+    frame, who = (table[:, 1], table[:, 0]) if width == 5 else (table[:, 0], table[:, 1])
+    if np.any(who != np.rint(who)):
+        raise RecordingError(
+            f"has an id that is no whole number, {who[who != np.rint(who)][0]:g}", file=file
+        )
+    columns = [2, 4] if width == 8 else [2, 3]
+    position = table[:, columns] * (0.01 if width == 5 else 1.0)
+    return frame, who.astype(np.int64), position, 1.0 / 16.0 if width == 5 else 0.4
+
+
+def _most_common(steps: Floats) -> float:
+    values, counts = np.unique(steps, return_counts=True)
+    return float(values[np.argmax(counts)])
+
+
+def _tangents(time: Floats, position: Floats, same: Booleans) -> Floats:
+    """(k, 2), m/s: of the parabola through a sighting and its two neighbours of the same person.
+
+    At an end it is the mean velocity to the one neighbour, alone it is 0.
+    """
+    if len(time) == 1:
+        return np.zeros_like(position)
+    h = np.where(same, np.diff(time), 1.0)[:, None]
+    mean = np.diff(position, axis=0) / h
+    nothing = np.zeros((1, 1))
+    before = np.concatenate([nothing, np.where(same[:, None], h, 0.0)])
+    after = np.concatenate([np.where(same[:, None], h, 0.0), nothing])
+    mean_before = np.concatenate([np.zeros((1, 2)), mean])
+    mean_after = np.concatenate([mean, np.zeros((1, 2))])
+    # the nearer neighbour weighs more; one that is absent has h = 0 and must not weigh at all
+    ends = (before == 0.0) | (after == 0.0)
+    weight_before = np.where(ends, before > 0.0, after)
+    weight_after = np.where(ends, after > 0.0, before)
+    total = np.maximum(weight_before + weight_after, np.finfo(float).tiny)
+    tangents: Floats = (weight_before * mean_before + weight_after * mean_after) / total
+    return tangents
+
+
+_GREATEST = 1e9
+"""Beyond it a float no longer tells neighbouring positions or frames apart as it should."""
