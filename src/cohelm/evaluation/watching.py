@@ -1,0 +1,98 @@
+"""A recording seen through the pipeline of perception, frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from cohelm import plugins
+from cohelm.arrays import value
+from cohelm.config import nearest, override
+from cohelm.errors import ConfigError
+from cohelm.evaluation.scenario import PARTS
+from cohelm.maps import DistanceField
+from cohelm.messages import Observation
+from cohelm.perception import Perceived, PerceptionParts, perceive
+from cohelm.recordings import Frame, Labels
+
+SEEING = ("detector", "cloud_detector", "tracker", "group_detector")
+"""The parts that find people, in the order in which they work."""
+SPACING = ("predictor", "social_model")
+"""The parts that give them their space."""
+NO_MAP = DistanceField(
+    distance=np.full((2, 2), 1e6, dtype=np.float32), resolution=1.0, X_MG=np.zeros(3)
+)
+"""The distances to walls where no map is known: there are none."""
+
+
+@value
+class Seen:
+    """One frame, and who was found in it."""
+
+    observation: Observation
+    labels: Labels | None
+    perceived: Perceived
+
+
+def parts_of(settings: Iterable[str], keys: Iterable[str] = SEEING) -> dict[str, Any]:
+    """The parts called ``keys``, those that a scenario has by default, with settings put in.
+
+    Args:
+        settings: ``part.parameter=value``, as of a scenario.
+        keys: which parts to build; a setting may be about any of those that see or give space.
+
+    Raises:
+        ConfigError: naming the key that does not exist or does not fit.
+        PluginError: if a part does not exist or does not import.
+    """
+    known = (*SEEING, *SPACING)
+    settings = list(settings)
+    for setting in settings:
+        name, _, below = setting.partition("=")[0].partition(".")
+        if name.strip() not in known:
+            raise ConfigError(f"no such part{nearest(name, known)}", key=setting)
+        if not below:
+            raise ConfigError(f"name its parameter, as {name}.use=NAME", key=setting)
+    given = override({key: {"use": PARTS[key][1]} for key in known}, settings)
+    return {key: plugins.build(PARTS[key][0], given[key], key=key) for key in keys}
+
+
+def perception_of(settings: Iterable[str] = ()) -> PerceptionParts:
+    """The pipeline's parts, see :func:`parts_of`."""
+    return PerceptionParts(**parts_of(settings))
+
+
+def watch(
+    frames: Iterable[Frame], parts: PerceptionParts, walls: DistanceField = NO_MAP
+) -> Iterator[Seen]:
+    """What the parts make of each frame, in the order of the frames.
+
+    Args:
+        frames: of a recording.
+        parts: that do the work.
+        walls: distances to what a static map has.
+    """
+    memory = None
+    for frame in frames:
+        perceived, memory = perceive(parts, frame.observation, walls, memory)
+        yield Seen(observation=frame.observation, labels=frame.labels, perceived=perceived)
+
+
+def told(seen: Seen) -> Mapping[str, Any]:
+    """A frame as ``cohelm people --json`` says it: time, how far to trust it, and who is there."""
+    people, groups = seen.perceived.people, seen.perceived.groups
+    return {
+        "t": round(seen.observation.time, 6),
+        "sensing": seen.perceived.sensing.value,
+        "people": [
+            {
+                "id": int(people.id[i]),
+                **dict(zip(("x", "y", "vx", "vy"), people.mean[i].round(4).tolist(), strict=True)),
+                "confidence": round(float(people.confidence[i]), 4),
+                "group": int(groups.id[member]) if member >= 0 else None,
+            }
+            for i, member in enumerate(groups.member)
+        ],
+    }
