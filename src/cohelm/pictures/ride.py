@@ -132,9 +132,11 @@ def marks(ride: RideRecord) -> Floats:
 
 def space_outlines(tick: Tick) -> list[Floats]:
     """Outlines (j, 2) of the social space of each person that the navigator knows of, m."""
-    spaces, people = tick.spaces, tick.people
-    if spaces is None:
-        return []
+    return [] if tick.spaces is None else outlines_of(tick.people, tick.spaces)
+
+
+def outlines_of(people: messages.People, spaces: messages.SocialSpaces) -> list[Floats]:
+    """Outlines (j, 2) of each person's space now, m."""
     return [
         outline(
             spaces.kind,
