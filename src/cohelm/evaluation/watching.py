@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from cohelm import plugins
-from cohelm.arrays import value
+from cohelm.arrays import Floats, value
 from cohelm.config import nearest, override
 from cohelm.errors import ConfigError
 from cohelm.evaluation.scenario import PARTS
 from cohelm.maps import DistanceField
-from cohelm.messages import Observation
+from cohelm.messages import Observation, Sensing
 from cohelm.perception import Perceived, PerceptionParts, perceive
 from cohelm.recordings import Frame, Labels
 
@@ -21,6 +23,8 @@ SEEING = ("detector", "cloud_detector", "tracker", "group_detector")
 """The parts that find people, in the order in which they work."""
 SPACING = ("predictor", "social_model")
 """The parts that give them their space."""
+LASTING = 2.0
+"""A track that lives longer counts as one of a person who stayed in view, s."""
 NO_MAP = DistanceField(
     distance=np.full((2, 2), 1e6, dtype=np.float32), resolution=1.0, X_MG=np.zeros(3)
 )
@@ -96,3 +100,41 @@ def told(seen: Seen) -> Mapping[str, Any]:
             for i, member in enumerate(groups.member)
         ],
     }
+
+
+class Tracks:
+    """What a whole recording comes to, frame by frame."""
+
+    def __init__(self) -> None:
+        self.frames = 0
+        self.begin = math.nan
+        """Time of the first frame, s."""
+        self.end = math.nan
+        """The latest time of any frame, s."""
+        self.most = 0
+        """People told at once."""
+        self.sensing: Counter[Sensing] = Counter()
+        self.groups: set[int] = set()
+        """Ids."""
+        self._trails: dict[int, list[tuple[float, float, float]]] = {}
+
+    def add(self, seen: Seen) -> None:
+        """One more frame."""
+        time, people = seen.observation.time, seen.perceived.people
+        self.begin = self.begin if self.frames else time
+        self.end = max(time, self.end) if self.frames else time
+        self.frames += 1
+        self.most = max(self.most, len(people))
+        self.sensing[seen.perceived.sensing] += 1
+        self.groups |= set(seen.perceived.groups.id.tolist())
+        for who, (x, y) in zip(people.id.tolist(), people.mean[:, :2].tolist(), strict=True):
+            self._trails.setdefault(who, []).append((time, x, y))
+
+    @property
+    def trails(self) -> dict[int, Floats]:
+        """Id → (k, 3) of (time s, x, y m)."""
+        return {who: np.array(trail) for who, trail in self._trails.items()}
+
+    def lasting(self, seconds: float = LASTING) -> list[int]:
+        """Ids of the tracks that live longer, s."""
+        return [who for who, trail in self._trails.items() if trail[-1][0] - trail[0][0] > seconds]
