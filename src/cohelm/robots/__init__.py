@@ -1,6 +1,25 @@
 """Robots: kinematics, footprint, limits and sensor mounts."""
 
 from cohelm.robots.kinematics import Kinematics, Unicycle, move
-from cohelm.robots.robot import LaserMount, Robot, load_robot, robot_names
+from cohelm.robots.mounts import (
+    BlindSector,
+    CloudMount,
+    DepthCameraMount,
+    LaserMount,
+    LidarMount,
+)
+from cohelm.robots.robot import Robot, load_robot, robot_names
 
-__all__ = ["Kinematics", "LaserMount", "Robot", "Unicycle", "load_robot", "move", "robot_names"]
+__all__ = [
+    "BlindSector",
+    "CloudMount",
+    "DepthCameraMount",
+    "Kinematics",
+    "LaserMount",
+    "LidarMount",
+    "Robot",
+    "Unicycle",
+    "load_robot",
+    "move",
+    "robot_names",
+]

@@ -16,31 +16,11 @@ from cohelm.errors import ConfigError
 from cohelm.geometry import distance_to_polygon
 from cohelm.plugins import build, names
 from cohelm.robots.kinematics import Kinematics
+from cohelm.robots.mounts import CloudMount, DepthCameraMount, LaserMount, LidarMount
 
 _FARTHEST_CORNER = 5.0
 _THINNEST = 0.05
 _TIGHTEST = 0.1  # m, curves of a robot whose axle lies at its edge
-
-
-class LaserMount(Model):
-    """A planar laser scanner on the robot; the defaults are assumed."""
-
-    name: str = "laser"
-    """What it is called."""
-    pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """X_RL: x, y in m, yaw in rad."""
-    beams: int = Field(360, ge=2, le=20_000)
-    """Ranges in a sweep."""
-    field_of_view_deg: float = Field(360.0, gt=0.0, le=360.0)
-    """Centred on the sensor's x axis."""
-    range_max: float = Field(10.0, gt=0.0, le=200.0)
-    """m."""
-    rate: float = Field(10.0, gt=0.0, le=100.0)
-    """Sweeps a second."""
-    noise: float = Field(0.01, ge=0.0, le=1.0)
-    """Standard deviation of a range, m."""
-    dropout: float = Field(0.005, ge=0.0, lt=1.0)
-    """Share of beams lost."""
 
 
 class Robot(Model):
@@ -71,6 +51,9 @@ class Robot(Model):
     actuation_lag: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant from command to wheels, s."""
     lasers: tuple[LaserMount, ...] = (LaserMount(),)
+    """Planar scanners."""
+    lidars: tuple[LidarMount, ...] = ()
+    depth_cameras: tuple[DepthCameraMount, ...] = ()
     source: str = ""
     """Where the figures come from, and which are assumed."""
 
@@ -103,6 +86,16 @@ class Robot(Model):
         return name
 
     @model_validator(mode="after")
+    def _sensors_are_told_apart(self) -> Self:
+        given = [mount.name for mount in self.cloud_mounts]
+        if given:  # planar scanners alone are told apart by their order
+            given += [mount.name for mount in self.lasers]
+        double = next((name for name in given if given.count(name) > 1), None)
+        if double is not None:
+            raise ValueError(f"two sensors are called {double!r}; give each a name of its own")
+        return self
+
+    @model_validator(mode="after")
     def _brakes_agree(self) -> Self:
         if self.emergency_deceleration < self.max_deceleration:
             raise ValueError("emergency_deceleration must not be below max_deceleration")
@@ -121,6 +114,11 @@ class Robot(Model):
         """The motion model that ``kinematics`` names."""
         model: Kinematics = build("kinematics", self.kinematics)
         return model
+
+    @property
+    def cloud_mounts(self) -> tuple[CloudMount, ...]:
+        """All that send point clouds, LiDARs first."""
+        return (*self.lidars, *self.depth_cameras)
 
     @cached_property
     def outline(self) -> Floats:

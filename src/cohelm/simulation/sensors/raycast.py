@@ -110,14 +110,14 @@ def _to_disc(disc: Floats, dx: float, dy: float) -> float:
 def _to_cell(occupied: Booleans, x: float, y: float, dx: float, dy: float, reach: float) -> float:
     """Distance, in cells, from (x, y) along the unit direction (dx, dy) to an occupied cell."""
     rows, cols = occupied.shape
-    t, leave = _span(x, dx, cols, 0.0, reach)
-    t, leave = _span(y, dy, rows, t, leave)
+    t, leave = span(x, dx, cols, 0.0, reach)
+    t, leave = span(y, dy, rows, t, leave)
     if t > leave:
         return np.inf
     c = min(max(math.floor(x + t * dx), 0), cols - 1)
     r = min(max(math.floor(y + t * dy), 0), rows - 1)
-    step_c, next_c, per_c = _stride(x, dx, c)
-    step_r, next_r, per_r = _stride(y, dy, r)
+    step_c, next_c, per_c = stride(x, dx, c)
+    step_r, next_r, per_r = stride(y, dy, r)
     while True:
         if occupied[r, c]:
             return t
@@ -130,7 +130,7 @@ def _to_cell(occupied: Booleans, x: float, y: float, dx: float, dy: float, reach
 
 
 @njit(cache=True, inline="always")
-def _span(at: float, slope: float, size: float, enter: float, leave: float) -> tuple[float, float]:
+def span(at: float, slope: float, size: float, enter: float, leave: float) -> tuple[float, float]:
     """The part of [enter, leave] in which a coordinate lies within [0, size]."""
     if slope == 0.0:
         return (enter, leave) if 0.0 <= at < size else (np.inf, leave)
@@ -139,7 +139,7 @@ def _span(at: float, slope: float, size: float, enter: float, leave: float) -> t
 
 
 @njit(cache=True, inline="always")
-def _stride(at: float, slope: float, cell: int) -> tuple[int, float, float]:
+def stride(at: float, slope: float, cell: int) -> tuple[int, float, float]:
     """(step, ray parameter of the first border, parameter from border to border) of one axis."""
     if slope > 0.0:
         return 1, (cell + 1 - at) / slope, 1.0 / slope
