@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -138,3 +138,27 @@ class Tracks:
     def lasting(self, seconds: float = LASTING) -> list[int]:
         """Ids of the tracks that live longer, s."""
         return [who for who, trail in self._trails.items() if trail[-1][0] - trail[0][0] > seconds]
+
+    def taken_over(self, seconds: float = 1.5, distance: float = 0.7) -> int:
+        """How often a track seems to go on under another id: what can be said without labels.
+
+        One begins within so many seconds (s) after another ended, or up to as long before, and
+        within ``distance`` (m) of where that one's last second would have led it by then.
+        """
+        trails = sorted(self.trails.values(), key=lambda each: float(each[0, 0]))
+        return sum(_goes_on(trail, trails, seconds, distance) for trail in trails)
+
+
+def _goes_on(trail: Floats, trails: Sequence[Floats], seconds: float, distance: float) -> bool:
+    """Whether a trail (k, 3) takes over from another one."""
+    time, place = trail[0, 0], trail[0, 1:]
+    for other in trails:
+        ended = other[-1, 0]
+        if other is trail or other[0, 0] >= time or not abs(time - ended) <= seconds:
+            continue
+        tail = other[other[:, 0] >= ended - 1.0]
+        span = tail[-1, 0] - tail[0, 0]
+        velocity = (tail[-1, 1:] - tail[0, 1:]) / span if span > 0.0 else np.zeros(2)
+        if math.dist(place, tail[-1, 1:] + (time - ended) * velocity) <= distance:
+            return True
+    return False

@@ -185,15 +185,15 @@ def _draw_spaces(axes: Axes, moment: PeopleMoment) -> list[Any]:
         edgecolors=canvas.SPACE, alpha=0.3, zorder=2,
     )  # fmt: skip
     axes.add_collection(eggs, autolim=False)
-    hulls = PolyCollection(
-        _hulls(moment.spaces), facecolors="none", edgecolors=canvas.ROUTE, linewidths=1.6,
+    around = PolyCollection(
+        hulls(moment.spaces), facecolors="none", edgecolors=canvas.ROUTE, linewidths=1.6,
         linestyles=[(0, (5, 2))], zorder=5,
     )  # fmt: skip
-    axes.add_collection(hulls, autolim=False)
-    return [eggs, hulls]
+    axes.add_collection(around, autolim=False)
+    return [eggs, around]
 
 
-def _hulls(spaces: SocialSpaces) -> list[Floats]:
+def hulls(spaces: SocialSpaces) -> list[Floats]:
     """Outlines (m, 2) of the groups' spaces now: where neighbouring support lines meet."""
     if spaces.groups is None:
         return []

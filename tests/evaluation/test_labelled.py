@@ -1,0 +1,133 @@
+"""People who were told against labels: shares, errors, identities, and files of labels."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from cohelm.errors import RecordingError
+from cohelm.evaluation.labelled import REACH, Noted, Own, Scoring, read_truth
+from cohelm.evaluation.mot import Compared, identities
+
+from .seen import labels, seen
+
+HERE = [3.0, 0.0, 0.0, 0.0]
+
+
+def scores(frames, truth=None):
+    scoring = Scoring(truth or Own())
+    for each in frames:
+        scoring(each)
+    return scoring.scores()
+
+
+def test_two_legs_are_found_with_one_person_and_somebody_else_has_no_label():
+    frame = seen(0.0, [HERE, [6.0, 2.0, 0.0, 0.0]], labels=labels(0.0, [[3.0, 0.2], [3.0, -0.4]]))
+    found = scores([frame])
+    assert found.labels == 2
+    assert found.found == 1.0
+    assert found.error == pytest.approx((0.2 + 0.4) / 2)
+    assert found.unlabelled == found.unlabelled_most == 1
+    assert found.identities is None
+
+
+def test_a_label_that_nobody_is_told_at_lowers_the_share():
+    there = labels(0.0, [[3.0, 0.0], [0.0, 5.0]])
+    found = scores([seen(0.0, [HERE], labels=there), seen(0.1, [HERE], labels=there)])
+    assert found.found == 0.5
+    assert found.instants == 2
+    assert found.unlabelled == 0.0
+
+
+def test_labels_too_far_or_hidden_are_left_out_and_so_is_whoever_is_told_there():
+    far = labels(0.0, [[REACH + 0.2, 0.0]])
+    hidden = labels(0.1, [[3.0, 0.0]], visible=0.2)
+    found = scores([
+        seen(0.0, [[REACH, 0.0, 0.0, 0.0]], labels=far), seen(0.1, [HERE], labels=hidden)
+    ])  # fmt: skip
+    assert (found.labels, found.left_out, found.unlabelled) == (0, 2, 0.0)
+    assert math.isnan(found.found)
+
+
+def test_nothing_to_compare_has_no_share():
+    found = scores([seen(0.0, [HERE])])
+    assert found.instants == 0
+    assert math.isnan(found.found)
+    assert math.isnan(found.unlabelled)
+
+
+def test_an_id_that_changes_halfway_is_one_change_and_half_the_identity():
+    frames = [
+        seen(k / 10, [HERE], ids=[7 if k < 5 else 8], labels=labels(k / 10, [[3.0, 0.0]], [1]))
+        for k in range(10)
+    ]
+    found = scores(frames).identities
+    assert found.switches == 1
+    assert found.mota == pytest.approx(1.0 - 1 / 10)
+    assert found.idf1 == pytest.approx(0.5)  # 5 of 10 told under the id that fits best
+
+
+def test_identities_of_misses_and_false_ones():
+    nobody = np.empty((0, 2)), np.empty(0, dtype=int)
+    instants = [
+        Compared(true_id=[1], true=[[0.0, 0.0]], told_id=[5], told=[[0.6, 0.0]]),
+        Compared(true_id=[1], true=[[0.0, 0.0]], told_id=nobody[1], told=nobody[0]),
+    ]
+    found = identities(instants, within=0.5)
+    assert (found.misses, found.false, found.switches, found.positions) == (2, 1, 0, 2)
+    assert found.mota == pytest.approx(1 - 3 / 2)
+
+
+def test_labels_between_frames_meet_the_first_near_one_only_and_people_who_walked_on():
+    truth = Noted([labels(0.05, [[3.1, 0.0]]), labels(5.0, [[9.0, 0.0]])])
+    walking = [[3.0, 0.0, 2.0, 0.0]]
+    assert truth.at(seen(0.2, walking)) is None
+    found = scores([seen(0.0, walking), seen(0.1, walking)], truth)
+    assert found.instants == 1
+    assert found.error == pytest.approx(0.0, abs=1e-12)  # 0.05 s on at 2 m/s
+
+
+def test_own_json_lines_are_labels(tmp_path):
+    file = tmp_path / "truth.jsonl"
+    lines = [
+        {"t": 0.0, "people": [{"id": 4, "x": 3.0, "y": 0.0}], "sensing": "ok"},
+        {"t": 0.1, "people": []},
+        {"scores": {}},
+    ]
+    file.write_text("\n".join(json.dumps(line) for line in lines) + "\n\n")
+    truth = read_truth(file, tmp_path / "a.bag")
+    assert truth.at(seen(0.0)).id.tolist() == [4]
+    assert len(truth.at(seen(0.1)).id) == 0
+    assert truth.at(seen(0.3)) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "of no instant"),
+        ('{"scores": {}}', "of no instant"),
+        ("nonsense", "line 1"),
+        ('{"t": 0.0, "people": []}\n{"t": "now", "people": []}', "line 2"),
+        ('{"t": 0.0}', "line 1"),
+        ('{"t": NaN, "people": []}', "line 1"),
+        ('{"t": 0.0, "people": [{"x": 1.0}]}', "line 1"),
+        ("[1, 2]", "line 1"),
+        ("[" * 100_000, "line 1"),
+    ],
+)
+def test_lines_that_make_no_sense_are_named(tmp_path, text, says):
+    file = tmp_path / "truth.json"
+    file.write_text(text)
+    with pytest.raises(RecordingError, match=says) as refused:
+        read_truth(file, tmp_path / "a.bag")
+    assert str(file) in str(refused.value)
+
+
+def test_walks_begin_with_the_recording(tmp_path):
+    file = tmp_path / "obsmat.txt"
+    rows = [[frame, 3, 0.1 * frame, 0.0, 2.0, 0.0, 0.0, 0.0] for frame in (0, 10, 20)]
+    file.write_text("\n".join(" ".join(map(str, row)) for row in rows))
+    truth = read_truth(file, tmp_path / "a.bag")
+    assert truth.at(seen(100.0)).position.tolist() == [[0.0, 2.0]]
+    assert truth.at(seen(100.4)).position == pytest.approx(np.array([[1.0, 2.0]]))
