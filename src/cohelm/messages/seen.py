@@ -63,6 +63,62 @@ class Predictions:
     deviation: Annotated[Floats, Shape("n h N+1")]
     """Standard deviation of the position, the larger axis, m."""
 
+    def probability(self, name: str) -> Floats:
+        """How likely (n,) each person does what is called so; ``turns_aside`` is to either side.
+
+        A name stands for all hypotheses that begin with it; for none, it is 0.
+        """
+        meant = np.array([each.startswith(name) for each in self.names], dtype=np.bool_)
+        found: Floats = self.weight[:, meant].sum(axis=1)
+        return found
+
+    def most_likely(self) -> Predictions:
+        """One future for each person, the most likely one: h = 1."""
+        return self.likeliest(1)
+
+    def likeliest(self, k: int) -> Predictions:
+        """The ``k`` most likely hypotheses of each person, or all where there are no more.
+
+        They come in falling order of probability, which may be another one for each person: the
+        first is called ``likeliest``, the next ``likeliest_2`` and so on. Weights are made to sum
+        to 1 again.
+
+        Raises:
+            ValueError: if k is less than 1.
+        """
+        if k < 1:
+            raise ValueError(f"wants one hypothesis or more, not {k}")
+        order = np.argsort(-self.weight, axis=1, kind="stable")[:, :k]
+        return self._chosen(order, np.take_along_axis(self.weight, order, axis=1))
+
+    def likely(self, at_least: float) -> Predictions:
+        """Of each person the most likely hypothesis, and all others of at least that probability.
+
+        They are ordered and called as in :meth:`likeliest`. Who has fewer of them than somebody
+        else has the most likely one again in the places left, with weight 0: who wants to keep
+        clear of every future of anybody is held to nothing new by it.
+        """
+        order = np.argsort(-self.weight, axis=1, kind="stable")
+        weight = np.take_along_axis(self.weight, order, axis=1)
+        kept = weight >= at_least
+        kept[:, :1] = True
+        h = max(int(kept.sum(axis=1).max(initial=1)), 1)
+        order = np.where(kept, order, order[:, :1])[:, :h]
+        return self._chosen(order, np.where(kept, weight, 0.0)[:, :h])
+
+    def _chosen(self, which: Integers, weight: Floats) -> Predictions:
+        """Hypotheses ``which`` (n, k) of each person, weighted with ``weight`` (n, k)."""
+        row = np.arange(len(which))[:, None]
+        k = which.shape[1]
+        return Predictions(
+            step=self.step,
+            names=("likeliest", *(f"likeliest_{j}" for j in range(2, k + 1))),
+            weight=weight / weight.sum(axis=1, keepdims=True),
+            mean=self.mean[row, which],
+            velocity=self.velocity[row, which],
+            deviation=self.deviation[row, which],
+        )
+
 
 @value
 class GroupSpaces:

@@ -11,7 +11,9 @@ from cohelm.perception.api import (
 )
 from cohelm.perception.cloud_clusters import CloudClusters
 from cohelm.perception.given_people import GivenPeople, GivenState
+from cohelm.perception.hypotheses import HYPOTHESES, Hypotheses
 from cohelm.perception.kalman_tracker import KalmanTracker
+from cohelm.perception.modes import ModeState
 from cohelm.perception.obstacle_layer import (
     ObstacleLayerParameters,
     ObstacleLayerState,
@@ -30,6 +32,7 @@ from cohelm.perception.scan_clusters import ScanClusters
 from cohelm.perception.tracks import TrackerState
 
 __all__ = [
+    "HYPOTHESES",
     "Alone",
     "CloudClusters",
     "CloudDetector",
@@ -39,7 +42,9 @@ __all__ = [
     "GivenPeople",
     "GivenState",
     "GroupDetector",
+    "Hypotheses",
     "KalmanTracker",
+    "ModeState",
     "ObstacleLayerParameters",
     "ObstacleLayerState",
     "Perceived",

@@ -1,0 +1,213 @@
+"""Where people will be: they keep going, stop, turn back or turn aside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.config import Model
+from cohelm.messages import People, Predictions
+from cohelm.perception.kalman_tracker import BACKWARDS
+from cohelm.perception.modes import ModeState, ModeTable, look
+from cohelm.perception.modes_ahead import ahead
+
+HYPOTHESES = ("keeps_going", "stops", "turns_back", "turns_aside_left", "turns_aside_right")
+
+
+class Going(Model):
+    """A manner of keeping on at one's velocity."""
+
+    share: float = Field(gt=0.0, le=100.0)
+    """How often it is taken up, beside the other manners."""
+    lasts: float = Field(gt=0.0, le=100.0)
+    """On average, s."""
+    agility: float = Field(gt=0.0, le=10.0)
+    """q of the velocity from one look to the next, m²/s³."""
+    wander: float = Field(gt=0.0, le=10.0)
+    """q of the velocity over the time ahead, m²/s³."""
+    doubt: float = Field(ge=0.0, le=1.0)
+    """Deviation of the velocity ahead, as a share of the usual speed."""
+
+
+class Change(Going):
+    """A manner of coming to another velocity."""
+
+    settling: float = Field(gt=0.0, le=10.0)
+    """Time constant of coming to it, s."""
+    stir: float = Field(ge=0.0, le=5.0)
+    """Deviation of the velocity ahead at any speed, m/s: who stands may start."""
+
+
+class Hypotheses:
+    """Five futures with their probabilities, from what each person did lately; see ``modes``.
+
+    ============================ ========================================================
+    ``keeps_going``              keeps the velocity, or stays where he stands; evenly or not
+    ``stops``                    comes to a stand, at once or gently
+    ``turns_back``               comes to the usual velocity reversed
+    ``turns_aside_left, -right`` comes to the usual velocity turned by ``aside``
+    ============================ ========================================================
+
+    Positions of people are the evidence, one look every ``interval`` at most, so that it does not
+    matter how often the predictor is asked; a look counts the less the less the tracker knows.
+    Everyone is known by id, for as long as he is told. After a change everything is as usual again
+    about as soon as the change ``lasts``: who has stopped is one who keeps standing.
+    """
+
+    class Parameters(Model):
+        """Found by search on filmed crowds and simulated changes, see docs/prediction.md."""
+
+        steady: Going = Going(share=0.37, lasts=4.0, agility=0.0044, wander=0.016, doubt=0.025)
+        """Keeps going evenly."""
+        uneven: Going = Going(share=0.23, lasts=0.66, agility=0.055, wander=0.41, doubt=0.007)
+        """Keeps going, but not evenly: speeds up, swerves, starts."""
+        halts: Change = Change(
+            share=0.10, lasts=0.74, settling=0.15, agility=0.04, wander=0.04, doubt=0.55, stir=0.04
+        )
+        """Stops at once."""
+        slows: Change = Change(
+            share=0.03, lasts=0.74, settling=0.45, agility=0.04, wander=0.04, doubt=0.55, stir=0.04
+        )
+        """Stops gently."""
+        back: Change = Change(
+            share=0.012, lasts=0.29, settling=0.33, agility=0.6, wander=0.09, doubt=0.87, stir=0.8
+        )
+        """Turns back."""
+        side: Change = Change(
+            share=0.011, lasts=1.26, settling=0.11, agility=0.3, wander=0.36, doubt=0.87, stir=0.29
+        )
+        """Turns aside, to each side."""
+        aside: float = Field(1.26, gt=0.0, lt=math.pi)
+        """Angle by which who turns aside turns, rad."""
+        habit: float = Field(0.3, gt=0.0, le=60.0)
+        """Time constant with which the usual velocity follows who keeps going, s."""
+        noise: float = Field(0.36, ge=0.0, le=100.0)
+        """Variance of a seen position, as a share of the tracker's: what it says has been smoothed
+        already and errs in the same way for some time."""
+        least_noise: float = Field(0.027, gt=0.0, le=1.0)
+        """Deviation of a seen position beyond that: walking sways, m."""
+        interval: float = Field(0.09, gt=0.0, le=2.0)
+        """Least time between two looks that count, s: a little below that between two scans."""
+        forgotten: float = Field(2.0, gt=0.0, le=60.0)
+        """Whoever was not looked at for so long is seen as if new, s."""
+        largest_deviation: float = Field(2.0, gt=0.0, le=20.0)
+        """m."""
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+        self.modes = _modes(self.parameters)
+
+    def predict(
+        self, people: People, steps: int, step: float, memory: ModeState | None
+    ) -> tuple[Predictions, ModeState]:
+        """See :meth:`Predictor.predict`."""
+        state = self._look(people, _recalled(people, memory, self.modes, self.parameters.forgotten))
+        since = np.maximum(people.time - state.time, 0.0)
+        times = step * np.arange(steps + 1.0)
+        weight, way, velocity, deviation = ahead(state, self.modes, since, times)
+        predictions = Predictions(
+            step=step,
+            names=HYPOTHESES,
+            weight=weight,
+            mean=people.mean[:, None, None, :2] + way,
+            velocity=velocity,
+            deviation=np.minimum(deviation, self.parameters.largest_deviation),
+        )
+        return predictions, state
+
+    def _look(self, people: People, state: ModeState) -> ModeState:
+        """``state`` after those who are due have been looked at."""
+        p, t = self.parameters, self.modes
+        due = np.flatnonzero(people.time - state.time >= p.interval)
+        if len(due) == 0:
+            return state
+        told = 0.5 * (people.covariance[due, 0, 0] + people.covariance[due, 1, 1])
+        new = _rows(state, due)
+        look(
+            people.time - state.time[due],
+            people.mean[due, :2],
+            p.noise * told + p.least_noise**2,
+            new["mean"],
+            new["covariance"],
+            new["weight"],
+            new["wont"],
+            t.share,
+            t.rate,
+            t.settling,
+            t.agility,
+            t.aim,
+            p.habit,
+        )
+        new["time"] = np.full(len(due), people.time)
+        return _with_rows(state, due, new)
+
+
+def _modes(p: Hypotheses.Parameters) -> ModeTable:
+    turn = (math.cos(p.aside), math.sin(p.aside))
+    manners: list[tuple[int, Going, tuple[float, float]]] = [
+        (0, p.steady, (0.0, 0.0)),
+        (0, p.uneven, (0.0, 0.0)),
+        (1, p.halts, (0.0, 0.0)),
+        (1, p.slows, (0.0, 0.0)),
+        (2, p.back, (-1.0, 0.0)),
+        (3, p.side, turn),
+        (4, p.side, (turn[0], -turn[1])),
+    ]
+    each = [manner for _, manner, _ in manners]
+    share = np.array([m.share for m in each])
+    return ModeTable(
+        hypothesis=np.array([which for which, _, _ in manners]),
+        share=share / share.sum(),
+        rate=np.array([1.0 / m.lasts for m in each]),
+        settling=np.array([m.settling if isinstance(m, Change) else np.inf for m in each]),
+        agility=np.array([m.agility for m in each]),
+        aim=np.array([aim for _, _, aim in manners]),
+        wander=np.array([m.wander for m in each]),
+        doubt=np.array([m.doubt for m in each]),
+        stir=np.array([m.stir if isinstance(m, Change) else 0.0 for m in each]),
+    )
+
+
+_ROWS = ("time", "mean", "covariance", "weight", "wont")
+
+
+def _rows(state: ModeState, which: Integers | Booleans) -> dict[str, Floats]:
+    """Copies of what is known of some."""
+    return {name: getattr(state, name)[which].copy() for name in _ROWS}
+
+
+def _with_rows(state: ModeState, which: Integers | Booleans, rows: dict[str, Floats]) -> ModeState:
+    changed = {}
+    for name in _ROWS:
+        changed[name] = getattr(state, name).copy()
+        changed[name][which] = rows[name]
+    return replace(state, **changed)
+
+
+def _recalled(
+    people: People, memory: ModeState | None, modes: ModeTable, forgotten: float
+) -> ModeState:
+    """What is known of each of ``people``, in their order; of a new one what the tracker says."""
+    n, m, P = len(people), len(modes.share), people.covariance
+    blocks = ((0, 0), (0, 2), (2, 2))
+    axes = np.stack([0.5 * (P[:, i, j] + P[:, i + 1, j + 1]) for i, j in blocks], axis=-1)
+    state = ModeState(
+        id=people.id,
+        time=np.full(n, people.time),
+        mean=np.repeat(people.mean[:, None], m, axis=1),
+        covariance=np.repeat(axes[:, None], m, axis=1),
+        weight=np.tile(modes.usual, (n, 1)),
+        wont=people.mean[:, 2:],
+    )
+    if memory is None or n == 0 or len(memory.id) == 0:
+        return state
+    order = np.argsort(memory.id, kind="stable")
+    last = len(order) - 1
+    old = order[np.minimum(np.searchsorted(memory.id, people.id, sorter=order), last)]
+    since = people.time - memory.time[old]
+    known = (memory.id[old] == people.id) & (since >= -BACKWARDS) & (since <= forgotten)
+    return _with_rows(state, known, _rows(memory, old[known]))
