@@ -1,6 +1,7 @@
 """Recordings: bags and clouds in, observations out; walks that others noted down."""
 
 from cohelm.recordings.api import Frame, Labels, Recording
+from cohelm.recordings.opening import open_recording
 from cohelm.recordings.trajectories import Trajectories, read_groups, read_trajectories
 
 __all__ = [
@@ -8,6 +9,7 @@ __all__ = [
     "Labels",
     "Recording",
     "Trajectories",
+    "open_recording",
     "read_groups",
     "read_trajectories",
 ]

@@ -1,0 +1,76 @@
+"""What bags are compressed with, undone as far as it goes."""
+
+from __future__ import annotations
+
+import bz2
+import importlib
+import sys
+from pathlib import Path
+from typing import Protocol, cast
+
+LARGEST = 1 << 30
+"""Bytes beyond which a chunk is not believed: bags hold chunks of about a million."""
+
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+
+_STEP = 1 << 16
+"""Bytes that are undone at a time, so that what is whole before a fault is kept."""
+
+
+class _Decompressor(Protocol):
+    @property
+    def eof(self) -> bool: ...
+
+    def decompress(self, data: bytes, max_length: int = -1) -> bytes: ...
+
+
+def decompress(data: bytes, kind: str, size: int) -> bytes:
+    """The first ``size`` bytes of what was compressed, or as many as can be undone.
+
+    Args:
+        data: compressed, possibly cut or damaged.
+        kind: ``none`` or nothing at all, ``bz2``, ``lz4`` or ``zstd``.
+        size: how many bytes there should be; more are never made.
+
+    Raises:
+        ValueError: if the kind is unknown.
+    """
+    if kind in {"", "none"}:
+        return data[:size]
+    stream = _stream(kind)
+    done = bytearray()
+    try:
+        while len(done) < size and not stream.eof:
+            some = stream.decompress(data, min(size - len(done), _STEP))
+            if not some and not data:
+                break
+            done += some
+            data = b""
+    except Exception:  # each of the three has exceptions of its own; none says more than this:
+        return bytes(done)
+    return bytes(done)
+
+
+def unpack_zstd(file: Path, to: Path) -> None:
+    """Write what ``file`` holds, as far as it can be undone, to another file."""
+    with file.open("rb") as packed, to.open("wb") as plain:
+        stream = _stream("zstd")
+        while not stream.eof and (data := packed.read(_STEP)):
+            try:
+                plain.write(stream.decompress(data))
+            except Exception:  # as above; whoever reads the file sees that it is cut
+                return
+
+
+def _stream(kind: str) -> _Decompressor:
+    if kind == "bz2":
+        return bz2.BZ2Decompressor()
+    if kind == "lz4":
+        return cast(_Decompressor, importlib.import_module("lz4.frame").LZ4FrameDecompressor())
+    if kind == "zstd":
+        return cast(_Decompressor, importlib.import_module(_ZSTD).ZstdDecompressor())
+    raise ValueError(f"is compressed with {kind[:20]!r}, known are bz2, lz4 and zstd")
+
+
+# rosbags brings this and lz4 along; they are wanted only where a bag is compressed so
+_ZSTD = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"

@@ -1,0 +1,114 @@
+"""Any recording: what it is shows in its first bytes, else in its name."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from cohelm.errors import RecordingError
+from cohelm.recordings import mcap_bag, nuscenes, ros1_bag, ros2_bag, sqlite_bag
+from cohelm.recordings.api import Recording
+from cohelm.recordings.bag import BagRecording
+from cohelm.recordings.kitti import read_kitti
+from cohelm.recordings.nuscenes import read_nuscenes
+from cohelm.recordings.ordering import natural
+from cohelm.recordings.pcd import looks_like_pcd, read_pcd
+from cohelm.recordings.ros1_bag import read_ros1
+from cohelm.recordings.ros2_bag import read_ros2
+from cohelm.recordings.sweep import Sweep
+from cohelm.recordings.sweeps import SweepRecording
+
+RATE = 10.0
+"""Sweeps a second in a folder that tells no times: that of KITTI's Velodyne, Hz."""
+
+KNOWN = (
+    "known are ROS 1 bags (.bag), ROS 2 bags (a folder with metadata.yaml, .mcap, .db3), "
+    "KITTI (.bin), nuScenes (.pcd.bin), PCD (.pcd) and folders of these sweeps"
+)
+
+_START = 4096
+_FOLDERS = ("velodyne", "velodyne_points/data", "data")
+"""Where KITTI keeps its sweeps within a folder."""
+
+
+def open_recording(path: Path | str, *, topic: str | None = None, rate: float = RATE) -> Recording:
+    """The recording in a file or folder, recognised by its content and then by its name.
+
+    ROS 1 bags (format 2.0), ROS 2 bags (folder, .mcap or .db3), KITTI and nuScenes sweeps, PCD
+    files, and folders of sweeps, which are taken in the order of their names.
+
+    Args:
+        path: the file or folder.
+        topic: the one of a bag that is taken; None: all its scans and clouds.
+        rate: of the sweeps in a folder, Hz.
+
+    Raises:
+        RecordingError: if nothing is there, nothing known, or nothing can be read of it; names the
+            file, and the byte where one is at fault.
+    """
+    path = Path(path)
+    if not rate > 0.0:
+        raise RecordingError(f"cannot be played at {rate:g} sweeps a second", file=path)
+    try:
+        return _folder(path, topic, rate) if path.is_dir() else _file(path, topic, rate)
+    except OSError as error:
+        raise RecordingError(error.strerror or str(error), file=path) from None
+
+
+def _file(path: Path, topic: str | None, rate: float) -> Recording:
+    start = _start(path)
+    if not start:
+        raise RecordingError(f"is empty; {KNOWN}", file=path, offset=0)
+    if start.startswith(ros1_bag.MAGIC):
+        return BagRecording(path, functools.partial(read_ros1, path), 1, topic)
+    if start.startswith((mcap_bag.MAGIC, sqlite_bag.MAGIC)):
+        return BagRecording(path, functools.partial(read_ros2, path), 2, topic)
+    read = _reader(path, start)
+    if read is None:
+        raise RecordingError(f"is no recording; {KNOWN}", file=path, offset=0)
+    return SweepRecording(path, [path], read, rate)
+
+
+def _folder(path: Path, topic: str | None, rate: float) -> Recording:
+    if (path / ros2_bag.METADATA).is_file() or _named(path, ros2_bag.MESSAGES):
+        return BagRecording(path, functools.partial(read_ros2, path), 2, topic)
+    for folder in (path, *(path / name for name in _FOLDERS)):
+        sweeps = _named(folder, ("*.pcd.bin",)) or _named(folder, ("*.pcd",))
+        sweeps = sweeps or _named(folder, ("*.bin",))
+        if sweeps:
+            return SweepRecording(path, sweeps, _read_any, rate)
+    raise RecordingError(f"holds no recording; {KNOWN}", file=path)
+
+
+def _named(folder: Path, patterns: Sequence[str]) -> list[Path]:
+    found = {file for pattern in patterns for file in folder.glob(pattern) if file.is_file()}
+    return sorted(found, key=natural)
+
+
+def _read_any(file: Path) -> Sweep:
+    """One sweep of a folder."""
+    start = _start(file)
+    read = _reader(file, start)
+    if not start or read is None:
+        raise RecordingError("is empty" if not start else "is no sweep", file=file, offset=0)
+    return read(file)
+
+
+def _reader(file: Path, start: bytes) -> Callable[[Path], Sweep] | None:
+    if looks_like_pcd(start):
+        return read_pcd
+    name = file.name.lower()
+    if name.endswith(".pcd.bin"):
+        return read_nuscenes
+    if name.endswith(".bin"):
+        return read_nuscenes if nuscenes.has_rings(start) else read_kitti
+    return None
+
+
+def _start(file: Path) -> bytes:
+    try:
+        with file.open("rb") as stream:
+            return stream.read(_START)
+    except OSError as error:
+        raise RecordingError(error.strerror or str(error), file=file) from None

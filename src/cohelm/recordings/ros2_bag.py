@@ -1,0 +1,96 @@
+"""ROS 2 bags: a folder with a metadata.yaml and files of messages, or such a file alone."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from cohelm.errors import RecordingError
+from cohelm.recordings.compression import LARGEST, ZSTD_MAGIC, decompress, unpack_zstd
+from cohelm.recordings.mcap_bag import MAGIC as MCAP
+from cohelm.recordings.mcap_bag import read_mcap
+from cohelm.recordings.ordering import natural
+from cohelm.recordings.records import Message
+from cohelm.recordings.sqlite_bag import MAGIC as SQLITE
+from cohelm.recordings.sqlite_bag import read_sqlite
+
+METADATA = "metadata.yaml"
+MESSAGES = ("*.mcap", "*.db3", "*.mcap.zstd", "*.db3.zstd")
+"""How files of messages are called."""
+
+_LARGEST_METADATA = 1 << 24
+
+
+def read_ros2(path: Path, damage: list[RecordingError]) -> Iterator[Message]:
+    """The messages, file by file, in the order of each.
+
+    Args:
+        path: the folder, or a file of messages.
+        damage: takes what could not be read.
+
+    Raises:
+        RecordingError: if there is no file of messages.
+    """
+    if path.is_file():
+        yield from _file(path, damage)
+        return
+    about = _metadata(path / METADATA, damage)
+    by_message = str(about.get("compression_mode") or "").lower() == "message"
+    kind = str(about.get("compression_format") or "")
+    for file in _files(path, about, damage):
+        for message in _file(file, damage):
+            if by_message:
+                data = decompress(message.data, kind, LARGEST)
+                yield message._replace(data=data)
+            else:
+                yield message
+
+
+def _file(file: Path, damage: list[RecordingError]) -> Iterator[Message]:
+    with file.open("rb") as stream:
+        start = stream.read(max(len(MCAP), len(SQLITE)))
+    if start.startswith(MCAP):
+        yield from read_mcap(file, damage)
+    elif start.startswith(SQLITE):
+        yield from read_sqlite(file, damage)
+    elif start.startswith(ZSTD_MAGIC) and file.suffix == ".zstd":
+        with tempfile.TemporaryDirectory() as folder:
+            plain = Path(folder) / file.stem
+            unpack_zstd(file, plain)
+            yield from _file(plain, damage)
+    else:
+        problem = "is empty" if not start else "is neither MCAP nor SQLite"
+        damage.append(RecordingError(problem, file=file, offset=0))
+
+
+def _metadata(file: Path, damage: list[RecordingError]) -> dict[str, Any]:
+    """What it says of the bag; nothing where it makes no sense, which is noted."""
+    try:
+        if file.stat().st_size > _LARGEST_METADATA:
+            raise ValueError("too large")  # noqa: TRY301  # told as the other faults
+        found = yaml.safe_load(file.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        if isinstance(found, dict):
+            return found
+        problem = "no mapping"
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, RecursionError) as error:
+        problem = " ".join(str(error).split())[:200]
+    damage.append(RecordingError(f"makes no sense and is left aside: {problem}", file=file))
+    return {}
+
+
+def _files(folder: Path, about: dict[str, Any], damage: list[RecordingError]) -> list[Path]:
+    """Those that the metadata name, or else all that are called so."""
+    named = about.get("relative_file_paths")
+    names = [str(entry) for entry in named] if isinstance(named, list) else []
+    files = [folder / Path(entry).name for entry in names]
+    damage.extend(RecordingError("is missing", file=f) for f in files if not f.is_file())
+    files = [file for file in files if file.is_file()]
+    if not files:
+        files = sorted({f for pattern in MESSAGES for f in folder.glob(pattern)}, key=natural)
+    if not files:
+        raise RecordingError("has no file of messages, .mcap or .db3", file=folder)
+    return files

@@ -1,0 +1,159 @@
+"""What the messages of ROS say, as cohelm says it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.messages import PointCloud, Scan
+
+SCAN = "sensor_msgs/msg/LaserScan"
+CLOUD = "sensor_msgs/msg/PointCloud2"
+ODOMETRY = "nav_msgs/msg/Odometry"
+POSES = "geometry_msgs/msg/PoseArray"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+OLD_TRANSFORMS = "tf/msg/tfMessage"
+
+_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+"""The types of a PointField."""
+_MOST_BEAMS = 1_000_000
+
+
+class Decoder:
+    """Makes messages of bytes; the types are those that ROS defines, whatever a bag says of them.
+
+    Args:
+        version: of ROS, 1 or 2.
+    """
+
+    def __init__(self, version: int) -> None:
+        from rosbags.typesys import (  # noqa: PLC0415  # slow, and wanted only where a bag is read
+            Stores,
+            get_types_from_msg,
+            get_typestore,
+        )
+
+        store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
+        if version == 1:
+            for type_ in (TRANSFORMS, OLD_TRANSFORMS):
+                text = "geometry_msgs/TransformStamped[] transforms"
+                store.register(get_types_from_msg(text, type_))
+        self._decode = store.deserialize_ros1 if version == 1 else store.deserialize_cdr
+
+    def decode(self, data: bytes, type_: str) -> Any:
+        """The message.
+
+        Raises:
+            ValueError: if the bytes are none of that type.
+        """
+        try:
+            return self._decode(data, type_)
+        except Exception as error:  # whatever damaged bytes make that decoder stumble over
+            raise ValueError(f"no {type_.rpartition('/')[2]}: {error}") from None
+
+
+def stamp(header: Any) -> float:
+    """The time in a header, s; 0 where it says none."""
+    return float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec)
+
+
+def transform(pose: Any) -> tuple[float, ...]:
+    """(x, y, z, q_x, q_y, q_z, q_w) of a Pose or a Transform."""
+    p = pose.position if hasattr(pose, "position") else pose.translation
+    q = pose.orientation if hasattr(pose, "orientation") else pose.rotation
+    return p.x, p.y, p.z, q.x, q.y, q.z, q.w
+
+
+def scan(message: Any, time: float, X_RS: Floats) -> Scan:
+    """A LaserScan, of a sensor mounted at ``X_RS`` (6,), upright or upside down.
+
+    After REP-117, and as drivers older than it do: what is 0, below ``range_min`` or −inf is a
+    dropout, what is at or beyond ``range_max`` met nothing.
+
+    Raises:
+        ValueError: if its beams have no directions.
+    """
+    ranges = np.array(message.ranges, dtype=float)
+    first, step = float(message.angle_min), float(message.angle_increment)
+    if len(ranges) > _MOST_BEAMS or not math.isfinite(first) or not 0.0 < abs(step) < math.tau:
+        raise ValueError(f"{len(ranges)} beams from {first:g} rad by {step:g} rad are no scan")
+    with np.errstate(invalid="ignore"):
+        least = np.nan_to_num(float(message.range_min), nan=0.0, posinf=0.0)
+        ranges[(ranges <= 0.0) | (ranges < least)] = np.nan
+        reach = float(message.range_max)
+        if not 0.0 < reach < math.inf:
+            reach = np.nextafter(max(ranges[np.isfinite(ranges)], default=0.0), np.inf)
+        ranges[ranges >= reach] = np.inf
+    if abs(X_RS[3]) > math.pi / 2.0:  # upside down: its beams turn the other way
+        first, step = -first, -step
+    if step < 0.0:
+        first, step, ranges = first + (len(ranges) - 1) * step, -step, ranges[::-1]
+    return Scan(
+        time=time,
+        mount=X_RS[[0, 1, 5]],
+        angle_min=first,
+        angle_increment=step,
+        range_max=reach,
+        ranges=ranges,
+    )
+
+
+def cloud(message: Any, time: float, X_RS: Floats) -> PointCloud:
+    """A PointCloud2, of a sensor mounted at ``X_RS`` (6,); its reach is its farthest return.
+
+    A point at (0, 0, 0), where many drivers put what met nothing, counts as such.
+
+    Raises:
+        ValueError: if its fields do not fit its data, or x, y or z is missing.
+    """
+    points = _points(message)
+    points[~points.any(axis=1)] = np.nan
+    return PointCloud(time=time, mount=X_RS, points=points, range_max=farthest(points))
+
+
+def farthest(points: Floats32) -> float:
+    """Distance of the farthest finite point of (p, 3) from the sensor, m; 0 where there is none."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        distance = np.sqrt(np.einsum("ij,ij->i", points, points))
+    return float(np.max(distance[np.isfinite(distance)], initial=0.0))
+
+
+def _points(message: Any) -> Floats32:
+    """(p, 3), whatever the order, the types and the padding of the fields."""
+    shape = height, width = int(message.height), int(message.width)
+    if height * width == 0:
+        return np.empty((0, 3), dtype=np.float32)
+    row, step = int(message.row_step), int(message.point_step)
+    if width * step > row or (height - 1) * row + width * step > len(message.data):
+        raise ValueError(
+            f"a PointCloud2 of {height} × {width} points of {step} bytes in {len(message.data)}"
+        )
+    order = ">" if message.is_bigendian else "<"
+    fields = {field.name: field for field in message.fields}
+    columns = [_column(message, fields.get(axis), axis, order, shape) for axis in "xyz"]
+    points = np.empty((height * width, 3), dtype=np.float32)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k, column in enumerate(columns):
+            points[:, k] = column.ravel()
+    return points
+
+
+def _column(
+    message: Any, field: Any, axis: str, order: str, shape: tuple[int, int]
+) -> NDArray[Any]:
+    if field is None or field.datatype not in _NUMBERS:
+        raise ValueError(f"a PointCloud2 without a field {axis} of numbers")
+    number = np.dtype(order + _NUMBERS[field.datatype])
+    if field.offset + number.itemsize > message.point_step:
+        raise ValueError(f"a PointCloud2 whose field {axis} is no part of its points")
+    return np.ndarray(
+        shape,
+        dtype=number,
+        buffer=np.ascontiguousarray(message.data),
+        offset=int(field.offset),
+        strides=(int(message.row_step), int(message.point_step)),
+    )
