@@ -32,7 +32,8 @@ class Fault(Model):
         "late",
         "clock_back",
     ]
-    """What fails and how: ``silent`` sends no more, ``nan`` sends what is not a number."""
+    """What fails and how: ``silent`` sends no more, ``nan`` sends what is not a number; ``scan``
+    stands for all that looks out, planar scanners, LiDARs and depth cameras."""
     at: float = Field(ge=0.0)
     """s."""
     duration: float = Field(1.0, gt=0.0)
@@ -67,7 +68,7 @@ _Effect = Callable[[Observation, Fault, Observation | None], Observation]
 
 
 def _scan_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    return replace(o, scans=())
+    return replace(o, scans=(), clouds=())
 
 
 def _pose_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
@@ -84,7 +85,9 @@ def _rider_silent(o: Observation, fault: Fault, last: Observation | None) -> Obs
 
 def _scan_nan(o: Observation, fault: Fault, last: Observation | None) -> Observation:
     return replace(
-        o, scans=tuple(replace(s, ranges=np.full_like(s.ranges, np.nan)) for s in o.scans)
+        o,
+        scans=tuple(replace(s, ranges=np.full_like(s.ranges, np.nan)) for s in o.scans),
+        clouds=tuple(replace(c, points=np.full_like(c.points, np.nan)) for c in o.clouds),
     )
 
 
@@ -120,6 +123,7 @@ def _clock_back(o: Observation, fault: Fault, last: Observation | None) -> Obser
         pose_time=o.pose_time - by,
         twist_time=o.twist_time - by,
         scans=tuple(replace(s, time=s.time - by) for s in o.scans),
+        clouds=tuple(replace(c, time=c.time - by) for c in o.clouds),
         rider=rider,
     )
 

@@ -9,13 +9,14 @@ for bit.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Shape, value
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
-from cohelm.messages import Decision, Observation, People, Scan
+from cohelm.messages import Decision, Observation, People
 from cohelm.robots import Robot
 from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
 from cohelm.simulation.chance import generator
@@ -23,14 +24,17 @@ from cohelm.simulation.changes import Change, present
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
 from cohelm.simulation.drive import Wheels, at_rest, drive
 from cohelm.simulation.faults import Fault, with_faults
-from cohelm.simulation.sensors.laser import sweep
+from cohelm.simulation.senses import Sensed, Senses
+from cohelm.simulation.sensors.figures import STEP_LENGTH, Bodies
 from cohelm.simulation.sensors.localisation import Localisation, Odometry, with_error
+from cohelm.simulation.sensors.scenery import Scenery
 
 STANDING = 0.02
 """A chair slower than this stands, m/s …"""
 STANDING_TURN = 0.05
 """… if it does not turn faster than this either, rad/s."""
-_ROUNDING = 1e-9
+STATURE = 1.7
+"""Height of people of whom nothing is said, m."""
 
 
 @value
@@ -41,11 +45,19 @@ class WorldSetup:
     """What truly stands there at time 0."""
     changes: tuple[Change, ...] = ()
     """What stands there later, in the order of their times."""
+    heights: Annotated[Floats32, Shape("rows cols")] | None = None
+    """Of what stands or will stand on the grid's cells, m, for 3-D sensors; see ``Scenery``."""
+    wall_height: float = 2.5
+    """m."""
+    ceiling: float = math.inf
+    """Its height, m; +inf: there is none."""
     robot: Robot
     start: Annotated[Floats, Shape("3")]
     """X_MR at time 0."""
     crowd: Crowd
     """The people at time 0."""
+    statures: Annotated[Floats, Shape("n")] | None = None
+    """Their heights, m, for 3-D sensors; None: 1.7 m each."""
     pedestrian_model: PedestrianModel
     rider: Rider
     rider_goal: Annotated[Floats, Shape("2")]
@@ -98,16 +110,24 @@ class World:
         self.setup = setup
         self._random = {
             purpose: generator(seed, purpose)
-            for purpose in ("people", "localisation", "odometry", "rider", *_laser_names(setup))
+            for purpose in ("people", "localisation", "odometry", "rider", "strides")
         }
         self._ticks = 0
-        self._grid = setup.grid
-        self._sweeps = [0] * len(setup.robot.lasers)
+        self._scenery = Scenery(
+            grid=setup.grid,
+            heights=setup.heights,
+            wall_height=setup.wall_height,
+            ceiling=setup.ceiling,
+        )
+        self._senses = Senses(setup.robot, seed)
+        self._walked = self._random["strides"].uniform(
+            0.0, 2.0 * STEP_LENGTH * STATURE, len(setup.crowd.radius)
+        )
         self._wheels = at_rest(setup.robot, setup.start)
         self._error = setup.localisation.first(self._random["localisation"])
         self._truth = self._judged(setup.crowd, nobody_touched(setup.crowd), touched_wall=False)
-        scans = self._scan(0.0, setup.crowd.position)
-        self._observation = self._sensed(scans, last=None)
+        sensed = self._sense(0.0, setup.crowd, setup.crowd, 1.0)
+        self._observation = self._told(sensed, last=None)
 
     @property
     def truth(self) -> Truth:
@@ -124,18 +144,20 @@ class World:
         Contact does not stop the world; who rides on after it decides.
         """
         setup = self.setup
-        before, stood = self._truth.crowd, self._grid
-        self._grid = self._standing()
+        before, stood = self._truth.crowd, self.grid
+        standing = self._standing()
+        if standing is not stood:
+            self._scenery = replace(self._scenery, grid=standing)
         steps = max(round(setup.control_step / setup.physics_step), 1)
         dt = setup.control_step / steps
         start = self._ticks * setup.control_step
         after = setup.pedestrian_model.step(
             before, self._scene(), setup.control_step, self._random["people"]
         )
-        scans: list[Scan] = []
+        sensed = Sensed()
         touched = nobody_touched(before)
         touched_wall = False
-        clearance = self._truth.gap_wall if self._grid is stood else 0.0
+        clearance = self._truth.gap_wall if self.grid is stood else 0.0
         for k in range(1, steps + 1):
             old = self._wheels
             self._wheels = drive(setup.robot, old, decision, dt)
@@ -144,27 +166,28 @@ class World:
             touched[int(is_standing(self._wheels.twist))] |= gaps <= 0.0
             clearance -= _swept(setup.robot, old, self._wheels)
             if clearance <= 0.0:
-                clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, self._grid)
+                clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, self.grid)
                 touched_wall |= clearance <= 0.0
-            scans += self._scan(start + k * dt, position)
+            sensed += self._sense(start + k * dt, before, after, k / steps)
+        self._walked += np.hypot(*(after.position - before.position).T)
         self._ticks += 1
         self._truth = self._judged(after, touched, touched_wall=touched_wall)
         self._error = setup.localisation.after(
             self._error, setup.control_step, self._random["localisation"]
         )
-        self._observation = self._sensed(tuple(scans), last=self._observation)
+        self._observation = self._told(sensed, last=self._observation)
 
     def _standing(self) -> OccupancyGrid:
         """What stands there now; a door waits for whoever is in it."""
         crowd = self._truth.crowd
         outline = transform(self._wheels.pose, self.setup.robot.outline)
         bodies = np.column_stack([crowd.position, crowd.radius])
-        return present(self.setup.changes, self._grid, self._now, outline, bodies)
+        return present(self.setup.changes, self.grid, self._now, outline, bodies)
 
     @property
     def grid(self) -> OccupancyGrid:
         """What truly stands there now; not for the navigator."""
-        return self._grid
+        return self._scenery.grid
 
     @property
     def _now(self) -> float:
@@ -178,7 +201,7 @@ class World:
             twist=self._wheels.twist,
             crowd=crowd,
             gap_people=gap_to_people(outline, pose, crowd.position, crowd.radius),
-            gap_wall=gap_to_walls(outline, pose, self._grid),
+            gap_wall=gap_to_walls(outline, pose, self.grid),
             hit_moving=touched[0],
             hit_standing=touched[1],
             hit_wall=touched_wall,
@@ -192,26 +215,31 @@ class World:
         vx, vy, turn = wheels.twist
         velocity = np.array([vx - turn * centre[1], vy + turn * centre[0]])
         return Scene(
-            grid=self._grid,
+            grid=self.grid,
             robot_position=transform(wheels.pose, centre),
             robot_velocity=transform([0.0, 0.0, wheels.pose[2]], velocity),
             robot_radius=float(np.hypot(*(robot.outline - centre).T).max()),
             time=self._now,
         )
 
-    def _scan(self, time: float, position: Floats) -> tuple[Scan, ...]:
-        """The sweeps due at ``time``, with people at ``position`` (n, 2)."""
-        scans = []
-        bodies = np.column_stack([position, self.setup.crowd.radius])
-        for i, mount in enumerate(self.setup.robot.lasers):
-            if time < self._sweeps[i] / mount.rate - _ROUNDING:
-                continue
-            self._sweeps[i] += 1
-            rng = self._random[_laser_names(self.setup)[i]]
-            scans.append(sweep(mount, self._grid, bodies, self._wheels.pose, time=time, rng=rng))
-        return tuple(scans)
+    def _sense(self, time: float, before: Crowd, after: Crowd, share: float) -> Sensed:
+        """The sweeps due at ``time``, a share of a control step after ``before``."""
+        if not self._senses.are_due(time):
+            return Sensed()
+        went = after.position - before.position
+        way = np.hypot(*went.T)
+        heights = self.setup.statures
+        bodies = Bodies(
+            position=before.position + share * went,
+            heading=after.heading,
+            walked=self._walked + share * way,
+            speed=way / self.setup.control_step,
+            height=np.full_like(way, STATURE) if heights is None else heights,
+            radius=before.radius,
+        )
+        return self._senses.sense(time, self._scenery, bodies, self._wheels.pose)
 
-    def _sensed(self, scans: tuple[Scan, ...], last: Observation | None) -> Observation:
+    def _told(self, sensed: Sensed, last: Observation | None) -> Observation:
         setup, truth = self.setup, self._truth
         view = RiderView(
             time=truth.time,
@@ -227,7 +255,8 @@ class World:
             pose_time=truth.time,
             twist=setup.odometry.measure(truth.twist, self._random["odometry"]),
             twist_time=truth.time,
-            scans=scans,
+            scans=sensed.scans,
+            clouds=sensed.clouds,
             rider=setup.rider.command(view, self._random["rider"]),
             people=_known_exactly(truth) if setup.give_people else None,
         )
@@ -245,10 +274,6 @@ def is_standing(twist: Floats) -> Booleans:
 def nobody_touched(crowd: Crowd) -> Booleans:
     """(2, n) False: touched while the chair moved, touched while it stood."""
     return np.zeros((2, len(crowd.radius)), dtype=bool)
-
-
-def _laser_names(setup: WorldSetup) -> tuple[str, ...]:
-    return tuple(f"laser {i}" for i in range(len(setup.robot.lasers)))
 
 
 def _swept(robot: Robot, old: Wheels, new: Wheels) -> float:
