@@ -1,0 +1,174 @@
+"""Clouds of several sensors as one, over the floor on which the robot stands."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.geometry import compose, inverse
+from cohelm.messages import PointCloud
+
+NEAREST = 0.05
+"""Returns nearer to the sensor than this are none: drivers fill their gaps with zeros, m."""
+_FINE, _COARSE = 7200, 180
+"""Bins round the horizon, of 0.05° and 2°, in which the sensor's azimuths are counted."""
+_FLOOR_BIN = 0.05
+"""Of the histogram in which an unknown floor is looked for, m."""
+_LOWEST_SENSOR, _HIGHEST_SENSOR = 0.15, 3.5
+"""Heights at which a sensor may be mounted, m."""
+
+
+class Gathered(NamedTuple):
+    """Usable returns about the first sensor, axes as the robot's at its first pose; p returns."""
+
+    points: Floats
+    """(p, 3), x and y from the first sensor, z from the floor under the robot, m."""
+    X_MS: Floats
+    """(3,), the pose of that frame in the map."""
+    height: float
+    """Of the first sensor over the floor, m."""
+    spacing: float
+    """Angle between neighbouring azimuths of the coarsest sensor, rad."""
+    view: Floats
+    """(2,), the lowest and the highest slope dz/dr at which anything came back."""
+
+
+def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gathered:
+    """The returns of all clouds within ``reach`` of the first sensor.
+
+    A row that is not finite, within 5 cm of its sensor or beyond the sensor's own reach is no
+    return; a cloud whose pose is not finite has none. Where a sensor's height is unknown, the floor
+    is where most of the lowest returns lie (see ``_floor``).
+
+    Args:
+        clouds: c of them.
+        X_MR: (c, 3), where the robot was at each.
+        reach: m.
+    """
+    usable = [k for k, cloud in enumerate(clouds) if _has_pose(cloud, X_MR[k])]
+    if not usable:
+        return Gathered(np.empty((0, 3)), np.zeros(3), 0.0, 0.0, np.zeros(2))
+    first = usable[0]
+    X_MS = compose(X_MR[first], [*clouds[first].mount[:2], 0.0])
+    X_SM = inverse(X_MS)
+    parts, spacing, view, height = [], 0.0, np.array([np.inf, -np.inf]), 0.0
+    for k in usable:
+        rotation, position = _placed(compose(X_SM, X_MR[k]), clouds[k].mount)
+        reached = clouds[k].range_max if clouds[k].range_max > 0.0 else 0.0
+        points, slopes = _kept(clouds[k].points, rotation, position, np.array([reach, reached]))
+        if not math.isfinite(clouds[k].mount[2]):
+            down = -_floor(points, reach)
+            points[:, 2] += down
+            position[2] = down
+        if k == first:
+            height = float(position[2])
+        if len(points):
+            spacing = max(spacing, _spacing(clouds[k].points))
+            view = np.array([min(view[0], slopes[0]), max(view[1], slopes[1])])
+        parts.append(points)
+    together = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    return Gathered(together, X_MS, height, spacing, view)
+
+
+def _has_pose(cloud: PointCloud, X_MR: Floats) -> bool:
+    """Whether all is known but, perhaps, the height."""
+    mount = np.delete(cloud.mount, 2)
+    return bool(np.isfinite(mount).all() and np.isfinite(X_MR).all())
+
+
+def _placed(X_SR: Floats, mount: Floats) -> tuple[Floats, Floats]:
+    """Rotation (3, 3) and position (3,) of a sensor mounted on a robot at ``X_SR``; z 0 if NaN."""
+    roll, pitch, yaw = mount[3], mount[4], mount[5] + X_SR[2]
+    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    rotation = np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+    at = compose(X_SR, [mount[0], mount[1], 0.0])
+    height = mount[2] if math.isfinite(mount[2]) else 0.0
+    return rotation, np.array([at[0], at[1], height])
+
+
+@njit(cache=True)
+def _kept(
+    points: Floats32, rotation: Floats, position: Floats, limits: Floats
+) -> tuple[Floats, Floats]:
+    """Returns within limits = (reach, the sensor's reach), moved; and their extreme slopes."""
+    out = np.empty((points.shape[0], 3))
+    count = 0
+    lowest, highest = np.inf, -np.inf
+    near, far, reach = NEAREST**2, limits[1] ** 2, limits[0] ** 2
+    r = rotation
+    for i in range(points.shape[0]):
+        px, py, pz = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])
+        squared = px * px + py * py + pz * pz
+        if not (near <= squared <= far):  # also where one is not a number
+            continue
+        dx = r[0, 0] * px + r[0, 1] * py + r[0, 2] * pz
+        dy = r[1, 0] * px + r[1, 1] * py + r[1, 2] * pz
+        dz = r[2, 0] * px + r[2, 1] * py + r[2, 2] * pz
+        away = dx * dx + dy * dy
+        if away > 0.25:
+            slope = dz / math.sqrt(away)
+            lowest, highest = min(lowest, slope), max(highest, slope)
+        x, y = position[0] + dx, position[1] + dy
+        if x * x + y * y <= reach:
+            out[count, 0], out[count, 1], out[count, 2] = x, y, position[2] + dz
+            count += 1
+    return out[:count], np.array([lowest, highest])
+
+
+@njit(cache=True)
+def _spacing(points: Floats32) -> float:
+    """Angle between neighbouring azimuths, rad: the coarse bins covered over the fine ones hit.
+
+    Only returns near the sensor's horizon are asked: there each ring has the same azimuths.
+    """
+    fine = np.zeros(_FINE, dtype=np.bool_)
+    coarse = np.zeros(_COARSE, dtype=np.bool_)
+    scale = _FINE / (2.0 * math.pi)
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if not (100.0 * z * z < x * x + y * y < np.inf):
+            continue
+        b = int((math.atan2(y, x) + math.pi) * scale) % _FINE
+        fine[b] = True
+        coarse[b // (_FINE // _COARSE)] = True
+    most = 2.0 * math.pi / _COARSE
+    return most * coarse.sum() / fine.sum() if fine.any() else most
+
+
+@njit(cache=True)
+def _floor(points: Floats, reach: float) -> float:
+    """Height (3-vector's z) of the floor where the sensor is the origin.
+
+    The lowest return of each cell of 0.5 m is taken; the floor is the 0.3 m of height that hold
+    most of them, the mean of those. Where there are fewer than five, the lowest return.
+    """
+    side = int(2.0 * reach / 0.5) + 2
+    lowest = np.full(side * side, np.inf)
+    for i in range(points.shape[0]):
+        z = points[i, 2]
+        if -_HIGHEST_SENSOR <= z <= -_LOWEST_SENSOR:
+            c = int((points[i, 0] + reach) / 0.5) * side + int((points[i, 1] + reach) / 0.5)
+            lowest[c] = min(lowest[c], z)
+    found = np.sort(lowest[lowest < np.inf])
+    if found.size < 5:
+        return min(points[:, 2].min(), -_LOWEST_SENSOR) if points.shape[0] else -_LOWEST_SENSOR
+    best, start, stop = 0, 0, 0
+    last = 0
+    for first in range(found.size):
+        while last < found.size and found[last] <= found[first] + 6.0 * _FLOOR_BIN:
+            last += 1
+        if last - first > best:
+            best, start, stop = last - first, first, last
+    height: float = found[start:stop].mean()
+    return height
