@@ -20,7 +20,7 @@ class Reason(StrEnum):
 
     NOT_FINITE = "not_finite", "A sensor sent something that is not a number, so I stopped."
     CLOCK = "clock", "The clock ran backwards, so I stopped."
-    STALE_SCAN = "stale_scan", "I cannot see: the laser is silent, so I stopped."
+    STALE_SCAN = "stale_scan", "I cannot see: a sensor is silent, so I stopped."
     STALE_POSE = "stale_pose", "I do not know where we are: no position arrives, so I stopped."
     STALE_TWIST = "stale_twist", "I do not know how fast we are: odometry is silent, so I stopped."
     POSE_JUMP = "pose_jump", "Our position jumped, so I stopped to be sure of it."

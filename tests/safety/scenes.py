@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cohelm.maps import DistanceField
-from cohelm.messages import Mode, Observation, People, Request, RiderCommand, Scan
+from cohelm.messages import Mode, Observation, People, PointCloud, Request, RiderCommand, Scan
 from cohelm.testing.scenes import open_floor, straight_on, walkers
 
 NOW = 10.0
@@ -22,6 +22,18 @@ def scan(time: float = NOW, ranges: object = (1.0, 2.0, np.inf, 3.0)) -> Scan:
         angle_increment=np.pi / 2.0,
         range_max=10.0,
         ranges=np.asarray(ranges, dtype=float),
+    )
+
+
+def cloud(
+    time: float = NOW, points: object = ((1.0, 0.0, 0.0),), mount: object = (0.0,) * 6
+) -> PointCloud:
+    """A sweep of a few points."""
+    return PointCloud(
+        time=time,
+        mount=np.asarray(mount, dtype=float),
+        points=np.asarray(points, dtype=np.float32).reshape(-1, 3),
+        range_max=10.0,
     )
 
 

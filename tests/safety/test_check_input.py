@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import identical
-from cohelm.messages import Mode, Observation, People, Reason, RiderCommand, Scan
+from cohelm.messages import Mode, Observation, People, PointCloud, Reason, RiderCommand, Scan
+from cohelm.robots import DepthCameraMount, LidarMount
 from cohelm.safety import GateParameters, check_input
 from cohelm.testing.scenes import walkers
 
-from .scenes import NOW, request, scan, sound
+from .scenes import NOW, cloud, request, scan, sound
 
 LIMITS = GateParameters()
 JUST = 1e-3
@@ -41,14 +42,15 @@ def test_a_sound_observation_is_used(check):
 # ------------------------------------------------------------------ not a number
 
 PEOPLE = walkers([[2.0, 0.0, 0.5, 0.1], [3.0, 1.0, 0.0, 0.0]], time=NOW, source="outside")
-ALLOWED = {("scans", "ranges"), ("people", "heading")}
-"""A range may be +inf (free) or NaN (a dropout), a heading NaN (unknown): tested on their own."""
+ALLOWED = {("scans", "ranges"), ("clouds", "points"), ("people", "heading")}
+"""A range may be +inf (free) or NaN (a dropout), so may a point, a heading NaN (unknown): tested on
+their own."""
 
 
 def numbers(kind, prefix=()):
     """(field path) of every number and every array of numbers of a value."""
     hints = typing.get_type_hints(kind)
-    inner = {"scans": Scan, "rider": RiderCommand, "people": People}
+    inner = {"scans": Scan, "clouds": PointCloud, "rider": RiderCommand, "people": People}
     for field in dataclasses.fields(kind):
         path = (*prefix, field.name)
         if field.name in inner:
@@ -74,14 +76,14 @@ PATHS = list(numbers(Observation))
 
 
 def test_every_field_is_meant():
-    assert len(PATHS) == 6 + 5 + 2 + 5
+    assert len(PATHS) == 6 + 5 + 3 + 2 + 5
     assert {path[0] for path in PATHS} == {f.name for f in dataclasses.fields(Observation)}
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("path", PATHS, ids=".".join)
 def test_a_number_that_is_none_stops_the_chair(check, path, bad):
-    whole = sound(people=PEOPLE)
+    whole = sound(people=PEOPLE, clouds=(cloud(),))
     for at in (0, -1):
         broken = spoilt(whole, path, at, bad)
         assert check(broken)[0] is Reason.NOT_FINITE
@@ -213,6 +215,75 @@ def test_at_first_scans_have_their_time_to_arrive(chair):
     for k, reason in enumerate([None] * 8 + [Reason.STALE_SCAN] * 3):  # 7 ticks make 0.35 s
         got, memory = check_input(sound(NOW + k * TICK, scans=()), request(), chair, memory, LIMITS)
         assert got is reason
+
+
+# ------------------------------------------------------------------ clouds
+
+LIDAR = LidarMount(name="lidar", pose=(-0.4, 0.0, 1.3, 0.0, 0.0, 0.0))
+CAMERA = DepthCameraMount(name="depth", pose=(0.4, 0.0, 0.7, 0.0, 0.3, 0.0))
+
+
+@pytest.fixture
+def seer(chair):
+    """A chair without a planar scanner: a LiDAR, and a depth camera."""
+    return chair.model_copy(update={"lasers": (), "lidars": (LIDAR,), "depth_cameras": (CAMERA,)})
+
+
+def swept(mount, time=NOW, **changes):
+    return cloud(time, mount=mount.pose, **changes)
+
+
+def test_a_chair_with_a_lidar_alone_drives_until_it_falls_silent(check, chair):
+    robot = chair.model_copy(update={"lasers": (), "lidars": (LIDAR,)})
+    before = sound(NOW - 2.0, scans=(), clouds=(swept(LIDAR, NOW - 2.0),))
+    limit = LIMITS.scan_limit
+    for age, reason in [(0.0, None), (limit, None), (limit + JUST, Reason.STALE_SCAN)]:
+        now = sound(scans=(), clouds=(swept(LIDAR, NOW - age),))
+        assert check(now, before, robot=robot)[0] is reason
+    assert check(sound(scans=()), before, robot=robot)[0] is Reason.STALE_SCAN
+    # what no sensor of this robot sent does not make up for it
+    assert check(sound(), before, robot=robot)[0] is Reason.STALE_SCAN
+
+
+@pytest.mark.parametrize("silent", [LIDAR, CAMERA])
+def test_no_sensor_speaks_for_another(check, seer, silent):
+    before = sound(NOW - 2.0, scans=(), clouds=(swept(LIDAR, NOW - 2.0), swept(CAMERA, NOW - 2.0)))
+    both = (swept(LIDAR), swept(CAMERA))
+    assert check(sound(scans=(), clouds=both), before, robot=seer)[0] is None
+    other = tuple(c for c in both if c.mount[2] != silent.pose[2])
+    assert check(sound(scans=(), clouds=other), before, robot=seer)[0] is Reason.STALE_SCAN
+
+
+NOT_ONE = [np.nan] * 3
+
+
+@pytest.mark.parametrize(
+    ("points", "reason"),
+    [
+        ([NOT_ONE, NOT_ONE, [1.0, 0.0, 0.0]], None),  # the sky gives nothing back
+        ([[1.0, np.nan, 0.0]], Reason.NOT_FINITE),
+        ([NOT_ONE] * 4, Reason.NOT_FINITE),
+        ([[np.inf] * 3] * 4, Reason.NOT_FINITE),
+        ([], Reason.NOT_FINITE),
+    ],
+)
+def test_a_cloud_without_a_single_point_is_blind(check, seer, points, reason):
+    clouds = (swept(LIDAR, points=points), swept(CAMERA))
+    got, memory = check(sound(scans=(), clouds=clouds), robot=seer)
+    assert got is reason
+    later = sound(NOW + TICK, scans=(), clouds=())
+    after = check_input(later, request(), seer, memory, LIMITS)[0]
+    assert after is (None if reason is None else Reason.STALE_SCAN)
+
+
+def test_the_height_of_a_cloud_may_be_unknown(check, seer):
+    unknown = replace(swept(LIDAR), mount=[-0.4, 0.0, np.nan, 0.0, 0.0, 0.0])
+    assert check(sound(scans=(), clouds=(unknown, swept(CAMERA))), robot=seer)[0] is None
+
+
+def test_a_cloud_from_the_future_cannot_keep_a_dead_sensor_fresh(check, seer):
+    clouds = (swept(LIDAR, NOW + 1e3), swept(CAMERA))
+    assert check(sound(scans=(), clouds=clouds), robot=seer)[0] is Reason.CLOCK
 
 
 # ------------------------------------------------------------------ the rider
