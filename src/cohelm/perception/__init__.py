@@ -11,6 +11,7 @@ from cohelm.perception.api import (
 )
 from cohelm.perception.cloud_clusters import CloudClusters
 from cohelm.perception.given_people import GivenPeople, GivenState
+from cohelm.perception.groups import Affinity, AffinityState
 from cohelm.perception.hypotheses import HYPOTHESES, Hypotheses
 from cohelm.perception.kalman_tracker import KalmanTracker
 from cohelm.perception.modes import ModeState
@@ -33,6 +34,8 @@ from cohelm.perception.tracks import TrackerState
 
 __all__ = [
     "HYPOTHESES",
+    "Affinity",
+    "AffinityState",
     "Alone",
     "CloudClusters",
     "CloudDetector",
