@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from cohelm.perception.sight import HIDDEN, SEEN_THROUGH, UNCLEAR, sight
+from cohelm.perception.sight import FILLED, HIDDEN, SEEN_THROUGH, UNCLEAR, UNLOOKED, sight
 
 PLACE = np.array([[4.0, 0.0, 0.25]])
 BEAMS = np.radians(np.arange(-10, 11))
@@ -9,7 +9,7 @@ BEAMS = np.radians(np.arange(-10, 11))
 
 @pytest.mark.parametrize(
     ("ranges", "verdict"),
-    [(2.0, HIDDEN), (8.0, SEEN_THROUGH), (3.8, UNCLEAR), (4.3, UNCLEAR)],
+    [(2.0, HIDDEN), (8.0, SEEN_THROUGH), (3.8, FILLED), (4.3, FILLED), (4.45, UNCLEAR)],
 )
 def test_a_place_is_judged_by_where_its_beams_end(ranges, verdict):
     ends = ranges * np.stack([np.cos(BEAMS), np.sin(BEAMS)], axis=-1)
@@ -18,10 +18,10 @@ def test_a_place_is_judged_by_where_its_beams_end(ranges, verdict):
     assert sight(np.zeros(2), np.empty((0, 2)), ends, PLACE).tolist() == [verdict]
 
 
-def test_without_a_beam_there_it_is_unclear():
+def test_without_a_beam_there_nobody_looked():
     nothing = np.empty((0, 2))
     behind = -8.0 * np.stack([np.cos(BEAMS), np.sin(BEAMS)], axis=-1)
-    assert sight(np.zeros(2), nothing, nothing, PLACE).tolist() == [UNCLEAR]
-    assert sight(np.zeros(2), behind, nothing, PLACE).tolist() == [UNCLEAR]
+    assert sight(np.zeros(2), nothing, nothing, PLACE).tolist() == [UNLOOKED]
+    assert sight(np.zeros(2), behind, nothing, PLACE).tolist() == [UNLOOKED]
     assert sight(PLACE[0, :2], behind, nothing, PLACE).tolist() == [UNCLEAR]
     assert len(sight(np.zeros(2), behind, nothing, np.empty((0, 3)))) == 0

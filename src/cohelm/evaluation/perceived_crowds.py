@@ -11,6 +11,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.evaluation.perceived import Instant, crowd_instants
+from cohelm.evaluation.perceived_eyes import LidarEyes
 from cohelm.evaluation.perceived_scores import (
     WITHIN,
     TrackingScores,
@@ -66,8 +67,7 @@ def crowd_scores(
     Raises:
         PluginError: where py-motmetrics is not installed.
     """
-    if eyes is None:
-        raise NotImplementedError
+    eyes = eyes or LidarEyes(trajectories, seed)
     parts = parts or perception_of()
     memory: PerceptionMemory | None = None
     truth: list[TruePeople] = []

@@ -43,6 +43,8 @@ class Detections:
     ellipse: Annotated[Floats, Shape("c 5")]
     """Least ellipse about each of c clusters: centre x, y, semi-axes a ≥ b, m, direction of a,
     rad."""
+    moved: Annotated[Floats, Shape("d")] | None = None
+    """Log-odds that each has come to where it is, from what was there before; None: not known."""
 
     @staticmethod
     def nothing(time: float, origin: Floats) -> Detections:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -11,17 +11,25 @@ from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
-from cohelm.perception.kalman import predict, update
-from cohelm.perception.sight import HIDDEN, SEEN_THROUGH, UNCLEAR, sight
-from cohelm.perception.tracks import TrackerState, add, associate, no_tracks, select
+from cohelm.perception.association import associate, measurements, merged
+from cohelm.perception.kalman import larger_deviation, predict, update
+from cohelm.perception.sight import FILLED, HIDDEN, SEEN_THROUGH, UNCLEAR, UNLOOKED, sight
+from cohelm.perception.tracks import (
+    PER_TRACK,
+    Sightings,
+    TrackerState,
+    newborn,
+    no_tracks,
+    sightings,
+)
 
 LONGEST_STEP = 5.0
 """A filter is never predicted farther than this at once, s."""
 BACKWARDS = 1.0
 """A clock that ran back by more than this started anew, s."""
-_PACE = np.zeros(3)
-_PACE[[UNCLEAR, SEEN_THROUGH, HIDDEN]] = 1.0, 3.0, 0.75
-"""How fast time unseen counts, by what was seen in the place."""
+_PACE = np.zeros(5)
+_PACE[[UNCLEAR, SEEN_THROUGH, HIDDEN, FILLED, UNLOOKED]] = 1.0, 3.0, 0.4, 0.6, 0.6
+"""How fast a person's time unseen counts, by what was seen in the place."""
 
 
 class KalmanTracker:
@@ -29,16 +37,21 @@ class KalmanTracker:
 
     A track is told as a person when it was seen often enough and when its shape, or its walking,
     makes it one; it is taken back when its shape speaks against it for long. Unseen, it coasts with
-    growing covariance; it is given up sooner where beams pass through its place than where
-    something nearer hides it. The state is kept at the last scan's time and predicted to the
-    observation's.
+    growing covariance and is told as long as its place is known; its id is kept for longer. It is
+    given up sooner where beams pass through its place than where something hides it. Two who are
+    seen as one cluster both go on with what they share. The state is kept at the last scan's time
+    and predicted to the observation's.
+
+    A person's confidence is the probability of a person that shape and walking give, less what time
+    unseen takes from it.
     """
 
     class Parameters(Model):
         """Of the tracker; assumed where no reason is given."""
 
-        agility: float = Field(0.3, gt=0.0, le=10.0)
-        """q, intensity of the white acceleration, m²/s³: √0.3 m/s wandering in a second."""
+        agility: float = Field(0.15, gt=0.0, le=10.0)
+        """q, intensity of the white acceleration, m²/s³: what follows the people of ETH and zara01
+        best, placed to within 2–3 cm ten times a second."""
         surprised_agility: float = Field(2.0, gt=0.0, le=50.0)
         """q of a track whose innovations are far larger than expected (it turns), m²/s³."""
         speed_deviation: float = Field(1.0, gt=0.0, le=5.0)
@@ -47,14 +60,23 @@ class KalmanTracker:
         """Largest squared Mahalanobis distance of a match (χ², 2 degrees of freedom, 99.9 %)."""
         farthest: float = Field(1.0, gt=0.0, le=10.0)
         """Largest distance of a match, m."""
+        straying: float = Field(0.5, ge=0.0, le=5.0)
+        """Growth of that distance with time unseen, m/s."""
         separation: float = Field(0.35, ge=0.0, le=2.0)
-        """No track is born this near one that was just seen, m."""
+        """No track is born this near one that was just seen, and this far beyond a cluster may
+        somebody be expected who is part of it, m."""
         hits: int = Field(3, ge=1, le=20)
         """Sightings among the last ``window`` scans that confirm a track."""
+        sure_hits: int = Field(2, ge=1, le=20)
+        """The same of one whose shape leaves little doubt."""
         window: int = Field(5, ge=1, le=20)
         """Scans that ``hits`` looks back on."""
+        youngest: float = Field(0.09, ge=0.0, le=5.0)
+        """Least age at which ``sure_hits`` will do, s: at 40 Hz two sightings are one look."""
         person_from: float = Field(1.0, ge=-5.0, le=5.0)
         """Log-odds of a person that confirm a track (1.0: 73 %)."""
+        sure_from: float = Field(2.0, ge=-5.0, le=5.0)
+        """Log-odds of a person that leave little doubt (2.0: 88 %)."""
         static_from: float = Field(-1.0, ge=-5.0, le=5.0)
         """Log-odds below which a confirmed track is no person any more."""
         shape_rate: float = Field(0.3, gt=0.0, le=1.0)
@@ -65,16 +87,19 @@ class KalmanTracker:
         motion_loss: float = Field(0.2, ge=0.0, le=5.0)
         """Log-odds lost again per sighting at rest."""
         walked_from: float = Field(0.4, ge=0.0, le=5.0)
-        """Distance from its birthplace at which something has walked, m."""
+        """Distance from its birthplace at which something has walked, m: more than a localiser's
+        error of 3 cm and 1° moves what is 8 m away."""
         walking_speed: float = Field(0.3, ge=0.0, le=3.0)
         """Least speed of something that walks, m/s."""
         heading_speed: float = Field(0.2, ge=0.0, le=3.0)
         """Least speed at which the heading follows the motion, m/s."""
         patience: float = Field(1.2, gt=0.0, le=20.0)
-        """A confirmed track is given up after so long unseen, s; hidden time counts three
-        quarters, time in which its place was seen through threefold."""
+        """A confirmed track is given up after so long unseen, s; hidden time counts two fifths,
+        time in which its place was seen through threefold."""
         tentative_patience: float = Field(0.35, gt=0.0, le=20.0)
-        """The same for a tentative one, s."""
+        """The same for a tentative one, all its time counted whole, s."""
+        told_deviation: float = Field(0.5, gt=0.0, le=5.0)
+        """Standard deviation of the place beyond which nobody is told, m; the track lives on."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -87,135 +112,163 @@ class KalmanTracker:
     ) -> tuple[People, TrackerState]:
         """See :meth:`Tracker.track`.
 
-        A scan older than the last one used counts as taken together with it; a clock that runs back
-        by more than a second ends all tracks, and ids are never used again.
+        A scan older than the last one used is compared with where people were then; a clock that
+        runs back by more than a second ends all tracks, and ids are never used again.
         """
         now = observation.time
-        state = memory or no_tracks(now)
+        state = no_tracks(now) if memory is None else memory
         if now < state.time - BACKWARDS:
             state = no_tracks(now, state.next_id)
         for seen in sorted(detections, key=lambda d: d.time):
             state = self._see(state, seen)
         return self._people(state, now), state
 
-    def _see(self, state: TrackerState, seen: Detections) -> TrackerState:
+    def _see(self, state: TrackerState, scan: Detections) -> TrackerState:
+        """``state`` after one scan."""
         p = self.parameters
-        dt = _elapsed(state.time, seen.time)
-        state = self._advance(state, dt, max(state.time, seen.time))
-        tracks, found, squared = associate(
-            state, seen.position, seen.deviation, gate=p.gate, farthest=p.farthest
+        seen = sightings(scan)
+        step, time = _elapsed(state.time, seen.time), max(state.time, seen.time)
+        late = min(_elapsed(seen.time, state.time), BACKWARDS)
+        mean, covariance = self._predicted(state, step)
+        then = mean.copy()
+        then[:, :2] -= late * mean[:, 2:]
+        since = time - state.seen
+        match, squared = associate(
+            then,
+            covariance,
+            state.confirmed,
+            seen.position,
+            seen.deviation,
+            gate=p.gate,
+            reach=p.farthest + p.straying * since,
         )
-        matched = np.zeros(len(state), dtype=np.bool_)
-        matched[tracks] = True
-        state = self._correct(state, seen, tracks, found, squared)
-        state = self._miss(state, seen, ~matched, dt)
-        state = self._decide(state, matched)
-        new = np.ones(len(seen.position), dtype=np.bool_)
-        new[found] = False
-        new &= ~_near(seen.position, state.mean[matched, :2], p.separation)
-        alive = state.absent <= np.where(state.confirmed, p.patience, p.tentative_patience)
-        return add(
-            select(state, alive),
-            position=seen.position[new],
-            deviation=seen.deviation[new],
-            radius=seen.radius[new],
-            shape=_log_odds(seen.confidence[new]),
-            speed_deviation=p.speed_deviation,
+        lonely = (match < 0) & state.confirmed & (since < p.patience)
+        partner = merged(then, lonely, match, seen.position, seen.radius, p.separation)
+        who, place, deviation = measurements(then, match, partner, seen.position, seen.deviation)
+        doubt = np.maximum(squared[who] / p.gate, 1.0)[:, None, None]
+        mean[who], covariance[who] = update(
+            mean[who], doubt * covariance[who], place + late * mean[who, 2:], deviation
         )
+        met = partner >= 0
+        met[partner[met]] = True
+        tracks = self._judged(state, seen, mean, covariance, match=match, squared=squared, met=met)
+        self._miss(tracks, scan, match, met, step)
+        self._decide(tracks, match, time)
+        return self._turnover(state, seen, tracks, match, time)
 
-    def _advance(self, state: TrackerState, dt: float, time: float) -> TrackerState:
-        mean, covariance = predict(
-            state.mean, state.covariance, np.full(len(state), dt), self._agility(state)
-        )
-        return replace(state, time=time, mean=mean, covariance=covariance)
-
-    def _agility(self, state: TrackerState) -> Floats:
-        """The q of each track (m,): grows from a surprise of 4 to one of 10."""
+    def _predicted(self, state: TrackerState, step: float) -> tuple[Floats, Floats]:
+        """Mean and covariance ``step`` later; q grows from a surprise of 4 to one of 10."""
         p = self.parameters
         share = np.clip((state.surprise - 4.0) / 6.0, 0.0, 1.0)
-        return p.agility + share * max(p.surprised_agility - p.agility, 0.0)
+        q = p.agility + share * max(p.surprised_agility - p.agility, 0.0)
+        return predict(state.mean, state.covariance, np.full(len(state), step), q)
 
-    def _correct(
+    def _judged(
         self,
         state: TrackerState,
-        seen: Detections,
-        tracks: Integers,
-        found: Integers,
+        seen: Sightings,
+        mean: Floats,
+        covariance: Floats,
+        *,
+        match: Integers,
         squared: Floats,
-    ) -> TrackerState:
-        """``state`` after the matched measurements."""
+        met: Booleans,
+    ) -> dict[str, Any]:
+        """The fields of the tracks with the evidence of those found; ``met``: seen as one of two.
+
+        A cluster of two says nothing of either's size, shape or agility.
+        """
         p = self.parameters
-        mean, covariance = state.mean.copy(), state.covariance.copy()
-        doubt = np.maximum(squared / p.gate, 1.0)[:, None, None]
-        mean[tracks], covariance[tracks] = update(
-            mean[tracks], doubt * covariance[tracks], seen.position[found], seen.deviation[found]
+        tracks = {name: getattr(state, name).copy() for name in PER_TRACK}
+        walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > p.walked_from
+        walks = walked & _walks(mean, covariance, p.walking_speed)
+        found = match >= 0
+        motion = state.motion + np.where(walks, p.motion_gain, -p.motion_loss) * found
+        motion[found] = np.maximum(motion[found], seen.moved[match[found]])
+        whole = np.flatnonzero(found & ~met)
+        new = match[whole]
+        tracks["radius"][whole] += 0.2 * (seen.radius[new] - state.radius[whole])
+        tracks["shape"][whole] += p.shape_rate * (seen.log_odds[new] - state.shape[whole])
+        tracks["surprise"][whole] += 0.4 * (
+            np.minimum(squared[whole], 20.0) - state.surprise[whole]
         )
-        radius, surprise = state.radius.copy(), state.surprise.copy()
-        radius[tracks] += 0.2 * (seen.radius[found] - radius[tracks])
-        surprise[tracks] += 0.4 * (np.minimum(squared, 20.0) - surprise[tracks])
-        heading = np.where(_walks(mean, covariance, p.heading_speed), _course(mean), state.heading)
-        state = replace(
-            state,
+        course = np.arctan2(mean[:, 3], mean[:, 2])
+        follows = found & _walks(mean, covariance, p.heading_speed)
+        tracks.update(
             mean=mean,
             covariance=covariance,
-            heading=heading,
-            radius=radius,
-            surprise=surprise,
-        )
-        return self._judge(state, tracks, _log_odds(seen.confidence[found]))
-
-    def _judge(self, state: TrackerState, tracks: Integers, shape_now: Floats) -> TrackerState:
-        """``state`` with the evidence of a sighting of ``tracks`` (k,)."""
-        p = self.parameters
-        walked = np.hypot(*(state.mean[:, :2] - state.birthplace).T) > p.walked_from
-        walks = (walked & _walks(state.mean, state.covariance, p.walking_speed))[tracks]
-        shape, motion, absent = state.shape.copy(), state.motion.copy(), state.absent.copy()
-        shape[tracks] += p.shape_rate * (shape_now - shape[tracks])
-        motion[tracks] += np.where(walks, p.motion_gain, -p.motion_loss)
-        absent[tracks] = 0.0
-        history = state.history << 1
-        history[tracks] |= 1
-        return replace(
-            state,
-            shape=shape,
+            heading=np.where(follows, course, state.heading),
             motion=np.clip(motion, 0.0, 5.0),
-            history=history & ((1 << p.window) - 1),
-            absent=absent,
         )
+        tracks["seen"][found] = seen.time
+        return tracks
 
     def _miss(
-        self, state: TrackerState, seen: Detections, missed: Booleans, dt: float
-    ) -> TrackerState:
-        """``state`` with the time added for which the ``missed`` were not seen."""
-        discs = np.concatenate([state.mean[missed, :2], state.radius[missed, None]], axis=1)
-        how = sight(seen.origin, seen.points, seen.through, discs)
-        absent = state.absent.copy()
-        absent[missed] += dt * _PACE[how]
-        return replace(state, absent=absent)
+        self,
+        tracks: dict[str, Any],
+        scan: Detections,
+        match: Integers,
+        met: Booleans,
+        step: float,
+    ) -> None:
+        """Book who was not found, and for how long that counts."""
+        missed = np.flatnonzero((match < 0) & ~met)
+        discs = np.column_stack([tracks["mean"][missed, :2], tracks["radius"][missed]])
+        how = sight(scan.origin, scan.points, scan.through, discs)
+        confirmed = tracks["confirmed"][missed]
+        tracks["absent"][match >= 0] = 0.0
+        tracks["absent"][missed] += step * np.where(confirmed, _PACE[how], 1.0)
+        looked = np.ones(len(match), dtype=np.bool_)
+        looked[missed] = how != UNLOOKED
+        history = (tracks["history"] << looked) | (match >= 0)
+        tracks["history"] = history & ((1 << self.parameters.window) - 1)
 
-    def _decide(self, state: TrackerState, matched: Booleans) -> TrackerState:
-        """Who is a person: by sightings and evidence, with hysteresis."""
+    def _decide(self, tracks: dict[str, Any], match: Integers, time: float) -> None:
+        """Say who is a person: by sightings and evidence, with hysteresis."""
         p = self.parameters
-        often = np.bitwise_count(state.history) >= min(p.hits, p.window)
-        rises = matched & often & (state.log_odds >= p.person_from)
-        stays = state.confirmed & (state.log_odds > p.static_from)
-        return replace(state, confirmed=rises | stays)
+        odds = tracks["shape"] + tracks["motion"]
+        hits = np.bitwise_count(tracks["history"])
+        sure = (odds >= p.sure_from) & (time - tracks["born"] >= p.youngest)
+        often = hits >= np.where(sure, p.sure_hits, min(p.hits, p.window))
+        rises = (match >= 0) & often & (odds >= p.person_from)
+        tracks["confirmed"] = rises | (tracks["confirmed"] & (odds > p.static_from))
+
+    def _turnover(
+        self,
+        state: TrackerState,
+        seen: Sightings,
+        tracks: dict[str, Any],
+        match: Integers,
+        time: float,
+    ) -> TrackerState:
+        """The tracks that live on, and those born of what is nobody's."""
+        p = self.parameters
+        found = match >= 0
+        new = np.ones(len(seen), dtype=np.bool_)
+        new[match[found]] = False
+        new[new] = ~_near(seen.position[new], tracks["mean"][found, :2], p.separation)
+        patience = np.where(tracks["confirmed"], p.patience, p.tentative_patience)
+        alive = tracks["absent"] <= patience
+        born = newborn(seen, new, state.next_id, p.speed_deviation)
+        joined = {name: np.concatenate([tracks[name][alive], born[name]]) for name in PER_TRACK}
+        return TrackerState(time=time, next_id=state.next_id + int(new.sum()), **joined)
 
     def _people(self, state: TrackerState, now: float) -> People:
-        """The confirmed tracks at ``now``."""
+        """The confirmed tracks at ``now`` whose place is known."""
         p = self.parameters
         ahead = _elapsed(state.time, now)
-        told = select(state, state.confirmed & (state.absent + ahead <= p.patience + 0.1))
-        told = self._advance(told, ahead, now)
-        sure = 1.0 / (1.0 + np.exp(-told.log_odds))
+        mean, covariance = self._predicted(state, ahead)
+        told = state.confirmed & (state.absent + ahead <= p.patience + 0.1)
+        told &= larger_deviation(covariance[:, :2, :2]) <= p.told_deviation
+        sure = 1.0 / (1.0 + np.exp(-state.log_odds[told]))
         return People(
             time=now,
-            id=told.id,
-            mean=told.mean,
-            covariance=told.covariance,
-            heading=told.heading,
-            radius=told.radius,
-            confidence=sure * (1.0 - 0.5 * np.minimum(told.absent / p.patience, 1.0)),
+            id=state.id[told],
+            mean=mean[told],
+            covariance=covariance[told],
+            heading=state.heading[told],
+            radius=state.radius[told],
+            confidence=sure * (1.0 - 0.5 * np.minimum(state.absent[told] / p.patience, 1.0)),
         )
 
 
@@ -224,23 +277,12 @@ def _elapsed(before: float, now: float) -> float:
     return min(now - before, LONGEST_STEP) if now > before else 0.0
 
 
-def _log_odds(probability: Floats) -> Floats:
-    p = np.clip(probability, 0.01, 0.99)
-    odds: Floats = np.log(p / (1.0 - p))
-    return odds
-
-
 def _walks(mean: Floats, covariance: Floats, least: float) -> Booleans:
     """Whose speed is above ``least``, m/s, and above twice its standard deviation; (m,)."""
-    speed = np.hypot(mean[:, 2], mean[:, 3])
-    deviation = np.sqrt(0.5 * (covariance[:, 2, 2] + covariance[:, 3, 3]))
-    walks: Booleans = (speed > least) & (speed > 2.0 * deviation)
+    squared = mean[:, 2] ** 2 + mean[:, 3] ** 2
+    variance = 0.5 * (covariance[:, 2, 2] + covariance[:, 3, 3])
+    walks: Booleans = (squared > least * least) & (squared > 4.0 * variance)
     return walks
-
-
-def _course(mean: Floats) -> Floats:
-    course: Floats = np.arctan2(mean[:, 3], mean[:, 2])
-    return course
 
 
 def _near(a: Floats, b: Floats, distance: float) -> Booleans:
