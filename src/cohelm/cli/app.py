@@ -17,7 +17,7 @@ from cohelm.cli import benches, choosing, compiled_code, options, streams
 from cohelm.errors import CohelmError
 
 FAILED, BAD_INPUT = 1, 2
-INTERRUPTED, NOBODY_READS = 130, 141
+INTERRUPTED = 130
 """128 + the number of the signal, as shells have it."""
 
 app = typer.Typer(
@@ -73,7 +73,7 @@ def _stopped(error: BaseException) -> int:
         return _refuse("not enough memory; take a smaller map")
     streams.drop_output()
     if isinstance(error, BrokenPipeError):  # as head does to those who write to it
-        return NOBODY_READS
+        return streams.NOBODY_READS
     what = f"cannot be read or written ({getattr(error, 'strerror', None) or error})"
     return _refuse(f"{getattr(error, 'filename', None) or 'output or working folder'}: {what}")
 
@@ -226,6 +226,64 @@ def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
         crowding=crowding,
     )
     return command.plan(asked, json=json, plot=plot)
+
+
+@app.command()
+def people(  # noqa: PLR0913, PLR0917 # an option is an argument
+    recording: Annotated[
+        Path,
+        typer.Argument(help="A ROS bag, a KITTI or nuScenes .bin, a .pcd, or a folder of them."),
+    ],
+    json: Annotated[
+        bool, typer.Option("--json", help="One JSON object for each frame on standard output.")
+    ] = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A picture of the busiest instant.")
+    ] = None,
+    at: Annotated[
+        float | None,
+        typer.Option(metavar="T", min=0.0, help="Of another instant: T seconds from the start."),
+    ] = None,
+    animate: Annotated[
+        Path | None, typer.Option(metavar="FILE.gif|mp4", help="A moving picture.")
+    ] = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Labels to score against; the recording's own: again."),
+    ] = None,
+    map_: Annotated[
+        str | None, typer.Option("--map", metavar="FILE.yaml", help="What stands there anyway.")
+    ] = None,
+    topic: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of a bag; unset, all sensors.")
+    ] = None,
+    start: Annotated[
+        float, typer.Option(metavar="T", min=0.0, help="Begin T seconds from the start.")
+    ] = 0.0,
+    seconds: Annotated[
+        float | None, typer.Option(metavar="T", min=0.0, help="How much of it.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Any parameter of a part: tracker.gate=0.99."
+        ),
+    ] = None,
+) -> int:
+    """Say who is in a recording: where, how fast, how sure, and who belongs together."""
+    compiled_code.place()
+    from cohelm.cli import people as command  # noqa: PLC0415 # lazy
+
+    asked = command.Asked(
+        recording=recording,
+        truth=truth,
+        map=map_,
+        topic=topic,
+        start=start,
+        seconds=seconds,
+        settings=tuple(set_ or ()),
+    )
+    return command.people(asked, command.Outputs(json=json, plot=plot, at=at, animate=animate))
 
 
 @app.command()

@@ -1,15 +1,23 @@
-"""What is seen on standard error while a ride runs."""
+"""What is seen on standard error while something runs that takes its time."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from types import TracebackType
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.live import Live
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
 from rich.text import Text
@@ -19,6 +27,8 @@ from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.messages import Reason
 from cohelm.navigation import Tick
 from cohelm.simulation import Truth
+
+Thing = TypeVar("Thing")
 
 COMPILING = 3.0
 """Preparation that takes longer than this compiles, s."""
@@ -144,3 +154,41 @@ class Waiting:
         note = ", compiling on the first run" if waited > 2.0 * COMPILING else ""
         self._spinner.update(text=Text(f"{self._what} … {waited:.0f} s{note}"))
         return self._spinner
+
+
+class Counting:
+    """A bar on a terminal while things are gone through, gone at the end.
+
+    Args:
+        what: is being gone through.
+        total: how many there are; None: not known.
+        shown: whether anything is shown at all.
+    """
+
+    def __init__(self, what: str, total: int | None, *, shown: bool = True) -> None:
+        self._bar = Progress(
+            SpinnerColumn(),
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeRemainingColumn(),
+            console=ERRORS,
+            transient=True,
+            redirect_stdout=False,
+            redirect_stderr=False,
+            disable=not (shown and ERRORS.is_terminal),
+        )
+        self._task = self._bar.add_task(what, total=total)
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *what: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, things: Iterable[Thing]) -> Iterator[Thing]:
+        """The same things, counted once they are done with."""
+        for thing in things:
+            yield thing
+            self._bar.advance(self._task)

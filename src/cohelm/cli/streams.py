@@ -7,6 +7,9 @@ import io
 import os
 import sys
 
+NOBODY_READS = 141
+"""Exit status, 128 + the number of the signal, as shells have it."""
+
 
 def prepare() -> None:
     """Give a closed stream somewhere to go, and an output that lacks a letter a ``?`` for it."""

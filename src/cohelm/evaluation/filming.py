@@ -47,6 +47,7 @@ class Filming:
         self._begin = math.nan
         self._chosen: _Kept | None = None
         self._film: list[_Kept] = []
+        self._slot: int | None = None
 
     def add(self, seen: Seen, labels: Labels | None) -> None:
         """One more frame, and where people truly were, if anybody said."""
@@ -55,9 +56,10 @@ class Filming:
         if self._chosen is None or self._rank(seen) > self._rank(self._chosen[0]):
             self._chosen = seen, labels
         if self._moving:
-            last = self._film[-1][0].observation.time if self._film else -math.inf
-            if not last <= time < last + INTERVAL - 1e-6:
+            slot = math.floor((time - self._begin) / INTERVAL + 1e-6)
+            if slot != self._slot:
                 self._film.append((seen, labels))
+            self._slot = slot
 
     def draw(self, tracks: Tracks, file: Path, title: str) -> None:
         """Write the picture.

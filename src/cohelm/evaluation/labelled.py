@@ -14,7 +14,7 @@ from cohelm.arrays import Floats, value
 from cohelm.errors import RecordingError
 from cohelm.evaluation.mot import Compared, Identities, identities
 from cohelm.evaluation.watching import Seen
-from cohelm.recordings import Labels, read_trajectories
+from cohelm.recordings import Labels, open_recording, read_trajectories
 
 WITHIN = 0.5
 """A label is found where a person is told no farther from it, m."""
@@ -122,7 +122,6 @@ def read_truth(file: Path, recording: Path) -> Truth:
         from cohelm.recordings.kitti import read_labels  # noqa: PLC0415 # one kind of many
 
         return Noted([read_labels(file, recording)])
-    from cohelm.recordings import open_recording  # noqa: PLC0415
 
     labels = [frame.labels for frame in open_recording(file) if frame.labels is not None]
     if not labels:

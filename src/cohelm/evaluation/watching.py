@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,8 @@ SPACING = ("predictor", "social_model")
 """The parts that give them their space."""
 LASTING = 2.0
 """A track that lives longer counts as one of a person who stayed in view, s."""
+HELD, BEAT = 10, 0.1
+"""How often a still picture is looked at before, and the time between, s."""
 NO_MAP = DistanceField(
     distance=np.full((2, 2), 1e6, dtype=np.float32), resolution=1.0, X_MG=np.zeros(3)
 )
@@ -69,19 +72,46 @@ def perception_of(settings: Iterable[str] = ()) -> PerceptionParts:
 
 
 def watch(
-    frames: Iterable[Frame], parts: PerceptionParts, walls: DistanceField = NO_MAP
+    frames: Iterable[Frame],
+    parts: PerceptionParts,
+    walls: DistanceField = NO_MAP,
+    *,
+    still: bool = False,
 ) -> Iterator[Seen]:
     """What the parts make of each frame, in the order of the frames.
+
+    A still picture is shown to the parts ``HELD`` times, a ``BEAT`` apart, before it is told what
+    they make of it: nobody is told at first sight.
 
     Args:
         frames: of a recording.
         parts: that do the work.
         walls: distances to what a static map has.
+        still: whether each frame is a picture of its own, as a recording that has one only.
     """
     memory = None
     for frame in frames:
+        if still:
+            memory = None
+            for k in range(HELD, 0, -1):
+                before = earlier(frame.observation, k * BEAT)
+                _, memory = perceive(parts, before, walls, memory)
         perceived, memory = perceive(parts, frame.observation, walls, memory)
         yield Seen(observation=frame.observation, labels=frame.labels, perceived=perceived)
+
+
+def earlier(observation: Observation, seconds: float) -> Observation:
+    """The same readings, taken so much earlier, s."""
+    scans = tuple(replace(each, time=each.time - seconds) for each in observation.scans)
+    clouds = tuple(replace(each, time=each.time - seconds) for each in observation.clouds)
+    return replace(
+        observation,
+        time=observation.time - seconds,
+        pose_time=observation.pose_time - seconds,
+        twist_time=observation.twist_time - seconds,
+        scans=scans,
+        clouds=clouds,
+    )
 
 
 def told(seen: Seen) -> Mapping[str, Any]:

@@ -26,9 +26,13 @@ TRACKS = ("#c2185b", "#0b7a75", "#b5541c", "#3d5a98", "#6a8a1f", "#8f3fb0", "#a3
 """Of people, by their ids; each is also named beside its person."""
 CLUSTERS = ("#9bb8d9", "#c7b39a", "#a9c9a4", "#d3abc3", "#b9b5dd", "#d8c58c")
 """Of clusters that were not taken for people."""
-BODY = "#e0523f"
+BODY, PERHAPS = "#e0523f", "#f0b59a"
 CLOUD, RETURNS = "#ccd3db", "#7b8794"
 TRUE = "#1d2530"
+SURE = 0.5
+"""Confidence from which on a cluster is taken for a body by its looks alone."""
+LATELY = 5.0
+"""Of each trail that is drawn strongly, s."""
 MARGIN, LEAST = 2.0, 5.0
 """Shown about people and sensors, m, and about the first sensor at least."""
 BACKDROP = 20_000
@@ -69,11 +73,11 @@ def draw_people(record: PeopleRecord, moment: PeopleMoment, file: Path, title: s
     """
     canvas.check_picture(file)
     figure, axes = people_sheet(record, [moment], title)
-    _draw_trails(axes, list(record.trails.items()), faint=True)
+    _draw_trails(axes, list(record.trails.items()), width=0.8, alpha=0.35)
+    draw_trails(axes, trails_until(record, moment.observation.time, LATELY))
     draw_moment(axes, moment)
-    axes.plot([], [], color=TRACKS[0], linewidth=1.4, alpha=0.6, label="tracks, with ids")
-    _label_all(axes, moment)
-    canvas.draw_legend(figure, axes)
+    axes.plot([], [], color=TRACKS[0], linewidth=0.8, alpha=0.5, label="all tracks")
+    draw_people_legend(figure, axes, moment)
     canvas.save(figure, file)
 
 
@@ -119,12 +123,12 @@ def trails_until(record: PeopleRecord, time: float, span: float) -> list[tuple[i
 
 def draw_trails(axes: Axes, trails: Sequence[tuple[int, Floats]]) -> list[Any]:
     """Draw trails (k, 3) of some people; returns what was drawn."""
-    return _draw_trails(axes, trails, faint=False)
+    return _draw_trails(axes, trails, width=2.0, alpha=0.95)
 
 
 def draw_people_legend(figure: Figure, axes: Axes, moment: PeopleMoment) -> None:
-    """The legend below the axes, for films."""
-    axes.plot([], [], color=TRACKS[0], linewidth=1.8, label="tracks, with ids")
+    """The legend below the axes."""
+    axes.plot([], [], color=TRACKS[0], linewidth=2.0, label=f"the last {LATELY:g} s, with ids")
     _label_all(axes, moment)
     canvas.draw_legend(figure, axes)
 
@@ -161,15 +165,18 @@ def _backdrop(observation: Observation) -> Floats:
 
 
 def _draw_clusters(axes: Axes, found: Detections) -> list[Any]:
-    """Returns in no cluster, in clusters, and in those that may be a person."""
+    """Returns in no cluster, in clusters, and in those that may be or look like a person."""
     alone = (found.cluster < 0) & (found.owner < 0)
     shades = np.array([*CLUSTERS], dtype=object)[found.cluster % len(CLUSTERS)]
     thing = (found.cluster >= 0) & (found.owner < 0)
     body = found.owner >= 0
+    sure = body & (np.append(found.confidence, 0.0)[found.owner] >= SURE)
+    perhaps = body & ~sure
     return [
         _dots(axes, found.points[alone], RETURNS, 4.0, 3),
         _dots(axes, found.points[thing], list(shades[thing]), 9.0, 4),
-        _dots(axes, found.points[body], BODY, 9.0, 6),
+        _dots(axes, found.points[perhaps], PERHAPS, 9.0, 5),
+        _dots(axes, found.points[sure], BODY, 9.0, 6),
     ]
 
 
@@ -231,11 +238,13 @@ def _draw_people(axes: Axes, people: People) -> list[Any]:
     return drawn
 
 
-def _draw_trails(axes: Axes, trails: Sequence[tuple[int, Floats]], *, faint: bool) -> list[Any]:
+def _draw_trails(
+    axes: Axes, trails: Sequence[tuple[int, Floats]], *, width: float, alpha: float
+) -> list[Any]:
     lines = LineCollection(
         [trail[:, 1:] for _, trail in trails],
         colors=[_colour(who) for who, _ in trails] or None,
-        linewidths=1.2 if faint else 1.8, alpha=0.6 if faint else 0.9, zorder=5,
+        linewidths=width, alpha=alpha, zorder=5,
     )  # fmt: skip
     axes.add_collection(lines, autolim=False)
     return [lines]
@@ -252,6 +261,7 @@ def _label_all(axes: Axes, moment: PeopleMoment) -> None:
         axes.plot([], [], color=CLOUD, **dot, label="the cloud")
     axes.plot([], [], color=RETURNS, **dot, label="returns alone")
     axes.plot([], [], color=CLUSTERS[0], **dot, label="clusters")
+    axes.plot([], [], color=PERHAPS, **dot, label="perhaps a body")
     axes.plot([], [], color=BODY, **dot, label="taken for a body")
     axes.plot([], [], color=TRACKS[1], linewidth=1.8, label="body, and where it is in 1 s")
     if moment.spaces is not None:

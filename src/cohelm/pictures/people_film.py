@@ -13,6 +13,7 @@ from cohelm.arrays import Bytes
 from cohelm.pictures import canvas
 from cohelm.pictures.film import WIDTH, check_animation, write_film
 from cohelm.pictures.people import (
+    LATELY,
     PeopleMoment,
     PeopleRecord,
     draw_moment,
@@ -21,9 +22,6 @@ from cohelm.pictures.people import (
     people_sheet,
     trails_until,
 )
-
-SPAN = 5.0
-"""Of each trail that is shown, s."""
 
 
 def animate_people(
@@ -57,7 +55,7 @@ def _frames(
     for moment in shown:
         agg.restore_region(still)
         time = moment.observation.time
-        drawn = draw_trails(axes, trails_until(record, time, SPAN)) + draw_moment(axes, moment)
+        drawn = draw_trails(axes, trails_until(record, time, LATELY)) + draw_moment(axes, moment)
         drawn.append(
             axes.text(
                 0.99, 0.97, f"{time - record.begin:6.1f} s  {len(moment.people):2d} people",
