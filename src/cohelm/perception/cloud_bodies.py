@@ -9,13 +9,14 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.perception.cloud_segments import hidden_ends
+from cohelm.perception.columns import LAYER, LAYERS
 
 _TORSO = (0.8, 1.5)
 """Heights between which a body's width is taken, m."""
 _LEGS = (0.2, 0.6)
 """Heights at which legs are looked for, m."""
-_HEAD = 0.25
-"""What counts as the head: so far below the top, m."""
+_HEAD = 0.1
+"""The head is taken to be the topmost layer and this much below it, m."""
 _AXES = 0.24**2 + 0.13**2
 """a² + b² of a clothed adult's torso, m² (breadth 0.48 m, depth 0.26 m: assumed)."""
 _LEAST_HALF, _MOST_HALF = 0.12, 0.25
@@ -44,6 +45,7 @@ def looks(  # noqa: PLR0917  # a kernel takes arrays and numbers
     labels: Integers,
     line: Floats,
     spacing: float,
+    ring: float,
 ) -> Floats:
     """What each of s segments looks like, (s, FIELDS).
 
@@ -51,7 +53,7 @@ def looks(  # noqa: PLR0917  # a kernel takes arrays and numbers
         centre, count, lowest, highest, layers: of the columns, see ``Columns``.
         labels: (q,) segment of each column, −1: none.
         line: the skyline.
-        spacing: angle between neighbouring azimuths, rad.
+        spacing, ring: angles between neighbouring azimuths, and elevations, rad.
     """
     s = labels.max() + 1 if labels.size else 0
     out = np.zeros((s, FIELDS))
@@ -67,16 +69,20 @@ def looks(  # noqa: PLR0917  # a kernel takes arrays and numbers
         ux, uy = mx / away, my / away
         across = -uy * centre[members, 0] + ux * centre[members, 1]
         along = ux * centre[members, 0] + uy * centre[members, 1]
-        top, bottom = highest[members].max(), lowest[members].min()
+        union = 0
+        for i in members:
+            union |= layers[i]
+        bottom = lowest[members].min()
+        last = _last_layer(union, ring * away)
+        top = min(highest[members].max(), (last + 1) * LAYER)
+        if last * LAYER > highest[members].max():
+            top = (last + 0.5) * LAYER
         torso = (layers[members] & torso_bits) != 0
         legs = (layers[members] & leg_bits) != 0
         sheer = (torso & legs).sum() / torso.sum() if torso.any() and legs.any() else np.nan
         if not torso.any():
             torso[:] = True
-        head = highest[members] > top - _HEAD
-        union = 0
-        for i in members:
-            union |= layers[i]
+        head = (layers[members] & _bits(last * LAYER - _HEAD, (last + 1) * LAYER)) != 0
         right, left = hidden_ends(centre[members[torso]], line)
         side, behind, radius = _middle(across, along, torso, head, top, spacing * away)
         out[k, MEAN_X], out[k, MEAN_Y] = mx, my
@@ -116,15 +122,27 @@ def _middle(  # a kernel takes arrays and numbers
 def _bits(low: float, high: float) -> int:
     """The layers between two heights."""
     bits = 0
-    for k in range(int(low * 10.0 + 0.5), int(high * 10.0 + 0.5)):
+    for k in range(max(round(low / LAYER), 0), round(high / LAYER)):
         bits |= 1 << k
     return bits
 
 
 @njit(cache=True)
+def _last_layer(layers: int, gap: float) -> int:
+    """The layer up to which a thing goes on from its lowest one, or from the torso's, in steps of
+    no more than a gap between rings and 0.2 m.
+    """
+    last, most = -1, 2 + math.ceil(1.5 * gap / LAYER)
+    for k in range(LAYERS):
+        if (layers >> k) & 1 and (last < 0 or k - last <= most or k * LAYER < _TORSO[0]):
+            last = k
+    return last
+
+
+@njit(cache=True)
 def _filled(layers: int, bottom: float, top: float) -> float:
     """Share of the layers between two heights that are occupied."""
-    low, high = max(int(bottom * 10.0), 0), min(max(int(top * 10.0), 0), 29)
+    low, high = max(int(bottom / LAYER), 0), min(max(int(top / LAYER), 0), LAYERS - 1)
     met = 0
     for k in range(low, high + 1):
         met += (layers >> k) & 1

@@ -123,7 +123,7 @@ class CloudClusters:
         if not len(seen.points):
             return Detections.nothing(clouds[0].time, seen.X_MS[:2])
         heights = ground_heights(seen.points, p.steepest, p.step, p.reach)
-        bounds = np.array([-p.hole, p.ground, p.ground_growth, p.clearance + _ABOVE])
+        bounds = np.array([-p.hole, p.ground, p.ground_growth, p.clearance, p.clearance + _ABOVE])
         columns = Columns(*thin(seen.points, heights, bounds, p.column, p.reach))
         columns = columns.where(columns.lowest <= p.clearance)
         points = transform(seen.X_MS, columns.centre)
@@ -174,9 +174,11 @@ class CloudClusters:
         low = free & ~tall
         below = dbscan(columns.centre[low], reach[low], p.min_samples)
         cluster[low] = join_low(columns.centre, cluster, columns.centre[low], below, p.legs, count)
-        look = looks(*columns, np.where(cluster < count, cluster, -1), line, seen.spacing)
+        look = looks(
+            *columns, np.where(cluster < count, cluster, -1), line, seen.spacing, seen.ring
+        )
         beside = touching(columns.centre[tall], cluster[tall], 3.0 * p.column, count)
-        odds = log_odds(look, beside, seen.height, seen.view, seen.spacing)
+        odds = log_odds(look, beside, seen)
         away = np.hypot(look[:, MEAN_X], look[:, MEAN_Y])
         gap = seen.spacing * away
         possible = (np.maximum(look[:, WIDTH], look[:, DEPTH]) <= p.widest + gap) & (

@@ -14,8 +14,8 @@ from cohelm.messages import PointCloud
 
 NEAREST = 0.05
 """Returns nearer to the sensor than this are none: drivers fill their gaps with zeros, m."""
-_FINE, _COARSE = 7200, 180
-"""Bins round the horizon, of 0.05° and 2°, in which the sensor's azimuths are counted."""
+_FINE, _COARSE = 7200, 90
+"""Bins of a turn, of 0.05° and 4°, in which the sensor's directions are counted."""
 _FLOOR_BIN = 0.05
 """Of the histogram in which an unknown floor is looked for, m."""
 _LOWEST_SENSOR, _HIGHEST_SENSOR = 0.15, 3.5
@@ -33,6 +33,8 @@ class Gathered(NamedTuple):
     """Of the first sensor over the floor, m."""
     spacing: float
     """Angle between neighbouring azimuths of the coarsest sensor, rad."""
+    ring: float
+    """Angle between neighbouring elevations of the coarsest sensor, rad."""
     view: Floats
     """(2,), the lowest and the highest slope dz/dr at which anything came back."""
 
@@ -51,11 +53,12 @@ def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gather
     """
     usable = [k for k, cloud in enumerate(clouds) if _has_pose(cloud, X_MR[k])]
     if not usable:
-        return Gathered(np.empty((0, 3)), np.zeros(3), 0.0, 0.0, np.zeros(2))
+        return Gathered(np.empty((0, 3)), np.zeros(3), 0.0, 0.0, 0.0, np.zeros(2))
     first = usable[0]
     X_MS = compose(X_MR[first], [*clouds[first].mount[:2], 0.0])
     X_SM = inverse(X_MS)
-    parts, spacing, view, height = [], 0.0, np.array([np.inf, -np.inf]), 0.0
+    parts, height = [], 0.0
+    spacing, view = np.zeros(2), np.array([np.inf, -np.inf])
     for k in usable:
         rotation, position = _placed(compose(X_SM, X_MR[k]), clouds[k].mount)
         reached = clouds[k].range_max if clouds[k].range_max > 0.0 else 0.0
@@ -67,11 +70,11 @@ def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gather
         if k == first:
             height = float(position[2])
         if len(points):
-            spacing = max(spacing, _spacing(clouds[k].points))
+            spacing = np.maximum(spacing, _spacing(clouds[k].points))
             view = np.array([min(view[0], slopes[0]), max(view[1], slopes[1])])
         parts.append(points)
     together = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    return Gathered(together, X_MS, height, spacing, view)
+    return Gathered(together, X_MS, height, spacing[0], spacing[1], view)
 
 
 def _has_pose(cloud: PointCloud, X_MR: Floats) -> bool:
@@ -127,23 +130,33 @@ def _kept(
 
 
 @njit(cache=True)
-def _spacing(points: Floats32) -> float:
-    """Angle between neighbouring azimuths, rad: the coarse bins covered over the fine ones hit.
+def _spacing(points: Floats32) -> Floats:
+    """Angles between neighbouring azimuths and elevations, (2,) rad.
 
-    Only returns near the sensor's horizon are asked: there each ring has the same azimuths.
+    The width of the coarse bins that were hit over the number of fine ones. Only returns near the
+    sensor's horizon, or near the vertical plane through its x axis, are asked: there all rings have
+    the same azimuths, all azimuths the same elevations.
     """
-    fine = np.zeros(_FINE, dtype=np.bool_)
-    coarse = np.zeros(_COARSE, dtype=np.bool_)
-    scale = _FINE / (2.0 * math.pi)
+    fine = np.zeros((2, _FINE), dtype=np.bool_)
+    coarse = np.zeros((2, _COARSE), dtype=np.bool_)
+    scale, each = _FINE / (2.0 * math.pi), _FINE // _COARSE
     for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        if not (100.0 * z * z < x * x + y * y < np.inf):
+        away = x * x + y * y
+        if not (1e-3 < away < np.inf and z * z < np.inf):
             continue
-        b = int((math.atan2(y, x) + math.pi) * scale) % _FINE
-        fine[b] = True
-        coarse[b // (_FINE // _COARSE)] = True
+        if 100.0 * z * z < away:
+            b = int((math.atan2(y, x) + math.pi) * scale) % _FINE
+            fine[0, b] = coarse[0, b // each] = True
+        if 25.0 * y * y < x * x:
+            b = int((math.atan2(z, math.sqrt(away)) + math.pi) * scale) % _FINE
+            fine[1, b] = coarse[1, b // each] = True
     most = 2.0 * math.pi / _COARSE
-    return most * coarse.sum() / fine.sum() if fine.any() else most
+    out = np.full(2, most)
+    for k in range(2):
+        if fine[k].any():
+            out[k] = most * coarse[k].sum() / fine[k].sum()
+    return out
 
 
 @njit(cache=True)

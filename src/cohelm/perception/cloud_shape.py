@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Booleans, Floats
 from cohelm.perception.cloud_bodies import (
     BOTTOM,
     FILLED,
@@ -17,45 +17,52 @@ from cohelm.perception.cloud_bodies import (
     TOP,
     WIDTH,
 )
+from cohelm.perception.cloud_points import Gathered
 
 
-def log_odds(look: Floats, beside: Floats, height: float, view: Floats, spacing: float) -> Floats:
+def log_odds(look: Floats, beside: Floats, seen: Gathered) -> Floats:
     """ln(p / (1 − p)) that each of s segments is a person, from its shape alone; (s,).
 
     A sum of independent evidence, each piece bounded; assumed. What is out of the sensor's view or
-    hidden says nothing.
+    hidden, or lies between its rings, says nothing.
 
     Args:
         look: (s, FIELDS), see ``looks``.
         beside: (s,) share of its columns that lie beside another thing's.
-        height: of the sensor, m.
-        view: (lowest, highest) slope at which it sees.
-        spacing: angle between azimuths, rad.
+        seen: the sensor's height, view and resolution.
     """
     away = np.hypot(look[:, MEAN_X], look[:, MEAN_Y])
-    top, width = look[:, TOP], look[:, WIDTH] + spacing * away
-    above = height + view[1] * away - top > 0.15
-    below = height + view[0] * away < 0.2
+    above = seen.height + seen.view[1] * away - look[:, TOP] > 0.15
+    below = seen.height + seen.view[0] * away < 0.3
     hidden = look[:, HIDDEN] > 0.0
-    odds = np.where(above, 0.5 - 5.0 * np.clip(1.4 - top, 0.0, 0.6), 0.0)
-    odds -= 12.0 * np.clip(top - 2.0, 0.0, 0.4)
-    odds += _bump(width, 0.22, 0.7, 1.0, 10.0, 3.0) * np.where(hidden & (width < 0.4), 0.2, 1.0)
-    head = look[:, HEAD] + 0.5 * spacing * away
-    seen_head = above & (top > 1.1)
-    odds += np.where(seen_head, np.clip(6.0 * (0.42 - head), -1.5, 1.5), 0.0)
+    aside, upright = seen.spacing * away, seen.ring * away
+    sharp = np.clip(1.5 - 5.0 * upright, 0.0, 1.0)
+    odds = _height(look[:, TOP], upright, above)
+    odds += _width(look[:, WIDTH] + aside, hidden)
+    odds += sharp * _head((look[:, HEAD] + aside) / (look[:, WIDTH] + aside), above)
     sheer = look[:, SHEER]
-    odds += np.where(np.isnan(sheer) | ~below, 0.0, np.clip(5.0 * (0.75 - sheer), -1.0, 1.0))
-    gaps = 1.0 - look[:, FILLED]
-    odds -= np.where(look[:, RETURNS] > 30.0, 3.0 * gaps, 0.0)
+    odds += np.where(np.isnan(sheer) | ~below, 0.0, np.clip(5.0 * (0.7 - sheer), -1.0, 1.0))
+    odds -= 3.0 * sharp * (1.0 - look[:, FILLED])
     odds -= np.where(below & ~hidden, 3.0 * np.clip(look[:, BOTTOM] - 0.7, 0.0, 0.7), 0.0)
     odds -= 4.0 * beside
-    few = np.minimum(look[:, RETURNS] / 12.0, 1.0)
+    few = np.minimum(look[:, RETURNS] / 10.0, 1.0)
     return np.where(odds > 0.0, few * odds, odds)
 
 
-def _bump(  # two sides of one curve
-    x: Floats, low: float, high: float, most: float, steepness: float, least: float
-) -> Floats:
-    """``most`` between low and high, falling by ``steepness`` a metre beyond, to −``least``."""
-    beyond = np.maximum(np.maximum(low - x, x - high), 0.0)
-    return np.maximum(most - steepness * beyond, -least)
+def _height(top: Floats, gap: Floats, seen: Booleans) -> Floats:
+    """From the height (s,): a grown-up's is likely, a child's less, above 2.0 m it is nobody."""
+    odds = np.where(seen, 0.5 - 5.0 * np.clip(1.4 - top - gap, 0.0, 0.6), 0.0)
+    return odds - 12.0 * np.clip(top - 2.0, 0.0, 0.4)
+
+
+def _width(width: Floats, hidden: Booleans) -> Floats:
+    """From the breadth (s,) at the torso; half a person may be hidden, and says less."""
+    thin = np.clip(0.22 - width, 0.0, 0.2)
+    wide = np.clip(width - 0.7, 0.0, 0.4)
+    return np.where(hidden & (width < 0.35), 0.0, 0.8 - 20.0 * thin - 10.0 * wide)
+
+
+def _head(share: Floats, seen: Booleans) -> Floats:
+    """From the head's share (s,) of the breadth: narrower is a head or a neck, as wide is none."""
+    odds = np.clip(8.0 * (0.8 - share), -1.5, 1.5)
+    return np.where(seen, odds, np.maximum(odds, 0.0))

@@ -27,7 +27,7 @@ class Columns(NamedTuple):
     lowest: Floats
     """(q,), height above the ground, m; so is the next."""
     highest: Floats
-    """(q,)."""
+    """(q,); of what is in the way."""
     layers: Integers
     """(q,), bit k: something came back from ``LAYER``·k to ``LAYER``·(k + 1) above the ground."""
 
@@ -51,8 +51,9 @@ def thin(
     Args:
         points: (p, 2 or more), x and y from the sensor, none farther than ``reach``, m.
         heights: (p,) above the ground, m.
-        kept: (hole, ground, its growth with distance, highest): what is from the ground to the
-            highest, and what is below a hole, m.
+        kept: (hole, ground, its growth with distance, clearance, highest): what is from the ground
+            to the highest, and what is below a hole, m; ``highest`` of a column is told of what
+            is lower than the clearance, where there is any.
         side: of a column, m.
         reach: m.
     """
@@ -64,7 +65,7 @@ def thin(
     for i in range(n):
         h = heights[i]
         x, y = points[i, 0], points[i, 1]
-        if (kept[1] < h <= kept[3] and h > kept[1] + kept[2] * math.sqrt(x * x + y * y)) or (
+        if (kept[1] < h <= kept[4] and h > kept[1] + kept[2] * math.sqrt(x * x + y * y)) or (
             h < kept[0]
         ):
             row = int((points[i, 1] + reach) / side)
@@ -87,7 +88,9 @@ def thin(
         sums[k, 0] += math.floor(points[i, 0] / _GRAIN + 0.5)
         sums[k, 1] += math.floor(points[i, 1] / _GRAIN + 0.5)
         count[k] += 1
-        lowest[k], highest[k] = min(lowest[k], h), max(highest[k], h)
+        lowest[k] = min(lowest[k], h)
+        if h <= kept[3]:
+            highest[k] = max(highest[k], h)
         layers[k] |= 1 << min(max(int(h / LAYER), 0), LAYERS - 1)
     centre = np.empty((q, 2))
     for k in range(q):
