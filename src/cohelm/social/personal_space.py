@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.messages import Groups, People, Predictions, RiderProfile, SocialSpaces
 from cohelm.shapes import KINDS, PRINTED
+from cohelm.social.group_space import group_spaces
 
 _POINT = 1e-3
 """σ of a space that is switched off, m: no reach, and no division by zero."""
@@ -22,7 +24,7 @@ class PersonalSpace:
     |v| is that of the prediction at each step. The axis is the direction of motion, or the kept
     heading of who is (nearly) at rest; a heading that is unknown gives a circle of σ_h. The robot's
     own space has the same proportions at its measured speed, shrunk to ``robot_share`` of the
-    reach.
+    reach. A group's space is the convex hull of its members'.
     """
 
     class Parameters(Model):
@@ -40,6 +42,8 @@ class PersonalSpace:
         robot_share: float = Field(0.25, ge=0.0, le=1.0)
         """Reach of the robot's own space in shares of a person's at that speed; 0: none. Eq. (8)
         takes both off the distance: with much more, no corridor is wide enough."""
+        directions: int = Field(32, ge=8, le=360)
+        """In which the space of a group is told."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -47,7 +51,7 @@ class PersonalSpace:
     def spaces(
         self,
         people: People,
-        groups: Groups,  # here everyone is alone
+        groups: Groups,
         predictions: Predictions,
         twist: Floats,
         profile: RiderProfile,
@@ -61,7 +65,7 @@ class PersonalSpace:
         axis = np.where(speed > p.axis_speed, course, kept)
         unknown = np.isnan(axis)
         front = _front(speed)
-        return SocialSpaces(
+        spaces = SocialSpaces(
             kind=KINDS[p.shape],
             scale=p.contour_scale if p.shape == "contour" else p.printed_scale,
             axis=np.where(unknown, 0.0, axis),
@@ -71,6 +75,8 @@ class PersonalSpace:
             floor=profile.social_distance,
             robot=self._robot(twist),
         )
+        hulls = group_spaces(people, groups, predictions, spaces, p.directions)
+        return replace(spaces, groups=hulls)
 
     def _robot(self, twist: Floats) -> Floats:
         """(σ_h, σ_s, σ_r) of the robot; reversing, the front is behind."""
