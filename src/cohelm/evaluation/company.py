@@ -58,6 +58,8 @@ class Crowding(Model):
     """Range of the preferred speeds, m/s (assumed)."""
     radius: float = Field(0.25, gt=0.05, le=1.0)
     """Of the body's disc, m (assumed)."""
+    stature: tuple[float, float] = (1.55, 1.9)
+    """Range of the bodies' heights, m (assumed); 3-D sensors see them."""
     jitter: float = Field(0.05, ge=0.0, le=1.0)
     """Starts are moved by up to this, m: ORCA deadlocks in perfect symmetry."""
 
@@ -65,4 +67,8 @@ class Crowding(Model):
     def _speeds_in_order(self) -> Self:
         if not 0.0 < self.speed[0] <= self.speed[1] <= 3.0:
             raise ValueError("speed must be [lowest, highest] with 0 < lowest ≤ highest ≤ 3 m/s")
+        if not 0.5 <= self.stature[0] <= self.stature[1] <= 2.5:
+            raise ValueError(
+                "stature must be [lowest, highest] with 0.5 ≤ lowest ≤ highest ≤ 2.5 m"
+            )
         return self

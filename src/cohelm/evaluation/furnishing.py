@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
+from cohelm.arrays import Booleans, Floats32
 from cohelm.evaluation.things import Door, Obstacle
 from cohelm.maps import OCCUPIED, OccupancyGrid
 from cohelm.simulation import Change
@@ -15,21 +17,28 @@ def with_obstacles(grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]) -> Occu
     """The grid with things put on it: every cell whose centre one covers."""
     if not obstacles:
         return grid
-    rows, cols = np.indices(grid.shape)
-    centres = grid.centres(np.stack([rows, cols], axis=-1))
     data = grid.data.copy()
-    for each in obstacles:
-        delta = centres - np.array(each.at)
-        if each.radius is not None:
-            covered = np.hypot(delta[..., 0], delta[..., 1]) <= each.radius
-        else:
-            angle = math.radians(each.angle_deg)
-            along = math.cos(angle) * delta[..., 0] + math.sin(angle) * delta[..., 1]
-            aside = math.cos(angle) * delta[..., 1] - math.sin(angle) * delta[..., 0]
-            half = np.array(each.size, dtype=float) / 2.0
-            covered = (np.abs(along) <= half[0]) & (np.abs(aside) <= half[1])
+    for _, covered in _covered(grid, obstacles):
         data[covered] = OCCUPIED
     return OccupancyGrid(data=data, resolution=grid.resolution, X_MG=grid.X_MG)
+
+
+def with_heights(
+    heights: Floats32 | None, grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]
+) -> Floats32 | None:
+    """Heights (rows, cols) of what stands on the grid's cells, m, NaN: as high as the walls.
+
+    Args:
+        heights: without the obstacles; None: walls everywhere, also returned where nothing is low.
+        grid: whose cells.
+        obstacles: that stand on it besides.
+    """
+    if heights is None and all(each.height is None for each in obstacles):
+        return None
+    out = np.full(grid.shape, np.nan, dtype=np.float32) if heights is None else heights.copy()
+    for each, covered in _covered(grid, obstacles):
+        out[covered] = np.nan if each.height is None else each.height
+    return out
 
 
 def changes(grid: OccupancyGrid, doors: tuple[Door, ...]) -> tuple[Change, ...]:
@@ -51,3 +60,21 @@ def changes(grid: OccupancyGrid, doors: tuple[Door, ...]) -> tuple[Change, ...]:
             grids[shut] = with_obstacles(grid, leaves)
         out.append(Change(time=time, grid=grids[shut]))
     return tuple(out)
+
+
+def _covered(
+    grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]
+) -> Iterator[tuple[Obstacle, Booleans]]:
+    """Each thing with the cells (rows, cols) whose centres it covers."""
+    rows, cols = np.indices(grid.shape)
+    centres = grid.centres(np.stack([rows, cols], axis=-1))
+    for each in obstacles:
+        delta = centres - np.array(each.at)
+        if each.radius is not None:
+            yield each, np.hypot(delta[..., 0], delta[..., 1]) <= each.radius
+            continue
+        angle = math.radians(each.angle_deg)
+        along = math.cos(angle) * delta[..., 0] + math.sin(angle) * delta[..., 1]
+        aside = math.cos(angle) * delta[..., 1] - math.sin(angle) * delta[..., 0]
+        half = np.array(each.size, dtype=float) / 2.0
+        yield each, (np.abs(along) <= half[0]) & (np.abs(aside) <= half[1])

@@ -6,6 +6,7 @@
     goal: Ward 3                a place or [x, y]
     prefer: [[20, 8]]           points to pass; avoid: zones; stroke: a line to follow
     people: {count: 12}         and explicit ways, speeds, whether they see the robot
+    obstacles: [{at: [5, 3], radius: 0.3, height: 0.9}]           in the world, not on the map
     doors: [{at: [13, 3], size: [0.1, 2.6], closed: [[6, 60]]}]   in the world, not on the map
     filters: [{type: keepout, file: mask.yaml}]                   and speed limits
     local_planner: ss_mpc_dcbf  or {use: ss_mpc_dcbf, steps: 30}; so for every part
@@ -34,7 +35,7 @@ from cohelm.evaluation.company import (
     named,
     spelt_out,
 )
-from cohelm.evaluation.things import Door, Mask, Obstacle, Preferred, Zone
+from cohelm.evaluation.things import Door, Mask, Obstacle, Preferred, Storey, Zone
 from cohelm.maps import FARTHEST
 from cohelm.messages import Mode, RiderProfile
 from cohelm.navigation import ProgressParameters, ReplanningParameters
@@ -96,6 +97,8 @@ class Scenario(Model):
     profile: RiderProfile = RiderProfile()
     people: Crowding = Crowding()
     obstacles: tuple[Obstacle, ...] = ()
+    storey: Storey = Storey()
+    """Walls and ceiling."""
     doors: tuple[Door, ...] = ()
     """They close in the true world while the map has them open."""
     filters: tuple[Mask, ...] = ()

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from cohelm import plugins
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
 from cohelm.errors import MapError, PluginError, ScenarioError
-from cohelm.evaluation.furnishing import changes, with_obstacles
+from cohelm.evaluation.furnishing import changes, with_heights, with_obstacles
 from cohelm.evaluation.people import make_crowd
 from cohelm.evaluation.scenario import PARTS, Scenario, floor_file, robot_of
 from cohelm.maps import (
@@ -60,7 +60,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         PlanningError: if no way leads from start to goal.
     """
     robot = robot_of(scenario)
-    grid, places = _floor(scenario)
+    grid, places, heights = _floor(scenario)
     parts = {key: _part(scenario, key) for key in PARTS}
     start = _point(scenario, "start", places)
     goal = _point(scenario, "goal", places)[:2]
@@ -95,7 +95,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         request=request,
         prefer=np.array([point for each in scenario.prefer for point in each]).reshape(-1, 2),
         route=route,
-        world=_world(scenario, seed, grid, robot, (start, route), parts["rider"]),
+        world=_world(scenario, seed, (grid, heights), robot, (start, route), parts["rider"]),
         navigator=NavigatorSetup(
             grid=grid,
             robot=robot,
@@ -111,11 +111,13 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     )
 
 
-def _floor(scenario: Scenario) -> tuple[OccupancyGrid, Places]:
+def _floor(scenario: Scenario) -> tuple[OccupancyGrid, Places, Floats32 | None]:
+    """The map, its places, and how high what stands there is; None where nobody knows."""
     if scenario.floor is not None:
-        return read_floor_plan(floor_file(scenario.floor)).draw()
+        plan = read_floor_plan(floor_file(scenario.floor))
+        return *plan.draw(), plan.heights()
     file = scenario.beside(scenario.map or "")
-    return read_map(file), places_beside(file)
+    return read_map(file), places_beside(file), None
 
 
 def _wishes(scenario: Scenario) -> tuple[Wish, ...]:
@@ -176,22 +178,28 @@ def _heading(points: Floats) -> float:
 def _world(
     scenario: Scenario,
     seed: int,
-    grid: OccupancyGrid,
+    floor: tuple[OccupancyGrid, Floats32 | None],
     robot: Robot,
     way: tuple[Floats, Path],
     rider: Any,
 ) -> WorldSetup:
-    """The true world, ``way`` being the start pose and the route."""
-    start, route = way
+    """The true world; ``floor``: map and heights, ``way``: the start pose and the route."""
+    (grid, heights), (start, route) = floor, way
     open_ = with_obstacles(grid, scenario.obstacles)
     first, *later = changes(open_, scenario.doors)
     truth = first.grid
+    crowd = make_crowd(scenario.people, truth, route.points, generator(seed, "crowd"))
+    storey, stature = scenario.storey, scenario.people.stature
     return WorldSetup(
         grid=truth,
         changes=tuple(later),
+        heights=with_heights(heights, grid, scenario.obstacles),
+        wall_height=storey.wall_height,
+        ceiling=storey.wall_height if storey.ceiling else math.inf,
         robot=robot,
         start=start,
-        crowd=make_crowd(scenario.people, truth, route.points, generator(seed, "crowd")),
+        crowd=crowd,
+        statures=generator(seed, "statures").uniform(*stature, size=len(crowd.radius)),
         pedestrian_model=_built(
             scenario, "pedestrian_models", scenario.people.model, "people.model"
         ),

@@ -23,6 +23,9 @@ class Obstacle(Model):
     """Of the rectangle."""
     radius: Length | None = None
     """Of a disc, m."""
+    height: Length | None = None
+    """Over the floor, m, for 3-D sensors; none: as high as the walls. A planar scanner sees it
+    however low it is."""
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
@@ -59,6 +62,15 @@ class Door(Model):
     def is_closed(self, time: float) -> bool:
         """Whether it is to be closed at ``time``, s."""
         return any(start <= time < end for start, end in self.closed)
+
+
+class Storey(Model):
+    """How high the building is, for 3-D sensors; assumed."""
+
+    wall_height: float = Field(2.5, gt=0.0, le=20.0)
+    """m."""
+    ceiling: bool = True
+    """Whether there is one, on top of the walls."""
 
 
 class Zone(Model):

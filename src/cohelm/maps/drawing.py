@@ -36,6 +36,7 @@ class Canvas:
         self._resolution = resolution
         first = UNKNOWN if outside == "unknown" else OCCUPIED
         self._cells: SignedBytes = np.full((rows, cols), first, dtype=np.int8)
+        self._heights: Floats32 = np.full((rows, cols), np.nan, dtype=np.float32)
 
     def wall(self, corners: Floats, thickness: float) -> None:
         """A wall whose middle runs along a polygon (k, 2)."""
@@ -49,6 +50,11 @@ class Canvas:
     def block(self, corners: Floats) -> None:
         """Something that stands on the floor, a polygon (k, 2)."""
         self._paint(corners, -np.inf, 0.0, OCCUPIED)
+
+    def rise(self, corners: Floats, height: float) -> None:
+        """What stands in a polygon (k, 2) is so high, m; NaN: as high as the walls."""
+        window, distance = self._around(corners, reach=0.0)
+        self._heights[window][distance < 0.0] = height
 
     def opening(self, at: Floats, a: Floats, b: Floats, width: float, thickness: float) -> None:
         """A free passage of ``width`` through the wall from a to b (2,), abreast of ``at`` (2,).
@@ -87,6 +93,10 @@ class Canvas:
     def grid(self) -> OccupancyGrid:
         """What has been drawn."""
         return OccupancyGrid(data=self._cells.copy(), resolution=self._resolution, X_MG=np.zeros(3))
+
+    def heights(self) -> Floats32:
+        """Of the cells (rows, cols), m; NaN where nothing was said."""
+        return self._heights.copy()
 
     def _paint(self, corners: Floats, low: float, high: float, cell: int) -> None:
         """Set the cells with a signed distance in [low, high) to a polygon (k, 2)."""

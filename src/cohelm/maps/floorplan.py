@@ -10,7 +10,7 @@ A plan reads like this, in metres, with the map's origin at the lower left corne
     doors:
       - {at: [3, 16], width: 1.3}                   # cut into the wall that it lies on
     furniture:
-      - {name: bed, rect: [0.4, 18, 2.5, 19]}
+      - {name: bed, rect: [0.4, 18, 2.5, 19], height: 0.7}
     places:
       Lift: [20, 14.5]
 """
@@ -25,7 +25,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from cohelm import config
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, Floats32
 from cohelm.errors import ConfigError
 from cohelm.maps.drawing import Canvas, polygon_of_disc, polygon_of_rect, turned
 from cohelm.maps.grid import OccupancyGrid
@@ -82,6 +82,8 @@ class Furniture(config.Model):
     """Turn about the middle of its bounding box, degrees anticlockwise."""
     at: tuple[Point, ...] = ((0.0, 0.0),)
     """Where one stands each; the outline is relative to that, m."""
+    height: float | None = Field(default=None, gt=0.0, le=20.0)
+    """Over the floor, m; none: as high as the walls."""
 
     @model_validator(mode="after")
     def _one_outline(self) -> Furniture:
@@ -163,6 +165,14 @@ class FloorPlan(config.Model):
                 canvas.block(corners)
         places = Places(places=tuple(_places(self, canvas)), source=self.source or "the floor plan")
         return canvas.grid(), places
+
+    def heights(self) -> Floats32:
+        """Of the furniture on the cells (rows, cols) of the grid, m; NaN for all else."""
+        canvas = Canvas(size=self.size, resolution=self.resolution, outside=self.outside)
+        for piece in self.furniture:
+            for corners in piece.outlines:
+                canvas.rise(corners, np.nan if piece.height is None else piece.height)
+        return canvas.heights()
 
 
 def read_floor_plan(file: Path | str) -> FloorPlan:
