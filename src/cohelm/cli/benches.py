@@ -15,6 +15,10 @@ BENCHES = {
         "cohelm.evaluation.benches.paper_global",
         "Global planners by how near they come to the rider's own way (Xu et al., Table 2).",
     ),
+    "perception": (
+        "cohelm.evaluation.benches.perception",
+        "People in recordings and in crowds: found, followed, foreseen, and at what cost.",
+    ),
     "planning": (
         "cohelm.evaluation.benches.planning",
         "Time and memory of global planning beside scikit-image and SciPy.",
