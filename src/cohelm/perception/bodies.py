@@ -12,9 +12,16 @@ from numba import njit
 
 from cohelm.arrays import Floats, Integers
 from cohelm.perception.fits import clutter_evidence, disc_evidence, fit_disc, flat_evidence
+from cohelm.perception.legs import LEAST, MOST, pair_legs, width_odds
 
 LARGEST_LOG_ODDS = 4.0
 """What one look at a shape can say at most."""
+SLACK = 0.05
+"""How much narrower than itself a disc may look, m."""
+TWO_CLEAR_LEGS = 1.8
+"""Log-odds of two legs seen from end to end with nothing else about: furniture has four."""
+HALF_SEEN = 0.5
+"""Log-odds that a width costs of which only a part is seen."""
 
 
 @njit(cache=True)
@@ -27,8 +34,9 @@ def find_bodies(  # noqa: PLR0917  # a kernel takes arrays and numbers
     increment: float,
     size: Floats,
     prior: Floats,
+    legs: Floats,
 ) -> tuple[Integers, Floats]:
-    """People among clustered returns.
+    """People among clustered returns: torsos, legs that touch, and legs within a stride.
 
     Args:
         points: (p, 2), m, in beam order.
@@ -39,6 +47,9 @@ def find_bodies(  # noqa: PLR0917  # a kernel takes arrays and numbers
         increment: angle between beams, rad.
         size: (narrowest, widest, width from which a cut is tried), m.
         prior: (r₀, σ_r, σ): the body's radius, its deviation, the range noise, m.
+        legs: (width of a leg, its deviation, width of two that touch, its deviation, longest
+            stride, deviation of a pair's centre, of one leg from the centre), m, and the log-odds
+            of a person whose other leg is not seen.
 
     Returns:
         owner (p,), −1 for none, and bodies (d, 7) of (x, y of the disc, radius, deviation,
@@ -46,7 +57,10 @@ def find_bodies(  # noqa: PLR0917  # a kernel takes arrays and numbers
     """
     owner = np.full(points.shape[0], -1, dtype=np.int64)
     bodies = np.empty((points.shape[0], 7))
-    count = 0
+    single = np.empty((points.shape[0], 4))
+    before, after = np.full(points.shape[0], -1), np.full(points.shape[0], -1)
+    whose = np.full(points.shape[0], -1, dtype=np.int64)
+    count = singles = 0
     todo = np.empty((points.shape[0] + 1, 2), dtype=np.int64)
     for cluster in range(labels.max() + 1 if labels.size else 0):
         members = _in_beam_order(labels, cluster, bearing)
@@ -63,13 +77,87 @@ def find_bodies(  # noqa: PLR0917  # a kernel takes arrays and numbers
                     todo[left + 1, 0], todo[left + 1, 1] = start + cut, stop
                     left += 2
                     continue
-            gaps = _gaps(points, run, hidden, origin, increment)
-            if run.size < 2 or width > size[1] + gaps or width + gaps < size[0]:
+            gap, covered = _ends(points, run, hidden, origin, increment)
+            if run.size < 2 or (width > size[1] + gap and not covered):
                 continue
-            bodies[count] = _body(points[run], origin, prior)
+            torso = -np.inf
+            body = _body(points[run], origin, prior, width + gap, covered)
+            if covered or width + gap >= size[0]:
+                torso = body[4]
+            one = _width_odds(width, gap, covered, legs[0], legs[1])
+            two = _width_odds(width, gap, covered, legs[2], legs[3])
+            if width + gap >= size[0]:
+                two -= min(max(body[7], 0.0), LARGEST_LOG_ODDS)
+            if covered and width + gap < size[0]:
+                torso = body[4] = min(torso, MOST)
+                if width + gap < legs[0] + 2.0 * legs[1]:
+                    torso = two = -np.inf
+            if torso + (HALF_SEEN if covered else 0.0) >= min(max(one + legs[7], two), MOST):
+                bodies[count] = body[:7]
+            elif two >= one + legs[7]:
+                bodies[count] = _on_legs(body[5], body[6], prior[0], legs[5], min(two, MOST))
+            else:
+                single[singles, :2], single[singles, 2] = body[5:7], one
+                single[singles, 3] = 1.0 if run.size >= 5 and one > 0.0 else 0.0
+                before[singles] = run[0] - 1 if hidden[run[0], 0] else -1
+                after[singles] = (run[-1] + 1) % whose.size if hidden[run[-1], 1] else -1
+                whose[run] = singles
+                singles += 1
+                continue
             owner[run] = count
             count += 1
+    pairs, odds = pair_legs(single[:singles, :2], single[:singles, 2], legs[4], legs[7])
+    of = np.full(singles, -1, dtype=np.int64)
+    for k in range(odds.size):
+        a, b = pairs[k]
+        if odds[k] <= LEAST:
+            continue
+        other = b if b >= 0 else a
+        x, y = 0.5 * (single[a, 0] + single[other, 0]), 0.5 * (single[a, 1] + single[other, 1])
+        spread = legs[5] if b >= 0 else legs[6]
+        sure = odds[k]
+        if b >= 0 and single[a, 3] * single[b, 3] > 0.0 and odds[k] >= MOST:
+            apart = math.hypot(single[a, 0] - single[b, 0], single[a, 1] - single[b, 1])
+            clear = True
+            for leg, its in ((a, b), (b, a)):
+                for by in (before[leg], after[leg]):
+                    clear &= by == -1 or whose[by] == its
+            room = 0.6 * legs[4]
+            if clear and apart < room and _lonely(points, whose, a, b, x, y, room):
+                sure = TWO_CLEAR_LEGS
+        bodies[count] = _on_legs(x, y, prior[0], spread, sure)
+        of[a] = of[other] = count
+        count += 1
+    for i in range(whose.size):
+        if whose[i] >= 0:
+            owner[i] = of[whose[i]]
     return owner, bodies[:count]
+
+
+@njit(cache=True)
+def _lonely(
+    points: Floats, whose: Integers, a: int, b: int, x: float, y: float, room: float
+) -> bool:
+    """Whether nothing but the legs ``a`` and ``b`` came back from within ``room`` of (x, y), m."""
+    for i in range(points.shape[0]):
+        if whose[i] != a and whose[i] != b:
+            if math.hypot(points[i, 0] - x, points[i, 1] - y) < room:
+                return False
+    return True
+
+
+@njit(cache=True)
+def _on_legs(x: float, y: float, radius: float, deviation: float, odds: float) -> Floats:
+    return np.array([x, y, radius, deviation, odds, x, y])
+
+
+@njit(cache=True)
+def _width_odds(width: float, gap: float, covered: bool, mean: float, deviation: float) -> float:
+    """Log-odds from the width; one that is covered in part may be wider than it seems."""
+    seen = width + 0.5 * gap
+    if covered:
+        return width_odds(max(seen, mean), gap, mean, deviation) - HALF_SEEN
+    return width_odds(seen, gap, mean, deviation)
 
 
 @njit(cache=True)
@@ -97,20 +185,19 @@ def _extent(points: Floats) -> float:
 
 
 @njit(cache=True)
-def _gaps(
+def _ends(
     points: Floats, run: Integers, hidden: Integers, origin: Floats, increment: float
-) -> float:
-    """How much wider than its returns a run may be: one beam's gap at either end, m.
+) -> tuple[float, bool]:
+    """How much wider than its returns a run may be, one beam's gap at either end, m.
 
-    Unbounded where something nearer hides an end.
+    Also whether something nearer hides an end, so that there is no bound to it.
     """
-    total = 0.0
+    total, covered = 0.0, False
     for side in range(2):
         i = run[0] if side == 0 else run[-1]
-        if hidden[i, side]:
-            return 1e9
+        covered |= hidden[i, side] > 0
         total += math.hypot(points[i, 0] - origin[0], points[i, 1] - origin[1]) * increment
-    return total
+    return total, covered
 
 
 @njit(cache=True)
@@ -132,11 +219,24 @@ def _cut(points: Floats, origin: Floats, prior: Floats) -> int:
 
 
 @njit(cache=True)
-def _body(points: Floats, origin: Floats, prior: Floats) -> Floats:
+def _body(points: Floats, origin: Floats, prior: Floats, width: float, covered: bool) -> Floats:
+    """The disc behind a run that is ``width`` wide, its ends' gaps included; a row of bodies.
+
+    A disc that nothing covers is seen from tangent to tangent: what is much narrower than the disc
+    that fits it best is a piece of something else. So is what fits a disc of another size.
+
+    Returns a row of bodies, and the log-odds that it is flat or a corner.
+    """
     m = points.shape[0]
     x, y, r, misfit, deviation = fit_disc(points, origin, prior[0], prior[1], prior[2])
-    other = min(clutter_evidence(misfit, m), flat_evidence(points, prior[2]))
-    odds = 0.5 * (other - disc_evidence(misfit, m))
+    disc, clutter = disc_evidence(misfit, m), clutter_evidence(misfit, m)
+    flat = flat_evidence(points, prior[2])
+    odds = 0.5 * (min(clutter, flat) - disc)
     odds = min(max(odds, -LARGEST_LOG_ODDS), LARGEST_LOG_ODDS)
+    if not covered:
+        lacking = max(2.0 * r - width - SLACK, 0.0) / SLACK
+        odds -= min(0.5 * lacking * lacking, LARGEST_LOG_ODDS)
+    strange = (r - prior[0]) / (0.6 * prior[1])
+    odds = max(odds - 0.5 * strange * strange, -LARGEST_LOG_ODDS)
     mx, my = points[:, 0].mean(), points[:, 1].mean()
-    return np.array([x, y, r, deviation, odds, mx, my])
+    return np.array([x, y, r, deviation, odds, mx, my, 0.5 * (min(disc, clutter) - flat)])

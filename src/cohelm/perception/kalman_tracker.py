@@ -79,6 +79,11 @@ class KalmanTracker:
         """Log-odds of a person that leave little doubt (2.0: 88 %)."""
         static_from: float = Field(-1.0, ge=-5.0, le=5.0)
         """Log-odds below which a confirmed track is no person any more."""
+        unproven_from: float = Field(0.4, ge=-5.0, le=5.0)
+        """The same of one that came where nothing was and has not walked since: a door, a chair."""
+        static_moved: float = Field(-0.3, ge=-5.0, le=0.0)
+        """Log-odds of having come to its place below which nothing walks: a track that seems to
+        has gone from one thing at rest to the next."""
         shape_rate: float = Field(0.3, gt=0.0, le=1.0)
         """Share of the latest look in the running mean of the shape's log-odds: looks at one shape
         are not independent, so they do not add up."""
@@ -183,6 +188,7 @@ class KalmanTracker:
         walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > p.walked_from
         walks = walked & _walks(mean, covariance, p.walking_speed)
         found = match >= 0
+        walks[found] &= seen.moved[match[found]] >= p.static_moved
         motion = state.motion + np.where(walks, p.motion_gain, -p.motion_loss) * found
         motion[found] = np.maximum(motion[found], seen.moved[match[found]])
         whole = np.flatnonzero(found & ~met)
@@ -192,6 +198,8 @@ class KalmanTracker:
         tracks["surprise"][whole] += 0.4 * (
             np.minimum(squared[whole], 20.0) - state.surprise[whole]
         )
+        cost = 2.0 * np.minimum(seen.moved[match[found]] + 1.0, 0.0)
+        tracks["rest"][found] += p.shape_rate * (cost - state.rest[found])
         course = np.arctan2(mean[:, 3], mean[:, 2])
         follows = found & _walks(mean, covariance, p.heading_speed)
         tracks.update(
@@ -201,6 +209,7 @@ class KalmanTracker:
             motion=np.clip(motion, 0.0, 5.0),
         )
         tracks["seen"][found] = seen.time
+        tracks["walked"] |= found & walks
         return tracks
 
     def _miss(
@@ -226,12 +235,13 @@ class KalmanTracker:
     def _decide(self, tracks: dict[str, Any], match: Integers, time: float) -> None:
         """Say who is a person: by sightings and evidence, with hysteresis."""
         p = self.parameters
-        odds = tracks["shape"] + tracks["motion"]
+        odds = tracks["shape"] + tracks["motion"] + tracks["rest"]
         hits = np.bitwise_count(tracks["history"])
         sure = (odds >= p.sure_from) & (time - tracks["born"] >= p.youngest)
         often = hits >= np.where(sure, p.sure_hits, min(p.hits, p.window))
         rises = (match >= 0) & often & (odds >= p.person_from)
-        tracks["confirmed"] = rises | (tracks["confirmed"] & (odds > p.static_from))
+        least = np.where(tracks["walked"], p.static_from, p.unproven_from)
+        tracks["confirmed"] = rises | (tracks["confirmed"] & (odds > least))
 
     def _turnover(
         self,

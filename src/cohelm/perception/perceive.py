@@ -18,6 +18,7 @@ from cohelm.perception.api import (
     Tracker,
 )
 from cohelm.perception.kalman_tracker import BACKWARDS
+from cohelm.perception.novelty import Past, remember, with_motion
 from cohelm.robots import move
 
 OLDEST = 0.5
@@ -42,6 +43,8 @@ class PerceptionMemory:
     """Time of the newest scan or cloud so far, s."""
     tracker: Any | None = None
     groups: Any | None = None
+    past: Past = ()
+    """Scans to compare the next ones with."""
 
 
 @value
@@ -70,18 +73,22 @@ def perceive(
         memory: what the last call returned, None at first.
     """
     memory = memory or PerceptionMemory()
+    poses = tuple(pose_at(observation, scan.time) for scan in observation.scans)
     detections = tuple(
-        parts.detector.detect(scan, pose_at(observation, scan.time), walls)
-        for scan in observation.scans
+        with_motion(parts.detector.detect(scan, X_MR, walls), memory.past)
+        for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
+    past = memory.past
+    for scan, X_MR in zip(observation.scans, poses, strict=True):
+        past = remember(past, scan, X_MR)
     if observation.clouds:
-        poses = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
-        detections += (parts.cloud_detector.detect(observation.clouds, poses, walls),)
+        taken_at = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
+        detections += (parts.cloud_detector.detect(observation.clouds, taken_at, walls),)
     people, tracker = parts.tracker.track(observation, detections, memory.tracker)
     groups, grouping = parts.group_detector.group(people, memory.groups)
     sensing, newest = _sensing(observation, detections, memory.newest)
     perceived = Perceived(sensing=sensing, detections=detections, people=people, groups=groups)
-    return perceived, PerceptionMemory(newest=newest, tracker=tracker, groups=grouping)
+    return perceived, PerceptionMemory(newest=newest, tracker=tracker, groups=grouping, past=past)
 
 
 def pose_at(observation: Observation, time: float) -> Floats:

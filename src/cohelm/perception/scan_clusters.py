@@ -54,6 +54,22 @@ class ScanClusters:
         """r₀ of a body's disc, m."""
         body_radius_deviation: float = Field(0.05, gt=0.0, le=0.5)
         """Its standard deviation among people, m."""
+        leg_width: float = Field(0.12, gt=0.0, le=0.5)
+        """Of one leg with its trousers as seen from anywhere, m."""
+        leg_width_deviation: float = Field(0.04, gt=0.0, le=0.5)
+        """m."""
+        both_legs_width: float = Field(0.28, gt=0.0, le=1.0)
+        """Of two legs that touch or nearly hide each other, m."""
+        both_legs_width_deviation: float = Field(0.07, gt=0.0, le=0.5)
+        """m."""
+        longest_stride: float = Field(0.8, gt=0.0, le=2.0)
+        """Largest distance between the legs of one person, m."""
+        legs_deviation: float = Field(0.08, gt=0.0, le=0.5)
+        """Standard deviation of a person's centre from the middle of the legs, m."""
+        leg_deviation: float = Field(0.15, gt=0.0, le=0.5)
+        """The same from one leg, the other one not being seen, m."""
+        one_legged: float = Field(-1.0, ge=-5.0, le=5.0)
+        """Log-odds that a person shows one leg only."""
         range_noise: float = Field(0.015, gt=0.0, le=0.5)
         """Standard deviation of a return about a disc, m: the sensor's and the body's own."""
         position_noise: float = Field(0.02, ge=0.0, le=0.5)
@@ -85,8 +101,25 @@ class ScanClusters:
             seen.increment,
             np.array([p.narrowest, p.widest, p.cut_from]),
             np.array([p.body_radius, p.body_radius_deviation, p.range_noise]),
+            self._legs(),
         )
         return self._detections(scan.time, seen, mapped, labels, owner, bodies)
+
+    def _legs(self) -> Floats:
+        """What ``find_bodies`` needs to know about legs."""
+        p = self.parameters
+        return np.array(
+            [
+                p.leg_width,
+                p.leg_width_deviation,
+                p.both_legs_width,
+                p.both_legs_width_deviation,
+                p.longest_stride,
+                p.legs_deviation,
+                p.leg_deviation,
+                p.one_legged,
+            ]
+        )
 
     def _detections(
         self,

@@ -24,6 +24,8 @@ PER_TRACK = (
     "birthplace",
     "surprise",
     "confirmed",
+    "rest",
+    "walked",
 )
 
 
@@ -60,11 +62,15 @@ class TrackerState:
     """Running mean of the normalised squared innovations; 2 where the model holds."""
     confirmed: Annotated[Booleans, Shape("m")]
     """A person, and told."""
+    rest: Annotated[Floats, Shape("m")]
+    """Running mean of the log-odds that it costs to stand where something always stood, ≤ 0."""
+    walked: Annotated[Booleans, Shape("m")]
+    """Whether it has ever walked; true as well where nobody compared with what was there before."""
 
     @property
     def log_odds(self) -> Floats:
         """ln(p / (1 − p)) that each is a person; (m,)."""
-        return self.shape + self.motion
+        return self.shape + self.motion + self.rest
 
     def __len__(self) -> int:
         """How many tracks."""
@@ -90,6 +96,8 @@ class Sightings:
     """ln(p / (1 − p)) of a person by its shape."""
     moved: Annotated[Floats, Shape("d")]
     """Log-odds that it has come to where it is; 0 where not known."""
+    compared: bool
+    """Whether what was there before was asked for at all."""
 
     def __len__(self) -> int:
         """How many."""
@@ -108,6 +116,7 @@ def sightings(seen: Detections) -> Sightings:
         deviation=seen.deviation[order],
         log_odds=np.log(p / (1.0 - p)),
         moved=np.zeros(len(order)) if seen.moved is None else seen.moved[order],
+        compared=seen.moved is not None,
     )
 
 
@@ -116,7 +125,8 @@ def no_tracks(time: float, next_id: int = 0) -> TrackerState:
     none = np.empty(0)
     whole, flags = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.bool_)
     shapes: dict[str, Any] = dict.fromkeys(PER_TRACK, none)
-    shapes.update(id=whole, history=whole, confirmed=flags, mean=none.reshape(0, 4))
+    shapes.update(id=whole, history=whole, confirmed=flags, walked=flags)
+    shapes.update(mean=none.reshape(0, 4))
     shapes.update(covariance=none.reshape(0, 4, 4), birthplace=none.reshape(0, 2))
     return TrackerState(time=time, next_id=next_id, **shapes)
 
@@ -144,4 +154,6 @@ def newborn(seen: Sightings, which: Booleans, next_id: int, speed_deviation: flo
         "birthplace": position,
         "surprise": np.full(d, 2.0),
         "confirmed": np.zeros(d, dtype=np.bool_),
+        "rest": np.zeros(d),
+        "walked": np.full(d, not seen.compared),
     }

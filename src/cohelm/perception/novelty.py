@@ -1,0 +1,227 @@
+"""Whether what is seen was there before: places that were empty a while ago and are not now.
+
+What stands on legs and never moves is furniture; what stands where the scanner saw through before
+has come there. Some scans of the past are kept, ever sparser with age, each with the pose that it
+was taken from, so that a chair in motion may compare as well.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, SignedBytes, value
+from cohelm.config import Model
+from cohelm.geometry import compose
+from cohelm.messages import Scan
+from cohelm.perception.api import Detections
+
+UNKNOWN, FULL, EMPTY, BLANK = 0, 1, 2, 3
+"""What an earlier scan can say of a place: hidden or out of view, something there, seen through,
+or that no beam came back from that direction at all."""
+BACKWARDS = 1.0
+"""A clock that ran back by more than this started anew, s."""
+
+
+class NoveltyParameters(Model):
+    """Of the comparison with the past; assumed where no reason is given."""
+
+    youngest: float = Field(0.25, gt=0.0, le=5.0)
+    """Age from which a scan is compared with, s: a leg that swings has left its place by then."""
+    oldest: float = Field(300.0, gt=0.0, le=3600.0)
+    """Age at which a scan is forgotten, s."""
+    growth: float = Field(1.25, gt=1.0, le=10.0)
+    """Ratio of the ages of scans that are kept."""
+    margin: float = Field(0.15, gt=0.0, le=1.0)
+    """A return within this of an earlier one is the same thing, m."""
+    margin_growth: float = Field(0.015, ge=0.0, le=0.2)
+    """Growth of that with range, m/m (1° of localisation at most is 0.017)."""
+    changed: float = Field(0.15, gt=0.0, le=1.0)
+    """Share of the surroundings that may lie where nothing was; above it, it is the scanner that
+    moved otherwise than its pose says, and the earlier scan tells nothing."""
+    least: int = Field(2, ge=1, le=20)
+    """Earlier scans that must have seen the place."""
+    blank: float = Field(0.35, ge=0.0, le=1.0)
+    """What a beam that did not come back counts for, beside one that went through: dark and
+    glossy things show now and then."""
+    arriving: float = Field(1.5, gt=0.0, le=60.0)
+    """Who came longer ago than this, s, has come to rest, which says neither."""
+    settling: float = Field(5.0, gt=0.0, le=60.0)
+    """What has been there for so long as could be seen is at rest, s."""
+    came: float = Field(3.0, ge=0.0, le=10.0)
+    """Log-odds of having moved, where the place was empty until lately."""
+    still: float = Field(-2.0, ge=-10.0, le=0.0)
+    """The same where something was there as often as it could be seen."""
+
+
+@value
+class Glance:
+    """A scan that is remembered."""
+
+    scan: Scan
+    X_MS: Annotated[Floats, Shape("3")]
+    """Where its sensor was."""
+
+
+Past = tuple[Glance, ...]
+"""What is remembered, the newest first."""
+
+
+def with_motion(
+    seen: Detections, past: Past, parameters: NoveltyParameters | None = None
+) -> Detections:
+    """``seen`` with ``moved``: log-odds that each has come to where it is, 0 where not known.
+
+    Looking back from the youngest scan, the time for which something was in the place is passed
+    over; how empty the place was before says whether what is there now came then.
+    """
+    p = parameters or NoveltyParameters()
+    d = len(seen.position)
+    if not d or not past:
+        return replace(seen, moved=np.zeros(d))
+    asked = np.flatnonzero((seen.owner >= 0) | (np.arange(len(seen.owner)) % _EVERY == 0))
+    points, owner = seen.points[asked], seen.owner[asked]
+    width = np.concatenate([2.0 * seen.ellipse[:, 2], [0.0]])[seen.cluster[asked]]
+    present, full, looks = np.zeros(d), np.zeros(d), np.zeros(d)
+    here = None
+    for glance in past:
+        age = seen.time - glance.scan.time
+        if not p.youngest <= age <= p.oldest:
+            continue
+        was = _was(points, width, glance, p)
+        if not _trusted(was[owner < 0], p.changed):
+            continue
+        share, known = _fullness(was, owner, d, p.blank)
+        if here is None:
+            here = np.full(d, age <= p.arriving)
+        here &= ~known | (share > 0.5)
+        present[here & known] = age
+        full += known * ~here * share
+        looks += known & ~here
+    return replace(seen, moved=_verdict(present, full, looks, p))
+
+
+def _verdict(present: Floats, full: Floats, looks: Floats, p: NoveltyParameters) -> Floats:
+    """Log-odds (d,) of having moved.
+
+    Args:
+        present: for how long there has been something in the place, s.
+        full: how often it was full before.
+        looks: how often it could be seen then.
+        p: how to judge.
+    """
+    before = full / np.maximum(looks, 1.0)
+    moved = np.interp(before, [0.1, 0.3, 0.5, 0.8], [p.came, 0.0, 0.0, p.still])
+    moved = np.where((present > p.arriving) & (moved > 0.0), 0.0, moved)
+    rests = p.still * np.clip(present / p.settling, 0.0, 1.0)
+    settled: Floats = np.where(looks >= p.least, moved, rests)
+    return settled
+
+
+def remember(
+    past: Past, scan: Scan, X_MR: Floats, parameters: NoveltyParameters | None = None
+) -> Past:
+    """``past`` with one more scan, taken with the robot at ``X_MR``, and as many fewer as will do.
+
+    A clock that runs back ends the past; a scan or a pose that is not finite leaves it as it is.
+    """
+    p = parameters or NoveltyParameters()
+    given = [scan.time, *X_MR, *scan.mount, scan.angle_min, scan.angle_increment]
+    if not np.isfinite(given).all() or scan.angle_increment == 0.0 or not len(scan.ranges):
+        return past
+    if past and scan.time < past[0].scan.time - BACKWARDS:
+        past = ()
+    others = [g for g in past if not np.array_equal(g.scan.mount, scan.mount)]
+    before = [g for g in past if np.array_equal(g.scan.mount, scan.mount)]
+    kept = [Glance(scan=scan, X_MS=compose(X_MR, scan.mount))]
+    for k, glance in enumerate(before):
+        older = before[k + 1].scan.time if k + 1 < len(before) else -math.inf
+        since = max(scan.time - kept[-1].scan.time, p.youngest / p.growth)
+        if p.growth**2 * since < scan.time - older and scan.time - glance.scan.time <= p.oldest:
+            kept.append(glance)
+    return tuple(sorted((*kept, *others), key=lambda g: -g.scan.time))
+
+
+_EVERY = 4
+"""Of the returns that are nobody's, so few are asked whether the pose can be trusted."""
+
+
+def _was(points: Floats, width: Floats, glance: Glance, p: NoveltyParameters) -> SignedBytes:
+    scan = glance.scan
+    beams = np.array([scan.angle_min, scan.angle_increment, scan.range_max])
+    margin = np.array([p.margin, p.margin_growth])
+    return was_there(points, width, scan.ranges, beams, glance.X_MS, margin)
+
+
+def _trusted(was: SignedBytes, changed: float) -> bool:
+    """Whether the surroundings are where they were, as far as an earlier scan saw them."""
+    new, same = np.count_nonzero(was == EMPTY), np.count_nonzero(was == FULL)
+    return new <= changed * (new + same)
+
+
+def _fullness(was: SignedBytes, owner: Integers, d: int, blank: float) -> tuple[Floats, Booleans]:
+    """How full the place of each of d people was, 0…1, and whether that is known at all."""
+    mine = owner >= 0
+    weight = np.array([0.0, 1.0, 1.0, blank])[was[mine]]
+    known = np.bincount(owner[mine], weight, minlength=d)
+    full = np.bincount(owner[mine], was[mine] == FULL, minlength=d)
+    return full / np.maximum(known, 1e-9), known > 0.0
+
+
+@njit(cache=True)
+def was_there(  # noqa: PLR0917  # a kernel takes arrays
+    points: Floats, width: Floats, ranges: Floats, beams: Floats, X_MS: Floats, margin: Floats
+) -> SignedBytes:
+    """What an earlier scan says of the places of points, as ``UNKNOWN`` to ``BLANK``.
+
+    A place is full if something came back from within the margin. It was seen through if all of
+    three beams about it end beyond the margin, as far as they come back, and if they lie so near
+    each other that two at least would meet what stands there now. Else it was hidden, or out of
+    view.
+
+    Args:
+        points: (p, 2), map frame, m.
+        width: (p,) of the thing that each belongs to, m.
+        ranges: (b,) of the earlier scan, m.
+        beams: its first angle and its increment, rad, and its reach, m.
+        X_MS: (3,) where it was taken.
+        margin: m, and its growth with range, m/m.
+    """
+    b = ranges.shape[0]
+    out = np.zeros(points.shape[0], dtype=np.int8)
+    cos, sin, step = math.cos(X_MS[2]), math.sin(X_MS[2]), abs(beams[1])
+    closed = (b + 1) * step >= 2.0 * math.pi
+    for i in range(points.shape[0]):
+        dx, dy = points[i, 0] - X_MS[0], points[i, 1] - X_MS[1]
+        x, y = cos * dx + sin * dy, cos * dy - sin * dx
+        away = math.hypot(x, y)
+        near = margin[0] + margin[1] * away
+        turned = math.atan2(y, x) - beams[0]
+        beam = ((turned if beams[1] > 0.0 else -turned) % (2.0 * math.pi)) / step
+        middle = int(round(beam))
+        if away < near:
+            continue
+        reach = min(int(near / (away * step)) + 1, b // 2)
+        full, clear, lost, asked = False, away + near <= beams[2], 0, 0
+        for k in range(middle - reach, middle + reach + 1):
+            if not closed and (k < 0 or k >= b):
+                continue
+            r = ranges[k % b]
+            returned = r > 0.0 and r <= beams[2]
+            if returned:
+                # the squared distance of the two, for a small angle between them
+                across = (k - beam) * step
+                full = full or (r - away) ** 2 + r * away * across * across <= near * near
+            if abs(k - middle) <= 1:
+                asked += 1
+                lost += not returned and not r > beams[2]
+                clear = clear and (not returned or r > away + near)
+        if full:
+            out[i] = FULL
+        elif clear and asked == 3 and 2.0 * away * step <= width[i]:
+            out[i] = BLANK if lost == 3 else EMPTY
+    return out
