@@ -15,6 +15,7 @@ from cohelm.errors import RecordingError
 from cohelm.evaluation.mot import Compared, Identities, identities
 from cohelm.evaluation.watching import Seen
 from cohelm.recordings import Labels, open_recording, read_trajectories
+from cohelm.recordings.kitti import read_labels
 
 WITHIN = 0.5
 """A label is found where a person is told no farther from it, m."""
@@ -119,8 +120,6 @@ def read_truth(file: Path, recording: Path) -> Truth:
     if file.suffix.lower() == ".txt":
         if _WALKS in file.name:
             return Walked(file)
-        from cohelm.recordings.kitti import read_labels  # noqa: PLC0415 # one kind of many
-
         return Noted([read_labels(file, recording)])
 
     labels = [frame.labels for frame in open_recording(file) if frame.labels is not None]

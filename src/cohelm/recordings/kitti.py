@@ -13,6 +13,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.errors import RecordingError
+from cohelm.recordings.api import Labels
 from cohelm.recordings.sweep import AT_REST, Sweep, read_bytes, read_rows
 
 HEIGHT = 1.73
@@ -55,6 +56,26 @@ def read_kitti(file: Path) -> Sweep:
         pose=AT_REST,
         people=people,
         damage=damage,
+    )
+
+
+def read_labels(label: Path, recording: Path) -> Labels:
+    """The people of a label file, at time 0, in the frame of the Velodyne's robot.
+
+    The calibration is looked for beside the labels, then beside the recording, as for
+    :func:`read_kitti`.
+
+    Raises:
+        RecordingError: if there is no calibration, or either file makes no sense.
+    """
+    named = label.with_name(f"{label.name.removesuffix('.txt').removesuffix('.label')}.bin")
+    found = [_beside(file, "calib", "calib") for file in (named, recording)]
+    calibration = next((file for file in found if file is not None), None)
+    if calibration is None:
+        raise RecordingError("is of no use without its calibration", file=label)
+    people = _people(label, _camera(calibration))
+    return Labels(
+        time=0.0, position=people[:, :2], id=np.full(len(people), -1), visible=people[:, 2]
     )
 
 
