@@ -4,7 +4,7 @@ import yaml
 
 from cohelm.errors import ConfigError, MapError, PlanningError, ScenarioError
 from cohelm.evaluation import load_scenario, scenario_names, set_stage
-from cohelm.evaluation.furnishing import changes, with_obstacles
+from cohelm.evaluation.furnishing import changes, with_heights, with_obstacles
 from cohelm.evaluation.things import Door, Obstacle
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Mode
@@ -139,6 +139,29 @@ def test_obstacles_cover_the_cells_whose_centres_they_hold():
     covered = with_obstacles(grid, (disc,)).occupied().sum() * 0.01
     assert covered == pytest.approx(np.pi * 0.09, abs=0.05)
     assert with_obstacles(grid, ()) is grid
+
+
+def test_heights_are_those_of_the_last_thing_that_stands_there():
+    grid = OccupancyGrid(
+        data=np.zeros((40, 40), dtype=np.int8), resolution=0.1, X_MG=np.array([1.0, 2.0, 0.4])
+    )
+    low = Obstacle(at=(2.0, 4.5), size=(0.6, 0.3), height=0.4)
+    wall = Obstacle(at=(2.0, 4.5), radius=0.1)
+    assert with_heights(None, grid, (wall,)) is None
+    heights = with_heights(None, grid, (low, wall))
+    covered = with_obstacles(grid, (low,)).occupied() & ~with_obstacles(grid, (wall,)).occupied()
+    assert (heights[covered] == np.float32(0.4)).all()
+    assert np.isnan(heights[~covered]).all()
+
+
+def test_the_furniture_of_a_floor_is_as_high_as_its_plan_says(write):
+    stage = set_stage(load_scenario("lidar"), 0)
+    heights, grid = stage.world.heights, stage.world.grid
+    bed, stool, column = ([1.5, 22.8], [14.0, 18.9], [7.0, 10.2])
+    found = [float(heights[tuple(grid.cells(point))]) for point in (bed, stool, column)]
+    np.testing.assert_allclose(found, [0.7, 0.5, np.nan], rtol=1e-6)
+    assert stage.world.ceiling == stage.world.wall_height == 2.5
+    assert ((stage.world.statures >= 1.55) & (stage.world.statures <= 1.9)).all()
 
 
 # ------------------------------------------------------------------ wishes, doors, masks, crowds

@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from cohelm.arrays import identical
-from cohelm.messages import Observation, RiderCommand, Scan
+from cohelm.messages import Observation, PointCloud, RiderCommand, Scan
 from cohelm.simulation import Fault
 from cohelm.simulation.faults import with_faults
 
@@ -21,6 +21,12 @@ def observation(time):
         range_max=10.0,
         ranges=np.array([1.0, np.inf, 3.0]),
     )
+    cloud = PointCloud(
+        time=time,
+        mount=np.array([0.0, 0.0, 1.3, 0.0, 0.0, 0.0]),
+        points=np.ones((2, 3), dtype=np.float32),
+        range_max=10.0,
+    )
     return Observation(
         time=time,
         pose=np.array([time, 1.0, np.pi / 2]),
@@ -28,6 +34,7 @@ def observation(time):
         twist=np.array([time, 0.0, 0.0]),
         twist_time=time,
         scans=(scan,),
+        clouds=(cloud,),
         rider=RiderCommand(heartbeat=time, deflection=np.array([time / 100.0, 0.0])),
     )
 
@@ -36,11 +43,15 @@ LAST, NOW = observation(4.95), observation(5.0)
 SILENT = NOW.scans[0].ranges * np.nan
 
 EXPECTED = {
-    "scan_silent": replace(NOW, scans=()),
+    "scan_silent": replace(NOW, scans=(), clouds=()),
     "pose_silent": replace(NOW, pose=LAST.pose, pose_time=4.95),
     "twist_silent": replace(NOW, twist=LAST.twist, twist_time=4.95),
     "rider_silent": replace(NOW, rider=LAST.rider),
-    "scan_nan": replace(NOW, scans=(replace(NOW.scans[0], ranges=np.full(3, np.nan)),)),
+    "scan_nan": replace(
+        NOW,
+        scans=(replace(NOW.scans[0], ranges=np.full(3, np.nan)),),
+        clouds=(replace(NOW.clouds[0], points=np.full((2, 3), np.nan, dtype=np.float32)),),
+    ),
     "pose_nan": replace(NOW, pose=np.full(3, np.nan)),
     "twist_nan": replace(NOW, twist=np.full(3, np.nan)),
     "rider_nan": replace(NOW, rider=replace(NOW.rider, deflection=np.full(2, np.nan))),
@@ -65,8 +76,9 @@ def test_a_jump_is_to_the_left():
 
 def test_a_clock_that_goes_back_takes_all_stamps_along():
     back = with_faults(NOW, faulty("clock_back"), LAST)
-    stamps = (back.time, back.pose_time, back.twist_time, back.scans[0].time, back.rider.heartbeat)
-    assert stamps == (4.5,) * 5
+    sensors = (back.scans[0].time, back.clouds[0].time)
+    stamps = (back.time, back.pose_time, back.twist_time, *sensors, back.rider.heartbeat)
+    assert stamps == (4.5,) * 6
 
 
 @pytest.mark.parametrize("kind", [*EXPECTED, "pose_jump", "clock_back"])

@@ -8,7 +8,7 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.geometry import compose, transform, wrap_angle
 from cohelm.messages import Decision
-from cohelm.robots import LaserMount
+from cohelm.robots import DepthCameraMount, LaserMount, LidarMount
 from cohelm.simulation import Fault, Localisation, NoRider, Odometry, World
 
 STAY = Decision(twist=np.zeros(3))
@@ -50,6 +50,46 @@ def test_one_more_sensor_changes_nothing_else(busy):
         assert identical(t, t2)
         assert identical(o, o2, ignore=frozenset({"scans"}))
         assert identical(o.scans, tuple(s for s in o2.scans if s.mount[0] == 0.0))
+
+
+LIDAR = LidarMount(rings=8, azimuths=90, rate=10.0)
+CAMERA = DepthCameraMount(columns=20, rows=12, rate=15.0)
+
+
+@pytest.fixture
+def seeing(busy):
+    """The same with a LiDAR and a depth camera beside the scanner."""
+    update = {"lidars": (LIDAR,), "depth_cameras": (CAMERA,)}
+    return replace(busy, robot=busy.robot.model_copy(update=update))
+
+
+def test_sensors_in_space_change_nothing_else(busy, seeing):
+    for (o, t), (o2, t2) in zip(ride(busy, 1), ride(seeing, 1), strict=True):
+        assert identical(t, t2)
+        assert identical(o, o2, ignore=frozenset({"clouds"}))
+    assert identical(ride(seeing, 1), ride(seeing, 1))
+
+
+def test_each_sensor_in_space_keeps_its_own_rate(seeing):
+    clouds = [c for o, _ in ride(seeing, 0) for c in o.clouds]
+    for mount, period in ((LIDAR, 0.1), (CAMERA, 1.0 / 15.0)):
+        times = np.array([c.time for c in clouds if c.mount[0] == mount.pose[0]])
+        assert len(times) == round(3.0 / period) + 1
+        # on the first physics step (0.01 s) that is not before its turn
+        late = times - period * np.arange(len(times))
+        assert late.min() > -1e-6
+        assert late.max() < 0.01
+
+
+def test_people_who_stay_look_the_same_all_the_time(busy):
+    robot = busy.robot.model_copy(
+        update={"lidars": (LIDAR.model_copy(update={"noise": 0.0, "dropout": 0.0}),)}
+    )
+    still = replace(
+        busy, robot=robot, crowd=replace(busy.crowd, waypoints=busy.crowd.position[:, None])
+    )
+    one, *_, last = (c for o, _ in ride(still, 0, decision=STAY) for c in o.clouds)
+    np.testing.assert_allclose(one.points, last.points, atol=1e-3)
 
 
 def test_a_rotated_world_has_the_same_ride_rotated(busy):
