@@ -33,7 +33,7 @@ def decompress(data: bytes, kind: str, size: int) -> bytes:
         size: how many bytes there should be; more are never made.
 
     Raises:
-        ValueError: if the kind is unknown.
+        ValueError: if the kind is unknown, or nothing is installed for it.
     """
     if kind in {"", "none"}:
         return data[:size]
@@ -52,7 +52,11 @@ def decompress(data: bytes, kind: str, size: int) -> bytes:
 
 
 def unpack_zstd(file: Path, to: Path) -> None:
-    """Write what ``file`` holds, as far as it can be undone, to another file."""
+    """Write what ``file`` holds, as far as it can be undone, to another file.
+
+    Raises:
+        ValueError: if nothing is installed for it.
+    """
     with file.open("rb") as packed, to.open("wb") as plain:
         stream = _stream("zstd")
         while not stream.eof and (data := packed.read(_STEP)):
@@ -65,12 +69,20 @@ def unpack_zstd(file: Path, to: Path) -> None:
 def _stream(kind: str) -> _Decompressor:
     if kind == "bz2":
         return bz2.BZ2Decompressor()
-    if kind == "lz4":
-        return cast(_Decompressor, importlib.import_module("lz4.frame").LZ4FrameDecompressor())
-    if kind == "zstd":
-        return cast(_Decompressor, importlib.import_module(_ZSTD).ZstdDecompressor())
-    raise ValueError(f"is compressed with {kind[:20]!r}, known are bz2, lz4 and zstd")
+    if kind not in _MADE_BY:
+        raise ValueError(f"is compressed with {kind[:20]!r}, known are bz2, lz4 and zstd")
+    module, name = _MADE_BY[kind]
+    try:
+        return cast(_Decompressor, getattr(importlib.import_module(module), name)())
+    except ImportError:
+        raise ValueError(f"is compressed with {kind}: install {module.partition('.')[0]}") from None
 
 
-# rosbags brings this and lz4 along; they are wanted only where a bag is compressed so
-_ZSTD = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
+# rosbags brings both along; they are wanted only where a bag is compressed so
+_MADE_BY = {
+    "lz4": ("lz4.frame", "LZ4FrameDecompressor"),
+    "zstd": (
+        "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd",
+        "ZstdDecompressor",
+    ),
+}

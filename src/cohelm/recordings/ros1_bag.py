@@ -55,6 +55,8 @@ def read_ros1(file: Path, damage: list[RecordingError]) -> Iterator[Message]:
 
 def _records(reach: Reach, file: Path, damage: list[RecordingError]) -> Iterator[Message]:
     connections: _Connections = {}
+    if reach.stream.tell() == reach.length:
+        raise BrokenRecord("the bag ends after its first line", reach.length)
     while reach.begin():
         head = _header(reach)
         (length,) = reach.unpack(_WORD)
@@ -69,13 +71,24 @@ def _records(reach: Reach, file: Path, damage: list[RecordingError]) -> Iterator
                     damage.append(RecordingError(fault.problem, file=file, offset=fault.offset))
         elif kind in {_MESSAGE, _CONNECTION}:
             yield from _message(head, reach.take(length), connections, reach)
-        elif kind == _BAG and head.get("encryptor"):
-            raise RecordingError("is encrypted", file=file, offset=reach.at)
-        elif kind not in {_BAG, _INDEX, _CHUNK_INFO}:
+        elif kind == _BAG:
+            _check_bag(head, reach, file, damage)
+        elif kind not in {_INDEX, _CHUNK_INFO}:
             raise reach.broken("no record of a bag begins here; nothing is read from here on")
         if end > reach.length:
             raise reach.broken("the bag is cut off within this record")
         reach.stream.seek(end)
+
+
+def _check_bag(
+    head: dict[str, bytes], reach: Reach, file: Path, damage: list[RecordingError]
+) -> None:
+    if head.get("encryptor"):
+        raise RecordingError("is encrypted", file=file, offset=reach.at)
+    index = int.from_bytes(head.get("index_pos", b""), "little")
+    if not 0 < index <= reach.length:
+        problem = "the bag lacks its index and perhaps its end; read without (rosbag reindex)"
+        damage.append(RecordingError(problem, file=file, offset=reach.at))
 
 
 def _chunk(

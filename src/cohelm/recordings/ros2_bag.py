@@ -33,7 +33,7 @@ def read_ros2(path: Path, damage: list[RecordingError]) -> Iterator[Message]:
         damage: takes what could not be read.
 
     Raises:
-        RecordingError: if there is no file of messages.
+        RecordingError: if there is no file of messages, or it is compressed in an unknown way.
     """
     if path.is_file():
         yield from _file(path, damage)
@@ -43,11 +43,7 @@ def read_ros2(path: Path, damage: list[RecordingError]) -> Iterator[Message]:
     kind = str(about.get("compression_format") or "")
     for file in _files(path, about, damage):
         for message in _file(file, damage):
-            if by_message:
-                data = decompress(message.data, kind, LARGEST)
-                yield message._replace(data=data)
-            else:
-                yield message
+            yield message._replace(data=_plain(message, kind, file)) if by_message else message
 
 
 def _file(file: Path, damage: list[RecordingError]) -> Iterator[Message]:
@@ -60,11 +56,21 @@ def _file(file: Path, damage: list[RecordingError]) -> Iterator[Message]:
     elif start.startswith(ZSTD_MAGIC) and file.suffix == ".zstd":
         with tempfile.TemporaryDirectory() as folder:
             plain = Path(folder) / file.stem
-            unpack_zstd(file, plain)
+            try:
+                unpack_zstd(file, plain)
+            except ValueError as error:
+                raise RecordingError(str(error), file=file) from None
             yield from _file(plain, damage)
     else:
         problem = "is empty" if not start else "is neither MCAP nor SQLite"
         damage.append(RecordingError(problem, file=file, offset=0))
+
+
+def _plain(message: Message, kind: str, file: Path) -> bytes:
+    try:
+        return decompress(message.data, kind, LARGEST)
+    except ValueError as error:
+        raise RecordingError(f"a message {error}", file=file, offset=message.offset) from None
 
 
 def _metadata(file: Path, damage: list[RecordingError]) -> dict[str, Any]:

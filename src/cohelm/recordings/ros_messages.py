@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.messages import PointCloud, Scan
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
 
 SCAN = "sensor_msgs/msg/LaserScan"
 CLOUD = "sensor_msgs/msg/PointCloud2"
@@ -31,17 +35,7 @@ class Decoder:
     """
 
     def __init__(self, version: int) -> None:
-        from rosbags.typesys import (  # noqa: PLC0415  # slow, and wanted only where a bag is read
-            Stores,
-            get_types_from_msg,
-            get_typestore,
-        )
-
-        store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
-        if version == 1:
-            for type_ in (TRANSFORMS, OLD_TRANSFORMS):
-                text = "geometry_msgs/TransformStamped[] transforms"
-                store.register(get_types_from_msg(text, type_))
+        store = _store(version)
         self._decode = store.deserialize_ros1 if version == 1 else store.deserialize_cdr
 
     def decode(self, data: bytes, type_: str) -> Any:
@@ -54,6 +48,23 @@ class Decoder:
             return self._decode(data, type_)
         except Exception as error:  # whatever damaged bytes make that decoder stumble over
             raise ValueError(f"no {type_.rpartition('/')[2]}: {error}") from None
+
+
+@functools.cache
+def _store(version: int) -> Typestore:
+    from rosbags.typesys import (  # noqa: PLC0415  # wanted only where a bag is read
+        Stores,
+        get_types_from_msg,
+        get_typestore,
+    )
+
+    if version == 2:
+        return get_typestore(Stores.ROS2_HUMBLE)
+    store = get_typestore(Stores.ROS1_NOETIC)
+    for type_ in (TRANSFORMS, OLD_TRANSFORMS):
+        text = "geometry_msgs/TransformStamped[] transforms"
+        store.register(get_types_from_msg(text, type_))
+    return store
 
 
 def stamp(header: Any) -> float:

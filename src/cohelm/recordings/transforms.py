@@ -31,7 +31,7 @@ class Transforms:
         parent, child = name(parent), name(child)
         if math.isnan(time) or not all(map(math.isfinite, transform)):
             return
-        if not 1e-3 < math.hypot(*transform[3:]) < 1e3 or child in {parent, *self._up(parent)}:
+        if not 1e-3 < math.hypot(*transform[3:]) < 1e3 or child in {parent, *self._holders(parent)}:
             return
         if self._parent.setdefault(child, parent) != parent:
             return
