@@ -44,8 +44,7 @@ def looks(  # noqa: PLR0917  # a kernel takes arrays and numbers
     layers: Integers,
     labels: Integers,
     line: Floats,
-    spacing: float,
-    ring: float,
+    gaps: Floats,
 ) -> Floats:
     """What each of s segments looks like, (s, FIELDS).
 
@@ -53,7 +52,7 @@ def looks(  # noqa: PLR0917  # a kernel takes arrays and numbers
         centre, count, lowest, highest, layers: of the columns, see ``Columns``.
         labels: (q,) segment of each column, −1: none.
         line: the skyline.
-        spacing, ring: angles between neighbouring azimuths, and elevations, rad.
+        gaps: (2,) angles between neighbouring azimuths, and elevations, rad.
     """
     s = labels.max() + 1 if labels.size else 0
     out = np.zeros((s, FIELDS))
@@ -73,7 +72,7 @@ def looks(  # noqa: PLR0917  # a kernel takes arrays and numbers
         for i in members:
             union |= layers[i]
         bottom = lowest[members].min()
-        last = _last_layer(union, ring * away)
+        last = _last_layer(union, gaps[1] * away)
         top = min(highest[members].max(), (last + 1) * LAYER)
         if last * LAYER > highest[members].max():
             top = (last + 0.5) * LAYER
@@ -84,7 +83,7 @@ def looks(  # noqa: PLR0917  # a kernel takes arrays and numbers
             torso[:] = True
         head = (layers[members] & _bits(last * LAYER - _HEAD, (last + 1) * LAYER)) != 0
         right, left = hidden_ends(centre[members[torso]], line)
-        side, behind, radius = _middle(across, along, torso, head, top, spacing * away)
+        side, behind, radius = _middle(across, along, torso, head, top, gaps[0] * away)
         out[k, MEAN_X], out[k, MEAN_Y] = mx, my
         out[k, CENTRE_X] = -uy * side + ux * behind
         out[k, CENTRE_Y] = ux * side + uy * behind
@@ -129,9 +128,7 @@ def _bits(low: float, high: float) -> int:
 
 @njit(cache=True)
 def _last_layer(layers: int, gap: float) -> int:
-    """The layer up to which a thing goes on from its lowest one, or from the torso's, in steps of
-    no more than a gap between rings and 0.2 m.
-    """
+    """The layer up to which a thing goes on in steps of at most a gap between rings and 0.2 m."""
     last, most = -1, 2 + math.ceil(1.5 * gap / LAYER)
     for k in range(LAYERS):
         if (layers >> k) & 1 and (last < 0 or k - last <= most or k * LAYER < _TORSO[0]):

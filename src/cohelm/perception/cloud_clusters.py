@@ -155,42 +155,41 @@ class CloudClusters:
         """
         p = self.parameters
         away = np.hypot(columns.centre[:, 0], columns.centre[:, 1])
-        reach = p.neighbours + p.neighbour_gaps * seen.spacing * away
         in_view = seen.height + seen.view[1] * away
         tall = free & (columns.highest > np.clip(in_view - 0.3, 0.3, p.upright))
-        cluster = np.full(len(away), -1, dtype=np.int64)
         line = skyline(columns.centre[tall])
+        cluster, count = self._clusters(columns, tall, free & ~tall, line, seen)
+        segment = np.where(cluster < count, cluster, -1)
+        look = looks(*columns, segment, line, np.array([seen.spacing, seen.ring]))
+        beside = touching(columns.centre[tall], cluster[tall], 3.0 * p.column, count)
+        odds = log_odds(look, beside, seen)
+        away = np.hypot(look[:, MEAN_X], look[:, MEAN_Y])
+        size = np.maximum(look[:, WIDTH], look[:, DEPTH])
+        possible = (size <= p.widest + seen.spacing * away) & (odds >= p.least_log_odds)
+        number = np.append(np.where(possible, np.cumsum(possible) - 1, -1), -1)
+        at = [MEAN_X, MEAN_Y] if p.centre == "printed" else [CENTRE_X, CENTRE_Y]
+        doubt = p.position_noise + p.position_noise_growth * away + 0.05 * look[:, HIDDEN]
+        odds = np.minimum(odds, p.most_log_odds)
+        bodies = np.column_stack([look[:, at], look[:, RADIUS], doubt, odds])
+        return cluster, number[segment], bodies[possible]
+
+    def _clusters(
+        self, columns: Columns, tall: Booleans, low: Booleans, line: Floats, seen: Gathered
+    ) -> tuple[Integers, int]:
+        """(cluster of each column, −1: none; how many, the first of them, are upright segments)."""
+        p = self.parameters
+        gap = p.neighbour_gaps * seen.spacing
+        reach = p.neighbours + gap * np.hypot(columns.centre[:, 0], columns.centre[:, 1])
+        cluster = np.full(len(reach), -1, dtype=np.int64)
         cluster[tall] = segments(
             columns.centre[tall],
             columns.highest[tall],
             dbscan(columns.centre[tall], reach[tall], p.min_samples),
             line,
-            np.array(
-                [p.heads_from, p.widest, p.cut_to, p.neighbours, p.neighbour_gaps * seen.spacing]
-            ),
+            np.array([p.heads_from, p.widest, p.cut_to, p.neighbours, gap]),
             np.array([p.body_radius, p.body_radius_deviation, p.body_noise]),
         )
         count = int(cluster.max(initial=-1)) + 1
-        low = free & ~tall
         below = dbscan(columns.centre[low], reach[low], p.min_samples)
         cluster[low] = join_low(columns.centre, cluster, columns.centre[low], below, p.legs, count)
-        look = looks(
-            *columns, np.where(cluster < count, cluster, -1), line, seen.spacing, seen.ring
-        )
-        beside = touching(columns.centre[tall], cluster[tall], 3.0 * p.column, count)
-        odds = log_odds(look, beside, seen)
-        away = np.hypot(look[:, MEAN_X], look[:, MEAN_Y])
-        gap = seen.spacing * away
-        possible = (np.maximum(look[:, WIDTH], look[:, DEPTH]) <= p.widest + gap) & (
-            odds >= p.least_log_odds
-        )
-        number = np.append(np.where(possible, np.cumsum(possible) - 1, -1), -1)
-        owner = number[np.where(cluster < count, cluster, -1)]
-        look, odds, away = (
-            look[possible],
-            np.minimum(odds[possible], p.most_log_odds),
-            away[possible],
-        )
-        at = (MEAN_X, MEAN_Y) if p.centre == "printed" else (CENTRE_X, CENTRE_Y)
-        doubt = p.position_noise + p.position_noise_growth * away + 0.05 * look[:, HIDDEN]
-        return cluster, owner, np.column_stack([look[:, at], look[:, RADIUS], doubt, odds])
+        return cluster, count

@@ -14,9 +14,9 @@ _DIRECTIONS = 720
 """Round the horizon, for what stands in front of what (0.5° each)."""
 _BEFORE = 0.25
 """What is nearer by this, in the same direction, stands before another thing, m."""
-_HEADS_FROM, _HEADS_APART = 0.88, 0.3
-"""A head is what reaches above this share of the top (shoulders are at 0.83 of a body's height,
-Drillis and Contini 1966); two have their outer sides at least so far apart, m."""
+_HEADS_FROM, _HEADS_APART = (0.86, 0.89, 0.92, 0.95), 0.3
+"""A head is what reaches above one of these shares of the top (shoulders are at 0.82 of a body's
+height, Drillis and Contini 1966); two have their outer sides at least so far apart, m."""
 _SMALLEST = 1.1
 """Height from which heads are looked for, m."""
 _SURER = 8.0
@@ -194,33 +194,39 @@ def _cut(  # noqa: PLR0917  # a kernel takes arrays and numbers
 def _between_heads(points: Floats, highest: Floats, sizes: Floats) -> tuple[Integers, int]:
     """(order along the line between the outermost heads, how many lie before the widest gap).
 
-    0 of them, and the order unchanged, where there is but one head or none.
+    0 of them, and the order unchanged, where there is but one head or none. Whether rings met heads
+    or only shoulders is not known, so that several heights are tried.
     """
     top = highest.max()
-    heads = np.flatnonzero(highest > _HEADS_FROM * top)
     order = np.arange(points.shape[0])
-    if top < _SMALLEST or heads.size < 2:
+    if top < _SMALLEST:
         return order, 0
-    a, b, widest = heads[0], heads[0], 0.0
-    for i in heads:
-        for j in heads:
+    for share in _HEADS_FROM:
+        heads = np.flatnonzero(highest > share * top)
+        a, b, widest = _outermost(points, heads)
+        if widest < _HEADS_APART:
+            return order, 0
+        ux, uy = (points[b, 0] - points[a, 0]) / widest, (points[b, 1] - points[a, 1]) / widest
+        along = ux * points[:, 0] + uy * points[:, 1]
+        at = np.sort(along[heads])
+        gaps = at[1:] - at[:-1]
+        k = int(np.argmax(gaps))
+        if gaps[k] > sizes[3] + sizes[4] * math.hypot(points[a, 0], points[a, 1]):
+            order = np.argsort(along, kind="mergesort")
+            return order, int((along < 0.5 * (at[k] + at[k + 1])).sum())
+    return order, 0
+
+
+@njit(cache=True)
+def _outermost(points: Floats, which: Integers) -> tuple[int, int, float]:
+    """The two of some points that lie farthest apart, and how far, m."""
+    a, b, widest = 0, 0, 0.0
+    for i in which:
+        for j in which:
             d = math.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1])
             if d > widest:
                 a, b, widest = i, j, d
-    if widest < _HEADS_APART:
-        return order, 0
-    ux, uy = (points[b, 0] - points[a, 0]) / widest, (points[b, 1] - points[a, 1]) / widest
-    along = ux * points[:, 0] + uy * points[:, 1]
-    at = np.sort(along[heads])
-    gap, middle = 0.0, 0.0
-    for k in range(1, at.size):
-        if at[k] - at[k - 1] > gap:
-            gap, middle = at[k] - at[k - 1], 0.5 * (at[k] + at[k - 1])
-    away = math.hypot(points[a, 0], points[a, 1])
-    if gap < sizes[3] + sizes[4] * away:
-        return order, 0
-    order = np.argsort(along, kind="mergesort")
-    return order, int((along < middle).sum())
+    return a, b, widest
 
 
 @njit(cache=True)

@@ -12,6 +12,8 @@ from cohelm.arrays import Floats, Integers
 _TOLERANCE = 1e-3
 """Relative excess of the area over the least one at which it is left."""
 _ROUNDS = 200
+_FEW = 6
+"""Points of which no hull is taken."""
 
 
 @njit(cache=True)
@@ -28,11 +30,38 @@ def bounding_ellipses(points: Floats, labels: Integers, count: int, thinnest: fl
         thinnest: least semi-axis, m, > 0.
     """
     out = np.zeros((count, 5))
+    order = np.argsort(labels, kind="mergesort")
+    first = np.searchsorted(labels[order], np.arange(count + 1))
     for k in range(count):
-        members = points[labels == k]
+        members = points[order[first[k] : first[k + 1]]]
         if members.shape[0]:
-            out[k] = _about(members, thinnest)
+            out[k] = _about(_hull(members), thinnest)
     return out
+
+
+@njit(cache=True)
+def _hull(points: Floats) -> Floats:
+    """The corners of the convex hull (Andrew 1979): the ellipse depends on no other point."""
+    m = points.shape[0]
+    if m <= _FEW:
+        return points
+    order = np.argsort(points[:, 1], kind="mergesort")
+    order = order[np.argsort(points[order, 0], kind="mergesort")]
+    corners = np.empty(2 * m, dtype=np.int64)
+    size = 0
+    for side in range(2):
+        start = size
+        for step in range(m):
+            i = order[step if side == 0 else m - 1 - step]
+            while size >= start + 2:
+                a, b, p = points[corners[size - 2]], points[corners[size - 1]], points[i]
+                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0.0:
+                    break
+                size -= 1
+            corners[size] = i
+            size += 1
+        size -= 1  # the last corner of one side is the first of the other
+    return points[corners[: max(size, 1)]]
 
 
 @njit(cache=True)
