@@ -16,8 +16,8 @@ NEAREST = 0.05
 """Returns nearer to the sensor than this are none: drivers fill their gaps with zeros, m."""
 _FINE, _COARSE = 7200, 90
 """Bins of a turn, of 0.05° and 4°, in which the sensor's directions are counted."""
-_FLOOR_BIN = 0.05
-"""Of the histogram in which an unknown floor is looked for, m."""
+_CELL, _SPREAD = 0.5, 0.3
+"""Side of the cells in which an unknown floor is looked for, and its unevenness, m."""
 _LOWEST_SENSOR, _HIGHEST_SENSOR = 0.15, 3.5
 """Heights at which a sensor may be mounted, m."""
 
@@ -161,27 +161,36 @@ def _spacing(points: Floats32) -> Floats:
 
 @njit(cache=True)
 def _floor(points: Floats, reach: float) -> float:
-    """Height (3-vector's z) of the floor where the sensor is the origin.
+    """Height of the floor where the sensor is the origin, m.
 
-    The lowest return of each cell of 0.5 m is taken; the floor is the 0.3 m of height that hold
-    most of them, the mean of those. Where there are fewer than five, the lowest return.
+    The lowest return of each cell of 0.5 m is taken; the floor is the mean of those in the 0.3 m of
+    height that hold most of them, near ones counting more: a floor may slope farther away. Where
+    there are fewer than five, the lowest return.
     """
-    side = int(2.0 * reach / 0.5) + 2
+    side = int(2.0 * reach / _CELL) + 2
     lowest = np.full(side * side, np.inf)
     for i in range(points.shape[0]):
         z = points[i, 2]
         if -_HIGHEST_SENSOR <= z <= -_LOWEST_SENSOR:
-            c = int((points[i, 0] + reach) / 0.5) * side + int((points[i, 1] + reach) / 0.5)
-            lowest[c] = min(lowest[c], z)
-    found = np.sort(lowest[lowest < np.inf])
-    if found.size < 5:
+            row, col = int((points[i, 1] + reach) / _CELL), int((points[i, 0] + reach) / _CELL)
+            lowest[row * side + col] = min(lowest[row * side + col], z)
+    cells = np.flatnonzero(lowest < np.inf)
+    if cells.size < 5:
         return min(points[:, 2].min(), -_LOWEST_SENSOR) if points.shape[0] else -_LOWEST_SENSOR
-    best, start, stop = 0, 0, 0
+    cells = cells[np.argsort(lowest[cells], kind="mergesort")]
+    found, weight = lowest[cells], np.empty(cells.size)
+    for k in range(cells.size):
+        x = (cells[k] % side + 0.5) * _CELL - reach
+        y = (cells[k] // side + 0.5) * _CELL - reach
+        weight[k] = 1.0 / (x * x + y * y)
+    best = height = within = 0.0
     last = 0
     for first in range(found.size):
-        while last < found.size and found[last] <= found[first] + 6.0 * _FLOOR_BIN:
+        while last < found.size and found[last] <= found[first] + _SPREAD:
+            within += weight[last]
             last += 1
-        if last - first > best:
-            best, start, stop = last - first, first, last
-    height: float = found[start:stop].mean()
+        if within > best:
+            best = within
+            height = (found[first:last] * weight[first:last]).sum() / weight[first:last].sum()
+        within -= weight[first]
     return height
