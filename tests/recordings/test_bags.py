@@ -250,3 +250,11 @@ def test_an_older_bag_says_what_to_do(tmp_path):
     (tmp_path / "old.bag").write_bytes(b"#ROSBAG V1.2\n" + bytes(4096))
     with pytest.raises(RecordingError, match="rosbag migrate"):
         open_recording(tmp_path / "old.bag")
+
+
+def test_small_disorder_is_sorted_and_a_clock_that_runs_back_is_passed_on(tmp_path):
+    times = [10.0, 10.2, 10.1, 10.3, 4.0, 4.1, 4.2]
+    messages = [("/scan", 20.0 + k, ROS1.scan(t, [1.0])) for k, t in enumerate(times)]
+    frames = open_recording(write(tmp_path / "a.bag", messages))
+    got = [frame.observation.time for frame in frames]
+    assert got == pytest.approx([10.0, 10.1, 10.2, 10.3, 4.0, 4.1, 4.2])

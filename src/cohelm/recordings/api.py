@@ -38,14 +38,16 @@ class Recording(Protocol):
     name: str
     """Of the file, for people."""
     frames: int | None
-    """How many there are; None: not known before they are read."""
+    """How many there are, or fewer where some cannot be read; None: not known before."""
     warnings: list[str]
-    """What could not be read, and where, in one line each; grows while it is read."""
+    """What could not be read, and where, and what had to be assumed, in one line each; grows while
+    it is read."""
 
     def __iter__(self) -> Iterator[Frame]:
         """The frames in the order of time, from the first one on.
 
         Raises:
-            RecordingError: if nothing (more) can be read, naming file and offset.
+            RecordingError: if nothing can be read, naming the file and, where one is at fault, the
+                byte.
         """
         ...

@@ -27,7 +27,7 @@ _LABELS = "leg_cluster_positions"
 """A topic of PoseArrays, each with the labels of the scan that comes next in the bag."""
 
 _WAIT = 0.5
-"""By how much readings of several sensors may come out of order, s."""
+"""By how much readings may come out of order, as those of several sensors do, s."""
 
 
 _MOST_WARNINGS = 100
@@ -69,11 +69,8 @@ class BagRecording:
         Raises:
             RecordingError: if no reading can be understood.
         """
-        frames = self._frames()
-        if len(self._topics) > 1:
-            frames = _in_order(frames)
         seen = False
-        for frame in frames:
+        for frame in _in_order(self._frames()):
             seen = True
             yield frame
         if not seen:
@@ -183,7 +180,7 @@ def _labels(poses: Any, time: float, place: Place) -> Labels:
 
 
 def _in_order(frames: Iterable[Frame]) -> Iterator[Frame]:
-    """Those of several sensors in the order of time, unless the clock itself runs back."""
+    """In the order of time, unless the clock itself runs back."""
     waiting: list[tuple[float, int, Frame]] = []
     newest = -np.inf
     for number, frame in zip(itertools.count(), frames, strict=False):

@@ -42,5 +42,6 @@ def has_rings(start: bytes) -> bool:
     whole = len(start) // (4 * COLUMNS)
     rows = np.frombuffer(start, dtype="<f4", count=whole * COLUMNS).reshape(whole, COLUMNS)
     ring = rows[:, 4]
-    rings = (ring >= 0.0) & (ring < 128.0) & (ring == np.round(ring))
-    return bool(whole >= 8 and rings.all() and np.ptp(ring) > 0.0)
+    with np.errstate(invalid="ignore"):
+        rings = (ring >= 0.0) & (ring < 128.0) & (ring == np.round(ring))
+    return bool(whole >= 8 and rings.all() and len(np.unique(ring)) > 1)

@@ -74,6 +74,7 @@ def read_bytes(file: Path, most: int) -> bytes:
 
 def _absurd(points: Floats32) -> Booleans:
     """Which rows hold a number farther than any sensor sees, or nearer to 0 than any rounding."""
-    size = np.abs(points)
-    absurd: Booleans = ((size > 1e4) & np.isfinite(size)) | ((size > 0.0) & (size < 1e-6))
+    with np.errstate(invalid="ignore"):
+        size = np.abs(points)
+        absurd: Booleans = ((size > 1e4) & np.isfinite(size)) | ((size > 0.0) & (size < 1e-6))
     return np.asarray(absurd.any(axis=1))

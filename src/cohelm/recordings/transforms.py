@@ -14,6 +14,9 @@ import numpy as np
 
 from cohelm.arrays import Floats
 
+FARTHEST = 1e8
+"""m; beyond it nothing on Earth lies, and NaN lies nowhere."""
+
 
 class Transforms:
     """A forest of frames; each is at home in the frame that was first said to hold it."""
@@ -29,7 +32,7 @@ class Transforms:
         Left out is what is no number or turns by nothing, a second parent, and a ring.
         """
         parent, child = name(parent), name(child)
-        if math.isnan(time) or not all(map(math.isfinite, transform)):
+        if math.isnan(time) or not all(abs(number) < FARTHEST for number in transform):
             return
         if not 1e-3 < math.hypot(*transform[3:]) < 1e3 or child in {parent, *self._holders(parent)}:
             return

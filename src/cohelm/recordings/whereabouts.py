@@ -18,7 +18,7 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.geometry import wrap_angle
 from cohelm.recordings.ros_messages import ODOMETRY, OLD_TRANSFORMS, TRANSFORMS, stamp, transform
-from cohelm.recordings.transforms import Transforms, fixed_axes, name, planar
+from cohelm.recordings.transforms import FARTHEST, Transforms, fixed_axes, name, planar
 
 KINDS = frozenset({ODOMETRY, TRANSFORMS, OLD_TRANSFORMS})
 """The messages that tell of places."""
@@ -69,7 +69,7 @@ class Whereabouts:
         self._frames = self._frames or told
         twist = message.twist.twist
         row = (*transform(message.pose.pose), twist.linear.x, twist.linear.y, twist.angular.z)
-        if told == self._frames and all(map(math.isfinite, row)):
+        if told == self._frames and all(abs(number) < FARTHEST for number in row):
             self._odometry.extend((stamp(message.header) or received, *row))
 
     def settle(self) -> None:
