@@ -76,12 +76,12 @@ def cast_columns(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             limit = max(limit, min(far, t))
         gx, gy = cos * dx + sin * dy, -sin * dx + cos * dy
         _through_cells(tops, resolution, floor, origin, dx, dy, x, y, gx, gy, limit, slopes, out, c)
-        for k in near:
-            rx, ry = circles[k, 0] - origin[0], circles[k, 1] - origin[1]
-            if abs(rx * dy - ry * dx) > circles[k, 2] or rx * dx + ry * dy < -circles[k, 2]:
+        for j in range(near.shape[0]):
+            rx, ry, radius = near[j, 0], near[j, 1], near[j, 2]
+            if rx * dx + ry * dy < -radius or abs(rx * dy - ry * dx) > radius:
                 continue
             _against_body(
-                k, parts, origin, dx, dy, slopes, reach, best, out, owner, alone, c
+                int(near[j, 3]), parts, origin, dx, dy, slopes, reach, best, out, owner, alone, c
             )  # fmt: skip
         for r in range(rings):
             if out[c, r] > reach[c, r]:
@@ -90,14 +90,14 @@ def cast_columns(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def _within_reach(circles: Floats, origin: Floats, reach: float) -> Integers:
-    """Which bodies rays can meet at all."""
-    out = np.empty(circles.shape[0], dtype=np.int64)
+def _within_reach(circles: Floats, origin: Floats, reach: float) -> Floats:
+    """Bodies that rays can meet at all, (m, 4): x, y from the origin, radius, index."""
+    out = np.empty((circles.shape[0], 4))
     count = 0
     for k in range(circles.shape[0]):
-        away = math.hypot(circles[k, 0] - origin[0], circles[k, 1] - origin[1])
-        if away - circles[k, 2] <= reach:
-            out[count] = k
+        rx, ry, radius = circles[k, 0] - origin[0], circles[k, 1] - origin[1], circles[k, 2]
+        if math.hypot(rx, ry) - radius <= reach:
+            out[count, 0], out[count, 1], out[count, 2], out[count, 3] = rx, ry, radius, k
             count += 1
     return out[:count]
 
