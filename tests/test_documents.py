@@ -14,7 +14,10 @@ from cohelm.robots import load_robot
 
 PROJECT = Path(__file__).parent.parent
 README = (PROJECT / "README.md").read_text(encoding="utf-8")
-PLANNING = (PROJECT / "docs/global-planning.md").read_text(encoding="utf-8")
+GUIDES = [
+    (PROJECT / f"docs/{name}.md").read_text(encoding="utf-8")
+    for name in ("global-planning", "perception")
+]
 ARCHITECTURE = (PROJECT / "docs/architecture.md").read_text(encoding="utf-8")
 DOCUMENTS = [
     *(PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
@@ -62,14 +65,14 @@ def test_the_scenario_of_the_readme_is_one(tmp_path):
     assert Scenario.model_validate(data).people.count == 15
 
 
-def test_every_option_of_the_readme_and_of_global_planning_exists():
+def test_every_option_of_the_readme_and_of_the_guides_exists():
     from typer.main import get_command
 
     from cohelm.cli.app import app
 
     commands = get_command(app).commands
     lines = re.findall(r"^\.venv/bin/cohelm (.*)$", README, flags=re.M)
-    lines += re.findall(r"^cohelm (.*)$", PLANNING, flags=re.M)
+    lines += [line for guide in GUIDES for line in re.findall(r"^cohelm (.*)$", guide, flags=re.M)]
     assert lines
     for line in lines:
         name, *words = shlex.split(line.removesuffix("\\"), comments=True)

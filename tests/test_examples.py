@@ -37,6 +37,7 @@ SAYS = {
     "02_ride": r"left : reached, passed on the left.*\n.*right: reached, passed on the right",
     "03_add_a_part": r"keeps its contract.*\ndoes not keep it: certainty must not grow",
     "04_wishes": r"soft_via .*\nnot through .*\nalong a line .*\nroutes .*:\n  .* room\n  .* room",
+    "05_who_is_there": r"told: 6 people, 6 are there\n.*: 0\.[01]\d m\n(together: .*\n){2}",
 }
 
 

@@ -257,6 +257,9 @@ def people(  # noqa: PLR0913, PLR0917 # an option is an argument
     topic: Annotated[
         str | None, typer.Option(metavar="NAME", help="Of a bag; unset, all sensors.")
     ] = None,
+    rate: Annotated[
+        float, typer.Option(metavar="HZ", min=0.01, help="Of the sweeps in a folder, a second.")
+    ] = 10.0,
     start: Annotated[
         float, typer.Option(metavar="T", min=0.0, help="Begin T seconds from the start.")
     ] = 0.0,
@@ -279,6 +282,7 @@ def people(  # noqa: PLR0913, PLR0917 # an option is an argument
         truth=truth,
         map=map_,
         topic=topic,
+        rate=rate,
         start=start,
         seconds=seconds,
         settings=tuple(set_ or ()),

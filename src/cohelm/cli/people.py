@@ -40,6 +40,8 @@ class Asked:
     truth: Path | None = None
     map: str | None = None
     topic: str | None = None
+    rate: float = 10.0
+    """Of the sweeps in a folder, Hz."""
     start: float = 0.0
     """Since the recording's first frame, s."""
     seconds: float | None = None
@@ -67,7 +69,7 @@ def people(asked: Asked, outputs: Outputs) -> int:
     _check_outputs(outputs)
     parts = perception_of(asked.settings)
     grid = None if asked.map is None else read_map(asked.map)
-    recording = open_recording(asked.recording, topic=asked.topic)
+    recording = open_recording(asked.recording, topic=asked.topic, rate=asked.rate)
     scoring = None if asked.truth is None else Scoring(read_truth(asked.truth, asked.recording))
     tracks = Tracks()
     filming = _filming(asked, outputs, grid)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -113,11 +114,12 @@ def maneuvers() -> Iterator[Row]:
     found = noticed(changes(seed=0), predictor)
     for names, what in (("", "all"), ("stops", "stops"), ("turns", "turns")):
         meant = np.array([each.startswith(names) for each in found.names])
-        late = np.quantile(found.delay[meant], 0.95, method="higher")
+        late = float(np.quantile(found.delay[meant], 0.95, method="higher"))
+        within = f"95 % within {late:.2f} s" if math.isfinite(late) else "more than 5 % never"
         yield row(
             "changes of mind", f"{what}, share noticed within {SOON:g} s", found.share(names),
             least=LEAST_NOTICED if not names else None,
-            remark=f"{meant.sum()} simulated; 95 % within {late:.2f} s",
+            remark=f"{meant.sum()} simulated; {within}",
         )  # fmt: skip
     yield row(
         "changes of mind", "said before anything changed", found.early / max(found.ticks, 1),

@@ -1,0 +1,146 @@
+"""The benchmark of perception: its rows, what it says of what it could not run, its scenes."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cohelm.evaluation.benches import (
+    perception,
+    perception_crowds,
+    perception_odd,
+    perception_recordings,
+    perception_rooms,
+    perception_speed,
+)
+from cohelm.evaluation.benches.bench import Result
+from cohelm.evaluation.benches.perception_rows import MET, MISSED, NOT_RUN, SAID, not_run, row
+from cohelm.evaluation.scenario import floor_file
+from cohelm.maps import read_floor_plan
+from cohelm.robots import LidarMount, load_robot
+from cohelm.simulation.sensors import Bodies
+
+OUTSIDE = {
+    "legs": perception_recordings.legs,
+    "demo": perception_recordings.demo,
+    "kitti": perception_recordings.kitti,
+    "crowd": lambda _: perception_crowds.crowd("ETH", False, 0, 1),
+    "groups": lambda _: perception_crowds.groups(),
+    "prediction": lambda _: perception_crowds.prediction(),
+}
+
+
+@pytest.mark.parametrize(
+    ("figure", "bounds", "met"),
+    [
+        (0.95, {"least": 0.95}, MET),
+        (0.94, {"least": 0.95}, MISSED),
+        (0.0, {"most": 0}, MET),
+        (0.5, {"most": 0}, MISSED),
+        (math.nan, {"least": 0.95}, MISSED),
+        (math.nan, {"most": 0.95}, MISSED),
+        (1.0, {"most": 2.0, "right": False}, MISSED),
+        (7.0, {}, SAID),
+    ],
+)
+def test_a_row_says_whether_what_is_wanted_is_met(figure, bounds, met):
+    assert row("part", "what", figure, **bounds)["met"] == met
+
+
+@pytest.mark.parametrize("part", OUTSIDE)
+def test_what_is_not_there_is_said_and_not_passed_over(part, monkeypatch, tmp_path):
+    monkeypatch.delenv("COHELM_DATA", raising=False)
+    rows = list(OUTSIDE[part](tmp_path))
+    assert rows
+    assert {each["met"] for each in rows} == {NOT_RUN}
+    assert all("COHELM_DATA is not set" in each["remark"] for each in rows)
+    monkeypatch.setenv("COHELM_DATA", str(tmp_path))
+    assert all("is not in COHELM_DATA" in each["remark"] for each in OUTSIDE[part](tmp_path))
+
+
+def test_each_seed_is_a_window_and_windows_lie_side_by_side():
+    crowds = [task for task in perception.tasks(range(3, 7)) if task[0] == "crowd"]
+    assert len(crowds) == 4
+    assert all(task[-2:] == (3, 4) for task in crowds)
+    assert len(set(perception.tasks(range(1)))) == len(perception.tasks(range(1)))
+
+
+def test_the_report_counts_and_names_what_is_missed(tmp_path):
+    rows = [
+        row("a", "one", 1.0, least=0.5),
+        row("a", "two", 1.0, most=0.5, unit="m"),
+        not_run("b", "three", "no data"),
+        row("b", "four", 2.0),
+    ]
+    (tmp_path / "who.png").write_bytes(b"")
+    report = perception.report([Result(each) for each in rows], tmp_path)
+    assert report.summary == {MET: 1, MISSED: 1, NOT_RUN: 1}
+    assert [sheet.title for sheet in report.sheets] == ["a", "b"]
+    assert report.sheets[0].rows[1] == ("two", "1 m", "≤ 0.5", MISSED, "")
+    assert report.sheets[1].rows[0] == ("three", "", "", NOT_RUN, "no data")
+    assert any("two" in note for note in report.notes)
+    assert any("no data" in note for note in report.notes)
+    assert report.files == (tmp_path / "who.png",)
+
+
+def test_every_task_has_its_rows(monkeypatch, tmp_path):
+    monkeypatch.delenv("COHELM_DATA", raising=False)
+    for task in [("legs",), ("crowd", "zara01", True, 0, 1), ("groups",)]:
+        results = perception.work(task, tmp_path)
+        assert [result.row["met"] for result in results].count(NOT_RUN) == len(results) > 0
+
+
+def test_readings_that_make_no_sense(monkeypatch):
+    monkeypatch.setattr(perception_odd, "MANY", 3000)
+    rows = list(perception_odd.rows())
+    assert len(rows) == 14
+    assert [each for each in rows if each["met"] != MET] == []
+    assert all("sensing " in each["remark"] for each in rows)
+
+
+@pytest.mark.parametrize("sensor", perception_rooms.ROBOTS)
+def test_a_drive_sees_the_hall_from_where_the_chair_is(sensor):
+    grid = read_floor_plan(floor_file("hall")).draw()[0]
+    robot = load_robot(perception_rooms.ROBOTS[sensor])
+    line = perception_rooms.LINES["hall"]
+    frames = list(perception_rooms.drive(grid, robot, line, seconds=0.5))
+    assert len(frames) == 5
+    for k, frame in enumerate(frames):
+        seen = frame.observation
+        assert np.hypot(*(seen.pose - line.at(k / 10)[0])[:2]) < 0.05  # the localiser's error
+        assert len(seen.scans) == len(robot.lasers)
+        assert len(seen.clouds) == len(robot.cloud_mounts)
+
+
+def test_somebody_who_stands_in_the_hall_is_met():
+    grid = read_floor_plan(floor_file("hall")).draw()[0]
+    robot, line = load_robot("quantum_q6_edge"), perception_rooms.LINES["hall"]
+    place = line.at(0.0)[0][:2] + 1.5 * np.array([np.cos(line.axis), np.sin(line.axis)])
+    bodies = Bodies.standing(place[None])
+    with_one, without = (
+        next(perception_rooms.drive(grid, robot, line, bodies=each, seconds=0.1)).observation
+        for each in (bodies, None)
+    )
+    assert np.nanmin(with_one.scans[0].ranges) < np.nanmin(without.scans[0].ranges)
+
+
+def test_fifty_tracks_are_fifty_people():
+    (found,) = perception_speed.tracking(frames=5)
+    assert "50 people told" in found["remark"]
+    assert found["unit"] == "ms"
+
+
+def test_crowds_for_timing_have_as_many_as_asked(tmp_path):
+    mount = LidarMount(azimuths=64, rings=8)
+    observations = perception_speed.crowded(3, mount, 2)
+    assert len(observations) == perception_speed.WARM + 2
+    assert all(len(each.clouds[0].points) == 8 * 64 for each in observations)
+    assert np.all(np.diff([each.time for each in observations]) > 0.0)
+
+
+@pytest.mark.data
+def test_the_pedestrian_of_kitti_is_found(data, monkeypatch, tmp_path):
+    monkeypatch.setenv("COHELM_DATA", str(data))
+    (found,) = perception_recordings.kitti(tmp_path)
+    assert found["met"] == MET
+    assert (tmp_path / "kitti_obj_000000.png").stat().st_size > 10_000
