@@ -147,13 +147,22 @@ def _filled(layers: int, bottom: float, top: float) -> float:
 
 
 @njit(cache=True)
-def touching(centre: Floats, labels: Integers, near: float, bodies: int) -> Floats:
-    """Share of each segment's columns (q, 2) within ``near``, m, of another's; (bodies,)."""
+def touching(centre: Floats, labels: Integers, asked: Booleans, near: float, bodies: int) -> Floats:
+    """Share of each segment's columns (q, 2) within ``near``, m, of another thing's; (bodies,).
+
+    Args:
+        centre: (q, 2) m.
+        labels: (q,) segment of each; ``bodies`` and more, or −1, is something else.
+        asked: (q,) which columns count.
+        near: m.
+        bodies: how many segments there are.
+    """
     size, met = np.zeros(bodies), np.zeros(bodies)
     order = np.argsort(centre[:, 1], kind="mergesort")
+    order = order[asked[order]]
     for a in range(order.size):
         i = order[a]
-        if labels[i] < 0:
+        if labels[i] < 0 or labels[i] >= bodies:
             continue
         size[labels[i]] += 1.0
         for step in (-1, 1):

@@ -59,10 +59,10 @@ class CloudClusters:
         wide; people who walk at 1.5 m/s are seen 5 s before they enter it)."""
         column: float = Field(0.05, gt=0.01, le=0.5)
         """Side of a column, m (a third of a leg's breadth)."""
-        steepest: float = Field(0.15, gt=0.0, le=0.5)
-        """Slope of ground, rise over run (ramps for wheelchairs have at most 0.10; kerb cuts, and
+        steepest: float = Field(0.12, gt=0.0, le=0.5)
+        """Slope of ground, rise over run (ramps for wheelchairs have at most 0.10, and 0.02 for
         what the robot's own pitch adds)."""
-        step: float = Field(0.06, gt=0.0, le=0.3)
+        step: float = Field(0.03, gt=0.0, le=0.3)
         """By which ground may rise at once, m: noise, gaps, door sills."""
         ground: float = Field(0.06, gt=0.0, le=0.5)
         """What is lower above the ground is ground, at the sensor, m."""
@@ -159,9 +159,11 @@ class CloudClusters:
         tall = free & (columns.highest > np.clip(in_view - 0.3, 0.3, p.upright))
         line = skyline(columns.centre[tall])
         cluster, count = self._clusters(columns, tall, free & ~tall, line, seen)
+        beside = touching(
+            columns.centre, np.where(free, cluster, count), tall | ~free, 3.0 * p.column, count
+        )
         segment = np.where(cluster < count, cluster, -1)
         look = looks(*columns, segment, line, np.array([seen.spacing, seen.ring]))
-        beside = touching(columns.centre[tall], cluster[tall], 3.0 * p.column, count)
         odds = log_odds(look, beside, seen)
         away = np.hypot(look[:, MEAN_X], look[:, MEAN_Y])
         size = np.maximum(look[:, WIDTH], look[:, DEPTH])

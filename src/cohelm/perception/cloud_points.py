@@ -108,7 +108,7 @@ def _kept(
     out = np.empty((points.shape[0], 3))
     count = 0
     lowest, highest = np.inf, -np.inf
-    near, far, reach = NEAREST**2, limits[1] ** 2, limits[0] ** 2
+    near, far, reach = NEAREST**2, (1.000001 * limits[1]) ** 2, limits[0] ** 2
     r = rotation
     for i in range(points.shape[0]):
         px, py, pz = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])

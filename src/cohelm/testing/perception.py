@@ -9,24 +9,27 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Floats, identical
-from cohelm.geometry import compose
+from cohelm.geometry import compose, transform
 from cohelm.maps import DistanceField
 from cohelm.messages import Observation, People, PointCloud, Predictions, Scan
 from cohelm.perception.api import (
     CloudDetector,
     Detections,
     Detector,
-    GroupDetector,
     Predictor,
     Tracker,
 )
+from cohelm.robots import LidarMount
+from cohelm.simulation.sensors import Bodies, Scenery, scan_cloud
 from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
-from cohelm.testing.scenes import BODY, room, scan_of, straight_on, walkers, walls_of
+from cohelm.testing.scenes import BODY, RESOLUTION, room, scan_of, straight_on, walkers, walls_of
 
 _ROBOT = np.array([3.0, 4.0, 0.4])
 _MOUNT = np.array([0.2, 0.0, 0.1])
 _BODIES = np.array([[6.0, 4.5, BODY], [5.0, 2.0, BODY]])
 _TICK = 0.1
+_LOW_BOX = ((6.0, 5.5, 6.5, 6.0),)
+_ELSEWHERE = np.array([-7.0, 3.0, 2.0])
 
 
 def check_detector(detector: Detector, *, within: float = 1.0) -> None:
@@ -52,12 +55,35 @@ def check_detector(detector: Detector, *, within: float = 1.0) -> None:
 
 
 def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> None:
-    """Check a detector of clouds: nobody where nothing, one point or no number came back.
+    """Check a detector of clouds in a room: empty, with two people in view, with nothing to see.
+
+    An upright body must be found to within 0.15 m and a low box must stay in the way, owned by
+    nobody; moving robot and map together moves what is found; one return, none, or no number must
+    show nobody.
 
     Raises:
         ConformanceError: saying what it does wrong.
     """
+    grid = room(boxes=_LOW_BOX)
+    heights = np.where(grid.occupied(), np.float32(np.nan), np.float32(0.0))
+    x0, y0, x1, y1 = np.round(np.array(_LOW_BOX[0]) / RESOLUTION).astype(int)
+    heights[y0:y1, x0:x1] = 0.25
+    scenery = Scenery(grid=grid, heights=heights)
     walls = walls_of(room())
+    for places in (np.empty((0, 2)), _BODIES[:, :2]):
+        rng = np.random.default_rng(0)
+        bodies = Bodies.standing(places)
+        cloud = scan_cloud(LidarMount(), scenery, bodies, _ROBOT, time=2.0, rng=rng)
+        found = _check_cloud(detector, cloud, walls, within)
+        for x, y in places:
+            off = np.hypot(*(found.position - (x, y)).T)
+            require(len(off) > 0 and off.min() < 0.15, f"must find the person at ({x}, {y})")
+        low, high = np.array([_LOW_BOX[0][:2], _LOW_BOX[0][2:]])
+        beyond = np.maximum(low - found.points, found.points - high)
+        box = (beyond < 0.1).all(axis=1) & ~found.mapped
+        require(box.any(), "must keep what is low: a box of 0.25 m is in the way")
+        require(found.owner[box] == -1, "a low box is nobody")
+        _check_moved(detector, cloud, walls, found)
     for points in (
         np.empty((0, 3)),
         np.full((50, 3), np.nan),
@@ -65,49 +91,40 @@ def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> Non
         np.array([[2.0, 0.0, 0.5]]),
         np.zeros((1000, 3)),
     ):
-        cloud = PointCloud(
-            time=2.0,
-            mount=np.array([0.2, 0.0, 1.2, 0.0, 0.0, 0.1]),
-            points=points.astype(np.float32),
-            range_max=10.0,
-        )
-        found = steady(
-            partial(detector.detect, (cloud,), _ROBOT[None], walls),
-            inputs=(cloud, walls),
-            what="detect",
-            within=within,
-        )
-        require(found.time == cloud.time, "detections must have the first cloud's time")
-        require_finite({"points": found.points, "through": found.through})
+        empty = dataclasses.replace(cloud, points=points.astype(np.float32))
+        found = _check_cloud(detector, empty, walls, within)
         require(len(found.position) == 0, f"must find nobody in {len(points)} such points")
 
 
-def check_group_detector(detector: GroupDetector, *, within: float = 1.0) -> None:
-    """Check a detector of groups with nobody, with one person, and with four for five seconds.
-
-    Raises:
-        ConformanceError: saying what it does wrong.
-    """
-    crowd = np.array(
-        [[3.0, 0.0, 1.2, 0.0], [3.0, 0.7, 1.2, 0.0], [9.0, 5.0, -1.0, 0.3], [0.0, -6.0, 0.0, 0.0]]
+def _check_cloud(
+    detector: CloudDetector, cloud: PointCloud, walls: DistanceField, within: float
+) -> Detections:
+    found = steady(
+        partial(detector.detect, (cloud,), _ROBOT[None], walls),
+        inputs=(cloud, walls),
+        what="detect",
+        within=within,
     )
-    memory: Any = None
-    for k in range(51):
-        time = k * _TICK
-        states = crowd[: (0, 1, 4)[min(k // 3, 2)]].copy()
-        states[:, :2] += time * states[:, 2:]
-        people = walkers(states, time=time)
-        groups, memory = steady(
-            partial(detector.group, people, memory),
-            inputs=(people, memory),
-            what="group",
-            within=within,
-        )
-        require(groups.member.shape == (len(people),), "must name a group, or none, for everyone")
-        require((groups.member >= -1) & (groups.member < len(groups.id)), "member must be an index")
-        require(len(np.unique(groups.id)) == len(groups.id), "two groups must not share an id")
-        sizes = np.bincount(groups.member[groups.member >= 0], minlength=len(groups.id))
-        require(sizes >= 2, "a group must have two members or more")
+    require(found.time == cloud.time, "detections must have the first cloud's time")
+    require_finite({"points": found.points, "through": found.through, "position": found.position})
+    d = len(found.position)
+    require((found.owner >= -1) & (found.owner < d), "owner must name a detection")
+    require(found.owner[found.mapped] == -1, "what the map explains owns nobody")
+    require((found.cluster >= -1) & (found.cluster < len(found.ellipse)), "cluster has an ellipse")
+    require(found.radius > 0.0, "radius must be positive")
+    require((found.confidence >= 0.0) & (found.confidence <= 1.0), "confidence must be in 0…1")
+    return found
+
+
+def _check_moved(
+    detector: CloudDetector, cloud: PointCloud, walls: DistanceField, found: Detections
+) -> None:
+    """The same cloud with robot and map elsewhere shows the same, there."""
+    moved = dataclasses.replace(walls, X_MG=compose(_ELSEWHERE, walls.X_MG))
+    there = detector.detect((cloud,), compose(_ELSEWHERE, _ROBOT)[None], moved)
+    require(len(there.position) == len(found.position), "moving the world must not make or lose")
+    off = there.position - transform(_ELSEWHERE, found.position)
+    require(np.abs(off) < 0.02, "moving robot and map must move what is found")
 
 
 def _check_detections(
