@@ -1,9 +1,11 @@
-"""See people with a simulated LiDAR, and draw who is told.
+"""See people with a simulated LiDAR.
 
 Two walk together, one passes by, three stand and talk, in a hall that no map describes.
-The chair stands among them. The picture, who.png, is what ``cohelm people --plot`` draws.
+The chair stands among them. The name of a file, as who.png, is given for a picture like those of
+``cohelm people --plot``.
 """
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -67,7 +69,8 @@ def main() -> None:
     print(f"farthest from where they are: {apart.min(axis=1).max():.2f} m")
     for number in range(len(groups.id)):
         print(f"together: {', '.join(str(who) for who in people.id[groups.member == number])}")
-    filming.draw(tracks, Path("who.png"), "a hall")
+    if sys.argv[1:]:
+        filming.draw(tracks, Path(sys.argv[1]), "a hall")
 
 
 if __name__ == "__main__":
