@@ -43,40 +43,41 @@ class Affinity:
     """Groups from the log-odds of every pair: near and moving alike, or standing face to face.
 
     What a pair shows is gathered as log-odds that fade (``groups_evidence``), and those are
-    clustered by average linkage (``groups_joining``), with some credit for who already belongs
-    together. Walking companions need a second or two to be found; people who stand and whose
-    heading is known are found by their common o-space, others by nearness alone, less surely.
+    clustered (``groups_joining``), with some credit for who already belongs together. Walking
+    companions are found as soon as their velocities are known; people who stand and whose heading
+    is known are found by their common o-space, others by nearness alone, less surely.
     """
 
     class Parameters(Model):
         """Of the detector; assumed where no source is named."""
 
-        walking_prior: float = Field(-1.5, ge=-10.0, le=10.0)
+        walking_prior: float = Field(-0.75, ge=-10.0, le=10.0)
         """Log-odds per look that any two who walk near each other are companions."""
-        standing_prior: float = Field(-0.7, ge=-10.0, le=10.0)
+        standing_prior: float = Field(-0.6, ge=-10.0, le=10.0)
         """The same of two who stand."""
-        nearness: float = Field(2.0, ge=0.0, le=20.0)
+        nearness: float = Field(1.75, ge=0.0, le=20.0)
         """Log-odds in favour where the distance is 0."""
-        walking_distance: float = Field(2.1, gt=0.0, le=10.0)
+        walking_distance: float = Field(1.8, gt=0.0, le=10.0)
         """Distance abreast at which nearness speaks neither for nor against, m."""
-        in_file: float = Field(0.7, ge=0.0, le=10.0)
+        in_file: float = Field(0.65, ge=0.0, le=10.0)
         """By how much more a distance along the way counts than one across, squared: strangers
         follow each other."""
-        unison: float = Field(0.22, gt=0.0, le=2.0)
+        unison: float = Field(0.21, gt=0.0, le=2.0)
         """Deviation of companions' velocities from each other along one axis, m/s."""
-        strangers: float = Field(1.0, ge=0.0, le=5.0)
+        strangers: float = Field(0.7, ge=0.0, le=5.0)
         """Deviation of strangers' velocities from each other, in shares of the faster's speed."""
         certain: float = Field(0.3, gt=0.0, le=5.0)
         """Deviation of the measured difference of velocities along one axis with which a look at
         it counts half, m/s."""
-        standing_distance: float = Field(1.4, gt=0.0, le=10.0)
-        """Distance between two who stand at which it speaks neither way, m: a little more than
-        Hall's personal distance, 1.2 m."""
+        standing_distance: float = Field(1.6, gt=0.0, le=10.0)
+        """Distance between two who stand at which nearness speaks neither way, m; with the prior,
+        people up to 1.3 m apart are taken for a group, a little more than Hall's personal
+        distance of 1.2 m."""
         facing: float = Field(2.0, ge=0.0, le=20.0)
         """Log-odds in favour where two look at the same middle."""
         stride: float = Field(0.7, ge=0.0, le=3.0)
         """From a person to the middle of the o-space before them, m (Kendon; Cristani 2011)."""
-        shared: float = Field(0.9, gt=0.0, le=5.0)
+        shared: float = Field(1.3, gt=0.0, le=5.0)
         """Distance between two o-spaces' middles at which it speaks neither way, m."""
         behind: float = Field(4.0, ge=0.0, le=50.0)
         """Log-odds against where one has the other right behind."""
@@ -86,19 +87,21 @@ class Affinity:
         """A first look counts like one of so long, s."""
         longest_look: float = Field(1.0, gt=0.0, le=10.0)
         """Nor does any later one count for longer, s."""
-        drift_time: float = Field(1.5, gt=0.0, le=60.0)
+        drift_time: float = Field(1.3, gt=0.0, le=60.0)
         """Time constant of the mean of the velocity difference, s: longer than a step's sway."""
-        fading: float = Field(4.5, gt=0.0, le=1000.0)
+        fading: float = Field(5.3, gt=0.0, le=1000.0)
         """Time constant with which evidence fades, s."""
-        rate: float = Field(2.4, gt=0.0, le=100.0)
+        rate: float = Field(2.5, gt=0.0, le=100.0)
         """Independent looks per second."""
-        most: float = Field(3.5, gt=0.0, le=100.0)
+        most: float = Field(4.5, gt=0.0, le=100.0)
         """Largest evidence of one look, either way."""
-        largest: float = Field(4.0, gt=0.0, le=100.0)
+        largest: float = Field(3.0, gt=0.0, le=100.0)
         """Largest log-odds, either way: so much has to be disproved."""
-        least: float = Field(0.9, ge=-10.0, le=10.0)
-        """Mean log-odds above which people are joined."""
-        credit: float = Field(1.5, ge=0.0, le=10.0)
+        least: float = Field(1.0, ge=-10.0, le=10.0)
+        """Log-odds above which people are joined."""
+        chain: float = Field(0.25, ge=0.0, le=1.0)
+        """How far one strong pair links two clusters: 0 average, 1 single linkage."""
+        credit: float = Field(1.4, ge=0.0, le=10.0)
         """Log-odds added for two who are in a group already: it does not flicker."""
         remembered: float = Field(3.0, ge=0.0, le=60.0)
         """Who has been out of view for longer is forgotten, s."""
@@ -131,7 +134,7 @@ class Affinity:
         )
         held = before.group[here]
         together = (held[:, None] == held) & (held[:, None] >= 0)
-        label = clusters(log_odds + p.credit * together - p.least)
+        label = clusters(log_odds + p.credit * together - p.least, p.chain)
         group, next_id = inherit(label, held, before.next_id)
         state = _with(before, here, people.time, group, next_id, (log_odds, drift, weight))
         ids, member = np.unique(group[group >= 0], return_inverse=True)

@@ -130,9 +130,10 @@ def standing(one: Floats, other: Floats, facing: float, other_facing: float, w: 
     The o-space of an F-formation (Kendon) lies a ``stride`` ahead of everyone in it. Two share it
     whose centres are near each other, and neither of whom has the other behind:
 
-        e = prior + facing (1 − o² / shared²) − behind · (max(−cos β, 0) + max(−cos β', 0))
+        e = prior + facing (1 − o² / shared²) − behind (max(−¼ − cos β, 0) + max(−¼ − cos β', 0))
 
-    with o the distance between the centres and β the bearing of the other. With a heading unknown,
+    with o the distance between the centres and β the bearing of the other; −cos β > ¼ is behind the
+    shoulders. With a heading unknown,
     e = prior + nearness (1 − d² / standing_distance²), at most half as sure.
     """
     dx, dy = other[0] - one[0], other[1] - one[1]
@@ -145,5 +146,5 @@ def standing(one: Floats, other: Floats, facing: float, other_facing: float, w: 
     apart = math.hypot(dx + w.stride * (ox - cx), dy + w.stride * (oy - cy))
     ahead = (cx * dx + cy * dy) / max(d, 1e-9)
     other_ahead = -(ox * dx + oy * dy) / max(d, 1e-9)
-    turned = max(-ahead, 0.0) + max(-other_ahead, 0.0)
+    turned = max(-0.25 - ahead, 0.0) + max(-0.25 - other_ahead, 0.0)
     return w.standing_prior + w.facing * (1.0 - (apart / w.shared) ** 2) - w.behind * turned

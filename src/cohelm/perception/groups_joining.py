@@ -9,18 +9,23 @@ from cohelm.arrays import Booleans, Floats, Integers
 
 
 @njit(cache=True)
-def clusters(evidence: Floats) -> Integers:
+def clusters(evidence: Floats, chain: float) -> Integers:
     """The cluster of each of n people (n,): the index of its first member.
 
-    Those two clusters are joined whose members speak most for it, on average over all pairs
-    between them, as long as that is positive (average linkage). So a chain of strangers, each near
-    the next only, does not become one group, and one who walks at the far end of a row does belong.
+    Those two clusters are joined of which it is most likely, as long as that is positive:
+
+        (1 − chain) · mean + chain · max   of the evidence of all pairs between them
+
+    Average linkage (chain = 0) keeps strangers apart who are each near the next only; single
+    linkage (1) finds all of a long row. Who walks at the far end of a row belongs to it by a
+    strong neighbour, not by all of it.
 
     Args:
         evidence: (n, n) of each pair, symmetric; the diagonal is not looked at.
+        chain: 0…1.
     """
     n = evidence.shape[0]
-    label, total = np.arange(n), evidence.copy()
+    label, total, most = np.arange(n), evidence.copy(), evidence.copy()
     size, alive = np.ones(n), np.ones(n, dtype=np.bool_)
     while True:
         best, a, b = 0.0, -1, -1
@@ -30,13 +35,16 @@ def clusters(evidence: Floats) -> Integers:
             for j in range(i + 1, n):
                 if alive[j]:
                     mean = total[i, j] / (size[i] * size[j])
-                    if mean > best:
-                        best, a, b = mean, i, j
+                    link = (1.0 - chain) * mean + chain * most[i, j]
+                    if link > best:
+                        best, a, b = link, i, j
         if a < 0:
             return label
         for k in range(n):
             total[a, k] += total[b, k]
             total[k, a] = total[a, k]
+            most[a, k] = max(most[a, k], most[b, k])
+            most[k, a] = most[a, k]
             if label[k] == b:
                 label[k] = a
         size[a] += size[b]

@@ -16,7 +16,7 @@ from cohelm.arrays import Bytes, Integers
 from cohelm.geometry import transform
 from cohelm.pictures import canvas
 from cohelm.pictures.film import INTERVAL, WIDTH, check_animation, write_film
-from cohelm.pictures.ride import RideRecord, marks, ride_window, space_outlines
+from cohelm.pictures.ride import RideRecord, hulls_of, marks, ride_window, space_outlines
 
 
 def animate_ride(ride: RideRecord, file: Path, title: str = "") -> None:
@@ -66,6 +66,10 @@ def _draw_moment(figure: Figure, axes: Axes, ride: RideRecord, at: int) -> None:
         space_outlines(known[-1]) if known else [],
         facecolors=canvas.SPACE, edgecolors=canvas.SPACE, alpha=0.3,
     )  # fmt: skip
+    groups = PolyCollection(
+        hulls_of(known[-1].spaces) if known else [],
+        facecolors="none", edgecolors=canvas.GROUP, linewidths=1.4, linestyles=[canvas.HULL],
+    )  # fmt: skip
     people = _bodies(axes, ride, at)
     chair = canvas.footprint(
         ride.robot, ride.pose[at], facecolor=canvas.ETA(float(ride.eta[at])),
@@ -80,9 +84,10 @@ def _draw_moment(figure: Figure, axes: Axes, ride: RideRecord, at: int) -> None:
         bbox={"boxstyle": "round", "facecolor": "white", "edgecolor": canvas.PLAIN_ROUTE},
     )  # fmt: skip
     axes.add_collection(spaces)
+    axes.add_collection(groups)
     axes.add_collection(people)
     axes.add_patch(chair)
-    for artist in (spaces, *track, people, chair, *nose, clock):
+    for artist in (spaces, groups, *track, people, chair, *nose, clock):
         figure.draw_artist(artist)
         artist.remove()
 

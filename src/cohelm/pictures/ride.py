@@ -19,7 +19,7 @@ from cohelm.maps import OccupancyGrid, Places
 from cohelm.navigation import Tick
 from cohelm.pictures import canvas
 from cohelm.robots import Robot
-from cohelm.shapes import outline
+from cohelm.shapes import hull_outline, outline
 
 
 class RideRecord(Protocol):
@@ -135,6 +135,14 @@ def space_outlines(tick: Tick) -> list[Floats]:
     return [] if tick.spaces is None else outlines_of(tick.people, tick.spaces)
 
 
+def hulls_of(spaces: messages.SocialSpaces | None) -> list[Floats]:
+    """Outlines (m + 1, 2) of the groups' spaces now, m."""
+    if spaces is None or spaces.groups is None:
+        return []
+    direction = spaces.groups.direction
+    return [hull_outline(direction, support) for support in spaces.groups.support[:, 0]]
+
+
 def outlines_of(people: messages.People, spaces: messages.SocialSpaces) -> list[Floats]:
     """Outlines (j, 2) of each person's space now, m."""
     return [
@@ -183,6 +191,11 @@ def _draw_closest(axes: Axes, ride: RideRecord) -> None:
             )
         )  # fmt: skip
         axes.plot(*ring.T, color=canvas.SPACE, linewidth=0.9, zorder=6)
+    hulls = hulls_of(ride.closest.spaces)
+    for ring in hulls:
+        axes.plot(*ring.T, color=canvas.GROUP, linewidth=1.3, linestyle=canvas.HULL, zorder=6)
+    if hulls:
+        axes.plot([], [], color=canvas.GROUP, linestyle=canvas.HULL, label="who belong together")
     for i, radius in enumerate(ride.people_radius):
         axes.add_patch(
             Circle(

@@ -11,13 +11,13 @@ Hypothesis strategies for the values are in ``cohelm.testing.strategies``, which
 
 from cohelm.testing.conformance import ConformanceError
 from cohelm.testing.global_planners import check_global_planner
+from cohelm.testing.groups import check_group_detector
 from cohelm.testing.kinematics import check_kinematics
 from cohelm.testing.local_planners import check_local_planner
 from cohelm.testing.pedestrians import check_pedestrian_model, check_rider
 from cohelm.testing.perception import (
     check_cloud_detector,
     check_detector,
-    check_group_detector,
     check_predictor,
     check_tracker,
 )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.messages import Groups, RiderProfile, SocialSpaces
+from cohelm.arrays import identical
+from cohelm.messages import Groups, GroupSpaces, Predictions, RiderProfile, SocialSpaces
 from cohelm.shapes import KINDS
 from cohelm.social.api import SocialModel
 from cohelm.testing.conformance import require, require_finite, steady
@@ -20,6 +21,8 @@ _STATES = (
 def check_social_model(model: SocialModel, *, within: float = 1.0) -> None:
     """Check a social model: a finite, positive space for everybody at every step.
 
+    Where it tells the spaces of groups, each must reach round its members at every step.
+
     Raises:
         ConformanceError: saying what it does wrong.
     """
@@ -31,7 +34,9 @@ def check_social_model(model: SocialModel, *, within: float = 1.0) -> None:
 def _check(model: SocialModel, states: np.ndarray, twist: np.ndarray, within: float) -> None:
     people = walkers(states)
     predictions = straight_on(people, 8, 0.25)
-    groups, profile = Groups.alone(len(people)), RiderProfile(social_distance=0.6)
+    pair = Groups(id=np.array([5]), member=np.array([0, -1, 0]))
+    groups = pair if len(people) else Groups.alone(0)
+    profile = RiderProfile(social_distance=0.6)
     spaces: SocialSpaces = steady(
         lambda: model.spaces(people, groups, predictions, twist, profile),
         inputs=(people, groups, predictions, twist),
@@ -59,4 +64,21 @@ def _check(model: SocialModel, states: np.ndarray, twist: np.ndarray, within: fl
         (spaces.front[unknown] == spaces.rear[unknown])
         & (spaces.front[unknown] == spaces.side[unknown]),
         "the space of a person whose heading is unknown must be a circle",
+    )
+    if spaces.groups is not None:
+        _check_groups(spaces.groups, groups, predictions)
+
+
+def _check_groups(told: GroupSpaces, groups: Groups, predictions: Predictions) -> None:
+    require(identical(told.id, groups.id), "the spaces of groups must have their ids, in order")
+    require(
+        told.support.shape[1] == predictions.mean.shape[2], "a group must have a space at each step"
+    )
+    require_finite({"direction": told.direction, "support": told.support})
+    normal = np.stack([np.cos(told.direction), np.sin(told.direction)])
+    members = np.flatnonzero(groups.member >= 0)
+    likely = predictions.weight[members].argmax(axis=1)
+    reach = predictions.mean[members, likely] @ normal
+    require(
+        told.support[groups.member[members]] > reach, "a group's space must reach round its members"
     )
