@@ -14,7 +14,10 @@ from cohelm.messages import People, Predictions
 from cohelm.perception.kalman_tracker import BACKWARDS
 from cohelm.perception.modes import ModeState, ModeTable, look
 from cohelm.perception.modes_ahead import ahead
+from cohelm.perception.unsmoothed import by_axis, unsmoothed
 
+_COASTED = 1e-9
+"""Whose filtered mean is where it was going, m and m/s, was not seen since."""
 HYPOTHESES = ("keeps_going", "stops", "turns_back", "turns_aside_left", "turns_aside_right")
 
 
@@ -52,44 +55,64 @@ class Hypotheses:
     ``turns_aside_left, -right`` comes to the usual velocity turned by ``aside``
     ============================ ========================================================
 
-    Positions of people are the evidence, one look every ``interval`` at most, so that it does not
-    matter how often the predictor is asked; a look counts the less the less the tracker knows.
-    Everyone is known by id, for as long as he is told. After a change everything is as usual again
-    about as soon as the change ``lasts``: who has stopped is one who keeps standing.
+    Positions of people are the evidence, as they were seen (``unsmoothed``), one look every
+    ``interval`` at most, so that it does not matter how often the predictor is asked; who only
+    coasts tells nothing. Everyone is known by id, for as long as he is told. A second or so after a
+    change everything is as usual again: who has stopped is one who keeps standing.
     """
 
     class Parameters(Model):
         """Found by search on filmed crowds and simulated changes, see docs/prediction.md."""
 
-        steady: Going = Going(share=0.37, lasts=4.0, agility=0.0044, wander=0.016, doubt=0.025)
+        steady: Going = Going(share=0.49, lasts=5.3, agility=0.003, wander=0.027, doubt=0.036)
         """Keeps going evenly."""
-        uneven: Going = Going(share=0.23, lasts=0.66, agility=0.055, wander=0.41, doubt=0.007)
+        uneven: Going = Going(share=0.082, lasts=1.9, agility=0.05, wander=0.09, doubt=0.018)
         """Keeps going, but not evenly: speeds up, swerves, starts."""
         halts: Change = Change(
-            share=0.10, lasts=0.74, settling=0.15, agility=0.04, wander=0.04, doubt=0.55, stir=0.04
+            share=0.097,
+            lasts=0.89,
+            agility=0.019,
+            wander=0.017,
+            doubt=0.6,
+            settling=0.21,
+            stir=0.015,
         )
         """Stops at once."""
         slows: Change = Change(
-            share=0.03, lasts=0.74, settling=0.45, agility=0.04, wander=0.04, doubt=0.55, stir=0.04
+            share=0.034,
+            lasts=0.89,
+            agility=0.056,
+            wander=0.017,
+            doubt=0.6,
+            settling=0.67,
+            stir=0.015,
         )
         """Stops gently."""
         back: Change = Change(
-            share=0.012, lasts=0.29, settling=0.33, agility=0.6, wander=0.09, doubt=0.87, stir=0.8
+            share=0.0055, lasts=0.79, agility=1.2, wander=0.062, doubt=1.0, settling=0.32, stir=0.65
         )
         """Turns back."""
         side: Change = Change(
-            share=0.011, lasts=1.26, settling=0.11, agility=0.3, wander=0.36, doubt=0.87, stir=0.29
+            share=0.012, lasts=1.3, agility=0.36, wander=0.23, doubt=0.89, settling=0.16, stir=0.37
         )
         """Turns aside, to each side."""
-        aside: float = Field(1.26, gt=0.0, lt=math.pi)
+        aside: float = Field(1.1, gt=0.0, lt=math.pi)
         """Angle by which who turns aside turns, rad."""
         habit: float = Field(0.3, gt=0.0, le=60.0)
         """Time constant with which the usual velocity follows who keeps going, s."""
-        noise: float = Field(0.36, ge=0.0, le=100.0)
-        """Variance of a seen position, as a share of the tracker's: what it says has been smoothed
-        already and errs in the same way for some time."""
-        least_noise: float = Field(0.027, gt=0.0, le=1.0)
+        noise: float = Field(1.2, ge=0.0, le=100.0)
+        """Variance of a seen position, as a multiple of what the tracker takes it for."""
+        least_noise: float = Field(0.01, gt=0.0, le=1.0)
         """Deviation of a seen position beyond that: walking sways, m."""
+        slow: float = Field(0.13, gt=0.0, le=5.0)
+        """Usual speed below which to stop is to go on as before, m/s."""
+        staying: float = Field(0.45, ge=0.0, le=1.0)
+        """Of who stands, the share of stopping that is told as such, and means that he stays put;
+        the rest is that he keeps going, that is standing."""
+        sharpness: float = Field(0.82, gt=0.0, le=10.0)
+        """Power that the probabilities are raised to in the end; 1 leaves them."""
+        tracker_agility: float = Field(0.15, ge=0.0, le=10.0)
+        """q that the tracker works with, m²/s³, see ``unsmoothed``."""
         interval: float = Field(0.09, gt=0.0, le=2.0)
         """Least time between two looks that count, s: a little below that between two scans."""
         forgotten: float = Field(2.0, gt=0.0, le=60.0)
@@ -112,25 +135,49 @@ class Hypotheses:
         predictions = Predictions(
             step=step,
             names=HYPOTHESES,
-            weight=weight,
+            weight=self._told(weight, state.wont),
             mean=people.mean[:, None, None, :2] + way,
             velocity=velocity,
             deviation=np.minimum(deviation, self.parameters.largest_deviation),
         )
         return predictions, state
 
+    def _told(self, weight: Floats, wont: Floats) -> Floats:
+        """Probabilities of the hypotheses (n, h) as they are told, from those of their modes."""
+        p = self.parameters
+        square = wont[:, 0] ** 2 + wont[:, 1] ** 2
+        stops = p.staying + (1.0 - p.staying) * square / (square + p.slow**2)
+        told = weight.copy()
+        told[:, 0] += (1.0 - stops) * told[:, 1]
+        told[:, 1] *= stops
+        told = told**p.sharpness
+        out: Floats = told / told.sum(axis=1, keepdims=True)
+        return out
+
     def _look(self, people: People, state: ModeState) -> ModeState:
-        """``state`` after those who are due have been looked at."""
+        """``state`` after those who are due, and were seen, have been looked at."""
         p, t = self.parameters, self.modes
-        due = np.flatnonzero(people.time - state.time >= p.interval)
+        dt = people.time - state.time
+        gone_on = state.told.copy()
+        gone_on[:, :2] += dt[:, None] * state.told[:, 2:]
+        covariance = by_axis(people.covariance)
+        coasted = np.abs(people.mean - gone_on).max(axis=1, initial=0.0) < _COASTED
+        due = np.flatnonzero((dt >= p.interval) & ~(coasted & (covariance[:, 1] > 0.0)))
         if len(due) == 0:
             return state
-        told = 0.5 * (people.covariance[due, 0, 0] + people.covariance[due, 1, 1])
         new = _rows(state, due)
-        look(
-            people.time - state.time[due],
+        position, variance = unsmoothed(
+            gone_on[due, :2],
+            new["told_covariance"],
             people.mean[due, :2],
-            p.noise * told + p.least_noise**2,
+            covariance[due],
+            dt[due],
+            p.tracker_agility,
+        )
+        look(
+            dt[due],
+            position,
+            p.noise * variance + p.least_noise**2,
             new["mean"],
             new["covariance"],
             new["weight"],
@@ -143,6 +190,7 @@ class Hypotheses:
             p.habit,
         )
         new["time"] = np.full(len(due), people.time)
+        new["told"], new["told_covariance"] = people.mean[due], covariance[due]
         return _with_rows(state, due, new)
 
 
@@ -172,7 +220,7 @@ def _modes(p: Hypotheses.Parameters) -> ModeTable:
     )
 
 
-_ROWS = ("time", "mean", "covariance", "weight", "wont")
+_ROWS = ("time", "mean", "covariance", "weight", "wont", "told", "told_covariance")
 
 
 def _rows(state: ModeState, which: Integers | Booleans) -> dict[str, Floats]:
@@ -192,9 +240,8 @@ def _recalled(
     people: People, memory: ModeState | None, modes: ModeTable, forgotten: float
 ) -> ModeState:
     """What is known of each of ``people``, in their order; of a new one what the tracker says."""
-    n, m, P = len(people), len(modes.share), people.covariance
-    blocks = ((0, 0), (0, 2), (2, 2))
-    axes = np.stack([0.5 * (P[:, i, j] + P[:, i + 1, j + 1]) for i, j in blocks], axis=-1)
+    n, m = len(people), len(modes.share)
+    axes = by_axis(people.covariance)
     state = ModeState(
         id=people.id,
         time=np.full(n, people.time),
@@ -202,6 +249,8 @@ def _recalled(
         covariance=np.repeat(axes[:, None], m, axis=1),
         weight=np.tile(modes.usual, (n, 1)),
         wont=people.mean[:, 2:],
+        told=people.mean,
+        told_covariance=axes,
     )
     if memory is None or n == 0 or len(memory.id) == 0:
         return state

@@ -53,8 +53,9 @@ class ModeTable:
     @property
     def usual(self) -> Floats:
         """(m,), the probabilities at which eq. (2) comes to rest."""
-        odds: Floats = self.share / self.rate
-        return odds / odds.sum()
+        odds = self.share / self.rate
+        usual: Floats = odds / odds.sum()
+        return usual
 
 
 @value
@@ -72,9 +73,13 @@ class ModeState:
     """Probabilities of the modes."""
     wont: Annotated[Floats, Shape("n 2")]
     """u, m/s."""
+    told: Annotated[Floats, Shape("n 4")]
+    """The tracker's mean at that look."""
+    told_covariance: Annotated[Floats, Shape("n 3")]
+    """The tracker's (P_pp, P_pv, P_vv) at that look, averaged over the axes."""
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def drift(t: float, tau: float, q: float) -> tuple[float, float, float, float, float]:
     """(a, g, Q_pp, Q_pv, Q_vv): what a time ``t`` makes of eq. (1).
 
@@ -136,17 +141,19 @@ def look(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
                 squared += off * off
             C[m, 0], C[m, 1], C[m, 2] = (1.0 - kp) * pp, (1.0 - kp) * pv, vv - kv * pv
             log_w[m] = np.log(w[m]) - np.log(S) - 0.5 * squared / S
-        w[:] = np.maximum(np.exp(log_w - log_w.max()), _LEAST)
-        w /= w.sum()
-        follow = 1.0 - np.exp(-t / habit)
-        now = u.copy()
+        top, total = log_w.max(), 0.0
         for m in range(modes):
+            w[m] = max(np.exp(log_w[m] - top), _LEAST)
+            total += w[m]
+        follow, before_x, before_y = 1.0 - np.exp(-t / habit), u[0], u[1]
+        for m in range(modes):
+            w[m] /= total
             if settling[m] == np.inf:
-                now += w[m] * follow * (x[m, 2:] - u)
-        u[:] = now
+                u[0] += w[m] * follow * (x[m, 2] - before_x)
+                u[1] += w[m] * follow * (x[m, 3] - before_y)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _mix(t: float, x: Floats, C: Floats, w: Floats, share: Floats, rate: Floats) -> None:
     """Eq. (2) for one person: states (m, 4) and (m, 3), probabilities (m,); in place.
 
@@ -154,29 +161,40 @@ def _mix(t: float, x: Floats, C: Floats, w: Floats, share: Floats, rate: Floats)
     """
     modes = len(w)
     pool = 0.0
-    pooled, spread = np.zeros(4), np.zeros(3)
+    mean, spread = np.zeros(4), np.zeros(3)
     for m in range(modes):
         leaves = w[m] * (1.0 - np.exp(-rate[m] * t))
         pool += leaves
-        pooled += leaves * x[m]
-        spread += leaves * C[m]
-    pooled /= pool
-    spread /= pool
+        for k in range(4):
+            mean[k] += leaves * x[m, k]
+    for k in range(4):
+        mean[k] /= pool
     for m in range(modes):
-        _add_spread(spread, x[m] - pooled, w[m] * (1.0 - np.exp(-rate[m] * t)) / pool)
+        _add(spread, C[m], x[m], mean, w[m] * (1.0 - np.exp(-rate[m] * t)) / pool, 1.0)
     for m in range(modes):
         stays = w[m] * np.exp(-rate[m] * t)
         w[m] = stays + share[m] * pool
         s = stays / w[m]
-        apart = x[m] - pooled
-        x[m] = pooled + s * apart
-        C[m] = s * C[m] + (1.0 - s) * spread
-        _add_spread(C[m], apart, s * (1.0 - s))
+        own = C[m].copy()
+        for k in range(3):
+            C[m, k] = (1.0 - s) * spread[k]
+        _add(C[m], own, x[m], mean, s, 1.0 - s)
+        for k in range(4):
+            x[m, k] = mean[k] + s * (x[m, k] - mean[k])
 
 
-@njit(cache=True, inline="always")
-def _add_spread(C: Floats, apart: Floats, share: float) -> None:
-    """Add to (P_pp, P_pv, P_vv) that of means ``apart`` (4,), averaged over both axes."""
-    C[0] += 0.5 * share * (apart[0] ** 2 + apart[1] ** 2)
-    C[1] += 0.5 * share * (apart[0] * apart[2] + apart[1] * apart[3])
-    C[2] += 0.5 * share * (apart[2] ** 2 + apart[3] ** 2)
+@njit(cache=True)
+def _add(  # a kernel takes plain arrays
+    total: Floats, C: Floats, x: Floats, mean: Floats, share: float, apart: float
+) -> None:
+    """Add a share of (P_pp, P_pv, P_vv), and ``apart`` of it times the spread of x about a mean.
+
+    The spread is averaged over both axes.
+    """
+    for k in range(3):
+        total[k] += share * C[k]
+    for k in range(2):
+        p, v = x[k] - mean[k], x[k + 2] - mean[k + 2]
+        total[0] += 0.5 * share * apart * p * p
+        total[1] += 0.5 * share * apart * p * v
+        total[2] += 0.5 * share * apart * v * v

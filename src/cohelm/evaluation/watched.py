@@ -1,0 +1,108 @@
+"""Filmed walkers as the tracker tells them.
+
+The crowd goes through the tracker as a scanner would show it: from sighting to sighting everybody
+walks on a straight line, and is detected there at every scan with some noise. At the moments of the
+film nothing of what was seen depends on a sighting that is still to come: whoever is judged at
+these moments alone has not looked into the future.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cohelm.arrays import Floats, Integers, value
+from cohelm.messages import Observation, People
+from cohelm.perception import Detections, KalmanTracker, Tracker
+from cohelm.recordings.trajectories import Trajectories
+
+_NEAR = 0.6  # m, a track this near to a walker is his
+_BODY = 0.25  # m
+_SAME = 1e-3  # s
+
+
+@value
+class Watched:
+    """A crowd as the tracker tells it, scan by scan."""
+
+    walks: Trajectories
+    people: tuple[People, ...]
+    walker: tuple[Integers, ...]
+    """Of each of ``people`` the index of the walker, −1: nobody's."""
+
+
+def watch(
+    walks: Trajectories,
+    *,
+    rate: float | None = 10.0,
+    noise: float = 0.035,
+    seed: int = 0,
+    tracker: Tracker | None = None,
+) -> Watched:
+    """The crowd as the tracker tells it.
+
+    Args:
+        walks: how the people went.
+        rate: of the scans, Hz; None: one at each moment of the film.
+        noise: deviation of a detected position on each axis, m.
+        seed: of the noise.
+        tracker: that watches; the usual one where none is given.
+    """
+    rng = np.random.default_rng(seed)
+    tracker = tracker or KalmanTracker()
+    instants = walks.instants
+    times = instants
+    if rate is not None and len(instants):
+        times = np.arange(instants[0], instants[-1] + 1.0 / rate, 1.0 / rate)
+    memory: Any = None
+    told, walker = [], []
+    for time in times:
+        who, position = _there(walks, float(time))
+        seen = detections(
+            float(time), position + noise * rng.standard_normal(position.shape), noise
+        )
+        people, memory = tracker.track(observation(float(time)), (seen,), memory)
+        told.append(people)
+        walker.append(_nearest(people.mean[:, :2], who, position))
+    return Watched(walks=walks, people=tuple(told), walker=tuple(walker))
+
+
+def detections(time: float, position: Floats, deviation: float) -> Detections:
+    """People detected at ``position`` (d, 2), about whom nothing else is seen."""
+    d = len(position)
+    return replace(
+        Detections.nothing(time, np.zeros(2)),
+        position=position,
+        radius=np.full(d, _BODY),
+        deviation=np.full(d, deviation),
+        confidence=np.full(d, 0.9),
+    )
+
+
+def observation(time: float) -> Observation:
+    """Of a chair that stands still and sees nothing but what is detected."""
+    still = np.zeros(3)
+    return Observation(time=time, pose=still, pose_time=time, twist=still, twist_time=time)
+
+
+def _there(walks: Trajectories, time: float) -> tuple[Integers, Floats]:
+    """Who is there (indices), and where, on straight lines between sightings."""
+    last = walks.first[1:] - 1
+    before = np.add.reduceat(walks.time <= time + _SAME, walks.first[:-1], dtype=np.int64)
+    a = walks.first[:-1] + np.maximum(before - 1, 0)
+    b = np.minimum(a + 1, last)
+    length = np.maximum(walks.time[b] - walks.time[a], 1e-9)
+    share = np.clip((time - walks.time[a]) / length, 0.0, 1.0)[:, None]
+    who = np.flatnonzero((before > 0) & (time <= walks.end + _SAME))
+    position = walks.position[a] + share * (walks.position[b] - walks.position[a])
+    return who, position[who]
+
+
+def _nearest(tracks: Floats, who: Integers, position: Floats) -> Integers:
+    """Whose tracks (n, 2) they are, (n,)."""
+    if len(who) == 0 or len(tracks) == 0:
+        return np.full(len(tracks), -1)
+    apart = np.hypot(*(tracks[:, None] - position[None]).transpose(2, 0, 1))
+    return np.where(apart.min(axis=1) < _NEAR, who[apart.argmin(axis=1)], -1)
