@@ -51,6 +51,20 @@ def test_a_silent_laser_stops_the_chair_and_the_ride_says_why():
     assert ride.stops[-1].duration > 20.0
 
 
+@pytest.mark.parametrize(
+    ("kind", "reason"), [("scan_silent", "stale_scan"), ("scan_nan", "not_finite")]
+)
+def test_a_lidar_that_fails_stops_the_chair_and_the_ride_says_why(kind, reason):
+    fault = f"faults=[{{kind: {kind}, at: 1.5, duration: 100}}]"
+    robot = "robot=quantum_q6_edge_lidar"
+    ride = run(load_scenario("empty", [robot, fault, "time_limit=3.5"]), 0)
+    # silent: last heard at 1.4 s or later, the limit is 0.35 s; the last before it is still good
+    assert [stop.reason.value for stop in ride.stops] == [reason]
+    assert 1.5 <= ride.stops[0].time <= 1.5 + 0.35 + 0.05
+    assert np.hypot(*(ride.pose[20, :2] - ride.pose[0, :2])) > 0.1  # it drove
+    assert is_standing(ride.twist[-1])
+
+
 def test_driving_blind_into_a_person_is_a_collision():
     # The rider alone, with nobody checking: manual is allowed to collide.
     settings = [
