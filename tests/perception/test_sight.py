@@ -14,8 +14,9 @@ BEAMS = np.radians(np.arange(-10, 11))
 def test_a_place_is_judged_by_where_its_beams_end(ranges, verdict):
     ends = ranges * np.stack([np.cos(BEAMS), np.sin(BEAMS)], axis=-1)
     assert sight(np.zeros(2), ends, np.empty((0, 2)), PLACE).tolist() == [verdict]
-    # beams that met nothing say the same as far as they reach
-    assert sight(np.zeros(2), np.empty((0, 2)), ends, PLACE).tolist() == [verdict]
+    # beams that met nothing say so of what they reach, and nothing of what lies beyond
+    passes = SEEN_THROUGH if verdict == SEEN_THROUGH else UNLOOKED
+    assert sight(np.zeros(2), np.empty((0, 2)), ends, PLACE).tolist() == [passes]
 
 
 def test_without_a_beam_there_nobody_looked():

@@ -58,6 +58,8 @@ class Instant:
             position=self.position,
             velocity=self.velocity,
             visible=visible,
+            centre=self.pose[:2],
+            reach=ASKED[1],
             asked=(away >= ASKED[0]) & (away <= ASKED[1]) & (visible >= LEAST_VISIBLE),
         )
 

@@ -1,7 +1,7 @@
 """How well people were told who are really there: identities, and errors of place and velocity.
 
 Somebody who cannot be asked for — too far, hidden — is neither missed nor invented: whoever is told
-at such a person is left out of the count.
+at such a person is left out of the count, as is who is told farther away than anybody is asked for.
 """
 
 from __future__ import annotations
@@ -34,6 +34,10 @@ class TruePeople:
     """Share of the body that the sensors could see, 0…1."""
     asked: Annotated[Booleans, Shape("n")]
     """Who has to be told; the others may be."""
+    centre: Annotated[Floats, Shape("2")]
+    """Of what is looked at, m."""
+    reach: float = np.inf
+    """How far from there it extends, m: whoever is told beyond, where nobody is, does not count."""
 
 
 @value
@@ -104,7 +108,8 @@ def tracking_scores(
     invented, claims = [np.empty((0, 4))], [np.empty((0, 2))]
     for k, (true, people) in enumerate(zip(truth, told, strict=True)):
         match = _matches(true, people, within)
-        nobody = np.setdiff1d(np.arange(len(people)), match)
+        near = np.hypot(*(people.mean[:, :2] - true.centre).T) <= true.reach
+        nobody = np.setdiff1d(np.flatnonzero(near), match)
         counted = np.union1d(nobody, match[true.asked & (match >= 0)])
         compared.append(
             Compared(

@@ -26,6 +26,7 @@ def associate(
     deviation: Floats,
     *,
     gate: float,
+    dearest: float,
     reach: Floats,
 ) -> tuple[Integers, Floats]:
     """The cheapest one-to-one matching of tracks and positions.
@@ -41,6 +42,7 @@ def associate(
         position: (d, 2) m.
         deviation: (d,) m.
         gate: largest eᵀ S⁻¹ e of the first matching.
+        dearest: its largest cost: beyond, the position is rather that of a stranger.
         reach: (m,) largest |e|, m; half of it in the second matching.
 
     Returns:
@@ -50,7 +52,7 @@ def associate(
     offset = position[None, :, :] - mean[:, None, :2]
     distance = np.sqrt(offset[..., 0] ** 2 + offset[..., 1] ** 2)
     cost = squared + log_det + _TENTATIVE * ~confirmed[:, None]
-    usual = (squared <= gate) & (distance <= reach[:, None])
+    usual = (squared <= gate) & (squared + log_det <= dearest) & (distance <= reach[:, None])
     match = np.full(len(mean), ALONE)
     rows, cols = _assign(np.where(usual, cost, _NEVER))
     match[rows] = cols

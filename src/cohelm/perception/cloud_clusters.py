@@ -98,13 +98,13 @@ class CloudClusters:
         """Standard deviation of columns about that disc, m: a body is no disc."""
         legs: float = Field(0.5, ge=0.0, le=2.0)
         """Low things this near a body's centre, and small, are its legs, m (half a stride)."""
-        least_log_odds: float = Field(-3.0, ge=-10.0, le=10.0)
-        """What is less probable a person is not told of (−3: 5 %); it is an obstacle."""
+        least_log_odds: float = Field(-2.0, ge=-10.0, le=10.0)
+        """What is less probable a person is not told of (−2: 12 %); it is an obstacle."""
         most_log_odds: float = Field(4.0, ge=0.0, le=10.0)
         """What one look at a shape can say at most."""
-        position_noise: float = Field(0.04, ge=0.0, le=0.5)
-        """Standard deviation of a centre, m: columns, posture."""
-        position_noise_growth: float = Field(0.006, ge=0.0, le=0.1)
+        position_noise: float = Field(0.018, ge=0.0, le=0.5)
+        """Standard deviation of a centre from look to look, m: columns, posture."""
+        position_noise_growth: float = Field(0.002, ge=0.0, le=0.1)
         """Its growth with range, m/m: gaps between beams, and the heading's error."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:

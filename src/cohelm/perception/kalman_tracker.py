@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,9 @@ class KalmanTracker:
 
     A track is told as a person when it was seen often enough and when its shape, or its walking,
     makes it one; it is taken back when its shape speaks against it for long. Unseen, it coasts with
-    growing covariance and is told as long as its place is known; its id is kept for longer. It is
-    given up sooner where beams pass through its place than where something hides it. Two who are
-    seen as one cluster both go on with what they share. The state is kept at the last scan's time
+    growing covariance and is told as long as its place is known and not seen through; its id is
+    kept for longer, and longest where something hides it. Two who are seen as one cluster both go
+    on with what they share. The state is kept at the last scan's time
     and predicted to the observation's.
 
     A person's confidence is the probability of a person that shape and walking give, less what time
@@ -49,18 +50,23 @@ class KalmanTracker:
     class Parameters(Model):
         """Of the tracker; assumed where no reason is given."""
 
-        agility: float = Field(0.15, gt=0.0, le=10.0)
-        """q, intensity of the white acceleration, m²/s³: what follows the people of ETH and zara01
-        best, placed to within 2–3 cm ten times a second."""
+        agility: float = Field(0.4, gt=0.0, le=10.0)
+        """q, intensity of the white acceleration, m²/s³: √0.4 m/s wandering in a second."""
         surprised_agility: float = Field(2.0, gt=0.0, le=50.0)
         """q of a track whose innovations are far larger than expected (it turns), m²/s³."""
+        unseen_agility: float = Field(0.1, gt=0.0, le=10.0)
+        """q while a track is not seen, m²/s³: what looks like agility from one sighting to the next
+        is in part a body's swaying, which leads nowhere."""
         speed_deviation: float = Field(1.0, gt=0.0, le=5.0)
         """Standard deviation of a new track's velocity on each axis, m/s."""
         gate: float = Field(13.8, gt=0.0, le=100.0)
         """Largest squared Mahalanobis distance of a match (χ², 2 degrees of freedom, 99.9 %)."""
+        strangers: float = Field(0.1, gt=0.0, le=10.0)
+        """Density at which people appear where nobody was expected, 1/m² and scan: who is less
+        likely to be the one who was lost is somebody else."""
         farthest: float = Field(1.0, gt=0.0, le=10.0)
         """Largest distance of a match, m."""
-        straying: float = Field(0.5, ge=0.0, le=5.0)
+        straying: float = Field(0.3, ge=0.0, le=5.0)
         """Growth of that distance with time unseen, m/s."""
         separation: float = Field(0.35, ge=0.0, le=2.0)
         """No track is born this near one that was just seen, and this far beyond a cluster may
@@ -103,8 +109,10 @@ class KalmanTracker:
         time in which its place was seen through threefold."""
         tentative_patience: float = Field(0.35, gt=0.0, le=20.0)
         """The same for a tentative one, all its time counted whole, s."""
-        told_deviation: float = Field(0.5, gt=0.0, le=5.0)
+        told_deviation: float = Field(0.4, gt=0.0, le=5.0)
         """Standard deviation of the place beyond which nobody is told, m; the track lives on."""
+        told_passed: float = Field(0.05, ge=0.0, le=5.0)
+        """Whose place was seen through for longer is not told, s; the track lives on."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -121,10 +129,12 @@ class KalmanTracker:
         runs back by more than a second ends all tracks, and ids are never used again.
         """
         now = observation.time
-        state = no_tracks(now) if memory is None else memory
+        scans = sorted(detections, key=lambda d: d.time)
+        first = min([now, *(seen.time for seen in scans)])
+        state = no_tracks(first) if memory is None else memory
         if now < state.time - BACKWARDS:
-            state = no_tracks(now, state.next_id)
-        for seen in sorted(detections, key=lambda d: d.time):
+            state = no_tracks(first, state.next_id)
+        for seen in scans:
             state = self._see(state, seen)
         return self._people(state, now), state
 
@@ -145,6 +155,7 @@ class KalmanTracker:
             seen.position,
             seen.deviation,
             gate=p.gate,
+            dearest=-2.0 * math.log(2.0 * math.pi * p.strangers),
             reach=p.farthest + p.straying * since,
         )
         lonely = (match < 0) & state.confirmed & (since < p.patience)
@@ -166,6 +177,7 @@ class KalmanTracker:
         p = self.parameters
         share = np.clip((state.surprise - 4.0) / 6.0, 0.0, 1.0)
         q = p.agility + share * max(p.surprised_agility - p.agility, 0.0)
+        q = np.where(state.seen < state.time, min(p.unseen_agility, p.agility), q)
         return predict(state.mean, state.covariance, np.full(len(state), step), q)
 
     def _judged(
@@ -225,7 +237,8 @@ class KalmanTracker:
         discs = np.column_stack([tracks["mean"][missed, :2], tracks["radius"][missed]])
         how = sight(scan.origin, scan.points, scan.through, discs)
         confirmed = tracks["confirmed"][missed]
-        tracks["absent"][match >= 0] = 0.0
+        tracks["absent"][match >= 0] = tracks["passed"][match >= 0] = 0.0
+        tracks["passed"][missed] += step * (how == SEEN_THROUGH)
         tracks["absent"][missed] += step * np.where(confirmed, _PACE[how], 1.0)
         looked = np.ones(len(match), dtype=np.bool_)
         looked[missed] = how != UNLOOKED
@@ -269,6 +282,7 @@ class KalmanTracker:
         ahead = _elapsed(state.time, now)
         mean, covariance = self._predicted(state, ahead)
         told = state.confirmed & (state.absent + ahead <= p.patience + 0.1)
+        told &= state.passed <= p.told_passed
         told &= larger_deviation(covariance[:, :2, :2]) <= p.told_deviation
         sure = 1.0 / (1.0 + np.exp(-state.log_odds[told]))
         return People(

@@ -25,10 +25,10 @@ UNLOOKED = 4
 def sight(origin: Floats, points: Floats, through: Floats, discs: Floats) -> Integers:
     """How each disc (n, 3) of (x, y, radius) was seen from ``origin``.
 
-    Beams that meet the disc's inner half are asked. ``HIDDEN`` if at least half end before it,
-    ``SEEN_THROUGH`` if every one of at least two ends 0.3 m or more behind it, ``FILLED`` if at
-    least half end in it or within a hand's breadth, ``UNLOOKED`` if there is none, else
-    ``UNCLEAR``.
+    Beams towards the disc's inner half are asked, if they reach it. ``HIDDEN`` if at least half end
+    before it, ``SEEN_THROUGH`` if every one of at least two ends 0.3 m or more behind it,
+    ``FILLED`` if at least half end in it or within a hand's breadth, ``UNLOOKED`` if there is none,
+    else ``UNCLEAR``.
 
     Args:
         origin: (2,) m.
@@ -57,6 +57,8 @@ def sight(origin: Floats, points: Floats, through: Floats, discs: Floats) -> Int
                 continue
             if ends[i, 0] * ux + ends[i, 1] * uy <= 0.0:
                 continue
+            if i >= points.shape[0] and length <= away + radius + 0.3:
+                continue  # nothing was met as far as it reaches, and it does not reach there
             asked += 1
             before += length < away - radius - 0.1
             within += abs(length - away) <= radius + 0.1

@@ -21,6 +21,7 @@ PER_TRACK = (
     "born",
     "seen",
     "absent",
+    "passed",
     "birthplace",
     "surprise",
     "confirmed",
@@ -56,6 +57,8 @@ class TrackerState:
     """Time of its last sighting, s."""
     absent: Annotated[Floats, Shape("m")]
     """For how long it has not been seen, weighted by what was seen in its place, s."""
+    passed: Annotated[Floats, Shape("m")]
+    """For how long its place was seen through since it was last seen, s."""
     birthplace: Annotated[Floats, Shape("m 2")]
     """m."""
     surprise: Annotated[Floats, Shape("m")]
@@ -151,6 +154,7 @@ def newborn(seen: Sightings, which: Booleans, next_id: int, speed_deviation: flo
         "born": now,
         "seen": now,
         "absent": np.zeros(d),
+        "passed": np.zeros(d),
         "birthplace": position,
         "surprise": np.full(d, 2.0),
         "confirmed": np.zeros(d, dtype=np.bool_),
