@@ -38,17 +38,21 @@ def ranges(time):
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory):
     """Three seconds of somebody walking past."""
-    file = tmp_path_factory.mktemp("recordings") / "walk.bag"
+    return write_bag(tmp_path_factory.mktemp("recordings") / "walk.bag", range(30))
+
+
+def write_bag(file, steps):
+    """A bag with scans at these tenths of a second, in this order."""
     with Writer(file) as writer:
         topic = writer.add_connection("/scan", "sensor_msgs/msg/LaserScan", typestore=STORE)
-        for k in range(30):
+        for n, k in enumerate(steps):
             scan = TYPES["sensor_msgs/msg/LaserScan"](
                 header=header(k), angle_min=-np.pi / 2, angle_max=np.pi / 2,
                 angle_increment=np.pi / (BEAMS - 1), time_increment=0.0, scan_time=STEP,
                 range_min=0.0, range_max=20.0,
                 ranges=ranges(k * STEP).astype(np.float32), intensities=np.empty(0, np.float32),
             )  # fmt: skip
-            writer.write(topic, 10**11 + k * 10**8, STORE.serialize_ros1(scan, topic.msgtype))
+            writer.write(topic, 10**11 + n * 10**8, STORE.serialize_ros1(scan, topic.msgtype))
     return file
 
 
@@ -106,6 +110,19 @@ def test_only_a_part_of_it(cohelm, bag):
     out = cohelm("people", bag, "--json", "--start", 1, "--seconds", 0.5)[1]
     times = [json.loads(line)["t"] for line in out.splitlines()]
     assert times == pytest.approx([101.0, 101.1, 101.2, 101.3, 101.4, 101.5])
+
+
+@pytest.mark.parametrize(
+    ("steps", "says"),
+    [([0] * 8, "clock_stands"), ([*range(100, 110), *range(8)], "clock_back")],
+    ids=["stands", "back"],
+)
+def test_a_clock_that_stands_or_runs_back_is_told(cohelm, tmp_path, steps, says):
+    code, out, _ = cohelm("people", write_bag(tmp_path / "odd.bag", steps), "--json")
+    assert code == 0
+    frames = [json.loads(line) for line in out.splitlines()]
+    assert len(frames) == len(steps)
+    assert says in {frame["sensing"] for frame in frames}
 
 
 def test_scores_are_the_last_object(cohelm, bag, tmp_path):

@@ -128,14 +128,15 @@ def _filming(asked: Asked, outputs: Outputs, grid: OccupancyGrid | None) -> Film
 
 
 def _between(frames: Iterable[Frame], start: float, seconds: float | None) -> Iterator[Frame]:
-    """The frames from ``start`` on, for so many seconds of the recording's own clock."""
-    begin = None
+    """The frames from the first at ``start`` on, until so many seconds of their clock are over."""
+    begin, begun = None, False
     for frame in frames:
         time = frame.observation.time
         begin = time if begin is None else begin
         if seconds is not None and time - begin > start + seconds:
             return
-        if time - begin >= start:
+        begun = begun or time - begin >= start
+        if begun:  # a clock that runs back does not end it
             yield frame
 
 
