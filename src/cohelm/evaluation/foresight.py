@@ -93,7 +93,11 @@ class Likelihoods:
     people: int
     mean: Estimate
     over_fixed: Estimate
-    """How much better than the same hypotheses with the fixed weights that suit the crowd best."""
+    """How much better than the same hypotheses with the fixed weights that suit the crowd best, by
+    hindsight."""
+    over_usual: Estimate
+    """How much better than the same hypotheses with fixed weights that are a best guess: those that
+    the predictor gives them on average here."""
     over_constant: Estimate
     """How much better than constant velocity of the agility that suits the crowd best."""
     fixed: Annotated[Floats, Shape("h")]
@@ -165,11 +169,11 @@ def foresee(
 def likelihoods(watched: Watched, predictor: Predictor, *, ahead: float = AHEAD) -> Likelihoods:
     """How likely ``predictor`` held the true positions, beside two rivals.
 
-    Both rivals are given what they could not know: the weights, and the agility, that suit this
-    very crowd best.
+    The rivals are given what they could not know: the weights, and the agility, that suit this very
+    crowd best.
     """
     seen = foresee(watched, predictor, ahead=ahead)
-    ours, fixed = seen.log_likelihood(), seen.best_weights()
+    ours, fixed, usual = seen.log_likelihood(), seen.best_weights(), seen.weight.mean(axis=0)
     rivals = [
         foresee(watched, constant_velocity(agility), ahead=ahead).log_likelihood()
         for agility in AGILITIES
@@ -180,6 +184,7 @@ def likelihoods(watched: Watched, predictor: Predictor, *, ahead: float = AHEAD)
         people=len(np.unique(seen.person)),
         mean=by_person(ours, seen.person),
         over_fixed=by_person(ours - seen.log_likelihood(fixed), seen.person),
+        over_usual=by_person(ours - seen.log_likelihood(usual), seen.person),
         over_constant=by_person(ours - rivals[best], seen.person),
         fixed=fixed,
         agility=AGILITIES[best],
