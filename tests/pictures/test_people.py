@@ -7,9 +7,8 @@ import pytest
 from PIL import Image
 
 from cohelm.errors import ConfigError
-from cohelm.messages import Groups, GroupSpaces, Observation, PointCloud, RiderProfile
+from cohelm.messages import Groups, Observation, PointCloud, RiderProfile
 from cohelm.perception import ConstantVelocity, Detections
-from cohelm.pictures import people as drawn
 from cohelm.pictures.costs import CostPanel, draw_costs_against
 from cohelm.pictures.film import WIDTH
 from cohelm.pictures.people import PeopleMoment, PeopleRecord, draw_people, trails_until
@@ -101,15 +100,6 @@ def test_trails_are_cut_to_the_last_seconds(record):
     assert cut[4][:, 0].min() == pytest.approx(0.5)
     assert cut[4][:, 0].max() == pytest.approx(1.0)
     assert trails_until(record, 9.0, 0.5) == []
-
-
-def test_the_hull_of_a_circle_s_support_is_about_the_circle():
-    """Of radius 2 about (1, 3): p·u = 2 + c·u; m lines meet in corners at 2 / cos(π/m)."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
-    support = 2.0 + np.cos(angle) + 3.0 * np.sin(angle)
-    groups = GroupSpaces(id=np.array([0]), direction=angle, support=support[None, None])
-    (ring,) = drawn.hulls(dataclasses.replace(moment().spaces, groups=groups))
-    assert np.hypot(*(ring - [1.0, 3.0]).T) == pytest.approx(2.0 / np.cos(np.pi / 36))
 
 
 def test_costs_are_drawn(tmp_path):

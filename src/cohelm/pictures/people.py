@@ -20,7 +20,7 @@ from cohelm.maps import OccupancyGrid
 from cohelm.messages import Groups, Observation, People, SocialSpaces
 from cohelm.perception import Detections, pose_at
 from cohelm.pictures import canvas
-from cohelm.pictures.ride import outlines_of
+from cohelm.pictures.ride import hulls_of, outlines_of
 
 TRACKS = ("#c2185b", "#0b7a75", "#b5541c", "#3d5a98", "#6a8a1f", "#8f3fb0", "#a33a2c", "#2f6f9f")
 """Of people, by their ids; each is also named beside its person."""
@@ -193,31 +193,11 @@ def _draw_spaces(axes: Axes, moment: PeopleMoment) -> list[Any]:
     )  # fmt: skip
     axes.add_collection(eggs, autolim=False)
     around = PolyCollection(
-        hulls(moment.spaces), facecolors="none", edgecolors=canvas.ROUTE, linewidths=1.6,
-        linestyles=[(0, (5, 2))], zorder=5,
+        hulls_of(moment.spaces), facecolors="none", edgecolors=canvas.GROUP, linewidths=1.6,
+        linestyles=[canvas.HULL], zorder=5,
     )  # fmt: skip
     axes.add_collection(around, autolim=False)
     return [eggs, around]
-
-
-def hulls(spaces: SocialSpaces) -> list[Floats]:
-    """Outlines (m, 2) of the groups' spaces now: where neighbouring support lines meet."""
-    if spaces.groups is None:
-        return []
-    angle = spaces.groups.direction
-    out = []
-    for support in spaces.groups.support[:, 0]:
-        after, turn = np.roll(support, -1), np.roll(angle, -1) - angle
-        along = (after - support * np.cos(turn)) / np.sin(turn)
-        out.append(
-            np.column_stack(
-                [
-                    support * np.cos(angle) - along * np.sin(angle),
-                    support * np.sin(angle) + along * np.cos(angle),
-                ]
-            )
-        )
-    return out
 
 
 def _draw_people(axes: Axes, people: People) -> list[Any]:
@@ -266,7 +246,7 @@ def _label_all(axes: Axes, moment: PeopleMoment) -> None:
     axes.plot([], [], color=TRACKS[1], linewidth=1.8, label="body, and where it is in 1 s")
     if moment.spaces is not None:
         axes.fill([], [], color=canvas.SPACE, alpha=0.3, label="personal space")
-        axes.plot([], [], color=canvas.ROUTE, linestyle=(0, (5, 2)), label="group")
+        axes.plot([], [], color=canvas.GROUP, linestyle=canvas.HULL, label="group")
     if len(moment.truth):
         axes.plot([], [], color=TRUE, linestyle="none", marker="x", label="label")
     axes.plot(
