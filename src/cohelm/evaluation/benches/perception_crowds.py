@@ -74,7 +74,7 @@ def groups() -> Iterator[Row]:
         scores = group_scores(walks, walks.groups, detector)
         low, high = scores.interval()
         said = (
-            f"the whole film: {scores.noted} pairs noted, {scores.found} found, {scores.right} of "
+            f"{type(detector).__name__}, the whole film: {scores.noted} pairs noted, {scores.found} found, {scores.right} of "
             f"them right; 95 % [{low:.2f}, {high:.2f}]"
         )
         yield row(part, f"{name}, pairwise F1", scores.f1, least=LEAST_PAIRS, remark=said)
@@ -90,7 +90,7 @@ def prediction() -> Iterator[Row]:
             continue
         watched = watch(read_trajectories(file))
         found, said = likelihoods(watched, predictor), alarms(foresee(watched, predictor))
-        counts = f"{found.frames} frames of {found.people} people, the whole film"
+        counts = f"{type(predictor).__name__}: {found.frames} frames of {found.people} people, the whole film"
         yield row(
             part, f"{name}, ln likelihood at 1.2 s", found.mean.mean, unit="ln 1/m²",
             remark=f"{counts}; the 90 % regions hold {found.within_90:.1%}",
@@ -120,7 +120,7 @@ def maneuvers() -> Iterator[Row]:
         yield row(
             "changes of mind", f"{what}, share noticed within {SOON:g} s", found.share(names),
             least=LEAST_NOTICED if not names else None,
-            remark=f"{meant.sum()} simulated; {within}",
+            remark=f"{type(predictor).__name__}: {meant.sum()} simulated; {within}",
         )  # fmt: skip
     yield row(
         "changes of mind", "said before anything changed", found.early / max(found.ticks, 1),
