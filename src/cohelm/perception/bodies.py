@@ -16,16 +16,18 @@ from cohelm.perception.legs import LEAST, MOST, pair_legs, width_odds
 
 LARGEST_LOG_ODDS = 4.0
 """What one look at a shape can say at most."""
-SLACK = 0.05
-"""How much narrower than itself a disc may look, m."""
-TWO_CLEAR_LEGS = 1.8
+SLACK = 0.03
+"""Standard deviation of how much narrower than itself a disc looks, beside the beams' gaps, m."""
+TWO_CLEAR_LEGS = 2.1
 """Log-odds of two legs seen from end to end with nothing else about: furniture has four."""
+FLAT_LEGS = 1.6
+"""What it costs two legs at most to look like a face: side by side they may."""
 HALF_SEEN = 0.5
 """Log-odds that a width costs of which only a part is seen."""
 
 
 @njit(cache=True)
-def find_bodies(  # noqa: PLR0917  # a kernel takes arrays and numbers
+def find_bodies(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # a kernel: arrays, one long loop
     points: Floats,
     bearing: Floats,
     hidden: Integers,
@@ -81,18 +83,20 @@ def find_bodies(  # noqa: PLR0917  # a kernel takes arrays and numbers
             if run.size < 2 or (width > size[1] + gap and not covered):
                 continue
             torso = -np.inf
-            body = _body(points[run], origin, prior, width + gap, covered)
+            body = _body(points[run], origin, prior, width, gap, covered)
             if covered or width + gap >= size[0]:
                 torso = body[4]
             one = _width_odds(width, gap, covered, legs[0], legs[1])
             two = _width_odds(width, gap, covered, legs[2], legs[3])
             if width + gap >= size[0]:
-                two -= min(max(body[7], 0.0), LARGEST_LOG_ODDS)
+                two -= min(max(body[7], 0.0), FLAT_LEGS)
             if covered and width + gap < size[0]:
                 torso = body[4] = min(torso, MOST)
                 if width + gap < legs[0] + 2.0 * legs[1]:
                     torso = two = -np.inf
-            if torso + (HALF_SEEN if covered else 0.0) >= min(max(one + legs[7], two), MOST):
+            if torso + (HALF_SEEN if covered or gap > 0.5 * size[0] else 0.0) >= min(
+                max(one + legs[7], two), MOST
+            ):
                 bodies[count] = body[:7]
             elif two >= one + legs[7]:
                 bodies[count] = _on_legs(body[5], body[6], prior[0], legs[5], min(two, MOST))
@@ -135,14 +139,14 @@ def find_bodies(  # noqa: PLR0917  # a kernel takes arrays and numbers
 
 
 @njit(cache=True)
-def _lonely(
+def _lonely(  # noqa: PLR0917  # a kernel takes arrays and numbers
     points: Floats, whose: Integers, a: int, b: int, x: float, y: float, room: float
 ) -> bool:
     """Whether nothing but the legs ``a`` and ``b`` came back from within ``room`` of (x, y), m."""
     for i in range(points.shape[0]):
-        if whose[i] != a and whose[i] != b:
-            if math.hypot(points[i, 0] - x, points[i, 1] - y) < room:
-                return False
+        near = math.hypot(points[i, 0] - x, points[i, 1] - y) < room
+        if near and whose[i] != a and whose[i] != b:
+            return False
     return True
 
 
@@ -219,7 +223,9 @@ def _cut(points: Floats, origin: Floats, prior: Floats) -> int:
 
 
 @njit(cache=True)
-def _body(points: Floats, origin: Floats, prior: Floats, width: float, covered: bool) -> Floats:
+def _body(
+    points: Floats, origin: Floats, prior: Floats, width: float, gap: float, covered: bool
+) -> Floats:
     """The disc behind a run that is ``width`` wide, its ends' gaps included; a row of bodies.
 
     A disc that nothing covers is seen from tangent to tangent: what is much narrower than the disc
@@ -234,9 +240,9 @@ def _body(points: Floats, origin: Floats, prior: Floats, width: float, covered: 
     odds = 0.5 * (min(clutter, flat) - disc)
     odds = min(max(odds, -LARGEST_LOG_ODDS), LARGEST_LOG_ODDS)
     if not covered:
-        lacking = max(2.0 * r - width - SLACK, 0.0) / SLACK
+        lacking = max(2.0 * r - width - 0.5 * gap, 0.0) / math.hypot(SLACK, 0.45 * gap)
         odds -= min(0.5 * lacking * lacking, LARGEST_LOG_ODDS)
-    strange = (r - prior[0]) / (0.6 * prior[1])
+    strange = (r - prior[0]) / (0.45 * prior[1])
     odds = max(odds - 0.5 * strange * strange, -LARGEST_LOG_ODDS)
     mx, my = points[:, 0].mean(), points[:, 1].mean()
     return np.array([x, y, r, deviation, odds, mx, my, 0.5 * (min(disc, clutter) - flat)])

@@ -22,7 +22,7 @@ MOST, LEAST = 0.5, -3.0
 
 @njit(cache=True)
 def width_odds(width: float, blur: float, mean: float, deviation: float) -> float:
-    """ln of how much sooner something of a known size than clutter shows this width.
+    """Logarithm of how much sooner something of a known size than clutter shows this width.
 
     The size is normal, blurred by the gap between beams; clutter's density is 1 / (w ln(w₁/w₀)).
 
@@ -39,7 +39,7 @@ def width_odds(width: float, blur: float, mean: float, deviation: float) -> floa
 
 @njit(cache=True)
 def stride_odds(apart: float, widest: float) -> float:
-    """ln of how much sooner two legs than two things strewn about are ``apart``, m.
+    """Logarithm of how much sooner two legs than two things strewn about are ``apart``, m.
 
     Legs: a Rayleigh distribution with its mode at a third of the widest stride. Strewn about: a
     density that grows with the distance, 2d / w².

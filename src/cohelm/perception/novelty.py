@@ -35,16 +35,24 @@ class NoveltyParameters(Model):
     oldest: float = Field(300.0, gt=0.0, le=3600.0)
     """Age at which a scan is forgotten, s."""
     growth: float = Field(1.25, gt=1.0, le=10.0)
-    """Ratio of the ages of scans that are kept."""
+    """Ratio of the ages of scans that are kept, counted in scans: a pause costs no memory."""
     margin: float = Field(0.15, gt=0.0, le=1.0)
     """A return within this of an earlier one is the same thing, m."""
     margin_growth: float = Field(0.015, ge=0.0, le=0.2)
     """Growth of that with range, m/m (1° of localisation at most is 0.017)."""
-    changed: float = Field(0.15, gt=0.0, le=1.0)
+    changed: float = Field(0.05, gt=0.0, le=1.0)
     """Share of the surroundings that may lie where nothing was; above it, it is the scanner that
     moved otherwise than its pose says, and the earlier scan tells nothing."""
+    same: float = Field(0.85, gt=0.0, le=1.0)
+    """Share that must lie where something was, in a scan just taken."""
+    same_fading: float = Field(0.2, ge=0.0, le=5.0)
+    """What that share may be less for each second of age, 1/s: who drives sees other things."""
+    same_least: float = Field(0.2, ge=0.0, le=1.0)
+    """The share that must lie there, however old the scan."""
     least: int = Field(2, ge=1, le=20)
     """Earlier scans that must have seen the place."""
+    returns: int = Field(3, ge=1, le=20)
+    """Returns that make something new: fewer may have slipped through between two beams."""
     blank: float = Field(0.35, ge=0.0, le=1.0)
     """What a beam that did not come back counts for, beside one that went through: dark and
     glossy things show now and then."""
@@ -54,6 +62,9 @@ class NoveltyParameters(Model):
     """What has been there for so long as could be seen is at rest, s."""
     came: float = Field(3.0, ge=0.0, le=10.0)
     """Log-odds of having moved, where the place was empty until lately."""
+    adrift: float = Field(-2.0, ge=-10.0, le=0.0)
+    """The same of everything while the scanner moves otherwise than its pose says: nothing that
+    seems to walk does so for sure."""
     still: float = Field(-2.0, ge=-10.0, le=0.0)
     """The same where something was there as often as it could be seen."""
 
@@ -65,6 +76,8 @@ class Glance:
     scan: Scan
     X_MS: Annotated[Floats, Shape("3")]
     """Where its sensor was."""
+    number: int
+    """How many scans of that sensor came before it."""
 
 
 Past = tuple[Glance, ...]
@@ -83,18 +96,19 @@ def with_motion(
     d = len(seen.position)
     if not d or not past:
         return replace(seen, moved=np.zeros(d))
-    asked = np.flatnonzero((seen.owner >= 0) | (np.arange(len(seen.owner)) % _EVERY == 0))
-    points, owner = seen.points[asked], seen.owner[asked]
-    width = np.concatenate([2.0 * seen.ellipse[:, 2], [0.0]])[seen.cluster[asked]]
+    owner, surroundings = seen.owner, seen.owner < 0
+    width = np.concatenate([2.0 * seen.ellipse[:, 2], [0.0]])[seen.cluster]
     present, full, looks = np.zeros(d), np.zeros(d), np.zeros(d)
-    here = None
+    here, trusted, doubted = None, 0, 0
     for glance in past:
         age = seen.time - glance.scan.time
         if not p.youngest <= age <= p.oldest:
             continue
-        was = _was(points, width, glance, p)
-        if not _trusted(was[owner < 0], p.changed):
+        was = _was(seen.points, width, glance, p)
+        if not _trusted(was[surroundings], age, p):
+            doubted += age <= p.arriving
             continue
+        trusted += age <= p.arriving
         share, known = _fullness(was, owner, d, p.blank)
         if here is None:
             here = np.full(d, age <= p.arriving)
@@ -102,7 +116,11 @@ def with_motion(
         present[here & known] = age
         full += known * ~here * share
         looks += known & ~here
-    return replace(seen, moved=_verdict(present, full, looks, p))
+    if doubted > trusted:
+        return replace(seen, moved=np.full(d, p.adrift))
+    moved = _verdict(present, full, looks, p)
+    thin = np.bincount(owner[~surroundings], minlength=d) < p.returns
+    return replace(seen, moved=np.where(thin, np.minimum(moved, 0.0), moved))
 
 
 def _verdict(present: Floats, full: Floats, looks: Floats, p: NoveltyParameters) -> Floats:
@@ -115,7 +133,7 @@ def _verdict(present: Floats, full: Floats, looks: Floats, p: NoveltyParameters)
         p: how to judge.
     """
     before = full / np.maximum(looks, 1.0)
-    moved = np.interp(before, [0.1, 0.3, 0.5, 0.8], [p.came, 0.0, 0.0, p.still])
+    moved = np.interp(before, [0.15, 0.35, 0.5, 0.8], [p.came, 0.0, 0.0, p.still])
     moved = np.where((present > p.arriving) & (moved > 0.0), 0.0, moved)
     rests = p.still * np.clip(present / p.settling, 0.0, 1.0)
     settled: Floats = np.where(looks >= p.least, moved, rests)
@@ -137,17 +155,18 @@ def remember(
         past = ()
     others = [g for g in past if not np.array_equal(g.scan.mount, scan.mount)]
     before = [g for g in past if np.array_equal(g.scan.mount, scan.mount)]
-    kept = [Glance(scan=scan, X_MS=compose(X_MR, scan.mount))]
+    number = before[0].number + 1 if before else 0
+    kept = [Glance(scan=scan, X_MS=compose(X_MR, scan.mount), number=number)]
     for k, glance in enumerate(before):
-        older = before[k + 1].scan.time if k + 1 < len(before) else -math.inf
-        since = max(scan.time - kept[-1].scan.time, p.youngest / p.growth)
-        if p.growth**2 * since < scan.time - older and scan.time - glance.scan.time <= p.oldest:
+        older = before[k + 1].number if k + 1 < len(before) else -math.inf
+        since = max(number - kept[-1].number, 2)
+        if p.growth**2 * since < number - older and scan.time - glance.scan.time <= p.oldest:
             kept.append(glance)
     return tuple(sorted((*kept, *others), key=lambda g: -g.scan.time))
 
 
-_EVERY = 4
-"""Of the returns that are nobody's, so few are asked whether the pose can be trusted."""
+_FEW = 20
+"""So many returns that are nobody's must there be to tell whether the pose can be trusted."""
 
 
 def _was(points: Floats, width: Floats, glance: Glance, p: NoveltyParameters) -> SignedBytes:
@@ -157,10 +176,13 @@ def _was(points: Floats, width: Floats, glance: Glance, p: NoveltyParameters) ->
     return was_there(points, width, scan.ranges, beams, glance.X_MS, margin)
 
 
-def _trusted(was: SignedBytes, changed: float) -> bool:
+def _trusted(was: SignedBytes, age: float, p: NoveltyParameters) -> bool:
     """Whether the surroundings are where they were, as far as an earlier scan saw them."""
+    if len(was) < _FEW:
+        return True
     new, same = np.count_nonzero(was == EMPTY), np.count_nonzero(was == FULL)
-    return new <= changed * (new + same)
+    least = max(p.same - p.same_fading * age, p.same_least)
+    return bool(new <= p.changed * (new + same) and same >= least * len(was))
 
 
 def _fullness(was: SignedBytes, owner: Integers, d: int, blank: float) -> tuple[Floats, Booleans]:
@@ -173,7 +195,7 @@ def _fullness(was: SignedBytes, owner: Integers, d: int, blank: float) -> tuple[
 
 
 @njit(cache=True)
-def was_there(  # noqa: PLR0917  # a kernel takes arrays
+def was_there(
     points: Floats, width: Floats, ranges: Floats, beams: Floats, X_MS: Floats, margin: Floats
 ) -> SignedBytes:
     """What an earlier scan says of the places of points, as ``UNKNOWN`` to ``BLANK``.
@@ -202,7 +224,7 @@ def was_there(  # noqa: PLR0917  # a kernel takes arrays
         near = margin[0] + margin[1] * away
         turned = math.atan2(y, x) - beams[0]
         beam = ((turned if beams[1] > 0.0 else -turned) % (2.0 * math.pi)) / step
-        middle = int(round(beam))
+        middle = round(beam)
         if away < near:
             continue
         reach = min(int(near / (away * step)) + 1, b // 2)
