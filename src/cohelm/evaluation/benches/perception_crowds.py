@@ -74,8 +74,8 @@ def groups() -> Iterator[Row]:
         scores = group_scores(walks, walks.groups, detector)
         low, high = scores.interval()
         said = (
-            f"{type(detector).__name__}, the whole film: {scores.noted} pairs noted, {scores.found} found, {scores.right} of "
-            f"them right; 95 % [{low:.2f}, {high:.2f}]"
+            f"{type(detector).__name__}, the whole film: {scores.noted} pairs noted, "
+            f"{scores.found} found, {scores.right} of them right; 95 % [{low:.2f}, {high:.2f}]"
         )
         yield row(part, f"{name}, pairwise F1", scores.f1, least=LEAST_PAIRS, remark=said)
 
@@ -90,10 +90,10 @@ def prediction() -> Iterator[Row]:
             continue
         watched = watch(read_trajectories(file))
         found, said = likelihoods(watched, predictor), alarms(foresee(watched, predictor))
-        counts = f"{type(predictor).__name__}: {found.frames} frames of {found.people} people, the whole film"
+        counts = f"{found.frames} frames of {found.people} people, the whole film"
         yield row(
             part, f"{name}, ln likelihood at 1.2 s", found.mean.mean, unit="ln 1/m²",
-            remark=f"{counts}; the 90 % regions hold {found.within_90:.1%}",
+            remark=f"{type(predictor).__name__}: {counts}; the 90 % regions hold {found.within_90:.1%}",
         )  # fmt: skip
         rivals = {"fixed weights, its own on average": found.over_usual,
                   "fixed weights, the best by hindsight": found.over_fixed,
