@@ -81,7 +81,8 @@ def cast_columns(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             if rx * dx + ry * dy < -radius or abs(rx * dy - ry * dx) > radius:
                 continue
             _against_body(
-                int(near[j, 3]), parts, origin, dx, dy, slopes, reach, best, out, owner, alone, c
+                int(near[j, 3]), rx * dx + ry * dy, radius, parts, origin, dx, dy, slopes, reach,
+                best, out, owner, alone, c
             )  # fmt: skip
         for r in range(rings):
             if out[c, r] > reach[c, r]:
@@ -160,6 +161,8 @@ def _through_cells(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
 @njit(cache=True)
 def _against_body(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     index: int,
+    along: float,
+    radius: float,
     parts: Floats,
     origin: Floats,
     dx: float,
@@ -172,11 +175,19 @@ def _against_body(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     alone: Integers,
     column: int,
 ) -> None:
-    """Shorten the rays of one plane to those that meet a body before anything else."""
+    """Shorten the rays of one plane to those that meet a body before anything else.
+
+    along, radius: where the body's disc lies along the plane; beyond it a part cannot be met.
+    """
     best[:] = np.inf
+    enter, leave = max(along - radius, 0.0), along + radius
     for k in range(parts.shape[1]):
+        part = parts[index, k]
         for r in range(slopes.shape[1]):
-            best[r] = min(best[r], _to_part(parts[index, k], origin, dx, dy, slopes[column, r]))
+            slope = slopes[column, r]
+            z, then = origin[2] + slope * enter, origin[2] + slope * leave
+            if max(z, then) >= part[4] and min(z, then) <= part[5]:
+                best[r] = min(best[r], _to_part(part, origin, dx, dy, slope))
     for r in range(slopes.shape[1]):
         if best[r] > reach[column, r]:
             continue
