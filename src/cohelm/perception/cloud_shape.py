@@ -41,17 +41,17 @@ def log_odds(look: Floats, beside: Floats, seen: Gathered) -> Floats:
     odds += _width(look[:, WIDTH] + aside, hidden)
     odds += sharp * _head((look[:, HEAD] + aside) / (look[:, WIDTH] + aside), above)
     sheer = look[:, SHEER]
-    odds += np.where(np.isnan(sheer) | ~below, 0.0, np.clip(5.0 * (0.7 - sheer), -1.0, 1.0))
+    odds += np.where(np.isnan(sheer) | ~below, 0.0, np.clip(10.0 * (0.5 - sheer), -2.0, 1.5))
     odds -= 3.0 * sharp * (1.0 - look[:, FILLED])
     odds -= np.where(below & ~hidden, 3.0 * np.clip(look[:, BOTTOM] - 0.7, 0.0, 0.7), 0.0)
     odds -= 4.0 * beside
-    few = np.minimum(look[:, RETURNS] / 10.0, 1.0)
+    few = np.minimum(look[:, RETURNS] / 25.0, 1.0)
     return np.where(odds > 0.0, few * odds, odds)
 
 
 def _height(top: Floats, gap: Floats, seen: Booleans) -> Floats:
     """From the height (s,): a grown-up's is likely, a child's less, above 2.0 m it is nobody."""
-    odds = np.where(seen, 0.5 - 5.0 * np.clip(1.4 - top - gap, 0.0, 0.6), 0.0)
+    odds = np.where(seen, 0.4 - 5.0 * np.clip(1.4 - top - gap, 0.0, 0.6), 0.0)
     return odds - 12.0 * np.clip(top - 2.0, 0.0, 0.4)
 
 
@@ -59,7 +59,7 @@ def _width(width: Floats, hidden: Booleans) -> Floats:
     """From the breadth (s,) at the torso; half a person may be hidden, and says less."""
     thin = np.clip(0.22 - width, 0.0, 0.2)
     wide = np.clip(width - 0.7, 0.0, 0.4)
-    return np.where(hidden & (width < 0.35), 0.0, 0.8 - 20.0 * thin - 10.0 * wide)
+    return np.where(hidden & (width < 0.35), 0.0, 0.6 - 20.0 * thin - 10.0 * wide)
 
 
 def _head(share: Floats, seen: Booleans) -> Floats:
