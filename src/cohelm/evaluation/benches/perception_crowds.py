@@ -93,7 +93,7 @@ def prediction() -> Iterator[Row]:
         counts = f"{found.frames} frames of {found.people} people, the whole film"
         yield row(
             part, f"{name}, ln likelihood at 1.2 s", found.mean.mean, unit="ln 1/m²",
-            remark=f"{type(predictor).__name__}: {counts}; the 90 % regions hold {found.within_90:.1%}",
+            remark=f"{type(predictor).__name__}: {counts}; 90 % regions hold {found.within_90:.1%}",
         )  # fmt: skip
         rivals = {"fixed weights, its own on average": found.over_usual,
                   "fixed weights, the best by hindsight": found.over_fixed,
