@@ -7,6 +7,7 @@ import numpy as np
 from cohelm.arrays import Booleans, Floats
 from cohelm.perception.cloud_bodies import (
     BOTTOM,
+    DEPTH,
     FILLED,
     HEAD,
     HIDDEN,
@@ -44,6 +45,7 @@ def log_odds(look: Floats, beside: Floats, seen: Gathered) -> Floats:
     odds += np.where(np.isnan(sheer) | ~below, 0.0, np.clip(10.0 * (0.5 - sheer), -2.0, 1.5))
     odds -= 3.0 * sharp * (1.0 - look[:, FILLED])
     odds -= np.where(below & ~hidden, 3.0 * np.clip(look[:, BOTTOM] - 0.7, 0.0, 0.7), 0.0)
+    odds -= 4.0 * np.clip(look[:, DEPTH] - 0.45, 0.0, 0.5)
     odds -= 4.0 * beside
     few = np.minimum(look[:, RETURNS] / 25.0, 1.0)
     return np.where(odds > 0.0, few * odds, odds)
@@ -63,6 +65,9 @@ def _width(width: Floats, hidden: Booleans) -> Floats:
 
 
 def _head(share: Floats, seen: Booleans) -> Floats:
-    """From the head's share (s,) of the breadth: narrower is a head or a neck, as wide is none."""
+    """From the head's share (s,) of the breadth: narrower is a head or a neck, as wide is none.
+
+    Where the view ends below the top, it ends higher on what is farther: hardly a word on heads.
+    """
     odds = np.clip(8.0 * (0.8 - share), -1.5, 1.5)
-    return np.where(seen, odds, np.maximum(odds, 0.0))
+    return np.where(seen, odds, np.clip(odds, 0.0, 0.5))
