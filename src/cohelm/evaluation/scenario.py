@@ -51,7 +51,7 @@ PARTS = {
     "detector": ("detectors", "scan_clusters"),
     "cloud_detector": ("cloud_detectors", "cloud_clusters"),
     "tracker": ("trackers", "kalman"),
-    "group_detector": ("group_detectors", "alone"),
+    "group_detector": ("group_detectors", "affinity"),
     "predictor": ("predictors", "constant_velocity"),
     "social_model": ("social_models", "personal_space"),
     "rider": ("riders", "none"),

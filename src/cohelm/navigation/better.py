@@ -60,6 +60,8 @@ class Lookout:
     """What stood about then."""
     crowding: Crowding | None = None
     """Where people had been then."""
+    cuts: int = 0
+    """Between the members of how many groups the path led then."""
     shut_since: float = math.inf
     """Since when the path is known to be blocked out of sight of the local planner, s."""
     again: bool = False
@@ -85,6 +87,8 @@ def worth_a_look(
     crowding: Crowding | None,
     resolution: float,
     parameters: BetterParameters,
+    *,
+    cuts: int = 0,
 ) -> bool:
     """Whether enough has changed, long enough ago, to look for a better way now.
 
@@ -95,11 +99,12 @@ def worth_a_look(
         crowding: where people have been now.
         resolution: of the live obstacles' cells, m.
         parameters: what is enough.
+        cuts: between the members of how many groups the path leads now.
     """
     p = parameters
     if not lookout.compares or time - lookout.at < p.look_every - _ROUNDING:
         return False
-    if lookout.again or math.isfinite(lookout.shut_since):
+    if lookout.again or math.isfinite(lookout.shut_since) or cuts > lookout.cuts:
         return True
     if _version(crowding) != _version(lookout.crowding):
         return True

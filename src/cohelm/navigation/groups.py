@@ -6,7 +6,11 @@ import cv2
 import numpy as np
 
 from cohelm.arrays import Floats
+from cohelm.geometry import distance_to_polygon
 from cohelm.messages import Groups, People
+
+_BETWEEN = 0.1
+"""A way this near to the outline leads between the members, m."""
 
 
 def outlines(people: People, groups: Groups, standing: float) -> tuple[Floats, ...]:
@@ -22,6 +26,19 @@ def outlines(people: People, groups: Groups, standing: float) -> tuple[Floats, .
     stands = np.hypot(*people.mean[:, 2:].T) < standing
     members = (people.mean[stands & (groups.member == k), :2] for k in range(len(groups.id)))
     return tuple(_hull(points) for points in members if len(points) > 1)
+
+
+def cuts(points: Floats, groups: tuple[Floats, ...]) -> int:
+    """Between the members of how many groups a way leads.
+
+    Args:
+        points: of the way (k, 2), close together, m.
+        groups: outlines as of :func:`outlines`.
+    """
+    return sum(
+        any(distance_to_polygon(outline, x, y) < _BETWEEN for x, y in points.tolist())
+        for outline in groups
+    )
 
 
 def _hull(points: Floats) -> Floats:

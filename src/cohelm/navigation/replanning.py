@@ -22,6 +22,7 @@ from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.messages import Authority, Path, Request, Wish
 from cohelm.navigation.ahead import cut_strokes, rest_of, wishes_ahead
 from cohelm.navigation.better import BetterParameters, Left, Lookout, judged, worth_a_look
+from cohelm.navigation.groups import cuts
 from cohelm.navigation.question import RouteQuestion, Why, problem_of, with_standing_people
 from cohelm.planning import GlobalPlanner, RouteProblem
 
@@ -164,9 +165,12 @@ def _better(
         or kept.path.length - kept.progress < p.better.least_left
     ):
         return kept
-    if not worth_a_look(kept.lookout, q.time, q.live, q.crowding, q.grid.resolution, p.better):
+    cut = cuts(rest_of(kept.path, kept.progress), q.groups) if q.groups else 0
+    if not worth_a_look(
+        kept.lookout, q.time, q.live, q.crowding, q.grid.resolution, p.better, cuts=cut
+    ):
         return kept
-    look = replace(kept.lookout, at=q.time, live=q.live, crowding=q.crowding)
+    look = replace(kept.lookout, at=q.time, live=q.live, crowding=q.crowding, cuts=cut)
     problem = _anew(q, q.pose[:2], kept)
     try:
         path = planner.plan(problem)

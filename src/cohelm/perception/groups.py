@@ -136,7 +136,9 @@ class Affinity:
         together = (held[:, None] == held) & (held[:, None] >= 0)
         label = clusters(log_odds + p.credit * together - p.least, p.chain)
         group, next_id = inherit(label, held, before.next_id)
-        state = _with(before, here, people.time, group, next_id, (log_odds, drift, weight))
+        waits = (group < 0) & np.isin(held, np.delete(before.group, here)) & (held >= 0)
+        kept = np.where(waits, held, group)  # the others of the group are only out of view
+        state = _with(before, here, people.time, kept, next_id, (log_odds, drift, weight))
         ids, member = np.unique(group[group >= 0], return_inverse=True)
         told = np.full(len(people), -1)
         told[order[group >= 0]] = member
