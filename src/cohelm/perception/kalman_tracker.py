@@ -32,6 +32,9 @@ _PACE = np.zeros(5)
 _PACE[[UNCLEAR, SEEN_THROUGH, HIDDEN, FILLED, UNLOOKED]] = 1.0, 3.0, 0.4, 0.6, 0.6
 """How fast a person's time unseen counts, by what was seen in the place."""
 
+_CHANGED = ("radius", "shape", "surprise", "seen", "absent", "passed", "rest", "walked")
+"""What of a track is changed in place while a scan is worked in."""
+
 
 class KalmanTracker:
     """Constant-velocity tracks in the map frame: the chair's own motion needs no correction.
@@ -196,7 +199,9 @@ class KalmanTracker:
         A cluster of two says nothing of either's size, shape or agility.
         """
         p = self.parameters
-        tracks = {name: getattr(state, name).copy() for name in PER_TRACK}
+        tracks = {name: getattr(state, name) for name in PER_TRACK}
+        for name in _CHANGED:
+            tracks[name] = tracks[name].copy()
         walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > p.walked_from
         walks = walked & _walks(mean, covariance, p.walking_speed)
         found = match >= 0
@@ -272,9 +277,13 @@ class KalmanTracker:
         new[new] = ~_near(seen.position[new], tracks["mean"][found, :2], p.separation)
         patience = np.where(tracks["confirmed"], p.patience, p.tentative_patience)
         alive = tracks["absent"] <= patience
-        born = newborn(seen, new, state.next_id, p.speed_deviation)
-        joined = {name: np.concatenate([tracks[name][alive], born[name]]) for name in PER_TRACK}
-        return TrackerState(time=time, next_id=state.next_id + int(new.sum()), **joined)
+        count = int(new.sum())
+        if not alive.all():
+            tracks = {name: tracks[name][alive] for name in PER_TRACK}
+        if count:
+            born = newborn(seen, new, state.next_id, p.speed_deviation)
+            tracks = {name: np.concatenate([tracks[name], born[name]]) for name in PER_TRACK}
+        return TrackerState(time=time, next_id=state.next_id + count, **tracks)
 
     def _people(self, state: TrackerState, now: float) -> People:
         """The confirmed tracks at ``now`` whose place is known."""
