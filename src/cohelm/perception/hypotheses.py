@@ -64,36 +64,36 @@ class Hypotheses:
     class Parameters(Model):
         """Found by search on filmed crowds and simulated changes, see docs/prediction.md."""
 
-        steady: Going = Going(share=0.49, lasts=5.3, agility=0.003, wander=0.027, doubt=0.036)
+        steady: Going = Going(share=0.39, lasts=5.3, agility=0.002, wander=0.027, doubt=0.043)
         """Keeps going evenly."""
-        uneven: Going = Going(share=0.082, lasts=1.9, agility=0.05, wander=0.09, doubt=0.018)
+        uneven: Going = Going(share=0.044, lasts=3.3, agility=0.05, wander=0.05, doubt=0.014)
         """Keeps going, but not evenly: speeds up, swerves, starts."""
         halts: Change = Change(
-            share=0.097,
+            share=0.22,
             lasts=0.89,
             agility=0.019,
-            wander=0.017,
+            wander=0.021,
             doubt=0.6,
             settling=0.21,
-            stir=0.015,
+            stir=0.014,
         )
         """Stops at once."""
         slows: Change = Change(
-            share=0.034,
+            share=0.075,
             lasts=0.89,
-            agility=0.056,
-            wander=0.017,
+            agility=0.064,
+            wander=0.021,
             doubt=0.6,
             settling=0.67,
-            stir=0.015,
+            stir=0.014,
         )
         """Stops gently."""
         back: Change = Change(
-            share=0.0055, lasts=0.79, agility=1.2, wander=0.062, doubt=1.0, settling=0.32, stir=0.65
+            share=0.0054, lasts=0.8, agility=1.1, wander=0.05, doubt=1.0, settling=0.32, stir=0.8
         )
         """Turns back."""
         side: Change = Change(
-            share=0.012, lasts=1.3, agility=0.36, wander=0.23, doubt=0.89, settling=0.16, stir=0.37
+            share=0.015, lasts=1.3, agility=0.27, wander=0.16, doubt=1.0, settling=0.17, stir=0.37
         )
         """Turns aside, to each side."""
         aside: float = Field(1.1, gt=0.0, lt=math.pi)
@@ -104,12 +104,12 @@ class Hypotheses:
         """Variance of a seen position, as a multiple of what the tracker takes it for."""
         least_noise: float = Field(0.01, gt=0.0, le=1.0)
         """Deviation of a seen position beyond that: walking sways, m."""
-        slow: float = Field(0.13, gt=0.0, le=5.0)
+        slow: float = Field(0.35, gt=0.0, le=5.0)
         """Usual speed below which to stop is to go on as before, m/s."""
         staying: float = Field(0.45, ge=0.0, le=1.0)
         """Of who stands, the share of stopping that is told as such, and means that he stays put;
         the rest is that he keeps going, that is standing."""
-        sharpness: float = Field(0.82, gt=0.0, le=10.0)
+        sharpness: float = Field(0.9, gt=0.0, le=10.0)
         """Power that the probabilities are raised to in the end; 1 leaves them."""
         tracker_agility: float = Field(0.15, ge=0.0, le=10.0)
         """q that the tracker works with, m²/s³, see ``unsmoothed``."""
