@@ -68,7 +68,7 @@ def test_who_walks_straight_keeps_going():
 )
 def test_what_somebody_does_is_known_soon(after, name, settle):
     told, _ = crowd(changing(after, settle))
-    assert likely(told, "keeps_going")[:29].min() > 0.9
+    assert likely(told, "keeps_going")[15:29].min() > 0.9
     assert likely(told, name)[30:36].max() >= 0.5
 
 
