@@ -41,16 +41,18 @@ def width_odds(width: float, blur: float, mean: float, deviation: float) -> floa
 def stride_odds(apart: float, widest: float) -> float:
     """Logarithm of how much sooner two legs than two things strewn about are ``apart``, m.
 
-    Legs: a Rayleigh distribution with its mode at a third of the widest stride. Strewn about: a
+    Legs: a Rayleigh distribution with its mode at two fifths of the widest stride. Strewn about: a
     density that grows with the distance, 2d / w².
     """
-    mode = widest / 3.0
+    mode = widest / 2.5
     return math.log(0.5 * (widest / mode) ** 2) - 0.5 * (apart / mode) ** 2
 
 
 @njit(cache=True)
 def pair_legs(centre: Floats, odds: Floats, widest: float, alone: float) -> tuple[Integers, Floats]:
     """Which legs walk together: the most probable pair first, then the next of what is left.
+
+    Two make a pair where their distance speaks for it more than a missing leg does for two people.
 
     Args:
         centre: (k, 2) of legs, m.
@@ -75,8 +77,9 @@ def pair_legs(centre: Floats, odds: Floats, widest: float, alone: float) -> tupl
                 d = math.hypot(centre[i, 0] - centre[j, 0], centre[i, 1] - centre[j, 1])
                 if d > widest:
                     continue
-                both = 0.5 * (odds[i] + odds[j]) + stride_odds(d, widest)
-                if both > best and both > max(odds[i], odds[j]) + alone:
+                stride = stride_odds(d, widest)
+                both = 0.5 * (odds[i] + odds[j]) + stride
+                if both > best and stride > alone:
                     best, a, b = both, i, j
         if a < 0:
             break

@@ -136,7 +136,8 @@ def _verdict(present: Floats, full: Floats, looks: Floats, p: NoveltyParameters)
     moved = np.interp(before, [0.15, 0.35, 0.5, 0.8], [p.came, 0.0, 0.0, p.still])
     moved = np.where((present > p.arriving) & (moved > 0.0), 0.0, moved)
     rests = p.still * np.clip(present / p.settling, 0.0, 1.0)
-    settled: Floats = np.where(looks >= p.least, moved, rests)
+    seldom = np.where(looks > 0.0, np.minimum(moved, 0.0), rests)
+    settled: Floats = np.where(looks >= p.least, moved, seldom)
     return settled
 
 
