@@ -120,7 +120,8 @@ def walking(one: Floats, other: Floats, slip: float, speed: float, w: Weighing) 
     s2 = w.unison**2
     S2 = s2 + (w.strangers * speed) ** 2
     same = math.log(S2 / s2) - 0.5 * slip * (1.0 / s2 - 1.0 / S2)
-    return w.walking_prior + w.nearness * near + same
+    total: float = w.walking_prior + w.nearness * near + same
+    return total
 
 
 @njit(cache=True)
@@ -147,4 +148,5 @@ def standing(one: Floats, other: Floats, facing: float, other_facing: float, w: 
     ahead = (cx * dx + cy * dy) / max(d, 1e-9)
     other_ahead = -(ox * dx + oy * dy) / max(d, 1e-9)
     turned = max(-0.25 - ahead, 0.0) + max(-0.25 - other_ahead, 0.0)
-    return w.standing_prior + w.facing * (1.0 - (apart / w.shared) ** 2) - w.behind * turned
+    total: float = w.standing_prior + w.facing * (1.0 - (apart / w.shared) ** 2)
+    return total - w.behind * turned
