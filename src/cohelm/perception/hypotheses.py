@@ -111,8 +111,6 @@ class Hypotheses:
         the rest is that he keeps going, that is standing."""
         sharpness: float = Field(0.9, gt=0.0, le=10.0)
         """Power that the probabilities are raised to in the end; 1 leaves them."""
-        tracker_agility: float = Field(0.15, ge=0.0, le=10.0)
-        """q that the tracker works with, m²/s³, see ``unsmoothed``."""
         interval: float = Field(0.09, gt=0.0, le=2.0)
         """Least time between two looks that count, s: a little below that between two scans."""
         forgotten: float = Field(2.0, gt=0.0, le=60.0)
@@ -172,7 +170,6 @@ class Hypotheses:
             people.mean[due, :2],
             covariance[due],
             dt[due],
-            p.tracker_agility,
         )
         look(
             dt[due],
