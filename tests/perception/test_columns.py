@@ -10,7 +10,7 @@ BOUNDS = np.array([-0.3, 0.06, 0.0, 2.0, 3.0])
 
 def columns(points, heights, bounds=BOUNDS):
     points = np.asarray(points, dtype=float).reshape(-1, 2)
-    return Columns(*thin(points, np.asarray(heights, dtype=float), bounds, 0.05, 10.0))
+    return Columns(*thin(points, np.asarray(heights, dtype=float), bounds, 0.05, 10.0, len(points)))
 
 
 @settings(max_examples=30, deadline=None)

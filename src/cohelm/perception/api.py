@@ -6,9 +6,30 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Booleans, Bytes, Floats, Floats32, Integers, Shape, value
 from cohelm.maps import DistanceField
 from cohelm.messages import Groups, Observation, People, PointCloud, Predictions, Scan
+
+
+@value
+class Heights:
+    """How high a cloud's columns are, and where the floor was seen; p columns, f places, s sensors.
+
+    Heights are above the ground there.
+    """
+
+    sensor: Annotated[Floats, Shape("s 3")]
+    """(x, y, height above the floor on which the robot stands) in the map frame, m."""
+    low: Annotated[Floats, Shape("p")]
+    """Where each column begins, m."""
+    high: Annotated[Floats, Shape("p")]
+    """Where it ends, m, as far as it is in the way."""
+    layers: Annotated[Integers, Shape("p")]
+    """Bit k: something came back to the first sensor from 0.1 k m to 0.1 (k + 1) m."""
+    floor: Annotated[Floats32, Shape("f 2")]
+    """Where the floor was seen, map frame, m."""
+    seen_by: Annotated[Bytes, Shape("f")]
+    """The sensor that saw it."""
 
 
 @value
@@ -45,6 +66,8 @@ class Detections:
     rad."""
     moved: Annotated[Floats, Shape("d")] | None = None
     """Log-odds that each has come to where it is, from what was there before; None: not known."""
+    heights: Heights | None = None
+    """Of what a 3-D sensor saw; None: all is at one height, which is not known."""
 
     @staticmethod
     def nothing(time: float, origin: Floats) -> Detections:

@@ -12,7 +12,7 @@ from cohelm.config import Model
 from cohelm.geometry import transform
 from cohelm.maps import DistanceField
 from cohelm.messages import PointCloud
-from cohelm.perception.api import Detections
+from cohelm.perception.api import Detections, Heights
 from cohelm.perception.cloud_bodies import (
     CENTRE_X,
     CENTRE_Y,
@@ -26,6 +26,7 @@ from cohelm.perception.cloud_bodies import (
     looks,
     touching,
 )
+from cohelm.perception.cloud_clearing import floor_places
 from cohelm.perception.cloud_free import free_ends
 from cohelm.perception.cloud_points import Gathered, gather
 from cohelm.perception.cloud_segments import segments, skyline
@@ -35,6 +36,8 @@ from cohelm.perception.dbscan import dbscan
 from cohelm.perception.ellipse import bounding_ellipses
 from cohelm.perception.ground import ground_heights
 
+_FLOOR_PLACE = 0.1
+"""Side of the squares of which each tells once that floor was seen in it, m."""
 _ABOVE = 1.0
 """Returns up to this far above the clearance tell whether a thing goes on there, m."""
 
@@ -124,7 +127,9 @@ class CloudClusters:
             return Detections.nothing(clouds[0].time, seen.X_MS[:2])
         heights = ground_heights(seen.points, p.steepest, p.step, p.reach)
         bounds = np.array([-p.hole, p.ground, p.ground_growth, p.clearance, p.clearance + _ABOVE])
-        columns = Columns(*thin(seen.points, heights, bounds, p.column, p.reach))
+        columns = Columns(
+            *thin(seen.points, heights, bounds, p.column, p.reach, int(seen.parts[1]))
+        )
         columns = columns.where(columns.lowest <= p.clearance)
         points = transform(seen.X_MS, columns.centre)
         away = np.hypot(columns.centre[:, 0], columns.centre[:, 1])
@@ -144,6 +149,7 @@ class CloudClusters:
             confidence=1.0 / (1.0 + np.exp(-bodies[:, 4])),
             cluster=cluster,
             ellipse=bounding_ellipses(points, cluster, cluster.max(initial=-1) + 1, p.column),
+            heights=_heights(seen, columns, ground),
         )
 
     def _bodies(
@@ -163,7 +169,7 @@ class CloudClusters:
             columns.centre, np.where(free, cluster, count), tall | ~free, 3.0 * p.column, count
         )
         segment = np.where(cluster < count, cluster, -1)
-        look = looks(*columns, segment, line, np.array([seen.spacing, seen.ring]))
+        look = looks(*columns[:5], segment, line, np.array([seen.spacing, seen.ring]))
         odds = log_odds(look, beside, seen)
         away = np.hypot(look[:, MEAN_X], look[:, MEAN_Y])
         size = np.maximum(look[:, WIDTH], look[:, DEPTH])
@@ -195,3 +201,16 @@ class CloudClusters:
         below = dbscan(columns.centre[low], reach[low], p.min_samples)
         cluster[low] = join_low(columns.centre, cluster, columns.centre[low], below, p.legs, count)
         return cluster, count
+
+
+def _heights(seen: Gathered, columns: Columns, ground: Booleans) -> Heights:
+    """How high the columns are, and where the ground was seen, in the map frame."""
+    floor, seen_by = floor_places(seen.points, ground, seen.parts, _FLOOR_PLACE)
+    return Heights(
+        sensor=np.column_stack([transform(seen.X_MS, seen.sensors[:, :2]), seen.sensors[:, 2]]),
+        low=columns.lowest,
+        high=columns.highest,
+        layers=columns.first,
+        floor=transform(seen.X_MS, floor.astype(float)).astype(np.float32),
+        seen_by=seen_by,
+    )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Floats32
+from cohelm.arrays import Floats, Floats32, Integers
 from cohelm.geometry import compose, inverse
 from cohelm.messages import PointCloud
 
@@ -37,6 +37,10 @@ class Gathered(NamedTuple):
     """Angle between neighbouring elevations of the coarsest sensor, rad."""
     view: Floats
     """(2,), the lowest and the highest slope dz/dr at which anything came back."""
+    sensors: Floats
+    """(s, 3), where each usable sensor was, in the same frame, m."""
+    parts: Integers
+    """(s + 1,), where the returns of each sensor begin, and the last end."""
 
 
 def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gathered:
@@ -53,11 +57,14 @@ def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gather
     """
     usable = [k for k, cloud in enumerate(clouds) if _has_pose(cloud, X_MR[k])]
     if not usable:
-        return Gathered(np.empty((0, 3)), np.zeros(3), 0.0, 0.0, 0.0, np.zeros(2))
+        none = np.empty((0, 3))
+        return Gathered(
+            none, np.zeros(3), 0.0, 0.0, 0.0, np.zeros(2), none, np.zeros(1, dtype=np.int64)
+        )
     first = usable[0]
     X_MS = compose(X_MR[first], [*clouds[first].mount[:2], 0.0])
     X_SM = inverse(X_MS)
-    parts, height = [], 0.0
+    parts, sensors, height = [], [], 0.0
     spacing, view = np.zeros(2), np.array([np.inf, -np.inf])
     for k in usable:
         rotation, position = _placed(compose(X_SM, X_MR[k]), clouds[k].mount)
@@ -73,8 +80,12 @@ def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gather
             spacing = np.maximum(spacing, _spacing(clouds[k].points))
             view = np.array([min(view[0], slopes[0]), max(view[1], slopes[1])])
         parts.append(points)
+        sensors.append(position)
     together = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    return Gathered(together, X_MS, height, spacing[0], spacing[1], view)
+    first_of = np.cumsum([0, *(len(part) for part in parts)])
+    return Gathered(
+        together, X_MS, height, spacing[0], spacing[1], view, np.array(sensors), first_of
+    )
 
 
 def _has_pose(cloud: PointCloud, X_MR: Floats) -> bool:

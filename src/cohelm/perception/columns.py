@@ -30,6 +30,8 @@ class Columns(NamedTuple):
     """(q,); of what is in the way."""
     layers: Integers
     """(q,), bit k: something came back from ``LAYER``·k to ``LAYER``·(k + 1) above the ground."""
+    first: Integers
+    """(q,), the same of what came back to the first sensor."""
 
     def where(self, which: Booleans) -> Columns:
         """Those that ``which`` (q,) says."""
@@ -39,13 +41,14 @@ class Columns(NamedTuple):
             self.lowest[which],
             self.highest[which],
             self.layers[which],
+            self.first[which],
         )
 
 
 @njit(cache=True)
-def thin(
-    points: Floats, heights: Floats, kept: Floats, side: float, reach: float
-) -> tuple[Floats, Integers, Floats, Floats, Integers]:
+def thin(  # a kernel takes arrays and numbers
+    points: Floats, heights: Floats, kept: Floats, side: float, reach: float, first: int
+) -> tuple[Floats, Integers, Floats, Floats, Integers, Integers]:
     """The fields of :class:`Columns` for the points whose height lies within ``kept``.
 
     Args:
@@ -56,6 +59,7 @@ def thin(
             is lower than the clearance, where there is any.
         side: of a column, m.
         reach: m.
+        first: how many points, the first of them, are the first sensor's.
     """
     n = points.shape[0]
     cells = int(2.0 * reach / side) + 2
@@ -80,7 +84,7 @@ def thin(
     sums = np.zeros((q, 2), dtype=np.int64)
     count = np.zeros(q, dtype=np.int64)
     lowest, highest = np.full(q, np.inf), np.full(q, -np.inf)
-    layers = np.zeros(q, dtype=np.int64)
+    layers, by_first = np.zeros(q, dtype=np.int64), np.zeros(q, dtype=np.int64)
     for i in range(n):
         if cell[i] < 0:
             continue
@@ -91,9 +95,12 @@ def thin(
         lowest[k] = min(lowest[k], h)
         if h <= kept[3]:
             highest[k] = max(highest[k], h)
-        layers[k] |= 1 << min(max(int(h / LAYER), 0), LAYERS - 1)
+        bit = 1 << min(max(int(h / LAYER), 0), LAYERS - 1)
+        layers[k] |= bit
+        if i < first:
+            by_first[k] |= bit
     centre = np.empty((q, 2))
     for k in range(q):
         centre[k, 0] = sums[k, 0] * _GRAIN / count[k]
         centre[k, 1] = sums[k, 1] * _GRAIN / count[k]
-    return centre, count, lowest, highest, layers
+    return centre, count, lowest, highest, layers, by_first

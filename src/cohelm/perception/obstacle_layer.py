@@ -5,24 +5,37 @@ the map nor a person explains adds to its cell's, a beam that crosses a cell tak
 is out of view is kept. A cell becomes occupied and free at two different levels, so that neither
 one noisy return nor one stray beam flips it. Tracked people are wiped out of it, cells that they
 covered before they were recognised included; what is not (yet) tracked as a person is an obstacle.
+
+A planar scan is at one height: its beams clear what they cross, but for what a cloud saw. A cloud's
+beams clear what they go through, not what they pass over (see ``cloud_clearing``).
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Booleans, Bytes, Floats, Integers, Shape, SignedBytes, value
+from cohelm.arrays import (
+    Annotated,
+    Booleans,
+    Bytes,
+    Floats,
+    Floats32,
+    Integers,
+    Shape,
+    SignedBytes,
+    value,
+)
 from cohelm.config import Model
 from cohelm.geometry import inverse, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import LiveObstacles, People
-from cohelm.perception.api import Detections
+from cohelm.perception.api import Detections, Heights
+from cohelm.perception.cloud_clearing import look_in_space
+from cohelm.perception.obstacle_cells import decide, mark_and_clear, wipe
 
 
 class ObstacleLayerParameters(Model):
@@ -46,11 +59,17 @@ class ObstacleLayerParameters(Model):
     """Returns this near a tracked body are the person's, m."""
     person_reach: float = Field(0.5, ge=0.0, le=2.0)
     """A detection whose centre is this near a tracked person's is that person, m."""
+    overhang: float = Field(0.4, ge=0.0, le=2.0)
+    """A cloud's beam this far below what was seen of a thing still denies it, m: what stands on the
+    floor was not seen down to it."""
+    uneven: float = Field(0.1, ge=0.0, le=0.5)
+    """By how much the ground may lie lower than a straight line between a beam's ends, m for each
+    metre that is left of it: where a ramp begins."""
 
 
 DEFAULTS = ObstacleLayerParameters()
 
-_Cells = TypeVar("_Cells", SignedBytes, Bytes)
+_Cells = TypeVar("_Cells", SignedBytes, Bytes, Floats32)
 
 
 @value
@@ -60,6 +79,9 @@ class ObstacleLayerState:
     evidence: Annotated[SignedBytes, Shape("rows cols")]
     obstacles: LiveObstacles
     """What the rest of the system reads; the same object as long as nothing changes."""
+    span: Annotated[Floats32, Shape("2 rows cols")] | None = None
+    """From what height to what clouds saw something in each cell, m; 0: not known. None: there was
+    no cloud yet."""
 
 
 def update_obstacle_layer(
@@ -91,13 +113,26 @@ def update_obstacle_layer(
         return rolled
     evidence, occupied = rolled.evidence.copy(), rolled.obstacles.occupied.copy()
     X_WM = _window_from_map(grid, rolled.obstacles.corner)
+    span = None if rolled.span is None else rolled.span.copy()
+    if span is None and any(seen.heights is not None for seen in detections):
+        span = np.zeros((2, *evidence.shape), dtype=np.float32)
     bodies = np.column_stack([_in_cells(X_WM, people.mean[:, :2], grid), people.radius])
     for seen in detections:
-        _look(evidence, seen, ~_unexplained(seen, people, p), X_WM, grid, p)
-    _wipe(evidence, bodies, grid.resolution)
-    if not _decide(evidence, occupied, p.occupied_from):
+        free = _unexplained(seen, people, p)
+        if seen.heights is not None and span is not None:
+            _look_in_space(evidence, span, seen, seen.heights, free=free, X_WM=X_WM, grid=grid, p=p)
+            continue
+        before = evidence if span is None else evidence.copy()
+        _look(evidence, seen, ~free, X_WM, grid, p)
+        if span is not None:
+            np.maximum(evidence, before, out=evidence, where=span[1] > 0.0)
+    wipe(evidence, bodies, grid.resolution)
+    if not decide(evidence, occupied, p.occupied_from):
         occupied = rolled.obstacles.occupied
-    return _next(rolled, evidence, occupied)
+    if span is not None:
+        span[:, evidence <= 0] = 0.0
+        span.flags.writeable = False
+    return replace(_next(rolled, evidence, occupied), span=span)
 
 
 def _look(
@@ -112,13 +147,40 @@ def _look(
     ends = np.concatenate([seen.points, seen.through])
     margin = p.end_margin + p.end_margin_growth * np.hypot(*(ends - seen.origin).T)
     margin[len(seen.points) :] = 0.0
-    _mark_and_clear(
+    mark_and_clear(
         evidence,
         _in_cells(X_WM, seen.origin, grid),
         _in_cells(X_WM, ends, grid),
         np.concatenate([explained, np.ones(len(seen.through), dtype=np.bool_)]),
         margin / grid.resolution,
         np.array([p.hit, p.miss, p.most]),
+    )
+
+
+def _look_in_space(
+    evidence: SignedBytes,
+    span: Floats32,
+    seen: Detections,
+    heights: Heights,
+    *,
+    free: Booleans,
+    X_WM: Floats,
+    grid: OccupancyGrid,
+    p: ObstacleLayerParameters,
+) -> None:
+    """Put one cloud into ``evidence`` and ``span``, in place."""
+    margin = p.end_margin + p.end_margin_growth * np.hypot(*(seen.points - seen.origin).T)
+    look_in_space(
+        evidence,
+        span,
+        heights,
+        columns=np.column_stack([_in_cells(X_WM, seen.points, grid), margin / grid.resolution]),
+        free=free,
+        sensors=np.column_stack(
+            [_in_cells(X_WM, heights.sensor[:, :2], grid), heights.sensor[:, 2]]
+        ),
+        floor=_in_cells(X_WM, heights.floor.astype(float), grid),
+        rules=np.array([p.hit, p.miss, p.most, p.overhang, p.uneven * grid.resolution]),
     )
 
 
@@ -140,7 +202,7 @@ def _next(layer: ObstacleLayerState, evidence: SignedBytes, occupied: Bytes) -> 
     occupied.flags.writeable = False
     known = layer.obstacles
     changed = replace(known, occupied=occupied, version=known.version + 1)
-    return ObstacleLayerState(evidence=evidence, obstacles=changed)
+    return replace(layer, evidence=evidence, obstacles=changed)
 
 
 # ------------------------------------------------------------------------------------ the window
@@ -170,7 +232,12 @@ def _rolled(layer: ObstacleLayerState, corner: Integers) -> ObstacleLayerState:
         occupied=_shifted(known.occupied, shift),
         version=known.version + 1,
     )
-    return ObstacleLayerState(evidence=_shifted(layer.evidence, shift), obstacles=obstacles)
+    span = layer.span
+    return ObstacleLayerState(
+        evidence=_shifted(layer.evidence, shift),
+        obstacles=obstacles,
+        span=None if span is None else np.stack([_shifted(each, shift) for each in span]),
+    )
 
 
 def _shifted(cells: _Cells, shift: Integers) -> _Cells:
@@ -193,86 +260,3 @@ def _window_from_map(grid: OccupancyGrid, corner: Integers) -> Floats:
 def _in_cells(X_WM: Floats, points: Floats, grid: OccupancyGrid) -> Floats:
     """(column, row) of map points (..., 2) in the window, as real numbers."""
     return transform(X_WM, points) / grid.resolution
-
-
-# ----------------------------------------------------------------------------------- the kernels
-
-
-@njit(cache=True)
-def _mark_and_clear(
-    evidence: SignedBytes,
-    origin: Floats,
-    ends: Floats,
-    explained: Booleans,
-    margin: Floats,
-    amounts: Integers,
-) -> None:
-    """Add and take evidence for the beams from ``origin`` to ``ends``, in cells (column, row).
-
-    A cell is hit or missed at most once in a scan, and a hit outweighs every miss.
-    """
-    rows, cols = evidence.shape
-    hit, miss, most = amounts
-    done = np.zeros((rows, cols), dtype=np.uint8)
-    for i in range(ends.shape[0]):
-        if explained[i]:
-            continue
-        c, r = math.floor(ends[i, 0]), math.floor(ends[i, 1])
-        if 0 <= r < rows and 0 <= c < cols and not done[r, c]:
-            done[r, c] = 1
-            evidence[r, c] = min(evidence[r, c] + hit, most)
-    for i in range(ends.shape[0]):
-        _clear(evidence, done, origin, ends[i], margin[i], miss)
-
-
-@njit(cache=True)
-def _clear(
-    evidence: SignedBytes, done: Bytes, origin: Floats, end: Floats, margin: float, miss: int
-) -> None:
-    """Take evidence from the cells that a beam crosses (Amanatides and Woo 1987)."""
-    rows, cols = evidence.shape
-    dx, dy = end[0] - origin[0], end[1] - origin[1]
-    length = math.hypot(dx, dy)
-    if length <= margin:
-        return
-    dx, dy, stop = dx / length, dy / length, length - margin
-    c, r = math.floor(origin[0]), math.floor(origin[1])
-    step_c, step_r = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-    per_c = 1.0 / abs(dx) if dx != 0.0 else np.inf
-    per_r = 1.0 / abs(dy) if dy != 0.0 else np.inf
-    to_c = ((c + 1 - origin[0]) if dx > 0.0 else (origin[0] - c)) * per_c if dx != 0.0 else np.inf
-    to_r = ((r + 1 - origin[1]) if dy > 0.0 else (origin[1] - r)) * per_r if dy != 0.0 else np.inf
-    travelled = 0.0
-    while travelled < stop:
-        if 0 <= r < rows and 0 <= c < cols and not done[r, c]:
-            done[r, c] = 1
-            evidence[r, c] = max(evidence[r, c] - miss, 0)
-        if to_c < to_r:
-            travelled, to_c, c = to_c, to_c + per_c, c + step_c
-        else:
-            travelled, to_r, r = to_r, to_r + per_r, r + step_r
-
-
-@njit(cache=True)
-def _wipe(evidence: SignedBytes, bodies: Floats, resolution: float) -> None:
-    """Nothing stands where people (n, 3) of (column, row, radius in m) do."""
-    rows, cols = evidence.shape
-    for t in range(bodies.shape[0]):
-        x, y, radius = bodies[t, 0], bodies[t, 1], bodies[t, 2] / resolution + 1.0
-        for r in range(max(int(y - radius), 0), min(int(y + radius) + 1, rows)):
-            for c in range(max(int(x - radius), 0), min(int(x + radius) + 1, cols)):
-                if math.hypot(c + 0.5 - x, r + 0.5 - y) <= radius:
-                    evidence[r, c] = 0
-
-
-@njit(cache=True)
-def _decide(evidence: SignedBytes, occupied: Bytes, occupied_from: int) -> bool:
-    """Bring ``occupied`` up to date, in place; whether a cell changed."""
-    changed = False
-    for r in range(evidence.shape[0]):
-        for c in range(evidence.shape[1]):
-            e = evidence[r, c]
-            if (e >= occupied_from and not occupied[r, c]) or (e <= 0 and occupied[r, c]):
-                occupied[r, c] = 1 - occupied[r, c]
-                changed = True
-    return changed

@@ -1,0 +1,111 @@
+"""Evidence in the cells of the live obstacle layer: what hits add, and what beams take."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Booleans, Bytes, Floats, Integers, SignedBytes
+
+
+@njit(cache=True)
+def mark_and_clear(
+    evidence: SignedBytes,
+    origin: Floats,
+    ends: Floats,
+    explained: Booleans,
+    margin: Floats,
+    amounts: Integers,
+) -> None:
+    """Add and take evidence for the beams from ``origin`` to ``ends``, in cells (column, row).
+
+    A cell is hit or missed at most once in a scan, and a hit outweighs every miss.
+    """
+    rows, cols = evidence.shape
+    hit, miss, most = amounts
+    done = np.zeros((rows, cols), dtype=np.uint8)
+    for i in range(ends.shape[0]):
+        if explained[i]:
+            continue
+        c, r = math.floor(ends[i, 0]), math.floor(ends[i, 1])
+        if 0 <= r < rows and 0 <= c < cols and not done[r, c]:
+            done[r, c] = 1
+            evidence[r, c] = min(evidence[r, c] + hit, most)
+    cells, at = room_for(origin, ends)
+    for i in range(ends.shape[0]):
+        for k in range(crossed(origin, ends[i], margin[i], cells, at)):
+            r, c = cells[k]
+            if 0 <= r < rows and 0 <= c < cols and not done[r, c]:
+                done[r, c] = 1
+                evidence[r, c] = max(evidence[r, c] - miss, 0)
+
+
+@njit(cache=True)
+def room_for(origin: Floats, ends: Floats) -> tuple[Integers, Floats]:
+    """Empty arrays for the cells that the longest beam from a place to one of ``ends`` crosses."""
+    most = 0.0
+    for i in range(ends.shape[0]):
+        most = max(most, abs(ends[i, 0] - origin[0]) + abs(ends[i, 1] - origin[1]))
+    size = int(most) + 4
+    return np.empty((size, 2), dtype=np.int64), np.empty(size)
+
+
+@njit(cache=True)
+def crossed(origin: Floats, end: Floats, margin: float, cells: Integers, at: Floats) -> int:
+    """The cells that a beam crosses (Amanatides and Woo 1987): how many.
+
+    Args:
+        origin: (column, row) where it begins.
+        end: where it ends.
+        margin: its last part, which is left out, in cells.
+        cells: (row, column) of each, in place.
+        at: how far it had come where it entered each, in cells, in place.
+    """
+    dx, dy = end[0] - origin[0], end[1] - origin[1]
+    length = math.hypot(dx, dy)
+    if length <= margin:
+        return 0
+    dx, dy, stop = dx / length, dy / length, length - margin
+    c, r = math.floor(origin[0]), math.floor(origin[1])
+    step_c, step_r = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
+    per_c = 1.0 / abs(dx) if dx != 0.0 else np.inf
+    per_r = 1.0 / abs(dy) if dy != 0.0 else np.inf
+    to_c = ((c + 1 - origin[0]) if dx > 0.0 else (origin[0] - c)) * per_c if dx != 0.0 else np.inf
+    to_r = ((r + 1 - origin[1]) if dy > 0.0 else (origin[1] - r)) * per_r if dy != 0.0 else np.inf
+    travelled = 0.0
+    count = 0
+    while travelled < stop and count < at.size:
+        cells[count, 0], cells[count, 1], at[count] = r, c, travelled
+        count += 1
+        if to_c < to_r:
+            travelled, to_c, c = to_c, to_c + per_c, c + step_c
+        else:
+            travelled, to_r, r = to_r, to_r + per_r, r + step_r
+    return count
+
+
+@njit(cache=True)
+def wipe(evidence: SignedBytes, bodies: Floats, resolution: float) -> None:
+    """Nothing stands where people (n, 3) of (column, row, radius in m) do."""
+    rows, cols = evidence.shape
+    for t in range(bodies.shape[0]):
+        x, y, radius = bodies[t, 0], bodies[t, 1], bodies[t, 2] / resolution + 1.0
+        for r in range(max(int(y - radius), 0), min(int(y + radius) + 1, rows)):
+            for c in range(max(int(x - radius), 0), min(int(x + radius) + 1, cols)):
+                if math.hypot(c + 0.5 - x, r + 0.5 - y) <= radius:
+                    evidence[r, c] = 0
+
+
+@njit(cache=True)
+def decide(evidence: SignedBytes, occupied: Bytes, occupied_from: int) -> bool:
+    """Bring ``occupied`` up to date, in place; whether a cell changed."""
+    changed = False
+    for r in range(evidence.shape[0]):
+        for c in range(evidence.shape[1]):
+            e = evidence[r, c]
+            if (e >= occupied_from and not occupied[r, c]) or (e <= 0 and occupied[r, c]):
+                occupied[r, c] = 1 - occupied[r, c]
+                changed = True
+    return changed
