@@ -6,7 +6,6 @@ from scipy.ndimage import distance_transform_edt, label
 
 from cohelm.evaluation.benches import paper_global, paper_global_report
 from cohelm.evaluation.benches.bench import Progress, Result, run_tasks
-from cohelm.evaluation.benches.bootstrap import estimate
 from cohelm.evaluation.benches.office import (
     CLICK_DEVIATION,
     LANE,
@@ -16,6 +15,7 @@ from cohelm.evaluation.benches.office import (
     on_the_left,
     taut,
 )
+from cohelm.evaluation.bootstrap import estimate
 from cohelm.geometry import arc_length
 from cohelm.maps import distance_field
 from cohelm.planning import RouteProblem

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.benches.bootstrap import estimate
+from cohelm.evaluation.bootstrap import estimate
 from cohelm.maps import read_map
 from cohelm.planning import choices
 from cohelm.planning.choices import Rider, Shown, read_rider, write_rider

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
-from cohelm.evaluation.benches.bootstrap import LEVEL, RESAMPLES, Estimate
+from cohelm.evaluation.bootstrap import LEVEL, RESAMPLES, Estimate
 from cohelm.evaluation.watched import Watched
 from cohelm.perception import ConstantVelocity, Predictor
 from cohelm.recordings.trajectories import Trajectories

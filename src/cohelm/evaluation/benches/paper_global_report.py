@@ -10,7 +10,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
-from cohelm.evaluation.benches.bootstrap import Estimate, estimate
+from cohelm.evaluation.bootstrap import Estimate, estimate
 from cohelm.pictures import RoutePanel, draw_error_plot, draw_route_panels
 
 
