@@ -1,9 +1,10 @@
 """How well people's ways are foreseen, on filmed crowds and on simulated changes of mind.
 
-    python benchmarks/prediction.py [--crowds FOLDER] [--seeds 3] [--plot FILE] [--set KEY=VALUE]
+    python benchmarks/prediction.py [--crowds FOLDER] [--seeds 3] [--first 0] [--plot FILE]
+                                    [--set KEY=VALUE]
 
-The crowds are the text files of ETH and UCY (obsmat.txt) in a folder; COHELM_DATA/pedestrians where
-none is named. Without any, the simulated changes alone are run.
+The crowds are the text files of ETH and UCY (obsmat.txt) and of HERMES in a folder;
+COHELM_DATA/pedestrians where none is named. Without any, the simulated changes alone are run.
 """
 
 import argparse
@@ -15,20 +16,24 @@ import numpy as np
 
 from cohelm.config import override, validate
 from cohelm.evaluation.changes_of_mind import CHANGES, Change, changes, noticed
-from cohelm.evaluation.foresight import alarms, foresee, likelihoods
+from cohelm.evaluation.foresight import AHEAD, alarms, foresee, likelihoods
 from cohelm.evaluation.watched import watch
 from cohelm.perception import Hypotheses
 from cohelm.pictures.futures import Foretold, draw_futures
 from cohelm.recordings.trajectories import read_trajectories
 from cohelm.testing.scenes import walkers
 
+CROWDS = {"*obsmat.txt": ((10.0, None), AHEAD), "hermes*.txt": ((10.0, 2.5), 1.25)}
+"""Rates of the scans, and how far ahead: frames of HERMES lie 1/16 s apart."""
 
-def crowd(file: Path, predictor: Hypotheses, rate: float | None) -> None:
+
+def crowd(file: Path, predictor: Hypotheses, rate: float | None, ahead: float) -> None:
     watched = watch(read_trajectories(file), rate=rate)
-    got, said = likelihoods(watched, predictor), alarms(foresee(watched, predictor))
+    got = likelihoods(watched, predictor, ahead=ahead)
+    said = alarms(foresee(watched, predictor, ahead=ahead))
     print(f"{file.name}, scans at {'the moments of the film' if rate is None else f'{rate:g} Hz'}")
     print(f"  {got.frames} frames of {got.people} people")
-    print(f"  log-likelihood at 1.2 s          {got.mean:.3f}")
+    print(f"  log-likelihood at {ahead:<4g} s         {got.mean:.3f}")
     print(f"  over the best fixed weights      {got.over_fixed:.4f}, weights {got.fixed.round(4)}")
     print(f"  over average weights             {got.over_usual:.4f}")
     print(f"  over constant velocity           {got.over_constant:.3f}, q = {got.agility:g} m²/s³")
@@ -80,6 +85,7 @@ def main() -> None:
     data = os.environ.get("COHELM_DATA")
     parser.add_argument("--crowds", type=Path, default=Path(data) / "pedestrians" if data else None)
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--plot", type=Path)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     given = parser.parse_args()
@@ -93,11 +99,12 @@ def main() -> None:
             moments=(-0.2, 0.3, 0.6),
         )
     clock(predictor)
-    for seed in range(given.seeds):
+    for seed in range(given.first, given.first + given.seeds):
         sudden(seed, predictor)
-    for file in sorted(given.crowds.glob("*obsmat.txt")) if given.crowds else ():
-        for rate in (10.0, None):
-            crowd(file, predictor, rate)
+    for files, (rates, ahead) in CROWDS.items() if given.crowds else ():
+        for file in sorted(given.crowds.glob(files)):
+            for rate in rates:
+                crowd(file, predictor, rate, ahead)
 
 
 if __name__ == "__main__":

@@ -15,8 +15,9 @@ from cohelm.evaluation.foresight import alarms, foresee, likelihoods
 from cohelm.evaluation.grouping import group_scores
 from cohelm.evaluation.perceived import ASKED, LEAST_VISIBLE
 from cohelm.evaluation.perceived_crowds import crowd_scores
-from cohelm.evaluation.watched import watch
+from cohelm.evaluation.watched import Watched, watch
 from cohelm.evaluation.watching import parts_of
+from cohelm.perception import Predictor
 from cohelm.recordings import read_trajectories
 
 FILMS = {"ETH": "eth_obsmat.txt", "zara01": "zara01_obsmat.txt"}
@@ -84,29 +85,35 @@ def prediction() -> Iterator[Row]:
     """How likely the true positions were held 1.2 s before, on whole films."""
     predictor = parts_of(("predictor.use=hypotheses",), ("predictor",))["predictor"]
     for name, film in FILMS.items():
-        part, file = "prediction", _film(name)
+        file = _film(name)
         if file is None:
-            yield not_run(part, name, absent("pedestrians", film))
+            yield not_run("prediction", name, absent("pedestrians", film))
             continue
-        watched = watch(read_trajectories(file))
-        found, said = likelihoods(watched, predictor), alarms(foresee(watched, predictor))
-        counts = f"{found.frames} frames of {found.people} people, the whole film"
+        for rate in (10.0, None):
+            seen = f"{name}, scans at {'2.5 Hz as filmed' if rate is None else f'{rate:g} Hz'}"
+            yield from _foreseen(seen, watch(read_trajectories(file), rate=rate), predictor)
+
+
+def _foreseen(seen: str, watched: Watched, predictor: Predictor) -> Iterator[Row]:
+    part, who = "prediction", type(predictor).__name__
+    found, said = likelihoods(watched, predictor), alarms(foresee(watched, predictor))
+    counts = f"{found.frames} frames of {found.people} people, the whole film"
+    yield row(
+        part, f"{seen}: ln likelihood at 1.2 s", found.mean.mean, unit="ln 1/m²",
+        remark=f"{who}: {counts}; 90 % regions hold {found.within_90:.1%}",
+    )  # fmt: skip
+    rivals = {"fixed weights, its own on average": found.over_usual,
+              "fixed weights, the best by hindsight": found.over_fixed,
+              "constant velocity at its best": found.over_constant}  # fmt: skip
+    for rival, gain in rivals.items():
         yield row(
-            part, f"{name}, ln likelihood at 1.2 s", found.mean.mean, unit="ln 1/m²",
-            remark=f"{type(predictor).__name__}: {counts}; 90 % regions hold {found.within_90:.1%}",
+            part, f"{seen}: more than {rival}", gain.mean, least=0.0, right=gain.low > 0.0,
+            remark=f"95 % over people [{gain.low:.3f}, {gain.high:.3f}]",
         )  # fmt: skip
-        rivals = {"fixed weights, its own on average": found.over_usual,
-                  "fixed weights, the best by hindsight": found.over_fixed,
-                  "constant velocity at its best": found.over_constant}  # fmt: skip
-        for rival, gain in rivals.items():
-            yield row(
-                part, f"{name}, more than {rival}", gain.mean, least=0.0, right=gain.low > 0.0,
-                remark=f"95 % over people [{gain.low:.3f}, {gain.high:.3f}]",
-            )  # fmt: skip
-        yield row(
-            part, f"{name}, false alarms", said.share, most=MOST_ALARMS,
-            remark=f"{said.false} of {said.frames} frames; {said.said} alarms in all",
-        )  # fmt: skip
+    yield row(
+        part, f"{seen}: false alarms", said.share, most=MOST_ALARMS,
+        remark=f"{said.false} of {said.frames} frames; {said.said} alarms in all",
+    )  # fmt: skip
 
 
 def maneuvers() -> Iterator[Row]:
