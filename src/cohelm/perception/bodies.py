@@ -16,6 +16,8 @@ from cohelm.perception.legs import LEAST, MOST, pair_legs, width_odds
 
 LARGEST_LOG_ODDS = 4.0
 """What one look at a shape can say at most."""
+A_RETURN = 0.85
+"""What each return beyond three adds to the log-odds that a disc can have."""
 SLACK = 0.03
 """Standard deviation of how much narrower than itself a disc looks, beside the beams' gaps, m."""
 TWO_CLEAR_LEGS = 2.1
@@ -244,5 +246,6 @@ def _body(
         odds -= min(0.5 * lacking * lacking, LARGEST_LOG_ODDS)
     strange = (r - prior[0]) / (0.45 * prior[1])
     odds = max(odds - 0.5 * strange * strange, -LARGEST_LOG_ODDS)
+    odds = min(odds, MOST + A_RETURN * max(m - 3, 0))
     mx, my = points[:, 0].mean(), points[:, 1].mean()
     return np.array([x, y, r, deviation, odds, mx, my, 0.5 * (min(disc, clutter) - flat)])

@@ -6,15 +6,14 @@ import math
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.config import Model
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
 from cohelm.perception.association import associate, measurements, merged
 from cohelm.perception.kalman import larger_deviation, predict, update
 from cohelm.perception.sight import FILLED, HIDDEN, SEEN_THROUGH, UNCLEAR, UNLOOKED, sight
+from cohelm.perception.tracker_parameters import TrackerParameters
 from cohelm.perception.tracks import (
     PER_TRACK,
     Sightings,
@@ -32,7 +31,7 @@ _PACE = np.zeros(5)
 _PACE[[UNCLEAR, SEEN_THROUGH, HIDDEN, FILLED, UNLOOKED]] = 1.0, 3.0, 0.4, 0.6, 0.6
 """How fast a person's time unseen counts, by what was seen in the place."""
 
-_CHANGED = ("radius", "shape", "surprise", "seen", "absent", "passed", "rest", "walked")
+_CHANGED = ("radius", "shape", "looks", "surprise", "seen", "absent", "passed", "rest", "walked")
 """What of a track is changed in place while a scan is worked in."""
 
 
@@ -50,75 +49,10 @@ class KalmanTracker:
     unseen takes from it.
     """
 
-    class Parameters(Model):
-        """Of the tracker; assumed where no reason is given."""
+    Parameters = TrackerParameters
 
-        agility: float = Field(0.4, gt=0.0, le=10.0)
-        """q, intensity of the white acceleration, m²/s³: √0.4 m/s wandering in a second."""
-        surprised_agility: float = Field(2.0, gt=0.0, le=50.0)
-        """q of a track whose innovations are far larger than expected (it turns), m²/s³."""
-        unseen_agility: float = Field(0.1, gt=0.0, le=10.0)
-        """q while a track is not seen, m²/s³: what looks like agility from one sighting to the next
-        is in part a body's swaying, which leads nowhere."""
-        speed_deviation: float = Field(1.0, gt=0.0, le=5.0)
-        """Standard deviation of a new track's velocity on each axis, m/s."""
-        gate: float = Field(13.8, gt=0.0, le=100.0)
-        """Largest squared Mahalanobis distance of a match (χ², 2 degrees of freedom, 99.9 %)."""
-        strangers: float = Field(0.1, gt=0.0, le=10.0)
-        """Density at which people appear where nobody was expected, 1/m² and scan: who is less
-        likely to be the one who was lost is somebody else."""
-        farthest: float = Field(1.0, gt=0.0, le=10.0)
-        """Largest distance of a match, m."""
-        straying: float = Field(0.3, ge=0.0, le=5.0)
-        """Growth of that distance with time unseen, m/s."""
-        separation: float = Field(0.35, ge=0.0, le=2.0)
-        """No track is born this near one that was just seen, and this far beyond a cluster may
-        somebody be expected who is part of it, m."""
-        hits: int = Field(3, ge=1, le=20)
-        """Sightings among the last ``window`` scans that confirm a track."""
-        sure_hits: int = Field(2, ge=1, le=20)
-        """The same of one whose shape leaves little doubt."""
-        window: int = Field(5, ge=1, le=20)
-        """Scans that ``hits`` looks back on."""
-        youngest: float = Field(0.09, ge=0.0, le=5.0)
-        """Least age at which ``sure_hits`` will do, s: at 40 Hz two sightings are one look."""
-        person_from: float = Field(1.0, ge=-5.0, le=5.0)
-        """Log-odds of a person that confirm a track (1.0: 73 %)."""
-        sure_from: float = Field(2.0, ge=-5.0, le=5.0)
-        """Log-odds of a person that leave little doubt (2.0: 88 %)."""
-        static_from: float = Field(-1.0, ge=-5.0, le=5.0)
-        """Log-odds below which a confirmed track is no person any more."""
-        unproven_from: float = Field(0.4, ge=-5.0, le=5.0)
-        """The same of one that came where nothing was and has not walked since: a door, a chair."""
-        static_moved: float = Field(-0.3, ge=-5.0, le=0.0)
-        """Log-odds of having come to its place below which nothing walks: a track that seems to
-        has gone from one thing at rest to the next."""
-        shape_rate: float = Field(0.3, gt=0.0, le=1.0)
-        """Share of the latest look in the running mean of the shape's log-odds: looks at one shape
-        are not independent, so they do not add up."""
-        motion_gain: float = Field(1.0, ge=0.0, le=5.0)
-        """Log-odds gained per sighting of something that walks; at most 5."""
-        motion_loss: float = Field(0.2, ge=0.0, le=5.0)
-        """Log-odds lost again per sighting at rest."""
-        walked_from: float = Field(0.4, ge=0.0, le=5.0)
-        """Distance from its birthplace at which something has walked, m: more than a localiser's
-        error of 3 cm and 1° moves what is 8 m away."""
-        walking_speed: float = Field(0.3, ge=0.0, le=3.0)
-        """Least speed of something that walks, m/s."""
-        heading_speed: float = Field(0.2, ge=0.0, le=3.0)
-        """Least speed at which the heading follows the motion, m/s."""
-        patience: float = Field(1.2, gt=0.0, le=20.0)
-        """A confirmed track is given up after so long unseen, s; hidden time counts two fifths,
-        time in which its place was seen through threefold."""
-        tentative_patience: float = Field(0.35, gt=0.0, le=20.0)
-        """The same for a tentative one, all its time counted whole, s."""
-        told_deviation: float = Field(0.4, gt=0.0, le=5.0)
-        """Standard deviation of the place beyond which nobody is told, m; the track lives on."""
-        told_passed: float = Field(0.05, ge=0.0, le=5.0)
-        """Whose place was seen through for longer is not told, s; the track lives on."""
-
-    def __init__(self, parameters: Parameters | None = None) -> None:
-        self.parameters = parameters or self.Parameters()
+    def __init__(self, parameters: TrackerParameters | None = None) -> None:
+        self.parameters = parameters or TrackerParameters()
 
     def track(
         self,
@@ -202,7 +136,9 @@ class KalmanTracker:
         tracks = {name: getattr(state, name) for name in PER_TRACK}
         for name in _CHANGED:
             tracks[name] = tracks[name].copy()
-        walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > p.walked_from
+        driven = np.hypot(*(seen.origin - state.viewpoint).T)
+        farther = p.parallax * np.minimum(driven, p.parallax_driven) / p.parallax_driven
+        walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > p.walked_from + farther
         walks = walked & _walks(mean, covariance, p.walking_speed)
         found = match >= 0
         walks[found] &= seen.moved[match[found]] >= p.static_moved
@@ -211,7 +147,10 @@ class KalmanTracker:
         whole = np.flatnonzero(found & ~met)
         new = match[whole]
         tracks["radius"][whole] += 0.2 * (seen.radius[new] - state.radius[whole])
-        tracks["shape"][whole] += p.shape_rate * (seen.log_odds[new] - state.shape[whole])
+        looks = state.looks[whole] + seen.weight[new]
+        share = seen.weight[new] * np.maximum(p.shape_rate, 1.0 / looks)
+        tracks["shape"][whole] += share * (seen.log_odds[new] - state.shape[whole])
+        tracks["looks"][whole] = looks
         tracks["surprise"][whole] += 0.4 * (
             np.minimum(squared[whole], 20.0) - state.surprise[whole]
         )
@@ -257,9 +196,12 @@ class KalmanTracker:
         hits = np.bitwise_count(tracks["history"])
         sure = (odds >= p.sure_from) & (time - tracks["born"] >= p.youngest)
         often = hits >= np.where(sure, p.sure_hits, min(p.hits, p.window))
-        rises = (match >= 0) & often & (odds >= p.person_from)
+        came = tracks["walked"] | (tracks["motion"] >= p.came_from)
+        shapely = (tracks["shape"] >= p.still_from) & (tracks["looks"] >= p.still_looks)
+        rises = (match >= 0) & often & np.where(came, odds >= p.person_from, shapely)
         least = np.where(tracks["walked"], p.static_from, p.unproven_from)
-        tracks["confirmed"] = rises | (tracks["confirmed"] & (odds > least))
+        stays = (odds > least) | (tracks["shape"] > p.still_least)
+        tracks["confirmed"] = rises | (tracks["confirmed"] & stays)
 
     def _turnover(
         self,

@@ -9,6 +9,9 @@ import numpy as np
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.perception.api import Detections
 
+_SHAPELESS, _SHAPELY = 3.0, 8.0
+"""Returns that show no shape, and that show it whole."""
+
 PER_TRACK = (
     "id",
     "mean",
@@ -16,6 +19,7 @@ PER_TRACK = (
     "heading",
     "radius",
     "shape",
+    "looks",
     "motion",
     "history",
     "born",
@@ -23,6 +27,7 @@ PER_TRACK = (
     "absent",
     "passed",
     "birthplace",
+    "viewpoint",
     "surprise",
     "confirmed",
     "rest",
@@ -47,6 +52,8 @@ class TrackerState:
     """m."""
     shape: Annotated[Floats, Shape("m")]
     """Running mean of the log-odds of a person that its shape gives."""
+    looks: Annotated[Floats, Shape("m")]
+    """How often its shape was looked at, a look with few returns counted in part."""
     motion: Annotated[Floats, Shape("m")]
     """Log-odds of a person that its walking has earned, ≥ 0."""
     history: Annotated[Integers, Shape("m")]
@@ -61,6 +68,8 @@ class TrackerState:
     """For how long its place was seen through since it was last seen, s."""
     birthplace: Annotated[Floats, Shape("m 2")]
     """m."""
+    viewpoint: Annotated[Floats, Shape("m 2")]
+    """Where the sensor was at its first sighting, m."""
     surprise: Annotated[Floats, Shape("m")]
     """Running mean of the normalised squared innovations; 2 where the model holds."""
     confirmed: Annotated[Booleans, Shape("m")]
@@ -99,6 +108,10 @@ class Sightings:
     """ln(p / (1 − p)) of a person by its shape."""
     moved: Annotated[Floats, Shape("d")]
     """Log-odds that it has come to where it is; 0 where not known."""
+    weight: Annotated[Floats, Shape("d")]
+    """How much of a look each is, 0…1."""
+    origin: Annotated[Floats, Shape("2")]
+    """Where the sensor was, m."""
     compared: bool
     """Whether what was there before was asked for at all."""
 
@@ -114,13 +127,27 @@ def sightings(seen: Detections) -> Sightings:
     p = np.clip(seen.confidence[order], 0.01, 0.99)
     return Sightings(
         time=seen.time,
+        origin=seen.origin,
         position=seen.position[order],
         radius=seen.radius[order],
         deviation=seen.deviation[order],
         log_odds=np.log(p / (1.0 - p)),
         moved=np.zeros(len(order)) if seen.moved is None else seen.moved[order],
+        weight=_weight(seen)[order],
         compared=seen.moved is not None,
     )
+
+
+def _weight(seen: Detections) -> Floats:
+    """How much of a look each of the seen is (d,), where it is asked what has moved.
+
+    Few returns of a planar scan show no shape.
+    """
+    d = len(seen.position)
+    if seen.moved is None:
+        return np.ones(d)
+    returns = np.bincount(seen.owner[seen.owner >= 0], minlength=d)
+    return np.clip((returns - _SHAPELESS) / (_SHAPELY - _SHAPELESS), 0.1, 1.0)
 
 
 def no_tracks(time: float, next_id: int = 0) -> TrackerState:
@@ -131,6 +158,7 @@ def no_tracks(time: float, next_id: int = 0) -> TrackerState:
     shapes.update(id=whole, history=whole, confirmed=flags, walked=flags)
     shapes.update(mean=none.reshape(0, 4))
     shapes.update(covariance=none.reshape(0, 4, 4), birthplace=none.reshape(0, 2))
+    shapes.update(viewpoint=none.reshape(0, 2))
     return TrackerState(time=time, next_id=next_id, **shapes)
 
 
@@ -149,6 +177,7 @@ def newborn(seen: Sightings, which: Booleans, next_id: int, speed_deviation: flo
         "heading": np.full(d, np.nan),
         "radius": seen.radius[which],
         "shape": seen.log_odds[which],
+        "looks": seen.weight[which],
         "motion": np.maximum(seen.moved[which], 0.0),
         "history": np.ones(d, dtype=np.int64),
         "born": now,
@@ -156,6 +185,7 @@ def newborn(seen: Sightings, which: Booleans, next_id: int, speed_deviation: flo
         "absent": np.zeros(d),
         "passed": np.zeros(d),
         "birthplace": position,
+        "viewpoint": np.tile(seen.origin, (d, 1)),
         "surprise": np.full(d, 2.0),
         "confirmed": np.zeros(d, dtype=np.bool_),
         "rest": np.zeros(d),
