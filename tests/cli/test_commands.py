@@ -131,6 +131,7 @@ def test_plan_prints_a_table(cohelm, room):
 def test_listings(cohelm, monkeypatch, tmp_path):
     assert "hospital" in cohelm("scenarios")[1]
     assert "ss_mpc_dcbf" in cohelm("plugins")[1]
+    assert "32 × 1024" in cohelm("robots")[1]
     monkeypatch.setenv("COHELM_DATA", str(tmp_path))
     (tmp_path / "barn").mkdir()
     (tmp_path / "barn" / "worlds.json").write_text("{}")

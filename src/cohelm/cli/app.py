@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from cohelm.cli import benches, choosing, compiled_code, options, streams
+from cohelm.cli import benches, choosing, compiled_code, listing, options, streams
 from cohelm.errors import CohelmError
 
 FAILED, BAD_INPUT = 1, 2
@@ -32,6 +32,7 @@ app = typer.Typer(
 
 app.add_typer(benches.app)
 app.add_typer(choosing.app)
+app.add_typer(listing.app)
 
 _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException, whoever ships it
 
@@ -272,6 +273,12 @@ def people(  # noqa: PLR0913, PLR0917 # an option is an argument
             "--set", metavar="KEY=VALUE", help="Any parameter of a part: tracker.gate=0.99."
         ),
     ] = None,
+    still: Annotated[
+        bool,
+        typer.Option(
+            "--still", help="The sensor rests, if the recording does not say; unset, find its way."
+        ),
+    ] = False,
 ) -> int:
     """Say who is in a recording: where, how fast, how sure, and who belongs together."""
     compiled_code.place()
@@ -286,30 +293,6 @@ def people(  # noqa: PLR0913, PLR0917 # an option is an argument
         start=start,
         seconds=seconds,
         settings=tuple(set_ or ()),
+        at_rest=still,
     )
     return command.people(asked, command.Outputs(json=json, plot=plot, at=at, animate=animate))
-
-
-@app.command()
-def scenarios() -> int:
-    """The scenarios that come with cohelm."""
-    return _listing("scenarios")
-
-
-@app.command()
-def plugins() -> int:
-    """The parts that a scenario can name, and where they come from."""
-    return _listing("plugins")
-
-
-@app.command()
-def data() -> int:
-    """The outside data sets that tests and benchmarks use: what is here, and where to get it."""
-    return _listing("data")
-
-
-def _listing(what: str) -> int:
-    from cohelm.cli import listings  # noqa: PLC0415 # lazy
-
-    command: Callable[[], int] = getattr(listings, what)
-    return command()

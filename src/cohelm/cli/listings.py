@@ -1,4 +1,4 @@
-"""``cohelm scenarios``, ``cohelm plugins`` and ``cohelm data``."""
+"""What ``cohelm scenarios``, ``robots``, ``plugins`` and ``data`` say."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from rich.table import Table
 
 from cohelm import plugins as parts
@@ -80,6 +81,25 @@ def scenarios() -> int:
         count = scenario.people.count
         people = len(scenario.people.ways) if count is None else count
         table.add_row(name, scenario.floor or scenario.map, str(people), scenario.description)
+    OUTPUT.print(table)
+    return 0
+
+
+def robots() -> int:
+    """List the chairs, with what a scenario's or one's own file would say of them."""
+    from cohelm.robots import load_robot, robot_names  # noqa: PLC0415 # lazy
+
+    table = _table("robot", "size, m", "fastest, m/s", "sensors")
+    for name in robot_names():
+        robot = load_robot(name)
+        length, width = np.ptp(robot.outline, axis=0)
+        sensors = [
+            *(f"{laser.name}: {laser.beams} beams" for laser in robot.lasers),
+            *(f"{lidar.name}: {lidar.rings} × {lidar.azimuths}" for lidar in robot.lidars),
+            *(f"{eye.name}: {eye.columns} × {eye.rows}" for eye in robot.depth_cameras),
+        ]
+        speed = f"{robot.max_speed:g}"
+        table.add_row(name, f"{length:.2f} × {width:.2f}", speed, ", ".join(sensors))
     OUTPUT.print(table)
     return 0
 
