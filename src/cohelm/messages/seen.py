@@ -13,15 +13,16 @@ class Sensing(StrEnum):
     """How far what was seen can be trusted."""
 
     OK = "ok"
-    """Sensors spoke and something came back."""
+    """Sensors spoke, at least one of them anew, and something came back."""
     SILENT = "silent"
     """No sensor spoke since the last observation; tracks coast."""
     NO_RETURNS = "no_returns"
     """A sensor spoke and nothing usable came back: an empty hall, or a blind sensor."""
     CLOCK_STANDS = "clock_stands"
-    """A scan is no newer than the last one: time is not known."""
+    """No reading is newer than the newest of the same sensor before: time is not known."""
     CLOCK_BACK = "clock_back"
-    """A scan is older than the last one: tracks begin anew."""
+    """A reading is older than the newest of the same sensor before, or all time ran back by more
+    than a second, with which tracks begin anew."""
 
 
 @value

@@ -10,11 +10,9 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.config import Model
 from cohelm.messages import Groups, People
+from cohelm.perception.clock import RAN_BACK
 from cohelm.perception.groups_evidence import Weighing, gather
 from cohelm.perception.groups_joining import clusters, inherit
-
-_BACKWARDS = 1e-6
-"""A clock that runs back by more than this starts anew, s."""
 
 
 @value
@@ -138,7 +136,8 @@ class Affinity:
         group, next_id = inherit(label, held, before.next_id)
         waits = (group < 0) & np.isin(held, np.delete(before.group, here)) & (held >= 0)
         kept = np.where(waits, held, group)  # the others of the group are only out of view
-        state = _with(before, here, people.time, kept, next_id, (log_odds, drift, weight))
+        time = max(people.time, before.time)
+        state = _with(before, here, time, kept, next_id, (log_odds, drift, weight))
         ids, member = np.unique(group[group >= 0], return_inverse=True)
         told = np.full(len(people), -1)
         told[order[group >= 0]] = member
@@ -149,8 +148,9 @@ def _at(
     memory: AffinityState | None, time: float, ids: Integers, remembered: float
 ) -> AffinityState:
     """The memory with rows for all of ``ids``, grown in order; who is long gone is left out."""
-    if memory is None or time < memory.time - _BACKWARDS:
+    if memory is None or time < memory.time - RAN_BACK:
         return _blank(time, memory.next_id if memory else 0, ids)
+    time = max(time, memory.time)
     if np.array_equal(memory.id, ids):
         return memory
     kept = np.isin(memory.id, ids) | (memory.seen >= time - remembered)

@@ -11,7 +11,7 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.messages import People, Predictions
-from cohelm.perception.kalman_tracker import BACKWARDS
+from cohelm.perception.clock import RAN_BACK
 from cohelm.perception.modes import ModeState, ModeTable, look
 from cohelm.perception.modes_ahead import ahead
 from cohelm.perception.unsmoothed import by_axis, unsmoothed
@@ -255,5 +255,5 @@ def _recalled(
     last = len(order) - 1
     old = order[np.minimum(np.searchsorted(memory.id, people.id, sorter=order), last)]
     since = people.time - memory.time[old]
-    known = (memory.id[old] == people.id) & (since >= -BACKWARDS) & (since <= forgotten)
+    known = (memory.id[old] == people.id) & (since >= -RAN_BACK) & (since <= forgotten)
     return _with_rows(state, known, _rows(memory, old[known]))

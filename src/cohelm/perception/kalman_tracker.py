@@ -11,6 +11,7 @@ from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
 from cohelm.perception.association import associate, measurements, merged
+from cohelm.perception.clock import RAN_BACK
 from cohelm.perception.kalman import larger_deviation, predict, update
 from cohelm.perception.sight import FILLED, HIDDEN, SEEN_THROUGH, UNCLEAR, UNLOOKED, sight
 from cohelm.perception.tracker_parameters import TrackerParameters
@@ -25,8 +26,6 @@ from cohelm.perception.tracks import (
 
 LONGEST_STEP = 5.0
 """A filter is never predicted farther than this at once, s."""
-BACKWARDS = 1.0
-"""A clock that ran back by more than this started anew, s."""
 _PACE = np.zeros(5)
 _PACE[[UNCLEAR, SEEN_THROUGH, HIDDEN, FILLED, UNLOOKED]] = 1.0, 3.0, 0.4, 0.6, 0.6
 """How fast a person's time unseen counts, by what was seen in the place."""
@@ -69,7 +68,7 @@ class KalmanTracker:
         scans = sorted(detections, key=lambda d: d.time)
         first = min([now, *(seen.time for seen in scans)])
         state = no_tracks(first) if memory is None else memory
-        if now < state.time - BACKWARDS:
+        if now < state.time - RAN_BACK:
             state = no_tracks(first, state.next_id)
         for seen in scans:
             state = self._see(state, seen)
@@ -80,7 +79,7 @@ class KalmanTracker:
         p = self.parameters
         seen = sightings(scan)
         step, time = _elapsed(state.time, seen.time), max(state.time, seen.time)
-        late = min(_elapsed(seen.time, state.time), BACKWARDS)
+        late = min(_elapsed(seen.time, state.time), RAN_BACK)
         mean, covariance = self._predicted(state, step)
         then = mean.copy()
         then[:, :2] -= late * mean[:, 2:]

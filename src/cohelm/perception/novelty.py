@@ -19,12 +19,11 @@ from cohelm.config import Model
 from cohelm.geometry import compose
 from cohelm.messages import Scan
 from cohelm.perception.api import Detections
+from cohelm.perception.clock import RAN_BACK
 
 UNKNOWN, FULL, EMPTY, BLANK = 0, 1, 2, 3
 """What an earlier scan can say of a place: hidden or out of view, something there, seen through,
 or that no beam came back from that direction at all."""
-BACKWARDS = 1.0
-"""A clock that ran back by more than this started anew, s."""
 
 
 class NoveltyParameters(Model):
@@ -152,7 +151,7 @@ def remember(
     given = [scan.time, *X_MR, *scan.mount, scan.angle_min, scan.angle_increment]
     if not np.isfinite(given).all() or scan.angle_increment == 0.0 or not len(scan.ranges):
         return past
-    if past and scan.time < past[0].scan.time - BACKWARDS:
+    if past and scan.time < past[0].scan.time - RAN_BACK:
         past = ()
     others = [g for g in past if not np.array_equal(g.scan.mount, scan.mount)]
     before = [g for g in past if np.array_equal(g.scan.mount, scan.mount)]

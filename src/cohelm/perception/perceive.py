@@ -17,7 +17,8 @@ from cohelm.perception.api import (
     GroupDetector,
     Tracker,
 )
-from cohelm.perception.kalman_tracker import BACKWARDS
+from cohelm.perception.clock import Clocks, read_clocks
+from cohelm.perception.cloud_past import remember_place, with_place
 from cohelm.perception.novelty import Past, remember, with_motion
 from cohelm.robots import move
 
@@ -39,12 +40,13 @@ class PerceptionParts:
 class PerceptionMemory:
     """What the parts need of the past."""
 
-    newest: float = -math.inf
-    """Time of the newest scan or cloud so far, s."""
+    clocks: Clocks = Clocks()
     tracker: Any | None = None
     groups: Any | None = None
     past: Past = ()
     """Scans to compare the next ones with."""
+    stood: Past = ()
+    """The same of what stood in clouds."""
 
 
 @value
@@ -78,17 +80,23 @@ def perceive(
         with_motion(parts.detector.detect(scan, X_MR, walls), memory.past)
         for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
-    past = memory.past
+    past, stood = memory.past, memory.stood
     for scan, X_MR in zip(observation.scans, poses, strict=True):
         past = remember(past, scan, X_MR)
     if observation.clouds:
         taken_at = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
-        detections += (parts.cloud_detector.detect(observation.clouds, taken_at, walls),)
+        seen = parts.cloud_detector.detect(observation.clouds, taken_at, walls)
+        detections += (with_place(seen, memory.stood),)
+        stood = remember_place(stood, seen)
     people, tracker = parts.tracker.track(observation, detections, memory.tracker)
     groups, grouping = parts.group_detector.group(people, memory.groups)
-    sensing, newest = _sensing(observation, detections, memory.newest)
+    sensing, clocks = read_clocks(observation, memory.clocks)
+    if sensing is Sensing.OK and not any(len(d.points) or len(d.through) for d in detections):
+        sensing = Sensing.NO_RETURNS
     perceived = Perceived(sensing=sensing, detections=detections, people=people, groups=groups)
-    return perceived, PerceptionMemory(newest=newest, tracker=tracker, groups=grouping, past=past)
+    return perceived, PerceptionMemory(
+        clocks=clocks, tracker=tracker, groups=grouping, past=past, stood=stood
+    )
 
 
 def pose_at(observation: Observation, time: float) -> Floats:
@@ -97,21 +105,3 @@ def pose_at(observation: Observation, time: float) -> Floats:
     if not math.isfinite(since) or not np.isfinite(observation.twist).all():
         return observation.pose
     return move(observation.pose, observation.twist, min(max(since, -OLDEST), OLDEST))
-
-
-def _sensing(
-    observation: Observation, detections: tuple[Detections, ...], newest: float
-) -> tuple[Sensing, float]:
-    """How things stand, and the time of the newest scan by now."""
-    times = [scan.time for scan in observation.scans]
-    times += [cloud.time for cloud in observation.clouds]
-    if not times:
-        return Sensing.SILENT, newest
-    latest = max(times)
-    if latest < newest - BACKWARDS:
-        return Sensing.CLOCK_BACK, latest
-    if not latest > newest:
-        return Sensing.CLOCK_STANDS, newest
-    if not any(len(each.points) or len(each.through) for each in detections):
-        return Sensing.NO_RETURNS, latest
-    return Sensing.OK, latest
