@@ -18,7 +18,6 @@ from cohelm.perception.api import (
     Tracker,
 )
 from cohelm.perception.clock import Clocks, read_clocks
-from cohelm.perception.cloud_past import remember_place, with_place
 from cohelm.perception.novelty import Past, remember, with_motion
 from cohelm.robots import move
 
@@ -45,8 +44,6 @@ class PerceptionMemory:
     groups: Any | None = None
     past: Past = ()
     """Scans to compare the next ones with."""
-    stood: Past = ()
-    """The same of what stood in clouds."""
 
 
 @value
@@ -80,23 +77,19 @@ def perceive(
         with_motion(parts.detector.detect(scan, X_MR, walls), memory.past)
         for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
-    past, stood = memory.past, memory.stood
+    past = memory.past
     for scan, X_MR in zip(observation.scans, poses, strict=True):
         past = remember(past, scan, X_MR)
     if observation.clouds:
         taken_at = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
-        seen = parts.cloud_detector.detect(observation.clouds, taken_at, walls)
-        detections += (with_place(seen, memory.stood),)
-        stood = remember_place(stood, seen)
+        detections += (parts.cloud_detector.detect(observation.clouds, taken_at, walls),)
     people, tracker = parts.tracker.track(observation, detections, memory.tracker)
     groups, grouping = parts.group_detector.group(people, memory.groups)
     sensing, clocks = read_clocks(observation, memory.clocks)
     if sensing is Sensing.OK and not any(len(d.points) or len(d.through) for d in detections):
         sensing = Sensing.NO_RETURNS
     perceived = Perceived(sensing=sensing, detections=detections, people=people, groups=groups)
-    return perceived, PerceptionMemory(
-        clocks=clocks, tracker=tracker, groups=grouping, past=past, stood=stood
-    )
+    return perceived, PerceptionMemory(clocks=clocks, tracker=tracker, groups=grouping, past=past)
 
 
 def pose_at(observation: Observation, time: float) -> Floats:
