@@ -73,7 +73,7 @@ def test_json_is_one_object_a_frame_and_nothing_else(cohelm, bag):
     assert code == 0
     frames = [json.loads(line) for line in out.splitlines()]
     assert len(frames) == 30
-    assert all(set(frame) == {"t", "sensing", "people"} for frame in frames)
+    assert all(set(frame) == {"t", "sensing", "pose", "people"} for frame in frames)
     assert frames[0]["t"] == pytest.approx(100.0)
     assert frames[-1]["t"] == pytest.approx(102.9)
     assert {frame["sensing"] for frame in frames} == {"ok"}

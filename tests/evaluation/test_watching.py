@@ -49,7 +49,8 @@ def test_without_a_map_walls_are_far():
 def test_a_frame_without_readings_is_silent():
     observation = seen(1.0).observation
     (found,) = watch([Frame(observation=observation)], perception_of())
-    assert told(found) == {"t": 1.0, "sensing": "silent", "people": []}
+    silent = {"t": 1.0, "sensing": "silent", "pose": [0.0, 0.0, 0.0], "people": []}
+    assert told(found) == silent
 
 
 def test_what_is_said_of_a_person():

@@ -3,41 +3,57 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from rich.table import Table
 
-from cohelm.evaluation.labelled import WITHIN, Scores
+from cohelm.arrays import Floats
+from cohelm.evaluation.labelled import Scores
+from cohelm.evaluation.perceived_scores import WITHIN
 from cohelm.evaluation.watching import LASTING, Tracks
 
 SHOWN = 12
 """People in the table at most: those who stayed longest."""
+HOLES = 3
+"""Times without readings in the table at most."""
+STEP = 0.3
+"""Least that somebody moves before it counts as walking, m: a body sways, and so does a track."""
 
 
-def facts_table(tracks: Tracks) -> Table:
-    """How long, how many, and how far to trust it."""
+def facts_table(tracks: Tracks, begin: float) -> Table:
+    """How long, how many, and how far to trust it; ``begin`` is the recording's, s."""
     table = _table("", "")
     sensing = ", ".join(f"{each.value} {n}" for each, n in tracks.sensing.most_common())
     table.add_row("frames", str(tracks.frames))
     table.add_row("duration", f"{tracks.end - tracks.begin:.1f} s")
+    if tracks.holes:
+        table.add_row("no readings", _spans(tracks.holes, begin))
     table.add_row("people told", str(len(tracks.trails)))
-    table.add_row(f"longer than {LASTING:g} s", str(len(tracks.lasting())))
+    if tracks.frames > 1:
+        table.add_row(f"longer than {LASTING:g} s", str(len(tracks.lasting())))
     table.add_row("at once, at most", str(tracks.most))
     table.add_row("groups", str(len(tracks.groups)))
     table.add_row("sensing", sensing)
+    table.add_row("the sensor's way", str(tracks.way))
     return table
 
 
-def who_table(tracks: Tracks) -> Table:
-    """Those who stayed longest: from when to when, and how far they walked."""
+def who_title(tracks: Tracks) -> str:
+    """What :func:`who_table` shows."""
+    many = len(tracks.trails)
+    return "who stayed longest" + (f", {SHOWN} of {many}" if many > SHOWN else "")
+
+
+def who_table(tracks: Tracks, begin: float) -> Table:
+    """Those who stayed longest: from when to when since ``begin``, s, and how far they walked."""
     trails = sorted(tracks.trails.items(), key=lambda each: _span(each[1]), reverse=True)
-    table = _table("id", "from, s", "to, s", "moved, m", "last seen at, m")
+    table = _table("id", "from, s", "to, s", "walked, m", "last seen at, m")
     for who, trail in trails[:SHOWN]:
-        moved = math.dist(trail[0, 1:], trail[-1, 1:])
-        begin, end = trail[[0, -1], 0] - tracks.begin
+        first, last = trail[[0, -1], 0] - begin
         at = f"({trail[-1, 1]:.2f}, {trail[-1, 2]:.2f})"
-        table.add_row(str(who), f"{begin:.1f}", f"{end:.1f}", f"{moved:.1f}", at)
+        table.add_row(str(who), f"{first:.1f}", f"{last:.1f}", f"{walked(trail):.1f}", at)
     return table
 
 
@@ -89,6 +105,23 @@ def _facts(scores: Scores) -> list[tuple[str, str]]:
 
 def _number(number: float) -> str:
     return f"{number:.3f}" if math.isfinite(number) else "–"
+
+
+def walked(trail: Floats) -> float:
+    """Length of the way along a trail (k, 3) of (time s, x, y m), by steps of ``STEP`` or more."""
+    total, (x, y) = 0.0, trail[0, 1:]
+    for u, v in trail[1:, 1:].tolist():
+        step = math.hypot(u - x, v - y)
+        if step >= STEP:
+            total, x, y = total + step, u, v
+    return total
+
+
+def _spans(spans: Sequence[tuple[float, float]], begin: float) -> str:
+    """Some of the spans, s."""
+    said = [f"{first - begin:.1f} to {last - begin:.1f} s" for first, last in spans[:HOLES]]
+    more = len(spans) - len(said)
+    return ", ".join(said) + (f", and {more} times more" if more else "")
 
 
 def _span(trail: Any) -> float:

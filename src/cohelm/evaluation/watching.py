@@ -14,16 +14,19 @@ from cohelm import plugins
 from cohelm.arrays import Floats, value
 from cohelm.config import nearest, override
 from cohelm.errors import ConfigError
+from cohelm.evaluation.own_way import OwnWay, Travelled, Whence
 from cohelm.evaluation.scenario import PARTS
 from cohelm.maps import DistanceField
 from cohelm.messages import Observation, Sensing
-from cohelm.perception import Perceived, PerceptionParts, perceive
+from cohelm.perception import Perceived, PerceptionParts, Way, perceive
 from cohelm.recordings import Frame, Labels
 
 SEEING = ("detector", "cloud_detector", "tracker", "group_detector")
 """The parts that find people, in the order in which they work."""
 SPACING = ("predictor", "social_model")
 """The parts that give them their space."""
+HOLE = 1.0
+"""A longer time between two frames is told, s."""
 LASTING = 2.0
 """A track that lives longer counts as one of a person who stayed in view, s."""
 HELD, BEAT = 10, 0.1
@@ -41,6 +44,10 @@ class Seen:
     observation: Observation
     labels: Labels | None
     perceived: Perceived
+    whence: Whence = Whence.TOLD
+    """How it is known where the robot was."""
+    way: Way | None = None
+    """Its way so far, where that was found."""
 
 
 def parts_of(settings: Iterable[str], keys: Iterable[str] = SEEING) -> dict[str, Any]:
@@ -77,27 +84,62 @@ def watch(
     walls: DistanceField = NO_MAP,
     *,
     still: bool = False,
+    at_rest: bool = False,
 ) -> Iterator[Seen]:
     """What the parts make of each frame, in the order of the frames.
 
     A still picture is shown to the parts ``HELD`` times, a ``BEAT`` apart, before it is told what
-    they make of it: nobody is told at first sight.
+    they make of it: nobody is told at first sight. Where the recording does not say where the robot
+    was, that is found from its readings; where they do not fit each other, all people begin anew.
 
     Args:
         frames: of a recording.
         parts: that do the work.
         walls: distances to what a static map has.
         still: whether each frame is a picture of its own, as a recording that has one only.
+        at_rest: take a robot of which the recording says nothing as at rest at (0, 0, 0).
     """
-    memory = None
-    for frame in frames:
+    memory, own_way, parts_of_way, ids = None, OwnWay(at_rest=at_rest or still), 0, Ids()
+    for placed in map(own_way, frames):
+        frame = placed.frame
+        if own_way.parts != parts_of_way:
+            memory, parts_of_way = None, own_way.parts
+            ids.anew()
         if still:
             memory = None
             for k in range(HELD, 0, -1):
                 before = earlier(frame.observation, k * BEAT)
                 _, memory = perceive(parts, before, walls, memory)
         perceived, memory = perceive(parts, frame.observation, walls, memory)
-        yield Seen(observation=frame.observation, labels=frame.labels, perceived=perceived)
+        yield Seen(
+            observation=frame.observation,
+            labels=frame.labels,
+            perceived=ids(perceived),
+            whence=placed.whence,
+            way=placed.way,
+        )
+
+
+class Ids:
+    """Keeps ids apart between parts of a recording that have nothing to do with each other."""
+
+    def __init__(self) -> None:
+        self._first = self._next = 0
+
+    def anew(self) -> None:
+        """The ids of what follows begin at 0 again."""
+        self._first = self._next
+
+    def __call__(self, perceived: Perceived) -> Perceived:
+        """The same with ids that were not told in an earlier part."""
+        people, groups = perceived.people, perceived.groups
+        if self._first:
+            people = replace(people, id=people.id + self._first)
+            groups = replace(groups, id=groups.id + self._first)
+            perceived = replace(perceived, people=people, groups=groups)
+        latest = max(people.id.max(initial=-1), groups.id.max(initial=-1))
+        self._next = max(self._next, int(latest) + 1)
+        return perceived
 
 
 def earlier(observation: Observation, seconds: float) -> Observation:
@@ -115,11 +157,15 @@ def earlier(observation: Observation, seconds: float) -> Observation:
 
 
 def told(seen: Seen) -> Mapping[str, Any]:
-    """A frame as ``cohelm people --json`` says it: time, how far to trust it, and who is there."""
+    """A frame as ``cohelm people --json`` says it: time, how far to trust it, and who is there.
+
+    ``pose`` is that of the robot, x, y and heading, in the frame in which people are told.
+    """
     people, groups = seen.perceived.people, seen.perceived.groups
     return {
         "t": round(seen.observation.time, 6),
         "sensing": seen.perceived.sensing.value,
+        "pose": (seen.observation.pose.round(4) + 0.0).tolist(),
         "people": [
             {
                 "id": int(people.id[i]),
@@ -141,21 +187,27 @@ class Tracks:
         """Time of the first frame, s."""
         self.end = math.nan
         """The latest time of any frame, s."""
+        self.holes: list[tuple[float, float]] = []
+        """From when to when nothing was read, s."""
         self.most = 0
         """People told at once."""
         self.sensing: Counter[Sensing] = Counter()
         self.groups: set[int] = set()
         """Ids."""
+        self.way = Travelled()
         self._trails: dict[int, list[tuple[float, float, float]]] = {}
 
     def add(self, seen: Seen) -> None:
         """One more frame."""
         time, people = seen.observation.time, seen.perceived.people
         self.begin = self.begin if self.frames else time
+        if self.frames and time - self.end > HOLE:
+            self.holes.append((self.end, time))
         self.end = max(time, self.end) if self.frames else time
         self.frames += 1
         self.most = max(self.most, len(people))
         self.sensing[seen.perceived.sensing] += 1
+        self.way.add(seen.whence, seen.way)
         self.groups |= set(seen.perceived.groups.id.tolist())
         for who, (x, y) in zip(people.id.tolist(), people.mean[:, :2].tolist(), strict=True):
             self._trails.setdefault(who, []).append((time, x, y))

@@ -10,6 +10,7 @@ from cohelm.perception.api import (
     Tracker,
 )
 from cohelm.perception.cloud_clusters import CloudClusters
+from cohelm.perception.ego_motion import EgoMotionParameters, Matching, Way, follow
 from cohelm.perception.given_people import GivenPeople, GivenState
 from cohelm.perception.groups import Affinity, AffinityState
 from cohelm.perception.hypotheses import HYPOTHESES, Hypotheses
@@ -20,6 +21,7 @@ from cohelm.perception.obstacle_layer import (
     ObstacleLayerState,
     update_obstacle_layer,
 )
+from cohelm.perception.outlines import Outline, outline_of
 from cohelm.perception.perceive import (
     Perceived,
     PerceptionMemory,
@@ -42,14 +44,17 @@ __all__ = [
     "ConstantVelocity",
     "Detections",
     "Detector",
+    "EgoMotionParameters",
     "GivenPeople",
     "GivenState",
     "GroupDetector",
     "Hypotheses",
     "KalmanTracker",
+    "Matching",
     "ModeState",
     "ObstacleLayerParameters",
     "ObstacleLayerState",
+    "Outline",
     "Perceived",
     "PerceptionMemory",
     "PerceptionParts",
@@ -58,6 +63,9 @@ __all__ = [
     "ScanClusters",
     "Tracker",
     "TrackerState",
+    "Way",
+    "follow",
+    "outline_of",
     "perceive",
     "pose_at",
     "returns",

@@ -30,6 +30,8 @@ class Frame:
     observation: Observation
     labels: Labels | None = None
     """None: nobody said."""
+    posed: bool = True
+    """Whether the recording says where the robot was; if not, its pose is (0, 0, 0)."""
 
 
 class Recording(Protocol):

@@ -147,6 +147,7 @@ class BagRecording:
                 clouds=() if is_scan else (ros.cloud(reading, time, place.mount),),
             ),
             labels=None if labels is None else _labels(labels, time, place),
+            posed=place.told,
         )
 
     def _decode(self, message: Message) -> Any:

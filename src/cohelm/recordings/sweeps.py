@@ -15,7 +15,7 @@ from cohelm.recordings.sweep import Sweep
 
 
 class SweepRecording:
-    """Files that hold a sweep each, ``1 / rate`` apart; the sensor rests unless they say otherwise.
+    """Files that hold a sweep each, ``1 / rate`` apart; few say where they were taken.
 
     Args:
         path: of the file or folder, for messages.
@@ -90,4 +90,5 @@ def _frame(sweep: Sweep, time: float) -> Frame:
             clouds=(cloud,),
         ),
         labels=labels,
+        posed=bool(sweep.pose.any()),
     )

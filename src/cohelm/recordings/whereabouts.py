@@ -3,7 +3,7 @@
 The robot's frame is ``base_footprint``, ``base_link`` or the child of the odometry, the first of
 these that the bag knows; the map's is ``map``, ``odom``, ``world`` or the frame of the odometry,
 the first with which the robot is connected. A bag that tells of no robot is that of a sensor: its
-frame is the robot's, and without a map it rests at (0, 0, 0).
+frame is the robot's. Where nothing connects the robot with a map, it is told to be at (0, 0, 0).
 """
 
 from __future__ import annotations
@@ -41,6 +41,8 @@ class Place(NamedTuple):
     """In the robot's frame, (3,)."""
     mount: Floats
     """X_RS, (6,); z is NaN unless the robot's frame lies on the floor."""
+    told: bool
+    """Whether anything says where the robot was."""
 
 
 class Whereabouts:
@@ -98,7 +100,7 @@ class Whereabouts:
             mount = fixed_axes(self._transforms.at(robot, sensor, time))
             if _last(robot) != _ON_THE_FLOOR:
                 mount[2] = np.nan
-        return Place(planar(X_MR), self._twist(robot, fixed, time), mount)
+        return Place(planar(X_MR), self._twist(robot, fixed, time), mount, fixed is not None)
 
     def _choose(self, sensor: str) -> tuple[str, str | None]:
         """(the robot's frame, the map's or None)."""
@@ -111,7 +113,7 @@ class Whereabouts:
         maps = self._known([*_MAPS, *of_odometry[:1]])
         fixed = [f for f in maps if f != robot and self._transforms.connected(f, robot)]
         if not fixed:
-            self._warn(f"tells nothing of where {robot!r} is: taken as at rest")
+            self._warn(f"tells nothing of where {robot!r} is")
         return robot, fixed[0] if fixed else None
 
     def _known(self, names: Iterable[str]) -> list[str]:
