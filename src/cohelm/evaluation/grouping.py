@@ -23,7 +23,7 @@ UNKNOWN_SPEED = 1.0
 """Deviation of the velocity of who is seen for the first time, along each axis, m/s."""
 COURSE = 0.3
 """Least speed at which the heading follows the motion, m/s."""
-LONGEST_GAP = 2.0
+FORGOTTEN = 2.0
 """Who was out of sight for longer is followed anew, s."""
 BODY = 0.25
 """Radius of everybody, m."""
@@ -83,7 +83,7 @@ def group_scores(
     """What ``detector`` makes of everybody's walks, frame by frame, against the lists.
 
     The true positions go through a Kalman filter, so that velocities know nothing of the future;
-    ids are true. A person in no sight for ``LONGEST_GAP`` steps comes back as new to the filter.
+    ids are true. Who was out of sight for ``FORGOTTEN`` comes back as new to the filter.
 
     Args:
         trajectories: how everybody walked.
@@ -134,7 +134,7 @@ class _Tracks:
     def seen(self, ids: Integers, who: Integers, position: Floats, time: float) -> People:
         n, r = len(who), self._deviation
         since = time - self._last[who]
-        new = since > LONGEST_GAP
+        new = since > FORGOTTEN
         mean, covariance = predict(
             self._mean[who],
             self._covariance[who],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,25 +13,32 @@ import numpy as np
 
 from cohelm.arrays import Floats, value
 from cohelm.errors import RecordingError
-from cohelm.evaluation.mot import Compared, Identities, identities
+from cohelm.evaluation.mot import Identities
+from cohelm.evaluation.perceived_scores import (
+    LEAST_VISIBLE,
+    WITHIN,
+    TruePeople,
+    tracking_scores,
+)
 from cohelm.evaluation.watching import Seen
+from cohelm.messages import People
 from cohelm.recordings import Labels, open_recording, read_trajectories
 from cohelm.recordings.kitti import read_labels
 
-WITHIN = 0.5
-"""A label is found where a person is told no farther from it, m."""
 REACH = 10.0
-"""Labels farther from the sensor are not counted, m: the pipeline's window ends there."""
-LEAST_VISIBLE = 0.3
-"""Labels of whom the sensor saw a smaller share are not counted."""
+"""Labels farther from where the robot was are not counted, m."""
 SLACK = 0.06
 """Between a label's time and that of the frame that it is compared with, s at most."""
-_JSON, _WALKS = {".json", ".jsonl", ".ndjson"}, "obsmat"
+_JSON, _WALKS, _SWEEP = {".json", ".jsonl", ".ndjson"}, "obsmat", ".bin"
 
 
 @value
 class Scores:
-    """How well the people who were told fit the labels."""
+    """How well the people who were told fit the labels.
+
+    A label is found where anybody is told within ``WITHIN``, so that the labels of two legs may be
+    found with one person; the identities match every label with a person of its own.
+    """
 
     instants: int
     """That were compared."""
@@ -88,11 +96,11 @@ class Own:
 
 
 class Walked:
-    """Recorded walks that begin with the recording's first frame."""
+    """Recorded walks, the first frame of which was at ``begin``, s; None: with the first shown."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, begin: float | None = None) -> None:
         self._walks = read_trajectories(file)
-        self._begin: float | None = None
+        self._begin = begin
 
     def at(self, seen: Seen) -> Labels | None:
         """See :meth:`Truth.at`."""
@@ -102,24 +110,30 @@ class Walked:
         return Labels(time=time, position=position, id=ids, visible=np.ones(len(ids)))
 
 
-def read_truth(file: Path, recording: Path) -> Truth:
+def read_truth(file: Path, recording: Path, begin: float | None = None) -> Truth:
     """Where people truly were, as a file says.
 
     Args:
         file: JSON lines as ``cohelm people --json`` writes them, an ``obsmat`` table of walks,
             KITTI's labels (.txt), or a labelled recording.
         recording: that they are to be compared with; KITTI's calibration lies beside it.
+        begin: time of the recording's first frame, with which walks begin, s; None: that of the
+            first frame which is compared.
 
     Raises:
         RecordingError: naming the file and what it lacks.
     """
     if file.absolute() == recording.absolute():
         return Own()
+    if not file.exists():
+        raise RecordingError("no such file", file=file)
     if file.suffix.lower() in _JSON:
         return Noted(_read_lines(file))
     if file.suffix.lower() == ".txt":
         if _WALKS in file.name:
-            return Walked(file)
+            return Walked(file, begin)
+        if recording.suffix.lower() != _SWEEP and not recording.is_dir():
+            raise RecordingError(f"labels of KITTI fit its sweeps, not {recording}", file=file)
         return Noted([read_labels(file, recording)])
 
     labels = [frame.labels for frame in open_recording(file) if frame.labels is not None]
@@ -133,7 +147,8 @@ class Scoring:
 
     def __init__(self, truth: Truth) -> None:
         self._truth = truth
-        self._compared: list[Compared] = []
+        self._true: list[TruePeople] = []
+        self._told: list[People] = []
         self._nearest: list[Floats] = []  # of the labels that count, to the nearest person
         self._unlabelled: list[int] = []
         self._left_out = 0
@@ -147,23 +162,25 @@ class Scoring:
         ahead = labels.time - people.time if math.isfinite(labels.time) else 0.0
         ahead = ahead if abs(ahead) <= SLACK else 0.0
         told = people.mean[:, :2] + ahead * people.mean[:, 2:]
-        counts = labels.visible >= LEAST_VISIBLE
         origin = seen.observation.pose[:2]
+        counts = labels.visible >= LEAST_VISIBLE
         counts &= np.hypot(*(labels.position - origin).T) <= REACH
         apart = np.hypot(*(labels.position[:, None] - told[None]).transpose(2, 0, 1))
         self._nearest.append(apart.min(axis=1, initial=np.inf)[counts])
-        spare = (apart > WITHIN).all(axis=0)
-        self._unlabelled.append(int(spare.sum()))
+        self._unlabelled.append(int((apart > WITHIN).all(axis=0).sum()))
         self._left_out += int((~counts).sum())
-        judged = spare | (apart[counts] <= WITHIN).any(axis=0)
-        self._compared.append(
-            Compared(
-                true_id=labels.id[counts],
-                true=labels.position[counts],
-                told_id=people.id[judged],
-                told=told[judged],
+        self._true.append(
+            TruePeople(
+                time=labels.time,
+                id=labels.id,
+                position=labels.position,
+                velocity=np.full_like(labels.position, np.nan),
+                visible=labels.visible,
+                asked=counts,
+                centre=origin,
             )
         )
+        self._told.append(replace(people, mean=np.column_stack([told, people.mean[:, 2:]])))
         return labels
 
     def scores(self) -> Scores:
@@ -174,16 +191,16 @@ class Scoring:
         """
         nearest = np.concatenate([np.empty(0), *self._nearest])
         found = nearest[nearest <= WITHIN]
-        with_ids = all((each.true_id >= 0).all() for each in self._compared) and len(nearest)
+        with_ids = all((each.id >= 0).all() for each in self._true) and len(nearest)
         return Scores(
-            instants=len(self._compared),
+            instants=len(self._true),
             labels=len(nearest),
             left_out=self._left_out,
             found=len(found) / len(nearest) if len(nearest) else math.nan,
             unlabelled=float(np.mean(self._unlabelled)) if self._unlabelled else math.nan,
             unlabelled_most=max(self._unlabelled, default=0),
             error=float(found.mean()) if len(found) else math.nan,
-            identities=identities(self._compared, WITHIN) if with_ids else None,
+            identities=tracking_scores(self._true, self._told).identities if with_ids else None,
         )
 
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
-from cohelm.evaluation.perceived_scores import TruePeople
+from cohelm.evaluation.perceived_scores import LEAST_VISIBLE, TruePeople
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Observation
 from cohelm.recordings import Trajectories
@@ -32,8 +32,6 @@ ENDS = (15.0, 85.0)
 """Percentiles of the sightings along the line between which the chair drives."""
 ASKED = (0.5, 8.0)
 """Distances between which people have to be told, m."""
-LEAST_VISIBLE = 0.3
-"""Share of the body from which on a person has to be told."""
 
 
 @value

@@ -17,6 +17,8 @@ from cohelm.messages import People
 
 WITHIN = 0.5
 """Farthest that somebody told may be from where somebody is and still be them, m."""
+LEAST_VISIBLE = 0.3
+"""Share of the body from which on a person has to be told."""
 
 
 @value
@@ -29,7 +31,7 @@ class TruePeople:
     position: Annotated[Floats, Shape("n 2")]
     """Map frame, m."""
     velocity: Annotated[Floats, Shape("n 2")]
-    """m/s."""
+    """m/s; NaN: not known."""
     visible: Annotated[Floats, Shape("n")]
     """Share of the body that the sensors could see, 0…1."""
     asked: Annotated[Booleans, Shape("n")]
@@ -91,9 +93,9 @@ def tracking_scores(
 ) -> TrackingScores:
     """Scores of what was told in each frame against who was there.
 
-    In each frame as many people as possible are matched, those nearest to each other first of all;
-    the errors are those of these matches. py-motmetrics makes its own, in which an id once given is
-    kept while it fits.
+    In each frame as many people as possible are matched, and so that the sum of their distances is
+    least; the errors are those of these matches. py-motmetrics makes its own, in which an id once
+    given is kept while it fits.
 
     Args:
         truth: f frames.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,7 @@ LATELY = 5.0
 MARGIN, LEAST = 2.0, 5.0
 """Shown about people and sensors, m, and about the first sensor at least."""
 BACKDROP = 20_000
-"""Points of the clouds that are drawn at most."""
+"""Points of each cloud that are drawn at most."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,15 @@ def people_sheet(
         canvas.draw_floor(axes, record.grid)
     canvas.draw_scale_bar(axes)
     return figure, axes
+
+
+def thinned(observation: Observation, points: int) -> Observation:
+    """The same with no more than so many points in each of its clouds, evenly left out."""
+    clouds = tuple(
+        replace(cloud, points=cloud.points[:: -(-len(cloud.points) // points) or 1].copy())
+        for cloud in observation.clouds
+    )
+    return replace(observation, clouds=clouds)
 
 
 def draw_moment(axes: Axes, moment: PeopleMoment) -> list[Any]:
@@ -155,9 +164,8 @@ def _sensors(moment: PeopleMoment) -> Floats:
 def _backdrop(observation: Observation) -> Floats:
     """(k, 2), some of the clouds' points, the floor's too, map frame, m."""
     out = [np.empty((0, 2))]
-    for cloud in observation.clouds:
-        points = cloud.points[:: 1 + len(cloud.points) // BACKDROP].astype(float)
-        points = points[np.isfinite(points).all(axis=1)]
+    for cloud in thinned(observation, BACKDROP).clouds:
+        points = cloud.points[np.isfinite(cloud.points).all(axis=1)].astype(float)
         turned = Rotation.from_euler("xyz", cloud.mount[3:]).apply(points)
         on_robot = turned[:, :2] + cloud.mount[:2]
         out.append(transform(pose_at(observation, cloud.time), on_robot))

@@ -13,8 +13,9 @@ from cohelm.evaluation.benches.perception_rows import Row, absent, data_file, no
 from cohelm.evaluation.changes_of_mind import SOON, changes, noticed
 from cohelm.evaluation.foresight import alarms, foresee, likelihoods
 from cohelm.evaluation.grouping import group_scores
-from cohelm.evaluation.perceived import ASKED, LEAST_VISIBLE
+from cohelm.evaluation.perceived import ASKED
 from cohelm.evaluation.perceived_crowds import crowd_scores
+from cohelm.evaluation.perceived_scores import LEAST_VISIBLE
 from cohelm.evaluation.watched import Watched, watch
 from cohelm.evaluation.watching import parts_of
 from cohelm.perception import Predictor

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from cohelm.evaluation.benches.perception_rows import Row, absent, data_file, not_run, row
 from cohelm.evaluation.filming import Filming
-from cohelm.evaluation.labelled import WITHIN, Own, Scoring, Truth, read_truth
+from cohelm.evaluation.labelled import Own, Scoring, Truth, read_truth
+from cohelm.evaluation.perceived_scores import WITHIN
 from cohelm.evaluation.watching import SPACING, Tracks, parts_of, perception_of, watch
 from cohelm.recordings import open_recording
 
@@ -73,6 +74,10 @@ def kitti(folder: Path) -> Iterator[Row]:
     error = scores.error if scores.labels and scores.found == 1.0 else math.nan
     said = f"{scores.labels} labelled within reach; {tracks.most} told in all; see {file.stem}.png"
     yield row(part, "pedestrian from the box's centre", error, unit="m", most=NEAREST, remark=said)
+    yield row(
+        part, "people without a label", scores.unlabelled, unit="told",
+        remark="labels are of what the camera sees, a quarter of the view, and of people only",
+    )  # fmt: skip
 
 
 def _watch(file: Path, folder: Path, truth: Truth | None) -> tuple[Scoring, Tracks]:
