@@ -11,7 +11,6 @@ from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
 from cohelm.perception.association import associate, measurements, merged
-from cohelm.perception.clock import RAN_BACK
 from cohelm.perception.kalman import larger_deviation, predict, update
 from cohelm.perception.sight import FILLED, HIDDEN, SEEN_THROUGH, UNCLEAR, UNLOOKED, sight
 from cohelm.perception.tracker_parameters import TrackerParameters
@@ -26,6 +25,8 @@ from cohelm.perception.tracks import (
 
 LONGEST_STEP = 5.0
 """A filter is never predicted farther than this at once, s."""
+BACKWARDS = 1.0
+"""A clock that ran back by more than this started anew, s."""
 _PACE = np.zeros(5)
 _PACE[[UNCLEAR, SEEN_THROUGH, HIDDEN, FILLED, UNLOOKED]] = 1.0, 3.0, 0.4, 0.6, 0.6
 """How fast a person's time unseen counts, by what was seen in the place."""
@@ -68,7 +69,7 @@ class KalmanTracker:
         scans = sorted(detections, key=lambda d: d.time)
         first = min([now, *(seen.time for seen in scans)])
         state = no_tracks(first) if memory is None else memory
-        if now < state.time - RAN_BACK:
+        if now < state.time - BACKWARDS:
             state = no_tracks(first, state.next_id)
         for seen in scans:
             state = self._see(state, seen)
@@ -79,7 +80,7 @@ class KalmanTracker:
         p = self.parameters
         seen = sightings(scan)
         step, time = _elapsed(state.time, seen.time), max(state.time, seen.time)
-        late = min(_elapsed(seen.time, state.time), RAN_BACK)
+        late = min(_elapsed(seen.time, state.time), BACKWARDS)
         mean, covariance = self._predicted(state, step)
         then = mean.copy()
         then[:, :2] -= late * mean[:, 2:]
@@ -135,14 +136,19 @@ class KalmanTracker:
         tracks = {name: getattr(state, name) for name in PER_TRACK}
         for name in _CHANGED:
             tracks[name] = tracks[name].copy()
-        driven = np.hypot(*(seen.origin - state.viewpoint).T)
-        farther = p.parallax * np.minimum(driven, p.parallax_driven) / p.parallax_driven
-        walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > p.walked_from + farther
-        walks = walked & _walks(mean, covariance, p.walking_speed)
         found = match >= 0
-        walks[found] &= seen.moved[match[found]] >= p.static_moved
-        motion = state.motion + np.where(walks, p.motion_gain, -p.motion_loss) * found
-        motion[found] = np.maximum(motion[found], seen.moved[match[found]])
+        driven = np.hypot(*(seen.origin - state.viewpoint).T)
+        driven = np.minimum(driven / p.parallax_driven, 1.0)
+        farther = p.walked_from + p.parallax * driven
+        walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > farther
+        walks = walked & _walks(mean, covariance, p.walking_speed)
+        moved, told = np.zeros(len(state)), np.ones(len(state))
+        moved[found] = seen.moved[match[found]]
+        told[found] -= driven[found] * (1.0 - seen.weight[match[found]])
+        walks &= (moved >= p.static_moved) & ((moved > 0.0) | (state.shape > p.walking_shape))
+        loss = np.where(state.walked, -p.motion_loss, -p.coming_loss)
+        motion = state.motion + np.where(walks, p.motion_gain * told, loss) * found
+        motion[found] = np.maximum(motion, moved * told)[found]
         whole = np.flatnonzero(found & ~met)
         new = match[whole]
         tracks["radius"][whole] += 0.2 * (seen.radius[new] - state.radius[whole])
@@ -223,6 +229,10 @@ class KalmanTracker:
             tracks = {name: tracks[name][alive] for name in PER_TRACK}
         if count:
             born = newborn(seen, new, state.next_id, p.speed_deviation)
+            if time - state.time >= p.seldom:
+                odds = born["shape"] + born["motion"]
+                sure = (born["looks"] >= 1.0) & (born["motion"] >= p.sure_from)
+                born["confirmed"] = sure & (odds >= p.sure_from)
             tracks = {name: np.concatenate([tracks[name], born[name]]) for name in PER_TRACK}
         return TrackerState(time=time, next_id=state.next_id + count, **tracks)
 

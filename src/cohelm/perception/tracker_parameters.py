@@ -35,6 +35,9 @@ class TrackerParameters(Model):
     """Sightings among the last ``window`` scans that confirm a track."""
     sure_hits: int = Field(2, ge=1, le=20)
     """The same of one whose shape leaves little doubt."""
+    seldom: float = Field(0.5, gt=0.0, le=5.0)
+    """Time between scans from which one sighting will do for such a one: there will be no second
+    one soon, s."""
     window: int = Field(5, ge=1, le=20)
     """Scans that ``hits`` looks back on."""
     youngest: float = Field(0.09, ge=0.0, le=5.0)
@@ -52,7 +55,7 @@ class TrackerParameters(Model):
     shape of a person, and beyond doubt."""
     still_from: float = Field(2.0, ge=-5.0, le=5.0)
     """Mean log-odds of a shape that make a person of what has not moved."""
-    still_looks: float = Field(3.0, ge=0.0, le=100.0)
+    still_looks: float = Field(2.0, ge=0.0, le=100.0)
     """Looks at it that this takes; those with few returns count in part."""
     still_least: float = Field(1.2, ge=-5.0, le=5.0)
     """Mean log-odds of a shape above which it remains one."""
@@ -66,6 +69,8 @@ class TrackerParameters(Model):
     """Log-odds gained per sighting of something that walks; at most 5."""
     motion_loss: float = Field(0.2, ge=0.0, le=5.0)
     """Log-odds lost again per sighting at rest."""
+    coming_loss: float = Field(0.3, ge=0.0, le=5.0)
+    """The same of what came and has not walked since: things that show now and then do so."""
     walked_from: float = Field(0.4, ge=0.0, le=5.0)
     """Distance from its birthplace at which something has walked, m: more than a localiser's
     error of 3 cm and 1° moves what is 8 m away."""
@@ -74,6 +79,9 @@ class TrackerParameters(Model):
     takes its parts together otherwise."""
     parallax_driven: float = Field(0.5, gt=0.0, le=10.0)
     """How far the sensor has to move for that, m."""
+    walking_shape: float = Field(-3.0, ge=-5.0, le=5.0)
+    """Mean log-odds of a shape below which nothing walks that stands where something was, or may
+    have been: what is seen of a wall beside something else walks along it."""
     walking_speed: float = Field(0.3, ge=0.0, le=3.0)
     """Least speed of something that walks, m/s."""
     heading_speed: float = Field(0.2, ge=0.0, le=3.0)
