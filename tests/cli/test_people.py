@@ -112,6 +112,54 @@ def test_only_a_part_of_it(cohelm, bag):
     assert times == pytest.approx([101.0, 101.1, 101.2, 101.3, 101.4, 101.5])
 
 
+def test_walks_go_on_before_what_is_shown(cohelm, bag, tmp_path):
+    truth = tmp_path / "obsmat.txt"  # the walker of the bag, from its first frame on
+    rows = [(10 * k, 1, 2.0, 0.0, -1.5 + 0.9 * 0.4 * k, 0.0, 0.0, 0.9) for k in range(9)]
+    truth.write_text("\n".join(" ".join(map(str, row)) for row in rows))
+    for start in (0, 1):
+        out = cohelm("people", bag, "--json", "--start", start, "--truth", truth)[1]
+        scores = json.loads(out.splitlines()[-1])["scores"]
+        assert scores["found"] > 0.5  # not at first sight; a second late he would be 0.9 m away
+        assert scores["position_error"] < 0.2
+
+
+def test_instants_count_from_the_first_frame_of_the_recording(cohelm, bag, tmp_path, monkeypatch):
+    from cohelm.pictures import canvas
+
+    titles = []
+    drawn = canvas.sheet
+    monkeypatch.setattr(
+        canvas, "sheet", lambda window, title: titles.append(title) or drawn(window, title)
+    )
+    options = "--plot", tmp_path / "who.png", "--at", 2, "--start", 1
+    code, out, err = cohelm("people", bag, *options)
+    assert code == 0
+    assert [title.rpartition(" at ")[2] for title in titles] == ["2.0 s"]
+    assert err.count("--at") == 0
+    froms = [line.split() for line in out.partition("who stayed longest")[2].splitlines()]
+    starts = [float(cells[3]) for cells in froms if len(cells) > 8 and cells[1].isdigit()]
+    assert starts
+    assert min(starts) >= 1.0
+    _, _, err = cohelm("people", bag, "--plot", tmp_path / "who.png", "--at", 9)
+    assert "--at 9: the nearest reading is at 2.9 s" in err
+
+
+def test_a_hole_is_told_and_nothing_is_seen_in_it(cohelm, tmp_path):
+    file = write_bag(tmp_path / "hole.bag", [*range(10), *range(50, 60)])
+    assert "0.9 to 5.0 s" in cohelm("people", file)[1]
+    code, _, err = cohelm("people", file, "--start", 2, "--seconds", 1)
+    assert code == 2
+    assert "no reading from 2 to 3 s" in err
+
+
+def test_labels_of_something_else_are_worth_a_warning(cohelm, bag, tmp_path):
+    truth = tmp_path / "truth.jsonl"
+    truth.write_text(json.dumps({"t": 102.0, "people": [{"id": 1, "x": -5.0, "y": 5.0}]}))
+    code, _, err = cohelm("people", bag, "--truth", truth)
+    assert code == 0
+    assert "nobody is near any label" in err
+
+
 @pytest.mark.parametrize(
     ("steps", "says"),
     [([0] * 8, "clock_stands"), ([*range(100, 110), *range(8)], "clock_back")],

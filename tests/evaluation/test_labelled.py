@@ -131,3 +131,35 @@ def test_walks_begin_with_the_recording(tmp_path):
     truth = read_truth(file, tmp_path / "a.bag")
     assert truth.at(seen(100.0)).position.tolist() == [[0.0, 2.0]]
     assert truth.at(seen(100.4)).position == pytest.approx(np.array([[1.0, 2.0]]))
+
+
+def test_walks_begin_with_the_recording_and_not_with_what_is_shown_of_it(tmp_path):
+    file = tmp_path / "obsmat.txt"
+    rows = [[frame, 3, 0.1 * frame, 0.0, 2.0, 0.0, 0.0, 0.0] for frame in (0, 10, 20)]
+    file.write_text("\n".join(" ".join(map(str, row)) for row in rows))
+    truth = read_truth(file, tmp_path / "a.bag", 100.0)
+    assert truth.at(seen(100.4)).position == pytest.approx(np.array([[1.0, 2.0]]))
+    assert len(truth.at(seen(101.0)).id) == 0  # the walk ended at 0.8 s
+
+
+def test_identities_are_those_of_filmed_crowds():
+    # two are told beside one label: one of them is nobody, as in a filmed crowd
+    there = labels(0.0, [[3.0, 0.0]], [1])
+    found = scores([seen(0.0, [HERE, [3.0, 0.3, 0.0, 0.0]], labels=there)])
+    assert (found.found, found.unlabelled) == (1.0, 0.0)
+    assert (found.identities.misses, found.identities.false) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "recording", "says"),
+    [
+        ("nothing.txt", "000000.bin", "no such file"),
+        ("nothing.jsonl", "a.bag", "no such file"),
+        ("000000.txt", "a.bag", "a.bag"),
+    ],
+)
+def test_a_truth_that_is_missing_or_of_something_else_is_refused(tmp_path, name, recording, says):
+    if not name.startswith("nothing"):
+        (tmp_path / name).write_text("Pedestrian 0 0 0 0 0 0 0 1.8 0.5 0.5 1 1 8 0\n")
+    with pytest.raises(RecordingError, match=says):
+        read_truth(tmp_path / name, tmp_path / recording)
