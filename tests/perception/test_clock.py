@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.messages import Observation, PointCloud, Scan, Sensing
-from cohelm.perception.clock import Clocks, read_clocks
+from cohelm.perception.clock import Clocks, timely
 
 FRONT, BACK = (0.4, 0.0, 0.0), (-0.4, 0.0, np.pi)
 LIDAR = (0.0, 0.0, np.nan, 0.0, 0.0, 0.0)
@@ -39,13 +39,21 @@ def observed(now, *readings):
 
 
 def said(*moments):
-    """What is said of moments, the readings of one observation each, at the newest of their times."""
-    memory, told = Clocks(), []
+    """What is said of moments, each the readings of one observation, at the newest of them."""
+    return [use.sensing.value for use in used(*moments)]
+
+
+def used(*moments):
+    memory, out = Clocks(), []
     for k, readings in enumerate(moments):
         now = max((reading.time for reading in readings), default=0.1 * k)
-        sensing, memory = read_clocks(observed(now, *readings), memory)
-        told.append(sensing.value)
-    return told
+        out.append(timely(observed(now, *readings), memory))
+        memory = out[-1].clocks
+    return out
+
+
+def kept(use):
+    return len(use.observation.scans) + len(use.observation.clouds)
 
 
 def test_sensors_that_speak_at_one_instant_one_after_the_other_are_no_trouble():
@@ -56,6 +64,7 @@ def test_sensors_that_speak_at_one_instant_one_after_the_other_are_no_trouble():
 def test_a_sensor_may_be_late_behind_another():
     moments = [[scan(1.0)], [cloud(0.8)], [scan(1.1)], [cloud(0.9)], [scan(1.2, BACK), cloud(1.0)]]
     assert said(*moments) == ["ok"] * 5
+    assert [kept(use) for use in used(*moments)] == [1, 1, 1, 1, 2]
 
 
 def test_a_sensor_that_says_the_same_time_again_stands():
@@ -64,14 +73,24 @@ def test_a_sensor_that_says_the_same_time_again_stands():
     assert said([cloud(1.0)], [cloud(1.0)])[-1] == "clock_stands"  # of a height not known
 
 
-def test_a_reading_older_than_the_newest_of_its_sensor_is_told_until_it_catches_up():
-    moments = [[scan(t)] for t in (1.0, 0.7, 0.9, 1.0, 1.1)]
-    assert said(*moments) == ["ok", "clock_back", "clock_back", "clock_stands", "ok"]
+def test_a_reading_that_was_overtaken_is_left_out():
+    got = used([scan(1.0)], [scan(0.9)], [scan(1.1)], [scan(1.05)], [scan(1.2)])
+    assert [use.sensing.value for use in got] == ["ok", "clock_back", "ok", "clock_back", "ok"]
+    assert [kept(use) for use in got] == [1, 0, 1, 0, 1]
+    assert not any(use.anew for use in got)
 
 
-def test_where_time_runs_back_by_more_than_a_second_all_sensors_begin_anew():
-    moments = [[scan(5.0)], [cloud(5.0)], [scan(3.9)], [cloud(3.9)], [scan(4.0)]]
-    assert said(*moments) == ["ok", "ok", "clock_back", "ok", "ok"]
+def test_behind_itself_twice_running_a_sensors_clock_ran_back():
+    got = used(*([scan(t)] for t in (1.0, 0.5, 0.6, 0.7)))
+    assert [use.sensing.value for use in got] == ["ok", "clock_back", "clock_back", "ok"]
+    assert [use.anew for use in got] == [False, False, True, False]
+    assert [kept(use) for use in got] == [1, 0, 1, 1]
+
+
+def test_where_all_time_runs_back_by_more_than_a_second_all_sensors_begin_anew():
+    got = used([scan(5.0)], [cloud(5.0)], [scan(3.9)], [cloud(3.9)], [scan(4.0)])
+    assert [use.sensing.value for use in got] == ["ok", "ok", "clock_back", "ok", "ok"]
+    assert [use.anew for use in got] == [False, False, True, False, False]
     assert said([scan(5.0)], [], [])[1:] == ["clock_back", "silent"]
 
 
@@ -79,18 +98,20 @@ def test_nobody_speaks():
     assert said([], []) == ["silent", "silent"]
 
 
-@pytest.mark.parametrize("time", [np.nan, -np.inf])
-def test_a_time_that_is_no_number_is_none(time):
-    assert said([scan(1.0), cloud(time)])[-1] == "ok"
-    sensing, memory = read_clocks(observed(1.0, scan(time)), Clocks())
-    assert sensing is Sensing.CLOCK_STANDS
-    assert memory.heard == ()
+@pytest.mark.parametrize("time", [np.nan, np.inf, -np.inf, 3600.0, -3600.0])
+def test_a_reading_from_another_time_is_left_out_and_not_remembered(time):
+    memory = timely(observed(1.0, scan(1.0)), Clocks()).clocks
+    use = timely(observed(1.1, scan(time), cloud(1.1)), memory)
+    assert use.sensing is Sensing.CLOCK_APART
+    assert (len(use.observation.scans), len(use.observation.clouds)) == (0, 1)
+    assert timely(observed(1.2, scan(1.2)), use.clocks).sensing is Sensing.OK
 
 
 def test_a_mount_that_moves_costs_no_memory():
     memory = Clocks()
     for k in range(100):
         turned = scan(0.1 * k, (0.0, 0.0, 0.01 * k))
-        sensing, memory = read_clocks(observed(0.1 * k, turned), memory)
-        assert sensing is Sensing.OK
+        use = timely(observed(0.1 * k, turned), memory)
+        memory = use.clocks
+        assert use.sensing is Sensing.OK
     assert len(memory.heard) < 20

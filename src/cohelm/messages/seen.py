@@ -21,8 +21,10 @@ class Sensing(StrEnum):
     CLOCK_STANDS = "clock_stands"
     """No reading is newer than the newest of the same sensor before: time is not known."""
     CLOCK_BACK = "clock_back"
-    """A reading is older than the newest of the same sensor before, or all time ran back by more
-    than a second, with which tracks begin anew."""
+    """A reading is older than the newest of the same sensor before, and left out. Where that
+    happens twice running, or all time ran back by more than a second, all tracks begin anew."""
+    CLOCK_APART = "clock_apart"
+    """A reading's time is more than a second from now, or no number: it is left out."""
 
 
 @value

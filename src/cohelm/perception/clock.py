@@ -1,8 +1,9 @@
-"""Whether the clocks of the sensors run on, each compared with itself."""
+"""Whether the clocks of the sensors run on, each compared with itself, and what to leave out."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,8 +11,7 @@ from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.messages import Observation, PointCloud, Scan, Sensing
 
 RAN_BACK = 1.0
-"""A clock that is behind by more than this has started anew, and all memory ends, s; a reading that
-is behind by less is late."""
+"""A clock that is behind by more than this has started anew, and all memory ends, s."""
 
 _SENSORS = 16
 """So many sensors are remembered: one whose mount moves looks like ever new ones."""
@@ -24,8 +24,12 @@ class Heard:
     """The newest reading of one sensor; a planar scanner's mount has 3 numbers, a cloud's 6."""
 
     mount: Annotated[Floats, Shape("m")]
+    range_max: float
+    """m."""
     time: float
     """s."""
+    behind: bool = False
+    """Whether the last reading was older than that."""
 
 
 @value
@@ -38,41 +42,74 @@ class Clocks:
     """Each sensor's newest reading, the last one heard first."""
 
 
-def read_clocks(observation: Observation, memory: Clocks) -> tuple[Sensing, Clocks]:
-    """How the times of an observation compare with those before, and the memory for the next one.
+@value
+class Timely:
+    """An observation with those readings that can be used."""
 
-    A reading is compared with the newest of the same sensor: of the same kind and mount. Sensors
-    may be late behind one another as they like.
+    observation: Observation
+    sensing: Sensing
+    anew: bool
+    """Whether time ran back, so that all that was seen before counts for nothing."""
+    clocks: Clocks
+    """For the next call."""
 
-    Returns:
-        ``SILENT`` where there is no reading; ``CLOCK_BACK`` where one is older than its sensor's
-        newest, or all time ran back by more than ``RAN_BACK``; ``CLOCK_STANDS`` where none is newer
-        than its sensor's newest; else ``OK``.
+
+def timely(observation: Observation, memory: Clocks) -> Timely:
+    """Compare the times of an observation with those before, and leave out what is of no use.
+
+    A reading is compared with the newest of the same sensor, that is of the same kind, mount and
+    reach; sensors may be late behind one another by up to ``RAN_BACK``. Left out is what is older
+    than its sensor's newest, or farther than ``RAN_BACK`` from now. Time ran back where all of it
+    did by more than ``RAN_BACK``, or where one sensor is behind itself twice running: one reading
+    alone may have been overtaken on its way.
+
+    ``sensing`` is ``CLOCK_BACK`` where a reading is behind its sensor or time ran back,
+    ``CLOCK_APART`` where one is far from now, ``SILENT`` where there is none, ``CLOCK_STANDS``
+    where none is newer than its sensor's newest, else ``OK``.
     """
-    began_anew = observation.time < memory.now - RAN_BACK
-    if began_anew:
-        memory = Clocks()
     readings = (*observation.scans, *observation.clouds)
-    heard, newer, older = memory.heard, False, began_anew
-    for reading in readings:
-        last = next((each for each in heard if _is_from(reading, each)), None)
-        newest = -math.inf if last is None else last.time
-        newer |= reading.time > newest
-        older |= reading.time < newest
-        if not math.isfinite(reading.time):
-            continue
-        late = newest - RAN_BACK <= reading.time < newest
-        noted = Heard(mount=reading.mount, time=newest if late else reading.time)
-        heard = (noted, *(each for each in heard if each is not last))[:_SENSORS]
-    clocks = Clocks(now=max(memory.now, observation.time), heard=heard)
-    if older:
-        return Sensing.CLOCK_BACK, clocks
-    if not readings:
-        return Sensing.SILENT, clocks
-    return (Sensing.OK if newer else Sensing.CLOCK_STANDS), clocks
+    near = [each for each in readings if abs(each.time - observation.time) <= RAN_BACK]
+    anew = observation.time < memory.now - RAN_BACK
+    last = [None if anew else _last(each, memory) for each in near]
+    behind = [h is not None and r.time < h.time for r, h in zip(near, last, strict=True)]
+    twice = any(late and h and h.behind for late, h in zip(behind, last, strict=True))
+    newer = anew or any(h is None or r.time > h.time for r, h in zip(near, last, strict=True))
+    told = Sensing.OK if newer else Sensing.CLOCK_STANDS
+    if anew or any(behind):
+        told = Sensing.CLOCK_BACK
+    elif len(near) < len(readings):
+        told = Sensing.CLOCK_APART
+    elif not readings:
+        told = Sensing.SILENT
+    anew |= twice
+    kept = near if anew else [r for r, late in zip(near, behind, strict=True) if not late]
+    clocks = Clocks(now=observation.time) if anew else memory
+    for reading in near:
+        clocks = _noted(reading, clocks)
+    if math.isfinite(observation.time):
+        clocks = replace(clocks, now=max(clocks.now, observation.time))
+    used = replace(
+        observation,
+        scans=tuple(each for each in kept if isinstance(each, Scan)),
+        clouds=tuple(each for each in kept if isinstance(each, PointCloud)),
+    )
+    return Timely(observation=used, sensing=told, anew=anew, clocks=clocks)
+
+
+def _noted(reading: Scan | PointCloud, clocks: Clocks) -> Clocks:
+    last = _last(reading, clocks)
+    behind = last is not None and reading.time < last.time
+    time = last.time if last and behind else reading.time
+    now = Heard(mount=reading.mount, range_max=reading.range_max, time=time, behind=behind)
+    others = tuple(each for each in clocks.heard if each is not last)
+    return replace(clocks, heard=(now, *others)[:_SENSORS])
+
+
+def _last(reading: Scan | PointCloud, clocks: Clocks) -> Heard | None:
+    return next((each for each in clocks.heard if _is_from(reading, each)), None)
 
 
 def _is_from(reading: Scan | PointCloud, heard: Heard) -> bool:
-    if len(heard.mount) != len(reading.mount):
+    if len(heard.mount) != len(reading.mount) or heard.range_max != reading.range_max:
         return False
     return np.allclose(heard.mount, reading.mount, rtol=0.0, atol=_SAME, equal_nan=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,15 @@ from cohelm.perception.api import (
     GroupDetector,
     Tracker,
 )
-from cohelm.perception.clock import Clocks, read_clocks
+from cohelm.perception.clock import RAN_BACK, Clocks, timely
+from cohelm.perception.cloud_past import remember_place, with_place
 from cohelm.perception.novelty import Past, remember, with_motion
 from cohelm.robots import move
 
 OLDEST = 0.5
 """The chair's own motion since a scan is made good for at most so long, s."""
+_LONG_AGO = 10.0 * RAN_BACK
+"""So far before now is before all that is remembered, where time ran back, s."""
 
 
 @value
@@ -44,6 +48,8 @@ class PerceptionMemory:
     groups: Any | None = None
     past: Past = ()
     """Scans to compare the next ones with."""
+    stood: Past = ()
+    """The same of what stood in clouds."""
 
 
 @value
@@ -52,7 +58,7 @@ class Perceived:
 
     sensing: Sensing
     detections: tuple[Detections, ...]
-    """One for each scan, and one for all clouds together."""
+    """One for each scan that can be used, and one for all such clouds together."""
     people: People
     groups: Groups
 
@@ -65,6 +71,9 @@ def perceive(
 ) -> tuple[Perceived, PerceptionMemory]:
     """Who is there at ``observation.time``, and the memory for the next call.
 
+    What a clock out of step makes useless is left out; where time ran back all begins anew, and
+    only ids go on.
+
     Args:
         parts: that do the work.
         observation: what the sensors say.
@@ -72,24 +81,48 @@ def perceive(
         memory: what the last call returned, None at first.
     """
     memory = memory or PerceptionMemory()
+    use = timely(observation, memory.clocks)
+    observation = use.observation
+    if use.anew:
+        memory = _forgotten(parts, observation, memory)
     poses = tuple(pose_at(observation, scan.time) for scan in observation.scans)
     detections = tuple(
         with_motion(parts.detector.detect(scan, X_MR, walls), memory.past)
         for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
-    past = memory.past
+    past, stood = memory.past, memory.stood
     for scan, X_MR in zip(observation.scans, poses, strict=True):
         past = remember(past, scan, X_MR)
     if observation.clouds:
         taken_at = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
-        detections += (parts.cloud_detector.detect(observation.clouds, taken_at, walls),)
+        seen = parts.cloud_detector.detect(observation.clouds, taken_at, walls)
+        detections += (with_place(seen, memory.stood),)
+        stood = remember_place(stood, seen)
     people, tracker = parts.tracker.track(observation, detections, memory.tracker)
     groups, grouping = parts.group_detector.group(people, memory.groups)
-    sensing, clocks = read_clocks(observation, memory.clocks)
-    if sensing is Sensing.OK and not any(len(d.points) or len(d.through) for d in detections):
-        sensing = Sensing.NO_RETURNS
+    returned = any(len(each.points) or len(each.through) for each in detections)
+    sensing = Sensing.NO_RETURNS if use.sensing is Sensing.OK and not returned else use.sensing
     perceived = Perceived(sensing=sensing, detections=detections, people=people, groups=groups)
-    return perceived, PerceptionMemory(clocks=clocks, tracker=tracker, groups=grouping, past=past)
+    return perceived, PerceptionMemory(
+        clocks=use.clocks, tracker=tracker, groups=grouping, past=past, stood=stood
+    )
+
+
+def _forgotten(
+    parts: PerceptionParts, observation: Observation, memory: PerceptionMemory
+) -> PerceptionMemory:
+    """``memory`` without anything but the ids that were given.
+
+    Trackers and group detectors end all at a time long before what they remember.
+    """
+    time = observation.time - _LONG_AGO
+    tracker, groups = memory.tracker, memory.groups
+    if tracker is not None:
+        before = replace(observation, time=time, scans=(), clouds=(), people=None)
+        _, tracker = parts.tracker.track(before, (), tracker)
+    if groups is not None:
+        _, groups = parts.group_detector.group(People.nobody(time), groups)
+    return PerceptionMemory(tracker=tracker, groups=groups)
 
 
 def pose_at(observation: Observation, time: float) -> Floats:
