@@ -1,3 +1,6 @@
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -5,7 +8,7 @@ from cohelm.evaluation.changes_of_mind import CHANGES, ONSET, changes, noticed, 
 from cohelm.evaluation.foresight import Foresight, alarms, by_person, foresee, likelihoods
 from cohelm.evaluation.watched import watch
 from cohelm.perception import ConstantVelocity, Hypotheses
-from cohelm.recordings.trajectories import Trajectories
+from cohelm.recordings.trajectories import Trajectories, read_trajectories
 
 
 def walks(people=12, frames=14, seed=0):
@@ -122,10 +125,27 @@ def test_a_change_begins_when_it_says(name):
 
 
 def test_changes_are_noticed():
-    happened = changes(0, counts=(6, 3, 3, 3))
+    happened = changes(300, counts=(30, 10, 10, 10))
     got = noticed(happened, Hypotheses())
-    assert len(got.names) == 15
-    assert got.share() >= 0.8
-    assert got.early <= 0.02 * got.ticks
+    assert len(got.names) == 60
+    assert got.share("stops") >= 0.9
+    assert got.share("turns") >= 0.95
+    assert got.early <= 0.01 * got.ticks
     blind = noticed(happened, ConstantVelocity())
     assert np.isinf(blind.delay).all()
+
+
+@pytest.mark.data
+@pytest.mark.slow
+@pytest.mark.parametrize("rate", [10.0, None])
+@pytest.mark.parametrize("film", ["eth_obsmat.txt", "zara01_obsmat.txt"])
+def test_filmed_crowds_are_foreseen_better_than_by_fixed_weights(film, rate):
+    data = os.environ.get("COHELM_DATA")
+    if data is None:
+        pytest.skip("COHELM_DATA names no folder of recordings")
+    watched = watch(read_trajectories(Path(data) / "pedestrians" / film), rate=rate)
+    got = likelihoods(watched, Hypotheses())
+    assert got.over_usual.low > 0.0
+    assert got.over_constant.low > 0.5
+    assert 0.85 < got.within_90 < 0.95
+    assert alarms(foresee(watched, Hypotheses())).share <= 0.05

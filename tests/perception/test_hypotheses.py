@@ -93,6 +93,20 @@ def test_weights_sum_to_one_and_deviations_do_not_shrink():
         assert (np.diff(each.deviation, axis=-1) >= 0.0).all()
 
 
+def test_nobody_is_taken_to_change_when_he_is_first_seen():
+    told, _ = crowd(way(np.tile([1.2, 0.3], (1, 1))))
+    assert likely(told, "keeps_going")[0] > 0.9
+
+
+def test_one_odd_look_proves_the_less_the_heavier_the_tails():
+    ways = way(np.tile([1.2, 0.0], (20, 1)))
+    ways[-1, 0, 0] -= 0.3
+    predictors = [Hypotheses(Hypotheses.Parameters(tails=tails)) for tails in (3.0, 10.0, 100.0)]
+    sure = [likely(crowd(ways, predictor=each)[0], "keeps_going")[-1] for each in predictors]
+    assert sure == sorted(sure, reverse=True)
+    assert sure[0] > sure[-1] + 0.05
+
+
 def turned(ways, angle):
     c, s = np.cos(angle), np.sin(angle)
     R = np.array([[c, -s], [s, c]])

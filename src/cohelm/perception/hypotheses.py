@@ -64,52 +64,69 @@ class Hypotheses:
     class Parameters(Model):
         """Found by search on filmed crowds and simulated changes, see docs/prediction.md."""
 
-        steady: Going = Going(share=0.39, lasts=5.3, agility=0.002, wander=0.027, doubt=0.043)
+        steady: Going = Going(share=0.79, lasts=7.4, agility=0.00038, wander=0.03, doubt=0.059)
         """Keeps going evenly."""
-        uneven: Going = Going(share=0.044, lasts=3.3, agility=0.05, wander=0.05, doubt=0.014)
+        uneven: Going = Going(share=0.023, lasts=6.4, agility=0.019, wander=0.034, doubt=0.014)
         """Keeps going, but not evenly: speeds up, swerves, starts."""
-        halts: Change = Change(
-            share=0.22,
-            lasts=0.89,
-            agility=0.019,
-            wander=0.021,
-            doubt=0.6,
+        falters: Change = Change(
+            share=0.03,
+            lasts=0.94,
+            agility=0.058,
+            wander=0.028,
+            doubt=0.21,
             settling=0.21,
-            stir=0.014,
+            stir=0.088,
+        )
+        """Keeps going, a little slower for a while."""
+        slack: float = Field(0.9, gt=0.0, lt=1.0)
+        """Share of the usual speed that who falters comes to."""
+        halts: Change = Change(
+            share=0.3,
+            lasts=2.6,
+            agility=0.023,
+            wander=0.0039,
+            doubt=0.43,
+            settling=0.23,
+            stir=0.011,
         )
         """Stops at once."""
         slows: Change = Change(
-            share=0.075,
-            lasts=0.89,
-            agility=0.064,
-            wander=0.021,
-            doubt=0.6,
-            settling=0.67,
-            stir=0.014,
+            share=0.066,
+            lasts=1.0,
+            agility=0.073,
+            wander=0.022,
+            doubt=0.63,
+            settling=0.86,
+            stir=0.015,
         )
         """Stops gently."""
         back: Change = Change(
-            share=0.0054, lasts=0.8, agility=1.1, wander=0.05, doubt=1.0, settling=0.32, stir=0.8
+            share=0.008, lasts=1.7, agility=0.94, wander=0.089, doubt=0.87, settling=0.23, stir=0.45
         )
         """Turns back."""
         side: Change = Change(
-            share=0.015, lasts=1.3, agility=0.27, wander=0.16, doubt=1.0, settling=0.17, stir=0.37
+            share=0.025, lasts=1.5, agility=0.73, wander=0.089, doubt=0.65, settling=0.25, stir=0.43
         )
         """Turns aside, to each side."""
         aside: float = Field(1.1, gt=0.0, lt=math.pi)
         """Angle by which who turns aside turns, rad."""
-        habit: float = Field(0.3, gt=0.0, le=60.0)
+        habit: float = Field(0.16, gt=0.0, le=60.0)
         """Time constant with which the usual velocity follows who keeps going, s."""
-        noise: float = Field(1.2, ge=0.0, le=100.0)
+        noise: float = Field(1.1, ge=0.0, le=100.0)
         """Variance of a seen position, as a multiple of what the tracker takes it for."""
-        least_noise: float = Field(0.01, gt=0.0, le=1.0)
+        least_noise: float = Field(0.0027, gt=0.0, le=1.0)
         """Deviation of a seen position beyond that: walking sways, m."""
-        slow: float = Field(0.35, gt=0.0, le=5.0)
+        tails: float = Field(17.0, gt=0.0, le=1000.0)
+        """ν of eq. (3) in ``modes``: how little one odd look alone proves."""
+        newcomers: float = Field(0.2, gt=0.0, le=1.0)
+        """Odds that who is seen for the first time changes, beside anybody's: of what is usual for
+        him nothing is known yet."""
+        slow: float = Field(0.13, gt=0.0, le=5.0)
         """Usual speed below which to stop is to go on as before, m/s."""
-        staying: float = Field(0.45, ge=0.0, le=1.0)
+        staying: float = Field(0.49, ge=0.0, le=1.0)
         """Of who stands, the share of stopping that is told as such, and means that he stays put;
         the rest is that he keeps going, that is standing."""
-        sharpness: float = Field(0.9, gt=0.0, le=10.0)
+        sharpness: float = Field(0.77, gt=0.0, le=10.0)
         """Power that the probabilities are raised to in the end; 1 leaves them."""
         interval: float = Field(0.09, gt=0.0, le=2.0)
         """Least time between two looks that count, s: a little below that between two scans."""
@@ -121,12 +138,18 @@ class Hypotheses:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
         self.modes = _modes(self.parameters)
+        odds = self.modes.usual * np.where(
+            self.modes.hypothesis == 0, 1.0, self.parameters.newcomers
+        )
+        self.at_first: Floats = odds / odds.sum()
 
     def predict(
         self, people: People, steps: int, step: float, memory: ModeState | None
     ) -> tuple[Predictions, ModeState]:
         """See :meth:`Predictor.predict`."""
-        state = self._look(people, _recalled(people, memory, self.modes, self.parameters.forgotten))
+        state = self._look(
+            people, _recalled(people, memory, self.at_first, self.parameters.forgotten)
+        )
         since = np.maximum(people.time - state.time, 0.0)
         times = step * np.arange(steps + 1.0)
         weight, way, velocity, deviation = ahead(state, self.modes, since, times)
@@ -185,6 +208,7 @@ class Hypotheses:
             t.agility,
             t.aim,
             p.habit,
+            p.tails,
         )
         new["time"] = np.full(len(due), people.time)
         new["told"], new["told_covariance"] = people.mean[due], covariance[due]
@@ -196,6 +220,7 @@ def _modes(p: Hypotheses.Parameters) -> ModeTable:
     manners: list[tuple[int, Going, tuple[float, float]]] = [
         (0, p.steady, (0.0, 0.0)),
         (0, p.uneven, (0.0, 0.0)),
+        (0, p.falters, (p.slack, 0.0)),
         (1, p.halts, (0.0, 0.0)),
         (1, p.slows, (0.0, 0.0)),
         (2, p.back, (-1.0, 0.0)),
@@ -234,17 +259,20 @@ def _with_rows(state: ModeState, which: Integers | Booleans, rows: dict[str, Flo
 
 
 def _recalled(
-    people: People, memory: ModeState | None, modes: ModeTable, forgotten: float
+    people: People, memory: ModeState | None, at_first: Floats, forgotten: float
 ) -> ModeState:
-    """What is known of each of ``people``, in their order; of a new one what the tracker says."""
-    n, m = len(people), len(modes.share)
+    """What is known of each of ``people``, in their order; of a new one what the tracker says.
+
+    at_first: probabilities of a new one's modes, (m,).
+    """
+    n, m = len(people), len(at_first)
     axes = by_axis(people.covariance)
     state = ModeState(
         id=people.id,
         time=np.full(n, people.time),
         mean=np.repeat(people.mean[:, None], m, axis=1),
         covariance=np.repeat(axes[:, None], m, axis=1),
-        weight=np.tile(modes.usual, (n, 1)),
+        weight=np.tile(at_first, (n, 1)),
         wont=people.mean[:, 2:],
         told=people.mean,
         told_covariance=axes,

@@ -12,8 +12,14 @@ rate λ_i and takes one anew, j with the share s_j::
     P(j | i) = e^{−λ_i t} δ_ij + (1 − e^{−λ_i t}) s_j                                    (2)
 
 Positions seen weigh the modes by their likelihood and correct each mode's state (the interacting
-multiple model filter of Blom and Bar-Shalom, 1988). Noise is the same on both axes, which
-therefore share one covariance of (p, v).
+multiple model filter of Blom and Bar-Shalom, 1988). People are not as tidy as the modes: the
+likelihood is that of Student's distribution with ν degrees of freedom, for off beside a mode's
+expectation with variance S ::
+
+    p(off) ∝ (1 + |off|² / ν S)^{−(ν + 2)/2} / S                                         (3)
+
+so that one odd look alone proves little. Noise is the same on both axes, which therefore share one
+covariance of (p, v).
 """
 
 from __future__ import annotations
@@ -108,6 +114,7 @@ def look(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     agility: Floats,
     aim: Floats,
     habit: float,
+    tails: float,
 ) -> None:
     """Everybody ``dt`` (n,) > 0 later, seen at ``position`` (n, 2) of ``variance`` (n,).
 
@@ -115,6 +122,7 @@ def look(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
 
     Args:
         habit: time constant with which u follows who keeps going, s.
+        tails: ν of eq. (3).
     """
     n, modes = weight.shape
     log_w = np.empty(modes)
@@ -140,7 +148,7 @@ def look(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
                 x[m, k + 2] = c + a * e + kv * off
                 squared += off * off
             C[m, 0], C[m, 1], C[m, 2] = (1.0 - kp) * pp, (1.0 - kp) * pv, vv - kv * pv
-            log_w[m] = np.log(w[m]) - np.log(S) - 0.5 * squared / S
+            log_w[m] = np.log(w[m] / S) - (0.5 * tails + 1.0) * np.log1p(squared / (tails * S))
         top, total = log_w.max(), 0.0
         for m in range(modes):
             w[m] = max(np.exp(log_w[m] - top), _LEAST)
