@@ -270,7 +270,7 @@ def people(  # noqa: PLR0913, PLR0917 # an option is an argument
     set_: Annotated[
         list[str] | None,
         typer.Option(
-            "--set", metavar="KEY=VALUE", help="Any parameter of a part: tracker.gate=0.99."
+            "--set", metavar="KEY=VALUE", help="Any parameter of a part: tracker.patience=2."
         ),
     ] = None,
     still: Annotated[

@@ -43,17 +43,21 @@ def facts_table(tracks: Tracks, begin: float) -> Table:
 def who_title(tracks: Tracks) -> str:
     """What :func:`who_table` shows."""
     many = len(tracks.trails)
+    if tracks.frames == 1:
+        return "who is there"
     return "who stayed longest" + (f", {SHOWN} of {many}" if many > SHOWN else "")
 
 
 def who_table(tracks: Tracks, begin: float) -> Table:
     """Those who stayed longest: from when to when since ``begin``, s, and how far they walked."""
     trails = sorted(tracks.trails.items(), key=lambda each: _span(each[1]), reverse=True)
+    if tracks.frames == 1:
+        return _places(trails)
     table = _table("id", "from, s", "to, s", "walked, m", "last seen at, m")
     for who, trail in trails[:SHOWN]:
         first, last = trail[[0, -1], 0] - begin
-        at = f"({trail[-1, 1]:.2f}, {trail[-1, 2]:.2f})"
-        table.add_row(str(who), f"{first:.1f}", f"{last:.1f}", f"{walked(trail):.1f}", at)
+        times = f"{first:.1f}", f"{last:.1f}"
+        table.add_row(str(who), *times, f"{walked(trail):.1f}", _place(trail))
     return table
 
 
@@ -115,6 +119,18 @@ def walked(trail: Floats) -> float:
         if step >= STEP:
             total, x, y = total + step, u, v
     return total
+
+
+def _places(trails: Sequence[tuple[int, Floats]]) -> Table:
+    """Of a still picture there is nothing else to say."""
+    table = _table("id", "at, m")
+    for who, trail in trails:
+        table.add_row(str(who), _place(trail))
+    return table
+
+
+def _place(trail: Floats) -> str:
+    return f"({trail[-1, 1]:.2f}, {trail[-1, 2]:.2f})"
 
 
 def _spans(spans: Sequence[tuple[float, float]], begin: float) -> str:

@@ -1,4 +1,4 @@
-"""Perception: scan → clusters → people → predictions, and the live obstacle layer."""
+"""Perception: scans and clouds → clusters → people → groups and predictions; live obstacles."""
 
 from cohelm.perception.alone import Alone
 from cohelm.perception.api import (

@@ -30,7 +30,7 @@ BODY, PERHAPS = "#e0523f", "#f0b59a"
 CLOUD, RETURNS = "#ccd3db", "#7b8794"
 TRUE = "#1d2530"
 SURE = 0.5
-"""Confidence from which on a cluster is taken for a body by its looks alone."""
+"""Confidence from which on a cluster is drawn as much like a person by its looks alone."""
 LATELY = 5.0
 """Of each trail that is drawn strongly, s."""
 MARGIN, LEAST = 2.0, 5.0
@@ -76,8 +76,9 @@ def draw_people(record: PeopleRecord, moment: PeopleMoment, file: Path, title: s
     _draw_trails(axes, list(record.trails.items()), width=0.8, alpha=0.35)
     draw_trails(axes, trails_until(record, moment.observation.time, LATELY))
     draw_moment(axes, moment)
-    axes.plot([], [], color=TRACKS[0], linewidth=0.8, alpha=0.5, label="all tracks")
-    draw_people_legend(figure, axes, moment)
+    if _walked(record):
+        axes.plot([], [], color=TRACKS[0], linewidth=0.8, alpha=0.5, label="all tracks")
+    draw_people_legend(figure, axes, moment, tracks=_walked(record))
     canvas.save(figure, file)
 
 
@@ -135,11 +136,19 @@ def draw_trails(axes: Axes, trails: Sequence[tuple[int, Floats]]) -> list[Any]:
     return _draw_trails(axes, trails, width=2.0, alpha=0.95)
 
 
-def draw_people_legend(figure: Figure, axes: Axes, moment: PeopleMoment) -> None:
-    """The legend below the axes."""
-    axes.plot([], [], color=TRACKS[0], linewidth=2.0, label=f"the last {LATELY:g} s, with ids")
+def draw_people_legend(
+    figure: Figure, axes: Axes, moment: PeopleMoment, *, tracks: bool = True
+) -> None:
+    """The legend below the axes, with the tracks where there are any."""
+    if tracks:
+        axes.plot([], [], color=TRACKS[0], linewidth=2.0, label=f"the last {LATELY:g} s of a track")
     _label_all(axes, moment)
     canvas.draw_legend(figure, axes)
+
+
+def _walked(record: PeopleRecord) -> bool:
+    """Whether there is any track to be seen; there is none in a still picture."""
+    return any(len(trail) > 1 for trail in record.trails.values())
 
 
 def _window(
@@ -248,10 +257,10 @@ def _label_all(axes: Axes, moment: PeopleMoment) -> None:
     if moment.observation.clouds:
         axes.plot([], [], color=CLOUD, **dot, label="the cloud")
     axes.plot([], [], color=RETURNS, **dot, label="returns alone")
-    axes.plot([], [], color=CLUSTERS[0], **dot, label="clusters")
-    axes.plot([], [], color=PERHAPS, **dot, label="perhaps a body")
-    axes.plot([], [], color=BODY, **dot, label="taken for a body")
-    axes.plot([], [], color=TRACKS[1], linewidth=1.8, label="body, and where it is in 1 s")
+    axes.plot([], [], color=CLUSTERS[0], **dot, label="things, each in a colour")
+    axes.plot([], [], color=PERHAPS, **dot, label="little like a person")
+    axes.plot([], [], color=BODY, **dot, label="much like a person")
+    axes.plot([], [], color=TRACKS[1], linewidth=1.8, label="person told, and where in 1 s")
     if moment.spaces is not None:
         axes.fill([], [], color=canvas.SPACE, alpha=0.3, label="personal space")
         axes.plot([], [], color=canvas.GROUP, linestyle=canvas.HULL, label="group")
