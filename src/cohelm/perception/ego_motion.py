@@ -38,7 +38,7 @@ class Matching(StrEnum):
     PARTLY = "partly"
     """It does, but says nothing of one direction at least, in which the last motion goes on."""
     HELD = "held"
-    """It does not, for a moment: who rested is taken to rest still."""
+    """It does not, for a moment, or says too little: who rested is taken to rest still."""
     ANEW = "anew"
     """It does not: a new part of the way begins, of which nobody knows where it lies."""
 
@@ -49,7 +49,7 @@ class EgoMotionParameters(Model):
     noise: float = Field(0.02, gt=0.0, le=0.5)
     """Standard deviation of what is the same, seen twice, m."""
     least: int = Field(25, ge=3, le=1000)
-    """Points that a reading must show."""
+    """Points that a reading must show; while it shows fewer, nothing speaks against resting."""
     overlap: float = Field(0.5, gt=0.0, le=1.0)
     """Share of its points that must lie where something was."""
     overlap_after_gap: float = Field(0.65, gt=0.0, le=1.0)
@@ -81,7 +81,7 @@ class EgoMotionParameters(Model):
     """What was not seen in so many of these is forgotten."""
     spacing: float = Field(0.05, gt=0.0, le=1.0)
     """What lies this near to what is kept is not kept again, m."""
-    reach: float = Field(0.8, ge=0.0, le=10.0)
+    reach: float = Field(1.6, ge=0.0, le=10.0)
     """Half the breadth of a search about where it should be, m."""
     turn: float = Field(0.5, ge=0.0, le=3.1)
     """The same of its headings, rad."""
@@ -157,15 +157,17 @@ def follow(
     if way is None:
         return _begun(outline, time, np.zeros(3))
     gap = time - way.time
-    if abs(gap) <= 0.0 or -p.gap <= gap <= 0.0:
+    if gap < -p.gap:  # a part of its own for the clock, which whoever tracks people sees, too
+        return replace(_anew(way, outline, time), part=way.part)
+    if not gap > 0.0:
         return way
-    if gap < 0.0 or not math.isfinite(gap):
-        return _anew(way, outline, time)
     found = _find(way, outline, gap, p)
     if found is not None:
         return _gone_on(way, outline, time, found, p)
-    if way.resting and time - way.fitting <= p.patience:
-        return replace(way, time=time, twist=np.zeros(3), matching=Matching.HELD, overlap=0.0)
+    few = len(outline) < p.least
+    if way.resting and (few or time - way.fitting <= p.patience):
+        fitting = time if few else way.fitting
+        return replace(way, time=time, matching=Matching.HELD, overlap=0.0, fitting=fitting)
     return _anew(way, outline, time)
 
 

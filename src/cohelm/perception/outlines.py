@@ -139,14 +139,15 @@ def faces(points: Floats, origin: Floats, increment: float) -> tuple[Floats, Flo
         away[i] = math.hypot(points[i, 0] - origin[0], points[i, 1] - origin[1])
     out = np.zeros((2 * p, 4))
     spacing = _GRAZING * increment * away
-    k, begin = 0, 0
+    k, begin, breadth = 0, 0, 0.0
     for i in range(p):
+        breadth = max(breadth, _distance(points, begin, i))  # a room's walls end where they begin
         if i + 1 < p:
             gap = _distance(points, i, i + 1)
             if gap <= _JUMP + _GRAZING * increment * min(away[i], away[i + 1]):
                 continue
         end = i + 1
-        if _distance(points, begin, i) >= _SLIM:
+        if breadth >= _SLIM:
             k = _face(points, origin, spacing, (begin, end), out, k)
             for edge, beyond in ((begin, begin - 1), (i, end)):
                 if 0 <= beyond < p and away[beyond] > away[edge] + 2.0 * _BEFORE:
@@ -161,7 +162,7 @@ def faces(points: Floats, origin: Floats, increment: float) -> tuple[Floats, Flo
                 out[k, 0] = points[begin:end, 0].mean()
                 out[k, 1] = points[begin:end, 1].mean()
                 k += 1
-        begin = end
+        begin, breadth = end, 0.0
     return out[:k, :2], out[:k, 2:]
 
 
