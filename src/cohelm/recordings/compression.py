@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import bz2
 import importlib
+import shutil
 import sys
 from pathlib import Path
 from typing import Protocol, cast
 
-LARGEST = 1 << 30
+LARGEST = 1 << 28
 """Bytes beyond which a chunk is not believed: bags hold chunks of about a million."""
+
+_RATIO = 100
+"""How many times smaller what a sensor says may become: a scan to a tenth, a black image to a
+hundredth."""
+_ALLOWED = 1 << 24
+"""Bytes that any chunk, however small, may grow to."""
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
@@ -21,7 +28,15 @@ class _Decompressor(Protocol):
     @property
     def eof(self) -> bool: ...
 
+    @property
+    def needs_input(self) -> bool: ...
+
     def decompress(self, data: bytes, max_length: int = -1) -> bytes: ...
+
+
+def believed(packed: int) -> int:
+    """How many bytes so many compressed ones may hold: fewer than a bomb's."""
+    return max(_ALLOWED, _RATIO * packed)
 
 
 def decompress(data: bytes, kind: str, size: int) -> bytes:
@@ -52,18 +67,25 @@ def decompress(data: bytes, kind: str, size: int) -> bytes:
 
 
 def unpack_zstd(file: Path, to: Path) -> None:
-    """Write what ``file`` holds, as far as it can be undone, to another file.
+    """Write what ``file`` holds, as far as it can be undone and believed, to another file.
+
+    No more than half of what is free there is filled.
 
     Raises:
         ValueError: if nothing is installed for it.
     """
     with file.open("rb") as packed, to.open("wb") as plain:
         stream = _stream("zstd")
-        while not stream.eof and (data := packed.read(_STEP)):
+        left = min(believed(file.stat().st_size), shutil.disk_usage(to.parent).free // 2)
+        while not stream.eof and left > 0:
+            data = packed.read(_STEP) if stream.needs_input else b""
+            if stream.needs_input and not data:
+                return
             try:
-                plain.write(stream.decompress(data))
+                some = stream.decompress(data, min(left, _STEP))
             except Exception:  # as above; whoever reads the file sees that it is cut
                 return
+            left -= plain.write(some)
 
 
 def _stream(kind: str) -> _Decompressor:

@@ -90,6 +90,8 @@ def _chunk(data: bytes, topics: _Topics, offset: int) -> Iterator[Message]:
     inside = Reach(io.BytesIO(plain), len(plain), offset)
     while inside.begin():
         kind, length = inside.unpack(_HEAD)
+        if kind == 0:
+            raise inside.broken("no record begins here; the chunk is read up to there")
         yield from _record(kind, inside.take(length), topics, offset)
     if len(plain) < size:
         raise BrokenRecord("this chunk is damaged, and read up to there", offset)

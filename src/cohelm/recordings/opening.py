@@ -10,6 +10,7 @@ from cohelm.errors import RecordingError
 from cohelm.recordings import mcap_bag, nuscenes, ros1_bag, ros2_bag, sqlite_bag
 from cohelm.recordings.api import Recording
 from cohelm.recordings.bag import BagRecording
+from cohelm.recordings.compression import ZSTD_MAGIC
 from cohelm.recordings.kitti import read_kitti
 from cohelm.recordings.nuscenes import read_nuscenes
 from cohelm.recordings.ordering import natural
@@ -35,8 +36,8 @@ _FOLDERS = ("velodyne", "velodyne_points/data", "data")
 def open_recording(path: Path | str, *, topic: str | None = None, rate: float = RATE) -> Recording:
     """The recording in a file or folder, recognised by its content and then by its name.
 
-    ROS 1 bags (format 2.0), ROS 2 bags (folder, .mcap or .db3), KITTI and nuScenes sweeps, PCD
-    files, and folders of sweeps, which are taken in the order of their names.
+    ROS 1 bags (format 2.0), ROS 2 bags (folder, .mcap or .db3, either with .zstd), KITTI and
+    nuScenes sweeps, PCD files, and folders of sweeps, which are taken in the order of their names.
 
     Args:
         path: the file or folder.
@@ -62,7 +63,8 @@ def _file(path: Path, topic: str | None, rate: float) -> Recording:
         raise RecordingError(f"is empty; {KNOWN}", file=path, offset=0)
     if start.startswith(ros1_bag.MAGIC):
         return BagRecording(path, functools.partial(read_ros1, path), 1, topic)
-    if start.startswith((mcap_bag.MAGIC, sqlite_bag.MAGIC)):
+    packed = start.startswith(ZSTD_MAGIC) and path.name.endswith(ros2_bag.PACKED)
+    if packed or start.startswith((mcap_bag.MAGIC, sqlite_bag.MAGIC)):
         return BagRecording(path, functools.partial(read_ros2, path), 2, topic)
     read = _reader(path, start)
     if read is None:
@@ -108,6 +110,8 @@ def _reader(file: Path, start: bytes) -> Callable[[Path], Sweep] | None:
 
 def _start(file: Path) -> bytes:
     try:
+        if file.exists() and not file.is_file():
+            raise RecordingError("is neither a file nor a folder", file=file)
         with file.open("rb") as stream:
             return stream.read(_START)
     except OSError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Any, BinaryIO, NamedTuple
 
-from cohelm.recordings.compression import LARGEST, decompress
+from cohelm.recordings.compression import LARGEST, believed, decompress
 
 
 class Message(NamedTuple):
@@ -91,8 +91,9 @@ def unpack_chunk(data: bytes, kind: str, size: int, offset: int) -> bytes:
     Raises:
         BrokenRecord: if the chunk cannot be believed, or its compression is unknown.
     """
-    if size > LARGEST:
-        raise BrokenRecord(f"a chunk of {size} bytes is not believed", offset)
+    if size > LARGEST or (kind not in {"", "none"} and size > believed(len(data))):
+        problem = f"a chunk of {size} bytes, packed into {len(data)}, is not believed"
+        raise BrokenRecord(problem, offset)
     try:
         return decompress(data, kind, size)
     except ValueError as error:

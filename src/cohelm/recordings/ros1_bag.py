@@ -112,6 +112,8 @@ def _message(
     """The message that a record holds; nothing where it holds a connection, which is noted."""
     kind = head.get("op")
     offset = reach.offset
+    if kind is None:
+        raise reach.broken("a record does not say what it is")
     if kind not in {_CONNECTION, _MESSAGE}:
         return
     number = _number(head.get("conn", b""), 0, offset)

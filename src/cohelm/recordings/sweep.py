@@ -65,11 +65,15 @@ def read_bytes(file: Path, most: int) -> bytes:
         RecordingError: if it cannot be read, or is larger than ``most``.
     """
     try:
-        if file.stat().st_size > most:
-            raise RecordingError(f"is too large for one sweep, more than {most} bytes", file=file)
-        return file.read_bytes()
+        if not file.is_file():
+            raise RecordingError("is no file" if file.exists() else "does not exist", file=file)
+        with file.open("rb") as stream:
+            data = stream.read(min(most, file.stat().st_size) + 1)
     except OSError as error:
         raise RecordingError(error.strerror or str(error), file=file) from None
+    if len(data) > most:
+        raise RecordingError(f"is too large for one sweep, more than {most} bytes", file=file)
+    return data
 
 
 def _absurd(points: Floats32) -> Booleans:

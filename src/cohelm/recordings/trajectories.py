@@ -20,8 +20,9 @@ import numpy as np
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.errors import RecordingError
 
-LONGEST_GAP = 5.0
-"""Steps between two sightings of a person beyond which nothing is said of the time between."""
+LONGEST_GAP = 5
+"""Between two sightings of a person, as a multiple of the file's step; of the time within a longer
+one nothing is said. The film's own frames, not seconds: gaps are annotators' omissions."""
 
 
 @value
@@ -60,21 +61,28 @@ class Trajectories:
         """The times at which anybody was noted, ascending, s."""
         return np.unique(self.time)
 
+    def last_before(self, time: float) -> Integers:
+        """(n,), each person's last sighting at or before ``time``, s; −1: none so early."""
+        if len(self.id) == 0:
+            return np.empty(0, dtype=np.int64)
+        count = np.add.reduceat(self.time <= time, self.first[:-1], dtype=np.int64)
+        return np.where(count > 0, self.first[:-1] + count - 1, -1)
+
     def at(self, time: float) -> tuple[Integers, Floats, Floats]:
         """Who is there at ``time``, where, and how fast: ids (m,), (m, 2) m, (m, 2) m/s.
 
         Positions lie on a cubic Hermite curve through the sightings, whose velocity is continuous
         and at each of them that of the parabola through its neighbours; the velocity is its exact
         derivative. Nobody is there before the first and after the last sighting, nor within a gap
-        of more than ``LONGEST_GAP`` steps.
+        of more than ``LONGEST_GAP`` of the file's steps.
         """
         if len(self.id) == 0:
             return self.id, np.empty((0, 2)), np.empty((0, 2))
-        before = np.add.reduceat(self.time <= time, self.first[:-1], dtype=np.int64)
-        a = self.first[:-1] + np.maximum(before - 1, 0)
+        last = self.last_before(time)
+        a = np.maximum(last, self.first[:-1])
         b = np.minimum(a + 1, self.first[1:] - 1)
         length = self.time[b] - self.time[a]
-        there = (before > 0) & (time <= self.end)
+        there = (last >= 0) & (time <= self.end)
         there &= (length <= (LONGEST_GAP + 0.5) * self.step) | (self.time[a] == time)
         position, velocity = self._between(time, a[there], b[there])
         return self.id[there], position, velocity
@@ -159,6 +167,8 @@ def read_groups(file: Path | str) -> tuple[tuple[int, ...], ...]:
 def _lines(file: Path) -> list[tuple[int, list[str]]]:
     """(number from 1, words) of the lines that say something."""
     try:
+        if file.exists() and not file.is_file():
+            raise RecordingError("is no file", file=file)
         text = file.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise RecordingError("is no text", file=file, offset=error.start) from None
