@@ -13,6 +13,7 @@ from cohelm.messages import Observation, PointCloud, Scan, Sensing
 RAN_BACK = 1.0
 """A clock that is behind by more than this has started anew, and all memory ends, s."""
 
+_Reading = Scan | PointCloud
 _SENSORS = 16
 """So many sensors are remembered: one whose mount moves looks like ever new ones."""
 _SAME = 1e-3
@@ -67,7 +68,7 @@ def timely(observation: Observation, memory: Clocks) -> Timely:
     ``CLOCK_APART`` where one is far from now, ``SILENT`` where there is none, ``CLOCK_STANDS``
     where none is newer than its sensor's newest, else ``OK``.
     """
-    readings = (*observation.scans, *observation.clouds)
+    readings: tuple[_Reading, ...] = (*observation.scans, *observation.clouds)
     near = [each for each in readings if abs(each.time - observation.time) <= RAN_BACK]
     anew = observation.time < memory.now - RAN_BACK
     last = [None if anew else _last(each, memory) for each in near]
@@ -96,7 +97,7 @@ def timely(observation: Observation, memory: Clocks) -> Timely:
     return Timely(observation=used, sensing=told, anew=anew, clocks=clocks)
 
 
-def _noted(reading: Scan | PointCloud, clocks: Clocks) -> Clocks:
+def _noted(reading: _Reading, clocks: Clocks) -> Clocks:
     last = _last(reading, clocks)
     behind = last is not None and reading.time < last.time
     time = last.time if last and behind else reading.time
@@ -105,11 +106,11 @@ def _noted(reading: Scan | PointCloud, clocks: Clocks) -> Clocks:
     return replace(clocks, heard=(now, *others)[:_SENSORS])
 
 
-def _last(reading: Scan | PointCloud, clocks: Clocks) -> Heard | None:
+def _last(reading: _Reading, clocks: Clocks) -> Heard | None:
     return next((each for each in clocks.heard if _is_from(reading, each)), None)
 
 
-def _is_from(reading: Scan | PointCloud, heard: Heard) -> bool:
+def _is_from(reading: _Reading, heard: Heard) -> bool:
     if len(heard.mount) != len(reading.mount) or heard.range_max != reading.range_max:
         return False
     return np.allclose(heard.mount, reading.mount, rtol=0.0, atol=_SAME, equal_nan=True)
