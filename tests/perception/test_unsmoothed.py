@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from cohelm.evaluation.changes_of_mind import CHANGES, walk
-from cohelm.evaluation.watched import detections, observation
+from cohelm.evaluation.watched import detections
+from cohelm.messages import Observation
 from cohelm.perception import KalmanTracker
 from cohelm.perception.kalman import predict, update
 from cohelm.perception.unsmoothed import by_axis, unsmoothed
@@ -53,7 +54,7 @@ def looked_at(name, tracker, *, noise, dt, late=0.0, every=1):
         )
         seen = scanned + noise * rng.standard_normal((1, 2))
         told, memory = tracker.track(
-            observation(time + late), (detections(time, seen, noise),), memory
+            Observation.at_rest(time + late), (detections(time, seen, noise),), memory
         )
         if len(told) == 0 or k % every:
             continue

@@ -21,8 +21,8 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.evaluation.foresight import ALARM
-from cohelm.evaluation.watched import detections, observation
-from cohelm.messages import People
+from cohelm.evaluation.watched import detections
+from cohelm.messages import Observation, People
 from cohelm.perception import KalmanTracker, Predictor, Tracker
 
 SOON = 0.6
@@ -123,6 +123,6 @@ def _change(name: str, tracker: Tracker, rng: np.random.Generator) -> Change:
         if k % (_TICKS // _SCANS) == 0:
             at = np.array([[np.interp(now, times, axis) for axis in positions.T]])
             seen.append(detections(now, at + _NOISE * rng.standard_normal((1, 2)), _NOISE))
-        people, memory = tracker.track(observation(now), tuple(seen), memory)
+        people, memory = tracker.track(Observation.at_rest(now), tuple(seen), memory)
         told.append(people)
     return Change(name=name, onset=ONSET, people=tuple(told))

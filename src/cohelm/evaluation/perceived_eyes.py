@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.evaluation.perceived import Instant
 from cohelm.maps import FREE, OccupancyGrid
 from cohelm.messages import PointCloud
@@ -59,7 +59,7 @@ def bodies_at(trajectories: Trajectories, cast: Cast, instant: Instant) -> Bodie
     """The bodies of those who are there."""
     who = np.searchsorted(trajectories.id, instant.id)
     time = instant.observation.time
-    at = _sighting(trajectories, who, time)
+    at = np.maximum(trajectories.last_before(time), trajectories.first[:-1])[who]
     speed = np.hypot(instant.velocity[:, 0], instant.velocity[:, 1])
     course = np.arctan2(instant.velocity[:, 1], instant.velocity[:, 0])
     since = np.hypot(*(instant.position - trajectories.position[at]).T)
@@ -71,15 +71,6 @@ def bodies_at(trajectories: Trajectories, cast: Cast, instant: Instant) -> Bodie
         height=cast.height[who],
         radius=np.full(len(who), RADIUS),
     )
-
-
-def _sighting(trajectories: Trajectories, who: Integers, time: float) -> Integers:
-    """The last sighting of each person at or before ``time``."""
-    earlier = np.concatenate([[0], np.cumsum(trajectories.time <= time)])
-    first = trajectories.first
-    count = earlier[first[who + 1]] - earlier[first[who]]
-    at: Integers = first[who] + np.maximum(count - 1, 0)
-    return at
 
 
 class LidarEyes:

@@ -63,17 +63,25 @@ def watch(
         seen = detections(
             float(time), position + noise * rng.standard_normal(position.shape), noise
         )
-        people, memory = tracker.track(observation(float(time)), (seen,), memory)
+        people, memory = tracker.track(Observation.at_rest(float(time)), (seen,), memory)
         told.append(people)
         walker.append(_nearest(people.mean[:, :2], who, position))
     return Watched(walks=walks, people=tuple(told), walker=tuple(walker))
 
 
-def detections(time: float, position: Floats, deviation: float) -> Detections:
-    """People detected at ``position`` (d, 2), about whom nothing else is seen."""
+def detections(time: float, position: Floats, deviation: float, *, returns: int = 0) -> Detections:
+    """People detected at ``position`` (d, 2), with so many returns all round each of them."""
     d = len(position)
+    owner = np.repeat(np.arange(d), returns)
+    angle = np.arange(returns) * 2.0 * np.pi / max(returns, 1)
+    around = _BODY * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     return replace(
         Detections.nothing(time, np.zeros(2)),
+        points=(position[:, None] + around).reshape(-1, 2),
+        owner=owner,
+        mapped=np.zeros(len(owner), dtype=np.bool_),
+        cluster=owner,
+        ellipse=np.column_stack([position, np.full((d, 2), _BODY), np.zeros(d)]),
         position=position,
         radius=np.full(d, _BODY),
         deviation=np.full(d, deviation),
@@ -81,21 +89,14 @@ def detections(time: float, position: Floats, deviation: float) -> Detections:
     )
 
 
-def observation(time: float) -> Observation:
-    """Of a chair that stands still and sees nothing but what is detected."""
-    still = np.zeros(3)
-    return Observation(time=time, pose=still, pose_time=time, twist=still, twist_time=time)
-
-
 def _there(walks: Trajectories, time: float) -> tuple[Integers, Floats]:
     """Who is there (indices), and where, on straight lines between sightings."""
-    last = walks.first[1:] - 1
-    before = np.add.reduceat(walks.time <= time + _SAME, walks.first[:-1], dtype=np.int64)
-    a = walks.first[:-1] + np.maximum(before - 1, 0)
-    b = np.minimum(a + 1, last)
+    seen = walks.last_before(time + _SAME)
+    a = np.maximum(seen, walks.first[:-1])
+    b = np.minimum(a + 1, walks.first[1:] - 1)
     length = np.maximum(walks.time[b] - walks.time[a], 1e-9)
     share = np.clip((time - walks.time[a]) / length, 0.0, 1.0)[:, None]
-    who = np.flatnonzero((before > 0) & (time <= walks.end + _SAME))
+    who = np.flatnonzero((seen >= 0) & (time <= walks.end + _SAME))
     position = walks.position[a] + share * (walks.position[b] - walks.position[a])
     return who, position[who]
 

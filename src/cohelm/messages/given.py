@@ -184,3 +184,22 @@ class Observation:
     """People given from outside, with their source named; None: see for yourself."""
     late: float = 0.0
     """By how much this tick missed its deadline, s; 0 in simulation and replay unless injected."""
+
+    @staticmethod
+    def at_rest(
+        time: float,
+        *,
+        pose: Floats | None = None,
+        scans: tuple[Scan, ...] = (),
+        clouds: tuple[PointCloud, ...] = (),
+    ) -> Observation:
+        """Of a robot that stands still at ``pose`` (3,), X_MR; None: at the map's origin."""
+        return Observation(
+            time=time,
+            pose=np.zeros(3) if pose is None else pose,
+            pose_time=time,
+            twist=np.zeros(3),
+            twist_time=time,
+            scans=scans,
+            clouds=clouds,
+        )

@@ -68,15 +68,7 @@ def _observation(k: int, readings: _Readings) -> Observation:
     clouds = tuple(each for each in readings if isinstance(each, PointCloud))
     scans = tuple(each for each in readings if isinstance(each, Scan))
     time = max((each.time for each in readings), default=k * STEP)
-    return Observation(
-        time=time,
-        pose=np.zeros(3),
-        pose_time=time,
-        twist=np.zeros(3),
-        twist_time=time,
-        scans=scans,
-        clouds=clouds,
-    )
+    return Observation.at_rest(time, scans=scans, clouds=clouds)
 
 
 def _cloud(time: float, points: Floats32) -> _Readings:

@@ -12,10 +12,11 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.evaluation.benches.perception_rows import Row, row
 from cohelm.evaluation.scenario import floor_file
+from cohelm.evaluation.watched import detections
 from cohelm.evaluation.watching import NO_MAP, perception_of
 from cohelm.maps import read_floor_plan
 from cohelm.messages import Observation
-from cohelm.perception import Detections, PerceptionParts, Tracker, perceive
+from cohelm.perception import PerceptionParts, Tracker, perceive
 from cohelm.pictures.costs import CostPanel, draw_costs_against
 from cohelm.robots import LidarMount
 from cohelm.simulation import generator
@@ -26,6 +27,8 @@ MOST_MEDIAN, MOST_P99, MOST_TRACKING = 12.0, 25.0, 0.5
 """ms."""
 PICTURE = "costs.png"
 TRACKS = 50
+RETURNS, DEVIATION = 4, 0.05
+"""Of each person detected: returns; of the centre, m."""
 STEP = 0.1
 """Between two frames, s."""
 WARM = 5
@@ -64,36 +67,14 @@ def _track(tracker: Tracker, frames: int) -> tuple[Floats, int]:
     for k in range(WARM + frames):
         now = k * STEP
         truth = start + now * velocity
-        found = _detections(now, truth + rng.normal(scale=0.03, size=truth.shape))
-        observation = Observation(
-            time=now, pose=np.zeros(3), pose_time=now, twist=np.zeros(3), twist_time=now
-        )
+        where = truth + rng.normal(scale=0.03, size=truth.shape)
+        found = detections(now, where, DEVIATION, returns=RETURNS)
+        observation = Observation.at_rest(now)
         begin = time.thread_time()
         people, memory = tracker.track(observation, (found,), memory)
         times.append(time.thread_time() - begin)
         told = len(people)
     return np.array(times[WARM:]), told
-
-
-def _detections(now: float, position: Floats) -> Detections:
-    """People with four returns each."""
-    n = len(position)
-    around = 0.2 * np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
-    owner = np.repeat(np.arange(n), len(around))
-    return Detections(
-        time=now,
-        origin=np.zeros(2),
-        points=(position[:, None] + around).reshape(-1, 2),
-        owner=owner,
-        mapped=np.zeros(len(owner), dtype=np.bool_),
-        through=np.empty((0, 2)),
-        position=position,
-        radius=np.full(n, 0.25),
-        deviation=np.full(n, 0.05),
-        confidence=np.full(n, 0.9),
-        cluster=owner,
-        ellipse=np.column_stack([position, np.full((n, 2), 0.25), np.zeros(n)]),
-    )
 
 
 def cloud(frames: int = 250) -> Iterator[Row]:
@@ -141,12 +122,7 @@ def crowded(count: int, mount: LidarMount, frames: int) -> list[Observation]:
         )
         pose = np.array([*middle, 0.0])
         seen = scan_cloud(mount, scenery, bodies, pose, time=now, rng=rng)
-        out.append(
-            Observation(
-                time=now, pose=pose, pose_time=now, twist=np.zeros(3), twist_time=now,
-                clouds=(seen,),
-            )
-        )  # fmt: skip
+        out.append(Observation.at_rest(now, pose=pose, clouds=(seen,)))
     return out
 
 
