@@ -37,9 +37,9 @@ _CAME = 0.5
 _MOSTLY, _LOOKS, _NEARLY = 0.35, 2, 0.6
 """A place is empty where at most this share of it is full; it takes so many looks to know, and this
 share of all to call it mostly empty."""
-_GROWTH = 0.03
-"""Growth with range of what counts as the same place, m/m: of a localiser's error of 1°, and of what a
-depth camera adds to it far away."""
+_GROWTH, _SURELY = 0.02, 0.94
+"""Growth with range of what counts as the same place, m/m (a localiser's error of 1°); and share of
+the way to the farthest floor that was surely empty: depth cameras are in doubt of the rest."""
 _RULES = NoveltyParameters()
 
 
@@ -96,7 +96,7 @@ def _ranges(stands: Floats, floor: Floats) -> Floats:
         far[k] = max(far[k], math.hypot(floor[i, 0], floor[i, 1]))
     for k in range(_BEAMS):
         if near[k] == np.inf and far[k] > 0.0:
-            near[k] = far[k]
+            near[k] = _SURELY * far[k]
     return near
 
 

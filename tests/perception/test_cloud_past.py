@@ -1,0 +1,40 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cohelm.perception import CloudClusters
+from cohelm.perception.cloud_past import remember_place, with_place
+from cohelm.simulation.sensors import Bodies
+from cohelm.testing.scenes import open_floor
+
+from .clouds import HERE, NOBODY, cloud_of, scenery
+
+SOMEBODY = Bodies.standing(np.array([[4.0, 0.5]]))
+
+
+def seen_at(time, bodies):
+    cloud = dataclasses.replace(cloud_of(scenery(ceiling=np.inf), bodies), time=time)
+    return CloudClusters().detect((cloud,), HERE[None], open_floor())
+
+
+def after(bodies):
+    """The past after two seconds of looking at ``bodies``."""
+    past = ()
+    for k in range(20):
+        past = remember_place(past, seen_at(0.1 * k, bodies))
+    return past
+
+
+@pytest.mark.parametrize(("before", "came"), [(NOBODY, True), (SOMEBODY, False)])
+def test_who_stands_where_floor_was_seen_has_come_there(before, came):
+    seen = with_place(seen_at(2.0, SOMEBODY), after(before))
+    near = np.hypot(*(seen.position - [4.0, 0.5]).T).argmin()
+    assert (seen.moved[near] > 0.0) == came
+    assert (seen.moved[near] < 0.0) == (not came)
+
+
+def test_without_a_past_nothing_is_said_to_have_come_and_nobody_is_denied():
+    seen = with_place(seen_at(0.0, SOMEBODY), ())
+    assert len(seen.moved) == len(seen.position)
+    assert ((seen.moved < 0.0) & (seen.moved > -1.0)).all()
