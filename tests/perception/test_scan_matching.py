@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from cohelm.geometry import compose, inverse, wrap_angle
 from cohelm.messages import Scan
 from cohelm.perception.outlines import Outline, outline_of_scan
-from cohelm.perception.scan_matching import CAP, fit_at, match, nearby, reference_of, search
+from cohelm.perception.scan_matching import CAP, fit_at, match, nearby, reference_of
+from cohelm.perception.scan_search import search
 
 from .driven import corridor, furnished
 

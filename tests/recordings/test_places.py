@@ -94,11 +94,12 @@ def test_tf_counts_where_both_tell_the_pose(tmp_path):
     assert frames[0].observation.twist == pytest.approx([0.7, 0.0, 0.1])
 
 
-def test_without_any_of_it_the_sensor_rests(tmp_path):
+def test_without_any_of_it_no_frame_has_a_pose(tmp_path):
     recording = open_recording(write(tmp_path / "a.bag", [("/s", 1.0, ROS1.scan(1.0, [1.0]))]))
     (frame,) = recording
     assert frame.observation.pose.tolist() == frame.observation.twist.tolist() == [0, 0, 0]
-    assert any("at rest" in text for text in recording.warnings)
+    assert not frame.posed
+    assert any("tells nothing of where" in text for text in recording.warnings)
 
 
 def test_a_sensor_in_the_map_is_its_own_robot(tmp_path):

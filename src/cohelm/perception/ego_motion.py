@@ -25,9 +25,9 @@ from cohelm.perception.scan_matching import (
     match,
     nearby,
     reference_of,
-    search,
     sorted_reference,
 )
+from cohelm.perception.scan_search import search
 
 
 class Matching(StrEnum):
