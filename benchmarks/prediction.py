@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from cohelm.config import override, validate
-from cohelm.evaluation.changes_of_mind import CHANGES, Change, changes, noticed
-from cohelm.evaluation.foresight import AHEAD, alarms, foresee, likelihoods
+from cohelm.evaluation.changes_of_mind import CHANGES, SOON, Change, changes, noticed
+from cohelm.evaluation.foresight import AHEAD, ALARM, alarms, foresee, likelihoods
 from cohelm.evaluation.watched import watch
 from cohelm.perception import Hypotheses
 from cohelm.pictures.futures import Foretold, draw_futures
@@ -97,6 +97,8 @@ def main() -> None:
             [foretold(change, predictor) for change in happened],
             given.plot,
             moments=(-0.2, 0.3, 0.6),
+            alarm=ALARM,
+            soon=SOON,
         )
     clock(predictor)
     for seed in range(given.first, given.first + given.seeds):

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from cohelm.evaluation import Tracks, parts_of, perception_of, watch
 from cohelm.evaluation.filming import Filming
 from cohelm.evaluation.scenario import floor_file
-from cohelm.evaluation.watching import SPACING, Tracks, parts_of, perception_of, watch
 from cohelm.maps import read_floor_plan
 from cohelm.messages import Observation
 from cohelm.recordings import Frame
@@ -49,16 +49,12 @@ def frames(seconds: float) -> Iterator[Frame]:
     for k in range(round(10 * seconds)):
         time = k / 10
         cloud = scan_cloud(LidarMount(), scenery, bodies(time), CHAIR, time=time, rng=rng)
-        yield Frame(
-            observation=Observation(
-                time=time, pose=CHAIR, pose_time=time, twist=np.zeros(3), twist_time=time,
-                clouds=(cloud,),
-            )
-        )  # fmt: skip
+        yield Frame(observation=Observation.at_rest(time, pose=CHAIR, clouds=(cloud,)))
 
 
 def main() -> None:
-    tracks, filming = Tracks(), Filming(**parts_of((), SPACING), at=3.5)
+    spacing = parts_of(keys=("predictor", "social_model"))
+    tracks, filming = Tracks(), Filming(**spacing, at=3.5)
     for seen in watch(frames(4.0), perception_of(["group_detector.use=affinity"])):
         tracks.add(seen)
         filming.add(seen, None)

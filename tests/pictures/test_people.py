@@ -11,10 +11,11 @@ from cohelm.messages import Groups, Observation, PointCloud, RiderProfile
 from cohelm.perception import ConstantVelocity, Detections
 from cohelm.pictures.costs import CostPanel, draw_costs_against
 from cohelm.pictures.film import WIDTH
+from cohelm.pictures.futures import Foretold, draw_futures
 from cohelm.pictures.people import PeopleMoment, PeopleRecord, draw_people, trails_until
 from cohelm.pictures.people_film import animate_people
 from cohelm.social import PersonalSpace
-from cohelm.testing.scenes import walkers
+from cohelm.testing.scenes import straight_on, walkers
 
 
 def moment(time=0.0, n=3):
@@ -110,3 +111,34 @@ def test_costs_are_drawn(tmp_path):
     ]
     draw_costs_against(panels, tmp_path / "costs.png")
     assert (tmp_path / "costs.png").stat().st_size > 5000
+
+
+def foretold(names):
+    times = np.arange(4) * 0.1
+    people = walkers([[0.0, 0.0, 1.0, 0.0]])
+    told = straight_on(people, 3, 0.1)
+    n = len(names)
+    many = dataclasses.replace(
+        told,
+        names=tuple(names),
+        weight=np.full((1, n), 1.0 / n),
+        mean=np.repeat(told.mean, n, axis=1),
+        velocity=np.repeat(told.velocity, n, axis=1),
+        deviation=np.repeat(told.deviation, n, axis=1),
+    )
+    return Foretold(
+        title="stops", change=0.2, times=times,
+        positions=np.stack([times, np.zeros(4)], axis=-1), predictions=[many] * 4,
+    )  # fmt: skip
+
+
+def test_futures_are_drawn_however_many_there_are(tmp_path):
+    walker = foretold([f"future_{k}" for k in range(9)])
+    for name in ("a.png", "b.png"):
+        draw_futures([walker], tmp_path / name, moments=(0.0, 0.1), alarm=0.5, soon=0.6)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    with pytest.raises(ConfigError, match="--plot"):
+        draw_futures([walker], tmp_path / "a.txt", moments=(0.0,), alarm=0.5, soon=0.6)
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(ConfigError, match="folder"):
+        draw_futures([walker], tmp_path / "folder.png", moments=(0.0,), alarm=0.5, soon=0.6)

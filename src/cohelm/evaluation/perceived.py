@@ -123,27 +123,45 @@ def crowd_instants(
         start: first moment, s since the film's first frame.
         seconds: how much of it; the film ends with its last sighting.
     """
+    stop = min(start + seconds, float(trajectories.time.max(initial=0.0)))
     line = chair_line(trajectories, drive=drive)
+    for pose, observation in drive_line(line, seed=seed, start=start, seconds=stop - start):
+        who, position, velocity = trajectories.at(observation.time)
+        yield Instant(
+            observation=observation,
+            pose=pose,
+            id=who,
+            position=position,
+            velocity=velocity,
+        )
+
+
+def drive_line(
+    line: ChairLine, *, seed: int, start: float = 0.0, seconds: float
+) -> Iterator[tuple[Floats, Observation]]:
+    """Where a chair truly is on its line, X_MR (3,), and what it observes but for readings.
+
+    Args:
+        line: on which it stands or drives.
+        seed: of the localiser's and the odometry's errors.
+        start: first moment, s.
+        seconds: how long.
+    """
     localisation, odometry = Localisation(), Odometry()
     wander, wheels = generator(seed, "localisation"), generator(seed, "odometry")
     error = localisation.first(wander)
-    stop = min(start + seconds, float(trajectories.time.max(initial=0.0)))
-    for k in range(math.floor((stop - start) * RATE + 1e-9)):
+    for k in range(math.floor(seconds * RATE + 1e-9)):
         time = start + k / RATE
         pose, twist = line.at(time)
         if k > 0:
             error = localisation.after(error, 1.0 / RATE, wander)
-        who, position, velocity = trajectories.at(time)
-        yield Instant(
-            observation=Observation(
+        yield (
+            pose,
+            Observation(
                 time=time,
                 pose=with_error(pose, error, line.axis),
                 pose_time=time,
                 twist=odometry.measure(twist, wheels),
                 twist_time=time,
             ),
-            pose=pose,
-            id=who,
-            position=position,
-            velocity=velocity,
         )

@@ -50,7 +50,7 @@ class Seen:
     """Its way so far, where that was found."""
 
 
-def parts_of(settings: Iterable[str], keys: Iterable[str] = SEEING) -> dict[str, Any]:
+def parts_of(settings: Iterable[str] = (), keys: Iterable[str] = SEEING) -> dict[str, Any]:
     """The parts called ``keys``, those that a scenario has by default, with settings put in.
 
     Args:

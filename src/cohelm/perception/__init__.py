@@ -13,9 +13,10 @@ from cohelm.perception.cloud_clusters import CloudClusters
 from cohelm.perception.ego_motion import EgoMotionParameters, Matching, Way, follow
 from cohelm.perception.given_people import GivenPeople, GivenState
 from cohelm.perception.groups import Affinity, AffinityState
-from cohelm.perception.hypotheses import HYPOTHESES, Hypotheses
+from cohelm.perception.hypotheses import HYPOTHESES, Change, Going, Hypotheses
 from cohelm.perception.kalman_tracker import KalmanTracker
 from cohelm.perception.modes import ModeState
+from cohelm.perception.novelty import NoveltyParameters
 from cohelm.perception.obstacle_layer import (
     ObstacleLayerParameters,
     ObstacleLayerState,
@@ -39,6 +40,7 @@ __all__ = [
     "Affinity",
     "AffinityState",
     "Alone",
+    "Change",
     "CloudClusters",
     "CloudDetector",
     "ConstantVelocity",
@@ -47,11 +49,13 @@ __all__ = [
     "EgoMotionParameters",
     "GivenPeople",
     "GivenState",
+    "Going",
     "GroupDetector",
     "Hypotheses",
     "KalmanTracker",
     "Matching",
     "ModeState",
+    "NoveltyParameters",
     "ObstacleLayerParameters",
     "ObstacleLayerState",
     "Outline",

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from cohelm.evaluation.benches.perception_rows import Row, row
-from cohelm.evaluation.perceived import ChairLine
+from cohelm.evaluation.perceived import ChairLine, drive_line
 from cohelm.evaluation.scenario import floor_file
 from cohelm.evaluation.watching import NO_MAP, Seen, perception_of, watch
 from cohelm.maps import OccupancyGrid, distance_field, read_floor_plan
-from cohelm.messages import Observation, PointCloud, Scan
+from cohelm.messages import PointCloud, Scan
 from cohelm.recordings import Frame
 from cohelm.robots import Robot, load_robot
-from cohelm.simulation import Localisation, Odometry, generator
+from cohelm.simulation import generator
 from cohelm.simulation.sensors import Bodies, Scenery, scan_cloud, sweep
-from cohelm.simulation.sensors.localisation import with_error
 
 LINES = {
     "hall": ChairLine(centre=np.array([7.0, 7.0]), axis=0.4, ends=(-5.0, 5.0)),
@@ -28,7 +27,7 @@ LINES = {
 ROBOTS = {"laser": "quantum_q6_edge", "LiDAR": "quantum_q6_edge_lidar"}
 """Sensor → the chair that has it."""
 DRIVES = tuple((floor, sensor) for floor in ("hall", "corridors") for sensor in ROBOTS)
-SECONDS, RATE = 40.0, 10.0
+SECONDS = 40.0
 
 
 def empty(floor: str, sensor: str) -> Iterator[Row]:
@@ -65,12 +64,9 @@ def drive(
     bodies = Bodies.standing(np.empty((0, 2))) if bodies is None else bodies
     scenery = Scenery(grid=grid)
     discs = np.column_stack([bodies.position, bodies.radius])
-    rng, localisation, odometry = generator(0, "drive"), Localisation(), Odometry()
-    error = localisation.first(rng)
-    for k in range(math.floor(seconds * RATE)):
-        time = k / RATE
-        pose, twist = line.at(time)
-        error = localisation.after(error, 1.0 / RATE, rng)
+    rng = generator(0, "drive")
+    for pose, observation in drive_line(line, seed=0, seconds=seconds):
+        time = observation.time
         scans: list[Scan] = [
             sweep(mount, grid, discs, pose, time=time, rng=rng) for mount in robot.lasers
         ]
@@ -78,16 +74,7 @@ def drive(
             scan_cloud(mount, scenery, bodies, pose, time=time, rng=rng)
             for mount in robot.cloud_mounts
         ]
-        observation = Observation(
-            time=time,
-            pose=with_error(pose, error, line.axis),
-            pose_time=time,
-            twist=odometry.measure(twist, rng),
-            twist_time=time,
-            scans=tuple(scans),
-            clouds=tuple(clouds),
-        )
-        yield Frame(observation=observation)
+        yield Frame(observation=replace(observation, scans=tuple(scans), clouds=tuple(clouds)))
 
 
 def _sensing(seen: list[Seen]) -> str:
