@@ -39,7 +39,7 @@ from cohelm.evaluation.things import Door, Mask, Obstacle, Preferred, Storey, Zo
 from cohelm.maps import FARTHEST
 from cohelm.messages import Mode, RiderProfile
 from cohelm.navigation import ProgressParameters, ReplanningParameters
-from cohelm.perception import ObstacleLayerParameters
+from cohelm.perception import NoveltyParameters, ObstacleLayerParameters
 from cohelm.robots import Robot, load_robot
 from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters
@@ -114,6 +114,7 @@ class Scenario(Model):
     group_detector: Spec = named(PARTS["group_detector"][1])
     predictor: Spec = named(PARTS["predictor"][1])
     social_model: Spec = named(PARTS["social_model"][1])
+    novelty: NoveltyParameters = NoveltyParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     replanning: ReplanningParameters = ReplanningParameters()

@@ -102,6 +102,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
             **{key: parts[key] for key in PARTS if key != "rider"},
             filters=filters,
             heat=heat,
+            novelty=scenario.novelty,
             obstacle_layer=scenario.obstacle_layer,
             authority=scenario.authority,
             replanning=scenario.replanning,

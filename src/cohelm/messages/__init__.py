@@ -32,7 +32,6 @@ from cohelm.messages.seen import (
     Predictions,
     Sensing,
     SocialSpaces,
-    StaticPoints,
 )
 from cohelm.reasons import Reason
 
@@ -58,7 +57,6 @@ __all__ = [
     "Scan",
     "Sensing",
     "SocialSpaces",
-    "StaticPoints",
     "Status",
     "Wish",
     "WishReport",

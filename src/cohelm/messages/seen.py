@@ -28,13 +28,6 @@ class Sensing(StrEnum):
 
 
 @value
-class StaticPoints:
-    """Returns that are not people; none is dropped on the way."""
-
-    points: Annotated[Floats, Shape("k 2")]
-
-
-@value
 class Groups:
     """Who belongs together."""
 

@@ -14,6 +14,7 @@ from cohelm.perception import (
     CloudDetector,
     Detector,
     GroupDetector,
+    NoveltyParameters,
     ObstacleLayerParameters,
     PerceptionParts,
     Predictor,
@@ -46,6 +47,7 @@ class NavigatorSetup:
     """Where people are known to be."""
     crowding: CrowdingParameters = CrowdingParameters()
     zones: ZoneParameters = ZoneParameters()
+    novelty: NoveltyParameters = NoveltyParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     replanning: ReplanningParameters = ReplanningParameters()
@@ -64,6 +66,7 @@ class NavigatorSetup:
             cloud_detector=self.cloud_detector,
             tracker=self.tracker,
             group_detector=self.group_detector,
+            novelty=self.novelty,
         )
 
     def speed_limit(self, request: Request) -> float:

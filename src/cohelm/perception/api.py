@@ -63,7 +63,8 @@ class Detections:
     """Which cluster each return belongs to, −1: none; static clusters have a number, too."""
     ellipse: Annotated[Floats, Shape("c 5")]
     """Least ellipse about each of c clusters: centre x, y, semi-axes a ≥ b, m, direction of a,
-    rad."""
+    rad. What was there before is judged by its breadth, see ``novelty``; it is also the obstacle of
+    barriers about ellipses, as in MPC-DCBF."""
     moved: Annotated[Floats, Shape("d")] | None = None
     """Log-odds that each has come to where it is, from what was there before; None: not known."""
     heights: Heights | None = None

@@ -20,7 +20,7 @@ from cohelm.perception.api import (
 )
 from cohelm.perception.clock import RAN_BACK, Clocks, timely
 from cohelm.perception.cloud_past import remember_place, with_place
-from cohelm.perception.novelty import Past, remember, with_motion
+from cohelm.perception.novelty import NoveltyParameters, Past, remember, with_motion
 from cohelm.robots import move
 
 OLDEST = 0.5
@@ -37,6 +37,8 @@ class PerceptionParts:
     cloud_detector: CloudDetector
     tracker: Tracker
     group_detector: GroupDetector
+    novelty: NoveltyParameters = NoveltyParameters()
+    """How scans are compared with earlier ones."""
 
 
 @value
@@ -87,12 +89,12 @@ def perceive(
         memory = _forgotten(parts, observation, memory)
     poses = tuple(pose_at(observation, scan.time) for scan in observation.scans)
     detections = tuple(
-        with_motion(parts.detector.detect(scan, X_MR, walls), memory.past)
+        with_motion(parts.detector.detect(scan, X_MR, walls), memory.past, parts.novelty)
         for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
     past, stood = memory.past, memory.stood
     for scan, X_MR in zip(observation.scans, poses, strict=True):
-        past = remember(past, scan, X_MR)
+        past = remember(past, scan, X_MR, parts.novelty)
     if observation.clouds:
         taken_at = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
         seen = parts.cloud_detector.detect(observation.clouds, taken_at, walls)

@@ -35,7 +35,7 @@ class LaserMount(Model):
     """Centred on the sensor's x axis."""
     range_max: float = Field(10.0, gt=0.0, le=200.0)
     """m."""
-    rate: float = Field(10.0, gt=0.0, le=100.0)
+    rate: float = Field(10.0, ge=0.1, le=100.0)
     """Sweeps a second."""
     noise: float = Field(0.01, ge=0.0, le=1.0)
     """Standard deviation of a range, m."""
@@ -92,7 +92,7 @@ class LidarMount(Model):
     """Nearer things give no return, m."""
     range_max: float = Field(10.0, gt=0.0, le=200.0)
     """m."""
-    rate: float = Field(10.0, gt=0.0, le=100.0)
+    rate: float = Field(10.0, ge=0.1, le=100.0)
     """Sweeps a second."""
     noise: float = Field(0.02, ge=0.0, le=1.0)
     """Standard deviation of a range, m."""
@@ -159,7 +159,7 @@ class DepthCameraMount(Model):
     """Nearer things give no return, m."""
     range_max: float = Field(10.0, gt=0.0, le=200.0)
     """m."""
-    rate: float = Field(15.0, gt=0.0, le=100.0)
+    rate: float = Field(15.0, ge=0.1, le=100.0)
     """Frames a second."""
     noise: float = Field(0.0015, ge=0.0, le=1.0)
     """Standard deviation of a range over the range's square, 1/m: disparity is known to a share of

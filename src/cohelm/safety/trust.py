@@ -61,7 +61,7 @@ def check_input(
         pose_time=observation.pose_time,
         held_until=held_until,
     )
-    return _stale(observation, request, robot, state, parameters), state
+    return _stale(observation, request, state, parameters), state
 
 
 def _not_finite(observation: Observation) -> bool:
@@ -123,7 +123,6 @@ def _from_the_future(observation: Observation, p: GateParameters) -> bool:
 def _stale(
     observation: Observation,
     request: Request,
-    robot: Robot,
     state: GateState,
     p: GateParameters,
 ) -> Reason | None:

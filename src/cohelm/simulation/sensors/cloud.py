@@ -118,7 +118,7 @@ def _cast(
     origin, R_MS = sensor_pose(mount, scenery, X_MR)
     towards = rays @ R_MS.T
     level = np.maximum(np.hypot(towards[:, 0], towards[:, 1]), _UPRIGHT)
-    shape = mount.rays().shape[:2] if _share_planes(mount, R_MS) else (len(rays), 1)
+    shape = mount.rays().shape[:2] if _share_planes(R_MS) else (len(rays), 1)
     tops, highest = tops_of(scenery)
     far, owner, alone = cast_columns(
         tops,
@@ -154,6 +154,6 @@ def _rotation(roll: float, pitch: float, yaw: float) -> Floats:
     return np.asarray(about_z @ about_y @ about_x)
 
 
-def _share_planes(mount: CloudMount, R_MS: Floats) -> bool:
+def _share_planes(R_MS: Floats) -> bool:
     """Whether the rays of one column lie in one vertical plane: where the sensor stands upright."""
     return bool(abs(R_MS[2, 2] - 1.0) < 1e-12)
