@@ -145,7 +145,8 @@ class KalmanTracker:
         moved, told = np.zeros(len(state)), np.ones(len(state))
         moved[found] = seen.moved[match[found]]
         told[found] -= driven[found] * (1.0 - seen.weight[match[found]])
-        walks &= (moved >= p.static_moved) & ((moved > 0.0) | (state.shape > p.walking_shape))
+        known = (state.shape > p.walking_shape) & (seen.time - state.born >= p.walking_age)
+        walks &= (moved >= p.static_moved) & ((moved > 0.0) | known | (not seen.compared))
         loss = np.where(state.walked, -p.motion_loss, -p.coming_loss)
         motion = state.motion + np.where(walks, p.motion_gain * told, loss) * found
         motion[found] = np.maximum(motion, moved * told)[found]
@@ -241,7 +242,7 @@ class KalmanTracker:
         p = self.parameters
         ahead = _elapsed(state.time, now)
         mean, covariance = self._predicted(state, ahead)
-        told = state.confirmed & (state.absent + ahead <= p.patience + 0.1)
+        told = state.confirmed & (state.absent + ahead <= p.told_absent)
         told &= state.passed <= p.told_passed
         told &= larger_deviation(covariance[:, :2, :2]) <= p.told_deviation
         sure = 1.0 / (1.0 + np.exp(-state.log_odds[told]))
@@ -252,7 +253,7 @@ class KalmanTracker:
             covariance=covariance[told],
             heading=state.heading[told],
             radius=state.radius[told],
-            confidence=sure * (1.0 - 0.5 * np.minimum(state.absent[told] / p.patience, 1.0)),
+            confidence=sure * (1.0 - 0.5 * np.minimum(state.absent[told] / p.told_absent, 1.0)),
         )
 
 

@@ -50,7 +50,7 @@ class TrackerParameters(Model):
     """Log-odds below which a confirmed track is no person any more."""
     unproven_from: float = Field(0.4, ge=-5.0, le=5.0)
     """The same of one that came where nothing was and has not walked since: a door, a chair."""
-    came_from: float = Field(0.5, ge=0.0, le=5.0)
+    came_from: float = Field(1.0, ge=0.0, le=5.0)
     """Log-odds of motion from which something has come to its place. What has not must have the
     shape of a person, and beyond doubt."""
     still_from: float = Field(2.0, ge=-5.0, le=5.0)
@@ -82,16 +82,20 @@ class TrackerParameters(Model):
     walking_shape: float = Field(-3.0, ge=-5.0, le=5.0)
     """Mean log-odds of a shape below which nothing walks that stands where something was, or may
     have been: what is seen of a wall beside something else walks along it."""
+    walking_age: float = Field(0.8, ge=0.0, le=10.0)
+    """From which age on such a thing walks, s: before, nothing is known of what was there."""
     walking_speed: float = Field(0.3, ge=0.0, le=3.0)
     """Least speed of something that walks, m/s."""
     heading_speed: float = Field(0.2, ge=0.0, le=3.0)
     """Least speed at which the heading follows the motion, m/s."""
-    patience: float = Field(1.2, gt=0.0, le=20.0)
+    patience: float = Field(2.0, gt=0.0, le=20.0)
     """A confirmed track is given up after so long unseen, s; hidden time counts two fifths,
     time in which its place was seen through threefold."""
     tentative_patience: float = Field(0.35, gt=0.0, le=20.0)
     """The same for a tentative one, all its time counted whole, s."""
     told_deviation: float = Field(0.4, gt=0.0, le=5.0)
     """Standard deviation of the place beyond which nobody is told, m; the track lives on."""
+    told_absent: float = Field(1.3, gt=0.0, le=20.0)
+    """Who has not been seen for longer, so counted, is not told, s; the track lives on."""
     told_passed: float = Field(0.05, ge=0.0, le=5.0)
     """Whose place was seen through for longer is not told, s; the track lives on."""
