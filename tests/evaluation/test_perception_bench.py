@@ -141,6 +141,7 @@ def test_crowds_for_timing_have_as_many_as_asked(tmp_path):
 @pytest.mark.data
 def test_the_pedestrian_of_kitti_is_found(data, monkeypatch, tmp_path):
     monkeypatch.setenv("COHELM_DATA", str(data))
-    (found,) = perception_recordings.kitti(tmp_path)
+    found, others = perception_recordings.kitti(tmp_path)
     assert found["met"] == MET
+    assert others["wanted"] == ""
     assert (tmp_path / "kitti_obj_000000.png").stat().st_size > 10_000
