@@ -31,6 +31,9 @@ _PACE = np.zeros(5)
 _PACE[[UNCLEAR, SEEN_THROUGH, HIDDEN, FILLED, UNLOOKED]] = 1.0, 3.0, 0.4, 0.6, 0.6
 """How fast a person's time unseen counts, by what was seen in the place."""
 
+_UNSEEN = 0.15, 0.35
+"""Share of the confidence lost by not being seen at all, and by the time until nobody is told."""
+
 _CHANGED = ("radius", "shape", "looks", "surprise", "seen", "absent", "passed", "rest", "walked")
 """What of a track is changed in place while a scan is worked in."""
 
@@ -246,6 +249,8 @@ class KalmanTracker:
         told &= state.passed <= p.told_passed
         told &= larger_deviation(covariance[:, :2, :2]) <= p.told_deviation
         sure = 1.0 / (1.0 + np.exp(-state.log_odds[told]))
+        absent = state.absent[told]
+        unseen = _UNSEEN[0] * (absent > 0.0) + _UNSEEN[1] * np.minimum(absent / p.told_absent, 1.0)
         return People(
             time=now,
             id=state.id[told],
@@ -253,7 +258,7 @@ class KalmanTracker:
             covariance=covariance[told],
             heading=state.heading[told],
             radius=state.radius[told],
-            confidence=sure * (1.0 - 0.5 * np.minimum(state.absent[told] / p.told_absent, 1.0)),
+            confidence=sure * (1.0 - unseen),
         )
 
 
