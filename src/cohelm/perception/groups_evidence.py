@@ -149,4 +149,5 @@ def standing(one: Floats, other: Floats, facing: float, other_facing: float, w: 
     other_ahead = -(ox * dx + oy * dy) / max(d, 1e-9)
     turned = max(-0.25 - ahead, 0.0) + max(-0.25 - other_ahead, 0.0)
     total: float = w.standing_prior + w.facing * (1.0 - (apart / w.shared) ** 2)
-    return total - w.behind * turned
+    total -= w.behind * turned
+    return total
