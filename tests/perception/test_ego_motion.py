@@ -1,6 +1,7 @@
 """The way of a sensor from its readings alone."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,6 +50,20 @@ def test_at_rest_is_exactly_at_rest_whoever_walks_there(noise):
         assert (way.pose == 0.0).all()
         assert (way.twist == 0.0).all()
         assert way.length == 0.0
+
+
+def test_at_rest_is_at_rest_though_walkers_hide_most_of_a_short_view():
+    for seed in range(3):
+        laser, discs = furnished(noise=0.02, seed=seed)
+        way, people = None, walkers(9, seed)
+        for k in range(100):
+            scan, _ = laser.scan(0.1 * k, (0, 0, 0.3), np.concatenate([discs, people(0.1 * k)]))
+            ranges = scan.ranges.copy()
+            ranges[:180] = ranges[-180:] = np.nan  # looks ahead
+            ranges[ranges > 4.5] = np.inf
+            scan = replace(scan, ranges=ranges, range_max=4.5)
+            way = follow(way, outline_of_scan(scan), scan.time)
+            assert (way.pose == 0.0).all()
 
 
 def test_who_stops_rests_where_it_stopped():

@@ -215,7 +215,12 @@ def _find(way: Way, outline: Outline, gap: float, p: EgoMotionParameters) -> _Fo
         guess = search(reference, outline, guess, p.reach, p.turn)
         again = match(reference, outline, guess, p.noise)
         fit = again if again.overlap > fit.overlap else fit
-    return _Found(fit, resting=False) if fit.overlap >= least else None
+    if fit.overlap < least:
+        return None
+    here = fit_at(reference, outline, way.pose, p.noise)
+    if way.resting and not _moved(here, fit, p):  # much is hidden, and the rest is where it was
+        return _Found(replace(fit, pose=way.pose), resting=True)
+    return _Found(fit, resting=False)
 
 
 def _at_rest(way: Way, outline: Outline, p: EgoMotionParameters) -> _Found | None:
@@ -224,11 +229,16 @@ def _at_rest(way: Way, outline: Outline, p: EgoMotionParameters) -> _Found | Non
     there = match(way.still, outline, way.pose, p.noise)
     if here.overlap < p.overlap:
         return None
-    off, gain = _apart(there.pose, way.pose), here.misfit - there.misfit
-    moved = (off[0] > p.moved or off[1] > p.turned) and gain > p.gain
-    if moved and (way.suspect or gain > p.sure_gain):
+    moved = _moved(here, there, p)
+    if moved and (way.suspect or here.misfit - there.misfit > p.sure_gain):
         return None
     return _Found(replace(here, pose=way.pose, told=there.told), resting=True, suspect=moved)
+
+
+def _moved(here: Match, there: Match, p: EgoMotionParameters) -> bool:
+    """Whether having moved from here to there explains a reading clearly better."""
+    away, turned = _apart(there.pose, here.pose)
+    return (away > p.moved or turned > p.turned) and here.misfit - there.misfit > p.gain
 
 
 def _gone_on(way: Way, outline: Outline, time: float, found: _Found, p: EgoMotionParameters) -> Way:
