@@ -18,9 +18,9 @@ from cohelm.testing.pedestrians import check_pedestrian_model, check_rider
 from cohelm.testing.perception import (
     check_cloud_detector,
     check_detector,
-    check_predictor,
     check_tracker,
 )
+from cohelm.testing.prediction import check_predictor
 from cohelm.testing.social import check_social_model
 
 CHECKS = {

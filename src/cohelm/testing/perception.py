@@ -1,4 +1,4 @@
-"""The contracts of ``perception.Detector``, ``Tracker`` and ``Predictor``."""
+"""The contracts of ``perception.Detector``, ``CloudDetector`` and ``Tracker``."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ import numpy as np
 from cohelm.arrays import Floats, identical
 from cohelm.geometry import compose, transform
 from cohelm.maps import DistanceField
-from cohelm.messages import Observation, People, PointCloud, Predictions, Scan
+from cohelm.messages import Observation, People, PointCloud, Scan
 from cohelm.perception.api import (
     CloudDetector,
     Detections,
     Detector,
-    Predictor,
     Tracker,
 )
 from cohelm.robots import LidarMount
 from cohelm.simulation.sensors import Bodies, Scenery, scan_cloud
 from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
-from cohelm.testing.scenes import BODY, RESOLUTION, room, scan_of, straight_on, walkers, walls_of
+from cohelm.testing.scenes import BODY, RESOLUTION, room, scan_of, walkers, walls_of
 
 _ROBOT = np.array([3.0, 4.0, 0.4])
 _MOUNT = np.array([0.2, 0.0, 0.1])
@@ -242,46 +241,4 @@ def _detections(time: float, centres: Floats) -> Detections:
         confidence=np.ones(d),
         cluster=np.repeat(np.arange(d), len(ring)),
         ellipse=np.column_stack([centres, np.full((d, 2), BODY), np.zeros(d)]),
-    )
-
-
-def check_predictor(predictor: Predictor, *, within: float = 1.0) -> None:
-    """Check a predictor with nobody and with three people: from where they are, ever less certain.
-
-    Raises:
-        ConformanceError: saying what it does wrong.
-    """
-    crowd = np.array([[3.0, 0.0, -1.2, 0.0], [2.0, 1.0, 0.0, 0.0], [4.0, -2.0, 0.3, 0.4]])
-    for states in (np.empty((0, 4)), crowd):
-        people = walkers(states)
-        for steps, step in ((1, 0.5), (25, 0.1)):
-            _check_prediction(predictor, people, steps, step, within)
-
-
-def _check_prediction(
-    predictor: Predictor, people: People, steps: int, step: float, within: float
-) -> None:
-    got: Predictions
-    got, _ = steady(
-        lambda: predictor.predict(people, steps, step, None),
-        inputs=people,
-        what="predict",
-        within=within,
-    )
-    n, h = len(people), len(got.names)
-    require(h >= 1, "must name at least one hypothesis")
-    shape = (n, h, steps + 1)
-    require(
-        got.deviation.shape == shape,
-        f"must predict (people, hypotheses, steps + 1) = {shape}, predicts {got.deviation.shape}",
-    )
-    require(got.step == step, "predictions must have the wanted step")
-    require_finite({"mean": got.mean, "velocity": got.velocity, "deviation": got.deviation})
-    require(got.weight >= 0.0, "weights must not be negative")
-    require(np.abs(got.weight.sum(axis=1) - 1.0) < TOLERANCE, "a person's weights must sum to 1")
-    here = straight_on(people, steps, step).mean[:, :, 0]
-    require(np.abs(got.mean[:, :, 0] - here) < TOLERANCE, "step 0 must be where people are now")
-    require(got.deviation >= 0.0, "deviations must not be negative")
-    require(
-        np.diff(got.deviation, axis=-1) >= -TOLERANCE, "certainty must not grow with time ahead"
     )
