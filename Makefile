@@ -18,7 +18,7 @@ COHELM_DATA ?= $(wildcard $(abspath ../shared/data))
 export COHELM_DATA
 
 RIDES := rides
-BENCHMARKS := $(wildcard benchmarks/solver.py benchmarks/orca.py)
+BENCHMARKS := $(wildcard $(addprefix benchmarks/,solver.py orca.py lidar.py prediction.py))
 
 .PHONY: help
 help: ## this list
@@ -50,7 +50,7 @@ check: setup ## style, types and layers
 	$(BIN)/lint-imports
 
 .PHONY: bench
-bench: setup ## the benchmarks, each beside its outside reference
+bench: setup ## the benchmarks, beside their outside references where there are any
 	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script"; done
 	@echo "== cohelm bench planning"; $(BIN)/cohelm bench planning --out $(RIDES)/planning
 
