@@ -80,6 +80,12 @@ def test_a_reading_that_was_overtaken_is_left_out():
     assert not any(use.anew for use in got)
 
 
+def test_of_two_sensors_that_cannot_be_told_apart_the_later_one_is_believed():
+    got = used(*([cloud(0.1 * k), cloud(0.1 * k - 0.3)] for k in range(5)))
+    assert not any(use.anew for use in got)
+    assert [kept(use) for use in got] == [2, 1, 1, 1, 1]
+
+
 def test_behind_itself_twice_running_a_sensors_clock_ran_back():
     got = used(*([scan(t)] for t in (1.0, 0.5, 0.6, 0.7)))
     assert [use.sensing.value for use in got] == ["ok", "clock_back", "clock_back", "ok"]

@@ -85,7 +85,7 @@ def timely(observation: Observation, memory: Clocks) -> Timely:
     anew |= twice
     kept = near if anew else [r for r, late in zip(near, behind, strict=True) if not late]
     clocks = Clocks(now=observation.time) if anew else memory
-    for reading in near:
+    for reading in sorted(near, key=lambda each: each.time):
         clocks = _noted(reading, clocks)
     if math.isfinite(observation.time):
         clocks = replace(clocks, now=max(clocks.now, observation.time))
