@@ -1,10 +1,12 @@
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
 from cohelm.perception import CloudClusters
 from cohelm.perception.cloud_past import remember_place, with_place
+from cohelm.robots import load_robot
 from cohelm.simulation.sensors import Bodies
 from cohelm.testing.scenes import open_floor
 
@@ -16,6 +18,13 @@ SOMEBODY = Bodies.standing(np.array([[4.0, 0.5]]))
 def seen_at(time, bodies):
     cloud = dataclasses.replace(cloud_of(scenery(ceiling=np.inf), bodies), time=time)
     return CloudClusters().detect((cloud,), HERE[None], open_floor())
+
+
+def camera_at(time, X_MR, bodies):
+    mount = load_robot("quantum_q6_edge_lidar").depth_cameras[0]
+    cloud = cloud_of(scenery(ceiling=np.inf), bodies, mount, X_MR)
+    cloud = dataclasses.replace(cloud, time=time)
+    return CloudClusters().detect((cloud,), X_MR[None], open_floor())
 
 
 def after(bodies):
@@ -38,3 +47,21 @@ def test_without_a_past_nothing_is_said_to_have_come_and_nobody_is_denied():
     seen = with_place(seen_at(0.0, SOMEBODY), ())
     assert len(seen.moved) == len(seen.position)
     assert ((seen.moved < 0.0) & (seen.moved > -1.0)).all()
+
+
+def test_what_a_camera_turns_to_was_not_empty_before():
+    turned = np.array([0.0, 0.0, math.pi])
+    past = ()
+    for k in range(20):
+        past = remember_place(past, camera_at(0.1 * k, turned, SOMEBODY))
+    seen = with_place(camera_at(2.0, HERE, SOMEBODY), past)
+    assert len(seen.moved)
+    assert (seen.moved < 0.0).all()
+
+
+def test_who_comes_into_a_camera_s_view_has_come():
+    past = ()
+    for k in range(20):
+        past = remember_place(past, camera_at(0.1 * k, HERE, NOBODY))
+    seen = with_place(camera_at(2.0, HERE, SOMEBODY), past)
+    assert (seen.moved > 0.0).any()

@@ -40,6 +40,9 @@ share of all to call it mostly empty."""
 _GROWTH, _SURELY = 0.02, 0.94
 """Growth with range of what counts as the same place, m/m (a localiser's error of 1°); and share of
 the way to the farthest floor that was surely empty: depth cameras are in doubt of the rest."""
+_UNSEEN = 1e-3
+"""What is told of directions from which nothing came back, m: there the view ended at the sensor.
+A camera did not look there, and a laser's beam may have been lost."""
 _RULES = NoveltyParameters()
 
 
@@ -86,7 +89,10 @@ def remember_place(past: Past, seen: Detections) -> Past:
 
 @njit(cache=True)
 def _ranges(stands: Floats, floor: Floats) -> Floats:
-    """The nearest thing in each direction, or else the farthest floor, or else +inf; m."""
+    """The nearest thing in each direction, or else the farthest floor, or else ``_UNSEEN``; m.
+
+    A direction between two of the sensor's is as free as the less free one beside it.
+    """
     near, far = np.full(_BEAMS, np.inf), np.zeros(_BEAMS)
     for i in range(stands.shape[0]):
         k = _beam(stands[i, 0], stands[i, 1])
@@ -97,7 +103,12 @@ def _ranges(stands: Floats, floor: Floats) -> Floats:
     for k in range(_BEAMS):
         if near[k] == np.inf and far[k] > 0.0:
             near[k] = _SURELY * far[k]
-    return near
+    out = near.copy()
+    for k in range(_BEAMS):
+        if near[k] == np.inf:
+            beside = min(near[k - 1], near[(k + 1) % _BEAMS])
+            out[k] = beside if beside < np.inf else _UNSEEN
+    return out
 
 
 @njit(cache=True)
