@@ -144,6 +144,15 @@ def test_a_folder_of_sweeps_is_a_row_in_the_order_of_names(tmp_path):
     assert times == pytest.approx([0.0, 0.5, 1.0])
 
 
+def test_recordings_of_other_kinds_in_a_folder_are_named(tmp_path):
+    for name in ("2.pcd", "1.pcd"):
+        (tmp_path / name).write_bytes(pcd(np.ones((4, 3)), "binary"))
+    (tmp_path / "walk.bag").write_bytes(b"x")
+    recording = open_recording(tmp_path)
+    assert len(list(recording)) == 2
+    assert any("left aside: walk.bag" in text for text in recording.warnings)
+
+
 def test_a_folder_of_kitti_is_found_by_its_sweeps(tmp_path, rng):
     (tmp_path / "velodyne_points" / "data").mkdir(parents=True)
     write(tmp_path / "velodyne_points" / "data" / "0.bin", sweep(rng))

@@ -31,6 +31,7 @@ KNOWN = (
 _START = 4096
 _FOLDERS = ("velodyne", "velodyne_points/data", "data")
 """Where KITTI keeps its sweeps within a folder."""
+_RECORDINGS = ("*.bag", "*.mcap", "*.db3", "*.bin", "*.pcd")
 
 
 def open_recording(path: Path | str, *, topic: str | None = None, rate: float = RATE) -> Recording:
@@ -79,7 +80,16 @@ def _folder(path: Path, topic: str | None, rate: float) -> Recording:
         sweeps = _named(folder, ("*.pcd.bin",)) or _named(folder, ("*.pcd",))
         sweeps = sweeps or _named(folder, ("*.bin",))
         if sweeps:
-            return SweepRecording(path, sweeps, _read_any, rate)
+            recording = SweepRecording(path, sweeps, _read_any, rate)
+            others = set(_named(folder, _RECORDINGS)) - set(sweeps)
+            if others:
+                names = ", ".join(file.name for file in sorted(others, key=natural)[:3])
+                more = ", …" if len(others) > 3 else ""
+                recording.warnings.append(
+                    f"{folder}: {len(sweeps)} {sweeps[0].suffix} sweeps are read; recordings of "
+                    f"other kinds are left aside: {names}{more}"
+                )
+            return recording
     raise RecordingError(f"holds no recording; {KNOWN}", file=path)
 
 
