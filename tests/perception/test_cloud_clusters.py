@@ -261,6 +261,24 @@ def test_one_sweep_of_32_by_1024_is_quick():
     assert np.median(times) < 0.012
 
 
+def test_beyond_the_reach_of_one_sensor_the_view_is_the_other_s():
+    def slopes(low, high):
+        return [[4.0, 0.0, 4.0 * low], [4.0, 0.0, 4.0 * high]]
+
+    steep = bare(slopes(-0.5, 0.25), (0.0, 0.0, 1.3, 0.0, 0.0, 0.0), range_max=6.0)
+    flat = bare(slopes(-0.75, 0.1), (1.0, 0.0, 0.8, 0.0, 0.0, 0.0), range_max=10.0)
+    seen = gather((steep, flat), np.zeros((2, 3)), 15.0)
+    places = np.array([[4.0, 0.0], [9.0, 0.0], [30.0, 0.0]])
+    low, high = seen.in_view(places)
+    assert np.allclose(low, [0.8 - 0.75 * 3.0, 0.8 - 0.75 * 8.0, 0.8 - 0.75 * 29.0])
+    assert np.allclose(high, [1.3 + 0.25 * 4.0, 0.8 + 0.1 * 8.0, 1.3 + 0.25 * 30.0])
+
+
+def test_a_sensor_with_returns_at_its_lens_alone_has_no_view():
+    seen = gather((bare([[0.2, 0.0, 0.0]]),), HERE[None], 15.0)
+    assert np.isfinite(seen.in_view(np.array([[0.0, 0.0], [3.0, 0.0]]))).all()
+
+
 @pytest.mark.data
 def test_the_pedestrian_of_a_street_is_found():
     folder = Path(os.environ.get("COHELM_DATA", "/nowhere")) / "lidar"

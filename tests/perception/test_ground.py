@@ -62,7 +62,7 @@ def test_an_unknown_height_is_found():
         HERE[None],
         15.0,
     )
-    assert abs(seen.height - LIDAR.pose[2]) < 0.03
+    assert abs(seen.sensors[0, 2] - LIDAR.pose[2]) < 0.03
 
 
 def test_returns_from_below_the_floor_do_not_lift_it():

@@ -160,8 +160,7 @@ class CloudClusters:
         A body is (x, y, radius, deviation, log-odds of a person).
         """
         p = self.parameters
-        away = np.hypot(columns.centre[:, 0], columns.centre[:, 1])
-        in_view = seen.height + seen.view[1] * away
+        in_view = seen.in_view(columns.centre)[1]
         tall = free & (columns.highest > np.clip(in_view - 0.3, 0.3, p.upright))
         line = skyline(columns.centre[tall])
         cluster, count = self._clusters(columns, tall, free & ~tall, line, seen)

@@ -29,18 +29,32 @@ class Gathered(NamedTuple):
     """(p, 3), x and y from the first sensor, z from the floor under the robot, m."""
     X_MS: Floats
     """(3,), the pose of that frame in the map."""
-    height: float
-    """Of the first sensor over the floor, m."""
     spacing: float
     """Angle between neighbouring azimuths of the coarsest sensor, rad."""
     ring: float
     """Angle between neighbouring elevations of the coarsest sensor, rad."""
     view: Floats
-    """(2,), the lowest and the highest slope dz/dr at which anything came back."""
+    """(s, 3), of each usable sensor: the lowest and the highest slope dz/dr at which anything came
+    back to it, and how far it reaches, m; 0 where nothing came back."""
     sensors: Floats
-    """(s, 3), where each usable sensor was, in the same frame, m."""
+    """(s, 3), where each of them was, in the same frame, m."""
     parts: Integers
     """(s + 1,), where the returns of each sensor begin, and the last end."""
+
+    def in_view(self, places: Floats) -> Floats:
+        """(2, n) from what height to what the sensors that reach so far look at places (n, 2), m.
+
+        Where none does, it is as if all did: noise took the place beyond their reach.
+        """
+        apart = places[:, None] - self.sensors[:, :2]
+        away = np.hypot(apart[..., 0], apart[..., 1])
+        out = away > self.view[:, 2]
+        out &= ~out.all(axis=1, keepdims=True)
+        low = self.sensors[:, 2] + self.view[:, 0] * away
+        high = self.sensors[:, 2] + self.view[:, 1] * away
+        return np.array(
+            [np.where(out, np.inf, low).min(axis=1), np.where(out, -np.inf, high).max(axis=1)]
+        )
 
 
 def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gathered:
@@ -58,15 +72,13 @@ def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gather
     usable = [k for k, cloud in enumerate(clouds) if _has_pose(cloud, X_MR[k])]
     if not usable:
         none = np.empty((0, 3))
-        return Gathered(
-            none, np.zeros(3), 0.0, 0.0, 0.0, np.zeros(2), none, np.zeros(1, dtype=np.int64)
-        )
+        return Gathered(none, np.zeros(3), 0.0, 0.0, none, none, np.zeros(1, dtype=np.int64))
     first = usable[0]
     X_MS = compose(X_MR[first], [*clouds[first].mount[:2], 0.0])
     X_SM = inverse(X_MS)
-    parts, sensors, height = [], [], 0.0
-    spacing, view = np.zeros(2), np.array([np.inf, -np.inf])
-    for k in usable:
+    parts, sensors = [], []
+    spacing, view = np.zeros(2), np.zeros((len(usable), 3))
+    for i, k in enumerate(usable):
         rotation, position = _placed(compose(X_SM, X_MR[k]), clouds[k].mount)
         reached = clouds[k].range_max if clouds[k].range_max > 0.0 else 0.0
         points, slopes = _kept(clouds[k].points, rotation, position, np.array([reach, reached]))
@@ -74,18 +86,15 @@ def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gather
             down = -_floor(points, reach)
             points[:, 2] += down
             position[2] = down
-        if k == first:
-            height = float(position[2])
         if len(points):
             spacing = np.maximum(spacing, _spacing(clouds[k].points))
-            view = np.array([min(view[0], slopes[0]), max(view[1], slopes[1])])
+        if np.isfinite(slopes).all():
+            view[i] = [*slopes, min(reach, reached)]
         parts.append(points)
         sensors.append(position)
     together = parts[0] if len(parts) == 1 else np.concatenate(parts)
     first_of = np.cumsum([0, *(len(part) for part in parts)])
-    return Gathered(
-        together, X_MS, height, spacing[0], spacing[1], view, np.array(sensors), first_of
-    )
+    return Gathered(together, X_MS, spacing[0], spacing[1], view, np.array(sensors), first_of)
 
 
 def _has_pose(cloud: PointCloud, X_MR: Floats) -> bool:

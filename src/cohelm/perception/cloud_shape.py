@@ -30,11 +30,12 @@ def log_odds(look: Floats, beside: Floats, seen: Gathered) -> Floats:
     Args:
         look: (s, FIELDS), see ``looks``.
         beside: (s,) share of its columns that lie beside another thing's.
-        seen: the sensor's height, view and resolution.
+        seen: the sensors' places, views and resolution.
     """
     away = np.hypot(look[:, MEAN_X], look[:, MEAN_Y])
-    above = seen.height + seen.view[1] * away - look[:, TOP] > 0.15
-    below = seen.height + seen.view[0] * away < 0.3
+    lowest, highest = seen.in_view(look[:, [MEAN_X, MEAN_Y]])
+    above = highest - look[:, TOP] > 0.15
+    below = lowest < 0.3
     hidden = look[:, HIDDEN] > 0.0
     aside, upright = seen.spacing * away, seen.ring * away
     sharp = np.clip(1.5 - 5.0 * upright, 0.0, 1.0)
