@@ -91,7 +91,7 @@ def prediction() -> Iterator[Row]:
             yield not_run("prediction", name, absent("pedestrians", film))
             continue
         for rate in (10.0, None):
-            seen = f"{name}, scans at {'2.5 Hz as filmed' if rate is None else f'{rate:g} Hz'}"
+            seen = f"{name}, {'as filmed' if rate is None else f'{rate:g} Hz'}"
             yield from _foreseen(seen, watch(read_trajectories(file), rate=rate), predictor)
 
 
@@ -100,16 +100,15 @@ def _foreseen(seen: str, watched: Watched, predictor: Predictor) -> Iterator[Row
     found, said = likelihoods(watched, predictor), alarms(foresee(watched, predictor))
     counts = f"{found.frames} frames of {found.people} people, the whole film"
     yield row(
-        part, f"{seen}: ln likelihood at 1.2 s", found.mean.mean, unit="ln 1/m²",
+        part, f"{seen}: ln L at 1.2 s", found.mean.mean, unit="ln 1/m²",
         remark=f"{who}: {counts}; 90 % regions hold {found.within_90:.1%}",
     )  # fmt: skip
-    rivals = {"fixed weights, its own on average": found.over_usual,
-              "fixed weights, the best by hindsight": found.over_fixed,
-              "constant velocity at its best": found.over_constant}  # fmt: skip
+    rivals = {"average weights": found.over_usual, "weights by hindsight": found.over_fixed,
+              "constant velocity": found.over_constant}  # fmt: skip
     for rival, gain in rivals.items():
         yield row(
-            part, f"{seen}: more than {rival}", gain.mean, least=0.0, right=gain.low > 0.0,
-            remark=f"95 % over people [{gain.low:.3f}, {gain.high:.3f}]",
+            part, f"{seen}: over {rival}", gain.low, least=0.0, right=gain.low > 0.0,
+            remark=f"gain {gain.mean:.3f}, of which the lower end of the 95 % interval over people",
         )  # fmt: skip
     yield row(
         part, f"{seen}: false alarms", said.share, most=MOST_ALARMS,
