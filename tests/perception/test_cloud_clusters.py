@@ -279,6 +279,15 @@ def test_a_sensor_with_returns_at_its_lens_alone_has_no_view():
     assert np.isfinite(seen.in_view(np.array([[0.0, 0.0], [3.0, 0.0]]))).all()
 
 
+@pytest.mark.parametrize(("away", "proves"), [(4.0, True), (5.7, False)])
+def test_what_the_end_of_the_reach_cuts_is_no_person_for_sure(away, proves):
+    lidar = LIDAR.model_copy(update={"range_max": 6.0})
+    cloud = cloud_of(scenery(ceiling=np.inf), Bodies.standing(np.array([[away, 0.0]])), lidar)
+    seen = CloudClusters().detect((cloud,), HERE[None], open_floor())
+    assert len(seen.position) == 1
+    assert (seen.confidence[0] > 0.5) == proves
+
+
 @pytest.mark.data
 def test_the_pedestrian_of_a_street_is_found():
     folder = Path(os.environ.get("COHELM_DATA", "/nowhere")) / "lidar"

@@ -46,8 +46,7 @@ class Gathered(NamedTuple):
 
         Where none does, it is as if all did: noise took the place beyond their reach.
         """
-        apart = places[:, None] - self.sensors[:, :2]
-        away = np.hypot(apart[..., 0], apart[..., 1])
+        away = self._away(places)
         out = away > self.view[:, 2]
         out &= ~out.all(axis=1, keepdims=True)
         low = self.sensors[:, 2] + self.view[:, 0] * away
@@ -55,6 +54,16 @@ class Gathered(NamedTuple):
         return np.array(
             [np.where(out, np.inf, low).min(axis=1), np.where(out, -np.inf, high).max(axis=1)]
         )
+
+    def room(self, places: Floats) -> Floats:
+        """How much farther (n,) than places (n, 2) the sensor reaches that reaches farthest, m."""
+        room: Floats = (self.view[:, 2] - self._away(places)).max(axis=1)
+        return room
+
+    def _away(self, places: Floats) -> Floats:
+        """(n, s) from each sensor to places (n, 2), m."""
+        apart = places[:, None] - self.sensors[:, :2]
+        return np.hypot(apart[..., 0], apart[..., 1])
 
 
 def gather(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> Gathered:

@@ -20,12 +20,16 @@ from cohelm.perception.cloud_bodies import (
 )
 from cohelm.perception.cloud_points import Gathered
 
+_BODY = 0.5
+"""What is nearer than this to the end of a sensor's reach may go on behind it, m."""
+
 
 def log_odds(look: Floats, beside: Floats, seen: Gathered) -> Floats:
     """ln(p / (1 − p)) that each of s segments is a person, from its shape alone; (s,).
 
     A sum of independent evidence, each piece bounded; assumed. What is out of the sensor's view or
-    hidden, or lies between its rings, says nothing.
+    hidden, or lies between its rings, says nothing; what the end of the reach cuts may be a piece
+    of anything, and nothing speaks for a person.
 
     Args:
         look: (s, FIELDS), see ``looks``.
@@ -33,7 +37,8 @@ def log_odds(look: Floats, beside: Floats, seen: Gathered) -> Floats:
         seen: the sensors' places, views and resolution.
     """
     away = np.hypot(look[:, MEAN_X], look[:, MEAN_Y])
-    lowest, highest = seen.in_view(look[:, [MEAN_X, MEAN_Y]])
+    places = look[:, [MEAN_X, MEAN_Y]]
+    lowest, highest = seen.in_view(places)
     above = highest - look[:, TOP] > 0.15
     below = lowest < 0.3
     hidden = look[:, HIDDEN] > 0.0
@@ -49,7 +54,7 @@ def log_odds(look: Floats, beside: Floats, seen: Gathered) -> Floats:
     odds -= 4.0 * np.clip(look[:, DEPTH] - 0.45, 0.0, 0.5)
     odds -= 4.0 * beside
     few = np.minimum(look[:, RETURNS] / 25.0, 1.0)
-    return np.where(odds > 0.0, few * odds, odds)
+    return np.where(odds > 0.0, np.where(seen.room(places) < _BODY, 0.0, few * odds), odds)
 
 
 def _height(top: Floats, gap: Floats, seen: Booleans) -> Floats:
