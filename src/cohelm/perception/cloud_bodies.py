@@ -158,28 +158,52 @@ def touching(centre: Floats, labels: Integers, asked: Booleans, near: float, bod
         bodies: how many segments there are.
     """
     size, met = np.zeros(bodies), np.zeros(bodies)
-    order = np.argsort(centre[:, 1], kind="mergesort")
-    order = order[asked[order]]
-    for a in range(order.size):
-        i = order[a]
+    chosen = np.flatnonzero(asked)
+    if chosen.size == 0:
+        return size
+    # squares of side ``near``: whoever is within it lies in the same or the next ones
+    left, low = centre[chosen, 0].min(), centre[chosen, 1].min()
+    rows = int((centre[chosen, 1].max() - low) / near) + 3
+    cols = int((centre[chosen, 0].max() - left) / near) + 3
+    square = np.empty(chosen.size, dtype=np.int64)
+    for a in range(chosen.size):
+        row = int((centre[chosen[a], 1] - low) / near) + 1
+        square[a] = row * cols + int((centre[chosen[a], 0] - left) / near) + 1
+    begin = np.zeros(rows * cols + 1, dtype=np.int64)
+    for a in range(chosen.size):
+        begin[square[a] + 1] += 1
+    begin = np.cumsum(begin)
+    columns = chosen[np.argsort(square, kind="mergesort")]
+    for a in range(chosen.size):
+        i = chosen[a]
         if labels[i] < 0 or labels[i] >= bodies:
             continue
         size[labels[i]] += 1.0
-        for step in (-1, 1):
-            b = a + step
-            while 0 <= b < order.size and abs(centre[order[b], 1] - centre[i, 1]) <= near:
-                j = order[b]
-                if (
-                    labels[j] != labels[i]
-                    and math.hypot(centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1]) <= near
-                ):
-                    met[labels[i]] += 1.0
-                    break
-                b += step
-            else:
-                continue
-            break
+        met[labels[i]] += _meets(centre, labels, columns, begin, i, square[a], cols, near)
     return met / np.maximum(size, 1.0)
+
+
+@njit(cache=True)
+def _meets(  # noqa: PLR0917  # a kernel takes arrays and numbers
+    centre: Floats,
+    labels: Integers,
+    columns: Integers,
+    begin: Integers,
+    i: int,
+    square: int,
+    cols: int,
+    near: float,
+) -> bool:
+    """Whether another thing's column lies within ``near`` of column ``i``, in its ``square``."""
+    for row in range(-1, 2):
+        first = square + row * cols
+        for b in range(begin[first - 1], begin[first + 2]):
+            j = columns[b]
+            if labels[j] != labels[i]:
+                apart = math.hypot(centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1])
+                if apart <= near:
+                    return True
+    return False
 
 
 @njit(cache=True)
