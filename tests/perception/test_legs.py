@@ -1,5 +1,6 @@
 """People by their legs, and furniture that stands on as many."""
 
+import dataclasses
 import itertools
 import os
 from pathlib import Path
@@ -13,6 +14,7 @@ from cohelm.perception import PerceptionParts, ScanClusters, perceive
 from cohelm.perception.legs import MOST, pair_legs, stride_odds, width_odds
 from cohelm.perception.novelty import Glance, remember, with_motion
 from cohelm.recordings import open_recording
+from cohelm.testing.scenes import scan_of
 
 from .rays import Laser, box, observation
 
@@ -220,3 +222,25 @@ def test_labelled_legs_are_told(number):
         strange.append(int((~near.any(axis=0)).sum()))
     assert np.mean(found) >= 0.95
     assert np.mean(strange) <= 1.0
+
+
+def test_where_a_full_turn_begins_changes_nothing():
+    """Two legs, an end of one behind a thin post: the scan's seam may lie on any of them."""
+    X_MR = np.array([4.0, 4.0, 0.0])
+    discs = X_MR + np.array([[2.0, 0.15, 0.06], [2.0, -0.15, 0.06], [0.99, -0.12, 0.03]])
+    scan = scan_of(pose=X_MR, discs=discs)
+    detector, turns = ScanClusters(), range(330, 390)
+    told = []
+    for turn in (0, *turns):
+        turned = dataclasses.replace(
+            scan,
+            angle_min=scan.angle_min + turn * scan.angle_increment,
+            ranges=np.roll(scan.ranges, -turn),
+        )
+        seen = detector.detect(turned, X_MR, NO_MAP)
+        perhaps = seen.confidence > 0.1  # of a wall all round it matters where it is cut
+        found = np.column_stack([seen.position, seen.confidence])[perhaps]
+        told.append(found[np.lexsort(found.T)])
+    assert len(told[0]) == 2  # the post may be a leg, too
+    for other in told[1:]:
+        assert other == pytest.approx(told[0], abs=1e-9)

@@ -27,9 +27,12 @@ FLAT_LEGS = 1.6
 HALF_SEEN = 0.5
 """Log-odds that a width costs of which only a part is seen."""
 
+A_BODY, ONE_LEG = 0, 1
+"""What a run of returns is most like."""
+
 
 @njit(cache=True)
-def find_bodies(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # a kernel: arrays, one long loop
+def find_bodies(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and numbers
     points: Floats,
     bearing: Floats,
     hidden: Integers,
@@ -84,36 +87,96 @@ def find_bodies(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # a kernel: arrays
             gap, covered = _ends(points, run, hidden, origin, increment)
             if run.size < 2 or (width > size[1] + gap and not covered):
                 continue
-            torso = -np.inf
-            body = _body(points[run], origin, prior, width, gap, covered)
-            if covered or width + gap >= size[0]:
-                torso = body[4]
-            one = _width_odds(width, gap, covered, legs[0], legs[1])
-            two = _width_odds(width, gap, covered, legs[2], legs[3])
-            if width + gap >= size[0]:
-                two -= min(max(body[7], 0.0), FLAT_LEGS)
-            if covered and width + gap < size[0]:
-                torso = body[4] = min(torso, MOST)
-                if width + gap < legs[0] + 2.0 * legs[1]:
-                    torso = two = -np.inf
-            if torso + (HALF_SEEN if covered or gap > 0.5 * size[0] else 0.0) >= min(
-                max(one + legs[7], two), MOST
-            ):
-                bodies[count] = body[:7]
-            elif two >= one + legs[7]:
-                bodies[count] = _on_legs(body[5], body[6], prior[0], legs[5], min(two, MOST))
-            else:
-                single[singles, :2], single[singles, 2] = body[5:7], one
-                single[singles, 3] = 1.0 if run.size >= 5 and one > 0.0 else 0.0
-                before[singles] = run[0] - 1 if hidden[run[0], 0] else -1
-                after[singles] = (run[-1] + 1) % whose.size if hidden[run[-1], 1] else -1
-                whose[run] = singles
-                singles += 1
+            what, body, one = _likest(points[run], origin, width, gap, covered, size, prior, legs)
+            if what != ONE_LEG:
+                bodies[count] = body
+                owner[run] = count
+                count += 1
                 continue
-            owner[run] = count
-            count += 1
-    pairs, odds = pair_legs(single[:singles, :2], single[:singles, 2], legs[4], legs[7])
-    of = np.full(singles, -1, dtype=np.int64)
+            single[singles, :2], single[singles, 2] = body[5:7], one
+            single[singles, 3] = 1.0 if run.size >= 5 and one > 0.0 else 0.0
+            before[singles] = (run[0] - 1) % whose.size if hidden[run[0], 0] else -1
+            after[singles] = (run[-1] + 1) % whose.size if hidden[run[-1], 1] else -1
+            whose[run] = singles
+            singles += 1
+    hiders = np.stack((before[:singles], after[:singles]), axis=-1)
+    of, count = _on_pairs(points, single[:singles], hiders, whose, prior[0], legs, bodies, count)
+    for i in range(whose.size):
+        if whose[i] >= 0:
+            owner[i] = of[whose[i]]
+    return owner, bodies[:count]
+
+
+@njit(cache=True)
+def _likest(  # noqa: PLR0917  # a kernel takes arrays and numbers
+    points: Floats,
+    origin: Floats,
+    width: float,
+    gap: float,
+    covered: bool,
+    size: Floats,
+    prior: Floats,
+    legs: Floats,
+) -> tuple[int, Floats, float]:
+    """What a run of returns is most like.
+
+    Args:
+        points: (m, 2) of the run, m.
+        origin: (2,) the sensor, m.
+        width, gap: of the run, and how much wider it may be, m.
+        covered: whether something nearer hides an end.
+        size, prior, legs: see :func:`find_bodies`.
+
+    Returns:
+        ``A_BODY`` or ``ONE_LEG``; the body (7,) as in :func:`find_bodies`; the log-odds of one leg.
+    """
+    body = _body(points, origin, prior, width, gap, covered)
+    wide = width + gap >= size[0]
+    torso = body[4] if covered or wide else -np.inf
+    one = _width_odds(width, gap, covered, legs[0], legs[1])
+    two = _width_odds(width, gap, covered, legs[2], legs[3])
+    if wide:
+        two -= min(max(body[7], 0.0), FLAT_LEGS)
+    if covered and not wide:
+        torso = body[4] = min(torso, MOST)
+        if width + gap < legs[0] + 2.0 * legs[1]:
+            torso = two = -np.inf
+    half = HALF_SEEN if covered or gap > 0.5 * size[0] else 0.0
+    if torso + half >= min(max(one + legs[7], two), MOST):
+        return A_BODY, body[:7], one
+    if two >= one + legs[7]:
+        return A_BODY, _on_legs(body[5], body[6], prior[0], legs[5], min(two, MOST)), one
+    return ONE_LEG, body[:7], one
+
+
+@njit(cache=True)
+def _on_pairs(  # noqa: PLR0917  # a kernel takes arrays and numbers
+    points: Floats,
+    single: Floats,
+    hiders: Integers,
+    whose: Integers,
+    radius: float,
+    legs: Floats,
+    bodies: Floats,
+    count: int,
+) -> tuple[Integers, int]:
+    """Put people who stand on single legs behind the ``count`` in ``bodies``.
+
+    Args:
+        points: (p, 2) m.
+        single: (s, 4) legs of (x, y, log-odds of a leg, 1 where it is clear).
+        hiders: (s, 2) return that hides either end of a leg, −1: none.
+        whose: (p,) leg of each return, −1: none.
+        radius: of a body, m.
+        legs: see :func:`find_bodies`.
+        bodies: filled in place.
+        count: how many there are.
+
+    Returns:
+        The body of each leg (s,), −1: none; and how many bodies there are now.
+    """
+    pairs, odds = pair_legs(single[:, :2], single[:, 2], legs[4], legs[7])
+    of = np.full(single.shape[0], -1, dtype=np.int64)
     for k in range(odds.size):
         a, b = pairs[k]
         if odds[k] <= LEAST:
@@ -124,20 +187,21 @@ def find_bodies(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # a kernel: arrays
         sure = odds[k]
         if b >= 0 and single[a, 3] * single[b, 3] > 0.0 and odds[k] >= MOST:
             apart = math.hypot(single[a, 0] - single[b, 0], single[a, 1] - single[b, 1])
-            clear = True
-            for leg, its in ((a, b), (b, a)):
-                for by in (before[leg], after[leg]):
-                    clear &= by == -1 or whose[by] == its
+            clear = _unhidden(hiders[a], whose, b) and _unhidden(hiders[b], whose, a)
             room = 0.6 * legs[4]
             if clear and apart < room and _lonely(points, whose, a, b, x, y, room):
                 sure = TWO_CLEAR_LEGS
-        bodies[count] = _on_legs(x, y, prior[0], spread, sure)
+        bodies[count] = _on_legs(x, y, radius, spread, sure)
         of[a] = of[other] = count
         count += 1
-    for i in range(whose.size):
-        if whose[i] >= 0:
-            owner[i] = of[whose[i]]
-    return owner, bodies[:count]
+    return of, count
+
+
+@njit(cache=True)
+def _unhidden(hiders: Integers, whose: Integers, other: int) -> bool:
+    """Whether nothing hides an end of a leg but, perhaps, the ``other`` leg."""
+    first, last = hiders
+    return bool((first == -1 or whose[first] == other) and (last == -1 or whose[last] == other))
 
 
 @njit(cache=True)
