@@ -30,8 +30,8 @@ from rich.console import Console
 from rich.table import Table
 
 from cohelm.arrays import Floats
-from cohelm.control import LocalProblem, SocialMpc
-from cohelm.control.seeds import last_input, shifted
+from cohelm.control import LocalProblem, SsMpcDcbf
+from cohelm.control.warm_start import last_input, shifted
 from cohelm.errors import ControlError
 from cohelm.evaluation.scenario import load_scenario
 from cohelm.evaluation.staging import set_stage
@@ -55,7 +55,7 @@ def main() -> None:
     arguments.add_argument("--seed", type=int, default=0)
     given = arguments.parse_args()
     share = 10 if given.quick else 1
-    console, planner = Console(width=100, color_system=None, highlight=False), SocialMpc()
+    console, planner = Console(width=100, color_system=None, highlight=False), SsMpcDcbf()
     console.print(
         f"{platform.machine()}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores, "
         f"seed {given.seed}, Python {platform.python_version()}, "
@@ -73,7 +73,7 @@ def main() -> None:
     console.print(table_of_ticks(given.seed, seconds=20.0 / (4 if given.quick else 1)))
 
 
-def compile_all(planner: SocialMpc) -> None:
+def compile_all(planner: SsMpcDcbf) -> None:
     """Plan where every branch is taken, so that no compilation is counted."""
     rng = np.random.default_rng(1)
     for k in range(20):
@@ -87,7 +87,7 @@ def packages() -> tuple[str, ...]:
     return ("cohelm", "numpy", "numba", "daqp", *(["casadi"] if find_spec("casadi") else []))
 
 
-def table_of_plans(planner: SocialMpc, seed: int, rides: int) -> Table:
+def table_of_plans(planner: SsMpcDcbf, seed: int, rides: int) -> Table:
     """Plan times by crowd, with IPOPT's where CasADi is installed."""
     table = Table(
         title="Plans along rides, and IPOPT on the same states",
@@ -121,7 +121,7 @@ class Solved:
     took: float
 
 
-def ride(planner: SocialMpc, drawn: RandomProblem) -> Iterator[Solved]:
+def ride(planner: SsMpcDcbf, drawn: RandomProblem) -> Iterator[Solved]:
     """The chair does what is planned, tick by tick; people keep their velocities."""
     problem, previous, way = drawn.problem, None, path(drawn.problem)
     for k in range(TICKS):
@@ -161,7 +161,7 @@ def along(way: Floats, pose: Floats, like: Reference) -> Reference:
     return dataclasses.replace(like, poses=way[np.minimum(ahead, len(way) - 1)])
 
 
-def beside_ipopt(planner: SocialMpc, states: list[Solved]) -> list[str]:
+def beside_ipopt(planner: SsMpcDcbf, states: list[Solved]) -> list[str]:
     """IPOPT's columns: times, times it gave up, ratio of medians, how often our plan is as good."""
     took, ours, good, gave_up = [], [], 0, 0
     for state in states:
@@ -191,7 +191,7 @@ def spread(seconds: Floats) -> list[str]:
     return [f"{x:.2f}" for x in (np.median(ms), np.percentile(ms, 99), ms.max())]
 
 
-def table_of_failures(planner: SocialMpc, seed: int, solves: int) -> Table:
+def table_of_failures(planner: SsMpcDcbf, seed: int, solves: int) -> Table:
     """Plans from nothing; a failure is an exception, or a command that is not finite."""
     table = Table(title="Plans from nothing, 0 to 20 people", box=box.SIMPLE_HEAD)
     for name in ("problems", "solves", "failures", "ok", "relaxed", "stop", "median", "p99", "max"):
@@ -213,7 +213,7 @@ def table_of_failures(planner: SocialMpc, seed: int, solves: int) -> Table:
     return table
 
 
-def table_of_optima(planner: SocialMpc, seed: int, problems: int) -> Table:
+def table_of_optima(planner: SsMpcDcbf, seed: int, problems: int) -> Table:
     """Verdicts on random problems, 0 to 20 people."""
     rng = np.random.default_rng((seed, 200))
     found = [

@@ -3,9 +3,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cohelm.control import Motion, SocialMpc
-from cohelm.control.seeds import followed
+from cohelm.control import Motion, SsMpcDcbf
 from cohelm.control.sqp import moved
+from cohelm.control.warm_start import followed
 from cohelm.testing.problems import random_problem
 
 PUSH = 1e-6
@@ -56,7 +56,7 @@ def motions():
 
 @pytest.fixture(scope="session")
 def planner():
-    return SocialMpc()
+    return SsMpcDcbf()
 
 
 @pytest.fixture(scope="session")

@@ -244,7 +244,7 @@ def test_input_limits_by_hand(motions, chair):
     low, high, rise, fall = limits.bounds(problem, motions.standing(problem))
     assert high.tolist() == [[1.0, 1.2]] * 3  # the problem's 1 m/s is below the chair's 1.2
     assert low.tolist() == [[0.0, -1.2]] * 3
-    back = dataclasses.replace(problem, stalled=True)
+    back = dataclasses.replace(problem, reverses=True)
     assert limits.bounds(back, motions.standing(back))[0][0, 0] == -chair.max_reverse_speed
     assert rise == pytest.approx(np.array([[0.04, 0.125], [0.16, 0.5], [0.16, 0.5]]))
     assert fall == pytest.approx(np.array([[0.05, 0.125], [0.2, 0.5], [0.2, 0.5]]))

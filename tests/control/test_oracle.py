@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from cohelm.control import SocialMpc
+from cohelm.control import SsMpcDcbf
 from cohelm.testing.comparison import Verdict, compare
 from cohelm.testing.oracle import solve
 from cohelm.testing.problems import random_problem
@@ -18,7 +18,7 @@ pytest.importorskip("casadi", reason="the oracle needs CasADi: pip install cohel
 
 def compared(count, crowds):
     """Comparisons of problems that IPOPT solves, with as many people as ``crowds`` says in turn."""
-    rng, planner = np.random.default_rng(5), SocialMpc()
+    rng, planner = np.random.default_rng(5), SsMpcDcbf()
     found = []
     while len(found) < count:
         drawn = random_problem(rng, crowds[len(found) % len(crowds)])
@@ -51,7 +51,7 @@ def test_two_hundred_problems_have_the_optima_that_ipopt_finds():
 
 def test_the_oracle_keeps_the_limits_and_the_law_of_motion():
     drawn = random_problem(np.random.default_rng(2), 1)
-    problem, p = drawn.problem, SocialMpc.Parameters()
+    problem, p = drawn.problem, SsMpcDcbf.Parameters()
     found = solve(problem, p, drawn.half_planes)
     assert found.solved
     rolled = problem.robot.motion.rollout(problem.pose, found.inputs, p.step)

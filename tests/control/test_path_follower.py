@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import identical
-from cohelm.control import PathFollower, SocialMpc, without_people
+from cohelm.control import PathFollower, SsMpcDcbf, without_people
 from cohelm.testing.problems import random_problem
 
 
@@ -13,10 +13,10 @@ def test_it_is_the_social_planner_with_nobody_there(people):
     problem = random_problem(np.random.default_rng(people), people).problem
     blind, alone = PathFollower(), without_people(problem)
     first = blind.plan(problem, None)
-    assert identical(first, SocialMpc().plan(alone, None))
+    assert identical(first, SsMpcDcbf().plan(alone, None))
     later = dataclasses.replace(problem, time=0.05)
     assert identical(
-        blind.plan(later, first), SocialMpc().plan(dataclasses.replace(alone, time=0.05), first)
+        blind.plan(later, first), SsMpcDcbf().plan(dataclasses.replace(alone, time=0.05), first)
     )
 
 
@@ -32,4 +32,4 @@ def test_nobody_is_left_and_all_else_is(rng):
 def test_its_parameters_are_those_of_the_social_planner():
     parameters = PathFollower.Parameters(steps=10, step=0.2)
     assert (PathFollower(parameters).steps, PathFollower(parameters).step) == (10, 0.2)
-    assert PathFollower().parameters.model_dump() == SocialMpc.Parameters().model_dump()
+    assert PathFollower().parameters.model_dump() == SsMpcDcbf.Parameters().model_dump()

@@ -3,7 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cohelm.control import OptimalControl, SocialMpc
+from cohelm.control import OptimalControl, SsMpcDcbf
 from cohelm.control.constraints import Bodies, InputLimits
 from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
 from cohelm.testing.scenes import local_problem, straight_reference
@@ -76,6 +76,6 @@ def test_a_reference_to_the_left_is_followed_to_the_left(planner):
     """Turning first is not asked for; the chair curves on to a line 0.5 m aside."""
     plain = local_problem(steps=planner.steps, step=planner.step, speed=0.6)
     aside = straight_reference(np.array([0.0, 0.5, 0.0]), 0.6, planner.steps, planner.step)
-    plan = SocialMpc().plan(dataclasses.replace(plain, reference=aside), None)
+    plan = SsMpcDcbf().plan(dataclasses.replace(plain, reference=aside), None)
     assert plan.inputs[0, 1] > 0.0
     assert plan.poses[-1, 1] == pytest.approx(0.5, abs=0.1)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
@@ -29,10 +31,8 @@ class Asked(NamedTuple):
     workers: int | None
     json: bool
     first: int = 0
-    map: Path | None = None
-    """The map to measure on, where the benchmark takes one (has ``on``)."""
-    sizes: tuple[int, ...] = ()
-    """Sides of the maps, cells, for the same; empty: the usual ones."""
+    options: Mapping[str, Any] = MappingProxyType({})
+    """What only this benchmark asks, for its ``on``; what is unset is not in it."""
 
 
 def bench(name: str, module: str, asked: Asked) -> int:
@@ -42,7 +42,7 @@ def bench(name: str, module: str, asked: Asked) -> int:
         ConfigError: if the folder cannot be written to.
     """
     found = import_module(module)
-    chosen: Bench = found.on(asked.map, asked.sizes) if asked.map or asked.sizes else found
+    chosen: Bench = found.on(**asked.options) if asked.options else found
     folder = _folder(asked.out or Path("benches") / name)
     seeds = chosen.SEEDS if asked.seeds is None else asked.seeds
     tasks = chosen.tasks(range(asked.first, asked.first + seeds))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -92,10 +92,18 @@ def _planning(
     from cohelm.cli import bench  # noqa: PLC0415 # lazy
 
     name, module = "planning", BENCHES["planning"][0]
-    asked = bench.Asked(seeds, out, None, json, first, map_file, tuple(size or ()))
+    own = _given(map_file=map_file, sizes=tuple(size) if size else None)
+    asked = bench.Asked(seeds, out, None, json, first, own)
     return bench.bench(name, module, asked)
 
 
+def _given(**own: Any) -> dict[str, Any]:
+    """Those that are set."""
+    return {name: each for name, each in own.items() if each is not None}
+
+
+SPECIAL: dict[str, Callable[..., int]] = {"planning": _planning}
+"""Those that take options of their own, which go to the module's ``on``."""
+
 for _name, (_module, _help) in BENCHES.items():
-    _asked = _planning if _name == "planning" else _command(_name, _module)
-    app.command(_name, help=_help)(_asked)
+    app.command(_name, help=_help)(SPECIAL.get(_name) or _command(_name, _module))

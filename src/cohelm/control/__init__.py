@@ -8,9 +8,9 @@ from cohelm.control.api import (
     Motion,
     Rows,
 )
-from cohelm.control.path_follower import PathFollower, without_people
-from cohelm.control.social_mpc import SocialMpc
+from cohelm.control.baselines import PathFollower, without_people
 from cohelm.control.sqp import OptimalControl, Solution
+from cohelm.control.ss_mpc_dcbf import SsMpcDcbf
 
 __all__ = [
     "Constraint",
@@ -21,7 +21,7 @@ __all__ = [
     "OptimalControl",
     "PathFollower",
     "Rows",
-    "SocialMpc",
     "Solution",
+    "SsMpcDcbf",
     "without_people",
 ]

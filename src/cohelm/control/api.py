@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
+
+import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.maps import DistanceField
@@ -43,26 +45,55 @@ class LocalProblem:
     speed_limit: float
     """m/s, of robot, rider and request together."""
     stalled: bool = False
-    """The ride has not got on for a while: the robot may back off, and squeeze past slowly."""
+    """The ride has not got on for a while: the robot may squeeze past slowly."""
+    reverses: bool = False
+    """The robot may drive backwards: it is wanted, and what is behind has been seen to be free."""
+    late: float = 0.0
+    """By how much this tick missed its deadline, s: an input, so that a replay plans the same."""
 
     def input_bounds(self) -> tuple[Floats, Floats, Floats, Floats]:
         """(lowest, highest input, greatest rise, greatest fall a second), (m,) each.
 
-        The robot's limits under the speed limit. No reversing unless the ride is stalled: it can
-        become the cheapest answer to a barrier.
+        The robot's limits under the speed limit. No reversing unless it is wanted: it can become
+        the cheapest answer to a barrier.
         """
         low, high, rise, fall = self.robot.motion.bounds(self.robot.limits)
         low, high = low.copy(), high.copy()
-        low[0] = low[0] if self.stalled else 0.0
+        low[0] = low[0] if self.reverses else 0.0
         high[0] = min(high[0], self.speed_limit)
         return low, high, rise, fall
+
+    def within(self, steps: int) -> LocalProblem:
+        """The same problem over the next ``steps`` only, or itself where it is no longer."""
+        if steps >= len(self.reference.speeds) - 1:
+            return self
+        r, p, s = self.reference, self.predictions, self.spaces
+        near = np.s_[: steps + 1]
+        return replace(
+            self,
+            reference=replace(r, poses=r.poses[near], speeds=r.speeds[near]),
+            predictions=replace(
+                p,
+                mean=p.mean[:, :, near],
+                velocity=p.velocity[:, :, near],
+                deviation=p.deviation[:, :, near],
+            ),
+            spaces=replace(
+                s,
+                axis=s.axis[:, :, near],
+                front=s.front[:, :, near],
+                side=s.side[:, :, near],
+                rear=s.rear[:, :, near],
+                groups=s.groups and replace(s.groups, support=s.groups.support[:, near]),
+            ),
+        )
 
 
 class LocalPlanner(Protocol):
     """An entry point of ``cohelm.local_planners``; a class with ``Parameters``."""
 
     steps: int
-    """N, the steps of the reference and the predictions it wants."""
+    """The steps of the reference and the predictions it wants; a plan may have fewer."""
     step: float
     """Time between them, s."""
 

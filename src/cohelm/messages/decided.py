@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from enum import StrEnum
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +49,10 @@ class LocalPlan:
     """Largest yielding of a soft constraint, m."""
     iterations: int = 0
     """Quadratic programs solved."""
+    candidate: str = ""
+    """Which of the planner's own ways this is; empty where it has but one."""
+    memory: Any | None = None
+    """The planner's own record, for its next call; nobody else reads it."""
 
 
 @value

@@ -168,6 +168,8 @@ class Navigator:
             profile=request.profile,
             speed_limit=min(limit, pace.creep) if stalled else limit,
             stalled=stalled,
+            reverses=stalled,
+            late=observation.late,
         )
         try:
             plan = self.setup.local_planner.plan(problem, last.plan if last else None)

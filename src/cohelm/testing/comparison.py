@@ -7,8 +7,8 @@ from enum import StrEnum
 import numpy as np
 
 from cohelm.arrays import Floats, value
-from cohelm.control import LocalProblem, Motion, SocialMpc
-from cohelm.control.seeds import best_arcs
+from cohelm.control import LocalProblem, Motion, SsMpcDcbf
+from cohelm.control.candidates import best_arcs
 from cohelm.geometry import transform
 from cohelm.testing.oracle import OracleSolution, solve
 from cohelm.testing.problems import RandomProblem
@@ -51,7 +51,7 @@ class Comparison:
     """Whether the distance field repeats the half-planes along IPOPT's solution, to 1e-4 m."""
 
 
-def compare(drawn: RandomProblem, planner: SocialMpc) -> Comparison:
+def compare(drawn: RandomProblem, planner: SsMpcDcbf) -> Comparison:
     """Both solvers on one problem, to convergence.
 
     Raises:
@@ -83,7 +83,7 @@ def _motion(problem: LocalProblem, found: OracleSolution) -> Motion:
 
 
 def _verdict(
-    drawn: RandomProblem, planner: SocialMpc, found: OracleSolution, ours: Motion, cost: float
+    drawn: RandomProblem, planner: SsMpcDcbf, found: OracleSolution, ours: Motion, cost: float
 ) -> Verdict:
     if not found.solved:
         return Verdict.UNSOLVED

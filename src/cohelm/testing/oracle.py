@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
-from cohelm.control import LocalProblem, SocialMpc
+from cohelm.control import LocalProblem, SsMpcDcbf
 from cohelm.robots import Robot
 from cohelm.shapes import PRINTED
 
@@ -47,13 +47,13 @@ class OracleSolution:
 
 def solve(
     problem: LocalProblem,
-    parameters: SocialMpc.Parameters,
+    parameters: SsMpcDcbf.Parameters,
     half_planes: Floats,
     *,
     last_input: Floats | None = None,
     start: Floats | None = None,
 ) -> OracleSolution:
-    """IPOPT's solution of what ``SocialMpc(parameters)`` solves.
+    """IPOPT's solution of what ``SsMpcDcbf(parameters)`` solves.
 
     Args:
         problem: one hypothesis a person, a unicycle, not stalled; its distance field is not used.
@@ -112,7 +112,7 @@ def _along(problem: LocalProblem) -> Floats:
 
 
 def _input_limits(
-    problem: LocalProblem, parameters: SocialMpc.Parameters, now: Floats
+    problem: LocalProblem, parameters: SsMpcDcbf.Parameters, now: Floats
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """((lowest u, lowest Δu), (highest u, highest Δu)), (2N,) each; the first Δu within a tick.
 
@@ -196,7 +196,7 @@ def _symbols(ca: Any, n: int, people: int, walls: int) -> dict[str, Any]:
 
 @functools.lru_cache(maxsize=32)
 def _built(
-    w: SocialMpc.Parameters, body: _Footprint, n: int, people: int, walls: int, kind: int
+    w: SsMpcDcbf.Parameters, body: _Footprint, n: int, people: int, walls: int, kind: int
 ) -> _Program:
     ca = importlib.import_module("casadi")
     p = _symbols(ca, n, people, walls)
@@ -230,7 +230,7 @@ def _built(
 
 
 def _cost(
-    ca: Any, w: SocialMpc.Parameters, p: dict[str, Any], states: Any, inputs: Any, change: Any
+    ca: Any, w: SsMpcDcbf.Parameters, p: dict[str, Any], states: Any, inputs: Any, change: Any
 ) -> Any:
     """Xu et al., eq. (12), and the weight on changes; ½ of every square."""
     n = inputs.shape[1]
@@ -249,7 +249,7 @@ def _cost(
 
 
 def _barriers(
-    ca: Any, w: SocialMpc.Parameters, body: _Footprint, p: dict[str, Any], poses: Any, kind: int
+    ca: Any, w: SsMpcDcbf.Parameters, body: _Footprint, p: dict[str, Any], poses: Any, kind: int
 ) -> list[tuple[Any, list[Any]]]:
     """(law, series of h over the states) for walls, bodies and social spaces."""
     states, people = poses.shape[1], p["radius"].shape[0]

@@ -93,7 +93,7 @@ class PlanningBench:
 tasks, work, report = PlanningBench().tasks, PlanningBench().work, PlanningBench().report
 
 
-def on(map_file: Path | None, sizes: Sequence[int]) -> PlanningBench:
+def on(map_file: Path | None = None, sizes: Sequence[int] = ()) -> PlanningBench:
     """The benchmark on a map, a YAML as Nav2 writes it, or on floors; of some sizes or of all.
 
     Raises:

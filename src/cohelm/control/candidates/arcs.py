@@ -1,4 +1,4 @@
-"""Where the SQP starts: the last plan shifted, or the best of some sampled arcs.
+"""Ways round that are sampled: arcs, the best of which the SQP starts from.
 
 A gradient method stays on one side of a person; arcs of two segments look at the other ways round.
 They are scored by a coarse cost of their own: enough to rank them, and cheap.
@@ -16,12 +16,10 @@ from numba import njit
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.constraints.series import flattened
+from cohelm.control.warm_start import followed
 from cohelm.maps.distance import sample
-from cohelm.messages import LocalPlan
 from cohelm.robots.contact import nearest_on_spine
 
-_STALE = 0.5
-"""A plan older than this is no seed, s."""
 _TERMINAL, _HEADING, _SPEED, _TURN = 4.0, 0.3, 0.8, 0.25
 """Weights of the coarse cost, after the defaults of the cost terms."""
 _TOUCH, _CROWD = 60.0, 6.0
@@ -30,39 +28,6 @@ _MARGIN, _GROWTH, _GREATEST = 0.1, 0.08, 0.35
 """Gap kept to people now, m, its growth, m/s, and its bound, m: those of ``Bodies``."""
 _CREEP = 0.3
 """Arcs are tried up to this speed even where the reference stands, m/s."""
-_LATENCY, _NOISE = 0.1, 0.02
-"""A command counts as believable for this long before odometry shows it, s, and within m/s."""
-
-
-def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
-    """What the wheels do now, (m,).
-
-    The last command where the odometry bears it out within its lag, else what odometry says: noise
-    stays out of the plan, and a command that was overruled is not believed.
-    """
-    motion = problem.robot.motion
-    measured = motion.input(problem.twist)
-    if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
-        return measured
-    commanded = motion.input(previous.command)
-    _, _, rise, fall = motion.bounds(problem.robot.limits)
-    reach = np.maximum(rise, fall) * (_LATENCY + problem.robot.actuation_lag) + _NOISE
-    return np.clip(commanded, measured - reach, measured + reach)
-
-
-def shifted(problem: LocalProblem, previous: LocalPlan | None, now: Floats) -> Motion | None:
-    """The last plan from now on, its inputs interpolated; None where it is too old."""
-    if previous is None or len(previous.inputs) != len(problem.reference.poses) - 1:
-        return None
-    elapsed = problem.time - previous.time
-    if not 0.0 <= elapsed <= _STALE:
-        return None
-    step = previous.step
-    times = np.arange(len(previous.inputs)) * step
-    inputs = np.stack(
-        [np.interp(times + elapsed, times, column) for column in previous.inputs.T], axis=-1
-    )
-    return followed(problem, inputs, now)
 
 
 def best_arcs(problem: LocalProblem, now: Floats, count: int) -> Iterator[Motion]:
@@ -100,15 +65,6 @@ def best_arcs(problem: LocalProblem, now: Floats, count: int) -> Iterator[Motion
         yield followed(problem, inputs, now)
 
 
-def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
-    """The motion that inputs (N, m) lead to, made to obey the limits on speed and change."""
-    robot, step = problem.robot, problem.reference.step
-    low, high, rise, fall = problem.input_bounds()
-    allowed = _limited(inputs, now, low, high, rise * step, fall * step)
-    poses = robot.motion.rollout(problem.pose, allowed, step)
-    return Motion(step=step, poses=poses, inputs=allowed, last_input=now)
-
-
 @functools.cache
 def _targets() -> Floats:
     """Targets (a, 2, 2) of (v, ω) for the two halves, as shares of the limits."""
@@ -119,22 +75,6 @@ def _targets() -> Floats:
     arcs += [[(1.0, w), (0.0, 0.0)] for w in turns]
     arcs += [[(-0.3, w), (0.0, 0.0)] for w in turns]
     return np.array(arcs)
-
-
-@njit(cache=True)
-def _limited(
-    inputs: Floats, now: Floats, low: Floats, high: Floats, rise: Floats, fall: Floats
-) -> Floats:
-    out = np.empty_like(inputs)
-    for i in range(inputs.shape[1]):
-        before = now[i]
-        for k in range(inputs.shape[0]):
-            wanted = min(max(inputs[k, i], low[i]), high[i])
-            change = rise[i] if k > 0 else 0.5 * rise[i]
-            drop = fall[i] if k > 0 else 0.5 * fall[i]
-            before = min(max(wanted, before - drop), before + change)
-            out[k, i] = before
-    return out
 
 
 @njit(cache=True)

@@ -3,7 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cohelm.control.seeds import best_arcs, followed, last_input, shifted
+from cohelm.control.candidates import best_arcs
+from cohelm.control.warm_start import followed, last_input, shifted
 from cohelm.messages import LocalPlan, Status
 from cohelm.testing.problems import random_problem
 from cohelm.testing.scenes import local_problem

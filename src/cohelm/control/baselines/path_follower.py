@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from cohelm.control.api import LocalProblem
-from cohelm.control.social_mpc import SocialMpc
+from cohelm.control.ss_mpc_dcbf import SsMpcDcbf
 from cohelm.messages import LocalPlan, People
 
 
@@ -18,12 +18,12 @@ class PathFollower:
     rides are meant to be run with the gate's separation off, else the gate sees people for it.
     """
 
-    class Parameters(SocialMpc.Parameters):
+    class Parameters(SsMpcDcbf.Parameters):
         """Those of ``ss_mpc_dcbf``; what concerns people has no effect."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
-        self._planner = SocialMpc(self.parameters)
+        self._planner = SsMpcDcbf(self.parameters)
         self.steps, self.step = self._planner.steps, self._planner.step
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:

@@ -1,0 +1,81 @@
+"""What every planner that looks ahead begins with: the wheels now, and the last plan shifted."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats
+from cohelm.control.api import LocalProblem, Motion
+from cohelm.messages import LocalPlan
+
+_STALE = 0.5
+"""A plan older than this is no seed, s."""
+_LATENCY, _NOISE = 0.1, 0.02
+"""A command counts as believable for this long before odometry shows it, s, and within m/s."""
+
+
+def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
+    """What the wheels do now, (m,).
+
+    The last command where the odometry bears it out within its lag, else what odometry says: noise
+    stays out of the plan, and a command that was overruled is not believed.
+    """
+    motion = problem.robot.motion
+    measured = motion.input(problem.twist)
+    if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
+        return measured
+    commanded = motion.input(previous.command)
+    _, _, rise, fall = motion.bounds(problem.robot.limits)
+    reach = np.maximum(rise, fall) * (_LATENCY + problem.robot.actuation_lag) + _NOISE
+    return np.clip(commanded, measured - reach, measured + reach)
+
+
+def shifted(
+    problem: LocalProblem, previous: LocalPlan | None, now: Floats, steps: int | None = None
+) -> Motion | None:
+    """The last plan from now on, its inputs interpolated; None where it is too old.
+
+    Args:
+        problem: what is asked now.
+        previous: the last plan.
+        now: what the wheels do, (m,).
+        steps: how many it must have to be of use; None: as many as the reference.
+    """
+    steps = steps or len(problem.reference.poses) - 1
+    if previous is None or previous.inputs.shape != (steps, len(now)):
+        return None
+    elapsed = problem.time - previous.time
+    if not 0.0 <= elapsed <= _STALE:
+        return None
+    step = previous.step
+    times = np.arange(len(previous.inputs)) * step
+    inputs = np.stack(
+        [np.interp(times + elapsed, times, column) for column in previous.inputs.T], axis=-1
+    )
+    return followed(problem, inputs, now)
+
+
+def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
+    """The motion that inputs (N, m) lead to, made to obey the limits on speed and change."""
+    robot, step = problem.robot, problem.reference.step
+    low, high, rise, fall = problem.input_bounds()
+    allowed = _limited(inputs, now, low, high, rise * step, fall * step)
+    poses = robot.motion.rollout(problem.pose, allowed, step)
+    return Motion(step=step, poses=poses, inputs=allowed, last_input=now)
+
+
+@njit(cache=True)
+def _limited(
+    inputs: Floats, now: Floats, low: Floats, high: Floats, rise: Floats, fall: Floats
+) -> Floats:
+    out = np.empty_like(inputs)
+    for i in range(inputs.shape[1]):
+        before = now[i]
+        for k in range(inputs.shape[0]):
+            wanted = min(max(inputs[k, i], low[i]), high[i])
+            change = rise[i] if k > 0 else 0.5 * rise[i]
+            drop = fall[i] if k > 0 else 0.5 * fall[i]
+            before = min(max(wanted, before - drop), before + change)
+            out[k, i] = before
+    return out
