@@ -2,9 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
 from cohelm.geometry import compose, transform, wrap_angle
-from cohelm.robots import Unicycle, move
+from cohelm.robots import Holonomic, Unicycle, move
+from cohelm.robots.kinematics import slowed, within_limits
 from cohelm.testing.strategies import angles, inputs, poses
 
 TWISTS = st.tuples(st.floats(-2, 2), st.floats(-2, 2), st.floats(-3, 3)).map(np.array)
@@ -28,6 +30,63 @@ def test_eq_10_by_hand():
     poses = Unicycle().rollout(np.zeros(3), np.ones((2, 2)), 0.1)
     by_hand = [[0, 0, 0], [0.1, 0, 0.1], [0.1 + 0.1 * np.cos(0.1), 0.1 * np.sin(0.1), 0.2]]
     assert np.abs(poses - by_hand).max() < 1e-15
+
+
+@given(poses(), inputs(), st.floats(0.02, 0.2))
+def test_a_holonomic_robot_that_does_not_sidestep_is_a_unicycle(pose, u, dt):
+    sideways = np.insert(u, 1, 0.0, axis=1)
+    difference = Holonomic().rollout(pose, sideways, dt) - Unicycle().rollout(pose, u, dt)
+    assert np.abs(difference).max() < 1e-12
+
+
+def test_a_holonomic_robot_by_hand():
+    # a quarter turn in one step of 0.5 s, while 2 m/s to the left; then 1 m/s ahead, which is +y
+    u = np.array([[0.0, 2.0, np.pi], [1.0, 0.0, 0.0]])
+    got = Holonomic().rollout(np.zeros(3), u, 0.5)
+    assert got == pytest.approx(np.array([[0, 0, 0], [0, 1, np.pi / 2], [0, 1.5, np.pi / 2]]))
+
+
+def test_facets_are_a_polygon_of_16_sides_within_the_disc():
+    facets, course = Holonomic().facets, np.linspace(-np.pi, np.pi, 2881)
+    velocity = np.column_stack([np.cos(course), np.sin(course), np.zeros(2881)])
+    longest = 1.0 / (velocity @ facets.T).max(axis=1)
+    # the inscribed polygon: 1 at its corners, of which four are on the axes, cos(π/16) between them
+    assert longest.max() == pytest.approx(1.0)
+    assert longest.min() == pytest.approx(np.cos(np.pi / 16.0))
+    assert longest[[720, 1440, 2160]] == pytest.approx(np.ones(3))
+    assert np.isclose(longest, 1.0).sum() == 17  # 16 corners, −180° twice
+    assert len(Unicycle().facets) == 0
+
+
+@given(
+    hnp.arrays(float, (9, 3), elements=st.floats(-4.0, 4.0)),
+    hnp.arrays(float, 3, elements=st.floats(-0.7, 0.7)),
+)
+def test_limits_hold_on_the_norm_and_on_every_change(wanted, now):
+    """Rise 0.1, fall 0.2 a step, half of it at the first; 1 m/s: (0.7, 0.7) is slower than that."""
+    rise, fall = np.full((2, 3), 0.1), np.full((2, 3), 0.2)
+    rise[0] *= 0.5
+    fall[0] *= 0.5
+    top = np.ones(3)
+    got = within_limits(wanted, now, -top, top, rise, fall, 2, 1.0)
+    assert np.hypot(got[:, 0], got[:, 1]).max() <= 1.0 + 1e-12
+    change = np.diff(np.vstack([now, got]), axis=0)
+    assert (change[0] <= 0.05 + 1e-12).all()
+    assert (change[0] >= -0.1 - 1e-12).all()
+    assert change.max() <= 0.1 + 1e-12
+    assert change.min() >= -0.2 - 1e-12
+
+
+def test_limits_that_do_not_bind_change_nothing():
+    wanted = np.array([[0.3, -0.2, 0.5], [0.6, 0.1, -0.5]])
+    wide = np.full((1, 3), 9.0)
+    got = within_limits(wanted, np.zeros(3), -wide[0], wide[0], wide, wide, 2, 1.0)
+    assert got == pytest.approx(wanted, abs=1e-15)
+
+
+def test_slowing_keeps_the_course():
+    got = slowed(np.array([[3.0, 4.0, 2.0], [0.3, 0.4, 2.0], [0.0, 0.0, 1.0]]), 1.0, 2)
+    assert got == pytest.approx(np.array([[0.6, 0.8, 2.0], [0.3, 0.4, 2.0], [0, 0, 1.0]]))
 
 
 def test_a_unicycle_drops_what_it_cannot_do():

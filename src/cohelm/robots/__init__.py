@@ -1,6 +1,6 @@
 """Robots: kinematics, footprint, limits and sensor mounts."""
 
-from cohelm.robots.kinematics import Kinematics, Unicycle, move
+from cohelm.robots.kinematics import Holonomic, Kinematics, Unicycle, move
 from cohelm.robots.mounts import (
     BlindSector,
     CloudMount,
@@ -14,6 +14,7 @@ __all__ = [
     "BlindSector",
     "CloudMount",
     "DepthCameraMount",
+    "Holonomic",
     "Kinematics",
     "LaserMount",
     "LidarMount",

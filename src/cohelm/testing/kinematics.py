@@ -11,10 +11,12 @@ from cohelm.testing.conformance import TOLERANCE, require, require_finite, stead
 _LIMITS = np.array([1.2, 0.3, 1.2, 0.8, 1.0, 2.5])
 _STEP = 0.1
 _POSE = np.array([1.0, -2.0, 0.7])
+_LOSS = 1.05
+"""How far facets may reach into the disc of allowed velocities: 1 / 1.05 of the speed is left."""
 
 
 def check_kinematics(motion: Kinematics) -> None:
-    """Check a motion model: bounds, roll-out, exact sensitivities, no preferred place or direction.
+    """Check a motion model: bounds, speed, roll-out, exact sensitivities, no preferred place.
 
     Raises:
         ConformanceError: saying what it does wrong.
@@ -24,6 +26,7 @@ def check_kinematics(motion: Kinematics) -> None:
     inputs = _sample_inputs(motion)
     _check_bounds(motion)
     _check_twists(motion, inputs)
+    _check_speed(motion, inputs)
     _check_rollout(motion, inputs)
     _check_sensitivity(motion, inputs)
 
@@ -51,6 +54,28 @@ def _check_twists(motion: Kinematics, inputs: np.ndarray) -> None:
     back = motion.input(twist)
     require(np.abs(back - inputs) < TOLERANCE, "input must undo twist")
     require(motion.twist(np.zeros(motion.inputs)) == 0.0, "no input must be no twist")
+
+
+def _check_speed(motion: Kinematics, inputs: np.ndarray) -> None:
+    """Speed is the norm of the translating inputs, and within it where the facets say so."""
+    over = motion.translating
+    require(over in (1, 2), f"translating must be 1 or 2, is {over!r}")
+    norm = np.linalg.norm(inputs[:, :over], axis=1)
+    speed = np.linalg.norm(motion.twist(inputs)[:, :2], axis=1)
+    require(np.abs(speed - norm) < TOLERANCE, "the translating inputs must be the velocity")
+    facets = np.asarray(motion.facets)
+    require(
+        facets.ndim == 2 and facets.shape[1] == motion.inputs, "facets must be (f, m), f may be 0"
+    )
+    require_finite({"facets": facets})
+    require(facets[:, over:] == 0.0, "facets must not bound what turns the robot")
+    course = np.linspace(-np.pi, np.pi, 360)
+    circle = np.zeros((360, motion.inputs))
+    circle[:, :over] = np.column_stack([np.cos(course), np.sin(course)])[:, :over]
+    circle = circle[np.linalg.norm(circle[:, :over], axis=1) > 1.0 - TOLERANCE]
+    reached = (circle @ facets.T).max(axis=1, initial=0.0 if len(facets) else 1.0)
+    require(reached >= 1.0 - TOLERANCE, "facets must keep the norm of the speed")
+    require(reached <= _LOSS, "facets must not take more than a twentieth of the speed")
 
 
 def _check_rollout(motion: Kinematics, inputs: np.ndarray) -> None:

@@ -1,49 +1,14 @@
-"""How inputs move a robot: used by control and by simulation, so that they cannot drift apart."""
+"""A robot on two driven wheels, or any other that cannot move sideways."""
 
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, read_only
 from cohelm.config import Model
-
-
-class Kinematics(Protocol):
-    """A motion model x⁺ = f(x, u) with m inputs, discretised with step dt."""
-
-    inputs: int
-    """m."""
-
-    def twist(self, u: Floats) -> Floats:
-        """The twist (..., 3) of inputs (..., m)."""
-        ...
-
-    def input(self, twist: Floats) -> Floats:
-        """The inputs (..., m) nearest to a twist (..., 3)."""
-        ...
-
-    def bounds(self, limits: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Input bounds from a robot's limits.
-
-        Args:
-            limits: (v_max, v_reverse, ω_max, a_max, a_brake, α_max), all ≥ 0.
-
-        Returns:
-            (lower, upper, greatest rise a second, greatest fall a second), each (m,).
-        """
-        ...
-
-    def rollout(self, pose: Floats, inputs: Floats, dt: float) -> Floats:
-        """Poses (N+1, 3) from ``pose`` under inputs (N, m); headings are not wrapped."""
-        ...
-
-    def sensitivity(self, poses: Floats, inputs: Floats, dt: float) -> Floats:
-        """∂poses/∂inputs along a rollout, (N+1, 3, N·m); column m·j + i is input i at step j."""
-        ...
 
 
 class Unicycle:
@@ -53,6 +18,8 @@ class Unicycle:
         """None."""
 
     inputs = 2
+    translating = 1
+    facets = read_only(np.empty((0, 2)))
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -112,25 +79,3 @@ def unicycle_sensitivity(poses: Floats, inputs: Floats, dt: float) -> Floats:
             out[k, 1, 2 * j + 1] = dt * (poses[k, 0] - poses[j + 1, 0])
             out[k, 2, 2 * j + 1] = dt
     return out
-
-
-def move(pose: Floats, twist: Floats, dt: float) -> Floats:
-    """The pose (3,) after ``dt`` of a constant twist (3,), exactly (an arc); heading wrapped.
-
-    For the simulator, whose physics must not share the planner's discretisation error.
-    """
-    return _arc(np.asarray(pose, dtype=float), np.asarray(twist, dtype=float), dt)
-
-
-@njit(cache=True)
-def _arc(pose: Floats, twist: Floats, dt: float) -> Floats:
-    vx, vy, w = twist[0], twist[1], twist[2]
-    angle = w * dt
-    if abs(angle) < 1e-9:
-        s, c = dt, 0.5 * w * dt * dt
-    else:
-        s, c = math.sin(angle) / w, (1.0 - math.cos(angle)) / w
-    dx, dy = s * vx - c * vy, c * vx + s * vy
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    heading = (pose[2] + angle + math.pi) % (2.0 * math.pi) - math.pi
-    return np.array([pose[0] + cos * dx - sin * dy, pose[1] + sin * dx + cos * dy, heading])
