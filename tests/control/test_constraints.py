@@ -30,9 +30,15 @@ def smooth_field(problem):
     return DistanceField(distance=hills.astype(np.float32), resolution=0.05, X_MG=corner)
 
 
+def rows_at(constraint, problem, motion, motions):
+    """The rows at a motion, from what is measured there."""
+    there = constraint.measure(problem, motion)
+    return constraint.rows(problem, motion, motions.sensitivity(problem, motion), there)
+
+
 def all_margins(constraint, problem, motion, motions):
     """(keys,), NaN where a row is left out."""
-    rows = constraint.rows(problem, motion, motions.sensitivity(problem, motion))
+    rows = rows_at(constraint, problem, motion, motions)
     out = np.full(rows.keys, np.nan)
     out[rows.key] = rows.margin
     return out
@@ -40,7 +46,7 @@ def all_margins(constraint, problem, motion, motions):
 
 def check_rows(constraint, problem, motion, motions, *, leave=()):
     """Every row's jacobian is the derivative of its margin; says how many there were."""
-    rows = constraint.rows(problem, motion, motions.sensitivity(problem, motion))
+    rows = rows_at(constraint, problem, motion, motions)
     numeric = motions.slope(lambda m: all_margins(constraint, problem, m, motions), problem, motion)
     numeric = numeric[rows.key]
     sound = np.isfinite(numeric).all(axis=1) & ~np.isin(rows.key, leave)
@@ -192,12 +198,12 @@ def test_a_slack_is_shared_by_the_hypotheses_of_a_person(motions):
     motion = motions.standing(problem)
     twice, apart = doubled(problem, 0.0), doubled(problem, 50.0)
     for constraint in (Bodies(), SocialSpace()):
-        once, _ = constraint.measure(problem, motion)
+        once = constraint.measure(problem, motion).slack
         assert once.shape == (1,)
         assert once[0] > 0.0
         for other in (twice, apart):
-            assert constraint.measure(other, motion)[0] == pytest.approx(once, abs=1e-12)
-            rows = constraint.rows(other, motion, motions.sensitivity(other, motion))
+            assert constraint.measure(other, motion).slack == pytest.approx(once, abs=1e-12)
+            rows = rows_at(constraint, other, motion, motions)
             assert (rows.groups, set(rows.group.tolist())) == (1, {0})
 
 
@@ -224,17 +230,17 @@ def test_measures_are_the_slack_that_the_rows_need(crowded, motions, rng):
     for problem in crowded:
         motion = motions.wandering(problem, rng)
         for constraint in (Bodies(), SocialSpace(), WallClearance()):
-            rows = constraint.rows(problem, motion, motions.sensitivity(problem, motion))
+            rows = rows_at(constraint, problem, motion, motions)
             needed = np.zeros(rows.groups)
             np.maximum.at(needed, rows.group, -rows.margin)
-            assert np.abs(constraint.measure(problem, motion)[0] - needed).max(initial=0) < 1e-12
+            assert np.abs(constraint.measure(problem, motion).slack - needed).max(initial=0) < 1e-12
 
 
 def test_what_cannot_become_active_has_no_rows(motions):
     far = local_problem(steps=5, step=0.2, people=walkers([[9.0, 0.0, 0.0, 0.0]]))
     motion = motions.standing(far)
     for constraint in (Bodies(), SocialSpace(), WallClearance()):
-        rows = constraint.rows(far, motion, motions.sensitivity(far, motion))
+        rows = rows_at(constraint, far, motion, motions)
         assert rows.jacobian.shape == (0, 10)
 
 
@@ -248,7 +254,7 @@ def test_input_limits_by_hand(motions, chair):
     assert limits.bounds(back, motions.standing(back))[0][0, 0] == -chair.max_reverse_speed
     assert rise == pytest.approx(np.array([[0.04, 0.125], [0.16, 0.5], [0.16, 0.5]]))
     assert fall == pytest.approx(np.array([[0.05, 0.125], [0.2, 0.5], [0.2, 0.5]]))
-    rows = limits.rows(problem, motions.standing(problem), np.zeros((4, 3, 6)))
+    rows = rows_at(limits, problem, motions.standing(problem), motions)
     assert (rows.group == -1).all()
     assert rows.jacobian @ [1, 2, 4, 8, 16, 32] == pytest.approx([1, 2, 3, 6, 12, 24])
 

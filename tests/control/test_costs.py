@@ -18,15 +18,17 @@ TERMS = {
 
 
 @pytest.mark.parametrize("name", TERMS)
-def test_the_jacobian_is_the_derivative_of_the_residual_through_the_rollout(name, motions):
+def test_the_model_is_of_the_derivative_of_the_residual_through_the_rollout(name, motions):
     rng = np.random.default_rng(3)
     for _ in range(5):
         problem = random_problem(rng, 0, steps=12).problem
         motion = motions.wandering(problem, rng)
-        exact = TERMS[name].jacobian(problem, motion, motions.sensitivity(problem, motion))
+        term, residual = TERMS[name], TERMS[name].residual(problem, motion)
+        hessian, gradient = term.model(problem, motion, motions.sensitivity(problem, motion))
         numeric = motions.slope(lambda m: TERMS[name].residual(problem, m), problem, motion)  # noqa: B023  # used at once
-        # rounding: residuals of up to 30 m·√(4 s) at 2e-16, over a push of 1e-6
-        assert np.abs(exact - numeric).max() < 1e-7
+        # rounding: residuals of up to 30 m·√(4 s) at 2e-16, over a push of 1e-6, times r or J
+        assert np.abs(gradient - residual @ numeric).max() < 1e-5
+        assert np.abs(hessian - numeric.T @ numeric).max() < 1e-6
 
 
 def test_nothing_costs_anything_on_the_reference(motions):

@@ -5,6 +5,7 @@ from cohelm.control.api import (
     CostTerm,
     LocalPlanner,
     LocalProblem,
+    Measure,
     Motion,
     Rows,
 )
@@ -17,6 +18,7 @@ __all__ = [
     "CostTerm",
     "LocalPlanner",
     "LocalProblem",
+    "Measure",
     "Motion",
     "OptimalControl",
     "PathFollower",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -54,14 +54,24 @@ class LocalProblem:
     def input_bounds(self) -> tuple[Floats, Floats, Floats, Floats]:
         """(lowest, highest input, greatest rise, greatest fall a second), (m,) each.
 
-        The robot's limits under the speed limit. No reversing unless it is wanted: it can become
-        the cheapest answer to a barrier.
+        The robot's limits under the speed limit; that bounds the norm of the first inputs, see
+        ``Kinematics.translating`` and :attr:`top_speed`. Who cannot move sideways does not reverse
+        unless it is wanted: it can become the cheapest answer to a barrier.
         """
-        low, high, rise, fall = self.robot.motion.bounds(self.robot.limits)
+        motion = self.robot.motion
+        low, high, rise, fall = motion.bounds(self.robot.limits)
         low, high = low.copy(), high.copy()
-        low[0] = low[0] if self.reverses else 0.0
-        high[0] = min(high[0], self.speed_limit)
+        over = np.s_[: motion.translating]
+        high[over] = np.minimum(high[over], self.top_speed)
+        low[over] = np.maximum(low[over], -self.top_speed)
+        if motion.translating == 1 and not self.reverses:
+            low[0] = 0.0
         return low, high, rise, fall
+
+    @property
+    def top_speed(self) -> float:
+        """The speed over the floor that robot and request allow, m/s."""
+        return max(0.0, min(self.robot.max_speed, self.speed_limit))
 
     def within(self, steps: int) -> LocalProblem:
         """The same problem over the next ``steps`` only, or itself where it is no longer."""
@@ -127,17 +137,42 @@ class CostTerm(Protocol):
     name: str
 
     def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
-        """r, (q,)."""
+        """r, (q,); asked for at every motion that is tried."""
         ...
 
-    def jacobian(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Floats:
-        """dr/du, (q, N·m), by the chain rule with ``sensitivity`` = ∂poses/∂inputs."""
+    def model(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+    ) -> tuple[Floats, Floats]:
+        """Gauss-Newton's (H, (N·m, N·m); g, (N·m,)) of ½‖r‖²: H = JᵀJ, g = Jᵀr, J = dr/du.
+
+        J follows by the chain rule with ``sensitivity`` = ∂poses/∂inputs; who has no shorter way
+        hands r and J to ``costs.gauss_newton``. H may be shared between calls: it is only read.
+        """
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Measure:
+    """What a constraint finds at a motion: looked at once, for the merit and for the rows."""
+
+    slack: Annotated[Floats, Shape("g")]
+    """What each group needs there, ≥ 0: the merit function prices it."""
+    smallest: float = np.inf
+    """The smallest h along the motion, m; +inf for what is not a barrier."""
+    h: Annotated[Floats, Shape("s N+1")] = field(default_factory=lambda: np.empty((0, 1)))
+    """Barrier values of each series, for the rows; where there are any."""
+    gradient: Annotated[Floats, Shape("s N+1 3")] = field(
+        default_factory=lambda: np.empty((0, 1, 3))
+    )
+    """∂h/∂pose."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rows:
-    """Linearised constraints −margin ≤ G·Δu + s ≤ room, with a slack s ≥ 0 for each group."""
+    """Linearised constraints −margin ≤ G·Δu + s ≤ room, with a slack s ≥ 0 for each group.
+
+    Only rows that can become active within one linearisation need to be there.
+    """
 
     margin: Annotated[Floats, Shape("r")]
     """g, how far each row is from its bound; negative where violated."""
@@ -153,6 +188,10 @@ class Rows:
     """How many rows there can be."""
     groups: int = 0
     """How many slacks there are."""
+    low: Annotated[Floats, Shape("c")] | None = None
+    """Least Δu, (N·m,); None: no bound on the inputs themselves."""
+    high: Annotated[Floats, Shape("c")] | None = None
+    """Greatest Δu."""
 
 
 class Constraint(Protocol):
@@ -162,17 +201,19 @@ class Constraint(Protocol):
     l1: float
     l2: float
 
-    def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
-        """(slack that each group needs at ``motion``, ≥ 0; the smallest h along it, m).
+    def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
+        """What the merit prices; asked for at every motion that is tried."""
+        ...
 
-        The merit function prices the first; the second is +inf for what is not a barrier.
+    def rows(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
+    ) -> Rows:
+        """The rows that can become active, linearised at ``motion``.
+
+        Args:
+            problem: what is to be solved.
+            motion: where.
+            sensitivity: ∂poses/∂inputs there, (N+1, 3, N·m).
+            measure: what :meth:`measure` found at the same motion, not to be computed again.
         """
-        ...
-
-    def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
-        """The rows that can become active, linearised at ``motion``."""
-        ...
-
-    def box(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats] | None:
-        """Bounds (low, high), (N·m,) each, on Δu itself; None: there are none."""
         ...

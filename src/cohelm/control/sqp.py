@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.control.api import Constraint, CostTerm, LocalProblem, Motion, Rows
+from cohelm.control.api import Constraint, CostTerm, LocalProblem, Measure, Motion, Rows
 from cohelm.control.quadratic import Multipliers, QuadraticProgram, minimise
 
 _DAMPING = 1e-4
@@ -40,6 +40,8 @@ class Value:
     """Largest violation of a soft constraint, m."""
     barrier: float
     """Smallest h of any constraint, m."""
+    measures: tuple[Measure, ...]
+    """What each constraint found there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,7 +92,7 @@ class OptimalControl:
         motion, worth = seed, value or self.value(problem, seed)
         done, change, multipliers = 0, np.inf, None
         while done < iterations and change >= tolerance:
-            step, multipliers = self._step(problem, motion, multipliers)
+            step, multipliers = self._step(problem, motion, worth, multipliers)
             done += 1
             motion, worth, taken = self._search(problem, motion, worth, step)
             change = taken * float(np.abs(step).max(initial=0.0))
@@ -103,35 +105,42 @@ class OptimalControl:
             residual = term.residual(problem, motion)
             costs[term.name] = 0.5 * float(residual @ residual)
         slack, barrier = 0.0, np.inf
-        for constraint in self.constraints:
-            needed, smallest = constraint.measure(problem, motion)
-            barrier = min(barrier, smallest)
-            if len(needed):
-                slack = max(slack, float(needed.max()))
-                costs[constraint.name] = _price(constraint, needed)
-        return Value(merit=sum(costs.values()), costs=costs, slack=slack, barrier=barrier)
+        measures = tuple([c.measure(problem, motion) for c in self.constraints])
+        for constraint, found in zip(self.constraints, measures, strict=True):
+            barrier = min(barrier, found.smallest)
+            if len(found.slack):
+                slack = max(slack, float(found.slack.max()))
+                costs[constraint.name] = _price(constraint, found.slack)
+        return Value(
+            merit=sum(costs.values()),
+            costs=costs,
+            slack=slack,
+            barrier=barrier,
+            measures=measures,
+        )
 
     def _step(
-        self, problem: LocalProblem, motion: Motion, start: Multipliers | None
+        self, problem: LocalProblem, motion: Motion, value: Value, start: Multipliers | None
     ) -> tuple[Floats, Multipliers]:
         """(Δu, (N·m,); the multipliers, to start the next step from)."""
-        sensitivity = problem.robot.motion.sensitivity(motion.poses, motion.inputs, motion.step)
-        residual = np.concatenate([t.residual(problem, motion) for t in self.costs])
-        jacobian = np.vstack([t.jacobian(problem, motion, sensitivity) for t in self.costs])
-        blocks = [(c, c.rows(problem, motion, sensitivity)) for c in self.constraints]
-        program = _program(residual, jacobian, blocks, self._box(problem, motion))
+        program = self.program(problem, motion, value)
         return minimise(program, start or Multipliers.none(program))
 
-    def _box(self, problem: LocalProblem, motion: Motion) -> Floats:
-        """The bounds (2, N·m) on Δu that all constraints leave."""
-        box = np.empty((2, motion.inputs.size))
-        box[0], box[1] = -_FAR, _FAR
-        for constraint in self.constraints:
-            bounds = constraint.box(problem, motion)
-            if bounds is not None:
-                box[0] = np.maximum(box[0], bounds[0])
-                box[1] = np.minimum(box[1], bounds[1])
-        return box
+    def program(self, problem: LocalProblem, motion: Motion, value: Value) -> QuadraticProgram:
+        """The quadratic program of the next step, linearised at a motion of known value."""
+        sensitivity = problem.robot.motion.sensitivity(motion.poses, motion.inputs, motion.step)
+        size = motion.inputs.size
+        hessian, gradient = np.zeros((size, size)), np.zeros(size)
+        for term in self.costs:
+            curvature, slope = term.model(problem, motion, sensitivity)
+            hessian += curvature
+            gradient += slope
+        hessian.flat[:: size + 1] += _DAMPING
+        blocks = [
+            (c, c.rows(problem, motion, sensitivity, found))
+            for c, found in zip(self.constraints, value.measures, strict=True)
+        ]
+        return _program(hessian, gradient, blocks)
 
     def _search(
         self, problem: LocalProblem, motion: Motion, value: Value, step: Floats
@@ -155,34 +164,35 @@ def moved(problem: LocalProblem, motion: Motion, inputs: Floats) -> Motion:
 
 
 def _program(
-    residual: Floats, jacobian: Floats, blocks: Sequence[tuple[Constraint, Rows]], box: Floats
+    hessian: Floats, gradient: Floats, blocks: Sequence[tuple[Constraint, Rows]]
 ) -> QuadraticProgram:
     """The program of one step; the groups of all constraints are numbered through."""
-    hessian = jacobian.T @ jacobian
-    diagonal = np.arange(len(hessian))
-    hessian[diagonal, diagonal] += _DAMPING
-    first = np.cumsum([0, *(rows.groups for _, rows in blocks)])
-    names = np.cumsum([0, *(rows.keys for _, rows in blocks)])
+    low, high = np.full(len(gradient), -_FAR), np.full(len(gradient), _FAR)
+    first, names = 0, 0
+    group, key = [], []
+    for _, rows in blocks:
+        group.append(np.where(rows.group >= 0, rows.group + first, -1))
+        key.append(rows.key + names)
+        first += rows.groups
+        names += rows.keys
+        if rows.low is not None:
+            low = np.maximum(low, rows.low)
+        if rows.high is not None:
+            high = np.minimum(high, rows.high)
+    groups = [rows.groups for _, rows in blocks]
     return QuadraticProgram(
         hessian=hessian,
-        gradient=jacobian.T @ residual,
-        low=box[0],
-        high=box[1],
-        jacobian=np.vstack([rows.jacobian for _, rows in blocks]),
+        gradient=gradient,
+        low=low,
+        high=high,
+        jacobian=np.concatenate([rows.jacobian for _, rows in blocks]),
         margin=np.concatenate([rows.margin for _, rows in blocks]),
         room=np.concatenate([_room(rows) for _, rows in blocks]),
-        group=np.concatenate(
-            [
-                np.where(rows.group >= 0, rows.group + start, -1)
-                for (_, rows), start in zip(blocks, first[:-1], strict=True)
-            ]
-        ),
-        key=np.concatenate(
-            [rows.key + start for (_, rows), start in zip(blocks, names[:-1], strict=True)]
-        ),
-        keys=int(names[-1]),
-        l1=np.repeat([c.l1 for c, _ in blocks], np.diff(first)),
-        l2=np.repeat([max(c.l2, _DAMPING) for c, _ in blocks], np.diff(first)),
+        group=np.concatenate(group),
+        key=np.concatenate(key),
+        keys=names,
+        l1=np.repeat([c.l1 for c, _ in blocks], groups),
+        l2=np.repeat([max(c.l2, _DAMPING) for c, _ in blocks], groups),
     )
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion, Rows
+from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 
 
 class InputLimits:
@@ -30,30 +32,29 @@ class InputLimits:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
+    def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
         """Nothing yields: these bounds are hard, and no barrier."""
         del problem, motion
-        return np.empty(0), np.inf
+        return Measure(slack=np.empty(0))
 
-    def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
-        """Rise and fall of every input at every step, (N·m,)."""
-        del sensitivity
-        _, _, rise, fall = self.bounds(problem, motion)
+    def rows(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
+    ) -> Rows:
+        """Rise and fall of every input at every step, (N·m,); lowest and highest inputs."""
+        del sensitivity, measure
+        low, high, rise, fall = self.bounds(problem, motion)
         n, m = motion.inputs.shape
         change = np.diff(np.vstack([motion.last_input, motion.inputs]), axis=0)
         return Rows(
             margin=(change + fall).ravel(),
             room=(rise - change).ravel(),
-            jacobian=np.eye(n * m) - np.eye(n * m, k=-m),
+            jacobian=_changes(n, m),
             group=np.full(n * m, -1),
             key=np.arange(n * m),
             keys=n * m,
+            low=(low - motion.inputs).ravel(),
+            high=(high - motion.inputs).ravel(),
         )
-
-    def box(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
-        """Lowest and highest inputs."""
-        low, high, _, _ = self.bounds(problem, motion)
-        return (low - motion.inputs).ravel(), (high - motion.inputs).ravel()
 
     def bounds(
         self, problem: LocalProblem, motion: Motion
@@ -67,3 +68,10 @@ class InputLimits:
         highest = np.maximum(high, motion.last_input - fall * elapsed)
         lowest = np.minimum(low, motion.last_input + rise * elapsed)
         return lowest, highest, rise * times, fall * times
+
+
+@functools.lru_cache(maxsize=64)
+def _changes(steps: int, inputs: int) -> Floats:
+    """d(u_k − u_{k−1})/du, (N·m, N·m)."""
+    size = steps * inputs
+    return np.eye(size) - np.eye(size, k=-inputs)

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from cohelm.arrays import Floats
-from cohelm.control.api import LocalProblem, Rows
+from cohelm.control.api import LocalProblem, Measure, Rows
 from cohelm.control.constraints import barrier
 
 
-def by_person(problem: LocalProblem, h: Floats, gamma: float) -> tuple[Floats, float]:
-    """(the worst violation of each person's rows, (n,); the smallest h), from h (n·h, N+1)."""
+def by_person(problem: LocalProblem, h: Floats, gradient: Floats, gamma: float) -> Measure:
+    """One slack for each person: the worst of his hypotheses and steps; from h (n·h, N+1)."""
     worst, smallest = barrier.worst(h, gamma)
-    return worst.reshape(problem.predictions.mean.shape[:2]).max(axis=1), smallest
+    slack = worst.reshape(problem.predictions.mean.shape[:2]).max(axis=1)
+    return Measure(slack=slack, smallest=smallest, h=h, gradient=gradient)
 
 
-def person_rows(
-    problem: LocalProblem, h: Floats, gradient: Floats, sensitivity: Floats, gamma: float
-) -> Rows:
+def person_rows(problem: LocalProblem, measure: Measure, sensitivity: Floats, gamma: float) -> Rows:
     """The rows that can become active, one slack for each person.
 
-    h: (n·h, N+1).  gradient: (n·h, N+1, 3) of h in the pose.  sensitivity: (N+1, 3, N·m).
+    measure: of series (n·h).  sensitivity: (N+1, 3, N·m).
     """
+    h, gradient = measure.h, measure.gradient
     margin, jacobian, series, key = barrier.rows(h, gradient, sensitivity, gamma, barrier.NEAR)
     people, hypotheses = problem.predictions.mean.shape[:2]
     return Rows(

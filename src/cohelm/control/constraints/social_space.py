@@ -7,7 +7,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion, Rows
+from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints.separation import social_barrier
 from cohelm.control.constraints.series import by_person, flattened, person_rows
 
@@ -35,19 +35,17 @@ class SocialSpace:
         p = self.parameters = parameters or self.Parameters()
         self.l1, self.l2 = p.l1, p.l2
 
-    def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
-        """By person, the worst over hypotheses and steps, (n,); and the smallest h."""
-        h, _ = self._barrier(problem, motion)
-        return by_person(problem, h, self.parameters.gamma)
-
-    def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
-        """Those that can become active."""
+    def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
+        """By person, the worst over hypotheses and steps, (n,)."""
         h, gradient = self._barrier(problem, motion)
-        return person_rows(problem, h, gradient, sensitivity, self.parameters.gamma)
+        return by_person(problem, h, gradient, self.parameters.gamma)
 
-    def box(self, problem: LocalProblem, motion: Motion) -> None:
-        """None on the inputs themselves."""
-        del problem, motion
+    def rows(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
+    ) -> Rows:
+        """Those that can become active."""
+        del motion
+        return person_rows(problem, measure, sensitivity, self.parameters.gamma)
 
     def _barrier(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
         spaces = problem.spaces

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion, Rows
+from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
 from cohelm.maps.distance import sample
 
@@ -37,14 +37,18 @@ class WallClearance:
         p = self.parameters = parameters or self.Parameters()
         self.l1, self.l2 = p.l1, p.l2
 
-    def measure(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, float]:
-        """By disc, the worst over steps, (c,); and the smallest h."""
-        h, _ = self._barrier(problem, motion)
-        return barrier.worst(h, self.parameters.gamma)
-
-    def rows(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Rows:
-        """Those that can become active."""
+    def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
+        """By disc, the worst over steps, (c,)."""
         h, gradient = self._barrier(problem, motion)
+        worst, smallest = barrier.worst(h, self.parameters.gamma)
+        return Measure(slack=worst, smallest=smallest, h=h, gradient=gradient)
+
+    def rows(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
+    ) -> Rows:
+        """Those that can become active."""
+        del problem, motion
+        h, gradient = measure.h, measure.gradient
         margin, jacobian, series, key = barrier.rows(
             h, gradient, sensitivity, self.parameters.gamma, _NEAR
         )
@@ -56,10 +60,6 @@ class WallClearance:
             keys=h[:, 1:].size,
             groups=len(h),
         )
-
-    def box(self, problem: LocalProblem, motion: Motion) -> None:
-        """None on the inputs themselves."""
-        del problem, motion
 
     def _barrier(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
         walls = problem.walls

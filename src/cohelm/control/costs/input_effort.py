@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Literal
 
@@ -43,7 +44,17 @@ class InputEffort:
             wanted[:, 0] = problem.reference.speeds[:-1]
         return ((motion.inputs - wanted) * (self._roots * math.sqrt(motion.step))).ravel()
 
-    def jacobian(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Floats:
-        """(N·m, N·m), diagonal."""
-        del problem, sensitivity
-        return np.diag(np.tile(self._roots * math.sqrt(motion.step), len(motion.inputs)))
+    def model(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+    ) -> tuple[Floats, Floats]:
+        """See ``CostTerm``; H is diagonal and always the same."""
+        del sensitivity
+        roots = self._roots * math.sqrt(motion.step)
+        gradient = self.residual(problem, motion).reshape(motion.inputs.shape) * roots
+        return _diagonal(tuple(roots.tolist()), len(motion.inputs)), gradient.ravel()
+
+
+@functools.lru_cache(maxsize=64)
+def _diagonal(roots: tuple[float, ...], steps: int) -> Floats:
+    """H, (N·m, N·m)."""
+    return np.diag(np.tile(np.square(roots), steps))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -35,11 +36,19 @@ class SmoothInput:
         before = np.vstack([motion.last_input, motion.inputs[:-1]])
         return ((motion.inputs - before) * (self._roots / math.sqrt(motion.step))).ravel()
 
-    def jacobian(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Floats:
-        """(N·m, N·m), bidiagonal."""
-        del problem, sensitivity
-        n, m = motion.inputs.shape
-        scale = np.tile(self._roots / math.sqrt(motion.step), n)
-        out = np.diag(scale)
-        out[np.arange(m, n * m), np.arange(n * m - m)] = -scale[m:]
-        return out
+    def model(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+    ) -> tuple[Floats, Floats]:
+        """See ``CostTerm``; H is tridiagonal by blocks and always the same."""
+        del sensitivity
+        scale = tuple((self._roots / math.sqrt(motion.step)).tolist())
+        jacobian, hessian = _differences(scale, len(motion.inputs))
+        return hessian, self.residual(problem, motion) @ jacobian
+
+
+@functools.lru_cache(maxsize=64)
+def _differences(scale: tuple[float, ...], steps: int) -> tuple[Floats, Floats]:
+    """(J, H), (N·m, N·m) each, of scaled changes."""
+    m, size = len(scale), len(scale) * steps
+    jacobian = np.tile(scale, steps)[:, None] * (np.eye(size) - np.eye(size, k=-m))
+    return jacobian, jacobian.T @ jacobian

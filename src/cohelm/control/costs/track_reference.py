@@ -5,12 +5,12 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.costs.gauss_newton import pose_model
 
 
 class TrackReference:
@@ -36,10 +36,12 @@ class TrackReference:
         scale = self._scale(motion)
         return ((motion.poses[1:] - problem.reference.poses[1:]) * scale).ravel()
 
-    def jacobian(self, problem: LocalProblem, motion: Motion, sensitivity: Floats) -> Floats:
-        """(3N, N·m)."""
-        del problem
-        return _scaled(sensitivity, self._scale(motion))
+    def model(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+    ) -> tuple[Floats, Floats]:
+        """See ``CostTerm``."""
+        error = motion.poses[1:] - problem.reference.poses[1:]
+        return pose_model(error, self._scale(motion) ** 2, sensitivity)
 
     def _scale(self, motion: Motion) -> Floats:
         p = self.parameters
@@ -53,14 +55,3 @@ def _roots(position: float, heading: float, terminal: float, steps: int, step: f
     duration[-1] += terminal
     roots: Floats = np.sqrt(duration[:, None] * np.array([position, position, heading]))
     return roots
-
-
-@njit(cache=True)
-def _scaled(sensitivity: Floats, scale: Floats) -> Floats:
-    steps, columns = scale.shape[0], sensitivity.shape[2]
-    out = np.empty((3 * steps, columns))
-    for k in range(steps):
-        for a in range(3):
-            for j in range(columns):
-                out[3 * k + a, j] = scale[k, a] * sensitivity[k + 1, a, j]
-    return out
