@@ -40,6 +40,7 @@ from cohelm.maps import FARTHEST
 from cohelm.messages import Mode, RiderProfile
 from cohelm.navigation import ProgressParameters, ReplanningParameters
 from cohelm.perception import NoveltyParameters, ObstacleLayerParameters
+from cohelm.planning import Comfort
 from cohelm.robots import Robot, load_robot
 from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters
@@ -120,6 +121,7 @@ class Scenario(Model):
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
     gate: GateParameters = GateParameters()
+    comfort: Comfort = Comfort()
     localisation: Localisation = Localisation()
     odometry: Odometry = Odometry()
     faults: tuple[Fault, ...] = ()

@@ -108,6 +108,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
             replanning=scenario.replanning,
             progress=scenario.progress,
             gate=scenario.gate,
+            comfort=scenario.comfort,
         ),
     )
 

@@ -96,6 +96,7 @@ def lay_course(
         speed=setup.speed_limit(request),
         robot=setup.robot,
         progress=state.progress,
+        comfort=setup.comfort,
     )
     left = state.path.length - at
     pace = progress(left, observation.time, state.planned_at, pace, setup.progress)

@@ -20,7 +20,7 @@ from cohelm.perception import (
     Predictor,
     Tracker,
 )
-from cohelm.planning import GlobalPlanner
+from cohelm.planning import Comfort, GlobalPlanner
 from cohelm.robots import Robot
 from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters
@@ -53,6 +53,8 @@ class NavigatorSetup:
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
     gate: GateParameters = GateParameters()
+    comfort: Comfort = Comfort()
+    """How a path is driven."""
     goal_tolerance: float = 0.12
     """Distance at which the goal is reached and the chair stays, m."""
     window: float = 8.0
