@@ -16,11 +16,10 @@ from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 from cohelm.messages import People, Predictions
 from cohelm.robots.robot import Robot
+from cohelm.robots.spine import foot_on_spine
 
 _SUBSTEPS = 4
 """Tests within each step."""
-_SMOOTH = 1e-6
-"""Added to squared distances, m²: their gradient is bounded at the spine, too."""
 TOUCHING = 0.03
 """A gap to a person below this is no gap, m: what is seen is not better than that."""
 _OVERLAP = -0.06
@@ -126,18 +125,7 @@ def nearest_on_spine(
     the map frame.
     """
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    dx, dy = x - pose[0], y - pose[1]
-    qx, qy = cos * dx + sin * dy, -sin * dx + cos * dy
-    ax, ay = capsule[0], capsule[1]
-    bx, by = capsule[2] - ax, capsule[3] - ay
-    length2 = bx * bx + by * by
-    t = ((qx - ax) * bx + (qy - ay) * by) / length2 if length2 > 0.0 else 0.0
-    inside = 0.0 < t < 1.0
-    t = min(max(t, 0.0), 1.0)
-    sx, sy = ax + t * bx, ay + t * by
-    ex, ey = qx - sx, qy - sy
-    distance = math.sqrt(ex * ex + ey * ey + _SMOOTH)
-    ex, ey = ex / distance, ey / distance
+    distance, ex, ey, sx, sy, inside = foot_on_spine(capsule, cos, sin, x - pose[0], y - pose[1])
     nx, ny = cos * ex - sin * ey, sin * ex + cos * ey
     arm_x, arm_y = -(sin * sx + cos * sy), cos * sx - sin * sy
     return distance, nx, ny, arm_x, arm_y, inside
