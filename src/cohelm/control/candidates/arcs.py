@@ -1,162 +1,192 @@
-"""Ways round that are sampled: arcs, the best of which the SQP starts from.
+"""Ways round that are sampled: three-segment arcs over a horizon longer than the SQP's.
 
-A gradient method stays on one side of a person; arcs of two segments look at the other ways round.
-They are scored by a coarse cost of their own: enough to rank them, and cheap.
+A gradient method stays in one way round. About 1,600 arcs look at the others: a seeded table of
+three segments each, of which many end by leading back to the path, then the best of them and the
+last plan, pushed. One score judges sampled, polished and old ways alike: the time that a way loses
+against the reference, in seconds, and in the same unit what it does to people, the rider and walls.
 """
 
 from __future__ import annotations
 
-import functools
-import math
-from collections.abc import Iterator
-
 import numpy as np
-from numba import njit
+from pydantic import Field
 
-from cohelm.arrays import Floats, Floats32
+from cohelm.arrays import Floats, Integers
+from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.constraints.series import flattened
-from cohelm.control.warm_start import followed
-from cohelm.maps.distance import sample
-from cohelm.robots.contact import nearest_on_spine
+from cohelm.control.candidates.riding import Prices
+from cohelm.control.candidates.scene import Scene, scene_of
+from cohelm.control.candidates.searching import judged, searched
+from cohelm.control.candidates.table import first_arcs, pushes
+from cohelm.control.candidates.ways import Ways, signatures
 
-_TERMINAL, _HEADING, _SPEED, _TURN = 4.0, 0.3, 0.8, 0.25
-"""Weights of the coarse cost, after the defaults of the cost terms."""
-_TOUCH, _CROWD = 60.0, 6.0
-"""Prices of a touch and of a personal space entered, 1/m."""
-_MARGIN, _GROWTH, _GREATEST = 0.1, 0.08, 0.35
-"""Gap kept to people now, m, its growth, m/s, and its bound, m: those of ``Bodies``."""
-_CREEP = 0.3
-"""Arcs are tried up to this speed even where the reference stands, m/s."""
+_EXAMINED = 24
+"""Arcs among which the different ones are looked for."""
+_SIDES = {"right": 1, "left": -1, "none": 0}
+"""How the bearing to somebody turns who is passed on that side."""
 
 
-def best_arcs(problem: LocalProblem, now: Floats, count: int) -> Iterator[Motion]:
-    """The ``count`` sampled arcs with the least coarse cost, best first."""
-    reference, robot = problem.reference, problem.robot
-    steps = len(reference.poses) - 1
-    low, high, rise, fall = problem.input_bounds()
-    targets = _targets()
-    scaled = targets.copy()
-    scaled[:, :, 0] *= min(problem.speed_limit, high[0], max(float(reference.speeds.max()), _CREEP))
-    scaled[:, :, 1] *= high[1]
-    scaled = np.clip(scaled, low, high)
-    costs = _coarse_costs(
-        scaled,
-        now,
-        rise,
-        fall,
-        problem.pose,
-        reference.step,
-        reference.poses,
-        reference.speeds,
-        robot.capsule,
-        robot.discs,
-        flattened(problem.predictions.mean),
-        np.repeat(problem.people.radius, problem.predictions.mean.shape[1]),
-        problem.spaces.floor,
-        problem.walls.distance,
-        problem.walls.resolution,
-        problem.walls.X_MG,
-        problem.profile.clearance,
-        count == 1,
+class Arcs:
+    """Sampled ways round, and the score that judges any way."""
+
+    class Parameters(Model):
+        """Sampling, margins and prices, assumed but for what is named; found on rides."""
+
+        horizon: float = Field(6.0, gt=0.0, le=20.0)
+        """How far arcs look ahead, s; never less than the problem's own horizon."""
+        count: int = Field(640, ge=50, le=20_000)
+        """Arcs of the table."""
+        pushes: int = Field(80, ge=0, le=1000)
+        """Ways in which each of the best is changed, in each round."""
+        rounds: int = Field(2, ge=0, le=10)
+        """How often that is done."""
+        elite: int = Field(5, ge=1, le=50)
+        """How many are changed each time."""
+        keep: int = Field(4, ge=1, le=_EXAMINED)
+        """Different ways that are handed on, at most."""
+        spread: float = Field(4.0, gt=0.0, le=100.0)
+        """Ways dearer than the best one by more than this are dropped, s."""
+        lag: float = Field(1.0, ge=0.0)
+        """Price of a second lost at the end of the horizon."""
+        late: float = Field(1.0, ge=0.0)
+        """Price of a second lost on the mean over the horizon: sooner is better."""
+        aside: float = Field(0.08, ge=0.0)
+        """Price of the squared distance from the path, 1/m²: small, to go round is no fault."""
+        heading: float = Field(0.05, ge=0.0)
+        """Price of 1 − cos of the angle to the wanted heading, without unit."""
+        bearing: float = Field(1.0, ge=0.0)
+        """Price of 1 − cos of the angle at the end between the heading and the way ahead, s."""
+        turning: float = Field(0.15, ge=0.0)
+        """Price of ω², s²."""
+        change: float = Field(0.1, ge=0.0)
+        """Price of a squared change of the inputs from step to step, s per m²/s² and rad²/s²."""
+        hit: float = Field(60.0, ge=0.0)
+        """Price of the squared depth to which the margin to a person is entered, 1/m²."""
+        standing: float = Field(0.4, ge=0.0, le=1.0)
+        """Share at which that counts where the robot stands: people walk into it all the same."""
+        fading: float = Field(4.0, gt=0.0)
+        """Time constant with which what is predicted counts less the later it is, s."""
+        margin: float = Field(0.12, ge=0.0)
+        """Gap to a person now below which it is a hit, m."""
+        growth: float = Field(0.08, ge=0.0)
+        """How that grows with prediction time, m/s."""
+        greatest: float = Field(0.4, ge=0.0)
+        """Its bound, m."""
+        squeezing: float = Field(0.05, ge=0.0)
+        """The margin where the ride is stalled, m; it does not grow then."""
+        space: float = Field(0.8, ge=0.0)
+        """Price of the squared share of a personal space that is entered, without unit."""
+        hull: float = Field(3.0, ge=0.0)
+        """Price of the squared depth in a group's space, 1/m²."""
+        wall: float = Field(0.5, ge=0.0)
+        """Price of the squared share by which the clearance to walls is missed, without unit."""
+        clearance: float = Field(0.1, ge=0.0)
+        """Gap to walls that is wanted beyond the rider's clearance, m."""
+        wall_margin: float = Field(0.03, ge=0.0)
+        """Gap to a wall that counts as contact, m."""
+        passing: float = Field(0.4, ge=0.0)
+        """Price of passing somebody on the side that the rider does not like, s."""
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+
+    def ways(self, problem: LocalProblem, now: Floats, warm: Motion | None = None) -> Ways:
+        """The best sampled ways, cheapest first, each passing people or the path in its own way.
+
+        Args:
+            problem: what is asked.
+            now: what the wheels do, (m,).
+            warm: the last plan from now on, which is pushed too.
+        """
+        p = self.parameters
+        scene, prices = self._scene(problem, now), self._prices(problem)
+        start = np.empty((0, len(now))) if warm is None else np.ascontiguousarray(warm.inputs)
+        found = searched(
+            scene,
+            prices,
+            start.copy(),
+            first_arcs(p.count),
+            pushes(p.pushes),
+            p.rounds,
+            p.elite,
+            p.spread,
+            _EXAMINED,
+        )
+        ways = self._judged(problem, scene, prices, found)
+        order = np.argsort(ways.score, kind="stable")
+        _, first = np.unique(ways.signature[order], axis=0, return_index=True)
+        return _picked(ways, order[np.sort(first)[: p.keep]])
+
+    def score(self, problem: LocalProblem, inputs: Floats, now: Floats) -> Ways:
+        """Any ways judged by the same score, in the order given.
+
+        Args:
+            problem: what is asked.
+            inputs: (k, L, m) or (L, m); beyond L steps a way leads back to the path.
+            now: what the wheels do, (m,).
+        """
+        given = np.array(inputs, dtype=float, ndmin=3)
+        return self._judged(problem, self._scene(problem, now), self._prices(problem), given)
+
+    def _scene(self, problem: LocalProblem, now: Floats) -> Scene:
+        p = self.parameters
+        return scene_of(problem, now, p.horizon, p.wall_margin)
+
+    def _judged(self, problem: LocalProblem, scene: Scene, prices: Prices, inputs: Floats) -> Ways:
+        count, m = len(inputs), inputs.shape[2]
+        limited = np.empty((count, scene.steps, m))
+        poses = np.empty((count, scene.steps + 1, 3))
+        found = judged(scene, prices, inputs[:, : scene.steps], limited, poses)
+        signature = signatures(poses, self._likeliest(problem, scene), scene.road)
+        side = _SIDES[problem.profile.passing_side]
+        wrong = (signature[:, 1:] == -side).sum(axis=1) if side else 0
+        return Ways(
+            step=scene.step,
+            inputs=limited,
+            poses=poses,
+            score=found[:, 0] + self.parameters.passing * wrong,
+            contact=found[:, 1],
+            signature=signature,
+        )
+
+    def _likeliest(self, problem: LocalProblem, scene: Scene) -> Floats:
+        """Where each person most likely is, (n, N+1, 2)."""
+        people, hypotheses = problem.predictions.weight.shape
+        likely = problem.predictions.weight.argmax(axis=1) if people else np.empty(0, np.int64)
+        rows = hypotheses * np.arange(people) + likely
+        return np.ascontiguousarray(scene.crowd.states[rows, :, :2])
+
+    def _prices(self, problem: LocalProblem) -> Prices:
+        p = self.parameters
+        step = problem.reference.step
+        steps = max(round(p.horizon / step), len(problem.reference.speeds) - 1)
+        time = step * np.arange(steps + 1)
+        least, growth = (p.squeezing, 0.0) if problem.stalled else (p.margin, p.growth)
+        return Prices(
+            lag=p.lag,
+            late=p.late,
+            aside=p.aside,
+            heading=p.heading,
+            bearing=p.bearing,
+            turning=p.turning,
+            change=p.change,
+            hit=p.hit,
+            standing=p.standing,
+            fade=np.exp(-time / p.fading),
+            margin=np.maximum(np.minimum(least + growth * time, p.greatest), least),
+            space=p.space,
+            hull=p.hull,
+            wall=p.wall,
+            clearance=p.clearance + problem.profile.clearance,
+        )
+
+
+def _picked(ways: Ways, which: Integers) -> Ways:
+    return Ways(
+        step=ways.step,
+        inputs=ways.inputs[which],
+        poses=ways.poses[which],
+        score=ways.score[which],
+        contact=ways.contact[which],
+        signature=ways.signature[which],
     )
-    for best in np.argsort(costs, kind="stable")[:count]:
-        inputs = _ramped(scaled[best], steps, now, rise * reference.step, fall * reference.step)
-        yield followed(problem, inputs, now)
-
-
-@functools.cache
-def _targets() -> Floats:
-    """Targets (a, 2, 2) of (v, ω) for the two halves, as shares of the limits."""
-    speeds = (0.0, 0.5, 1.0)
-    turns = (-0.8, -0.4, -0.2, 0.0, 0.2, 0.4, 0.8)
-    arcs = [[(v, w), (v, back * w)] for v in speeds for w in turns for back in (1.0, 0.0, -1.0)]
-    arcs += [[(0.3, w), (1.0, 0.0)] for w in turns]
-    arcs += [[(1.0, w), (0.0, 0.0)] for w in turns]
-    arcs += [[(-0.3, w), (0.0, 0.0)] for w in turns]
-    return np.array(arcs)
-
-
-@njit(cache=True)
-def _ramped(target: Floats, steps: int, now: Floats, rise: Floats, fall: Floats) -> Floats:
-    """Inputs (steps, m) that go to the first, then to the second target (2, m)."""
-    out = np.empty((steps, target.shape[1]))
-    for i in range(target.shape[1]):
-        before = now[i]
-        for k in range(steps):
-            wanted = target[0 if 2 * k < steps else 1, i]
-            before = min(max(wanted, before - fall[i]), before + rise[i])
-            out[k, i] = before
-    return out
-
-
-@njit(cache=True)
-def _coarse_costs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
-    targets: Floats,
-    now: Floats,
-    rise: Floats,
-    fall: Floats,
-    start: Floats,
-    step: float,
-    reference: Floats,
-    speeds: Floats,
-    capsule: Floats,
-    discs: Floats,
-    positions: Floats,
-    radius: Floats,
-    floor: float,
-    distance: Floats32,
-    resolution: float,
-    X_MG: Floats,
-    clearance: float,
-    only_best: bool,
-) -> Floats:
-    """The coarse cost (a,) of every arc; a lower bound of it where only the best one counts."""
-    steps = reference.shape[0] - 1
-    costs = np.empty(targets.shape[0])
-    least = np.inf
-    pose = np.empty(3)
-    nearest = np.empty(positions.shape[0])
-    for a in range(targets.shape[0]):
-        inputs = _ramped(targets[a], steps, now, rise * step, fall * step)
-        pose[:] = start
-        nearest[:] = np.inf
-        cost, wall = 0.0, np.inf
-        for k in range(steps):
-            v, w = inputs[k, 0], inputs[k, 1]
-            pose[0] += step * v * math.cos(pose[2])
-            pose[1] += step * v * math.sin(pose[2])
-            pose[2] += step * w
-            dx = pose[0] - reference[k + 1, 0]
-            dy = pose[1] - reference[k + 1, 1]
-            dh = pose[2] - reference[k + 1, 2]
-            dv = v - speeds[k]
-            weight = step if k < steps - 1 else _TERMINAL
-            cost += 0.5 * weight * (dx * dx + dy * dy + _HEADING * dh * dh)
-            cost += 0.5 * step * (_SPEED * dv * dv + _TURN * w * w)
-            if only_best and cost >= least:
-                break
-            if k % 3 != 2:
-                continue
-            for i in range(positions.shape[0]):
-                x, y = positions[i, k + 1, 0], positions[i, k + 1, 1]
-                d = nearest_on_spine(capsule, pose, x, y)[0]
-                margin = min(_MARGIN + _GROWTH * (k + 1) * step, _GREATEST)
-                gap = d - capsule[4] - radius[i] - margin
-                nearest[i] = min(nearest[i], gap)
-            cos, sin = math.cos(pose[2]), math.sin(pose[2])
-            for j in range(discs.shape[0]):
-                x = pose[0] + cos * discs[j, 0] - sin * discs[j, 1]
-                y = pose[1] + sin * discs[j, 0] + cos * discs[j, 1]
-                gap = sample(distance, resolution, X_MG, x, y)[0] - discs[j, 2] - clearance
-                wall = min(wall, gap)
-        if wall < 0.0:
-            cost -= _TOUCH * wall
-        for i in range(positions.shape[0]):
-            if nearest[i] < 0.0:
-                cost -= _TOUCH * nearest[i]
-            if nearest[i] < floor:
-                cost += _CROWD * (floor - nearest[i])
-        costs[a] = cost
-        least = min(least, cost)
-    return costs

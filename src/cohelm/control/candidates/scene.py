@@ -1,0 +1,261 @@
+"""What the kernel reads of a problem: path, people, groups and walls as plain arrays."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.control.api import LocalProblem
+from cohelm.shapes import PRINTED
+
+SPACING = 0.1
+"""Between the samples of the path, m."""
+BEYOND = 2.5
+"""The path goes straight on so far beyond its end, m."""
+_CREEP = 0.3
+"""Arcs are tried up to this speed even where the reference stands, m/s."""
+_SLACK = 1e-9
+
+
+class Road(NamedTuple):
+    """The path, evenly sampled, and where on it the reference is when."""
+
+    samples: Floats
+    """(q, 4): x, y and the unit tangent."""
+    wanted: Floats
+    """(N+1,) arc length of the reference at each step, m."""
+    heading: Floats
+    """(q, 2) unit vector of the wanted heading."""
+    pace: float
+    """The reference's greatest speed, and at least the creeping speed, m/s."""
+
+
+class Crowd(NamedTuple):
+    """Everybody in each of their futures, P pairs of person and hypothesis."""
+
+    states: Floats
+    """(P, N+1, 8): x, y, axis of motion (cos, sin), 1/2σ² ahead, behind and aside, speed."""
+    weight: Floats
+    """(P,) probability."""
+    radius: Floats
+    """(P,) m."""
+    fastest: Floats
+    """(P,) m/s, over all steps."""
+    scale: float
+    """c of eq. (5)."""
+    printed: bool
+    floor: float
+    """Least reach of a space, m."""
+    reach: float
+    """Greatest reach of any space, m."""
+
+
+class Hulls(NamedTuple):
+    """Groups: their convex hulls, and discs about these."""
+
+    support: Floats
+    """(g, N+1, m)."""
+    normal: Floats
+    """(m, 2) unit vectors."""
+    disc: Floats
+    """(g, N+1, 3): centre and radius."""
+
+
+class Walls(NamedTuple):
+    """Distance to all that is not a person."""
+
+    distance: Floats32
+    resolution: float
+    X_MG: Floats
+    margin: Floats
+    """(c,) gap of each disc that counts as contact, m."""
+
+
+class Body(NamedTuple):
+    """The robot: where it is, how it moves, how large it is."""
+
+    start: Floats
+    """(3,) pose."""
+    now: Floats
+    """(m,) what the wheels do."""
+    low: Floats
+    high: Floats
+    rise: Floats
+    """(m,) greatest change in a step; so is the next."""
+    fall: Floats
+    translating: int
+    top_speed: float
+    capsule: Floats
+    discs: Floats
+    around: float
+    """Radius about the pose that holds all of it, m."""
+
+
+class Scene(NamedTuple):
+    """All of it."""
+
+    step: float
+    """s."""
+    steps: int
+    """N."""
+    road: Road
+    crowd: Crowd
+    hulls: Hulls
+    walls: Walls
+    body: Body
+
+
+def scene_of(problem: LocalProblem, now: Floats, horizon: float, wall_margin: float) -> Scene:
+    """The problem over a horizon, s, that may be longer than its own.
+
+    Beyond the end of its predictions people keep their last velocity, and the reference its last
+    speed and heading.
+    """
+    step = problem.reference.step
+    steps = max(round(horizon / step), len(problem.reference.speeds) - 1)
+    return Scene(
+        step=step,
+        steps=steps,
+        road=_road(problem, steps),
+        crowd=_crowd(problem, steps),
+        hulls=_hulls(problem, steps),
+        walls=_walls(problem, wall_margin),
+        body=_body(problem, now),
+    )
+
+
+def _road(problem: LocalProblem, steps: int) -> Road:
+    reference, step = problem.reference, problem.reference.step
+    poses, speeds = reference.poses, reference.speeds
+    gaps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(gaps)])
+    more = np.arange(1, steps + 2 - len(poses)) * step * abs(float(speeds[-1]))
+    wanted = np.concatenate([along, along[-1] + more])
+    moved = np.concatenate([[True], gaps > _SLACK])
+    s, points, heading = along[moved], poses[moved, :2], poses[moved, 2]
+    last = points[-1] - points[-2] if len(points) > 1 else _unit(poses[-1, 2])
+    ahead = last / np.hypot(*last)
+    tail = float(wanted[-1] - along[-1]) + BEYOND
+    s = np.append(s, s[-1] + tail)
+    points = np.vstack([points, points[-1] + tail * ahead])
+    heading = np.append(heading, poses[-1, 2])
+    count = int(np.ceil(s[-1] / SPACING)) + 1
+    at = SPACING * np.arange(count)
+    samples = np.empty((count, 4))
+    samples[:, 0] = np.interp(at, s, points[:, 0])
+    samples[:, 1] = np.interp(at, s, points[:, 1])
+    tangent = np.diff(samples[:, :2], axis=0, append=samples[-1:, :2])
+    length = np.hypot(*tangent.T)
+    tangent[length < 0.5 * SPACING] = ahead
+    samples[:, 2:] = tangent / np.hypot(*tangent.T)[:, None]
+    angle = np.interp(at, s, heading)
+    pace = max(float(speeds.max()), min(_CREEP, problem.top_speed), 0.05)
+    return Road(samples, wanted, np.stack([np.cos(angle), np.sin(angle)], axis=-1), pace)
+
+
+def _unit(angle: float) -> Floats:
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def _crowd(problem: LocalProblem, steps: int) -> Crowd:
+    p, s = problem.predictions, problem.spaces
+    states = _crowd_states(
+        p.mean, p.velocity, s.axis, s.front, s.side, s.rear, steps, problem.reference.step
+    )
+    printed = s.kind == PRINTED
+    front = s.front.max(initial=0.0)
+    reach = 2.0 * s.scale * front**2 if printed else np.sqrt(2.0 * s.scale) * front
+    hypotheses = p.mean.shape[1]
+    return Crowd(
+        states=states,
+        weight=p.weight.flatten(),
+        radius=np.repeat(problem.people.radius, hypotheses),
+        fastest=states[:, :, 7].max(axis=1, initial=0.0),
+        scale=s.scale,
+        printed=printed,
+        floor=s.floor,
+        reach=max(float(reach), s.floor),
+    )
+
+
+@njit(cache=True)
+def _crowd_states(  # noqa: PLR0917  # a kernel takes plain arrays
+    mean: Floats,
+    velocity: Floats,
+    axis: Floats,
+    front: Floats,
+    side: Floats,
+    rear: Floats,
+    steps: int,
+    step: float,
+) -> Floats:
+    n, h, known = mean.shape[0], mean.shape[1], mean.shape[2]
+    out = np.empty((n * h, steps + 1, 8))
+    for i in range(n):
+        for j in range(h):
+            row = out[i * h + j]
+            for k in range(steps + 1):
+                m = min(k, known - 1)
+                rest = (k - m) * step
+                vx, vy = velocity[i, j, m, 0], velocity[i, j, m, 1]
+                row[k, 0] = mean[i, j, m, 0] + rest * vx
+                row[k, 1] = mean[i, j, m, 1] + rest * vy
+                row[k, 2], row[k, 3] = np.cos(axis[i, j, m]), np.sin(axis[i, j, m])
+                row[k, 4] = 0.5 / front[i, j, m] ** 2
+                row[k, 5] = 0.5 / rear[i, j, m] ** 2
+                row[k, 6] = 0.5 / side[i, j, m] ** 2
+                row[k, 7] = np.hypot(vx, vy)
+    return out
+
+
+def _hulls(problem: LocalProblem, steps: int) -> Hulls:
+    groups = problem.spaces.groups
+    if groups is None or not len(groups.id):
+        return Hulls(np.empty((0, 1, 1)), np.empty((0, 2)), np.empty((0, 1, 3)))
+    known = groups.support.shape[1]
+    support = groups.support[:, np.minimum(np.arange(steps + 1), known - 1)]
+    normal = np.stack([np.cos(groups.direction), np.sin(groups.direction)], axis=-1)
+    if known > 1 and steps >= known:  # the hull goes on as it last moved
+        drift = groups.support[:, -1] - groups.support[:, -2]
+        beyond = np.maximum(np.arange(steps + 1) - (known - 1), 0)
+        support = support + beyond[:, None] * drift[:, None, :]
+    # twice the mean of s(u) u is the centre of a disc, and lies inside any hull
+    centre = 2.0 * (support[..., None] * normal).mean(axis=2)
+    radius = (support - centre @ normal.T).max(axis=2)
+    disc = np.concatenate([centre, radius[..., None]], axis=-1)
+    return Hulls(np.ascontiguousarray(support), normal, np.ascontiguousarray(disc))
+
+
+def _walls(problem: LocalProblem, margin: float) -> Walls:
+    walls, discs = problem.walls, problem.robot.discs
+    cos, sin = np.cos(problem.pose[2]), np.sin(problem.pose[2])
+    turned = discs[:, :2] @ np.array([[cos, sin], [-sin, cos]])
+    gap = walls.at(problem.pose[:2] + turned) - discs[:, 2]
+    return Walls(
+        distance=np.ascontiguousarray(walls.distance),
+        resolution=walls.resolution,
+        X_MG=walls.X_MG,
+        margin=np.minimum(margin, gap - 1e-6),
+    )
+
+
+def _body(problem: LocalProblem, now: Floats) -> Body:
+    robot, step = problem.robot, problem.reference.step
+    low, high, rise, fall = problem.input_bounds()
+    discs = robot.discs
+    return Body(
+        start=problem.pose.copy(),
+        now=np.array(now, dtype=float),
+        low=low,
+        high=high,
+        rise=rise * step,
+        fall=fall * step,
+        translating=robot.motion.translating,
+        top_speed=problem.top_speed,
+        capsule=robot.capsule.copy(),
+        discs=discs.copy(),
+        around=float((np.hypot(discs[:, 0], discs[:, 1]) + discs[:, 2]).max()),
+    )
