@@ -1,10 +1,12 @@
 """When and where a motion touches something: each number is derived beside it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from cohelm.maps import DistanceField
-from cohelm.robots.contact import TOUCHING, braking, first_contact
+from cohelm.robots.contact import STANDING, TOUCHING, braking, first_contact
 from cohelm.testing.scenes import BODY, open_floor, straight_on, walkers
 
 STEP = 0.1
@@ -178,9 +180,55 @@ def test_a_command_is_taken_up_no_faster_than_the_limits_allow(chair):
         deceleration=1.0,
         step=0.05,
     )
-    # three steps of 0.05 s at 0.04, 0.08 and 0.12 m/s
-    assert poses[3, 0] == pytest.approx(0.05 * (0.04 + 0.08 + 0.12))
+    # three steps of 0.05 s at 0.04, 0.08 and 0.12 m/s; braking begins to show in the last
+    assert poses[2, 0] == pytest.approx(0.05 * (0.04 + 0.08), abs=1e-4)
+    assert 0.9 < poses[3, 0] / (0.05 * (0.04 + 0.08 + 0.12)) <= 1.0
     assert poses[-1, 0] < 0.03
+
+
+@pytest.mark.parametrize("turn", [0.4, 0.8, -1.2])
+def test_who_turns_on_the_spot_needs_time_to_stop(chair, turn):
+    # |ω| / 2.5 rad/s² after a hold of 0.15 s; then the lag of 0.08 s dies away below STANDING
+    now = np.array([0.0, turn])
+    poses = braking(chair, np.zeros(3), now, now, hold=0.15, deceleration=1.8, step=0.01)
+    fading = abs(turn) / 2.5
+    assert poses[-1, 2] == pytest.approx(turn * 0.15 + 0.5 * turn * fading, abs=2e-3)
+    moving = np.flatnonzero(np.abs(np.diff(poses[:, 2])) > STANDING * 0.01)[-1] * 0.01
+    assert moving == pytest.approx(
+        0.15 - 0.08 + fading + 0.08 * np.log(2.5 * 0.08 / STANDING), abs=0.03
+    )
+
+
+def test_an_unlikely_future_counts_only_if_it_is_asked_for(chair):
+    """She walks past, or with a chance of one in five into the chair's way."""
+    who = walkers([[2.0, -1.2, 0.3, 0.0]])
+    plain = straight_on(who, 40, STEP)
+    times = np.arange(41) * STEP
+    into = plain.mean + np.stack([0.0 * times, 0.4 * times], axis=-1)
+    two = dataclasses.replace(
+        plain,
+        names=("on", "aside"),
+        weight=np.array([[0.8, 0.2]]),
+        mean=np.concatenate([plain.mean, into], axis=1),
+        velocity=np.repeat(plain.velocity, 2, axis=1),
+        deviation=np.repeat(plain.deviation, 2, axis=1),
+    )
+    met = [
+        first_contact(
+            chair,
+            ahead(0.8),
+            STEP,
+            people=who,
+            predictions=two,
+            walls=open_floor(),
+            margin=MARGIN,
+            people_margin=MARGIN,
+            at_least=at_least,
+        )
+        for at_least in (0.0, 0.2, 0.21, 1.0)
+    ]
+    assert met[0] == met[1] < np.inf
+    assert met[2] == met[3] == np.inf
 
 
 def test_braking_keeps_to_its_arc(chair):

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Floats32
+from cohelm.arrays import Booleans, Floats, Floats32
 from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 from cohelm.messages import People, Predictions
@@ -22,6 +22,9 @@ _SUBSTEPS = 4
 """Tests within each step."""
 TOUCHING = 0.03
 """A gap to a person below this is no gap, m: what is seen is not better than that."""
+_LEAST = 0.08
+"""The robot stands before a gap to who walks into it anyway becomes smaller than this, m: what is
+predicted is not as good as what is seen."""
 _OVERLAP = -0.06
 """A body that reaches farther than this into the footprint is waited for, m."""
 _NO_WORSE = 0.01
@@ -43,6 +46,7 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
     margin: float,
     people_margin: float,
     agility: float = 0.0,
+    at_least: float = 0.0,
 ) -> float:
     """When a motion would first touch a wall or, while moving, a predicted body, s; else +inf.
 
@@ -51,16 +55,18 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
         poses: of the motion, (k, 3); straight lines between them.
         step: between poses, s.
         people: whose bodies.
-        predictions: of them, every hypothesis counts; beyond their end people keep their velocity.
+        predictions: of them; beyond their end people keep their velocity.
         walls: distance to all that is not a person.
         margin: gap to a wall that counts as contact, m; never more than the gap at the start, so
             that a robot that stands close to one may leave.
         people_margin: the same for people; never more than the gap that standing still would leave
-            at that moment, so that who comes close does not hold the robot fast, but at least
-            ``TOUCHING`` where it was that at the start. Who touches the robot and walks on, or
-            clearly overlaps it, is waited for.
+            at that moment, so that who comes close does not hold the robot fast, but at least 8 cm
+            where it was that at the start: who would walk into the robot even if it stood finds it
+            standing. Who touches the robot and walks on, or clearly overlaps it, is waited for.
         agility: how fast people may change their velocity, m/s²: the gap that counts for them grows
             by ½·agility·t².
+        at_least: the probability from which on a hypothesis counts; the likeliest one of each
+            person always does.
     """
     n, h, states = predictions.mean.shape[:3]
     return float(
@@ -72,6 +78,7 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
             predictions.mean.reshape(n * h, states, 2),
             np.ascontiguousarray(predictions.velocity).reshape(n * h, states, 2),
             np.repeat(people.radius, h),
+            _counting(predictions.weight, at_least),
             predictions.step,
             walls.distance,
             walls.resolution,
@@ -95,24 +102,76 @@ def braking(
 ) -> Floats:
     """Poses (k, 3) of a command obeyed for a while, then braking to a stand along the same arc.
 
+    The turn has to come to an end as well, which takes longer than the speed where the robot turns
+    on the spot; and the wheels lag behind what they are told.
+
     Args:
         robot: its kinematics and limits.
         pose: where it is, (3,).
         now: what the wheels do, (m,); they change from there no faster than the limits allow.
         command: inputs (m,).
-        hold: how long the command acts, s.
+        hold: how long the command acts, s, the drive's lag included.
         deceleration: of braking, m/s².
         step: between poses, s.
     """
     _, _, rise, fall = robot.motion.bounds(robot.limits)
-    held = max(math.ceil(hold / step - 1e-9), 1)
-    times = (np.arange(held)[:, None] + 1.0) * step
-    acting = now + np.clip(command - now, -fall * times, rise * times)
-    speed = float(np.abs(robot.motion.twist(acting[-1])[:2]).max())
-    fading = max(speed / deceleration, 2.0 * step)
-    share = np.clip(1.0 - (np.arange(math.ceil(fading / step)) + 0.5) * step / fading, 0.0, 1.0)
-    inputs = np.vstack([acting, share[:, None] * acting[-1]])
+    inputs = _fading(now, command, rise, fall, hold, deceleration, robot.actuation_lag, step)
     return robot.motion.rollout(pose, inputs, step)
+
+
+@njit(cache=True)
+def _fading(  # noqa: PLR0917  # a kernel takes plain arrays
+    now: Floats,
+    command: Floats,
+    rise: Floats,
+    fall: Floats,
+    hold: float,
+    deceleration: float,
+    lag: float,
+    step: float,
+) -> Floats:
+    """Inputs (k, m) of :func:`braking`: all fade together, in the time that the slowest needs.
+
+    The last input is the turn rate, all others are speeds.
+    """
+    m = len(now)
+    peak = np.empty(m)
+    speed = 0.0
+    for i in range(m):
+        peak[i] = now[i] + min(max(command[i] - now[i], -fall[i] * hold), rise[i] * hold)
+        if i < m - 1:
+            speed += peak[i] * peak[i]
+    fading = max(math.sqrt(speed) / deceleration, abs(peak[m - 1]) / fall[m - 1], 1e-3)
+    greatest = max(math.sqrt(speed), abs(peak[m - 1]))
+    begins = max(hold - lag, 0.0)
+    tail = lag * math.log(max(greatest * lag / fading, STANDING) / (0.5 * STANDING))
+    count = math.ceil((max(begins + fading + tail, hold)) / step - 1e-9)
+    out = np.empty((max(count, 2), m))
+    for k in range(len(out)):
+        left = _lagged((k + 0.5) * step - begins, fading, lag)
+        for i in range(m):
+            change = min((k + 1.0) * step, hold)
+            acting = now[i] + min(max(command[i] - now[i], -fall[i] * change), rise[i] * change)
+            out[k, i] = left * acting
+    return out
+
+
+@njit(cache=True, inline="always")
+def _lagged(time: float, fading: float, lag: float) -> float:
+    """What is left of an input ``time`` after its set-point began to fade: a ramp through a lag."""
+    if time <= 0.0:
+        return 1.0
+    if lag <= 0.0:
+        return max(1.0 - time / fading, 0.0)
+    ramp = min(time, fading)
+    left = 1.0 - (ramp - lag * (1.0 - math.exp(-ramp / lag))) / fading
+    return left * math.exp(-(time - ramp) / lag)
+
+
+def _counting(weight: Floats, at_least: float) -> Booleans:
+    """Which hypotheses (n·h,) count, from their probabilities (n, h)."""
+    likeliest = weight.max(axis=1, initial=0.0, keepdims=True)
+    return np.ravel(weight >= np.minimum(at_least, likeliest))
 
 
 @njit(cache=True, inline="always")
@@ -152,6 +211,7 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     positions: Floats,
     velocities: Floats,
     radius: Floats,
+    counts: Booleans,
     person_step: float,
     distance: Floats32,
     resolution: float,
@@ -170,7 +230,7 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     for i in range(people):
         now = _body_gap(capsule, pose, positions[i], velocities[i], radius[i], person_step, 0.0)
         walks = math.hypot(velocities[i, 0, 0], velocities[i, 0, 1]) > _WALKING
-        floor[i] = TOUCHING if now > TOUCHING else now - _NO_WORSE
+        floor[i] = min(_LEAST, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
             floor[i] = np.inf
     for k in range(poses.shape[0] - 1):
@@ -186,6 +246,8 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
                 if wall_gap(discs[j], pose, distance, resolution, X_MG) < wall_margin[j]:
                     return time
             for i in range(people):
+                if not counts[i]:
+                    continue
                 gap = _body_gap(
                     capsule, pose, positions[i], velocities[i], radius[i], person_step, time
                 )
