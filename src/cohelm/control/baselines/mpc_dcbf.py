@@ -1,0 +1,126 @@
+"""MPC with dynamic control barriers on bounding ellipses that move; after Jian et al. (2022)."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem
+from cohelm.control.baselines.tracking import along_reference, planned
+from cohelm.control.constraints import InputLimits, SocialSpace, WallClearance
+from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
+from cohelm.control.sqp import OptimalControl
+from cohelm.control.warm_start import last_input, shifted
+from cohelm.messages import LocalPlan
+from cohelm.shapes import CONTOUR
+
+_WALKING = 0.1
+"""Slower than this nobody has a direction, m/s."""
+_NOTHING = 1e-6
+"""Reach of the robot's own space: there is none, m."""
+
+
+class Ellipses(Model):
+    """How large the ellipse about a person is."""
+
+    margin: float = Field(0.25, ge=0.0, le=2.0)
+    """Distance kept from a body in every direction, m; assumed. The authors keep their robot's
+    centre 0.5 m (a Jackal) or 1.3 m (a Scout) off the ellipse."""
+    deviations: float = Field(1.0, ge=0.0, le=5.0)
+    """By how many standard deviations of the predicted position the axes are extended: the long
+    one, in the direction of motion, as they grow, the short one by those of now; assumed."""
+    greatest: float = Field(0.4, ge=0.0, le=3.0)
+    """The extension's bound, m; assumed."""
+
+
+class MpcDcbf:
+    """Tracks the reference; people are ellipses at predicted places, under eq. (9) with γ.
+
+    Neither social space nor groups nor hypotheses' weights matter to it: every hypothesis counts.
+    """
+
+    class Parameters(Model):
+        """N, Δt and γ are the authors'; the weights are ours, as in every planner here."""
+
+        steps: int = Field(25, ge=3, le=100)
+        """N; Jian et al."""
+        step: float = Field(0.1, gt=0.0, le=1.0)
+        """Δt, s; Jian et al."""
+        iterations: int = Field(4, ge=1, le=50)
+        """Quadratic programs a plan; assumed (the authors let IPOPT run)."""
+        tolerance: float = Field(0.15, ge=0.0, le=1.0)
+        """Slack beyond which a motion that violates no less than braking is given up, m."""
+        ellipses: Ellipses = Ellipses()
+        track_reference: TrackReference.Parameters = TrackReference.Parameters()
+        input_effort: InputEffort.Parameters = InputEffort.Parameters()
+        smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
+        input_limits: InputLimits.Parameters = InputLimits.Parameters()
+        wall_clearance: WallClearance.Parameters = WallClearance.Parameters()
+        barrier: SocialSpace.Parameters = SocialSpace.Parameters(gamma=0.3, l1=60.0, l2=60.0)
+        """γ = 0.3; Jian et al."""
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        p = self.parameters = parameters or self.Parameters()
+        self.steps, self.step = p.steps, p.step
+        self.control = OptimalControl(
+            costs=(
+                TrackReference(p.track_reference),
+                InputEffort(p.input_effort),
+                SmoothInput(p.smooth_input),
+            ),
+            constraints=(
+                InputLimits(p.input_limits),
+                WallClearance(p.wall_clearance),
+                SocialSpace(p.barrier),
+            ),
+        )
+
+    def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
+        """See :class:`~cohelm.control.api.LocalPlanner`."""
+        p = self.parameters
+        problem, now = bounded_by_ellipses(problem, p.ellipses), last_input(problem, previous)
+        seeds = [along_reference(problem, now)]
+        warm = shifted(problem, previous, now)
+        if warm is not None:
+            seeds.append(warm)
+        values = [self.control.value(problem, seed) for seed in seeds]
+        best = min(range(len(seeds)), key=lambda i: values[i].merit)
+        solution = self.control.solve(
+            problem, seeds[best], iterations=p.iterations, value=values[best]
+        )
+        return planned(self.control, problem, solution, now, tolerance=p.tolerance)
+
+
+def bounded_by_ellipses(problem: LocalProblem, ellipses: Ellipses) -> LocalProblem:
+    """The same problem with people as ellipses: their bodies, extended by what is uncertain.
+
+    The contour of a Gaussian with c = 1/2 is the ellipse with semi-axes σ, so that the terms of the
+    social space serve; bodies are inside it, hence points.
+    """
+    predictions, spaces = problem.predictions, problem.spaces
+    speed = np.hypot(predictions.velocity[..., 0], predictions.velocity[..., 1])
+    spread = np.minimum(ellipses.deviations * predictions.deviation, ellipses.greatest)
+    short = problem.people.radius[:, None, None] + ellipses.margin + spread[..., :1]
+    short = np.broadcast_to(short, spread.shape)
+    long = np.where(speed > _WALKING, short - spread[..., :1] + spread, short)
+    axis = np.arctan2(predictions.velocity[..., 1], predictions.velocity[..., 0])
+    return dataclasses.replace(
+        problem,
+        people=dataclasses.replace(problem.people, radius=np.zeros_like(problem.people.radius)),
+        spaces=dataclasses.replace(
+            spaces,
+            kind=CONTOUR,
+            scale=0.5,
+            axis=axis,
+            front=long,
+            side=short,
+            rear=long,
+            floor=0.0,
+            robot=np.full(3, _NOTHING),
+            robot_floor=0.0,
+            groups=None,
+        ),
+    )

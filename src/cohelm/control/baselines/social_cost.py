@@ -1,0 +1,99 @@
+"""What a rollout costs socially: asymmetric Gaussians about people, and passing in good time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.control.baselines.steering import wrapped
+from cohelm.robots.contact import nearest_on_spine, wall_gap
+
+_SLOW = 0.05
+"""Slower than this a person stands, m/s: front and rear are the same."""
+
+
+@njit(cache=True)
+def social_cost(  # noqa: PLR0917  # a kernel takes plain arrays
+    poses: Floats,
+    capsule: Floats,
+    positions: Floats,
+    velocities: Floats,
+    weights: Floats,
+    radius: Floats,
+    sigma: Floats,
+) -> Floats:
+    """Mean over the steps of Σ_i Σ_h w exp(−q) of rollouts (r, N+1, 3), (r,).
+
+    q = g² (cos²δ / 2σ² + sin²δ / 2σ_s²) with g the gap between footprint and body, δ its direction
+    from the person's motion, σ = σ_h where cos δ > 0, else σ_r; ``sigma`` is (σ_h, σ_s, σ_r, σ of
+    those who stand). Poddar et al. take a mean over people; a sum lets nobody vanish in a crowd.
+
+    positions, velocities: (n, h, N+1, 2) at least.  weights: (n, h).  radius: (n,).
+    """
+    count, steps = poses.shape[0], poses.shape[1] - 1
+    out = np.zeros(count)
+    for r in range(count):
+        for k in range(1, steps + 1):
+            for i in range(positions.shape[0]):
+                for h in range(positions.shape[1]):
+                    d, nx, ny, _, _, _ = nearest_on_spine(
+                        capsule, poses[r, k], positions[i, h, k, 0], positions[i, h, k, 1]
+                    )
+                    gap = max(d - capsule[4] - radius[i], 0.0)
+                    vx, vy = velocities[i, h, k, 0], velocities[i, h, k, 1]
+                    speed = math.sqrt(vx * vx + vy * vy)
+                    if speed < _SLOW:
+                        q = 0.5 * gap * gap / (sigma[3] * sigma[3])
+                    else:
+                        cos, sin = -(nx * vx + ny * vy) / speed, (nx * vy - ny * vx) / speed
+                        along = sigma[0] if cos > 0.0 else sigma[2]
+                        q = 0.5 * gap * gap * ((cos / along) ** 2 + (sin / sigma[1]) ** 2)
+                    out[r] += weights[i, h] * math.exp(-q) / steps
+    return out
+
+
+@njit(cache=True)
+def passing(poses: Floats, positions: Floats, velocities: Floats, weights: Floats) -> Floats:
+    """How fast rollouts (r, N+1, 3) get round the people they are ahead of, rad a step, (r,).
+
+    The mean over people of |mean change of the direction person → robot|: high where a side is
+    chosen early (topological invariance; Mavrogiannis et al., 2022).
+    """
+    count, steps = poses.shape[0], poses.shape[1] - 1
+    people, hypotheses = positions.shape[0], positions.shape[1]
+    out = np.zeros(count)
+    for r in range(count):
+        for i in range(people):
+            for h in range(hypotheses):
+                dx = poses[r, 0, 0] - positions[i, h, 0, 0]
+                dy = poses[r, 0, 1] - positions[i, h, 0, 1]
+                if dx * velocities[i, h, 0, 0] + dy * velocities[i, h, 0, 1] <= 0.0:
+                    continue
+                before, total = math.atan2(dy, dx), 0.0
+                for k in range(1, steps + 1):
+                    dx = poses[r, k, 0] - positions[i, h, k, 0]
+                    dy = poses[r, k, 1] - positions[i, h, k, 1]
+                    angle = math.atan2(dy, dx)
+                    total += wrapped(angle - before)
+                    before = angle
+                out[r] += weights[i, h] * abs(total) / (steps * people)
+    return out
+
+
+@njit(cache=True)
+def wall_gaps(
+    poses: Floats, discs: Floats, distance: Floats32, resolution: float, X_MG: Floats
+) -> tuple[Floats, float]:
+    """(least gap to a wall along each rollout, (r,); the gap now), of rollouts (r, N+1, 3), m."""
+    out = np.full(poses.shape[0], np.inf)
+    now = np.inf
+    for j in range(discs.shape[0]):
+        now = min(now, wall_gap(discs[j], poses[0, 0], distance, resolution, X_MG))
+        for r in range(poses.shape[0]):
+            for k in range(1, poses.shape[1]):
+                gap = wall_gap(discs[j], poses[r, k], distance, resolution, X_MG)
+                out[r] = min(out[r], gap)
+    return out, now

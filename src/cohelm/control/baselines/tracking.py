@@ -1,0 +1,172 @@
+"""What the model predictive baselines share: where to start, and what to do with the result."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats
+from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.constraints.wall_clearance import wall_barrier
+from cohelm.control.sqp import OptimalControl, Solution, Value
+from cohelm.control.verification import brought_to_rest
+from cohelm.control.warm_start import followed
+from cohelm.messages import LocalPlan, Reason, Status
+
+_RELAXED = 0.01
+"""Slack above this is reported as a relaxed plan, m."""
+_SCRAPE = 0.01
+"""A plan that reaches deeper than this into a wall is none, m."""
+_GAINS = np.array([1.0, 1.5, 2.0])
+"""Of the tracking law: along (1/s), across (rad/m²), heading (1/s); assumed."""
+
+
+def along_reference(problem: LocalProblem, now: Floats, *, share: float = 1.0) -> Motion:
+    """The reference's own inputs from where the robot is, with feedback on what it is beside it.
+
+    The tracking law of Kanayama et al. (1990) with the heading's gain kept at rest:
+
+        v = v̂ cos e_θ + k_x e_x     ω = ω̂ + k_y v̂ e_y + k_θ e_θ
+
+    On the reference it is the reference itself. Errors are measured in the robot's frame.
+
+    Args:
+        problem: whose reference.
+        now: what the wheels do, (m,).
+        share: of the reference's speed that is driven; the way stays the same.
+    """
+    r, motion = problem.reference, problem.robot.motion
+    low, high, _, _ = problem.input_bounds()
+    sideways = motion.translating > 1
+    top = np.array([problem.top_speed, high[-1]])
+    reverse = max(0.0, -float(low[0]))
+    twists = _tracking(
+        problem.pose, r.poses, r.speeds, r.step, _GAINS, top, reverse, share, sideways
+    )
+    return followed(problem, motion.input(twists), now)
+
+
+def planned(
+    control: OptimalControl,
+    problem: LocalProblem,
+    solution: Solution,
+    now: Floats,
+    *,
+    tolerance: float,
+) -> LocalPlan:
+    """The plan that a solution stands for, or braking where no motion keeps the constraints.
+
+    None does so where slack beyond ``tolerance`` is left and braking needs no more of it, or where
+    the motion would scrape along a wall.
+
+    Args:
+        control: whose terms and constraints they are.
+        problem: what was asked.
+        solution: the best motion found.
+        now: what the wheels do, (m,).
+        tolerance: slack that is put up with, m.
+    """
+    motion, value = solution.motion, solution.value
+    status = Status.RELAXED if value.slack > _RELAXED else Status.OK
+    scrapes = gap_to_walls(problem, motion) < -_SCRAPE
+    if scrapes or value.slack > tolerance:
+        rest = brought_to_rest(problem, now, len(motion.inputs))
+        resting = control.value(problem, rest)
+        if scrapes or _violation(control, resting) <= _violation(control, value):
+            motion, value, status = rest, resting, Status.STOP
+    return plan_of(
+        problem,
+        motion,
+        status,
+        costs=value.costs,
+        slack=value.slack,
+        barrier=value.barrier,
+        iterations=solution.iterations,
+    )
+
+
+def plan_of(
+    problem: LocalProblem,
+    motion: Motion,
+    status: Status,
+    *,
+    costs: Mapping[str, float],
+    slack: float = 0.0,
+    barrier: float = math.inf,
+    iterations: int = 0,
+) -> LocalPlan:
+    """A motion as a plan; a stop has its reason."""
+    return LocalPlan(
+        time=problem.time,
+        step=motion.step,
+        command=problem.robot.motion.twist(motion.inputs[0]),
+        poses=motion.poses,
+        inputs=motion.inputs,
+        status=status,
+        reason=Reason.NO_SAFE_PLAN if status is Status.STOP else None,
+        costs=MappingProxyType(dict(costs)),
+        smallest_barrier=barrier,
+        slack=slack,
+        iterations=iterations,
+    )
+
+
+def gap_to_walls(problem: LocalProblem, motion: Motion) -> float:
+    """The least gap between the footprint's discs and a wall along a motion, m.
+
+    Where the robot begins nearer to one, by so much less as it does: it may leave.
+    """
+    walls = problem.walls
+    gaps, _ = wall_barrier(
+        problem.robot.discs, 0.0, motion.poses, walls.distance, walls.resolution, walls.X_MG
+    )
+    return float((gaps - np.minimum(gaps[:, :1], 0.0)).min())
+
+
+def _violation(control: OptimalControl, value: Value) -> float:
+    """The price of all slack."""
+    return sum(value.costs.get(constraint.name, 0.0) for constraint in control.constraints)
+
+
+@njit(cache=True)
+def _tracking(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    pose: Floats,
+    poses: Floats,
+    speeds: Floats,
+    step: float,
+    gains: Floats,
+    top: Floats,
+    reverse: float,
+    share: float,
+    sideways: bool,
+) -> Floats:
+    """Twists (N, 3) of the tracking law.
+
+    poses: (N+1, 3) and speeds: (N+1,) of the reference.  top: (speed, turn rate) at most.
+    """
+    steps = poses.shape[0] - 1
+    out = np.zeros((steps, 3))
+    x, y, heading = pose[0], pose[1], pose[2]
+    for k in range(steps):
+        cos, sin = math.cos(heading), math.sin(heading)
+        dx, dy = poses[k, 0] - x, poses[k, 1] - y
+        ahead, aside = cos * dx + sin * dy, -sin * dx + cos * dy
+        off = poses[k, 2] - heading
+        v = share * (speeds[k] * math.cos(off) + gains[0] * ahead)
+        v = min(max(v, -reverse), top[0])
+        turn = (poses[k + 1, 2] - poses[k, 2]) / step
+        w = share * turn + gains[2] * off
+        across = 0.0
+        if sideways:
+            across = share * (speeds[k] * math.sin(off) + gains[0] * aside)
+        else:
+            w += gains[1] * speeds[k] * aside
+        out[k, 0], out[k, 1], out[k, 2] = v, across, min(max(w, -top[1]), top[1])
+        x += step * (cos * v - sin * across)
+        y += step * (sin * v + cos * across)
+        heading += step * out[k, 2]
+    return out
