@@ -113,8 +113,8 @@ class BarnRide:
     least_gap: float
     """Between footprint and cylinders, m."""
     replans: int
-    stopped: float
-    """How long the gate or the planner said why it did not go on, s."""
+    held_time: float
+    """How long gate or planner held the robot back and said why, s."""
     tick_time: Annotated[Floats, Shape("k")]
     """Thread CPU time of each tick, s."""
     control_time: Annotated[Floats, Shape("k")]
@@ -168,6 +168,8 @@ def barn_stage(
     planner: str,
     folder: Path,
     settings: Sequence[str] = (),
+    *,
+    seed: int = 0,
 ) -> Stage:
     """Everything that a ride through one world needs.
 
@@ -179,6 +181,7 @@ def barn_stage(
         planner: a local planner's name.
         folder: where the empty map and the scenario are written.
         settings: ``dotted.key=value`` of the scenario, put in last.
+        seed: of the sensors' noise.
     """
     write_map(_empty(_RESOLUTION), folder / "empty.yaml")
     file = folder / "barn.yaml"
@@ -193,7 +196,7 @@ def barn_stage(
     }
     file.write_text(json.dumps(base), encoding="utf-8")  # JSON is YAML
     scenario: Scenario = load_scenario(file, settings)
-    stage = set_stage(scenario, world)
+    stage = set_stage(scenario, seed)
     truth = _with_cylinders(_empty(_FINE), worlds.cylinders[world], worlds.radius)
     return dataclasses.replace(stage, world=dataclasses.replace(stage.world, grid=truth))
 
@@ -205,7 +208,7 @@ def ride_barn(worlds: BarnWorlds, world: int, stage: Stage) -> BarnRide:
     outline, cylinders = stage.robot.outline, worlds.cylinders[world]
     rows: list[tuple[float, ...]] = []
     tick: Tick | None = None
-    least, stopped, paths = np.inf, 0.0, 0
+    least, held, paths = np.inf, 0.0, 0
     while True:
         truth = true.truth
         least = min(least, _gap(transform(truth.pose, outline), cylinders, worlds.radius))
@@ -214,7 +217,7 @@ def ride_barn(worlds: BarnWorlds, world: int, stage: Stage) -> BarnRide:
         spent = sum(tick.durations.values())
         speed = float(np.hypot(*truth.twist[:2]))
         rows.append((truth.time, *truth.pose, speed, spent, tick.durations.get("control", 0.0)))
-        stopped += stage.world.control_step * (tick.decision.reason is not None)
+        held += stage.world.control_step * (tick.decision.reason is not None)
         paths += before is None or tick.path is not before.path
         outcome = _outcome(worlds, truth.time, truth.pose, hit=truth.hit_wall or least <= 0.0)
         if outcome is not None:
@@ -229,7 +232,7 @@ def ride_barn(worlds: BarnWorlds, world: int, stage: Stage) -> BarnRide:
         speed=log[:, 4],
         least_gap=least,
         replans=paths - 1,
-        stopped=stopped,
+        held_time=held,
         tick_time=log[:, 5],
         control_time=log[:, 6],
         seen=_seen(tick, stage.grid),
