@@ -11,6 +11,10 @@ import typer
 from cohelm.cli import compiled_code, options
 
 BENCHES = {
+    "barn": (
+        "cohelm.evaluation.benches.barn",
+        "The 300 BARN worlds in this 2-D simulator: success, collisions, score.",
+    ),
     "paper-global": (
         "cohelm.evaluation.benches.paper_global",
         "Global planners by how near they come to the rider's own way (Xu et al., Table 2).",
@@ -22,6 +26,10 @@ BENCHES = {
     "planning": (
         "cohelm.evaluation.benches.planning",
         "Time and memory of global planning beside scikit-image and SciPy.",
+    ),
+    "rides": (
+        "cohelm.evaluation.benches.rides",
+        "Every local planner in the same scenes among people (Xu et al., Table 3).",
     ),
 }
 """Name → the module, which is a ``Bench``, and what it measures."""
@@ -63,6 +71,35 @@ Size = Annotated[
     ),
 ]
 
+Planners = Annotated[
+    str | None, typer.Option(metavar="A,B", help="Local planners; unset, all that are installed.")
+]
+Scenes = Annotated[
+    str | None,
+    typer.Option(metavar="A,B", help="Scenarios by name or file; unset, the usual ones."),
+]
+Blind = Annotated[bool, typer.Option("--blind", help="No one sees the chair.")]
+Both = Annotated[bool, typer.Option("--both", help="Ride as the scenarios are, and --blind.")]
+TruePeople = Annotated[
+    bool, typer.Option("--true-people", help="Tell the chair where people truly are.")
+]
+Tuned = Annotated[
+    bool, typer.Option("--tuned", help="With the parameters that were found by one search for all.")
+]
+ScenarioSettings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Any key of the scenarios, dotted."),
+]
+
+BarnPlanners = Annotated[
+    str | None,
+    typer.Option("--planners", metavar="A,B", help="Local planners; unset, ss_mpc_dcbf and dwa."),
+]
+Worlds = Annotated[
+    str | None,
+    typer.Option(metavar="N|A,B", help="So many worlds, spread evenly, or these; unset, all 300."),
+]
+
 
 def _command(name: str, module: str) -> Callable[..., int]:
     def command(
@@ -97,12 +134,53 @@ def _planning(
     return bench.bench(name, module, asked)
 
 
+def _rides(  # noqa: PLR0913, PLR0917  # each is an option
+    seeds: Seeds = None,
+    first: First = 0,
+    out: Out = None,
+    workers: Workers = None,
+    json: options.Json = False,
+    planners: Planners = None,
+    scenes: Scenes = None,
+    blind: Blind = False,
+    both: Both = False,
+    true_people: TruePeople = False,
+    tuned: Tuned = False,
+    settings: ScenarioSettings = None,
+) -> int:
+    compiled_code.place()
+    from cohelm.cli import bench  # noqa: PLC0415 # lazy
+
+    own = _given(planners=planners, scenes=scenes, settings=settings)
+    own |= {"blind": blind, "both": both, "true_people": true_people, "tuned": tuned}
+    asked = bench.Asked(seeds, out, workers, json, first, own)
+    return bench.bench("rides", BENCHES["rides"][0], asked)
+
+
+def _barn(
+    seeds: Seeds = None,
+    first: First = 0,
+    out: Out = None,
+    workers: Workers = None,
+    json: options.Json = False,
+    planners: BarnPlanners = None,
+    worlds: Worlds = None,
+    settings: ScenarioSettings = None,
+) -> int:
+    compiled_code.place()
+    from cohelm.cli import bench  # noqa: PLC0415 # lazy
+
+    own = _given(planners=planners, worlds=worlds, settings=settings)
+    asked = bench.Asked(seeds, out, workers, json, first, own)
+    return bench.bench("barn", BENCHES["barn"][0], asked)
+
+
 def _given(**own: Any) -> dict[str, Any]:
     """Those that are set."""
     return {name: each for name, each in own.items() if each is not None}
 
 
-SPECIAL: dict[str, Callable[..., int]] = {"planning": _planning}
+SPECIAL: dict[str, Callable[..., int]] = {"barn": _barn, "planning": _planning, "rides": _rides}
 """Those that take options of their own, which go to the module's ``on``."""
 
 for _name, (_module, _help) in BENCHES.items():

@@ -11,6 +11,7 @@ from cohelm.pictures.plan import PlanRecord, draw_plan
 from cohelm.pictures.proposed import draw_routes
 from cohelm.pictures.ride import RideRecord, draw_ride
 from cohelm.pictures.routes import RoutePanel, draw_error_plot, draw_route_panels
+from cohelm.pictures.strips import Strip, StripPanel, draw_strips
 
 __all__ = [
     "CostPanel",
@@ -20,6 +21,8 @@ __all__ = [
     "PlanRecord",
     "RideRecord",
     "RoutePanel",
+    "Strip",
+    "StripPanel",
     "animate_people",
     "animate_ride",
     "check_animation",
@@ -32,4 +35,5 @@ __all__ = [
     "draw_ride",
     "draw_route_panels",
     "draw_routes",
+    "draw_strips",
 ]

@@ -1,0 +1,123 @@
+"""Every local planner in the same scenes with the same seeds, Xu et al., Table 3 and beyond.
+
+A seed gives everyone the same people, the same errors of localisation, the same rider. The scenes
+of the paper come by default; any scenario can be named. ``distracted`` is ridden with the moment of
+the turn swept over 20 values, see ``rides_scenes``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from cohelm import plugins
+from cohelm.evaluation.benches.bench import Report, Result, Task
+from cohelm.evaluation.benches.rides_report import make_report
+from cohelm.evaluation.benches.rides_rows import row_of
+from cohelm.evaluation.benches.rides_scenes import (
+    DYNAMIC,
+    OWN_SETTINGS,
+    Contender,
+    Scene,
+    scenario_of,
+    scenes_of,
+)
+from cohelm.evaluation.benches.rides_verdicts import OURS
+from cohelm.evaluation.presets import tuned_settings
+
+TITLE = "Local planners in the same scenes, ride by ride (Xu et al., Table 3)"
+SEEDS = 20
+WORKERS = None
+
+
+@dataclass(frozen=True)
+class RidesBench:
+    """The benchmark with some planners in some scenes; the module itself is that with all."""
+
+    planners: tuple[Contender, ...]
+    scenes: tuple[Scene, ...]
+    TITLE: str = TITLE
+    SEEDS: int = SEEDS
+    WORKERS: int | None = WORKERS
+
+    def tasks(self, seeds: range) -> Sequence[Task]:
+        """One for each seed and scene, so that an interrupt leaves whole comparisons."""
+        return [(seed, scene) for seed in seeds for scene in range(len(self.scenes))]
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """The ride of every planner."""
+        seed, scene = task
+        return [Result(row_of(self.scenes[scene], each, seed)) for each in self.planners]
+
+    def report(self, results: Sequence[Result], folder: Path) -> Report:
+        """A table for each scene, paired differences, and what was asked for."""
+        return make_report([result.row for result in results], folder)
+
+
+def on(
+    planners: str | None = None,
+    scenes: str | None = None,
+    settings: Sequence[str] = (),
+    *,
+    blind: bool = False,
+    both: bool = False,
+    true_people: bool = False,
+    tuned: bool = False,
+) -> RidesBench:
+    """The benchmark as options ask for it; names are parted by commas.
+
+    Raises:
+        ScenarioError, PluginError, ConfigError: if a scene, a planner or a setting does not exist,
+            before anything is ridden.
+    """
+    chosen = _parted(planners) or installed()
+    contenders = tuple(
+        Contender(name=name, planner=name, settings=tuned_settings(name) if tuned else ())
+        for name in chosen
+    )
+    where = scenes_of(
+        _parted(scenes) or DYNAMIC,
+        blind=blind,
+        both=both,
+        true_people=true_people,
+        settings=tuple(settings),
+    )
+    for scene in where:
+        for contender in contenders:
+            plugins.build(
+                "local_planners", scenario_of(scene, contender, 0).local_planner,
+                key="local_planner",
+            )  # fmt: skip
+    return RidesBench(planners=contenders, scenes=where)
+
+
+def installed() -> tuple[str, ...]:
+    """The local planners there are: ours first, those that are no rivals last."""
+    names = plugins.names("local_planners")
+    return tuple(sorted(names, key=lambda name: (name in OWN_SETTINGS, name != OURS, name)))
+
+
+def _parted(names: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in (names or "").split(",") if name.strip())
+
+
+@cache
+def _usual() -> RidesBench:
+    return on()
+
+
+def tasks(seeds: range) -> Sequence[Task]:
+    """See :meth:`RidesBench.tasks`."""
+    return _usual().tasks(seeds)
+
+
+def work(task: Task, folder: Path) -> Sequence[Result]:
+    """See :meth:`RidesBench.work`."""
+    return _usual().work(task, folder)
+
+
+def report(results: Sequence[Result], folder: Path) -> Report:
+    """See :meth:`RidesBench.report`."""
+    return _usual().report(results, folder)
