@@ -7,20 +7,26 @@ that of the whole program.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import daqp
 import numpy as np
+from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape
 from cohelm.errors import SolverFailed
 
 _NO_BOUND = 1e30
 """What DAQP takes for infinite."""
-_FIRST, _TIGHT = 48, 0.05
-"""At first: at most about so many soft rows, and only with a margin below this, m."""
+_FIRST, _TIGHT = 96, 0.05
+"""At first: at most so many soft rows, and only with a margin below this, m."""
+_HARD = 0.15
+"""At first: only hard rows that are nearer than this to a bound."""
 _TOLERANCE = 1e-7
 """A row violated by more than this is brought in."""
+_NEXT = 0.02
+"""Where a row is brought in, those within this of being violated come with it."""
 _ROUNDS = 12
 """Of bringing rows in; then all are taken at once."""
 
@@ -74,73 +80,148 @@ def minimise(program: QuadraticProgram, start: Multipliers) -> tuple[Floats, Mul
     Raises:
         SolverFailed: if there is no solution, or it is not finite.
     """
-    used = _first_rows(program)
-    used |= start.rows[program.key] != 0.0
-    for _ in range(_ROUNDS):
-        x, slack, start = _solve(program, np.flatnonzero(used), start)
-        missing = _violated(program, x, slack) & ~used
-        if not missing.any():
-            return x, start
-        used |= missing
-    x, _, start = _solve(program, np.arange(len(program.margin)), start)
+    p = program
+    used = _first_rows(p.margin, p.room, p.group, p.key, start.rows)
+    for left in reversed(range(_ROUNDS + 1)):
+        x, slack, start = _solve(program, used, start)
+        if not _bring_in(p.jacobian, p.margin, p.room, p.group, x, slack, used):
+            break
+        if left == 1:
+            used[:] = True
     return x, start
 
 
-def _first_rows(program: QuadraticProgram) -> Booleans:
-    """The hard rows, and the soft ones with the least margin."""
-    soft = program.group >= 0
-    used: Booleans = ~soft
-    count = int(soft.sum())
+def _solve(
+    program: QuadraticProgram, used: Booleans, start: Multipliers
+) -> tuple[Floats, Floats, Multipliers]:
+    """(x, slack of every group, multipliers) with some of the rows only."""
+    p = program
+    hessian, gradient, stacked, high, low, dual, rows, groups = _stacked(
+        p.hessian,
+        p.gradient,
+        p.low,
+        p.high,
+        p.jacobian,
+        p.margin,
+        p.room,
+        p.group,
+        p.key,
+        p.l1,
+        p.l2,
+        used,
+        start.box,
+        start.slack,
+        start.rows,
+    )
+    z, _, flag, info = daqp.solve(
+        hessian, gradient, stacked, high, low, np.zeros(len(high), dtype=np.int32), dual_start=dual
+    )
+    if flag < 1 or not math.isfinite(z @ z):
+        raise SolverFailed(f"the quadratic program has no solution (exit flag {flag})")
+    n, size = len(p.gradient), len(gradient)
+    found = info["lam"]
+    slack, multipliers = np.zeros(len(p.l1)), Multipliers.none(program)
+    slack[groups] = z[n:]
+    multipliers.box = found[:n]
+    multipliers.slack[groups] = found[n:size]
+    multipliers.rows[p.key[rows]] = found[size:]
+    return np.asarray(z[:n], dtype=float), slack, multipliers
+
+
+@njit(cache=True)
+def _first_rows(
+    margin: Floats, room: Floats, group: Integers, key: Integers, multipliers: Floats
+) -> Booleans:
+    """Those that bound the last program, and those with little margin; soft ones the tightest."""
+    used = np.zeros(len(margin), dtype=np.bool_)
+    tight = np.empty(len(margin))
+    count = 0
+    for r in range(len(margin)):
+        if group[r] < 0:
+            used[r] = min(margin[r], room[r]) < _HARD
+        elif margin[r] < _TIGHT:
+            tight[count] = margin[r]
+            count += 1
+    limit = _TIGHT
     if count > _FIRST:
-        limit = np.partition(program.margin[soft], _FIRST)[_FIRST]
-        used |= soft & (program.margin <= min(limit, _TIGHT))
-    else:
-        used |= soft & (program.margin <= _TIGHT)
+        limit = np.partition(tight[:count], _FIRST)[_FIRST]
+    for r in range(len(margin)):
+        if (group[r] >= 0 and margin[r] < limit) or multipliers[key[r]] != 0.0:
+            used[r] = True
     return used
 
 
-def _violated(program: QuadraticProgram, x: Floats, slack: Floats) -> Booleans:
-    value_ = program.jacobian @ x + program.margin
-    soft = program.group >= 0
-    value_[soft] += slack[program.group[soft]]
-    out: Booleans = value_ < -_TOLERANCE
-    return out
+@njit(cache=True)
+def _stacked(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    hessian: Floats,
+    gradient: Floats,
+    low: Floats,
+    high: Floats,
+    jacobian: Floats,
+    margin: Floats,
+    room: Floats,
+    group: Integers,
+    key: Integers,
+    l1: Floats,
+    l2: Floats,
+    used: Booleans,
+    box_start: Floats,
+    slack_start: Floats,
+    row_start: Floats,
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Integers, Integers]:
+    """(H, f, A, upper, lower, dual start) over x and the slacks of the used rows; rows, groups."""
+    n = len(gradient)
+    rows = np.flatnonzero(used)
+    column = np.full(len(l1), -1, dtype=np.int64)
+    for r in rows:
+        if group[r] >= 0:
+            column[group[r]] = 0
+    groups = np.flatnonzero(column == 0)
+    size, count = n + len(groups), len(rows)
+    whole, slope = np.zeros((size, size)), np.empty(size)
+    upper, lower = np.empty(size + count), np.empty(size + count)
+    dual = np.empty(size + count)
+    whole[:n, :n] = hessian
+    slope[:n], upper[:n], lower[:n], dual[:n] = gradient, high, low, box_start
+    for c in range(len(groups)):
+        g, at = groups[c], n + c
+        column[g] = at
+        whole[at, at] = l2[g]
+        slope[at], upper[at], lower[at], dual[at] = l1[g], _NO_BOUND, 0.0, slack_start[g]
+    stacked = np.zeros((count, size))
+    for i in range(count):
+        r, at = rows[i], size + i
+        stacked[i, :n] = jacobian[r]
+        if group[r] >= 0:
+            stacked[i, column[group[r]]] = 1.0
+        upper[at], lower[at], dual[at] = room[r], -margin[r], row_start[key[r]]
+    return whole, slope, stacked, upper, lower, dual, rows, groups
 
 
-def _solve(
-    program: QuadraticProgram, rows: Integers, start: Multipliers
-) -> tuple[Floats, Floats, Multipliers]:
-    """(x, slack of every group, multipliers) with some of the rows only."""
-    n = len(program.gradient)
-    group, key = program.group[rows], program.key[rows]
-    soft = np.flatnonzero(group >= 0)
-    present = np.zeros(len(program.l1), dtype=bool)
-    present[group[soft]] = True
-    groups = np.flatnonzero(present)
-    column = np.cumsum(present) - 1
-    size = n + len(groups)
-    hessian = np.zeros((size, size))
-    hessian[:n, :n] = program.hessian
-    diagonal = np.arange(n, size)
-    hessian[diagonal, diagonal] = program.l2[groups]
-    stacked = np.zeros((len(rows), size))
-    stacked[:, :n] = program.jacobian[rows]
-    stacked[soft, n + column[group[soft]]] = 1.0
-    z, _, flag, info = daqp.solve(
-        hessian,
-        np.concatenate([program.gradient, program.l1[groups]]),
-        stacked,
-        np.concatenate([program.high, np.full(len(groups), _NO_BOUND), program.room[rows]]),
-        np.concatenate([program.low, np.zeros(len(groups)), -program.margin[rows]]),
-        np.zeros(size + len(rows), dtype=np.int32),
-        dual_start=np.concatenate([start.box, start.slack[groups], start.rows[key]]),
-    )
-    if flag < 1 or not np.isfinite(z).all():
-        raise SolverFailed(f"the quadratic program has no solution (exit flag {flag})")
-    slack, multipliers = np.zeros(len(program.l1)), Multipliers.none(program)
-    slack[groups] = z[n:]
-    found = info["lam"]
-    multipliers.box = found[:n]
-    multipliers.slack[groups] = found[n:size]
-    multipliers.rows[key] = found[size:]
-    return np.asarray(z[:n], dtype=float), slack, multipliers
+@njit(cache=True)
+def _bring_in(  # noqa: PLR0917  # a kernel takes plain arrays
+    jacobian: Floats,
+    margin: Floats,
+    room: Floats,
+    group: Integers,
+    x: Floats,
+    slack: Floats,
+    used: Booleans,
+) -> bool:
+    """Whether a row that is not used is violated; such rows are used from now on."""
+    found = False
+    close = np.zeros(len(used), dtype=np.bool_)
+    for r in range(len(margin)):
+        if used[r]:
+            continue
+        change = 0.0
+        for j in range(len(x)):
+            change += jacobian[r, j] * x[j]
+        if group[r] >= 0:
+            change += slack[group[r]]
+        left = min(change + margin[r], room[r] - change)
+        close[r] = left < _NEXT
+        found |= left < -_TOLERANCE
+    if found:
+        used |= close
+    return found
