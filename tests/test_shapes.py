@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.shapes import CONTOUR, PRINTED, outline, reach
+from cohelm.shapes import CONTOUR, ELLIPSE, PRINTED, outline, reach, support
 
-KINDS = pytest.mark.parametrize("kind", [PRINTED, CONTOUR])
+KINDS = pytest.mark.parametrize("kind", [PRINTED, CONTOUR, ELLIPSE])
 EGG = (2.4, 1.6, 1.2)
 """(σ_h, σ_s, σ_r) of eq. (5) at 1.2 m/s."""
 sigmas = st.floats(0.1, 3.0)
@@ -33,6 +33,7 @@ def test_the_slope_is_the_finite_difference(kind, front, side, rear, delta):
 def test_reach_along_the_axes(kind):
     # q = 1/2σ², so l = 2cσ² as printed and σ√(2c) for the contour
     for delta, sigma in ((0.0, 2.4), (np.pi / 2, 1.6), (np.pi, 1.2)):
+        sigma = 2.4 if kind == ELLIPSE and delta == np.pi else sigma  # behind as ahead
         expected = 0.25 * sigma**2 if kind == PRINTED else 0.5 * sigma
         assert length(kind, delta) == pytest.approx(expected)
 
@@ -93,3 +94,20 @@ def _turns(kind, sigma):
     edges = edges / np.hypot(*edges.T)[:, None]
     after = np.roll(edges, -1, axis=0)
     return edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0]
+
+
+@given(front=sigmas, side=sigmas, direction=st.floats(-np.pi, np.pi))
+def test_an_ellipse_is_the_ellipse_with_these_half_axes(front, side, direction):
+    """(x/a)² + (y/b)² = 1 with c = ½, whose support is √(a² cos² + b² sin²)."""
+    length, _ = reach(ELLIPSE, front, side, 0.123, 0.5, 0.0, direction)
+    x, y = length * np.cos(direction), length * np.sin(direction)
+    assert (x / front) ** 2 + (y / side) ** 2 == pytest.approx(1.0)
+    far = support(ELLIPSE, front, side, 0.123, 0.5, 0.0, np.cos(direction), np.sin(direction))
+    assert far == pytest.approx(np.hypot(front * np.cos(direction), side * np.sin(direction)))
+
+
+@given(front=sigmas, side=sigmas, direction=st.floats(-np.pi, np.pi))
+def test_the_ellipse_bounds_the_contour_of_who_reaches_less_far_behind(front, side, direction):
+    outer, _ = reach(ELLIPSE, front, side, 0.5 * front, 0.125, 0.0, direction)
+    inner, _ = reach(CONTOUR, front, side, 0.5 * front, 0.125, 0.0, direction)
+    assert outer >= inner - 1e-12

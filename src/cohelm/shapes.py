@@ -4,6 +4,8 @@ A shape is (kind, front, side, rear, scale, floor). Its reach in direction δ fr
 
     printed   l = c / q(δ)         Xu et al., eq. (5); c in 1/m; not convex at speed
     contour   l = √(c / q(δ))      the Gaussian's own contour; c without unit; convex
+    ellipse   the contour with σ = σ_h behind as well: the least ellipse about the person that
+              bounds it; with c = ½ its half axes are σ_h and σ_s
     q(δ) = cos²δ / 2σ² + sin²δ / 2σ_s²,   σ = σ_h where cos δ > 0, else σ_r
 
 and never less than the floor. The printed front test, 0 < δ < π, tells left from right; front is
@@ -25,7 +27,8 @@ from cohelm.arrays import Floats
 
 PRINTED = 0
 CONTOUR = 1
-KINDS = {"printed": PRINTED, "contour": CONTOUR}
+ELLIPSE = 2
+KINDS = {"printed": PRINTED, "contour": CONTOUR, "ellipse": ELLIPSE}
 
 
 @njit(cache=True, inline="always")
@@ -37,7 +40,7 @@ def reach(  # noqa: PLR0917  # a scalar kernel takes scalars
     Where the floor holds, the slope is 0.
     """
     cos, sin = math.cos(delta), math.sin(delta)
-    sigma = front if cos > 0.0 else rear
+    sigma = front if cos > 0.0 or kind == ELLIPSE else rear
     a, b = 0.5 / (sigma * sigma), 0.5 / (side * side)
     q = a * cos * cos + b * sin * sin
     dq = 2.0 * (b - a) * sin * cos
@@ -87,7 +90,7 @@ def support(  # noqa: PLR0917  # a scalar kernel takes scalars
 ) -> float:
     """How far a shape reaches in a direction, the greatest p·u over it, from its centre; m.
 
-    The contour is two half ellipses that meet at the side, so s = √(2c (σ² cos²φ + σ_s² sin²φ)) in
+    The contour is two half ellipses that meet at the side (an ellipse is one), so s = √(2c (σ² cos²φ + σ_s² sin²φ)) in
     closed form. As printed it is not convex: the greatest of ``_SAMPLES`` points, some tenths of a
     per cent less than the whole. With a floor the shape is the union with a disc.
 
@@ -95,8 +98,8 @@ def support(  # noqa: PLR0917  # a scalar kernel takes scalars
         kind, front, side, rear, scale, floor: the shape.
         cos, sin: of the angle φ of u from the axis of motion.
     """
-    if kind == CONTOUR:
-        sigma = front if cos > 0.0 else rear
+    if kind != PRINTED:
+        sigma = front if cos > 0.0 or kind == ELLIPSE else rear
         best = math.sqrt(2.0 * scale * (sigma * sigma * cos * cos + side * side * sin * sin))
         return max(best, floor)
     best = floor

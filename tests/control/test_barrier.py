@@ -14,6 +14,8 @@ def test_rows_are_eq_9(h, gamma):
     """g_k = h_{k+1} − (1 − γ) h_k, and its derivative by the chain rule; those above NEAR apart."""
     rng = np.random.default_rng(0)
     gradient, sensitivity = rng.normal(size=(3, 6, 3)), rng.normal(size=(6, 3, 10))
+    for k in range(6):
+        sensitivity[k, :, 2 * k :] = 0.0  # two inputs a step, which move later poses only
     margin, jacobian, owner, key = barrier.rows(h, gradient, sensitivity, gamma, barrier.NEAR)
     slope = np.einsum("ska,kaj->skj", gradient, sensitivity)
     all_margins = h[:, 1:] - (1.0 - gamma) * h[:, :-1]

@@ -4,21 +4,11 @@ import numpy as np
 import pytest
 
 from cohelm.control.constraints import Bodies, InputLimits, SocialSpace, WallClearance
-from cohelm.control.constraints.separation import body_barrier, social_barrier
+from cohelm.control.constraints.separation import body_barrier, coefficients, social_gradient
 from cohelm.maps import DistanceField
 from cohelm.shapes import CONTOUR, PRINTED
-from cohelm.testing.problems import random_problem
 from cohelm.testing.scenes import local_problem, walkers
 
-PUSH = 1e-6
-# about the chair, whose spine reaches from −0.35 to 0.54 m and whose capsule is 0.32 m thick
-WHERE = {
-    "ahead": (1.6, 0.3),
-    "aside": (0.2, 1.3),
-    "beside the spine": (0.1, -0.7),
-    "behind": (-1.4, -0.4),
-    "touching": (0.8, 0.1),
-}
 SHAPES = {"contour": (CONTOUR, 0.125), "printed": (PRINTED, 0.104)}
 
 
@@ -75,26 +65,27 @@ def test_social_space_rows_are_derivatives(shape, crowded, motions, rng):
 
 
 def steep_rows(problem, motion):
-    """Keys of the rows with a gradient that is cut to 2, and thus not the derivative."""
-    _, gradient = social(problem, motion.poses)
-    cut = np.hypot(gradient[..., 0], gradient[..., 1]) > 2.0 - 1e-9
-    return np.flatnonzero(cut[:, 1:] | cut[:, :-1])
-
-
-def social(problem, poses):
+    """Keys of the rows whose gradient is not the derivative: cut to 2, or on the spine itself."""
     s = problem.spaces
-    return social_barrier(
+    axis, front, side, rear = (a[:, 0] for a in (s.axis, s.front, s.side, s.rear))
+    gradient = social_gradient(
         problem.robot.capsule,
-        poses,
+        motion.poses,
         problem.predictions.mean[:, 0],
-        problem.people.radius,
         s.kind,
-        s.scale,
-        *(a[:, 0] for a in (s.axis, s.front, s.side, s.rear)),
+        np.stack([np.cos(axis), np.sin(axis)], axis=-1),
+        coefficients(s.kind, s.scale, front, side, rear),
         s.floor,
-        s.robot,
+        coefficients(s.kind, s.scale, *s.robot),
         s.robot_floor,
+        np.ones(axis.shape, dtype=bool),
     )
+    cut = np.hypot(gradient[..., 0], gradient[..., 1]) > 2.0 - 1e-9
+    centres = body_barrier(
+        problem.robot.capsule, motion.poses, problem.predictions.mean[:, 0], np.zeros(axis.shape)
+    )
+    cut |= centres + problem.robot.capsule[4] < 0.15
+    return np.flatnonzero(cut[:, 1:] | cut[:, :-1])
 
 
 def test_wall_rows_are_derivatives(crowded, motions, rng):
@@ -105,91 +96,27 @@ def test_wall_rows_are_derivatives(crowded, motions, rng):
     assert count > 100
 
 
-def slope_in_pose(h, pose):
-    out = np.empty(3)
-    for a in range(3):
-        push = np.zeros(3)
-        push[a] = PUSH
-        out[a] = (h(pose + push) - h(pose - push)) / (2.0 * PUSH)
-    return out
-
-
-@pytest.mark.parametrize("where", WHERE)
-@pytest.mark.parametrize("heading", [0.0, 2.1])
-def test_the_body_gradient_is_a_derivative_wherever_a_person_is(where, heading, chair):
-    def barrier(pose):
-        return body_barrier(
-            chair.capsule,
-            pose[None],
-            np.array([[WHERE[where]]]),
-            np.array([0.25]),
-            0.1,
-            0.1,
-            0,
-            0.3,
-        )
-
-    pose = np.array([0.0, 0.0, heading])
-    numeric = slope_in_pose(lambda p: barrier(p)[0][0, 0], pose)
-    assert np.abs(barrier(pose)[1][0, 0] - numeric).max() < 1e-6
-
-
-@pytest.mark.parametrize("where", WHERE)
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("axis", [0.4, 2.8, -1.7])
-def test_the_social_gradient_is_a_derivative_wherever_a_person_is(where, shape, axis, chair):
-    kind, scale = SHAPES[shape]
-
-    def barrier(pose):
-        one = np.ones((1, 1))
-        return social_barrier(
-            chair.capsule,
-            pose[None],
-            np.array([[WHERE[where]]]),
-            np.array([0.25]),
-            kind,
-            scale,
-            axis * one,
-            1.6 * one,
-            1.07 * one,
-            0.8 * one,
-            0.1,
-            np.array([0.4, 0.27, 0.2]),
-            0.02,
-        )
-
-    for heading in (0.0, 0.9):
-        pose = np.array([0.0, 0.0, heading])
-        numeric = slope_in_pose(lambda p: barrier(p)[0][0, 0], pose)
-        cut = min(1.0, 2.0 / np.hypot(*numeric[:2]))
-        # the distance is √(e² + 1e-6), so a direction turns by up to 1e-6/e² too little: e > 0.25 m
-        assert np.abs(barrier(pose)[1][0, 0] - cut * numeric).max() < 3e-5
-
-
-def test_distances_by_hand(chair):
-    """A person 2 m ahead of the axle, another 1 m aside, bodies of 0.25 m."""
-    problem = local_problem(
-        steps=4, step=0.5, people=walkers([[2.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]])
-    )
-    poses = np.zeros((5, 3))
-    h, _ = body_barrier(
-        chair.capsule,
-        poses,
-        problem.predictions.mean[:, 0],
-        problem.people.radius,
-        0.5,
-        0.1,
-        0.08,
-        0.2,
-    )
+def test_distances_by_hand(motions):
+    """A person 2 m ahead of the axle, another 1 m aside, bodies of 0.25 m; a chair that stands."""
+    who = walkers([[2.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]])
+    problem = local_problem(steps=4, step=0.5, people=who)
+    motion = motions.standing(problem)
     # five discs in 1.11 m, each 0.222 m of it: the foremost centre is at 0.65 − 0.111 m
-    radius = np.hypot(0.222, 0.61) / 2.0
+    gap = np.array([2.0 - 0.539, 1.0]) - np.hypot(0.222, 0.61) / 2.0 - 0.25
+    growing = Bodies(Bodies.Parameters(margin=0.1, growth=0.08, greatest=0.2))
     margin = np.array([0.1, 0.14, 0.18, 0.2, 0.2])
-    assert h[0] == pytest.approx(2.0 - 0.539 - radius - 0.25 - margin, abs=1e-6)
-    assert h[1] == pytest.approx(1.0 - radius - 0.25 - margin, abs=1e-6)
+    assert growing.measure(problem, motion).h == pytest.approx(gap[:, None] - margin, abs=1e-6)
+    # σ is 0.05 m and grows by 0.1 m/s
+    spread = Bodies(Bodies.Parameters(margin=0.1, growth=0.0, deviations=2.0, greatest=0.45))
+    margin = np.array([0.2, 0.3, 0.4, 0.45, 0.45])
+    assert spread.measure(problem, motion).h == pytest.approx(gap[:, None] - margin, abs=1e-6)
     # a circle of 0.45 m about everyone, σ = 0.1 and c = ½ for the chair's own: √(½ · 2 · 0.01)
-    h, _ = social(problem, poses)
-    assert h[0] == pytest.approx(2.0 - 0.539 - radius - 0.25 - 0.45 - 0.1, abs=1e-6)
+    h = SocialSpace().measure(problem, motion).h
+    assert h == pytest.approx(np.tile(gap[:, None] - 0.55, (1, 5)), abs=1e-6)
+    wider = SocialSpace(SocialSpace.Parameters(growth=0.1, deviations=1.0, greatest=0.25))
+    h = wider.measure(problem, motion).h
+    margin = np.array([0.05, 0.15, 0.25, 0.25, 0.25])
+    assert h == pytest.approx(gap[:, None] - 0.55 - margin, abs=1e-6)
 
 
 def test_a_slack_is_shared_by_the_hypotheses_of_a_person(motions):
@@ -274,19 +201,3 @@ def test_who_is_beyond_the_limits_may_come_back_to_them(speed, motions):
     assert (braking >= low - 1e-9).all()
     assert (braking <= high + 1e-9).all()
     assert (low <= high).all()
-
-
-def test_random_problems_begin_clear_of_contact_unless_hopeless(rng):
-    for people in (0, 3, 12):
-        problem = random_problem(rng, people).problem
-        h, _ = body_barrier(
-            problem.robot.capsule,
-            problem.pose[None],
-            problem.predictions.mean[:, 0, :1],
-            problem.people.radius,
-            0.1,
-            0.0,
-            0.0,
-            0.0,
-        )
-        assert h.min(initial=1.0) > 0.0

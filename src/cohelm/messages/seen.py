@@ -137,7 +137,7 @@ class SocialSpaces:
     """The shape of each person's space over the horizon, and of the robot's own; see ``shapes``."""
 
     kind: int
-    """``shapes.PRINTED`` or ``shapes.CONTOUR``."""
+    """``shapes.PRINTED``, ``CONTOUR`` or ``ELLIPSE``."""
     scale: float
     """c of eq. (5)."""
     axis: Annotated[Floats, Shape("n h N+1")]

@@ -30,10 +30,11 @@ class PersonalSpace:
     class Parameters(Model):
         """Of the model; assumed where no source is named."""
 
-        shape: Literal["contour", "printed"] = "contour"
-        """``contour``: l = √(c/q), convex. ``printed``: l = c/q, as the paper has it."""
+        shape: Literal["contour", "printed", "ellipse"] = "contour"
+        """``contour``: l = √(c/q), convex. ``printed``: l = c/q, as the paper has it. ``ellipse``:
+        the least ellipse about the contour, as far behind as ahead."""
         contour_scale: float = Field(0.125, gt=0.0, le=10.0)
-        """c of the contour, without unit: ahead l = σ_h √(2c) = |v| · 1 s, so 1.2 m at 1.2 m/s
+        """c of contour and ellipse, without unit: ahead l = σ_h √(2c) = |v| · 1 s, so 1.2 m at 1.2 m/s
         (Hall's personal distance), 0.8 m aside and 0.6 m behind."""
         printed_scale: float = Field(0.104, gt=0.0, le=10.0)
         """c as printed, 1/m: ahead l = 2 c σ_h², the same 1.2 m at 1.2 m/s."""
@@ -67,7 +68,7 @@ class PersonalSpace:
         front = _front(speed)
         spaces = SocialSpaces(
             kind=KINDS[p.shape],
-            scale=p.contour_scale if p.shape == "contour" else p.printed_scale,
+            scale=p.printed_scale if p.shape == "printed" else p.contour_scale,
             axis=np.where(unknown, 0.0, axis),
             front=front,
             side=np.where(unknown, front, front * 2.0 / 3.0),

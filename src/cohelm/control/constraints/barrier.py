@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers
 
 NEAR = 0.6
 """Rows with a margin above this cannot become active within one linearisation, m."""
@@ -29,14 +29,27 @@ def worst(h: Floats, gamma: float) -> tuple[Floats, float]:
 
 
 @njit(cache=True)
+def near_states(h: Floats, gamma: float, near: float) -> Booleans:
+    """Which values of h (s, N+1) a row with a margin below ``near`` needs."""
+    out = np.zeros(h.shape, dtype=np.bool_)
+    for s in range(h.shape[0]):
+        for k in range(h.shape[1] - 1):
+            if h[s, k + 1] - (1.0 - gamma) * h[s, k] < near:
+                out[s, k] = out[s, k + 1] = True
+    return out
+
+
+@njit(cache=True)
 def rows(
     h: Floats, gradient: Floats, sensitivity: Floats, gamma: float, near: float
 ) -> tuple[Floats, Floats, Integers, Integers]:
     """The rows with a margin below ``near``: margin (r,), jacobian (r, N·m), series (r,), key (r,).
 
+    An input has no effect on the poses before it, so that half of the products are zero.
     h: (s, N+1).  gradient: (s, N+1, 3) of h in the pose.  sensitivity: (N+1, 3, N·m).
     """
     series, steps, columns = h.shape[0], h.shape[1] - 1, sensitivity.shape[2]
+    m = columns // steps if steps else 0
     keep = 1.0 - gamma
     count = 0
     for s in range(series):
@@ -44,7 +57,7 @@ def rows(
             if h[s, k + 1] - keep * h[s, k] < near:
                 count += 1
     margin = np.empty(count)
-    jacobian = np.empty((count, columns))
+    jacobian = np.zeros((count, columns))
     owner = np.empty(count, dtype=np.int64)
     key = np.empty(count, dtype=np.int64)
     r = 0
@@ -56,11 +69,15 @@ def rows(
             margin[r] = g
             owner[r] = s
             key[r] = s * steps + k
-            for j in range(columns):
-                total = 0.0
-                for a in range(3):
-                    total += gradient[s, k + 1, a] * sensitivity[k + 1, a, j]
-                    total -= keep * gradient[s, k, a] * sensitivity[k, a, j]
-                jacobian[r, j] = total
+            ahead = gradient[s, k + 1]
+            gx, gy, ga = ahead[0], ahead[1], ahead[2]
+            here = sensitivity[k + 1]
+            for j in range(m * (k + 1)):
+                jacobian[r, j] = gx * here[0, j] + gy * here[1, j] + ga * here[2, j]
+            behind = gradient[s, k]
+            gx, gy, ga = keep * behind[0], keep * behind[1], keep * behind[2]
+            here = sensitivity[k]
+            for j in range(m * k if keep > 0.0 else 0):
+                jacobian[r, j] -= gx * here[0, j] + gy * here[1, j] + ga * here[2, j]
             r += 1
     return margin, jacobian, owner, key

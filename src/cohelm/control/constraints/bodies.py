@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
 from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
-from cohelm.control.constraints.separation import body_barrier
-from cohelm.control.constraints.series import by_person, flattened, person_rows
+from cohelm.control.constraints import barrier
+from cohelm.control.constraints.futures import Futures, Margin, futures
+from cohelm.control.constraints.separation import body_barrier, body_gradient
 
 
 class Bodies:
@@ -24,10 +24,14 @@ class Bodies:
         """Distance kept from a body now, m."""
         growth: float = Field(0.08, ge=0.0)
         """How the margin grows with prediction time, m/s."""
+        deviations: float = Field(0.0, ge=0.0, le=5.0)
+        """By how many standard deviations of the predicted position the margin grows besides."""
         greatest: float = Field(0.35, ge=0.0)
         """The margin's bound, m."""
         squeezing: float = Field(0.05, ge=0.0)
         """The margin when the ride is stalled, m; it does not grow then."""
+        at_least: float = Field(0.15, ge=0.0, le=1.0)
+        """Probability from which on a future binds; a person's likeliest always does."""
         l1: float = Field(60.0, ge=0.0)
         """Price of the slack, 1/m a person."""
         l2: float = Field(60.0, ge=0.0)
@@ -38,29 +42,27 @@ class Bodies:
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
         self.l1, self.l2 = p.l1, p.l2
+        self._margin = Margin(
+            now=p.margin, growth=p.growth, deviations=p.deviations, most=p.greatest
+        )
+        self._squeezing = Margin(now=p.squeezing)
 
     def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
-        """By person, the worst over hypotheses and steps, (n,)."""
-        h, gradient = self._barrier(problem, motion)
-        return by_person(problem, h, gradient, self.parameters.gamma)
+        """By person, the worst over futures and steps, (n,)."""
+        who = self._futures(problem)
+        h = body_barrier(problem.robot.capsule, motion.poses, who.positions, who.kept)
+        return who.measure(h, self.parameters.gamma)
 
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
     ) -> Rows:
         """Those that can become active."""
-        del motion
-        return person_rows(problem, measure, sensitivity, self.parameters.gamma)
+        who, gamma = self._futures(problem), self.parameters.gamma
+        near = barrier.near_states(measure.h, gamma, barrier.NEAR)
+        gradient = body_gradient(problem.robot.capsule, motion.poses, who.positions, near)
+        return who.rows(measure.h, gradient, sensitivity, gamma)
 
-    def _barrier(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
-        positions = flattened(problem.predictions.mean)
+    def _futures(self, problem: LocalProblem) -> Futures:
         p = self.parameters
-        return body_barrier(
-            problem.robot.capsule,
-            motion.poses,
-            positions,
-            np.repeat(problem.people.radius, problem.predictions.mean.shape[1]),
-            problem.predictions.step,
-            p.squeezing if problem.stalled else p.margin,
-            0.0 if problem.stalled else p.growth,
-            p.greatest,
-        )
+        margin = self._squeezing if problem.stalled else self._margin
+        return futures(problem, p.at_least, margin, p.gamma, 0.0)

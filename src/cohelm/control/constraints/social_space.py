@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import functools
+from dataclasses import dataclass
+
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Annotated, Floats, Shape
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
-from cohelm.control.constraints.separation import social_barrier
-from cohelm.control.constraints.series import by_person, flattened, person_rows
+from cohelm.control.constraints import barrier
+from cohelm.control.constraints.futures import Futures, Margin, futures
+from cohelm.control.constraints.separation import (
+    coefficients,
+    greatest_reach,
+    social_barrier,
+    social_gradient,
+)
 
 
 class SocialSpace:
@@ -24,6 +33,14 @@ class SocialSpace:
 
         gamma: float = Field(0.15, gt=0.0, le=1.0)
         """γ of eq. (9)."""
+        growth: float = Field(0.0, ge=0.0)
+        """How a space grows with prediction time, m/s."""
+        deviations: float = Field(0.0, ge=0.0, le=5.0)
+        """By how many standard deviations of the predicted position a space grows."""
+        greatest: float = Field(0.3, ge=0.0)
+        """The most that a space grows, m."""
+        at_least: float = Field(0.3, ge=0.0, le=1.0)
+        """Probability from which on a future binds; a person's likeliest always does."""
         l1: float = Field(4.0, ge=0.0)
         """Price of the slack, 1/m a person."""
         l2: float = Field(4.0, ge=0.0)
@@ -34,33 +51,77 @@ class SocialSpace:
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
         self.l1, self.l2 = p.l1, p.l2
+        self._margin = Margin(growth=p.growth, deviations=p.deviations, most=p.greatest)
 
     def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
-        """By person, the worst over hypotheses and steps, (n,)."""
-        h, gradient = self._barrier(problem, motion)
-        return by_person(problem, h, gradient, self.parameters.gamma)
+        """By person, the worst over futures and steps, (n,)."""
+        s, eggs = problem.spaces, self._eggs(problem)
+        who = eggs.who
+        h = social_barrier(
+            problem.robot.capsule,
+            motion.poses,
+            who.positions,
+            who.kept,
+            s.kind,
+            eggs.axis,
+            eggs.shape,
+            s.floor,
+            eggs.robot,
+            s.robot_floor,
+        )
+        return who.measure(h, self.parameters.gamma)
 
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
     ) -> Rows:
         """Those that can become active."""
-        del motion
-        return person_rows(problem, measure, sensitivity, self.parameters.gamma)
-
-    def _barrier(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
-        spaces = problem.spaces
-        return social_barrier(
+        s, eggs, gamma = problem.spaces, self._eggs(problem), self.parameters.gamma
+        gradient = social_gradient(
             problem.robot.capsule,
             motion.poses,
-            flattened(problem.predictions.mean),
-            np.repeat(problem.people.radius, problem.predictions.mean.shape[1]),
-            spaces.kind,
-            spaces.scale,
-            flattened(spaces.axis),
-            flattened(spaces.front),
-            flattened(spaces.side),
-            flattened(spaces.rear),
-            spaces.floor,
-            spaces.robot,
-            spaces.robot_floor,
+            eggs.who.positions,
+            s.kind,
+            eggs.axis,
+            eggs.shape,
+            s.floor,
+            eggs.robot,
+            s.robot_floor,
+            barrier.near_states(measure.h, gamma, barrier.NEAR),
         )
+        return eggs.who.rows(measure.h, gradient, sensitivity, gamma)
+
+    def _eggs(self, problem: LocalProblem) -> _Eggs:
+        p = self.parameters
+        return _eggs(problem, p.at_least, self._margin, p.gamma)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Eggs:
+    """The spaces of the futures that bind."""
+
+    who: Futures
+    axis: Annotated[Floats, Shape("q N+1 2")]
+    """Unit vectors."""
+    shape: Annotated[Floats, Shape("q N+1 3")]
+    """``coefficients``; so is the next."""
+    robot: Annotated[Floats, Shape("3")]
+
+
+@functools.lru_cache(maxsize=16)
+def _eggs(problem: LocalProblem, at_least: float, margin: Margin, gamma: float) -> _Eggs:
+    """The spaces of a problem, worked out once for all motions that are tried."""
+    s = problem.spaces
+    reach = greatest_reach(s.kind, s.scale, s.front, s.side, s.rear, s.floor)
+    mine = (s.robot[:1], s.robot[1:2], s.robot[2:])
+    reach += greatest_reach(s.kind, s.scale, *mine, s.robot_floor)
+    who = futures(problem, at_least, margin, gamma, reach)
+    axis, front, side, rear = (
+        part.reshape(who.every, part.shape[2])[who.which]
+        for part in (s.axis, s.front, s.side, s.rear)
+    )
+    return _Eggs(
+        who=who,
+        axis=np.stack([np.cos(axis), np.sin(axis)], axis=-1),
+        shape=coefficients(s.kind, s.scale, front, side, rear),
+        robot=coefficients(s.kind, s.scale, *s.robot),
+    )

@@ -1,0 +1,169 @@
+"""Whom a constraint keeps clear of: the futures that bind, and how much is kept from each body.
+
+Of each person the likeliest future always binds, another one from a probability on. They share one
+slack: who cannot be kept clear of in one future is not kept clear of. What concerns a future and
+not the motion is worked out once a problem.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Annotated, Floats, Integers, Shape
+from cohelm.control.api import LocalProblem, Measure, Rows
+from cohelm.control.constraints import barrier
+
+_KEPT = 16
+"""Problems of which the futures are remembered: a few constraints look at each some ten times."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Margin:
+    """How far off a predicted body counts, m, at age t: min(now + growth·t + deviations·σ, most).
+
+    σ is the standard deviation of the predicted position.
+    """
+
+    now: float = 0.0
+    growth: float = 0.0
+    """m/s."""
+    deviations: float = 0.0
+    most: float = math.inf
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Futures:
+    """The futures that bind, q of them, in the order of people and hypotheses."""
+
+    positions: Annotated[Floats, Shape("q N+1 2")]
+    """m."""
+    kept: Annotated[Floats, Shape("q N+1")]
+    """Radius of the body and margin, m."""
+    which: Annotated[Integers, Shape("q")]
+    """Index among all n·h futures."""
+    person: Annotated[Integers, Shape("q")]
+    people: int
+    """n."""
+    every: int
+    """n·h."""
+    elsewhere: float
+    """What is at least kept from the others that were left out for being far, m; +inf: none."""
+
+    def measure(self, h: Floats, gamma: float) -> Measure:
+        """By person, the worst over futures and steps; the smallest h, the far ones bounded."""
+        worst, smallest = barrier.worst(h, gamma)
+        slack = np.zeros(self.people)
+        np.maximum.at(slack, self.person, worst)
+        return Measure(slack=slack, smallest=min(smallest, self.elsewhere), h=h)
+
+    def rows(self, h: Floats, gradient: Floats, sensitivity: Floats, gamma: float) -> Rows:
+        """Those that can become active, one slack for each person.
+
+        h: (q, N+1).  gradient: (q, N+1, 3) of h in the pose, where ``barrier.near_states``.
+        sensitivity: (N+1, 3, N·m).
+        """
+        margin, jacobian, series, key = barrier.rows(h, gradient, sensitivity, gamma, barrier.NEAR)
+        steps = h.shape[1] - 1
+        return Rows(
+            margin=margin,
+            jacobian=jacobian,
+            group=self.person[series],
+            key=key + (self.which - np.arange(len(self.which)))[series] * steps,
+            keys=self.every * steps,
+            groups=self.people,
+        )
+
+
+@functools.lru_cache(maxsize=_KEPT)
+def futures(
+    problem: LocalProblem, at_least: float, margin: Margin, gamma: float, reach: float
+) -> Futures:
+    """The futures that bind in a problem.
+
+    Left out are those that the robot can nowhere come so near that a row of theirs becomes active:
+    h is then so large that no step of robot and person uses up its share γ.
+
+    Args:
+        problem: whose predictions.
+        at_least: probability from which on a future binds that is not the likeliest.
+        margin: what is kept from bodies.
+        gamma: γ of eq. (9).
+        reach: greatest reach of any space between robot and person, m.
+    """
+    p, steps = problem.predictions, problem.predictions.mean.shape[2]
+    n, h = p.weight.shape
+    robot = problem.robot
+    now = margin.now + margin.growth * p.step * np.arange(steps)
+    speed = max(robot.max_speed, float(np.hypot(*problem.twist[:2])))
+    binds, gap = _binding(
+        p.weight,
+        p.mean,
+        at_least,
+        problem.pose,
+        speed * p.step,
+        problem.people.radius + (robot.circumscribed_radius + robot.capsule[4] + reach),
+        np.minimum(now[-1] + margin.deviations * float(p.deviation.max(initial=0.0)), margin.most),
+        barrier.NEAR,
+        gamma,
+    )
+    which = np.flatnonzero(binds)
+    person = which // h if h else which
+    spread = p.deviation.reshape(n * h, steps)[which]
+    grown = np.minimum(now + margin.deviations * spread, margin.most)
+    return Futures(
+        positions=p.mean.reshape(n * h, steps, 2)[which],
+        kept=problem.people.radius[person][:, None] + grown,
+        which=which,
+        person=person,
+        people=n,
+        every=n * h,
+        elsewhere=gap,
+    )
+
+
+@njit(cache=True)
+def _binding(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    weight: Floats,
+    mean: Floats,
+    at_least: float,
+    pose: Floats,
+    stride: float,
+    kept: Floats,
+    margin: float,
+    near: float,
+    gamma: float,
+) -> tuple[Integers, float]:
+    """(1 or 0 for each future (n·h,), least h that the far ones among them can have).
+
+    stride: the robot's way in a step, m.  kept: (n,) what is subtracted of distances, m.
+    """
+    n, h, states = mean.shape[0], mean.shape[1], mean.shape[2]
+    out = np.zeros(n * h, dtype=np.int64)
+    least = math.inf
+    for i in range(n):
+        likeliest = 0
+        for j in range(h):
+            if weight[i, j] > weight[i, likeliest]:
+                likeliest = j
+        for j in range(h):
+            if j != likeliest and weight[i, j] < at_least:
+                continue
+            nearest, farthest = math.inf, 0.0
+            for k in range(states):
+                dx, dy = mean[i, j, k, 0] - pose[0], mean[i, j, k, 1] - pose[1]
+                gap = math.sqrt(dx * dx + dy * dy) - k * stride - kept[i] - margin
+                nearest = min(nearest, gap)
+                if k > 0:
+                    dx = mean[i, j, k, 0] - mean[i, j, k - 1, 0]
+                    dy = mean[i, j, k, 1] - mean[i, j, k - 1, 1]
+                    farthest = max(farthest, math.sqrt(dx * dx + dy * dy))
+            if gamma * nearest > near + 2.0 * (stride + farthest):
+                least = min(least, nearest)
+            else:
+                out[i * h + j] = 1
+    return out, least
