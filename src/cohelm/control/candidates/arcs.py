@@ -15,7 +15,7 @@ from cohelm.arrays import Floats, Integers
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.candidates.riding import Prices
-from cohelm.control.candidates.scene import Scene, scene_of
+from cohelm.control.candidates.scene import Scene, coarser, scene_of
 from cohelm.control.candidates.searching import judged, searched
 from cohelm.control.candidates.table import first_arcs, pushes
 from cohelm.control.candidates.ways import Ways, signatures
@@ -34,6 +34,8 @@ class Arcs:
 
         horizon: float = Field(6.0, gt=0.0, le=20.0)
         """How far arcs look ahead, s; never less than the problem's own horizon."""
+        stride: int = Field(2, ge=1, le=10)
+        """Steps of the problem in one of the search; what it finds is judged in all of them."""
         count: int = Field(640, ge=50, le=20_000)
         """Arcs of the table."""
         pushes: int = Field(80, ge=0, le=1000)
@@ -44,7 +46,7 @@ class Arcs:
         """How many are changed each time."""
         keep: int = Field(4, ge=1, le=_EXAMINED)
         """Different ways that are handed on, at most."""
-        spread: float = Field(4.0, gt=0.0, le=100.0)
+        spread: float = Field(2.5, gt=0.0, le=100.0)
         """Ways dearer than the best one by more than this are dropped, s."""
         lag: float = Field(1.0, ge=0.0)
         """Price of a second lost at the end of the horizon."""
@@ -52,14 +54,12 @@ class Arcs:
         """Price of a second lost on the mean over the horizon: sooner is better."""
         aside: float = Field(0.08, ge=0.0)
         """Price of the squared distance from the path, 1/m²: small, to go round is no fault."""
-        heading: float = Field(0.05, ge=0.0)
-        """Price of 1 − cos of the angle to the wanted heading, without unit."""
         bearing: float = Field(1.0, ge=0.0)
         """Price of 1 − cos of the angle at the end between the heading and the way ahead, s."""
         turning: float = Field(0.15, ge=0.0)
         """Price of ω², s²."""
-        change: float = Field(0.1, ge=0.0)
-        """Price of a squared change of the inputs from step to step, s per m²/s² and rad²/s²."""
+        change: float = Field(0.016, ge=0.0)
+        """Price of squared accelerations, s⁴/m² and s⁴/rad²."""
         hit: float = Field(60.0, ge=0.0)
         """Price of the squared depth to which the margin to a person is entered, 1/m²."""
         standing: float = Field(0.4, ge=0.0, le=1.0)
@@ -99,12 +99,14 @@ class Arcs:
             warm: the last plan from now on, which is pushed too.
         """
         p = self.parameters
-        scene, prices = self._scene(problem, now), self._prices(problem)
-        start = np.empty((0, len(now))) if warm is None else np.ascontiguousarray(warm.inputs)
+        scene = self._scene(problem, now)
+        prices = self._prices(problem, scene)
+        coarse = coarser(scene, p.stride)
+        old = np.empty((0, len(now))) if warm is None else warm.inputs[: scene.steps]
         found = searched(
-            scene,
-            prices,
-            start.copy(),
+            coarse,
+            self._prices(problem, coarse),
+            _means(old, p.stride),
             first_arcs(p.count),
             pushes(p.pushes),
             p.rounds,
@@ -112,7 +114,9 @@ class Arcs:
             p.spread,
             _EXAMINED,
         )
-        ways = self._judged(problem, scene, prices, found)
+        ways = self._judged(problem, scene, prices, np.repeat(found, p.stride, axis=1))
+        if len(old):
+            ways = _joined(self._judged(problem, scene, prices, old[None].copy()), ways)
         order = np.argsort(ways.score, kind="stable")
         _, first = np.unique(ways.signature[order], axis=0, return_index=True)
         return _picked(ways, order[np.sort(first)[: p.keep]])
@@ -126,11 +130,13 @@ class Arcs:
             now: what the wheels do, (m,).
         """
         given = np.array(inputs, dtype=float, ndmin=3)
-        return self._judged(problem, self._scene(problem, now), self._prices(problem), given)
+        scene = self._scene(problem, now)
+        return self._judged(problem, scene, self._prices(problem, scene), given)
 
     def _scene(self, problem: LocalProblem, now: Floats) -> Scene:
         p = self.parameters
-        return scene_of(problem, now, p.horizon, p.wall_margin)
+        steps = max(round(p.horizon / problem.reference.step), len(problem.reference.speeds) - 1)
+        return scene_of(problem, now, p.stride * -(-steps // p.stride), p.wall_margin)
 
     def _judged(self, problem: LocalProblem, scene: Scene, prices: Prices, inputs: Floats) -> Ways:
         count, m = len(inputs), inputs.shape[2]
@@ -156,17 +162,14 @@ class Arcs:
         rows = hypotheses * np.arange(people) + likely
         return np.ascontiguousarray(scene.crowd.states[rows, :, :2])
 
-    def _prices(self, problem: LocalProblem) -> Prices:
+    def _prices(self, problem: LocalProblem, scene: Scene) -> Prices:
         p = self.parameters
-        step = problem.reference.step
-        steps = max(round(p.horizon / step), len(problem.reference.speeds) - 1)
-        time = step * np.arange(steps + 1)
+        time = scene.step * np.arange(scene.steps + 1)
         least, growth = (p.squeezing, 0.0) if problem.stalled else (p.margin, p.growth)
         return Prices(
             lag=p.lag,
             late=p.late,
             aside=p.aside,
-            heading=p.heading,
             bearing=p.bearing,
             turning=p.turning,
             change=p.change,
@@ -189,4 +192,21 @@ def _picked(ways: Ways, which: Integers) -> Ways:
         score=ways.score[which],
         contact=ways.contact[which],
         signature=ways.signature[which],
+    )
+
+
+def _means(inputs: Floats, stride: int) -> Floats:
+    """Inputs (L, m) averaged over ``stride`` at a time; what does not fill the last is dropped."""
+    whole = len(inputs) // stride
+    return inputs[: whole * stride].reshape(whole, stride, inputs.shape[1]).mean(axis=1)
+
+
+def _joined(one: Ways, other: Ways) -> Ways:
+    return Ways(
+        step=one.step,
+        inputs=np.concatenate([one.inputs, other.inputs]),
+        poses=np.concatenate([one.poses, other.poses]),
+        score=np.concatenate([one.score, other.score]),
+        contact=np.concatenate([one.contact, other.contact]),
+        signature=np.concatenate([one.signature, other.signature]),
     )

@@ -13,16 +13,16 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.candidates.scene import SPACING, Body, Crowd, Hulls, Road, Scene, Walls
+from cohelm.control.candidates.scene import SPACING, Crowd, Hulls, Scene, Walls
 from cohelm.maps.distance import sample
-from cohelm.robots.contact import nearest_on_spine
 
-_LOOKAHEAD = 1.0
-"""Homing aims at the path so far ahead, m."""
-_AIM = 2.0
-"""At the end the robot should face the path so far ahead, m."""
+_LOOKAHEAD = round(1.0 / SPACING)
+"""Homing aims at the path so far ahead: 1 m, in samples."""
+_AIM = round(2.0 / SPACING)
+"""At the end the robot should face the path so far ahead: 2 m, in samples."""
 _GAIN = 2.5
 """Of homing's turn rate, 1/s."""
+_FULL = 2.0 * math.pi
 _STANDING = 0.05
 """A robot slower than this stands, m/s."""
 _BLOCKED = 1e4
@@ -37,7 +37,6 @@ class Prices(NamedTuple):
     lag: float
     late: float
     aside: float
-    heading: float
     bearing: float
     turning: float
     change: float
@@ -64,8 +63,8 @@ class Ride(NamedTuple):
     """The step at which a wall is met; N where none is."""
 
 
-@njit(cache=True)
-def ride(  # noqa: PLR0917  # a kernel takes what it works on one by one
+@njit(cache=True, error_model="numpy")
+def ride(  # noqa: PLR0915, PLR0917  # a kernel: one loop without calls that pass all of it on
     scene: Scene,
     prices: Prices,
     base: Floats,
@@ -88,299 +87,259 @@ def ride(  # noqa: PLR0917  # a kernel takes what it works on one by one
         poses: (N+1, 3), filled likewise.
         due: (P,) scratch.
     """
-    road, body, step, steps = scene.road, scene.body, scene.step, scene.steps
-    cost, contact = 0.0, np.inf
-    poses[0] = body.start
+    step, steps = scene.step, scene.steps
+    samples, heading, reference = scene.road.samples, scene.road.heading, scene.road.wanted
+    pace = scene.road.pace
+    low, high, rise, fall = scene.body.low, scene.body.high, scene.body.rise, scene.body.fall
+    translating, top_speed = scene.body.translating, scene.body.top_speed
+    capsule, discs, around = scene.body.capsule, scene.body.discs, scene.body.around
+    crowd, hulls, walls = scene.crowd, scene.hulls, scene.walls
+    states, weight, radius, fastest = crowd.states, crowd.weight, crowd.radius, crowd.fastest
+    margins, fade = prices.margin, prices.fade
+    reach = crowd.reach if prices.space > 0.0 else 0.0
+    widest = max(margins[steps], reach)
+    m, known, last = inputs.shape[1], base.shape[0], samples.shape[0] - 1
+    fastest_own = min(top_speed, pace)
+    joint = translating if translating > 1 else 0
+    cost, contact, free, final = 0.0, np.inf, 0.0, reference[steps]
+    lag_price, late = prices.lag / pace, prices.late / (pace * steps)
+    poses[0] = scene.body.start
     due[:] = 0.0
-    before = body.now.copy()
-    wanted = np.empty_like(before)
-    last = float(road.samples.shape[0] - 1)
-    along, aside = _project(road, poses[0, 0], poses[0, 1], 0.0)
-    free = 0.0
-    final = road.wanted[steps]
+    x, y, angle = poses[0, 0], poses[0, 1], poses[0, 2]
+    middle, soonest = angle, 0.0
+    cos, sin = math.cos(angle), math.sin(angle)  # of the middle of the last step
+    at, along, aside = _project(samples, x, y, 0)
+    course = math.atan2(samples[0, 3], samples[0, 2])
     for k in range(steps):
-        _want(scene, base, push, k, poses[k], along, wanted)
-        cost += _limited(scene, wanted, before, k, prices)
-        inputs[k] = before
-        _advance(body.translating, poses[k], before, step, poses[k + 1])
-        pose = poses[k + 1]
-        speed = math.hypot(before[0], before[1]) if body.translating > 1 else abs(before[0])
-        along, aside = _project(road, pose[0], pose[1], along)
-        cos, sin = math.cos(pose[2]), math.sin(pose[2])
-        at = int(min(along / SPACING, last))
-        facing = cos * road.heading[at, 0] + sin * road.heading[at, 1]
-        lag = max(road.wanted[k + 1] - along, 0.0)
-        cost += prices.late * lag / (road.pace * steps)
-        cost += step * (prices.aside * aside * aside + prices.heading * (1.0 - facing))
+        # what the arc asks for
+        share = k / steps
+        wanted = inputs[k]
+        if share >= push[8] or (known > 0 and k >= known):
+            ahead = min(at + _LOOKAHEAD, last)
+            dx, dy = samples[ahead, 0] - x, samples[ahead, 1] - y
+            speed = min(max(push[4], 0.0), 1.0) if known == 0 else 1.0
+            speed = min(speed * pace, max(final - along, 0.0) / step)
+            if joint:
+                towards = math.atan2(dy, dx) - angle
+                wanted[0], wanted[1] = speed * math.cos(towards), speed * math.sin(towards)
+            else:
+                error = math.atan2(dy, dx) - angle
+                error -= _FULL * round(error / _FULL)
+                wanted[0] = speed * max(math.cos(error), 0.0)
+                wanted[1] = _GAIN * error
+            turns = joint > 0
+        else:
+            part = 0 if share < push[6] else (2 if share < push[7] else 4)
+            speed, turn = push[part], push[part + 1]
+            turns = joint > 0 and known == 0
+            if known > 0:
+                wanted[:] = base[k]
+                wanted[0] += speed * pace
+                wanted[1] += turn * high[1]
+            elif joint:
+                wanted[0] = speed * pace * math.cos(course + turn * math.pi - angle)
+                wanted[1] = speed * pace * math.sin(course + turn * math.pi - angle)
+            else:
+                wanted[0] = speed * (pace if speed > 0.0 else -low[0])
+                wanted[1] = turn * high[1]
+        if turns:  # who moves any way turns to the wanted heading meanwhile
+            error = math.atan2(heading[at, 1], heading[at, 0]) - angle
+            wanted[2] = 0.5 * _GAIN * (error - _FULL * round(error / _FULL))
+        # as far as the limits allow it; the first step takes half, as decisions come before its end
+        half = 0.5 if k == 0 else 1.0
+        square = 0.0
+        for i in range(m):
+            most = min(high[i], pace) if i == 0 else high[i]
+            wanted[i] = min(max(wanted[i], low[i]), most)
+            square += wanted[i] * wanted[i] if i < joint else 0.0
+        shorter = min(1.0, fastest_own / math.sqrt(square)) if square > 0.0 else 1.0
+        part_of = 1.0
+        for i in range(joint):
+            wanted[i] *= shorter
+            change = wanted[i] - (inputs[k - 1, i] if k > 0 else scene.body.now[i])
+            most = half * (rise[i] if change > 0.0 else fall[i])
+            if abs(change) > most:
+                part_of = min(part_of, most / abs(change))
+        for i in range(m):
+            before = inputs[k - 1, i] if k > 0 else scene.body.now[i]
+            change = wanted[i] - before
+            if i < joint:
+                change *= part_of
+            else:
+                change = min(max(change, -half * fall[i]), half * rise[i])
+            wanted[i] = before + change
+            cost += prices.change / step * change * change
+        # one step of the unicycle, or of who moves any way
+        speed, turn = abs(wanted[0]), wanted[m - 1]
+        if angle + scene.blur * turn != middle:
+            middle = angle + scene.blur * turn
+            cos, sin = math.cos(middle), math.sin(middle)
+        x += step * wanted[0] * cos
+        y += step * wanted[0] * sin
+        if joint:
+            x -= step * sin * wanted[1]
+            y += step * cos * wanted[1]
+            speed = math.hypot(wanted[0], wanted[1])
+        angle += step * turn
+        poses[k + 1, 0], poses[k + 1, 1], poses[k + 1, 2] = x, y, angle
+        # how it gets on
+        at, along, aside = _project(samples, x, y, at)
+        lag = max(reference[k + 1] - along, 0.0)
+        cost += late * lag
+        cost += step * (prices.turning * turn * turn + prices.aside * aside * aside)
+        # walls
         free -= speed * step
         if free <= 0.0:
-            free, touch, price = _walls(scene.walls, body.discs, body.around, pose, prices)
-            cost += step * price
+            free, touch, price = _walls(walls, discs, around, x, y, angle, prices.clearance)
+            cost += step * prices.wall * price
             if touch:
                 contact = min(contact, (k + 1) * step)
-                braking = speed / body.fall[0]
+                braking = speed / fall[0]
                 if k <= braking + 1.0:
                     cost += _BLOCKED * (2.0 - k / steps)
                 # it would stop short of the wall: from here on the time is lost
                 stop = along - 0.5 * speed * step * braking
                 for j in range(k + 1, steps):
-                    lag = max(road.wanted[j + 1] - stop, 0.0)
-                    cost += prices.late * lag / (road.pace * steps)
+                    cost += late * max(reference[j + 1] - stop, 0.0)
+                    poses[j + 1] = poses[k + 1]
                 lag = math.hypot(max(final - stop, 0.0), aside)
-                cost += prices.lag * lag / road.pace + prices.bearing * 0.5
-                return Ride(cost, contact, k)
-        price, touch = _people(scene.crowd, body.capsule, body, pose, k + 1, step, prices, due)
-        if touch:
-            contact = min(contact, (k + 1) * step)
-        if scene.hulls.support.shape[0]:
-            price += (
-                prices.fade[k + 1] * prices.hull * _inside(scene.hulls, pose, k + 1, body.capsule)
-            )
+                return Ride(cost + lag_price * lag + 0.5 * prices.bearing, contact, k)
+        # people
+        price, margin = 0.0, margins[k + 1]
+        if k + 1 >= soonest:
+            soonest = np.inf
+        for i in range(states.shape[0] if soonest == np.inf else 0):
+            if k + 1 < due[i]:
+                soonest = min(soonest, due[i])
+                continue
+            dx, dy = states[i, k + 1, 0] - x, states[i, k + 1, 1] - y
+            apart = math.sqrt(dx * dx + dy * dy) - around - radius[i] - widest
+            if apart > 0.0:  # nobody comes nearer than his and the robot's speed let him
+                due[i] = k + 2 + int(apart / (step * (fastest[i] + top_speed + 0.01)))
+                soonest = min(soonest, due[i])
+                continue
+            soonest = 0.0
+            gap, nx, ny = _gap(capsule, angle, dx, dy)
+            gap -= radius[i]
+            likely = weight[i] * fade[k + 1]
+            if gap < 0.0 and weight[i] > _CREDIBLE:
+                contact = min(contact, (k + 1) * step)
+            if gap < margin:
+                price += likely * prices.hit * (margin - gap) * (margin - gap)
+            if gap < reach:
+                price += likely * prices.space * _entered(crowd, states[i, k + 1], gap, nx, ny)
+        if hulls.support.shape[0]:
+            price += fade[k + 1] * prices.hull * _inside(hulls, capsule, x, y, angle, k + 1)
         cost += step * price * (prices.standing if speed < _STANDING else 1.0)
-        left = (steps - k - 1) * step * body.top_speed
-        if cost + prices.lag * max(final - along - left, 0.0) / road.pace > limit:
+        # nobody is faster than the reference's pace, so that what is lost is never made good
+        lost = max(final - along - (steps - k - 1) * step * pace, 0.0)
+        if cost + (lag_price + late * (steps - k - 1)) * lost > limit:
             return Ride(np.inf, contact, steps)
-    lag = math.hypot(max(final - along, 0.0), aside)
-    cost += prices.lag * lag / road.pace
-    cost += prices.bearing * _off_course(scene, poses[steps], along)
+    cost += lag_price * math.hypot(max(final - along, 0.0), aside)
+    cost += prices.bearing * _off_course(samples, heading, joint, x, y, angle, at)
     return Ride(cost if cost <= limit else np.inf, contact, steps)
 
 
-@njit(cache=True, inline="always")
-def _want(
-    scene: Scene,
-    base: Floats,
-    push: Floats,
-    k: int,
-    pose: Floats,
-    along: float,
-    wanted: Floats,
-) -> None:
-    """The inputs that the arc asks for at step ``k``."""
-    body, share = scene.body, k / scene.steps
-    known = base.shape[0]
-    if share >= push[8] or (known > 0 and k >= known):
-        _home(scene, push[4] if known == 0 else 1.0, pose, along, wanted)
-        return
-    part = 0 if share < push[6] else (2 if share < push[7] else 4)
-    speed, turn = push[part], push[part + 1]
-    if known > 0:
-        wanted[:] = base[k]
-        wanted[0] += speed * body.top_speed
-        wanted[1] += turn * body.high[1]
-        return
-    if body.translating == 1:
-        wanted[0] = speed * (scene.road.pace if speed > 0.0 else -body.low[0])
-        wanted[1] = turn * body.high[1]
-        return
-    course = math.atan2(scene.road.samples[0, 3], scene.road.samples[0, 2]) + turn * math.pi
-    _towards(scene, pose, along, course, speed * scene.road.pace, wanted)
-
-
-@njit(cache=True)
-def _home(scene: Scene, share: float, pose: Floats, along: float, wanted: Floats) -> None:
-    """Back to the path: towards the point of it that lies ``_LOOKAHEAD`` ahead."""
-    road, body = scene.road, scene.body
-    speed = min(max(share, 0.0), 1.0) * road.pace
-    last = road.samples.shape[0] - 1
-    at = min(int((along + _LOOKAHEAD) / SPACING), last)
-    dx, dy = road.samples[at, 0] - pose[0], road.samples[at, 1] - pose[1]
-    # nobody drives past the end of the way
-    room = max(road.wanted[scene.steps] - along, 0.0) / scene.step
-    speed = min(speed, room)
-    if body.translating > 1:
-        _towards(scene, pose, along, math.atan2(dy, dx), speed, wanted)
-        return
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
-    error = math.atan2(left, ahead)
-    wanted[0] = speed * max(math.cos(error), 0.0)
-    wanted[1] = min(max(_GAIN * error, body.low[1]), body.high[1])
-
-
-@njit(cache=True)
-def _towards(  # noqa: PLR0917  # a kernel takes plain values
-    scene: Scene, pose: Floats, along: float, course: float, speed: float, wanted: Floats
-) -> None:
-    """Velocity over the floor in a map direction, while turning to the path's wanted heading."""
-    road = scene.road
-    at = int(min(along / SPACING, road.samples.shape[0] - 1.0))
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    hx, hy = road.heading[at, 0], road.heading[at, 1]
-    wanted[0] = speed * math.cos(course - pose[2])
-    wanted[1] = speed * math.sin(course - pose[2])
-    wanted[2] = 0.5 * _GAIN * math.atan2(cos * hy - sin * hx, cos * hx + sin * hy)
-
-
-@njit(cache=True)
-def _limited(scene: Scene, wanted: Floats, before: Floats, k: int, prices: Prices) -> float:
-    """Bring ``before`` as near to ``wanted`` as the limits let it; returns what that costs.
-
-    The first step takes half: the wheels are given that time by the next decision.
-    """
-    body = scene.body
-    half = 0.5 if k == 0 else 1.0
-    joint = body.translating if body.translating > 1 else 0
-    square = 0.0
-    for i in range(wanted.shape[0]):
-        wanted[i] = min(max(wanted[i], body.low[i]), body.high[i])
-        square += wanted[i] * wanted[i] if i < joint else 0.0
-    shorter = min(1.0, body.top_speed / math.sqrt(square)) if square > 0.0 else 1.0
-    share = 1.0
-    for i in range(joint):
-        wanted[i] *= shorter
-        change = wanted[i] - before[i]
-        most = half * (body.rise[i] if change > 0.0 else body.fall[i])
-        if abs(change) > most:
-            share = min(share, most / abs(change))
-    changed = 0.0
-    for i in range(wanted.shape[0]):
-        if i < joint:
-            change = share * (wanted[i] - before[i])
-        else:
-            change = min(max(wanted[i] - before[i], -half * body.fall[i]), half * body.rise[i])
-        before[i] += change
-        changed += change * change
-    turn = before[wanted.shape[0] - 1]
-    return prices.change * changed + scene.step * prices.turning * turn * turn
-
-
-@njit(cache=True, inline="always")
-def _advance(translating: int, pose: Floats, u: Floats, step: float, out: Floats) -> None:
-    """One step of the unicycle or of the holonomic robot."""
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    if translating > 1:
-        out[0] = pose[0] + step * (cos * u[0] - sin * u[1])
-        out[1] = pose[1] + step * (sin * u[0] + cos * u[1])
-        out[2] = pose[2] + step * u[2]
-    else:
-        out[0] = pose[0] + step * u[0] * cos
-        out[1] = pose[1] + step * u[0] * sin
-        out[2] = pose[2] + step * u[1]
-
-
-@njit(cache=True)
-def _project(road: Road, x: float, y: float, along: float) -> tuple[float, float]:
-    """(arc length on the path, signed distance from it), sought from the last arc length on."""
-    last = road.samples.shape[0] - 1
-    at = min(int(along / SPACING), last)
-    t = 0.0
-    for _ in range(last):
-        dx, dy = x - road.samples[at, 0], y - road.samples[at, 1]
-        t = dx * road.samples[at, 2] + dy * road.samples[at, 3]
-        if t > SPACING and at < last:
+@njit(cache=True, error_model="numpy")
+def _project(samples: Floats, x: float, y: float, at: int) -> tuple[int, float, float]:
+    """(sample, arc length, signed distance) of the nearest point of the path near a sample."""
+    last, t, back = samples.shape[0] - 1, 0.0, False
+    while True:
+        t = (x - samples[at, 0]) * samples[at, 2] + (y - samples[at, 1]) * samples[at, 3]
+        if t > SPACING and at < last and not back:
             at += 1
         elif t < 0.0 and at > 0:
-            ex, ey = x - road.samples[at - 1, 0], y - road.samples[at - 1, 1]
-            if ex * road.samples[at - 1, 2] + ey * road.samples[at - 1, 3] > SPACING:
-                break  # outside a bend: between the two
             at -= 1
+            back = True  # never forth again: outside a bend it would not end
         else:
             break
-    dx, dy = x - road.samples[at, 0], y - road.samples[at, 1]
-    side = road.samples[at, 2] * dy - road.samples[at, 3] * dx
-    return max(at * SPACING + min(max(t, 0.0), SPACING), 0.0), side
+    aside = samples[at, 2] * (y - samples[at, 1]) - samples[at, 3] * (x - samples[at, 0])
+    return at, at * SPACING + min(max(t, 0.0), SPACING), aside
 
 
-@njit(cache=True)
-def _off_course(scene: Scene, pose: Floats, along: float) -> float:
-    """1 − cos of the angle between the heading and the way ahead; 0 at the end of the way.
+@njit(cache=True, error_model="numpy")
+def _off_course(
+    samples: Floats,
+    heading: Floats,
+    joint: int,
+    x: float,
+    y: float,
+    angle: float,
+    at: int,
+) -> float:
+    """1 − cos of the angle between the heading and the way ahead.
 
     Who moves any way needs no heading: only the wanted one counts.
     """
-    road = scene.road
-    last = road.samples.shape[0] - 1
-    at = min(int((along + _AIM) / SPACING), last)
-    if scene.body.translating > 1:
-        x, y = road.heading[at, 0], road.heading[at, 1]
-    else:
-        x, y = road.samples[at, 0] - pose[0], road.samples[at, 1] - pose[1]
-        norm = max(math.hypot(x, y), 1e-9)
-        x, y = x / norm, y / norm
-        if (
-            road.heading[at, 0] * road.samples[at, 2] + road.heading[at, 1] * road.samples[at, 3]
-            < 0
-        ):
-            x, y = -x, -y
-    return 1.0 - (math.cos(pose[2]) * x + math.sin(pose[2]) * y)
+    cos, sin = math.cos(angle), math.sin(angle)
+    ahead = min(at + _AIM, samples.shape[0] - 1)
+    if joint:
+        return 1.0 - (cos * heading[ahead, 0] + sin * heading[ahead, 1])
+    dx, dy = samples[ahead, 0] - x, samples[ahead, 1] - y
+    norm = max(math.hypot(dx, dy), 1e-9)
+    if heading[at, 0] * samples[at, 2] + heading[at, 1] * samples[at, 3] < 0.0:
+        norm = -norm  # the way is to be driven backwards
+    return 1.0 - (cos * dx + sin * dy) / norm
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _walls(
-    walls: Walls, discs: Floats, around: float, pose: Floats, prices: Prices
+    walls: Walls,
+    discs: Floats,
+    around: float,
+    x: float,
+    y: float,
+    angle: float,
+    clearance: float,
 ) -> tuple[float, bool, float]:
-    """(how far the robot may go before it must look again, whether it touches, price a second)."""
-    room = sample(walls.distance, walls.resolution, walls.X_MG, pose[0], pose[1])[0] - around
-    room -= prices.clearance
+    """(how far the robot may go before it must look again, whether it touches, (missing share)²)."""
+    room = sample(walls.distance, walls.resolution, walls.X_MG, x, y)[0] - around - clearance
     if room > 0.0:
         return room, False, 0.0
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     nearest = np.inf
+    cos, sin = math.cos(angle), math.sin(angle)
     for j in range(discs.shape[0]):
-        x = pose[0] + cos * discs[j, 0] - sin * discs[j, 1]
-        y = pose[1] + sin * discs[j, 0] + cos * discs[j, 1]
-        gap = sample(walls.distance, walls.resolution, walls.X_MG, x, y)[0] - discs[j, 2]
+        u = x + cos * discs[j, 0] - sin * discs[j, 1]
+        v = y + sin * discs[j, 0] + cos * discs[j, 1]
+        gap = sample(walls.distance, walls.resolution, walls.X_MG, u, v)[0] - discs[j, 2]
         if gap < walls.margin[j]:
             return 0.0, True, 0.0
         nearest = min(nearest, gap)
-    close = max(prices.clearance - nearest, 0.0) / max(prices.clearance, 1e-6)
-    return 0.0, False, prices.wall * close * close
+    close = max(clearance - nearest, 0.0) / max(clearance, 1e-6)
+    return 0.0, False, close * close
 
 
-@njit(cache=True)
-def _people(  # noqa: PLR0917  # a kernel takes what it works on one by one
-    crowd: Crowd,
-    capsule: Floats,
-    body: Body,
-    pose: Floats,
-    k: int,
-    step: float,
-    prices: Prices,
-    due: Floats,
-) -> tuple[float, bool]:
-    """(price a second of people at step ``k``, whether one is touched).
-
-    ``due`` tells of each when next to look: nobody comes nearer than his and the robot's speed let
-    him.
-    """
-    price, touched = 0.0, False
-    margin = prices.margin[k]
-    widest = max(margin, crowd.reach if prices.space > 0.0 else 0.0)
-    widest = max(widest, prices.margin[prices.margin.shape[0] - 1])
-    for i in range(crowd.states.shape[0]):
-        if k < due[i]:
-            continue
-        x, y = crowd.states[i, k, 0], crowd.states[i, k, 1]
-        dx, dy = x - pose[0], y - pose[1]
-        apart = math.sqrt(dx * dx + dy * dy) - body.around - crowd.radius[i] - widest
-        if apart > 0.0:
-            due[i] = k + 1 + int(apart / (step * (crowd.fastest[i] + body.top_speed + 0.01)))
-            continue
-        d, nx, ny, _, _, _ = nearest_on_spine(capsule, pose, x, y)
-        gap = d - capsule[4] - crowd.radius[i]
-        likely = crowd.weight[i] * prices.fade[k]
-        if gap < 0.0 and crowd.weight[i] > _CREDIBLE:
-            touched = True
-        if gap < margin:
-            price += likely * prices.hit * (margin - gap) ** 2
-        if gap < crowd.reach and prices.space > 0.0:
-            s = crowd.states[i, k]
-            ahead = -(nx * s[2] + ny * s[3])
-            squared = ahead * ahead
-            q = (s[4] if ahead > 0.0 else s[5]) * squared + s[6] * (1.0 - squared)
-            reach = crowd.scale / q if crowd.printed else math.sqrt(crowd.scale / q)
-            reach = max(reach, crowd.floor)
-            if gap < reach:
-                price += likely * prices.space * ((reach - gap) / reach) ** 2
-    return price, touched
+@njit(cache=True, error_model="numpy")
+def _gap(capsule: Floats, angle: float, dx: float, dy: float) -> tuple[float, float, float]:
+    """(gap between the capsule and a point at (dx, dy) from the pose, unit vector to it)."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    qx, qy = cos * dx + sin * dy - capsule[0], cos * dy - sin * dx - capsule[1]
+    bx, by = capsule[2] - capsule[0], capsule[3] - capsule[1]
+    square = bx * bx + by * by
+    t = min(max((qx * bx + qy * by) / square, 0.0), 1.0) if square > 0.0 else 0.0
+    ex, ey = qx - t * bx, qy - t * by
+    d = math.sqrt(ex * ex + ey * ey + 1e-12)
+    ex, ey = ex / d, ey / d
+    return d - capsule[4], cos * ex - sin * ey, sin * ex + cos * ey
 
 
-@njit(cache=True)
-def _inside(hulls: Hulls, pose: Floats, k: int, capsule: Floats) -> float:
+@njit(cache=True, error_model="numpy")
+def _entered(crowd: Crowd, state: Floats, gap: float, nx: float, ny: float) -> float:
+    """The squared share of a personal space that is entered; (nx, ny) points to the person."""
+    ahead = -(nx * state[2] + ny * state[3])
+    square = ahead * ahead
+    q = (state[4] if ahead > 0.0 else state[5]) * square + state[6] * (1.0 - square)
+    reach = max(crowd.scale / q if crowd.printed else math.sqrt(crowd.scale / q), crowd.floor)
+    share = max(reach - gap, 0.0) / reach if reach > 0.0 else 0.0
+    return share * share
+
+
+@njit(cache=True, error_model="numpy")
+def _inside(hulls: Hulls, capsule: Floats, x: float, y: float, angle: float, k: int) -> float:
     """Sum of squared depths of the robot's middle, grown by its half width, in hulls; m²."""
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     mx, my = 0.5 * (capsule[0] + capsule[2]), 0.5 * (capsule[1] + capsule[3])
-    x, y = pose[0] + cos * mx - sin * my, pose[1] + sin * mx + cos * my
+    cos, sin = math.cos(angle), math.sin(angle)
+    x, y = x + cos * mx - sin * my, y + sin * mx + cos * my
     total = 0.0
     for g in range(hulls.support.shape[0]):
         dx, dy = x - hulls.disc[g, k, 0], y - hulls.disc[g, k, 1]

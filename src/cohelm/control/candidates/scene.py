@@ -101,6 +101,9 @@ class Scene(NamedTuple):
     """s."""
     steps: int
     """N."""
+    blur: float
+    """A step is driven along the heading that it begins with, and this many seconds of turning: 0
+    as planners roll out, more where a step stands for several of theirs."""
     road: Road
     crowd: Crowd
     hulls: Hulls
@@ -108,22 +111,41 @@ class Scene(NamedTuple):
     body: Body
 
 
-def scene_of(problem: LocalProblem, now: Floats, horizon: float, wall_margin: float) -> Scene:
-    """The problem over a horizon, s, that may be longer than its own.
+def scene_of(problem: LocalProblem, now: Floats, steps: int, wall_margin: float) -> Scene:
+    """The problem over ``steps`` of its own, which may be more than it has.
 
     Beyond the end of its predictions people keep their last velocity, and the reference its last
     speed and heading.
     """
     step = problem.reference.step
-    steps = max(round(horizon / step), len(problem.reference.speeds) - 1)
     return Scene(
         step=step,
         steps=steps,
+        blur=0.0,
         road=_road(problem, steps),
         crowd=_crowd(problem, steps),
         hulls=_hulls(problem, steps),
         walls=_walls(problem, wall_margin),
         body=_body(problem, now),
+    )
+
+
+def coarser(scene: Scene, stride: int) -> Scene:
+    """The same with ``stride`` steps in one; ``scene.steps`` must be a multiple of it."""
+    if stride == 1:
+        return scene
+    every = np.s_[::stride]
+    crowd, hulls, body = scene.crowd, scene.hulls, scene.body
+    return scene._replace(
+        step=stride * scene.step,
+        steps=scene.steps // stride,
+        blur=0.5 * (stride - 1) * scene.step,
+        road=scene.road._replace(wanted=scene.road.wanted[every].copy()),
+        crowd=crowd._replace(states=crowd.states[:, every].copy()),
+        hulls=hulls._replace(
+            support=hulls.support[:, every].copy(), disc=hulls.disc[:, every].copy()
+        ),
+        body=body._replace(rise=stride * body.rise, fall=stride * body.fall),
     )
 
 

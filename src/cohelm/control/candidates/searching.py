@@ -47,7 +47,7 @@ def searched(  # noqa: PLR0917  # a kernel takes what it works on one by one
     costs, marks = np.full(total, np.inf), np.empty((total, 4))
     base_of, push_of = np.empty(total, np.int64), np.empty(total, np.int64)
     bases = np.empty((1 + rounds * each, steps, m))
-    lengths = np.zeros(1 + rounds * each, np.int64)
+    lengths, worth = np.zeros(1 + rounds * each, np.int64), np.full(1 + rounds * each, np.inf)
     due = np.empty(scene.crowd.states.shape[0])
     inputs, poses = np.empty((steps, m)), np.empty((steps + 1, 3))
     nothing, empty = _NONE.copy(), np.empty((0, m))
@@ -66,7 +66,7 @@ def searched(  # noqa: PLR0917  # a kernel takes what it works on one by one
         best = min(best, done.cost)
         n += 1
     if started:
-        base_of[0] = 0
+        base_of[0], worth[0] = 0, costs[0]
     filled = 1
     for each_round in range(rounds):
         chosen = _apart(costs[:n], marks[:n], elite, best + spread)
@@ -77,12 +77,13 @@ def searched(  # noqa: PLR0917  # a kernel takes what it works on one by one
             )
             ride(scene, prices, base, push, np.inf, inputs, poses, due)
             bases[filled] = inputs
-            lengths[filled] = steps
+            lengths[filled], worth[filled] = steps, costs[c]
             filled += 1
         for b in range(first, filled):
             for p in range(1, pushes.shape[0]):
                 base = bases[b, : lengths[b]]
-                done = ride(scene, prices, base, pushes[p], best + spread, inputs, poses, due)
+                most_of = min(best + spread, worth[b])  # or nothing is gained
+                done = ride(scene, prices, base, pushes[p], most_of, inputs, poses, due)
                 costs[n], base_of[n], push_of[n] = done.cost, b, p
                 _mark(marks[n], poses)
                 best = min(best, done.cost)
@@ -117,7 +118,6 @@ def judged(scene: Scene, prices: Prices, given: Floats, limited: Floats, poses: 
         done: Ride = ride(scene, prices, given[j], nothing, np.inf, limited[j], poses[j], due)
         if done.stopped < scene.steps:  # the rest of a ride that a wall ended
             limited[j, done.stopped + 1 :] = 0.0
-            poses[j, done.stopped + 2 :] = poses[j, done.stopped + 1]
         out[j, 0], out[j, 1] = done.cost, done.contact
     return out
 
