@@ -179,7 +179,7 @@ class Rows:
     jacobian: Annotated[Floats, Shape("r c")]
     """G, (r, N·m)."""
     group: Annotated[Integers, Shape("r")]
-    """Index of each row's slack within this constraint, −1: hard."""
+    """Index of each row's slack within this constraint; −1 throughout where there are none."""
     room: Annotated[Floats, Shape("r")] | None = None
     """How far each row is from an upper bound; None: there is none."""
     key: Annotated[Integers, Shape("r")]
@@ -187,7 +187,7 @@ class Rows:
     keys: int
     """How many rows there can be."""
     groups: int = 0
-    """How many slacks there are."""
+    """How many slacks there are; 0: the rows are hard."""
     low: Annotated[Floats, Shape("c")] | None = None
     """Least Δu, (N·m,); None: no bound on the inputs themselves."""
     high: Annotated[Floats, Shape("c")] | None = None

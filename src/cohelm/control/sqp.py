@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.api import Constraint, CostTerm, LocalProblem, Measure, Motion, Rows
@@ -65,6 +66,8 @@ class OptimalControl:
     def __init__(self, costs: Sequence[CostTerm], constraints: Sequence[Constraint]) -> None:
         self.costs = tuple(costs)
         self.constraints = tuple(constraints)
+        self._l1 = np.array([float(c.l1) for c in self.constraints])
+        self._l2 = np.array([max(float(c.l2), _DAMPING) for c in self.constraints])
 
     def solve(
         self,
@@ -109,8 +112,9 @@ class OptimalControl:
         for constraint, found in zip(self.constraints, measures, strict=True):
             barrier = min(barrier, found.smallest)
             if len(found.slack):
-                slack = max(slack, float(found.slack.max()))
-                costs[constraint.name] = _price(constraint, found.slack)
+                price, most = _price(found.slack, constraint.l1, constraint.l2)
+                slack = max(slack, most)
+                costs[constraint.name] = price
         return Value(
             merit=sum(costs.values()),
             costs=costs,
@@ -137,10 +141,10 @@ class OptimalControl:
             gradient += slope
         hessian.flat[:: size + 1] += _DAMPING
         blocks = [
-            (c, c.rows(problem, motion, sensitivity, found))
+            c.rows(problem, motion, sensitivity, found)
             for c, found in zip(self.constraints, value.measures, strict=True)
         ]
-        return _program(hessian, gradient, blocks)
+        return _program(hessian, gradient, blocks, self._l1, self._l2)
 
     def _search(
         self, problem: LocalProblem, motion: Motion, value: Value, step: Floats
@@ -164,41 +168,50 @@ def moved(problem: LocalProblem, motion: Motion, inputs: Floats) -> Motion:
 
 
 def _program(
-    hessian: Floats, gradient: Floats, blocks: Sequence[tuple[Constraint, Rows]]
+    hessian: Floats, gradient: Floats, blocks: Sequence[Rows], l1: Floats, l2: Floats
 ) -> QuadraticProgram:
-    """The program of one step; the groups of all constraints are numbered through."""
+    """The program of one step; the groups of all constraints are numbered through.
+
+    l1, l2: of each block's slacks.
+    """
     low, high = np.full(len(gradient), -_FAR), np.full(len(gradient), _FAR)
-    first, names = 0, 0
+    room = np.full(sum([len(rows.margin) for rows in blocks]), _FAR)
+    at, first, names = 0, 0, 0
     group, key = [], []
-    for _, rows in blocks:
-        group.append(np.where(rows.group >= 0, rows.group + first, -1))
+    for rows in blocks:
+        group.append(rows.group + first if rows.groups else rows.group)
         key.append(rows.key + names)
-        first += rows.groups
-        names += rows.keys
+        if rows.room is not None:
+            room[at : at + len(rows.room)] = rows.room
         if rows.low is not None:
             low = np.maximum(low, rows.low)
         if rows.high is not None:
             high = np.minimum(high, rows.high)
-    groups = [rows.groups for _, rows in blocks]
+        at += len(rows.margin)
+        first += rows.groups
+        names += rows.keys
+    groups = np.array([rows.groups for rows in blocks])
     return QuadraticProgram(
         hessian=hessian,
         gradient=gradient,
         low=low,
         high=high,
-        jacobian=np.concatenate([rows.jacobian for _, rows in blocks]),
-        margin=np.concatenate([rows.margin for _, rows in blocks]),
-        room=np.concatenate([_room(rows) for _, rows in blocks]),
+        jacobian=np.concatenate([rows.jacobian for rows in blocks]),
+        margin=np.concatenate([rows.margin for rows in blocks]),
+        room=room,
         group=np.concatenate(group),
         key=np.concatenate(key),
         keys=names,
-        l1=np.repeat([c.l1 for c, _ in blocks], groups),
-        l2=np.repeat([max(c.l2, _DAMPING) for c, _ in blocks], groups),
+        l1=l1.repeat(groups),
+        l2=l2.repeat(groups),
     )
 
 
-def _room(rows: Rows) -> Floats:
-    return np.full(len(rows.margin), _FAR) if rows.room is None else rows.room
-
-
-def _price(constraint: Constraint, slack: Floats) -> float:
-    return float(constraint.l1 * slack.sum() + 0.5 * constraint.l2 * (slack @ slack))
+@njit(cache=True)
+def _price(slack: Floats, l1: float, l2: float) -> tuple[float, float]:
+    """(Σ l1·s + ½ l2·s², the largest s)."""
+    price, most = 0.0, 0.0
+    for s in slack:
+        price += l1 * s + 0.5 * l2 * s * s
+        most = max(most, s)
+    return price, most

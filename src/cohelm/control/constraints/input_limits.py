@@ -5,9 +5,10 @@ from __future__ import annotations
 import functools
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, Integers, read_only
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 
@@ -42,36 +43,79 @@ class InputLimits:
     ) -> Rows:
         """Rise and fall of every input at every step, (N·m,); lowest and highest inputs."""
         del sensitivity, measure
-        low, high, rise, fall = self.bounds(problem, motion)
         n, m = motion.inputs.shape
-        change = np.diff(np.vstack([motion.last_input, motion.inputs]), axis=0)
+        jacobian, key, hard = _changes(n, m)
+        margin, room, low, high = _left(
+            *self.bounds(problem, motion), motion.last_input, motion.inputs
+        )
         return Rows(
-            margin=(change + fall).ravel(),
-            room=(rise - change).ravel(),
-            jacobian=_changes(n, m),
-            group=np.full(n * m, -1),
-            key=np.arange(n * m),
+            margin=margin,
+            room=room,
+            jacobian=jacobian,
+            group=hard,
+            key=key,
             keys=n * m,
-            low=(low - motion.inputs).ravel(),
-            high=(high - motion.inputs).ravel(),
+            low=low,
+            high=high,
         )
 
     def bounds(
         self, problem: LocalProblem, motion: Motion
     ) -> tuple[Floats, Floats, Floats, Floats]:
         """(lowest, highest input, greatest rise, greatest fall) of each step, (N, m) each."""
-        low, high, rise, fall = problem.input_bounds()
-        n = len(motion.inputs)
-        times = np.full((n, 1), motion.step)
-        times[0] = self.parameters.tick
-        elapsed = np.cumsum(times, axis=0)
-        highest = np.maximum(high, motion.last_input - fall * elapsed)
-        lowest = np.minimum(low, motion.last_input + rise * elapsed)
-        return lowest, highest, rise * times, fall * times
+        limits = problem.input_bounds()
+        return _bounds(
+            *limits, motion.last_input, len(motion.inputs), motion.step, self.parameters.tick
+        )
 
 
 @functools.lru_cache(maxsize=64)
-def _changes(steps: int, inputs: int) -> Floats:
-    """d(u_k − u_{k−1})/du, (N·m, N·m)."""
+def _changes(steps: int, inputs: int) -> tuple[Floats, Integers, Integers]:
+    """d(u_k − u_{k−1})/du, (N·m, N·m); the rows' keys and groups: what never changes."""
     size = steps * inputs
-    return np.eye(size) - np.eye(size, k=-inputs)
+    jacobian = np.eye(size) - np.eye(size, k=-inputs)
+    return read_only(jacobian), read_only(np.arange(size)), read_only(np.full(size, -1))
+
+
+@njit(cache=True)
+def _bounds(  # noqa: PLR0917  # a kernel takes plain arrays
+    low: Floats,
+    high: Floats,
+    rise: Floats,
+    fall: Floats,
+    now: Floats,
+    steps: int,
+    step: float,
+    tick: float,
+) -> tuple[Floats, Floats, Floats, Floats]:
+    m = len(now)
+    lowest, highest = np.empty((steps, m)), np.empty((steps, m))
+    faster, slower = np.empty((steps, m)), np.empty((steps, m))
+    for k in range(steps):
+        time = tick if k == 0 else step
+        since = tick + k * step
+        for i in range(m):
+            highest[k, i] = max(high[i], now[i] - fall[i] * since)
+            lowest[k, i] = min(low[i], now[i] + rise[i] * since)
+            faster[k, i] = rise[i] * time
+            slower[k, i] = fall[i] * time
+    return lowest, highest, faster, slower
+
+
+@njit(cache=True)
+def _left(
+    low: Floats, high: Floats, rise: Floats, fall: Floats, now: Floats, inputs: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """(margin, room) of each change and (least, greatest) change of each input, (N·m,) each."""
+    steps, m = inputs.shape
+    margin, room = np.empty(steps * m), np.empty(steps * m)
+    least, greatest = np.empty(steps * m), np.empty(steps * m)
+    for k in range(steps):
+        for i in range(m):
+            at = k * m + i
+            change = inputs[k, i] - (inputs[k - 1, i] if k > 0 else now[i])
+            margin[at] = change + fall[k, i]
+            room[at] = rise[k, i] - change
+            least[at] = low[k, i] - inputs[k, i]
+            greatest[at] = high[k, i] - inputs[k, i]
+    return margin, room, least, greatest
