@@ -48,3 +48,8 @@ class Reason(StrEnum):
     PLANNING_TIMEOUT = "planning_timeout", "I did not find a way in the time that I had."
     PLANNING = "planning", "I could not plan a way."
     ARRIVED = "arrived", "We have arrived."
+    WAITING = "waiting", "I cannot go on just now, so I wait a moment."
+    REPLANNING = "replanning", "We are not getting on, so I look for another way."
+    BACKING_UP = "backing_up", "There is too little room ahead, so I back up a little."
+    CREEPING = "creeping", "It is tight here, so I go very slowly."
+    ASK_RIDER = "ask_rider", "I cannot get through here. Please steer, or choose another place."

@@ -29,6 +29,11 @@ CODES = {
     "planning_timeout",
     "planning",
     "arrived",
+    "waiting",
+    "replanning",
+    "backing_up",
+    "creeping",
+    "ask_rider",
 }
 """They cross the wire: one may be added here, none renamed."""
 

@@ -39,7 +39,6 @@ def asked(chair):
             walls=FREE,
             authority=None,
             people=walkers([]),
-            stalled_for=0.0,
         )
         return replace(plain, **changes)
 
@@ -116,11 +115,7 @@ def test_a_chair_astray_gets_a_new_path_from_where_it_is(plan_times, asked):
 
 
 def test_a_ride_that_does_not_get_on_looks_for_another_way(plan_times):
-    # stalled_time 6 s
-    def change(k):
-        return {"stalled_for": k * TICK if k <= 120 else 0.0}
-
-    assert plan_times(140, change) == [0, 120]
+    assert plan_times(140, lambda k: {"stalled": k == 120}) == [0, 120]
 
 
 def test_only_when_stalled_those_who_stand_are_gone_round_as_if_they_were_things(asked):
@@ -129,7 +124,7 @@ def test_only_when_stalled_those_who_stand_are_gone_round_as_if_they_were_things
     live = LiveObstacles(corner=[20, 40], occupied=np.zeros((120, 120)), version=3)
     planner = Straight()
     state = route(asked(people=people, live=live), planner, None, RULES)
-    route(asked(30, people=people, live=live, stalled_for=6.0), planner, state, RULES)
+    route(asked(30, people=people, live=live, stalled=True), planner, state, RULES)
     route(
         asked(30, people=people, live=live, walls=SHUT),
         planner,
@@ -148,7 +143,7 @@ def test_only_when_stalled_those_who_stand_are_gone_round_as_if_they_were_things
 
 def test_two_plans_are_a_while_apart(plan_times):
     # rest 0.5 s: 10 ticks, however much there is to plan for
-    assert plan_times(31, lambda k: {"stalled_for": 100.0}) == [0, 10, 20, 30]
+    assert plan_times(31, lambda k: {"stalled": True}) == [0, 10, 20, 30]
 
 
 def test_the_same_goal_and_wishes_made_anew_are_the_same(plan_times):
@@ -220,7 +215,7 @@ def test_a_path_there_is_is_kept_when_no_better_one_is_found(asked):
     planner = Straight()
     state = route(asked(), planner, None, RULES)
     planner.error = NoPath(start=(0.0, 0.0), goal=(1.0, 1.0), needed=0.3)
-    later = route(asked(30, stalled_for=100.0), planner, state, RULES)
+    later = route(asked(30, stalled=True), planner, state, RULES)
     assert later.path is state.path
     assert len(planner.asked) == 2
 
@@ -238,7 +233,7 @@ def test_a_wish_is_dropped_once_it_is_passed_and_measured_from_where_it_was_made
     wished = request(wishes=wishes)
     state = route(asked(request=wished), planner, None, RULES)
     on = replace(state, progress=3.0)  # at x = 5: past the first, before the last
-    later = route(asked(20, request=wished, stalled_for=100.0), planner, on, RULES)
+    later = route(asked(20, request=wished, stalled=True), planner, on, RULES)
     assert planner.asked[-1].wishes == wishes[1:]
     np.testing.assert_array_equal(planner.asked[-1].wished_from, START[:2])
     assert later.wishes == wishes[1:]
@@ -259,9 +254,20 @@ def test_progress_is_counted_in_steps_that_matter():
 def test_a_new_path_starts_anew_and_going_back_is_no_progress():
     rules = ProgressParameters(least=0.3)
     memory = progress(5.0, 0.0, 0.0, None, rules)
-    assert progress(6.0, 1.0, 0.0, memory, rules) is memory
+    back = progress(6.0, 1.0, 0.0, memory, rules)
+    assert (back.left, back.since) == (5.0, 0.0)
     longer = progress(6.0, 1.0, 1.0, memory, rules)
     assert (longer.left, longer.since) == (6.0, 1.0)
+
+
+def test_a_chair_that_is_to_stand_or_cannot_see_loses_no_time():
+    rules = ProgressParameters(least=0.3)
+    memory = progress(5.0, 0.0, 0.0, None, rules)
+    rested = progress(5.0, 1.0, 0.0, memory, rules, rests=True)
+    assert rested.since == 1.0
+    # after a while without a look the clock starts anew
+    assert progress(5.0, 20.0, 0.0, memory, rules).since == 20.0
+    assert progress(5.0, 1.0, 0.0, memory, rules).since == 0.0
 
 
 # ------------------------------------------------------------------ walls about the chair

@@ -56,7 +56,6 @@ SETTINGS: Mapping[str, Any] = {
         "blocked_time": 0.05,
         "look_ahead": 8.0,
         "rest": 0.2,
-        "stalled_time": 3.0,
         "better": {"look_every": 0.5, "least_left": 1.0, "settle": 0.5, "metres": 0.3},
     },
     "comfort": {"lateral_acceleration": 1.5, "deceleration": 1.5, "approach": 0.5},

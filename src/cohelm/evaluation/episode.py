@@ -28,7 +28,15 @@ KEPT = 0.5
 Watcher = Callable[[Tick, Truth], None]
 """Called after every tick with what was decided and how things were."""
 
-_NOT_A_STOP = frozenset({Reason.OVER_LIMITS, Reason.TOO_CLOSE, Reason.ARRIVED})
+_NOT_A_STOP = frozenset(
+    {
+        Reason.OVER_LIMITS,
+        Reason.TOO_CLOSE,
+        Reason.ARRIVED,
+        Reason.BACKING_UP,
+        Reason.CREEPING,
+    }
+)
 """Reasons with which the chair goes on, or rightly stands."""
 
 

@@ -38,7 +38,7 @@ from cohelm.evaluation.company import (
 from cohelm.evaluation.things import Door, Mask, Obstacle, Preferred, Storey, Zone
 from cohelm.maps import FARTHEST
 from cohelm.messages import Mode, RiderProfile
-from cohelm.navigation import ProgressParameters, ReplanningParameters
+from cohelm.navigation import ProgressParameters, RecoveryParameters, ReplanningParameters
 from cohelm.perception import NoveltyParameters, ObstacleLayerParameters
 from cohelm.planning import Comfort
 from cohelm.robots import Robot, load_robot
@@ -120,6 +120,7 @@ class Scenario(Model):
     authority: AuthorityParameters = AuthorityParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
+    recovery: RecoveryParameters = RecoveryParameters()
     gate: GateParameters = GateParameters()
     comfort: Comfort = Comfort()
     localisation: Localisation = Localisation()

@@ -107,6 +107,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
             authority=scenario.authority,
             replanning=scenario.replanning,
             progress=scenario.progress,
+            recovery=scenario.recovery,
             gate=scenario.gate,
             comfort=scenario.comfort,
         ),

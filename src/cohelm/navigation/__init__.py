@@ -4,6 +4,7 @@ from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.navigator import Navigator
 from cohelm.navigation.progress import ProgressParameters
 from cohelm.navigation.question import Why
+from cohelm.navigation.recovery import Recovery, RecoveryParameters, Stage
 from cohelm.navigation.replanning import ReplanningParameters
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.tick import Memory, Tick
@@ -14,7 +15,10 @@ __all__ = [
     "Navigator",
     "NavigatorSetup",
     "ProgressParameters",
+    "Recovery",
+    "RecoveryParameters",
     "ReplanningParameters",
+    "Stage",
     "Tick",
     "Why",
 ]

@@ -12,9 +12,11 @@ from cohelm.navigation.beyond import all_obstacles
 from cohelm.navigation.groups import outlines
 from cohelm.navigation.progress import ProgressState, progress
 from cohelm.navigation.question import Refusal, RouteQuestion
+from cohelm.navigation.recovery import Recovery
 from cohelm.navigation.replanning import RouteState, route
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.sight import Sight
+from cohelm.navigation.situation import straight_back
 from cohelm.navigation.tick import Memory
 from cohelm.planning import reference
 from cohelm.sharing import blended
@@ -30,10 +32,9 @@ class Course:
     reference: Reference | None = None
     """Along the path."""
     shared: Reference | None = None
-    """The same, blended with the rider's states where the mode is shared."""
+    """The same, blended with the rider's states where the mode is shared; straight back where the
+    chair backs up."""
     progress: ProgressState | None = None
-    stalled_for: float = 0.0
-    """How long the ride has not got on, s."""
     refusal: Refusal | None = None
     """Why there is no path, where there is none."""
 
@@ -45,6 +46,9 @@ def lay_course(
     sight: Sight,
     hand: Authority,
     memory: Memory | None,
+    *,
+    remedy: Recovery,
+    rests: bool,
 ) -> Course:
     """The path to follow now and the reference along it; a planning error is its reason.
 
@@ -55,6 +59,8 @@ def lay_course(
         sight: what stands in the way.
         hand: the rider's authority.
         memory: of the last tick, None at first.
+        remedy: what is done where the ride does not get on.
+        rests: the chair is not to get on.
     """
     before, pace = (memory.route, memory.progress) if memory else (None, None)
     refused = memory.refusal if memory else None
@@ -71,7 +77,7 @@ def lay_course(
         walls=sight.walls,
         authority=hand if shares else None,
         people=sight.people,
-        stalled_for=observation.time - pace.since if pace else 0.0,
+        stalled=remedy.replans,
         crowding=sight.crowding.told if sight.crowding.told.density.any() else None,
         groups=outlines(sight.people, sight.groups, setup.replanning.standing),
         filters=setup.filters,
@@ -99,13 +105,22 @@ def lay_course(
         comfort=setup.comfort,
     )
     left = state.path.length - at
-    pace = progress(left, observation.time, state.planned_at, pace, setup.progress)
+    pace = progress(left, observation.time, state.planned_at, pace, setup.progress, rests=rests)
+    if remedy.back > 0.0:
+        shared = straight_back(
+            observation.pose,
+            remedy.back,
+            min(setup.recovery.back_up_speed, setup.progress.creep),
+            steps=setup.local_planner.steps,
+            step=setup.local_planner.step,
+        )
+    else:
+        shared = blended(along, hand) if shares else along
     return Course(
         route=dataclasses.replace(state, progress=at),
         reference=along,
-        shared=blended(along, hand) if shares else along,
+        shared=shared,
         progress=pace,
-        stalled_for=observation.time - pace.since,
     )
 
 

@@ -23,8 +23,10 @@ from cohelm.messages import (
     Request,
 )
 from cohelm.navigation.course import Course, lay_course
+from cohelm.navigation.recovery import Recovery
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.sight import Sight, see
+from cohelm.navigation.situation import explained, recover
 from cohelm.navigation.stopwatch import Stopwatch
 from cohelm.navigation.tick import Memory, Tick
 from cohelm.navigation.walls import walls_about
@@ -84,12 +86,28 @@ class Navigator:
             parameters=setup.authority,
         )
         watch.lap("sharing")
-        course = lay_course(setup, observation, request, seen, hand, memory)
-        watch.lap("planning")
         arrived = self._arrived(observation, request, last)
-        plan, wanted = self._want(observation, request, seen, hand, course, last, arrived=arrived)
+        rests = arrived or self._rests(request, hand)
+        remedy, recovering, behind = recover(
+            setup, observation, request, seen, hand, memory, rests=rests
+        )
+        course = lay_course(
+            setup, observation, request, seen, hand, memory, remedy=remedy, rests=rests
+        )
+        watch.lap("planning")
+        plan, wanted = self._want(
+            observation,
+            request,
+            seen,
+            hand,
+            course,
+            remedy=remedy,
+            last=last,
+            arrived=arrived,
+        )
         watch.lap("control")
         decision = self._decide(observation, request, seen, wanted)
+        decision = explained(decision, plan, observation.twist, remedy)
         watch.lap("safety")
         return Tick(
             observation=observation,
@@ -105,6 +123,8 @@ class Navigator:
                 route=course.route,
                 refusal=course.refusal,
                 progress=course.progress,
+                behind=behind,
+                recovery=recovering,
                 authority=hand_state,
             ),
             sensing=seen.sensing,
@@ -115,6 +135,7 @@ class Navigator:
             path=course.route.path if course.route else None,
             reference=course.reference,
             authority=hand,
+            recovery=remedy,
             shared=course.shared,
             plan=plan,
             trouble=course.refusal.trouble if course.refusal else "",
@@ -131,6 +152,11 @@ class Navigator:
         )
         return bool(away <= setup.goal_tolerance * (2.0 if stays else 1.0))
 
+    def _rests(self, request: Request, hand: Authority) -> bool:
+        """The chair is not to get on: the rider steers alone, or wants it to stand."""
+        alone = request.mode in {Mode.MANUAL, Mode.ASSISTED}
+        return alone or hand.wants_stop or self.setup.speed_limit(request) <= 0.0
+
     def _want(
         self,
         observation: Observation,
@@ -138,8 +164,9 @@ class Navigator:
         seen: Sight,
         hand: Authority,
         course: Course,
-        last: Tick | None,
         *,
+        remedy: Recovery,
+        last: Tick | None,
         arrived: bool,
     ) -> tuple[LocalPlan | None, _Wanted]:
         """The twist that planner or rider want, or why to stand."""
@@ -152,8 +179,10 @@ class Navigator:
         if course.shared is None:
             reason = course.refusal.reason if course.refusal else Reason.PLANNING
             return None, _Wanted(reason=reason)
-        limit, pace = self.setup.speed_limit(request), self.setup.progress
-        stalled = course.stalled_for >= pace.patience
+        limit = self.setup.speed_limit(request)
+        profile = request.profile
+        if remedy.side != "none":
+            profile = profile.model_copy(update={"passing_side": remedy.side})
         problem = LocalProblem(
             time=observation.time,
             robot=self.setup.robot,
@@ -165,10 +194,10 @@ class Navigator:
             spaces=seen.spaces,
             walls=seen.walls,
             authority=hand,
-            profile=request.profile,
-            speed_limit=min(limit, pace.creep) if stalled else limit,
-            stalled=stalled,
-            reverses=stalled,
+            profile=profile,
+            speed_limit=min(limit, self.setup.progress.creep) if remedy.squeezes else limit,
+            stalled=remedy.squeezes,
+            reverses=remedy.reverses,
             late=observation.late,
         )
         try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pydantic import Field
 
 from cohelm.arrays import value
@@ -29,6 +31,12 @@ class ProgressState:
     """When it was reached, s."""
     path_time: float
     """When the path was planned, s."""
+    time: float
+    """Of the last call, s."""
+
+
+_GAP = 1.5
+"""Between two calls; a longer while, in which nothing could be seen, is no time lost, s."""
 
 
 def progress(
@@ -37,6 +45,8 @@ def progress(
     path_time: float,
     memory: ProgressState | None,
     parameters: ProgressParameters,
+    *,
+    rests: bool = False,
 ) -> ProgressState:
     """How far the ride has got; it has not got on since ``since``.
 
@@ -46,7 +56,12 @@ def progress(
         path_time: when the path was planned, s; a new path starts anew.
         memory: of the last call, None at first.
         parameters: what counts as getting on.
+        rests: the chair is not to get on: it has arrived, or the rider steers it or wants it to
+            stand.
     """
-    if memory is None or path_time > memory.path_time or left < memory.left - parameters.least:
-        return ProgressState(left=left, since=time, path_time=path_time)
-    return memory
+    anew = memory is None or path_time > memory.path_time
+    if memory is None or anew or rests or left < memory.left - parameters.least:
+        return ProgressState(left=left, since=time, path_time=path_time, time=time)
+    lost = time - memory.time
+    since = memory.since if 0.0 <= lost <= _GAP else time
+    return replace(memory, since=since, time=time)

@@ -49,8 +49,8 @@ class RouteQuestion:
     """About the chair."""
     authority: Authority | None
     people: People
-    stalled_for: float
-    """How long the ride has not got on, s."""
+    stalled: bool = False
+    """The ride does not get on, and another way is to be looked for now, round those who stand."""
     crowding: Crowding | None = None
     groups: tuple[Floats, ...] = ()
     """Outlines (k, 2) of those who stand together, m."""

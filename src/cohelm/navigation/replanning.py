@@ -2,9 +2,9 @@
 
 The path is kept while it is good. A new one is planned when there is none, when the goal or a wish
 changes, when the way ahead has been blocked for a while, when the chair has left its path, when it
-has not got on for long, when another way has become much better (``better``), and while the rider
-steers: then from where the hand leads, so that the path follows the rider round an obstacle and not
-the other way.
+does not get on (``recovery`` says when), when another way has become much better (``better``), and
+while the rider steers: then from where the hand leads, so that the path follows the rider round an
+obstacle and not the other way.
 """
 
 from __future__ import annotations
@@ -40,8 +40,6 @@ class ReplanningParameters(Model):
     """How far ahead of the chair the path is watched, m."""
     astray: float = Field(1.0, gt=0.0, le=10.0)
     """Distance from the path at which it is given up, m."""
-    stalled_time: float = Field(6.0, gt=0.0, le=120.0)
-    """How long without progress until another way is looked for, s."""
     steering: float = Field(0.5, ge=0.0, le=1.0)
     """η from which the path follows the rider's hand."""
     standing: float = Field(0.3, ge=0.0, le=3.0)
@@ -129,7 +127,7 @@ def _no_longer_good(q: RouteQuestion, kept: RouteState, p: ReplanningParameters)
     _, beside = nearest_on_polyline(kept.path.points, float(x), float(y))
     rules = (
         (q.time - kept.blocked_since >= p.blocked_time - _ROUNDING, Why.BLOCKED),
-        (q.stalled_for >= p.stalled_time - _ROUNDING, Why.STALLED),
+        (q.stalled, Why.STALLED),
         (_steers(q, p) is not None, Why.STEERING),
         (beside > p.astray, Why.ASTRAY),
     )
@@ -147,7 +145,7 @@ def _replaced(
     steering = _steers(q, p)
     start = _start(q, steering) if steering else q.pose[:2]
     asked = q
-    if q.stalled_for >= p.stalled_time - _ROUNDING:
+    if q.stalled:
         asked = replace(q, live=with_standing_people(q, p.standing))
     try:
         path = planner.plan(_anew(asked, start, kept))

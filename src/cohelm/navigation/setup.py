@@ -8,6 +8,7 @@ from cohelm.maps import CostmapFilter, OccupancyGrid
 from cohelm.messages import Crowding, Request
 from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.progress import ProgressParameters
+from cohelm.navigation.recovery import RecoveryParameters
 from cohelm.navigation.replanning import ReplanningParameters
 from cohelm.navigation.zones import ZoneParameters
 from cohelm.perception import (
@@ -52,6 +53,7 @@ class NavigatorSetup:
     authority: AuthorityParameters = AuthorityParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
+    recovery: RecoveryParameters = RecoveryParameters()
     gate: GateParameters = GateParameters()
     comfort: Comfort = Comfort()
     """How a path is driven."""

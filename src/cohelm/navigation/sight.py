@@ -23,6 +23,7 @@ from cohelm.navigation.stopwatch import Stopwatch
 from cohelm.navigation.tick import Memory
 from cohelm.navigation.walls import walls_about
 from cohelm.perception import (
+    Detections,
     ObstacleLayerState,
     PerceptionMemory,
     perceive,
@@ -42,6 +43,8 @@ class Sight:
     """About the robot."""
     live: LiveObstacles
     sensing: Sensing
+    detections: tuple[Detections, ...]
+    """Of each scan that came."""
     perception: PerceptionMemory
     predictor: Any
     """The predictor's memory."""
@@ -113,6 +116,7 @@ def see(
         walls=walls,
         live=live,
         sensing=perceived.sensing,
+        detections=detections,
         perception=perception,
         predictor=predictor,
         layer=layer,

@@ -26,10 +26,12 @@ from cohelm.messages import (
     Sensing,
     SocialSpaces,
 )
+from cohelm.navigation.behind import Behind
 from cohelm.navigation.beyond import Beyond
 from cohelm.navigation.crowding import CrowdingState
 from cohelm.navigation.progress import ProgressState
 from cohelm.navigation.question import Refusal
+from cohelm.navigation.recovery import Recovery, RecoveryState
 from cohelm.navigation.replanning import RouteState
 from cohelm.perception import ObstacleLayerState, PerceptionMemory
 from cohelm.safety import GateState
@@ -50,6 +52,8 @@ class Memory:
     route: RouteState | None = None
     refusal: Refusal | None = None
     progress: ProgressState | None = None
+    behind: Behind | None = None
+    recovery: RecoveryState | None = None
     authority: AuthorityState | None = None
 
 
@@ -70,6 +74,8 @@ class Tick:
     reference: Reference | None = None
     """Along the path."""
     authority: Authority | None = None
+    recovery: Recovery | None = None
+    """What is done about a ride that does not get on; its stage is None while it does."""
     shared: Reference | None = None
     """The path's reference and the rider's hand, blended."""
     plan: LocalPlan | None = None
