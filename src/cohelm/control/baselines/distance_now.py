@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import Literal
 
@@ -13,7 +12,7 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
-from cohelm.control.constraints.series import by_person, person_rows
+from cohelm.control.constraints import barrier
 from cohelm.robots.contact import nearest_on_spine
 
 _NORMS = {1: 1, 2: 2, "inf": 0}
@@ -58,36 +57,26 @@ class DistanceNow:
             _NORMS[self.parameters.norm],
             self.parameters.margin,
         )
-        return by_person(problem, h, gradient, _DISTANCE)
+        worst, smallest = barrier.worst(h, _DISTANCE)
+        return Measure(slack=worst, smallest=smallest, h=h, gradient=gradient)
 
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
     ) -> Rows:
         """Those that can become active."""
-        del motion
-        return person_rows(problem, measure, sensitivity, _DISTANCE)
-
-
-def standing(problem: LocalProblem) -> LocalProblem:
-    """The same problem with everybody standing where they are now: what is predicted is dropped."""
-    p, s = problem.predictions, problem.spaces
-    first = np.s_[:, :1]
-    shape = (len(problem.people), 1, p.mean.shape[2])
-    here = np.broadcast_to(problem.people.mean[:, None, None, :2], (*shape, 2))
-    return dataclasses.replace(
-        problem,
-        predictions=dataclasses.replace(
-            p,
-            names=("stays",),
-            weight=np.ones(shape[:2]),
-            mean=here,
-            velocity=np.zeros((*shape, 2)),
-            deviation=np.broadcast_to(p.deviation[:, :1, :1], shape),
-        ),
-        spaces=dataclasses.replace(
-            s, axis=s.axis[first], front=s.front[first], side=s.side[first], rear=s.rear[first]
-        ),
-    )
+        del problem, motion
+        margin, jacobian, person, key = barrier.rows(
+            measure.h, measure.gradient, sensitivity, _DISTANCE, barrier.NEAR
+        )
+        n, states = measure.h.shape
+        return Rows(
+            margin=margin,
+            jacobian=jacobian,
+            group=person,
+            key=key,
+            keys=n * (states - 1),
+            groups=n,
+        )
 
 
 @njit(cache=True)

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem
-from cohelm.control.baselines.distance_now import DistanceNow, standing
+from cohelm.control.baselines.distance_now import DistanceNow
 from cohelm.control.baselines.tracking import along_reference, planned
 from cohelm.control.constraints import InputLimits, WallClearance
 from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
@@ -59,7 +59,7 @@ class Mpc:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        problem, now = standing(problem), last_input(problem, previous)
+        now = last_input(problem, previous)
         solutions = [
             self.control.solve(problem, along_reference(problem, now, share=share), iterations=1)
             for share in self.parameters.profiles

@@ -15,7 +15,7 @@ from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
 from cohelm.control.sqp import OptimalControl
 from cohelm.control.warm_start import last_input, shifted
 from cohelm.messages import LocalPlan
-from cohelm.shapes import CONTOUR
+from cohelm.shapes import ELLIPSE
 
 _WALKING = 0.1
 """Slower than this nobody has a direction, m/s."""
@@ -97,8 +97,8 @@ class MpcDcbf:
 def bounded_by_ellipses(problem: LocalProblem, ellipses: Ellipses) -> LocalProblem:
     """The same problem with people as ellipses: their bodies, extended by what is uncertain.
 
-    The contour of a Gaussian with c = 1/2 is the ellipse with semi-axes σ, so that the terms of the
-    social space serve; bodies are inside it, hence points.
+    The ellipse with c = 1/2 has the σ as semi-axes, so that the terms of the social space serve;
+    bodies are inside it, hence points.
     """
     predictions, spaces = problem.predictions, problem.spaces
     speed = np.hypot(predictions.velocity[..., 0], predictions.velocity[..., 1])
@@ -112,7 +112,7 @@ def bounded_by_ellipses(problem: LocalProblem, ellipses: Ellipses) -> LocalProbl
         people=dataclasses.replace(problem.people, radius=np.zeros_like(problem.people.radius)),
         spaces=dataclasses.replace(
             spaces,
-            kind=CONTOUR,
+            kind=ELLIPSE,
             scale=0.5,
             axis=axis,
             front=long,

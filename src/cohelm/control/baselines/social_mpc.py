@@ -163,12 +163,13 @@ class SocialMpc:
         left = np.hypot(*(ways.poses[:, 1:, :2] - goal).transpose(2, 0, 1))
         most = float(ways.speed.max()) * self.step * np.arange(1, self.rolled + 1)
         made = np.minimum(most, start)
-        lost: Floats = (left - (start - made)) / (2.0 * np.maximum(made, 1e-3))
-        return lost.mean(axis=1)
+        lost = (left - (start - made)) / (2.0 * np.maximum(made, 1e-3))
+        return np.asarray(lost.mean(axis=1))
 
     def _angle_left(self, problem: LocalProblem, ways: Rollouts) -> Floats:
         """Between the heading at the end of the rollout and the reference's there, (r,)."""
-        return wrap_angle(ways.poses[:, -1, 2] - problem.reference.poses[self.rolled, 2])
+        off = ways.poses[:, -1, 2] - problem.reference.poses[self.rolled, 2]
+        return np.asarray(wrap_angle(off))
 
     def _walls(self, problem: LocalProblem, ways: Rollouts) -> Floats:
         p, walls = self.parameters, problem.walls
