@@ -32,8 +32,8 @@ def test_the_slope_is_the_finite_difference(kind, front, side, rear, delta):
 @KINDS
 def test_reach_along_the_axes(kind):
     # q = 1/2σ², so l = 2cσ² as printed and σ√(2c) for the contour
-    for delta, sigma in ((0.0, 2.4), (np.pi / 2, 1.6), (np.pi, 1.2)):
-        sigma = 2.4 if kind == ELLIPSE and delta == np.pi else sigma  # behind as ahead
+    behind = 2.4 if kind == ELLIPSE else 1.2  # an ellipse is behind as ahead
+    for delta, sigma in ((0.0, 2.4), (np.pi / 2, 1.6), (np.pi, behind)):
         expected = 0.25 * sigma**2 if kind == PRINTED else 0.5 * sigma
         assert length(kind, delta) == pytest.approx(expected)
 

@@ -1,3 +1,4 @@
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -6,6 +7,7 @@ import pytest
 from cohelm.control import Motion, SsMpcDcbf
 from cohelm.control.sqp import moved
 from cohelm.control.warm_start import followed
+from cohelm.robots import Robot
 from cohelm.testing.problems import random_problem
 
 PUSH = 1e-6
@@ -17,7 +19,15 @@ def wandering(problem, rng):
     inputs = np.column_stack(
         [rng.uniform(-0.2, 1.0, steps), np.cumsum(rng.normal(0.0, 0.3, steps))]
     )
-    return followed(problem, inputs, problem.twist[[0, 2]])
+    if problem.robot.motion.inputs == 3:
+        inputs = np.insert(inputs, 1, rng.uniform(-0.8, 0.8, steps), axis=1)
+    return followed(problem, inputs, problem.robot.motion.input(problem.twist))
+
+
+def any_way(problem):
+    """The same problem for a robot of the same build that moves any way."""
+    build = problem.robot.model_dump() | {"kinematics": "holonomic", "max_reverse_speed": 1.0}
+    return dataclasses.replace(problem, robot=Robot(**build))
 
 
 def slope(of, problem, motion):
@@ -38,11 +48,12 @@ def sensitivity(problem, motion):
 def standing(problem):
     """The motion of a chair that stands."""
     steps, step = len(problem.reference.speeds) - 1, problem.reference.step
+    m = problem.robot.motion.inputs
     return Motion(
         step=step,
         poses=np.tile(problem.pose, (steps + 1, 1)),
-        inputs=np.zeros((steps, 2)),
-        last_input=np.zeros(2),
+        inputs=np.zeros((steps, m)),
+        last_input=np.zeros(m),
     )
 
 
@@ -50,7 +61,11 @@ def standing(problem):
 def motions():
     """Ways to move, and to differentiate by the inputs."""
     return SimpleNamespace(
-        wandering=wandering, slope=slope, sensitivity=sensitivity, standing=standing
+        wandering=wandering,
+        slope=slope,
+        sensitivity=sensitivity,
+        standing=standing,
+        any_way=any_way,
     )
 
 

@@ -34,8 +34,8 @@ class PersonalSpace:
         """``contour``: l = √(c/q), convex. ``printed``: l = c/q, as the paper has it. ``ellipse``:
         the least ellipse about the contour, as far behind as ahead."""
         contour_scale: float = Field(0.125, gt=0.0, le=10.0)
-        """c of contour and ellipse, without unit: ahead l = σ_h √(2c) = |v| · 1 s, so 1.2 m at 1.2 m/s
-        (Hall's personal distance), 0.8 m aside and 0.6 m behind."""
+        """c of contour and ellipse, without unit: ahead l = σ_h √(2c) = |v| · 1 s, so 1.2 m at
+        1.2 m/s (Hall's personal distance), 0.8 m aside and 0.6 m behind the contour."""
         printed_scale: float = Field(0.104, gt=0.0, le=10.0)
         """c as printed, 1/m: ahead l = 2 c σ_h², the same 1.2 m at 1.2 m/s."""
         axis_speed: float = Field(0.2, ge=0.0, le=3.0)
@@ -72,7 +72,7 @@ class PersonalSpace:
             axis=np.where(unknown, 0.0, axis),
             front=front,
             side=np.where(unknown, front, front * 2.0 / 3.0),
-            rear=np.where(unknown, front, front / 2.0),
+            rear=np.where(unknown | (p.shape == "ellipse"), front, front / 2.0),
             floor=profile.social_distance,
             robot=self._robot(twist),
         )

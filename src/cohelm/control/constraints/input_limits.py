@@ -11,13 +11,18 @@ from pydantic import Field
 from cohelm.arrays import Floats, Integers, read_only
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
+from cohelm.robots import Kinematics
+
+_FAR = 1e6
+"""No bound, m/s."""
 
 
 class InputLimits:
     """Hard bounds on inputs and on their change; linear, so exact in the quadratic program.
 
-    Where the robot is beyond a bound already (a limit lowered in mid-ride) the bound opens as far
-    as braking needs, so that the problem stays feasible.
+    A velocity over the floor with two components is bounded by the facets of a polygon besides, see
+    ``Kinematics.facets``. Where the robot is beyond a bound already (a limit lowered in mid-ride)
+    the bound opens as far as braking needs, so that the problem stays feasible.
     """
 
     class Parameters(Model):
@@ -41,20 +46,25 @@ class InputLimits:
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
     ) -> Rows:
-        """Rise and fall of every input at every step, (N·m,); lowest and highest inputs."""
+        """Rise and fall of every input at every step, the facets; lowest and highest inputs."""
         del sensitivity, measure
-        n, m = motion.inputs.shape
-        jacobian, key, hard = _changes(n, m)
+        kinematics = problem.robot.motion
+        jacobian, key, hard = _constant(len(motion.inputs), kinematics)
         margin, room, low, high = _left(
             *self.bounds(problem, motion), motion.last_input, motion.inputs
         )
+        if len(kinematics.facets):
+            excess = motion.inputs @ kinematics.facets.T
+            slower = (self.fastest(problem, motion) - excess).ravel()
+            margin = np.concatenate([margin, slower])
+            room = np.concatenate([room, np.full(len(slower), _FAR)])
         return Rows(
             margin=margin,
             room=room,
             jacobian=jacobian,
             group=hard,
             key=key,
-            keys=n * m,
+            keys=len(key),
             low=low,
             high=high,
         )
@@ -68,13 +78,23 @@ class InputLimits:
             *limits, motion.last_input, len(motion.inputs), motion.step, self.parameters.tick
         )
 
+    def fastest(self, problem: LocalProblem, motion: Motion) -> Floats:
+        """What each facet's F u may be at each step, (N, f): the top speed, or braking to it."""
+        kinematics, now = problem.robot.motion, motion.last_input
+        _, _, rise, fall = problem.input_bounds()
+        since = self.parameters.tick + motion.step * np.arange(len(motion.inputs))[:, None]
+        braking = np.maximum(now - fall * since, 0.0) + np.minimum(now + rise * since, 0.0)
+        return np.asarray(np.maximum(braking @ kinematics.facets.T, problem.top_speed))
+
 
 @functools.lru_cache(maxsize=64)
-def _changes(steps: int, inputs: int) -> tuple[Floats, Integers, Integers]:
-    """d(u_k − u_{k−1})/du, (N·m, N·m); the rows' keys and groups: what never changes."""
-    size = steps * inputs
-    jacobian = np.eye(size) - np.eye(size, k=-inputs)
-    return read_only(jacobian), read_only(np.arange(size)), read_only(np.full(size, -1))
+def _constant(steps: int, kinematics: Kinematics) -> tuple[Floats, Integers, Integers]:
+    """d(u_k − u_{k−1})/du, (N·m, N·m), and −F by blocks; the rows' keys and groups."""
+    m = kinematics.inputs
+    changes = np.eye(steps * m) - np.eye(steps * m, k=-m)
+    jacobian = np.concatenate([changes, -np.kron(np.eye(steps), kinematics.facets)])
+    count = len(jacobian)
+    return read_only(jacobian), read_only(np.arange(count)), read_only(np.full(count, -1))
 
 
 @njit(cache=True)

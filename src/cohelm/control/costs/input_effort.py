@@ -12,13 +12,16 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.costs.gauss_newton import gauss_newton
+from cohelm.control.costs.per_input import per_input
 
 
 class InputEffort:
     """(u − û)ᵀ Q_u (u − û), where û is the reference's speed without turning.
 
-    As printed the inputs themselves are penalised (û = 0): the chair then lags behind its
-    reference, and where reversing is allowed it can become the cheapest answer to a barrier.
+    A robot that moves any way is to have that speed in the reference's direction, whichever way it
+    faces itself. As printed the inputs themselves are penalised (û = 0): the chair then lags behind
+    its reference, and where reversing is allowed it can become the cheapest answer to a barrier.
     """
 
     class Parameters(Model):
@@ -35,23 +38,48 @@ class InputEffort:
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
-        self._roots = np.sqrt([p.speed, p.turn])
+        self._root_speed, self._root_turn = math.sqrt(p.speed), math.sqrt(p.turn)
 
     def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
         """(N·m,)."""
-        wanted = np.zeros_like(motion.inputs)
+        difference = motion.inputs.copy()
         if self.parameters.input_cost == "reference":
-            wanted[:, 0] = problem.reference.speeds[:-1]
-        return ((motion.inputs - wanted) * (self._roots * math.sqrt(motion.step))).ravel()
+            speeds = problem.reference.speeds[:-1]
+            if problem.robot.motion.translating == 1:
+                difference[:, 0] -= speeds
+            else:
+                off = _off(problem, motion)
+                difference[:, 0] -= speeds * np.cos(off)
+                difference[:, 1] -= speeds * np.sin(off)
+        difference *= self._roots(problem, motion)
+        return difference.ravel()
 
     def model(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats
     ) -> tuple[Floats, Floats]:
-        """See ``CostTerm``; H is diagonal and always the same."""
-        del sensitivity
-        roots = self._roots * math.sqrt(motion.step)
-        gradient = self.residual(problem, motion).reshape(motion.inputs.shape) * roots
-        return _diagonal(tuple(roots.tolist()), len(motion.inputs)), gradient.ravel()
+        """See ``CostTerm``; H is diagonal and always the same where headings do not matter."""
+        residual, roots = self.residual(problem, motion), self._roots(problem, motion)
+        steps, m = motion.inputs.shape
+        over = problem.robot.motion.translating
+        if over == 1 or self.parameters.input_cost == "printed":
+            gradient = residual.reshape(steps, m) * roots
+            return _diagonal(tuple(roots.tolist()), steps), gradient.ravel()
+        # û in the robot frame turns against the robot's heading: ∂û/∂θ = s (sin, −cos)(θ̂ − θ)
+        off, speeds = _off(problem, motion), problem.reference.speeds[:-1]
+        jacobian = np.diag(np.tile(roots, steps))
+        turns = sensitivity[:-1, 2]
+        jacobian[0::m] -= (roots[0] * speeds * np.sin(off))[:, None] * turns
+        jacobian[1::m] += (roots[1] * speeds * np.cos(off))[:, None] * turns
+        return gauss_newton(residual, jacobian)
+
+    def _roots(self, problem: LocalProblem, motion: Motion) -> Floats:
+        roots = per_input(problem.robot.motion, self._root_speed, self._root_turn)
+        return roots * math.sqrt(motion.step)
+
+
+def _off(problem: LocalProblem, motion: Motion) -> Floats:
+    """θ̂ − θ of each step, (N,)."""
+    return np.asarray(problem.reference.poses[:-1, 2] - motion.poses[:-1, 2])
 
 
 @functools.lru_cache(maxsize=64)

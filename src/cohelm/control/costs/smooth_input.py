@@ -11,6 +11,7 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.costs.per_input import per_input
 
 
 class SmoothInput:
@@ -28,22 +29,28 @@ class SmoothInput:
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
-        self._roots = np.sqrt([p.speed, p.turn])
+        self._root_speed, self._root_turn = math.sqrt(p.speed), math.sqrt(p.turn)
 
     def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
         """(N·m,)."""
-        del problem
-        before = np.vstack([motion.last_input, motion.inputs[:-1]])
-        return ((motion.inputs - before) * (self._roots / math.sqrt(motion.step))).ravel()
+        change = motion.inputs.copy()
+        change[0] -= motion.last_input
+        change[1:] -= motion.inputs[:-1]
+        change *= self._roots(problem, motion)
+        return change.ravel()
 
     def model(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats
     ) -> tuple[Floats, Floats]:
         """See ``CostTerm``; H is tridiagonal by blocks and always the same."""
         del sensitivity
-        scale = tuple((self._roots / math.sqrt(motion.step)).tolist())
+        scale = tuple(self._roots(problem, motion).tolist())
         jacobian, hessian = _differences(scale, len(motion.inputs))
         return hessian, self.residual(problem, motion) @ jacobian
+
+    def _roots(self, problem: LocalProblem, motion: Motion) -> Floats:
+        roots = per_input(problem.robot.motion, self._root_speed, self._root_turn)
+        return roots / math.sqrt(motion.step)
 
 
 @functools.lru_cache(maxsize=64)

@@ -22,6 +22,10 @@ class Kinematics(Protocol):
     """F of the linear inequalities F u ≤ speed that keep the norm of the translating inputs below
     a speed; none where the bounds on each input do that already."""
 
+    def __hash__(self) -> int:
+        """A model is a key of what follows from it; its own identity will do."""
+        ...
+
     def twist(self, u: Floats) -> Floats:
         """The twist (..., 3) of inputs (..., m)."""
         ...
