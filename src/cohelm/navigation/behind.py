@@ -111,7 +111,7 @@ def _places(robot: Robot, most: float) -> Floats:
 
 def _rows(free: Booleans) -> float:
     """How far it is free, one row of it kept as a margin, m."""
-    whole: Booleans = free.all(axis=1)
+    whole = np.asarray(free.all(axis=1), dtype=bool)
     rows = len(whole) if whole.all() else int(np.argmin(whole))
     return max(rows - 1, 0) * _ROW
 

@@ -65,7 +65,7 @@ class RecoveryParameters(Model):
 
     wait: float = Field(1.0, ge=0.0, le=120.0)
     """How long to wait where nobody is near, s."""
-    wait_for_people: float = Field(3.0, ge=0.0, le=120.0)
+    wait_for_people: float = Field(2.0, ge=0.0, le=120.0)
     """The same where somebody stands near, s."""
     wait_for_walkers: float = Field(8.0, ge=0.0, le=120.0)
     """The same while somebody walks near, who will be gone soon, s."""
