@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.messages import LocalPlan
+from cohelm.robots.kinematics import within_limits
 
 _STALE = 0.5
 """A plan older than this is no seed, s."""
@@ -60,22 +60,16 @@ def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
     """The motion that inputs (N, m) lead to, made to obey the limits on speed and change."""
     robot, step = problem.robot, problem.reference.step
     low, high, rise, fall = problem.input_bounds()
-    allowed = _limited(inputs, now, low, high, rise * step, fall * step)
+    sooner = np.array([[0.5 * step], [step]])  # the first change is due within a tick
+    allowed = within_limits(
+        np.asarray(inputs, dtype=float),
+        now,
+        low,
+        high,
+        rise * sooner,
+        fall * sooner,
+        robot.motion.translating,
+        problem.top_speed,
+    )
     poses = robot.motion.rollout(problem.pose, allowed, step)
     return Motion(step=step, poses=poses, inputs=allowed, last_input=now)
-
-
-@njit(cache=True)
-def _limited(
-    inputs: Floats, now: Floats, low: Floats, high: Floats, rise: Floats, fall: Floats
-) -> Floats:
-    out = np.empty_like(inputs)
-    for i in range(inputs.shape[1]):
-        before = now[i]
-        for k in range(inputs.shape[0]):
-            wanted = min(max(inputs[k, i], low[i]), high[i])
-            change = rise[i] if k > 0 else 0.5 * rise[i]
-            drop = fall[i] if k > 0 else 0.5 * fall[i]
-            before = min(max(wanted, before - drop), before + change)
-            out[k, i] = before
-    return out
