@@ -274,7 +274,8 @@ def _with_cylinders(grid: OccupancyGrid, centres: Floats, radius: float) -> Occu
     """The grid with every cell occupied whose centre a cylinder covers."""
     data = grid.data.copy()
     reach = math.ceil(radius / grid.resolution) + 1
-    window = np.stack(np.mgrid[-reach : reach + 1, -reach : reach + 1], axis=-1).reshape(-1, 2)
+    near = np.arange(-reach, reach + 1)
+    window = np.stack(np.meshgrid(near, near), axis=-1).reshape(-1, 2)
     cells = (grid.cells(centres)[:, None] + window).reshape(-1, 2)
     away = grid.centres(cells).reshape(len(centres), -1, 2) - centres[:, None]
     covered = cells[(np.hypot(away[..., 0], away[..., 1]) <= radius).ravel()]

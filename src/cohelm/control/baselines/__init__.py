@@ -6,5 +6,6 @@ from cohelm.control.baselines.mpc import Mpc
 from cohelm.control.baselines.mpc_dcbf import MpcDcbf
 from cohelm.control.baselines.path_follower import PathFollower, without_people
 from cohelm.control.baselines.social_mpc import SocialMpc
+from cohelm.control.baselines.teb import Teb
 
-__all__ = ["Apf", "Dwa", "Mpc", "MpcDcbf", "PathFollower", "SocialMpc", "without_people"]
+__all__ = ["Apf", "Dwa", "Mpc", "MpcDcbf", "PathFollower", "SocialMpc", "Teb", "without_people"]

@@ -107,7 +107,10 @@ class Dwa:
         high = np.maximum(high, low)
         counts = [p.speeds, *[max(p.speeds // 2, 3)] * (len(now) - 2), p.turns]
         axes = [_spread(low[i], high[i], counts[i]) for i in range(len(now))]
-        return np.array(list(itertools.product(*axes)))
+        samples = np.array(list(itertools.product(*axes)))
+        speed = np.hypot(*problem.robot.motion.twist(samples)[:, :2].T)
+        limit = max(high[0], float(np.hypot(*problem.twist[:2])))
+        return samples[speed <= limit + 1e-9]
 
     def _costs(
         self, problem: LocalProblem, now: Floats, samples: Floats, previous: LocalPlan | None

@@ -51,9 +51,9 @@ def drive(start: Floats, inputs: Floats, twists: Floats, step: float, poses: Flo
 
 
 @njit(cache=True)
-def beside(path: Floats, x: float, y: float) -> tuple[float, float]:
-    """(distance to a polyline (k, 2), length that is left beyond the nearest point)."""
-    best, left, behind = np.inf, 0.0, 0.0
+def beside(path: Floats, x: float, y: float) -> tuple[float, float, float, float]:
+    """(distance to a polyline (k, 2), length left beyond its nearest point, that point's x, y)."""
+    best, left, behind, near_x, near_y = np.inf, 0.0, 0.0, path[0, 0], path[0, 1]
     for i in range(path.shape[0] - 2, -1, -1):
         dx, dy = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
         px, py = x - path[i, 0], y - path[i, 1]
@@ -63,8 +63,9 @@ def beside(path: Floats, x: float, y: float) -> tuple[float, float]:
         distance = math.hypot(px - t * dx, py - t * dy)
         if distance < best:
             best, left = distance, behind + (1.0 - t) * length
+            near_x, near_y = path[i, 0] + t * dx, path[i, 1] + t * dy
         behind += length
-    return best, left
+    return best, left, near_x, near_y
 
 
 @njit(cache=True)

@@ -122,7 +122,9 @@ def _verdicts(rows: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
     for planner, least in ASKED.items():
         each = rows.get(planner, ())
         if each:
-            won = estimate([float(r["outcome"] == BarnOutcome.SUCCESS.value) for r in each])
+            won = estimate(
+                np.array([r["outcome"] == BarnOutcome.SUCCESS.value for r in each], dtype=float)
+            )
             word = "met" if won.mean >= least else "missed"
             out.append(
                 f"{planner}: success {won.mean:.3f} ({won.low:.3f} to {won.high:.3f}) in "
