@@ -51,8 +51,8 @@ def test_two_hundred_problems_have_the_optima_that_ipopt_finds():
 
 def test_the_oracle_keeps_the_limits_and_the_law_of_motion():
     drawn = random_problem(np.random.default_rng(2), 1)
-    problem, p = drawn.problem, SsMpcDcbf.Parameters()
-    found = solve(problem, p, drawn.half_planes)
+    problem, planner = drawn.problem, SsMpcDcbf()
+    found, p = solve(problem, planner.control, drawn.half_planes), planner.parameters
     assert found.solved
     rolled = problem.robot.motion.rollout(problem.pose, found.inputs, p.step)
     assert np.abs(rolled - found.poses).max() < 1e-6

@@ -16,7 +16,7 @@ from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.control.api import LocalProblem
 from cohelm.geometry import compose, transform
 from cohelm.maps import DistanceField
-from cohelm.messages import Groups, People, Reference, RiderProfile
+from cohelm.messages import Groups, People, Predictions, Reference, RiderProfile
 from cohelm.robots import Robot, load_robot
 from cohelm.social import PersonalSpace
 from cohelm.testing.scenes import straight_on, walkers
@@ -81,10 +81,12 @@ def problem_of(
     people: People,
     walls: DistanceField,
     time: float = 0.0,
+    predictions: Predictions | None = None,
 ) -> LocalProblem:
-    """Everybody walks straight on, with the personal space that comes with cohelm."""
+    """With the personal space that comes with cohelm; unless said, everybody walks straight on."""
     profile = RiderProfile()
-    predictions = straight_on(people, len(reference.speeds) - 1, reference.step)
+    if predictions is None:
+        predictions = straight_on(people, len(reference.speeds) - 1, reference.step)
     return LocalProblem(
         time=time,
         robot=robot,

@@ -1,0 +1,192 @@
+"""How long solving takes beside IPOPT and PIQP on the same states."""
+
+from __future__ import annotations
+
+import importlib
+import time
+from collections.abc import Callable, Iterator, Mapping
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.control import LocalProblem, Motion, SsMpcDcbf
+from cohelm.control.quadratic import Multipliers, QuadraticProgram, minimise
+from cohelm.errors import ControlError
+from cohelm.testing import oracle
+from cohelm.testing.benches.solver_states import State, ride, with_futures
+from cohelm.testing.comparison import along
+from cohelm.testing.problems import random_problem
+
+PLAN, PLAN_3 = "plan", "plan, 3 hypotheses"
+SOLVE, SOLVE_6 = "SQP", "SQP, 3 hypotheses, 2 candidates"
+IPOPT, DAQP, PIQP = "CasADi + IPOPT", "QP: DAQP", "QP: PIQP"
+AGREE = 1e-4
+"""Objectives of two QP solvers that differ by a smaller share agree."""
+
+_FAR = 1e20
+
+
+def warm_up() -> None:
+    """Solve where every branch is taken, so that no compilation is counted."""
+    rng, planner = np.random.default_rng(1), SsMpcDcbf()
+    for k in range(12):
+        drawn = random_problem(
+            rng, (0, 5)[k % 2], steps=planner.steps, step=planner.step, hopeless=k % 4 < 2
+        )
+        for _, state in zip(range(3), ride(planner, drawn, 25), strict=False):
+            _two_of_three(planner, state.problem.within(25), state.seed)
+            planner.plan(with_futures(state.problem), state.previous)
+
+
+def rows(people: int, horizon: int, seed: int, *, rides: int, every: int) -> Iterator[Any]:
+    """A row for each kind of solver.
+
+    Args:
+        people: how many there are.
+        horizon: N of the solver; the planner looks as far ahead as it wants, or as N.
+        seed: of the states.
+        rides: how many.
+        every: IPOPT solves every so many-th state, from the same start.
+    """
+    planner, states = SsMpcDcbf(), list[State]()
+    rng = np.random.default_rng((seed, people))
+    steps = max(planner.steps, horizon)
+    for _ in range(rides):
+        drawn = random_problem(rng, people, steps=steps, step=planner.step)
+        states += ride(planner, drawn, horizon)
+    near = [(state.problem.within(horizon), state.seed) for state in states]
+    three = [(with_futures(problem), start) for problem, start in near]
+    budget = planner.parameters.iterations
+    calls: dict[str, Callable[[int], Any]] = {
+        SOLVE: lambda k: planner.control.solve(*near[k], iterations=budget),
+        SOLVE_6: lambda k: _two_of_three(planner, *three[k]),
+    }
+    yield _row(PLAN, people, horizon, np.array([state.took for state in states]), 0)
+    for name, call in calls.items():
+        yield _row(name, people, horizon, *_timed(call, len(states)))
+    yield _row(PLAN_3, people, horizon, *_futures(planner, states))
+    yield from _programs(planner, near[::every], people, horizon)
+    if find_spec("casadi"):
+        yield _ipopt(planner, states[::every], people, horizon)
+
+
+def _two_of_three(planner: SsMpcDcbf, problem: LocalProblem, seed: Motion) -> None:
+    for start in (seed, along(problem, seed.last_input)):
+        planner.control.solve(problem, start, iterations=planner.parameters.iterations)
+
+
+def _futures(planner: SsMpcDcbf, states: list[State]) -> tuple[Floats, int]:
+    problems = [with_futures(state.problem) for state in states]
+    return _timed(lambda k: planner.plan(problems[k], states[k].previous), len(states))
+
+
+def _timed(call: Callable[[int], Any], count: int) -> tuple[Floats, int]:
+    """(thread CPU times, s; how many failed)."""
+    took, failed = np.empty(count), 0
+    for k in range(count):
+        begin = time.thread_time()
+        try:
+            call(k)
+        except ControlError:
+            failed += 1
+        took[k] = time.thread_time() - begin
+    return took, failed
+
+
+def _ipopt(planner: SsMpcDcbf, states: list[State], people: int, horizon: int) -> Any:
+    took, failed = [], 0
+    for state in states:
+        found = oracle.solve(
+            state.problem.within(horizon),
+            planner.control,
+            state.half_planes,
+            last_input=state.seed.last_input,
+            start=state.seed.inputs,
+        )
+        took.append(found.time)
+        failed += not found.solved
+    return _row(IPOPT, people, horizon, np.array(took), failed)
+
+
+def _programs(
+    planner: SsMpcDcbf, near: list[tuple[LocalProblem, Motion]], people: int, horizon: int
+) -> Iterator[Any]:
+    """The quadratic programs of first steps, cold, by both solvers; whole for PIQP."""
+    control = planner.control
+    programs = [control.program(p, m, control.value(p, m)) for p, m in near]
+    best: list[Floats] = []
+
+    def daqp(k: int) -> None:
+        best.append(minimise(programs[k], Multipliers.none(programs[k]))[0])
+
+    yield _row(DAQP, people, horizon, *_timed(daqp, len(programs)))
+    if not find_spec("piqp"):
+        return
+    took, failed, agree = [], 0, 0
+    for program, x in zip(programs, best, strict=True):
+        seconds, theirs = piqp(program)
+        took.append(seconds)
+        failed += theirs is None
+        if theirs is not None:
+            ours, other = objective(program, x), objective(program, theirs)
+            agree += abs(ours - other) <= AGREE * (1.0 + abs(other))
+    yield {**_row(PIQP, people, horizon, np.array(took), failed), "agree": agree}
+
+
+def objective(program: QuadraticProgram, x: Floats) -> float:
+    """What the program is worth at x, the slack it needs included."""
+    soft = program.group >= 0
+    slack = np.zeros(len(program.l1))
+    lack = -(program.jacobian @ x + program.margin)[soft]
+    np.maximum.at(slack, program.group[soft], lack)
+    price = float(program.l1 @ slack + 0.5 * slack @ (program.l2 * slack))
+    return float(0.5 * x @ program.hessian @ x + program.gradient @ x) + price
+
+
+def piqp(program: QuadraticProgram) -> tuple[float, Floats | None]:
+    """(thread CPU time, s; x or None where it gave up) of PIQP on the whole program, set up anew.
+
+    Its variables are x and all slacks, as ours are; nothing is left out and nothing brought in.
+    """
+    solver = importlib.import_module("piqp").DenseSolver()
+    n, groups = len(program.gradient), len(program.l1)
+    begin = time.thread_time()
+    hessian = np.zeros((n + groups, n + groups), order="F")
+    hessian[:n, :n] = program.hessian
+    hessian[range(n, n + groups), range(n, n + groups)] = program.l2
+    rows_ = np.zeros((len(program.margin), n + groups), order="F")
+    rows_[:, :n] = program.jacobian
+    soft = np.flatnonzero(program.group >= 0)
+    rows_[soft, n + program.group[soft]] = 1.0
+    solver.setup(
+        hessian,
+        np.concatenate([program.gradient, program.l1]),
+        None,
+        None,
+        rows_,
+        -program.margin,
+        program.room,
+        np.concatenate([program.low, np.zeros(groups)]),
+        np.concatenate([program.high, np.full(groups, _FAR)]),
+    )
+    status = solver.solve()
+    took = time.thread_time() - begin
+    solved = status == importlib.import_module("piqp").PIQP_SOLVED
+    return took, np.array(solver.result.x)[:n] if solved else None
+
+
+def _row(what: str, people: int, horizon: int, seconds: Floats, failed: int) -> Mapping[str, Any]:
+    ms = 1e3 * seconds
+    return {
+        "part": "speed",
+        "people": people,
+        "horizon": horizon,
+        "what": what,
+        "solves": len(ms),
+        "median_ms": float(np.median(ms)),
+        "p99_ms": float(np.percentile(ms, 99)),
+        "max_ms": float(ms.max()),
+        "failed": failed,
+    }
