@@ -15,6 +15,10 @@ BENCHES = {
         "cohelm.evaluation.benches.barn",
         "The 300 BARN worlds in this 2-D simulator: success, collisions, score.",
     ),
+    "crowdnav": (
+        "cohelm.evaluation.benches.crowdnav",
+        "CrowdNav's circle crossing past people who do not see the robot.",
+    ),
     "paper-global": (
         "cohelm.evaluation.benches.paper_global",
         "Global planners by how near they come to the rider's own way (Xu et al., Table 2).",
@@ -100,6 +104,34 @@ Worlds = Annotated[
     typer.Option(metavar="N|A,B", help="So many worlds, spread evenly, or these; unset, all 300."),
 ]
 
+Replay = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE.npz", help="Recorded people; unset, those in COHELM_DATA."),
+]
+Kinematics = Annotated[
+    str | None,
+    typer.Option(metavar="MODEL", help="unicycle or holonomic; unset, both."),
+]
+Driver = Annotated[
+    str | None,
+    typer.Option("--planner", metavar="NAME", help="Local planner; or best_arc, straight, orca."),
+]
+Layout = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Cases of our own, circle or square, not the recorded ones."),
+]
+Crowd = Annotated[
+    int | None, typer.Option("--people", min=1, max=20, help="In cases of our own; 5.")
+]
+Caution = Annotated[
+    list[float] | None,
+    typer.Option(metavar="M", help="Tell the planner wider people; again for a curve."),
+]
+DriverSettings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="As in planner.arcs.margin=0.3."),
+]
+
 
 def _command(name: str, module: str) -> Callable[..., int]:
     def command(
@@ -175,12 +207,40 @@ def _barn(
     return bench.bench("barn", BENCHES["barn"][0], asked)
 
 
+def _crowdnav(  # noqa: PLR0913, PLR0917  # each is an option
+    seeds: Seeds = None,
+    first: First = 0,
+    out: Out = None,
+    workers: Workers = None,
+    json: options.Json = False,
+    replay: Replay = None,
+    kinematics: Kinematics = None,
+    planner: Driver = None,
+    layout: Layout = None,
+    people: Crowd = None,
+    caution: Caution = None,
+    settings: DriverSettings = None,
+) -> int:
+    compiled_code.place()
+    from cohelm.cli import bench  # noqa: PLC0415 # lazy
+
+    own = _given(replay=replay, kinematics=kinematics, planner=planner, layout=layout)
+    own |= _given(people=people, caution=caution or None, settings=settings)
+    asked = bench.Asked(seeds, out, workers, json, first, own)
+    return bench.bench("crowdnav", BENCHES["crowdnav"][0], asked)
+
+
 def _given(**own: Any) -> dict[str, Any]:
     """Those that are set."""
     return {name: each for name, each in own.items() if each is not None}
 
 
-SPECIAL: dict[str, Callable[..., int]] = {"barn": _barn, "planning": _planning, "rides": _rides}
+SPECIAL: dict[str, Callable[..., int]] = {
+    "barn": _barn,
+    "crowdnav": _crowdnav,
+    "planning": _planning,
+    "rides": _rides,
+}
 """Those that take options of their own, which go to the module's ``on``."""
 
 for _name, (_module, _help) in BENCHES.items():

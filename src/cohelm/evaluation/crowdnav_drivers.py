@@ -14,7 +14,7 @@ from cohelm.config import Model as Config
 from cohelm.config import validate
 from cohelm.control import LocalPlanner, LocalProblem
 from cohelm.evaluation.best_arc import BestArc
-from cohelm.evaluation.crowdnav import DT, GOAL, RADIUS, SPEED, TURN_RATE, Model, Seen
+from cohelm.evaluation.crowdnav import GOAL, RADIUS, SPEED, TURN_RATE, Driver, Model, Seen
 from cohelm.evaluation.crowdnav_cases import avoiding
 from cohelm.maps import DistanceField
 from cohelm.messages import (
@@ -121,7 +121,7 @@ def _planner(spec: dict[str, Any]) -> LocalPlanner:
     return BestArc(validate(BestArc.Parameters, given))
 
 
-def straight(model: Model) -> Any:
+def straight(model: Model) -> Driver:
     """Straight to the goal at full speed, blind."""
 
     def drive(seen: Seen) -> Floats:
@@ -133,7 +133,7 @@ def straight(model: Model) -> Any:
     return drive
 
 
-def orca(caution: float) -> Any:
+def orca(caution: float) -> Driver:
     """ORCA as the people's, that supposes that they avoid the robot too, with a wider radius."""
 
     def drive(seen: Seen) -> Floats:
@@ -171,7 +171,7 @@ def disc_robot(model: Model) -> Robot:
         max_deceleration=20.0,
         emergency_deceleration=20.0,
         max_turn_acceleration=50.0,
-        source="CrowdNav's env.config; accelerations, which it does not limit, as good as unlimited",
+        source="CrowdNav's env.config; it limits no acceleration",
     )
 
 

@@ -64,7 +64,7 @@ class Ride(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def ride(  # noqa: PLR0915, PLR0917  # a kernel: one loop without calls that pass all of it on
+def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of it on are dear
     scene: Scene,
     prices: Prices,
     base: Floats,
@@ -258,7 +258,7 @@ def _project(samples: Floats, x: float, y: float, at: int) -> tuple[int, float, 
 
 
 @njit(cache=True, error_model="numpy")
-def _off_course(
+def _off_course(  # noqa: PLR0917  # a kernel takes plain values
     samples: Floats,
     heading: Floats,
     joint: int,
@@ -274,16 +274,16 @@ def _off_course(
     cos, sin = math.cos(angle), math.sin(angle)
     ahead = min(at + _AIM, samples.shape[0] - 1)
     if joint:
-        return 1.0 - (cos * heading[ahead, 0] + sin * heading[ahead, 1])
+        return float(1.0 - (cos * heading[ahead, 0] + sin * heading[ahead, 1]))
     dx, dy = samples[ahead, 0] - x, samples[ahead, 1] - y
     norm = max(math.hypot(dx, dy), 1e-9)
     if heading[at, 0] * samples[at, 2] + heading[at, 1] * samples[at, 3] < 0.0:
         norm = -norm  # the way is to be driven backwards
-    return 1.0 - (cos * dx + sin * dy) / norm
+    return float(1.0 - (cos * dx + sin * dy) / norm)
 
 
 @njit(cache=True, error_model="numpy")
-def _walls(
+def _walls(  # noqa: PLR0917  # a kernel takes plain values
     walls: Walls,
     discs: Floats,
     around: float,
@@ -292,7 +292,7 @@ def _walls(
     angle: float,
     clearance: float,
 ) -> tuple[float, bool, float]:
-    """(how far the robot may go before it must look again, whether it touches, (missing share)²)."""
+    """(how far one may go before looking again, whether a wall is touched, (missing share)²)."""
     room = sample(walls.distance, walls.resolution, walls.X_MG, x, y)[0] - around - clearance
     if room > 0.0:
         return room, False, 0.0

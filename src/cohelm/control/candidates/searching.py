@@ -1,4 +1,4 @@
-"""Which arcs are ridden: the table's, then what pushing the best of them and the last plan gives."""
+"""Which arcs are ridden: those of the table, then the best of them and the last plan, pushed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _APART = 0.2
 
 
 @njit(cache=True)
-def searched(  # noqa: PLR0917  # a kernel takes what it works on one by one
+def searched(  # noqa: PLR0913, PLR0917  # a kernel takes what it works on one by one
     scene: Scene,
     prices: Prices,
     warm: Floats,
