@@ -198,7 +198,7 @@ def _picked(ways: Ways, which: Integers) -> Ways:
 def _means(inputs: Floats, stride: int) -> Floats:
     """Inputs (L, m) averaged over ``stride`` at a time; what does not fill the last is dropped."""
     whole = len(inputs) // stride
-    return np.asarray(inputs[: whole * stride].reshape(whole, stride, -1).mean(axis=1))
+    return np.asarray(inputs[: whole * stride].reshape(whole, stride, inputs.shape[1]).mean(axis=1))
 
 
 def _joined(one: Ways, other: Ways) -> Ways:
