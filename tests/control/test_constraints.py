@@ -201,3 +201,46 @@ def test_who_is_beyond_the_limits_may_come_back_to_them(speed, motions):
     assert (braking >= low - 1e-9).all()
     assert (braking <= high + 1e-9).all()
     assert (low <= high).all()
+
+
+@pytest.mark.parametrize("now", [[0.0, 0.0, 0.0], [0.6, -0.8, 0.3], [-1.6, 1.2, 0.0]])
+def test_the_speed_of_who_moves_any_way_is_bounded_by_its_norm(now, motions):
+    """Rows hold for inputs exactly where a polygon of 16 sides has them, at 1 m/s."""
+    problem = motions.any_way(local_problem(steps=8, step=0.2))
+    limits, rng = InputLimits(), np.random.default_rng(0)
+    motion = dataclasses.replace(motions.standing(problem), last_input=np.array(now))
+    rows = rows_at(limits, problem, motion, motions)
+    assert (rows.group == -1).all()
+    assert rows.keys == len(rows.margin) == 8 * 3 + 8 * 16
+    assert len(set(rows.key.tolist())) == rows.keys
+    most = limits.fastest(problem, motion)
+    for _ in range(50):
+        inputs = rng.uniform(-1.3, 1.3, (8, 3))
+        left = rows.margin[24:] + rows.jacobian[24:] @ inputs.ravel()
+        within = (inputs @ problem.robot.motion.facets.T <= most).ravel()
+        assert ((left >= 0.0) == within).all()
+        if np.hypot(*np.array(now)[:2]) <= 1.0:
+            speed = np.hypot(inputs[:, 0], inputs[:, 1])
+            kept = (left.reshape(8, 16) >= 0.0).all(axis=1)
+            assert (speed[kept] <= 1.0 + 1e-9).all()
+            assert kept[speed < np.cos(np.pi / 16.0)].all()
+
+
+@pytest.mark.parametrize("now", [[2.0, 0.0, 0.0], [-1.5, -1.5, 2.0], [0.7, 0.7, 0.0]])
+def test_who_moves_any_way_and_is_too_fast_may_brake(now, motions):
+    """Braking each input as hard as allowed keeps every row and every bound."""
+    problem = motions.any_way(local_problem(steps=20, step=0.2))
+    limits = InputLimits()
+    motion = dataclasses.replace(motions.standing(problem), last_input=np.array(now))
+    low, high, rise, fall = limits.bounds(problem, motion)
+    inputs, before = [], np.array(now)
+    for k in range(20):
+        before = np.clip(0.0, before - fall[k], before + rise[k])
+        inputs.append(before)
+    change = np.ravel(inputs)
+    rows = rows_at(limits, problem, motion, motions)
+    left = rows.margin + rows.jacobian @ change
+    assert left.min() > -1e-9
+    assert (rows.room - rows.jacobian @ change).min() > -1e-9
+    assert (np.array(inputs) >= low - 1e-9).all()
+    assert (np.array(inputs) <= high + 1e-9).all()

@@ -10,8 +10,14 @@ from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.candidates import best_arcs
-from cohelm.control.constraints import Bodies, InputLimits, SocialSpace, WallClearance
-from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
+from cohelm.control.constraints import (
+    Bodies,
+    GroupSpace,
+    InputLimits,
+    SocialSpace,
+    WallClearance,
+)
+from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
 from cohelm.control.sqp import OptimalControl, Solution, Value
 from cohelm.control.verification import Verification, brought_to_rest
 from cohelm.control.warm_start import last_input, shifted
@@ -45,10 +51,13 @@ class SsMpcDcbf:
         track_reference: TrackReference.Parameters = TrackReference.Parameters()
         input_effort: InputEffort.Parameters = InputEffort.Parameters()
         smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
+        comfort: Comfort.Parameters = Comfort.Parameters()
+        progress: Progress.Parameters = Progress.Parameters()
         input_limits: InputLimits.Parameters = InputLimits.Parameters()
         wall_clearance: WallClearance.Parameters = WallClearance.Parameters()
         bodies: Bodies.Parameters = Bodies.Parameters()
         social_space: SocialSpace.Parameters = SocialSpace.Parameters()
+        group_space: GroupSpace.Parameters = GroupSpace.Parameters()
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
@@ -58,12 +67,15 @@ class SsMpcDcbf:
                 TrackReference(p.track_reference),
                 InputEffort(p.input_effort),
                 SmoothInput(p.smooth_input),
+                Comfort(p.comfort),
+                Progress(p.progress),
             ),
             constraints=(
                 InputLimits(p.input_limits),
                 WallClearance(p.wall_clearance),
                 Bodies(p.bodies),
                 SocialSpace(p.social_space),
+                GroupSpace(p.group_space),
             ),
         )
 
