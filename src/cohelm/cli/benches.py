@@ -11,6 +11,10 @@ import typer
 from cohelm.cli import compiled_code, options
 
 BENCHES = {
+    "ablation": (
+        "cohelm.evaluation.benches.ablation",
+        "What each idea in ss_mpc_dcbf is worth: one at a time left out.",
+    ),
     "barn": (
         "cohelm.evaluation.benches.barn",
         "The 300 BARN worlds in this 2-D simulator: success, collisions, score.",
@@ -34,6 +38,10 @@ BENCHES = {
     "rides": (
         "cohelm.evaluation.benches.rides",
         "Every local planner in the same scenes among people (Xu et al., Table 3).",
+    ),
+    "solver": (
+        "cohelm.testing.benches.solver",
+        "The local planner's solver: time over people, optima and failures, beside IPOPT.",
     ),
 }
 """Name → the module, which is a ``Bench``, and what it measures."""
@@ -84,6 +92,9 @@ Scenes = Annotated[
 ]
 Blind = Annotated[bool, typer.Option("--blind", help="No one sees the chair.")]
 Both = Annotated[bool, typer.Option("--both", help="Ride as the scenarios are, and --blind.")]
+Seeing = Annotated[
+    bool, typer.Option("--seeing", help="People see the chair where the scenario says so.")
+]
 TruePeople = Annotated[
     bool, typer.Option("--true-people", help="Tell the chair where people truly are.")
 ]
@@ -133,6 +144,17 @@ DriverSettings = Annotated[
 ]
 
 
+Part = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME", help="speed, optima, commands or failures; again for more. Unset, all."
+    ),
+]
+Share = Annotated[
+    float | None, typer.Option(min=0.001, max=100.0, help="Of the usual number of states; 1.")
+]
+
+
 def _command(name: str, module: str) -> Callable[..., int]:
     def command(
         seeds: Seeds = None,
@@ -166,6 +188,27 @@ def _planning(
     return bench.bench(name, module, asked)
 
 
+def _ablation(  # noqa: PLR0913, PLR0917  # each is an option
+    seeds: Seeds = None,
+    first: First = 0,
+    out: Out = None,
+    workers: Workers = None,
+    json: options.Json = False,
+    scenes: Scenes = None,
+    seeing: Seeing = False,
+    true_people: TruePeople = False,
+    tuned: Tuned = False,
+    settings: ScenarioSettings = None,
+) -> int:
+    compiled_code.place()
+    from cohelm.cli import bench  # noqa: PLC0415 # lazy
+
+    own = _given(scenes=scenes, settings=settings)
+    own |= {"blind": not seeing, "true_people": true_people, "tuned": tuned}
+    asked = bench.Asked(seeds, out, workers, json, first, own)
+    return bench.bench("ablation", BENCHES["ablation"][0], asked)
+
+
 def _rides(  # noqa: PLR0913, PLR0917  # each is an option
     seeds: Seeds = None,
     first: First = 0,
@@ -189,7 +232,7 @@ def _rides(  # noqa: PLR0913, PLR0917  # each is an option
     return bench.bench("rides", BENCHES["rides"][0], asked)
 
 
-def _barn(
+def _barn(  # noqa: PLR0917  # each is an option
     seeds: Seeds = None,
     first: First = 0,
     out: Out = None,
@@ -230,16 +273,34 @@ def _crowdnav(  # noqa: PLR0913, PLR0917  # each is an option
     return bench.bench("crowdnav", BENCHES["crowdnav"][0], asked)
 
 
+def _solver(
+    seeds: Seeds = None,
+    first: First = 0,
+    out: Out = None,
+    json: options.Json = False,
+    part: Part = None,
+    share: Share = None,
+) -> int:
+    compiled_code.place()
+    from cohelm.cli import bench  # noqa: PLC0415 # lazy
+
+    own = _given(parts=tuple(part) if part else None, share=share)
+    asked = bench.Asked(seeds, out, None, json, first, own)
+    return bench.bench("solver", BENCHES["solver"][0], asked)
+
+
 def _given(**own: Any) -> dict[str, Any]:
     """Those that are set."""
     return {name: each for name, each in own.items() if each is not None}
 
 
 SPECIAL: dict[str, Callable[..., int]] = {
+    "ablation": _ablation,
     "barn": _barn,
     "crowdnav": _crowdnav,
     "planning": _planning,
     "rides": _rides,
+    "solver": _solver,
 }
 """Those that take options of their own, which go to the module's ``on``."""
 

@@ -26,6 +26,9 @@ class ConstantVelocity:
         tick; 0.13 m after 1 s, 0.37 m after 2 s from this alone."""
         largest_deviation: float = Field(1.0, gt=0.0, le=20.0)
         """m."""
+        lasting: float = Field(1.0, ge=0.0, le=1.0)
+        """Share of the velocity now that people go on with; 0: they are expected to stand where
+        they are, which is what a planner without prediction believes."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -37,7 +40,7 @@ class ConstantVelocity:
         p = self.parameters
         n = len(people)
         t = step * np.arange(steps + 1)
-        velocity = np.broadcast_to(people.mean[:, None, 2:], (n, steps + 1, 2))
+        velocity = np.broadcast_to(p.lasting * people.mean[:, None, 2:], (n, steps + 1, 2))
         mean = people.mean[:, None, :2] + t[:, None] * velocity
         C = people.covariance[:, None]
         time = t[:, None, None]

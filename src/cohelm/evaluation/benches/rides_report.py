@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,13 @@ from cohelm.pictures import Strip, StripPanel, draw_strips
 Row = Mapping[str, Any]
 
 COLUMNS = (
-    "planner", "rides", "reached, %", "hit moving, %", "m/s", "wall, standing", "time, s",
+    "planner", "rides", "reached, %", "hit moving, %", "m/s", "wall/still", "time, s",
     "× alone", "gap, m", "ms, 99 %",
 )  # fmt: skip
 """``m/s``: the fastest touch; then rides that hit a wall, or were walked into while the chair
 stood; ``gap``: the least of a ride; ``ms``: a plan's thread CPU time."""
+COMPARED = ("reached", "hit_moving", "time", "min_distance", "stalled_time")
+"""What is compared ride by ride."""
 
 
 class Group:
@@ -38,7 +40,10 @@ class Group:
         return len(self.rows)
 
     def column(self, key: str) -> Floats:
-        """(k,), NaN where a ride has none."""
+        """(k,), NaN where a ride has none; ``reached`` and ``hit_moving`` as 0 or 1."""
+        if key in {"reached", "hit_moving"}:
+            found: Booleans = getattr(self, key)
+            return found.astype(float)
         return np.array([row[key] for row in self.rows], dtype=float)
 
     @property
@@ -82,7 +87,7 @@ def make_report(rows: Sequence[Row], folder: Path) -> Report:
         sheets += [scene_sheet(scene, by_planner), differences(scene, by_planner, OURS)]
     return Report(
         sheets=tuple(sheets),
-        notes=(*_sources(rows), *_faults(rows), *says),
+        notes=(*sources(rows), *faults(rows), *says),
         summary={
             "verdicts": says,
             "scenes": {
@@ -91,7 +96,7 @@ def make_report(rows: Sequence[Row], folder: Path) -> Report:
             },
             "seeds": sorted({int(row["seed"]) for row in rows}),
         },
-        files=(_picture(groups, folder / "rides.png"),),
+        files=(picture(groups, folder / "rides.png"),),
     )
 
 
@@ -114,24 +119,26 @@ def differences(scene: str, by_planner: Mapping[str, Group], base: str) -> Sheet
     )
 
 
-def paired(one: Group, other: Group) -> dict[str, Floats]:
+def paired(one: Group, other: Group, keys: Iterable[str] = COMPARED) -> dict[str, Floats]:
     """``one`` less ``other`` on the seeds that both rode, by measure; NaN where either has none."""
     mine = {seed: i for i, seed in enumerate(one.seeds)}
     both = [(mine[seed], j) for j, seed in enumerate(other.seeds) if seed in mine]
     i, j = (np.array([pair[k] for pair in both], dtype=int) for k in (0, 1))
-    keys = ("time", "min_distance", "stalled_time")
-    return {
-        "reached": one.reached[i].astype(float) - other.reached[j],
-        "hit_moving": one.hit_moving[i].astype(float) - other.hit_moving[j],
-        **{key: one.column(key)[i] - other.column(key)[j] for key in keys},
-    }
+    return {key: one.column(key)[i] - other.column(key)[j] for key in keys}
+
+
+def signed(each: Estimate, factor: float = 1.0, digits: int = 2) -> str:
+    """A difference with its sign, times a factor: ``+1.2 [0.3, 2.1]``."""
+    if not each.count:
+        return "–"
+    mean, low, high = (factor * x + 0.0 for x in (each.mean, each.low, each.high))
+    return f"{mean:+.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
 
 
 def _less(one: Group, other: Group) -> tuple[str, ...]:
-    less = {key: estimate(each) for key, each in paired(one, other).items()}
-    shares = (_times_100(less[key]) for key in ("reached", "hit_moving"))
-    rest = (less[key] for key in ("time", "min_distance", "stalled_time"))
-    return (*(f"{each:+.1f}" for each in shares), *(f"{each:+.2f}" for each in rest))
+    less = [estimate(each) for each in paired(one, other).values()]
+    shares, rest = less[:2], less[2:]
+    return (*(signed(each, 100.0, 1) for each in shares), *(signed(each) for each in rest))
 
 
 def _cells(group: Group) -> tuple[str, ...]:
@@ -145,18 +152,12 @@ def _cells(group: Group) -> tuple[str, ...]:
         as_percent(share(group.reached)),
         as_percent(share(group.hit_moving)),
         f"{np.nanmax(speed):.2f}" if np.isfinite(speed).any() else "",
-        f"{(group.column('collisions_wall') > 0).sum()}, "
+        f"{(group.column('collisions_wall') > 0).sum()} / "
         f"{(group.column('standing_contacts') > 0).sum()}",
         median(group.column("time"), 1),
         f"{_median(group.ratio):.2f}",
         median(group.column("min_distance")),
         f"{_median(solve):.1f}, {_median(p99):.1f}",
-    )
-
-
-def _times_100(each: Estimate) -> Estimate:
-    return Estimate(
-        mean=100.0 * each.mean, low=100.0 * each.low, high=100.0 * each.high, count=each.count
     )
 
 
@@ -186,12 +187,13 @@ def _as_dict(each: Estimate) -> dict[str, float]:
     return {"value": each.mean, "low": each.low, "high": each.high, "count": each.count}
 
 
-def _sources(rows: Sequence[Row]) -> list[str]:
+def sources(rows: Sequence[Row]) -> list[str]:
+    """From where people were known."""
     told = sorted({row["people_from"] for row in rows if row["people_from"]})
     return [f"people as known from: {', '.join(told)}"] if told else []
 
 
-def _faults(rows: Sequence[Row]) -> list[str]:
+def faults(rows: Sequence[Row]) -> list[str]:
     """Rides that broke off, each fault once."""
     found: dict[tuple[str, str], list[int]] = {}
     for row in rows:
@@ -203,7 +205,9 @@ def _faults(rows: Sequence[Row]) -> list[str]:
     ]
 
 
-def _picture(groups: Mapping[str, Mapping[str, Group]], file: Path) -> Path:
+def picture(groups: Mapping[str, Mapping[str, Group]], file: Path) -> Path:
+    """Gaps and times of every ride, a row of panels for each scene."""
+
     def panel(scene: str, key: str, axis: str) -> StripPanel:
         strips = {
             name: Strip(values=_shown(group, key), bad=~group.reached)

@@ -1,0 +1,153 @@
+"""What each idea in our planner is worth: everything as it is, then one thing at a time left out.
+
+All variants ride the same scenes with the same seeds, people who do not see the chair included, so
+that nobody else's caution stands in for what is left out. Sharing is judged by rides with a rider
+who steers, beside the same rides in which the stick counts for nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from cohelm.evaluation.benches.ablation_report import make_report
+from cohelm.evaluation.benches.bench import Report, Result, Task
+from cohelm.evaluation.benches.rides_rows import row_of
+from cohelm.evaluation.benches.rides_scenes import Contender, Scene, scenario_of, scenes_of
+from cohelm.evaluation.benches.rides_verdicts import OURS
+from cohelm.evaluation.presets import tuned_settings
+from cohelm.evaluation.scenario import PARTS
+
+TITLE = "What each idea is worth: one at a time left out"
+SEEDS = 20
+WORKERS = None
+
+SCENES = ("crossing", "aggressive", "distracted", "talking", "hospital")
+WHOLE, STEERED = "whole", "whole, a rider steers"
+_RIDER = ("rider.use=ideal", "mode=shared")
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One idea left out."""
+
+    says: str
+    """What is done instead."""
+    settings: tuple[str, ...]
+    base: str = WHOLE
+    """What it is compared with."""
+
+
+VARIANTS: Mapping[str, Variant] = {
+    WHOLE: Variant("everything as it is", ()),
+    "γ = 1": Variant(
+        "barriers are plain distance constraints, without foresight in how they close",
+        ("local_planner.bodies.gamma=1", "local_planner.social_space.gamma=1"),
+    ),
+    "no social space": Variant(
+        "people are bodies without personal space", ("social_model.contour_scale=1e-6",)
+    ),
+    "no groups": Variant(
+        "people who belong together are taken one by one", ("group_detector.use=alone",)
+    ),
+    "no prediction": Variant(
+        "people are expected to stand where they are",
+        ("predictor.use=constant_velocity", "predictor.lasting=0"),
+    ),
+    "one future": Variant(
+        "people are expected to keep going", ("predictor.use=constant_velocity",)
+    ),
+    "five futures": Variant(
+        "people may keep going, stop, turn back or aside", ("predictor.use=hypotheses",)
+    ),
+    STEERED: Variant("an ideal rider steers along, and the chair listens", _RIDER),
+    "η = 0": Variant(
+        "the same rider steers, and the chair does not listen",
+        (*_RIDER, "mode=autonomous"),
+        base=STEERED,
+    ),
+}
+"""Name → what is left out; the settings are those of a scenario."""
+
+
+@dataclass(frozen=True)
+class AblationBench:
+    """The benchmark with some variants in some scenes; the module itself is that with all."""
+
+    variants: tuple[Contender, ...]
+    scenes: tuple[Scene, ...]
+    TITLE: str = TITLE
+    SEEDS: int = SEEDS
+    WORKERS: int | None = WORKERS
+
+    def tasks(self, seeds: range) -> Sequence[Task]:
+        """One for each seed and scene, so that an interrupt leaves whole comparisons."""
+        return [(seed, scene) for seed in seeds for scene in range(len(self.scenes))]
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """The ride of every variant."""
+        seed, scene = task
+        return [Result(row_of(self.scenes[scene], each, seed)) for each in self.variants]
+
+    def report(self, results: Sequence[Result], folder: Path) -> Report:
+        """Each variant less what it is compared with."""
+        bases = {name: each.base for name, each in VARIANTS.items()}
+        says = {name: each.says for name, each in VARIANTS.items()}
+        return make_report([result.row for result in results], bases, says, folder)
+
+
+def on(
+    scenes: str | None = None,
+    settings: Sequence[str] = (),
+    *,
+    blind: bool = True,
+    true_people: bool = False,
+    tuned: bool = False,
+) -> AblationBench:
+    """The benchmark as options ask for it; names are parted by commas.
+
+    Raises:
+        ScenarioError, PluginError, ConfigError: if a scene or a setting does not exist, before
+            anything is ridden.
+    """
+    names = [name.strip() for name in (scenes or ",".join(SCENES)).split(",") if name.strip()]
+    where = scenes_of(
+        names, blind=blind, both=False, true_people=true_people, settings=tuple(settings)
+    )
+    best = tuned_settings(OURS) if tuned else ()
+    contenders = tuple(
+        Contender(name=name, planner=OURS, settings=(*best, *variant.settings))
+        for name, variant in VARIANTS.items()
+        if not _is_usual(variant)
+    )
+    for scene in where:
+        for contender in contenders:
+            scenario_of(scene, contender, 0)
+    return AblationBench(variants=contenders, scenes=where)
+
+
+def _is_usual(variant: Variant) -> bool:
+    """Whether it names just the predictor that is used anyway."""
+    return variant.settings == (f"predictor.use={PARTS['predictor'][1]}",)
+
+
+@cache
+def _usual() -> AblationBench:
+    return on()
+
+
+def tasks(seeds: range) -> Sequence[Task]:
+    """See :meth:`AblationBench.tasks`."""
+    return _usual().tasks(seeds)
+
+
+def work(task: Task, folder: Path) -> Sequence[Result]:
+    """See :meth:`AblationBench.work`."""
+    return _usual().work(task, folder)
+
+
+def report(results: Sequence[Result], folder: Path) -> Report:
+    """See :meth:`AblationBench.report`."""
+    return _usual().report(results, folder)
