@@ -76,11 +76,12 @@ class Apf:
         p, reference, walls = self.parameters, problem.reference, problem.walls
         steering, hand = Steering.of(problem, p.gain), problem.authority
         lead = np.minimum(np.arange(self.steps) + max(round(p.ahead / p.step), 1), self.steps)
+        soon = np.minimum(np.arange(self.steps) + 2, self.steps)
         poses, inputs, forces, target = descend(
             problem.pose,
             now,
             np.ascontiguousarray(reference.poses[lead, :2]),
-            p.speed * reference.speeds[lead],
+            p.speed * np.maximum(reference.speeds[soon], reference.speeds[lead]),
             hand.deflection if hand else np.zeros(2),
             hand.eta if hand else 0.0,
             problem.robot.capsule,

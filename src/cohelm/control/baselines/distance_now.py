@@ -98,11 +98,11 @@ def distance_barrier(  # noqa: PLR0917  # a kernel takes plain arrays
     gradient = np.empty((n, states, 3))
     for i in range(n):
         for k in range(states):
-            d, nx, ny, ax, ay, _ = nearest_on_spine(
+            d, nx, ny, ax, ay, inside = nearest_on_spine(
                 capsule, poses[k], positions[i, 0], positions[i, 1]
             )
-            kept = capsule[4] + radius[i] + margin
-            ux, uy = nx, ny
+            kept, length = capsule[4] + radius[i] + margin, d
+            ux, uy, turned = nx, ny, 0.0
             if norm != 2:
                 cos, sin = math.cos(along[k]), math.sin(along[k])
                 qx, qy = d * (cos * nx + sin * ny), d * (-sin * nx + cos * ny)
@@ -115,8 +115,12 @@ def distance_barrier(  # noqa: PLR0917  # a kernel takes plain arrays
                     gx = 0.0
                 d = gx * qx + gy * qy
                 ux, uy = cos * gx - sin * gy, sin * gx + cos * gy
+                if inside:  # the foot slides along the spine: q stays across it and turns with it
+                    turned = length * (-ux * ny + uy * nx)
+                    size = ux * nx + uy * ny
+                    ux, uy = size * nx, size * ny
             h[i, k] = d - kept
             gradient[i, k, 0] = -ux
             gradient[i, k, 1] = -uy
-            gradient[i, k, 2] = -(ux * ax + uy * ay)
+            gradient[i, k, 2] = turned - (ux * ax + uy * ay)
     return h, gradient

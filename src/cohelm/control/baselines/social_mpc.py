@@ -71,12 +71,13 @@ class SocialMpc:
         """σ of a person who stands, m; Poddar et al."""
         goal: float = Field(2.0, ge=0.0)
         """q_goal, of the share of the way that is not made good, squared."""
-        social: float = Field(8.0, ge=0.0)
+        social: float = Field(60.0, ge=0.0)
         """q_social, of the people's Gaussians along the way, squared."""
-        passing: float = Field(1.0, ge=0.0)
+        passing: float = Field(3.0, ge=0.0)
         """q_passing, reward of getting round people early, 1/rad² for each second of it."""
-        heading: float = Field(0.1, ge=0.0)
-        """Of the angle to the goal that is left at the end, 1/rad²."""
+        heading: float = Field(0.05, ge=0.0)
+        """Of the angle to the goal that is left at the end, 1/rad²: who must turn on the spot to
+        get on gains nothing else by it within the horizon."""
         turning: float = Field(0.02, ge=0.0)
         """Of the mean turn rate squared, s²/rad²."""
         walls: float = Field(0.5, ge=0.0)
@@ -167,8 +168,9 @@ class SocialMpc:
         return np.asarray(lost.mean(axis=1))
 
     def _angle_left(self, problem: LocalProblem, ways: Rollouts) -> Floats:
-        """Between the heading at the end of the rollout and the reference's there, (r,)."""
-        off = ways.poses[:, -1, 2] - problem.reference.poses[self.rolled, 2]
+        """Between the heading at the end of the rollout and the way to the goal now, (r,)."""
+        away = problem.reference.poses[-1, :2] - problem.pose[:2]
+        off = ways.poses[:, -1, 2] - np.arctan2(away[1], away[0])
         return np.asarray(wrap_angle(off))
 
     def _walls(self, problem: LocalProblem, ways: Rollouts) -> Floats:

@@ -11,17 +11,17 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.baselines.steering import Steering, stepped
 from cohelm.control.constraints.wall_clearance import wall_barrier
 from cohelm.control.sqp import OptimalControl, Solution, Value
 from cohelm.control.verification import brought_to_rest
-from cohelm.control.warm_start import followed
 from cohelm.messages import LocalPlan, Reason, Status
 
 _RELAXED = 0.01
 """Slack above this is reported as a relaxed plan, m."""
 _SCRAPE = 0.01
 """A plan that reaches deeper than this into a wall is none, m."""
-_GAINS = np.array([1.0, 1.5, 2.0])
+_GAINS = np.array([1.0, 4.0, 2.5])
 """Of the tracking law: along (1/s), across (rad/m²), heading (1/s); assumed."""
 
 
@@ -39,15 +39,21 @@ def along_reference(problem: LocalProblem, now: Floats, *, share: float = 1.0) -
         now: what the wheels do, (m,).
         share: of the reference's speed that is driven; the way stays the same.
     """
-    r, motion = problem.reference, problem.robot.motion
-    low, high, _, _ = problem.input_bounds()
-    sideways = motion.translating > 1
-    top = np.array([problem.top_speed, high[-1]])
-    reverse = max(0.0, -float(low[0]))
-    twists = _tracking(
-        problem.pose, r.poses, r.speeds, r.step, _GAINS, top, reverse, share, sideways
+    r, steering = problem.reference, Steering.of(problem, float(_GAINS[2]))
+    poses, inputs = _tracking(
+        problem.pose,
+        now,
+        r.poses,
+        r.speeds,
+        r.step,
+        share,
+        _GAINS,
+        steering.to_input,
+        steering.to_twist,
+        steering.bounds,
+        steering.sideways,
     )
-    return followed(problem, motion.input(twists), now)
+    return Motion(step=r.step, poses=poses, inputs=inputs, last_input=now)
 
 
 def planned(
@@ -134,39 +140,39 @@ def _violation(control: OptimalControl, value: Value) -> float:
 
 @njit(cache=True)
 def _tracking(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
-    pose: Floats,
-    poses: Floats,
+    start: Floats,
+    now: Floats,
+    reference: Floats,
     speeds: Floats,
     step: float,
-    gains: Floats,
-    top: Floats,
-    reverse: float,
     share: float,
+    gains: Floats,
+    to_input: Floats,
+    to_twist: Floats,
+    bounds: Floats,
     sideways: bool,
-) -> Floats:
-    """Twists (N, 3) of the tracking law.
+) -> tuple[Floats, Floats]:
+    """(poses (N+1, 3), inputs (N, m)) of the tracking law within the limits.
 
-    poses: (N+1, 3) and speeds: (N+1,) of the reference.  top: (speed, turn rate) at most.
+    reference: (N+1, 3) and speeds: (N+1,) of it.  now: (m,).
     """
-    steps = poses.shape[0] - 1
-    out = np.zeros((steps, 3))
-    x, y, heading = pose[0], pose[1], pose[2]
+    steps = reference.shape[0] - 1
+    poses, inputs = np.empty((steps + 1, 3)), np.empty((steps, now.shape[0]))
+    pose, u = start.copy(), now.copy()
+    poses[0] = start
     for k in range(steps):
-        cos, sin = math.cos(heading), math.sin(heading)
-        dx, dy = poses[k, 0] - x, poses[k, 1] - y
+        cos, sin = math.cos(pose[2]), math.sin(pose[2])
+        dx, dy = reference[k, 0] - pose[0], reference[k, 1] - pose[1]
         ahead, aside = cos * dx + sin * dy, -sin * dx + cos * dy
-        off = poses[k, 2] - heading
-        v = share * (speeds[k] * math.cos(off) + gains[0] * ahead)
-        v = min(max(v, -reverse), top[0])
-        turn = (poses[k + 1, 2] - poses[k, 2]) / step
-        w = share * turn + gains[2] * off
-        across = 0.0
+        off = reference[k, 2] - pose[2]
+        vx = share * (speeds[k] * math.cos(off) + gains[0] * ahead)
+        vy, w = 0.0, share * (reference[k + 1, 2] - reference[k, 2]) / step + gains[2] * off
         if sideways:
-            across = share * (speeds[k] * math.sin(off) + gains[0] * aside)
+            vy = share * (speeds[k] * math.sin(off) + gains[0] * aside)
         else:
-            w += gains[1] * speeds[k] * aside
-        out[k, 0], out[k, 1], out[k, 2] = v, across, min(max(w, -top[1]), top[1])
-        x += step * (cos * v - sin * across)
-        y += step * (sin * v + cos * across)
-        heading += step * out[k, 2]
-    return out
+            w += gains[1] * share * speeds[k] * aside
+        change = step if k > 0 else 0.5 * step
+        stepped(pose, u, vx, vy, w, to_input, to_twist, bounds, step, change)
+        poses[k + 1] = pose
+        inputs[k] = u
+    return poses, inputs
