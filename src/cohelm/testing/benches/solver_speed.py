@@ -25,7 +25,8 @@ IPOPT, DAQP, PIQP = "CasADi + IPOPT", "QP: DAQP", "QP: PIQP"
 AGREE = 1e-4
 """Objectives of two QP solvers that differ by a smaller share agree."""
 
-_FAR = 1e20
+_NONE = 1e5
+"""A bound beyond this is none: an interior point would be led far astray by it."""
 
 
 def warm_up() -> None:
@@ -78,7 +79,7 @@ def _two_of_three(planner: SsMpcDcbf, problem: LocalProblem, seed: Motion) -> No
 
 
 def _futures(planner: SsMpcDcbf, states: list[State]) -> tuple[Floats, int]:
-    problems = [with_futures(state.problem) for state in states]
+    problems = [with_futures(state.problem.within(planner.steps)) for state in states]
     return _timed(lambda k: planner.plan(problems[k], states[k].previous), len(states))
 
 
@@ -167,9 +168,9 @@ def piqp(program: QuadraticProgram) -> tuple[float, Floats | None]:
         None,
         rows_,
         -program.margin,
-        program.room,
+        np.where(program.room < _NONE, program.room, np.inf),
         np.concatenate([program.low, np.zeros(groups)]),
-        np.concatenate([program.high, np.full(groups, _FAR)]),
+        np.concatenate([program.high, np.full(groups, np.inf)]),
     )
     status = solver.solve()
     took = time.thread_time() - begin

@@ -46,14 +46,15 @@ def ride(planner: SsMpcDcbf, drawn: RandomProblem, steps: int) -> Iterator[State
 
     Args:
         planner: whose plans are driven.
-        drawn: where the ride begins, with the planner's lookahead.
+        drawn: where the ride begins, with the planner's lookahead or more.
         steps: N of the seeds.
     """
     problem, previous, way = drawn.problem, None, _path(drawn.problem)
     for k in range(TICKS):
         now = last_input(problem, previous)
+        near = problem.within(planner.steps)
         begin = time.thread_time()
-        plan = planner.plan(problem, previous)
+        plan = planner.plan(near, previous)
         yield State(
             problem=problem,
             half_planes=drawn.half_planes,

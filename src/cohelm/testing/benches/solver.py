@@ -1,0 +1,133 @@
+"""The local planner's solver: how fast, how sure, beside CasADi + IPOPT on the same states.
+
+All in one process and in thread CPU time, so that other work on the machine counts little. Four
+parts, each of which can be asked for alone:
+
+``speed``     plans and solves along rides, by people and horizon; IPOPT on some of the same states
+              from the same warm start; the first quadratic programs by DAQP and by PIQP;
+``optima``    random problems: whether IPOPT's solution is one of ours, see ``comparison``;
+``commands``  along rides: the first command after three warm-started iterations;
+``failures``  random, crowded and hopeless states, on which nothing may fail.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from cohelm.errors import ConfigError
+from cohelm.evaluation.benches.bench import Report, Result, Task
+from cohelm.messages import Status
+from cohelm.testing.benches import solver_proofs, solver_report, solver_speed
+from cohelm.testing.benches.solver_pictures import draw_speed
+from cohelm.testing.comparison import Verdict
+
+TITLE = "The local planner's solver beside CasADi + IPOPT"
+SEEDS = 1
+WORKERS = 1
+
+PARTS = ("speed", "optima", "commands", "failures")
+PEOPLE = (0, 1, 5, 10, 20, 30, 50)
+HORIZONS = (25, 10, 40)
+RIDES, EVERY = 8, 16
+"""Rides of each crowd and horizon; IPOPT solves every so many-th state."""
+PROBLEMS, SOLVES = 500, 21_000
+"""Random problems for the optima; solves that may not fail."""
+
+MOST = 20
+"""People at most where first commands are compared."""
+NO_ORACLE = "CasADi is not installed: pip install cohelm[bench]"
+COLUMNS = (
+    *("part", "people", "horizon", "what", "kind", "solves", "median_ms", "p99_ms", "max_ms"),
+    *("failed", "agree", "plans", "plans_failed", *(status.value for status in Status)),
+    *("problems", "solved", "exact", "stays", "most_gained", "most_by_account"),
+    *(verdict.value for verdict in Verdict),
+    *("verdict", "off_v", "off_w", "near_converged", "near_oracle", "remark"),
+)
+
+_CHUNK, _SOLVES = 50, 1500  # problems, solves a task: what an interrupt loses
+
+
+@dataclass(frozen=True)
+class SolverBench:
+    """The benchmark, or a share of some of its parts; the module itself is the whole of it."""
+
+    parts: tuple[str, ...] = PARTS
+    share: float = 1.0
+    TITLE: str = TITLE
+    SEEDS: int = SEEDS
+    WORKERS: int | None = WORKERS
+
+    def tasks(self, seeds: range) -> Sequence[Task]:
+        """Small ones; every seed gives other states."""
+        out: list[Task] = []
+        for seed in seeds:
+            out += [t for t in self._all(seed) if t[0] in self.parts]
+        return out
+
+    def _all(self, seed: int) -> list[Task]:
+        rides = max(round(RIDES * self.share), 1)
+        chunks = max(round(PROBLEMS * self.share / _CHUNK), 1)
+        problems = max(round(PROBLEMS * self.share / chunks), 1)
+        kinds = solver_proofs.KINDS
+        runs = max(round(SOLVES * self.share / _SOLVES / len(kinds)), 1)
+        solves = max(round(SOLVES * self.share / runs / len(kinds)), 1)
+        return [
+            *(("speed", n, horizon, rides, seed) for horizon in HORIZONS for n in PEOPLE),
+            *(("optima", problems, 1000 * seed + k) for k in range(chunks)),
+            *(("commands", n, max(rides // 2, 1), seed) for n in PEOPLE if n <= MOST),
+            *(("failures", kind, solves, 1000 * seed + k) for kind in kinds for k in range(runs)),
+        ]
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """The rows of one task."""
+        return [
+            Result({column: row.get(column, math.nan) for column in COLUMNS}) for row in _rows(task)
+        ]
+
+    def report(self, results: Sequence[Result], folder: Path) -> Report:
+        """A table for each part, what is met and missed, time over people as a picture."""
+        rows = [{k: v for k, v in r.row.items() if not _absent(v)} for r in results]
+        speed = [row for row in rows if row["part"] == "speed"]
+        files = (draw_speed(speed, HORIZONS[0], folder / "solver.png"),) if speed else ()
+        said = solver_report.report(rows)
+        return Report(said.sheets, said.notes, said.summary, files)
+
+
+tasks, work, report = SolverBench().tasks, SolverBench().work, SolverBench().report
+
+
+def on(parts: Sequence[str] = (), share: float = 1.0) -> SolverBench:
+    """Some parts of the benchmark, or a share of its states.
+
+    Raises:
+        ConfigError: if there is no such part.
+    """
+    for part in parts:
+        if part not in PARTS:
+            raise ConfigError(f"{part} is no part; there are {', '.join(PARTS)}", key="--part")
+    return SolverBench(parts=tuple(parts) or PARTS, share=share)
+
+
+def _rows(task: Task) -> Iterable[Mapping[str, Any]]:
+    part, *rest = task
+    if part == "speed":
+        people, horizon, rides, seed = rest
+        solver_speed.warm_up()
+        return solver_speed.rows(people, horizon, seed, rides=rides, every=EVERY)
+    if part == "failures":
+        return [solver_proofs.failures(*rest)]
+    if not find_spec("casadi"):
+        return [{"part": part, "remark": NO_ORACLE}]
+    if part == "optima":
+        return [solver_proofs.optima(*rest)]
+    people, rides, seed = rest
+    return solver_proofs.commands(people, rides, 2, seed)
+
+
+def _absent(content: Any) -> bool:
+    return isinstance(content, float) and math.isnan(content)
