@@ -343,11 +343,21 @@ def test_it_has_arrived_within_the_tolerance_and_stays_a_little_beyond_it():
     for k, (away, arrived) in enumerate(
         [(0.13, False), (0.11, True), (0.23, True), (0.25, False), (0.13, False)]
     ):
-        last = steered.step(observation(k, (GOAL[0] - away, GOAL[1], 0.0)), request(), last)
+        pose = (GOAL[0] - away, GOAL[1], 0.0)
+        last = steered.step(observation(k, pose, (0.11, 0.0, 0.0)), request(), last)
         assert last.arrived is arrived
         assert (last.decision.reason is Reason.ARRIVED) is arrived
         assert last.decision.twist.any() != arrived
         assert not last.decision.emergency
+
+
+def test_a_chair_that_comes_hardly_any_nearer_has_arrived_a_little_before():
+    steered = navigator(local_planner=Fixed(), global_planner=Straight())
+    for away, speed, arrived in [(0.15, 0.09, True), (0.15, 0.11, False), (0.17, 0.0, False)]:
+        pose, twist = (GOAL[0] - away, GOAL[1], 0.0), (speed, 0.0, 0.0)
+        first = steered.step(observation(0, pose, twist), request(), None)
+        assert not first.arrived  # at the start of a ride it has not come from anywhere
+        assert steered.step(observation(1, pose, twist), request(), first).arrived is arrived
 
 
 def test_a_new_goal_is_not_arrived_at_for_having_been_at_the_old_one():

@@ -146,12 +146,12 @@ def test_a_chair_that_moves_on_a_new_path_is_given_time():
 
 def test_it_is_over_when_the_ride_has_got_on():
     def change(k):
-        got_on = {"position": np.array([5.31, 4.0]), "got_on_at": 10.0, "stalled_for": 0.0}
-        return got_on if k >= 200 else {}
+        got_on = {"position": np.array([5.31, 4.0]), "got_on_at": 3.5, "stalled_for": 0.0}
+        return got_on if k >= 70 else {}
 
-    chair = Chair().run(201, change)
-    assert chair.log[199].stage is not None
-    assert chair.log[200].stage is None
+    chair = Chair().run(71, change)
+    assert chair.log[69].stage is Stage.WAIT
+    assert chair.log[70].stage is None
     assert chair.memory is None
 
 
@@ -164,7 +164,7 @@ def test_a_new_path_alone_is_not_getting_on():
     assert [stage for stage, _ in chair.stages] == [None, *[s for s in ORDER if s != "back_up"]]
 
 
-def test_going_back_and_coming_again_is_not_getting_on_but_going_elsewhere_is():
+def test_who_creeps_must_get_clear_of_the_place_not_only_come_back_to_it():
     def again(k, x):
         gone = {
             "planned_at": 7.0,

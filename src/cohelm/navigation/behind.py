@@ -1,4 +1,4 @@
-"""How far the chair may go straight back: as far as is known to be free, and nobody comes there.
+"""How far the chair may go back: as far as is known to be free, and nobody comes there.
 
 Sensors may not look backwards. A place behind the chair is known to be free where beams of a planar
 scanner have just gone through it, or where the chair itself has been within the last seconds; what
@@ -14,7 +14,6 @@ from cohelm.geometry import inverse, transform
 from cohelm.maps import DistanceField
 from cohelm.messages import People
 from cohelm.perception import Detections
-from cohelm.perception.sight import SEEN_THROUGH, sight
 from cohelm.robots import Robot
 
 _ROW = 0.1
@@ -43,6 +42,8 @@ class Behind:
     """Seen to be free when a scan last came, m."""
     room_at: float = -np.inf
     """When that was, s."""
+    bend: float = 0.0
+    """Of the way back that this was seen of, rad/m."""
 
 
 def follow(memory: Behind | None, pose: Floats, time: float, recent: float) -> Behind:
@@ -56,27 +57,29 @@ def follow(memory: Behind | None, pose: Floats, time: float, recent: float) -> B
     if not moved and len(fresh) == len(old):
         return memory
     trail = np.concatenate([fresh, here]) if moved else fresh
-    return Behind(trail=trail, room=memory.room, room_at=memory.room_at)
+    return Behind(trail=trail, room=memory.room, room_at=memory.room_at, bend=memory.bend)
 
 
-def room_behind(
+def room_behind(  # noqa: PLR0913  # keyword-only, one meaning each
     memory: Behind,
     robot: Robot,
     pose: Floats,
     time: float,
     *,
+    bend: float,
     detections: tuple[Detections, ...],
     walls: DistanceField,
     people: People,
     most: float,
 ) -> tuple[float, Behind]:
-    """How far the chair may go straight back, at most ``most``, m, and what to remember.
+    """How far the chair may go back, at most ``most``, m, and what to remember.
 
     Args:
         memory: of the last call.
         robot: whose footprint goes back.
         pose: X_MR, (3,).
         time: now, s.
+        bend: by how much it turns as it goes back, rad/m.
         detections: of each scan that came since the last call.
         walls: distance to all that is not a person.
         people: nobody may be in the way.
@@ -85,28 +88,44 @@ def room_behind(
     if _somebody(robot, pose, people, most):
         return 0.0, memory
     known = memory
-    if any(seen.heights is None for seen in detections):
-        places = _places(robot, most)
-        free = _been_there(robot, pose, places.reshape(-1, 2), memory.trail)
-        free |= _seen_through(detections, transform(pose, places.reshape(-1, 2)))
-        room = _rows(free.reshape(places.shape[:2]))
-        known = Behind(trail=memory.trail, room=room, room_at=time)
-    if time - known.room_at <= _HELD:
-        seen = known.room
-    else:  # no planar scanner: only where the chair has been
-        places = _places(robot, most)
-        been = _been_there(robot, pose, places.reshape(-1, 2), memory.trail)
-        seen = _rows(been.reshape(places.shape[:2]))
-    return min(most, seen, _past_walls(robot, pose, walls, most)), known
+    scans = any(seen.heights is None for seen in detections)
+    held = time - memory.room_at <= _HELD and bend == memory.bend
+    seen = memory.room
+    if scans or not held:
+        places = _places(robot, pose, bend, most)
+        at = places.reshape(-1, 2)
+        free = _been_there(robot, at, memory.trail)  # all there is without a planar scanner
+        if scans:
+            free |= _seen_through(detections, at)
+        seen = _rows(free.reshape(places.shape[:2]))
+        known = Behind(trail=memory.trail, room=seen, room_at=time, bend=bend)
+    return min(most, seen, _past_walls(robot, pose, bend, walls, most)), known
 
 
-def _places(robot: Robot, most: float) -> Floats:
-    """Rows of places behind the chair (rows, places, 2) in its frame, m."""
+def way_back(pose: Floats, bend: float, gone: Floats) -> Floats:
+    """Poses (k, 3) of a chair that has gone back from ``pose`` (3,) by ``gone`` (k,), m.
+
+    ``bend`` is by how much it turns on each metre, rad.
+    """
+    half = 0.5 * bend * gone
+    chord = gone * np.sinc(half / np.pi)
+    return np.stack(
+        [
+            pose[0] - chord * np.cos(pose[2] + half),
+            pose[1] - chord * np.sin(pose[2] + half),
+            pose[2] + 2.0 * half,
+        ],
+        axis=-1,
+    )
+
+
+def _places(robot: Robot, pose: Floats, bend: float, most: float) -> Floats:
+    """Rows of places (rows, places, 2) on the map that the chair's rear comes to, m."""
     low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
     count = int(np.ceil((high[1] - low[1]) / _ROW)) + 1
-    x = low[0] - _ROW * (np.arange(round(most / _ROW) + 1) + 0.5)
-    y = np.linspace(low[1], high[1], count)
-    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+    rear = np.column_stack([np.full(count, low[0]), np.linspace(low[1], high[1], count)])
+    gone = np.asarray(_ROW * (np.arange(round(most / _ROW) + 1) + 0.5), dtype=np.float64)
+    return np.stack([transform(then, rear) for then in way_back(pose, bend, gone)])
 
 
 def _rows(free: Booleans) -> float:
@@ -117,32 +136,45 @@ def _rows(free: Booleans) -> float:
 
 
 def _seen_through(detections: tuple[Detections, ...], places: Floats) -> Booleans:
-    """Through which places (n, 2) of the map the beams of a planar scanner went just now."""
-    discs = np.column_stack([places, np.full(len(places), _REACH)])
+    """Through which places (n, 2) of the map the beams of a planar scanner went just now.
+
+    At least two beams go there, and every one of them goes on.
+    """
     out = np.zeros(len(places), dtype=bool)
     for seen in detections:
-        if seen.heights is None:
-            out |= sight(seen.origin, seen.points, seen.through, discs) == SEEN_THROUGH
+        if seen.heights is not None:
+            continue
+        ends = np.concatenate([seen.points, seen.through]) - seen.origin
+        length = np.hypot(*ends.T)
+        to = places - seen.origin
+        away = np.maximum(np.hypot(*to.T), 1e-6)
+        unit = to / away[:, None]
+        aside = np.abs(unit[:, :1] * ends[:, 1] - unit[:, 1:] * ends[:, 0])
+        asked = aside <= (0.5 * _REACH / away)[:, None] * length
+        asked &= unit @ ends.T > 0.0
+        stopped = asked & (length < (away + _REACH)[:, None])
+        out |= (asked.sum(axis=1) >= 2) & ~stopped.any(axis=1)
     return out
 
 
-def _been_there(robot: Robot, pose: Floats, places: Floats, trail: Floats) -> Booleans:
-    """Which places (n, 2) of the chair's frame its footprint has covered lately."""
+def _been_there(robot: Robot, places: Floats, trail: Floats) -> Booleans:
+    """Which places (n, 2) of the map the chair's footprint has covered lately."""
     low, high = robot.outline.min(axis=0) - 1e-9, robot.outline.max(axis=0) + 1e-9
-    at = transform(pose, places)
     out = np.zeros(len(places), dtype=bool)
     for then in trail[:, 1:]:
-        inside = transform(inverse(then), at)
+        inside = transform(inverse(then), places)
         out |= ((inside >= low) & (inside <= high)).all(axis=1)
     return out
 
 
-def _past_walls(robot: Robot, pose: Floats, walls: DistanceField, most: float) -> float:
+def _past_walls(
+    robot: Robot, pose: Floats, bend: float, walls: DistanceField, most: float
+) -> float:
     """How far the footprint's discs can go back without touching, m."""
-    back = np.arange(1, round(most / 0.05) + 1) * 0.05
+    back: Floats = np.arange(1.0, round(most / 0.05) + 1.0) * 0.05
     discs = robot.discs
-    centres = discs[None, :, :2] - np.stack([back, np.zeros_like(back)], axis=-1)[:, None]
-    gaps = walls.at(transform(pose, centres.reshape(-1, 2))).reshape(len(back), -1)
+    gaps = np.array([walls.at(transform(X, discs[:, :2])) for X in way_back(pose, bend, back)])
+    gaps = gaps.reshape(len(back), -1)
     # Where the chair stands close to a wall beside it, it may leave as it came.
     now = walls.at(transform(pose, discs[:, :2])) - discs[:, 2]
     fits = (gaps - discs[:, 2] >= min(_WALL_MARGIN, float(now.min()))).all(axis=1)

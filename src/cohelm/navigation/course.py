@@ -16,7 +16,7 @@ from cohelm.navigation.recovery import Recovery
 from cohelm.navigation.replanning import RouteState, route
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.sight import Sight
-from cohelm.navigation.situation import straight_back
+from cohelm.navigation.situation import backwards
 from cohelm.navigation.tick import Memory
 from cohelm.planning import reference
 from cohelm.sharing import blended
@@ -32,8 +32,8 @@ class Course:
     reference: Reference | None = None
     """Along the path."""
     shared: Reference | None = None
-    """The same, blended with the rider's states where the mode is shared; straight back where the
-    chair backs up."""
+    """The same, blended with the rider's states where the mode is shared; backwards where the chair
+    backs up."""
     progress: ProgressState | None = None
     refusal: Refusal | None = None
     """Why there is no path, where there is none."""
@@ -78,6 +78,7 @@ def lay_course(
         authority=hand if shares else None,
         people=sight.people,
         stalled=remedy.replans,
+        side=remedy.side,
         crowding=sight.crowding.told if sight.crowding.told.density.any() else None,
         groups=outlines(sight.people, sight.groups, setup.replanning.standing),
         filters=setup.filters,
@@ -107,9 +108,9 @@ def lay_course(
     left = state.path.length - at
     pace = progress(left, observation.time, state.planned_at, pace, setup.progress, rests=rests)
     if remedy.back > 0.0:
-        shared = straight_back(
+        shared = backwards(
             observation.pose,
-            remedy.back,
+            remedy,
             min(setup.recovery.back_up_speed, setup.progress.creep),
             steps=setup.local_planner.steps,
             step=setup.local_planner.step,

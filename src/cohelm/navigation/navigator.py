@@ -27,6 +27,7 @@ from cohelm.navigation.recovery import Recovery
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.sight import Sight, see
 from cohelm.navigation.situation import explained, recover
+from cohelm.navigation.standing import closed_but_for
 from cohelm.navigation.stopwatch import Stopwatch
 from cohelm.navigation.tick import Memory, Tick
 from cohelm.navigation.walls import walls_about
@@ -144,12 +145,19 @@ class Navigator:
         )
 
     def _arrived(self, observation: Observation, request: Request, last: Tick | None) -> bool:
-        """Within the tolerance; once there, still there a little beyond it."""
+        """Within the tolerance; once there, still there a little beyond it.
+
+        A chair that comes hardly any nearer has arrived a little before: turning about for the last
+        centimetres helps nobody.
+        """
         setup = self.setup
         away = float(np.hypot(*(request.goal - observation.pose[:2])))
         stays = (
             last is not None and last.arrived and np.array_equal(last.request.goal, request.goal)
         )
+        slow = float(np.hypot(*observation.twist[:2])) < setup.goal_crawl
+        if not stays and slow and last is not None:
+            return bool(away <= max(setup.goal_reach, setup.goal_tolerance))
         return bool(away <= setup.goal_tolerance * (2.0 if stays else 1.0))
 
     def _rests(self, request: Request, hand: Authority) -> bool:
@@ -180,9 +188,10 @@ class Navigator:
             reason = course.refusal.reason if course.refusal else Reason.PLANNING
             return None, _Wanted(reason=reason)
         limit = self.setup.speed_limit(request)
-        profile = request.profile
+        profile, walls = request.profile, seen.walls
         if remedy.side != "none":
             profile = profile.model_copy(update={"passing_side": remedy.side})
+            walls = self._barred(observation.pose, seen, remedy)
         problem = LocalProblem(
             time=observation.time,
             robot=self.setup.robot,
@@ -192,7 +201,7 @@ class Navigator:
             people=seen.people,
             predictions=seen.predictions,
             spaces=seen.spaces,
-            walls=seen.walls,
+            walls=walls,
             authority=hand,
             profile=profile,
             speed_limit=min(limit, self.setup.progress.creep) if remedy.squeezes else limit,
@@ -205,6 +214,12 @@ class Navigator:
         except ControlError:
             return None, _Wanted(reason=Reason.SOLVER_FAILED)
         return plan, _Wanted(twist=plan.command, reason=plan.reason)
+
+    def _barred(self, pose: Floats, seen: Sight, remedy: Recovery) -> DistanceField:
+        """The walls, with the side on which the rider does not want to pass closed."""
+        setup, below = self.setup, self.setup.replanning.standing
+        live = closed_but_for(remedy.side, seen.live, setup.grid, seen.people, pose, below)
+        return walls_about(setup.grid, self.barriers, live, pose[:2], setup.window)
 
     def _decide(
         self, observation: Observation, request: Request, seen: Sight, wanted: _Wanted

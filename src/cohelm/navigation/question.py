@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from enum import StrEnum
-
-import numpy as np
+from typing import Literal
 
 from cohelm.arrays import Floats, value
 from cohelm.maps import CostmapFilter, DistanceField, OccupancyGrid
@@ -51,6 +49,8 @@ class RouteQuestion:
     people: People
     stalled: bool = False
     """The ride does not get on, and another way is to be looked for now, round those who stand."""
+    side: Literal["left", "right", "none"] = "none"
+    """On which the rider wants to pass what is ahead."""
     crowding: Crowding | None = None
     groups: tuple[Floats, ...] = ()
     """Outlines (k, 2) of those who stand together, m."""
@@ -100,14 +100,3 @@ def problem_of(
         kept=kept,
         clearance=q.request.profile.clearance,
     )
-
-
-def with_standing_people(q: RouteQuestion, below: float) -> LiveObstacles:
-    """The live obstacles, and whoever is slower than ``below``, m/s, as if they were things."""
-    standing = np.hypot(*q.people.mean[:, 2:].T) < below
-    occupied = q.live.occupied.copy()
-    rows, cols = np.indices(occupied.shape)
-    centres = q.grid.centres(np.stack([rows, cols], axis=-1) + q.live.corner)
-    for (x, y), radius in zip(q.people.mean[standing, :2], q.people.radius[standing], strict=True):
-        occupied[np.hypot(centres[..., 0] - x, centres[..., 1] - y) < radius] = 1
-    return replace(q.live, occupied=occupied)

@@ -8,7 +8,7 @@
 
 The names are those of Nav2's behaviours where it has them (wait, back up). The chair goes on as
 soon as it can at every stage; a rider who pushes the stick ends waiting, and the side pushed to is
-taken. It is over when the ride has got on, or has left the place where it did not.
+taken. It is over when the ride has got on, or the chair is clear of where it stuck.
 """
 
 from __future__ import annotations
@@ -124,7 +124,9 @@ class Situation:
     deflection: Annotated[Floats, Shape("2")]
     """(forward, left) of the rider's stick, shares of full."""
     room_behind: float = 0.0
-    """How far the chair could go straight back, as has been seen, m."""
+    """How far the chair could go back, as has been seen, m."""
+    bend: float = 0.0
+    """By how much it would turn on the way back, rad/m."""
     goal_behind: float = np.inf
     """How far back the goal is abreast of the chair, m; ∞: it does not lie close behind."""
 
@@ -135,13 +137,15 @@ class Recovery:
 
     stage: Stage | None = None
     replans: bool = False
-    """Another way is to be looked for now."""
+    """Another way is to be looked for now, round those who stand."""
     squeezes: bool = False
     """Slowly, and closer to people than otherwise."""
     reverses: bool = False
     """The chair may drive backwards."""
     back: float = 0.0
-    """How far to go straight back from here, m."""
+    """How far to go back from here, m."""
+    bend: float = 0.0
+    """By how much to turn on the way back, rad/m."""
     side: Side = "none"
     """On which the rider wants to pass."""
 
@@ -169,10 +173,10 @@ class RecoveryState:
     """A path looked for before this is not new enough, s."""
     back: float = 0.0
     """How far the chair was to go back, m."""
+    bend: float = 0.0
+    """By how much it was to turn on the way, rad/m."""
     back_from: Annotated[Floats, Shape("2")] | None = None
     """From where, m."""
-    backed_at: float = np.inf
-    """When it went back, s."""
     side: Side = "none"
 
 
@@ -208,12 +212,12 @@ def recovery(
 def _over(
     now: Situation, state: RecoveryState, p: RecoveryParameters, pace: ProgressParameters
 ) -> bool:
-    """Going back and coming again along a new path is not getting on, nor are a few centimetres."""
+    """A chair that squeezes past, or has backed up, must get clear of the place."""
     away = float(np.hypot(*(now.position - state.at)))
     if away >= p.clear or now.wanted_at > state.began:
         return True
     got_on = now.got_on_at > max(state.began, now.planned_at)
-    return got_on and away >= pace.least and not state.backed_at < now.planned_at
+    return state.stage in {Stage.WAIT, Stage.REPLAN} and got_on and away >= pace.least
 
 
 def _stood(now: Situation, state: RecoveryState) -> RecoveryState:
@@ -226,7 +230,8 @@ def _pushed(now: Situation, state: RecoveryState, p: RecoveryParameters) -> Reco
     side: Side = state.side
     if abs(aside) >= p.push_aside:
         side = "left" if aside > 0.0 else "right"
-    return replace(_entered(state, Stage.CREEP, now), side=side)
+    look = now.time if side != state.side else state.look_from
+    return replace(_entered(state, Stage.CREEP, now), side=side, look_from=look)
 
 
 def _next(now: Situation, state: RecoveryState, p: RecoveryParameters) -> RecoveryState:
@@ -257,7 +262,7 @@ def _replanned(now: Situation, state: RecoveryState, p: RecoveryParameters) -> R
     if stood < p.settle or wanted < p.least:
         return _entered(state, Stage.CREEP, now)
     begun = _entered(state, Stage.BACK_UP, now)
-    return replace(begun, back=wanted, back_from=now.position.copy(), backed_at=now.time)
+    return replace(begun, back=wanted, bend=now.bend, back_from=now.position.copy())
 
 
 def _backed_up(now: Situation, state: RecoveryState, p: RecoveryParameters) -> RecoveryState:
@@ -309,5 +314,6 @@ def _done(now: Situation, state: RecoveryState, p: RecoveryParameters) -> Recove
         squeezes=squeezes,
         reverses=squeezes and now.room_behind >= (_DONE if backs else p.least),
         back=max(_back_left(now, state), 0.0) if backs else 0.0,
+        bend=state.bend if backs else 0.0,
         side=state.side,
     )

@@ -23,7 +23,8 @@ from cohelm.messages import Authority, Path, Request, Wish
 from cohelm.navigation.ahead import cut_strokes, rest_of, wishes_ahead
 from cohelm.navigation.better import BetterParameters, Left, Lookout, judged, worth_a_look
 from cohelm.navigation.groups import cuts
-from cohelm.navigation.question import RouteQuestion, Why, problem_of, with_standing_people
+from cohelm.navigation.question import RouteQuestion, Why, problem_of
+from cohelm.navigation.standing import as_things, closed_but_for
 from cohelm.planning import GlobalPlanner, RouteProblem
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
@@ -145,8 +146,10 @@ def _replaced(
     steering = _steers(q, p)
     start = _start(q, steering) if steering else q.pose[:2]
     asked = q
-    if q.stalled:
-        asked = replace(q, live=with_standing_people(q, p.standing))
+    if q.stalled or q.side != "none":
+        live = as_things(q.live, q.grid, q.people, p.standing)
+        live = closed_but_for(q.side, live, q.grid, q.people, q.pose, p.standing)
+        asked = replace(q, live=live)
     try:
         path = planner.plan(_anew(asked, start, kept))
     except PlanningError:

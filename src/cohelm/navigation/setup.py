@@ -59,6 +59,10 @@ class NavigatorSetup:
     """How a path is driven."""
     goal_tolerance: float = 0.12
     """Distance at which the goal is reached and the chair stays, m."""
+    goal_reach: float = 0.16
+    """The same for a chair that has become slower than ``goal_crawl``, m."""
+    goal_crawl: float = 0.1
+    """m/s."""
     window: float = 8.0
     """Half the side of the window in which walls matter to the local planner, m."""
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.geometry import inverse, transform
+from cohelm.geometry import inverse, transform, wrap_angle
 from cohelm.messages import (
     Authority,
     Decision,
@@ -19,7 +20,8 @@ from cohelm.messages import (
     Reference,
     Request,
 )
-from cohelm.navigation.behind import Behind, follow, room_behind
+from cohelm.navigation.ahead import rest_of
+from cohelm.navigation.behind import Behind, follow, room_behind, way_back
 from cohelm.navigation.progress import ProgressState
 from cohelm.navigation.question import Why
 from cohelm.navigation.recovery import (
@@ -40,6 +42,10 @@ _STILL, _STILL_TURNING = 0.05, 0.1
 """Odometry below this is noise or standing, m/s and rad/s."""
 _BESIDE = 0.15
 """A goal no farther from the straight line back is behind the chair, m."""
+_LOOK = 8
+"""Points of the path over which its direction is taken."""
+_SHARPEST = 1.5
+"""Turn on the way back, rad/m."""
 _WANTED = frozenset({Why.FIRST, Why.GOAL, Why.WISH})
 
 
@@ -75,20 +81,24 @@ def recover(
     if rests or memory is None or pace is None or way is None:
         return Recovery(), None, behind
     then = memory.recovery
-    room = 0.0
+    room = bend = 0.0
     if then is not None and then.stage is not Stage.WAIT and p.back_up > 0.0:
-        room, behind = room_behind(
-            behind,
-            setup.robot,
-            pose,
-            time,
-            detections=sight.detections,
-            walls=sight.walls,
-            people=sight.people,
-            most=p.back_up,
-        )
+        for bend in _bends(pose, way, then, p.back_up):
+            room, behind = room_behind(
+                behind,
+                setup.robot,
+                pose,
+                time,
+                bend=bend,
+                detections=sight.detections,
+                walls=sight.walls,
+                people=sight.people,
+                most=p.back_up,
+            )
+            if room >= p.least:
+                break
     company = _company(pose, sight.people, p)
-    now = _situation(observation, request, hand, (pace, way), company, room)
+    now = _situation(observation, request, hand, (pace, way), company, (room, bend))
     done, state = recovery(now, then, p, setup.progress)
     return done, state, behind
 
@@ -99,7 +109,7 @@ def _situation(
     hand: Authority,
     ride: tuple[ProgressState, RouteState],
     company: Company,
-    room: float,
+    room: tuple[float, float],
 ) -> Situation:
     pace, way = ride
     shares = request.mode in {Mode.SHARED, Mode.AUTONOMOUS}
@@ -114,9 +124,21 @@ def _situation(
         wanted_at=way.planned_at if way.why in _WANTED else -np.inf,
         company=company,
         deflection=hand.deflection if shares else np.zeros(2),
-        room_behind=room,
+        room_behind=room[0],
+        bend=room[1],
         goal_behind=_goal_behind(observation.pose, request.goal),
     )
+
+
+def _bends(pose: Floats, way: RouteState, then: RecoveryState, most: float) -> tuple[float, ...]:
+    """By how much to turn on the way back, rad/m: so as to face along the path, or not at all."""
+    if then.stage is Stage.BACK_UP:
+        return (then.bend,)
+    rest = rest_of(way.path, way.progress)
+    ahead = rest[min(_LOOK, len(rest) - 1)] - rest[0]
+    off = float(wrap_angle(math.atan2(ahead[1], ahead[0]) - pose[2]))
+    along = math.copysign(min(abs(off) / most, _SHARPEST), off)
+    return (along, 0.0)
 
 
 def _company(pose: Floats, people: People, p: RecoveryParameters) -> Company:
@@ -133,20 +155,20 @@ def _goal_behind(pose: Floats, goal: Floats) -> float:
     return float(-x) if x < 0.0 and abs(y) <= _BESIDE else float("inf")
 
 
-def straight_back(pose: Floats, back: float, speed: float, *, steps: int, step: float) -> Reference:
-    """The reference of a chair that goes straight back from ``pose`` (3,) by ``back``, m.
+def backwards(
+    pose: Floats, remedy: Recovery, speed: float, *, steps: int, step: float
+) -> Reference:
+    """The reference of a chair that backs up from ``pose`` (3,).
 
     Args:
         pose: X_MR.
-        back: how far, m.
+        remedy: how far, and by how much it turns.
         speed: how fast at most, m/s.
         steps, step: N and Δt.
     """
-    gone = np.minimum(np.arange(steps + 1) * speed * step, back)
-    poses = np.tile(pose, (steps + 1, 1))
-    poses[:, 0] -= gone * np.cos(pose[2])
-    poses[:, 1] -= gone * np.sin(pose[2])
-    return Reference(step=step, poses=poses, speeds=np.where(gone < back, -speed, 0.0))
+    gone = np.minimum(np.arange(steps + 1) * speed * step, remedy.back)
+    speeds = np.where(gone < remedy.back, -speed, 0.0)
+    return Reference(step=step, poses=way_back(pose, remedy.bend, gone), speeds=speeds)
 
 
 def explained(
