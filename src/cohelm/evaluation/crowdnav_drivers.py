@@ -37,6 +37,9 @@ BEST_ARC = "best_arc"
 _BEYOND = 2.0
 """The path goes on so far beyond the goal, m: who arrives need not stop there."""
 _SPACING = 0.1
+_UNKNOWN, _LEARNT = 0.5, 0.5
+"""Deviation of the velocity of who was never seen before, m/s, and the time constant in which it is
+known, s: at first everybody stands, and is about to walk."""
 
 
 class Setup(Config):
@@ -179,6 +182,7 @@ def _observation(seen: Seen, caution: float) -> Observation:
     n = len(seen.people)
     cos, sin = np.cos(seen.pose[2]), np.sin(seen.pose[2])
     vx, vy = seen.velocity
+    unsure = (_UNKNOWN * np.exp(-seen.time / _LEARNT)) ** 2
     twist = np.array([cos * vx + sin * vy, cos * vy - sin * vx, seen.turning])
     return Observation(
         time=seen.time,
@@ -190,7 +194,7 @@ def _observation(seen: Seen, caution: float) -> Observation:
             time=seen.time,
             id=np.arange(n),
             mean=seen.people,
-            covariance=np.zeros((n, 4, 4)),
+            covariance=np.tile(np.diag([0.0, 0.0, unsure, unsure]), (n, 1, 1)),
             heading=np.full(n, np.nan),
             radius=np.full(n, RADIUS + caution),
             confidence=np.ones(n),

@@ -70,14 +70,17 @@ class Arcs:
         """Gap to a person now below which it is a hit, m."""
         growth: float = Field(0.08, ge=0.0)
         """How that grows with prediction time, m/s."""
+        doubt: float = Field(0.0, ge=0.0)
+        """What the predictor's own deviation adds to it, without unit."""
         greatest: float = Field(0.4, ge=0.0)
         """Its bound, m."""
         squeezing: float = Field(0.05, ge=0.0)
         """The margin where the ride is stalled, m; it does not grow then."""
         space: float = Field(0.8, ge=0.0)
         """Price of the squared share of a personal space that is entered, without unit."""
-        hull: float = Field(3.0, ge=0.0)
-        """Price of the squared depth in a group's space, 1/m²."""
+        hull: float = Field(25.0, ge=0.0)
+        """Price of the squared depth in a group's space, 1/m²: so much that a way round is taken
+        where there is one, and little enough that a robot among a group gets out."""
         wall: float = Field(0.5, ge=0.0)
         """Price of the squared share by which the clearance to walls is missed, without unit."""
         clearance: float = Field(0.1, ge=0.0)
@@ -166,6 +169,7 @@ class Arcs:
         p = self.parameters
         time = scene.step * np.arange(scene.steps + 1)
         least, growth = (p.squeezing, 0.0) if problem.stalled else (p.margin, p.growth)
+        greatest = max(least, 0.0 if problem.stalled else p.greatest)
         return Prices(
             lag=p.lag,
             late=p.late,
@@ -176,7 +180,9 @@ class Arcs:
             hit=p.hit,
             standing=p.standing,
             fade=np.exp(-time / p.fading),
-            margin=np.maximum(np.minimum(least + growth * time, p.greatest), least),
+            margin=np.minimum(least + growth * time, greatest),
+            doubt=p.doubt,
+            greatest=greatest,
             space=p.space,
             hull=p.hull,
             wall=p.wall,

@@ -46,6 +46,10 @@ class Prices(NamedTuple):
     """(N+1,) share at which what is predicted for each step counts."""
     margin: Floats
     """(N+1,) gap to people below which it is a hit, m."""
+    doubt: float
+    """What the deviation of a prediction adds to that, without unit."""
+    greatest: float
+    """Bound of both, m."""
     space: float
     hull: float
     wall: float
@@ -97,7 +101,7 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
     states, weight, radius, fastest = crowd.states, crowd.weight, crowd.radius, crowd.fastest
     margins, fade = prices.margin, prices.fade
     reach = crowd.reach if prices.space > 0.0 else 0.0
-    widest = max(margins[steps], reach)
+    widest = max(prices.greatest, reach)
     m, known, last = inputs.shape[1], base.shape[0], samples.shape[0] - 1
     fastest_own = min(top_speed, pace)
     joint = translating if translating > 1 else 0
@@ -205,7 +209,7 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
                 lag = math.hypot(max(final - stop, 0.0), aside)
                 return Ride(cost + lag_price * lag + 0.5 * prices.bearing, contact, k)
         # people
-        price, margin = 0.0, margins[k + 1]
+        price = 0.0
         if k + 1 >= soonest:
             soonest = np.inf
         for i in range(states.shape[0] if soonest == np.inf else 0):
@@ -224,6 +228,7 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
             likely = weight[i] * fade[k + 1]
             if gap < 0.0 and weight[i] > _CREDIBLE:
                 contact = min(contact, (k + 1) * step)
+            margin = min(margins[k + 1] + prices.doubt * states[i, k + 1, 7], prices.greatest)
             if gap < margin:
                 price += likely * prices.hit * (margin - gap) * (margin - gap)
             if gap < reach:

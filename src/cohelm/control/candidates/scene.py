@@ -37,7 +37,7 @@ class Crowd(NamedTuple):
     """Everybody in each of their futures, P pairs of person and hypothesis."""
 
     states: Floats
-    """(P, N+1, 8): x, y, axis of motion (cos, sin), 1/2σ² ahead, behind and aside, speed."""
+    """(P, N+1, 8): x, y, axis of motion (cos, sin), 1/2σ² ahead, behind and aside, deviation."""
     weight: Floats
     """(P,) probability."""
     radius: Floats
@@ -185,8 +185,9 @@ def _unit(angle: float) -> Floats:
 def _crowd(problem: LocalProblem, steps: int) -> Crowd:
     p, s = problem.predictions, problem.spaces
     states = _crowd_states(
-        p.mean, p.velocity, s.axis, s.front, s.side, s.rear, steps, problem.reference.step
+        p.mean, p.velocity, p.deviation, s.axis, s.front, s.side, s.rear, steps, p.step
     )
+    speed = np.hypot(p.velocity[..., 0], p.velocity[..., 1])
     printed = s.kind == PRINTED
     front = s.front.max(initial=0.0)
     reach = 2.0 * s.scale * front**2 if printed else np.sqrt(2.0 * s.scale) * front
@@ -195,7 +196,7 @@ def _crowd(problem: LocalProblem, steps: int) -> Crowd:
         states=states,
         weight=p.weight.flatten(),
         radius=np.repeat(problem.people.radius, hypotheses),
-        fastest=states[:, :, 7].max(axis=1, initial=0.0),
+        fastest=speed.max(axis=2, initial=0.0).flatten(),
         scale=s.scale,
         printed=printed,
         floor=s.floor,
@@ -204,9 +205,10 @@ def _crowd(problem: LocalProblem, steps: int) -> Crowd:
 
 
 @njit(cache=True)
-def _crowd_states(  # noqa: PLR0917  # a kernel takes plain arrays
+def _crowd_states(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     mean: Floats,
     velocity: Floats,
+    deviation: Floats,
     axis: Floats,
     front: Floats,
     side: Floats,
@@ -229,7 +231,7 @@ def _crowd_states(  # noqa: PLR0917  # a kernel takes plain arrays
                 row[k, 4] = 0.5 / front[i, j, m] ** 2
                 row[k, 5] = 0.5 / rear[i, j, m] ** 2
                 row[k, 6] = 0.5 / side[i, j, m] ** 2
-                row[k, 7] = np.hypot(vx, vy)
+                row[k, 7] = deviation[i, j, m]
     return out
 
 

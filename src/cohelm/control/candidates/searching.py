@@ -75,7 +75,9 @@ def searched(  # noqa: PLR0913, PLR0917  # a kernel takes what it works on one b
             base, push = _made_of(
                 bases, lengths, base_of[c], push_of[c], table, pushes, empty, nothing
             )
-            ride(scene, prices, base, push, np.inf, inputs, poses, due)
+            done = ride(scene, prices, base, push, np.inf, inputs, poses, due)
+            if done.stopped < steps:
+                _brake(scene, inputs, done.stopped)
             bases[filled] = inputs
             lengths[filled], worth[filled] = steps, costs[c]
             filled += 1
