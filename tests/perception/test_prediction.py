@@ -31,6 +31,13 @@ def test_keeps_going():
     assert got.weight.tolist() == [[1.0]]
 
 
+def test_who_is_expected_to_stand_stays_where_he_is():
+    stands = ConstantVelocity(ConstantVelocity.Parameters(lasting=0.0))
+    got, _ = stands.predict(person(0.01 * np.eye(4)), 5, 0.2)
+    assert (got.mean == [1.0, 2.0]).all()
+    assert (got.velocity == 0.0).all()
+
+
 def test_grows_unsure_as_the_sampled_motion_does():
     # position and velocity correlated; white acceleration of q = 0.05 on top
     rng = np.random.default_rng(0)

@@ -44,7 +44,9 @@ VARIANTS: Mapping[str, Variant] = {
     WHOLE: Variant("everything as it is", ()),
     "γ = 1": Variant(
         "barriers are plain distance constraints, without foresight in how they close",
-        ("local_planner.bodies.gamma=1", "local_planner.social_space.gamma=1"),
+        tuple(
+            f"local_planner.{each}.gamma=1" for each in ("bodies", "social_space", "group_space")
+        ),
     ),
     "no social space": Variant(
         "people are bodies without personal space", ("social_model.contour_scale=1e-6",)
