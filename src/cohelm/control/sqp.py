@@ -75,7 +75,7 @@ class OptimalControl:
         seed: Motion,
         *,
         iterations: int,
-        tolerance: float = 2e-3,
+        tolerance: float = 1e-2,
         value: Value | None = None,
     ) -> Solution:
         """At most ``iterations`` quadratic programs from ``seed`` on; stops when Δu < tolerance.
