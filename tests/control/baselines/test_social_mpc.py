@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -120,3 +122,18 @@ def test_turning_the_world_turns_the_command(seed):
     plain = PLANNER.plan(problem, None)
     other = PLANNER.plan(turned(problem, np.array([3.0, -7.0, 0.4])), None)
     assert np.abs(plain.command - other.command).max() < 1e-6
+
+
+def test_it_gets_past_who_stands_on_the_path():
+    """Straight ahead, 4 m away: whoever must turn first has to begin early."""
+    plan, pose, twist = None, np.zeros(3), np.zeros(3)
+    people = walkers([[4.0, 0.2, 0.0, 0.0]])
+    for k in range(110):
+        path = scene(people=people, pose=(pose[0], 0.0, 0.0))
+        problem = dataclasses.replace(path, pose=pose, twist=twist, time=0.1 * k)
+        plan = PLANNER.plan(problem, plan)
+        twist = plan.command
+        pose = CHAIR.motion.rollout(pose, CHAIR.motion.input(twist)[None], 0.1)[-1]
+        if pose[0] > 5.5:
+            break
+    assert pose[0] > 5.5

@@ -67,12 +67,15 @@ class SocialMpc:
         """σ_s, m; Poddar et al."""
         rear: float = Field(0.33, gt=0.0, le=5.0)
         """σ_r, m; Poddar et al."""
-        at_rest: float = Field(1.0, gt=0.0, le=5.0)
-        """σ of a person who stands, m; Poddar et al."""
+        at_rest: float = Field(0.5, gt=0.0, le=5.0)
+        """σ of a person who stands, m; assumed (the authors: 1.0, round which nobody gets who must
+        turn first)."""
         goal: float = Field(2.0, ge=0.0)
         """q_goal, of the share of the way that is not made good, squared."""
         social: float = Field(60.0, ge=0.0)
         """q_social, of the people's Gaussians along the way, squared."""
+        squeezing: float = Field(0.05, ge=0.0, le=1.0)
+        """Share of q_social that is left when the ride is stalled."""
         passing: float = Field(3.0, ge=0.0)
         """q_passing, reward of getting round people early, 1/rad² for each second of it."""
         heading: float = Field(0.05, ge=0.0)
@@ -150,7 +153,7 @@ class SocialMpc:
         w = robot.motion.twist(ways.inputs)[..., 2]
         return {
             "goal": p.goal * self._not_made_good(problem, ways) ** 2,
-            "social": p.social * social**2,
+            "social": p.social * (p.squeezing if problem.stalled else 1.0) * social**2,
             "passing": -p.passing * early**2,
             "heading": p.heading * self._angle_left(problem, ways) ** 2,
             "turning": p.turning * (w**2).mean(axis=1),
