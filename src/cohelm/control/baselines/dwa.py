@@ -110,7 +110,8 @@ class Dwa:
         samples = np.array(list(itertools.product(*axes)))
         speed = np.hypot(*problem.robot.motion.twist(samples)[:, :2].T)
         limit = max(high[0], float(np.hypot(*problem.twist[:2])))
-        return samples[speed <= limit + 1e-9]
+        kept: Floats = samples[speed <= limit + 1e-9]
+        return kept
 
     def _costs(
         self, problem: LocalProblem, now: Floats, samples: Floats, previous: LocalPlan | None

@@ -8,6 +8,7 @@ another, and the cheapest is driven.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -26,8 +27,10 @@ from cohelm.robots.contact import first_contact
 _STALE = 0.5
 """A band older than this is begun anew, s."""
 _FEWEST = 4
-_SIDES = (0.0, 1.0, -1.0)
-"""As drawn, left of the person in the way, right of it."""
+_REACH = 0.5
+"""Gap from a person at which a band is in the way, m."""
+_SIDES = (1.0, -1.0)
+"""Left of the person in the way, right of it."""
 
 
 @value
@@ -40,6 +43,8 @@ class Band:
     """(x, y, θ, time to the next pose)."""
     side: float
     """On which side of whom is in the way it passes: 1 left, −1 right, 0 as drawn."""
+    other: Annotated[Floats, Shape("k 4")]
+    """The band on the other side, to be gone on with; empty: there is none."""
 
 
 class Teb:
@@ -58,7 +63,7 @@ class Teb:
         """By which it may differ, s (``dt_hysteresis``)."""
         outer: int = Field(2, ge=1, le=10)
         """Rounds, the band fitted with poses in each (4 there)."""
-        inner: int = Field(8, ge=1, le=40)
+        inner: int = Field(7, ge=1, le=40)
         """Steps of the solver in each round, those included that are not taken (5 there)."""
         classes: int = Field(3, ge=1, le=3)
         """Bands that are kept: as drawn; left of who is in the way; right too."""
@@ -73,8 +78,8 @@ class Teb:
         """Gap beyond these that is still paid for, m (``inflation_dist``)."""
         margin: float = Field(0.05, ge=0.0, lt=0.5)
         """Share of the speed limits that is kept back (``penalty_epsilon``)."""
-        time: float = Field(1.0, gt=0.0)
-        """Weight of the intervals (``weight_optimaltime``)."""
+        time: float = Field(0.4, gt=0.0)
+        """Weight of the whole time, 1/s (``weight_optimaltime``, there of squared intervals)."""
         kinematics: float = Field(1000.0, ge=0.0)
         """Of sliding sideways (``weight_kinematics_nh``)."""
         speed: float = Field(2.0, ge=0.0)
@@ -112,7 +117,7 @@ class Teb:
         motion = self._free(problem, self._driven(problem, now, band.rows))
         if motion is None:
             rows, cost = self._optimised(problem, now, _drawn(problem, self.parameters.interval))
-            band = Band(time=problem.time, rows=rows, side=0.0)
+            band = self._band(problem, rows, 0.0)
             motion = self._free(problem, self._driven(problem, now, rows))
         if motion is None:
             rest = brought_to_rest(problem, now, self.steps)
@@ -122,27 +127,42 @@ class Teb:
     def _cheapest(self, problem: LocalProblem, now: Floats, old: Band | None) -> tuple[Band, float]:
         """The cheapest band of all sides; the present side is left only for a clear gain."""
         found = []
-        for rows, side in self._seeds(problem, old):
-            rows_, cost = self._optimised(problem, now, rows)
-            stays = old is not None and side == old.side
-            found.append((cost * (self.parameters.stays if stays else 1.0), cost, rows_, side))
-        _, cost, rows, side = min(found, key=lambda each: each[0])
-        return Band(time=problem.time, rows=rows, side=side), cost
+        for k, (rows, side) in enumerate(self._seeds(problem, old)):
+            better, cost = self._optimised(problem, now, rows)
+            found.append((cost * (self.parameters.stays if k == 0 else 1.0), cost, better, side))
+        found.sort(key=lambda each: each[0])
+        _, cost, rows, side = found[0]
+        others = [rows for *_, rows, other in found[1:] if other == -side != 0.0]
+        return self._band(problem, rows, side, others), cost
+
+    @staticmethod
+    def _band(
+        problem: LocalProblem, rows: Floats, side: float, others: Sequence[Floats] = ()
+    ) -> Band:
+        return Band(
+            time=problem.time,
+            rows=rows,
+            side=side,
+            other=others[0] if others else np.empty((0, 4)),
+        )
 
     def _seeds(self, problem: LocalProblem, old: Band | None) -> list[tuple[Floats, float]]:
-        """Bands to begin with, and their sides."""
-        warm = _shifted(problem, old)
-        drawn = _drawn(problem, self.parameters.interval) if warm is None else warm
-        side = old.side if warm is not None and old is not None else 0.0
-        seeds = [(drawn, side)]
-        inner = drawn if side == 0.0 else _drawn(problem, self.parameters.interval)
-        for other in _SIDES[: self.parameters.classes]:
-            if other != side:
-                bent = _bent(problem, inner, other) if other else inner
-                if bent is not None:
-                    seeds.append((bent, other))
-        passing = any(s != 0.0 for _, s in seeds[1:]) or side != 0.0
-        return seeds if passing and len(problem.people) else seeds[:1]
+        """Bands to begin with, and their sides; the one that was driven first."""
+        sides = _SIDES[: self.parameters.classes - 1]
+        warm = None if old is None else _shifted(problem, old, old.rows)
+        drawn = _drawn(problem, self.parameters.interval)
+        seeds = [(drawn if warm is None else warm, 0.0)]
+        bent = {side: _bent(problem, drawn, side) for side in sides}
+        if warm is not None and old is not None and any(b is not None for b in bent.values()):
+            seeds[0] = (warm, old.side)
+        for side in sides:
+            gone_on = None
+            if old is not None and side == -old.side and len(old.other):
+                gone_on = _shifted(problem, old, old.other)
+            begun = gone_on if gone_on is not None else bent[side]
+            if bent[side] is not None and begun is not None and side != seeds[0][1]:
+                seeds.append((begun, side))
+        return seeds
 
     def _optimised(self, problem: LocalProblem, now: Floats, rows: Floats) -> tuple[Floats, float]:
         p, robot = self.parameters, problem.robot
@@ -227,11 +247,11 @@ def _drawn(problem: LocalProblem, interval: float) -> Floats:
     return rows
 
 
-def _shifted(problem: LocalProblem, old: Band | None) -> Floats | None:
-    """The last band from the robot on to the goal as it is now; None where it is of no use."""
-    if old is None or not 0.0 <= problem.time - old.time <= _STALE:
+def _shifted(problem: LocalProblem, old: Band, rows: Floats) -> Floats | None:
+    """One of the last bands from the robot on; None where it is of no use any more."""
+    if not 0.0 <= problem.time - old.time <= _STALE:
         return None
-    rows, goal = old.rows.copy(), problem.reference.poses[-1]
+    rows, goal = rows.copy(), problem.reference.poses[-1]
     if np.hypot(*(rows[-1, :2] - goal[:2])) > 1.0:
         return None
     near = np.hypot(*(rows[: min(4, len(rows) - _FEWEST + 1), :2] - problem.pose[:2]).T)
@@ -253,7 +273,7 @@ def _bent(problem: LocalProblem, rows: Floats, side: float) -> Floats | None:
     at = np.clip((times / problem.predictions.step).astype(int), 0, mean.shape[1] - 1)
     apart = mean[:, at] - rows[None, :, :2]
     gap = np.hypot(apart[..., 0], apart[..., 1]) - radius[:, None]
-    reach = problem.robot.capsule[4] + 0.6
+    reach = problem.robot.capsule[4] + _REACH
     close = np.argwhere(gap < reach)
     if not len(close):
         return None
@@ -265,6 +285,11 @@ def _bent(problem: LocalProblem, rows: Floats, side: float) -> Floats | None:
     bump *= np.minimum(along / max(along[k], 0.1), 1.0)
     out = rows.copy()
     out[:, :2] += (needed * bump)[:, None] * normal
+    legs = np.diff(out[:, :2], axis=0)
+    lengths, before = np.hypot(*legs.T), np.diff(along)
+    out[:-1, 3] *= np.clip(lengths / np.maximum(before, 1e-3), 1.0, 3.0)
+    tangent = np.unwrap(np.append(rows[0, 2], np.arctan2(legs[:, 1], legs[:, 0])))
+    out[1:-1, 2] = 0.5 * (tangent[1:-1] + tangent[2:])
     return out
 
 

@@ -1,4 +1,4 @@
-"""The timed elastic band's optimisation: damped Gauss-Newton on a banded system, compiled.
+"""The timed elastic band's optimisation: Levenberg steps on a banded system, compiled.
 
 A band is an array (n, 4): poses x, y, θ, and in the last column the time to the next one. A term
 touches at most three neighbouring rows, so the normal equations have half a bandwidth of 11.
@@ -257,7 +257,7 @@ def _edge(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     out.fill(0.0)
     vx, vy, w = _velocity(rows, 0, holonomic)
     dt = rows[0, 3]
-    out[0] = math.sqrt(weights[0]) * dt
+    out[0] = math.sqrt(weights[0] * max(dt, 1e-3))  # their sum is the time
     if not holonomic:  # Rösmann et al. 2012, eq. (8): both poses on one arc
         dx, dy = rows[1, 0] - rows[0, 0], rows[1, 1] - rows[0, 1]
         cos = math.cos(rows[0, 2]) + math.cos(rows[1, 2])
@@ -323,11 +323,11 @@ def _change(before: float, after: float, time: float, limits: Floats) -> float:
 
 @njit(cache=True)
 def _solved(matrix: Floats, right: Floats, damping: float) -> Floats:
-    """(JᵀJ + λ(diag + 1))⁻¹ Jᵀr by a banded Cholesky; the first pose stays where it is."""
+    """(JᵀJ + λ)⁻¹ Jᵀr by a banded Cholesky; the first pose stays where it is."""
     n = matrix.shape[0]
     low, x = matrix.copy(), right.copy()
     for i in range(n):
-        low[i, 0] += damping * (low[i, 0] + 1.0)
+        low[i, 0] += damping
     for i in range(3):
         x[i] = 0.0
         for d in range(1, BAND):
