@@ -113,6 +113,9 @@ def test_distances_by_hand(motions):
     # a circle of 0.45 m about everyone, σ = 0.1 and c = ½ for the chair's own: √(½ · 2 · 0.01)
     h = SocialSpace().measure(problem, motion).h
     assert h == pytest.approx(np.tile(gap[:, None] - 0.55, (1, 5)), abs=1e-6)
+    # as printed: between the centres, which are 2 m and 1 m apart
+    h = SocialSpace(SocialSpace.Parameters(distance="printed")).measure(problem, motion).h
+    assert h == pytest.approx(np.tile([[2.0 - 0.55], [1.0 - 0.55]], (1, 5)), abs=1e-6)
     wider = SocialSpace(SocialSpace.Parameters(growth=0.1, deviations=1.0, greatest=0.25))
     h = wider.measure(problem, motion).h
     margin = np.array([0.05, 0.15, 0.25, 0.25, 0.25])

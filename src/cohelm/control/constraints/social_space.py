@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -33,6 +34,8 @@ class SocialSpace:
 
         gamma: float = Field(0.15, gt=0.0, le=1.0)
         """γ of eq. (9)."""
+        distance: Literal["bodies", "printed"] = "bodies"
+        """Between footprint and body, or between their centres as printed."""
         growth: float = Field(0.0, ge=0.0)
         """How a space grows with prediction time, m/s."""
         deviations: float = Field(0.0, ge=0.0, le=5.0)
@@ -58,10 +61,10 @@ class SocialSpace:
         s, eggs = problem.spaces, self._eggs(problem)
         who = eggs.who
         h = social_barrier(
-            problem.robot.capsule,
+            eggs.capsule,
             motion.poses,
             who.positions,
-            who.kept,
+            eggs.kept,
             s.kind,
             eggs.axis,
             eggs.shape,
@@ -77,7 +80,7 @@ class SocialSpace:
         """Those that can become active."""
         s, eggs, gamma = problem.spaces, self._eggs(problem), self.parameters.gamma
         gradient = social_gradient(
-            problem.robot.capsule,
+            eggs.capsule,
             motion.poses,
             eggs.who.positions,
             s.kind,
@@ -92,7 +95,7 @@ class SocialSpace:
 
     def _eggs(self, problem: LocalProblem) -> _Eggs:
         p = self.parameters
-        return _eggs(problem, p.at_least, self._margin, p.gamma)
+        return _eggs(problem, p.at_least, self._margin, p.gamma, p.distance == "bodies")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,6 +103,10 @@ class _Eggs:
     """The spaces of the futures that bind."""
 
     who: Futures
+    capsule: Annotated[Floats, Shape("5")]
+    """``Robot.capsule``, or the point that the robot is as printed."""
+    kept: Annotated[Floats, Shape("q N+1")]
+    """As in ``Futures``; without the body's radius as printed."""
     axis: Annotated[Floats, Shape("q N+1 2")]
     """Unit vectors."""
     shape: Annotated[Floats, Shape("q N+1 3")]
@@ -108,7 +115,9 @@ class _Eggs:
 
 
 @functools.lru_cache(maxsize=16)
-def _eggs(problem: LocalProblem, at_least: float, margin: Margin, gamma: float) -> _Eggs:
+def _eggs(
+    problem: LocalProblem, at_least: float, margin: Margin, gamma: float, bodies: bool
+) -> _Eggs:
     """The spaces of a problem, worked out once for all motions that are tried."""
     s = problem.spaces
     reach = greatest_reach(s.kind, s.scale, s.front, s.side, s.rear, s.floor)
@@ -119,8 +128,11 @@ def _eggs(problem: LocalProblem, at_least: float, margin: Margin, gamma: float) 
         part.reshape(who.every, part.shape[2])[who.which]
         for part in (s.axis, s.front, s.side, s.rear)
     )
+    radius = problem.people.radius[who.person][:, None]
     return _Eggs(
         who=who,
+        capsule=problem.robot.capsule if bodies else np.zeros(5),
+        kept=who.kept if bodies else who.kept - radius,
         axis=np.stack([np.cos(axis), np.sin(axis)], axis=-1),
         shape=coefficients(s.kind, s.scale, front, side, rear),
         robot=coefficients(s.kind, s.scale, *s.robot),
