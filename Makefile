@@ -18,7 +18,7 @@ COHELM_DATA ?= $(wildcard $(abspath ../shared/data))
 export COHELM_DATA
 
 RIDES := rides
-BENCHMARKS := $(wildcard $(addprefix benchmarks/,solver.py orca.py lidar.py prediction.py))
+BENCHMARKS := $(wildcard $(addprefix benchmarks/,orca.py lidar.py prediction.py))
 
 .PHONY: help
 help: ## this list
@@ -53,6 +53,7 @@ check: setup ## style, types and layers
 bench: setup ## the benchmarks, beside their outside references where there are any
 	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script"; done
 	@echo "== cohelm bench planning"; $(BIN)/cohelm bench planning --out $(RIDES)/planning
+	@echo "== cohelm bench solver"; $(BIN)/cohelm bench solver --share 0.2 --out $(RIDES)/solver
 
 .PHONY: setup
 setup: $(READY) ## .venv with the exact versions of requirements.lock

@@ -1,17 +1,24 @@
 """Our solver against IPOPT on the same problem, written down a second time.
 
-The whole comparison, with its figures, is printed by ``benchmarks/solver.py``.
+The whole comparison, with its figures, is made by ``cohelm bench solver``.
 """
 
+import dataclasses
 from collections import Counter
 
 import numpy as np
 import pytest
 
-from cohelm.control import SsMpcDcbf
-from cohelm.testing.comparison import Verdict, compare
+from cohelm.control import OptimalControl, SsMpcDcbf
+from cohelm.control.constraints import GroupSpace, InputLimits, WallClearance
+from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
+from cohelm.messages import Groups
+from cohelm.social import PersonalSpace
+from cohelm.testing.benches.solver_proofs import commands, failures
+from cohelm.testing.benches.solver_states import with_futures
+from cohelm.testing.comparison import Verdict, along, compare
 from cohelm.testing.oracle import solve
-from cohelm.testing.problems import random_problem
+from cohelm.testing.problems import field_of, random_problem
 
 pytest.importorskip("casadi", reason="the oracle needs CasADi: pip install cohelm[bench]")
 
@@ -63,3 +70,81 @@ def test_the_oracle_keeps_the_limits_and_the_law_of_motion():
     assert (found.inputs <= high + 1e-6).all()
     assert (change <= rise * duration + 1e-6).all()
     assert (change >= -fall * duration - 1e-6).all()
+
+
+def check_account(problem, control, half_planes):
+    """IPOPT's solution costs the same by our account, and is an optimum for us as well."""
+    found = solve(problem, control, half_planes, start=along(problem, problem.twist[[0, 2]]).inputs)
+    if not found.solved:
+        return 0
+    there = dataclasses.replace(
+        along(problem, problem.twist[[0, 2]]), poses=found.poses, inputs=found.inputs
+    )
+    value = control.value(problem, there)
+    assert value.merit == pytest.approx(found.cost, rel=1e-4, abs=1e-4)
+    kept = control.solve(problem, there, iterations=60, tolerance=1e-6).value.merit
+    assert kept >= 0.999 * found.cost - 1e-4
+    return 1
+
+
+def test_several_futures_bind_in_the_oracle_as_they_do_here():
+    rng, planner = np.random.default_rng(8), SsMpcDcbf()
+    drawn = [random_problem(rng, people) for people in (2, 3, 4, 3)]
+    one_wall = [each for each in drawn if (np.abs(each.half_planes[:, 2]) > 500.0).any()]
+    met = [
+        check_account(with_futures(each.problem.within(25)), planner.control, each.half_planes)
+        for each in one_wall
+    ]
+    assert sum(met) >= 2
+
+
+def test_groups_comfort_and_pace_cost_in_the_oracle_what_they_cost_here():
+    control = OptimalControl(
+        costs=(
+            TrackReference(TrackReference.Parameters(along=0.4)),
+            InputEffort(),
+            SmoothInput(),
+            Comfort(Comfort.Parameters(acceleration=0.2, jerk=0.05)),
+            Progress(Progress.Parameters(pace=0.5)),
+        ),
+        constraints=(InputLimits(), WallClearance(), GroupSpace()),
+    )
+    rng, met = np.random.default_rng(4), 0
+    for _ in range(3):
+        drawn = random_problem(rng, 3)
+        problem, people = drawn.problem, drawn.problem.people
+        pair = Groups(id=np.array([7]), member=np.array([0, 0, -1]))
+        spaces = PersonalSpace().spaces(
+            people, pair, problem.predictions, problem.twist, problem.profile
+        )
+        assert len(spaces.groups.id) == 1
+        nowhere = np.array([[1.0, 0.0, -1e3]] * 2)
+        grouped = dataclasses.replace(problem, spaces=spaces, walls=field_of(nowhere, problem.pose))
+        met += check_account(grouped, control, nowhere)
+    assert met
+
+
+def test_a_term_that_the_oracle_does_not_know_is_refused():
+    class Other(SmoothInput):
+        name = "other"
+
+    drawn = random_problem(np.random.default_rng(2), 0)
+    control = OptimalControl((Other(),), (InputLimits(),))
+    with pytest.raises(TypeError, match="other"):
+        solve(drawn.problem, control, drawn.half_planes)
+
+
+def test_three_iterations_find_the_first_command_of_the_optimum():
+    rows = [row for people in (1, 5) for row in commands(people, 2, 10, 3)]
+    assert len(rows) == 12
+    assert np.mean([row["near_converged"] for row in rows]) >= 0.9
+    same = [row["near_oracle"] for row in rows if row["verdict"] == Verdict.SAME]
+    assert np.mean(same) >= 0.9
+
+
+@pytest.mark.parametrize("kind", ["random", "crowded", "hopeless"])
+def test_nothing_fails(kind):
+    found = failures(kind, 45, 9)
+    assert (found["solves"], found["plans"]) == (45, 15)
+    assert found["failed"] == found["plans_failed"] == 0
+    assert found["ok"] + found["relaxed"] + found["stop"] == 15

@@ -155,3 +155,33 @@ def test_hard_rows_that_contradict_each_other_are_said_so():
     jacobian[1], margin[:2] = -jacobian[0], -1.0  # a x ≥ 1 and −a x ≥ 1
     with pytest.raises(SolverFailed, match="no solution"):
         solved(dataclasses.replace(given, jacobian=jacobian, margin=margin))
+
+
+def test_programs_of_crowds_are_solved_whole(planner, crowded, motions, rng):
+    """With every row in, hundreds of them, none is violated and the gradient is balanced."""
+    for problem in crowded[3:9]:
+        motion = motions.wandering(problem, rng)
+        given = planner.control.program(problem, motion, planner.control.value(problem, motion))
+        x, multipliers = solved(given)
+        hessian, gradient, a, b = whole(given)
+        z = np.concatenate([x, slack_of(given, x)])
+        assert (a @ z + b).min() > -1e-5
+        # starting from its own multipliers it stays
+        again, _ = solved(given, multipliers)
+        worth = [0.5 * y @ hessian @ y + gradient @ y for y in (z, parted(given, again))]
+        assert worth[1] == pytest.approx(worth[0], rel=1e-6, abs=1e-6)
+        # and no other way to choose the first rows leads lower
+        other = parted(given, solved(given, all_rows(given))[0])
+        value = 0.5 * other @ hessian @ other + gradient @ other
+        assert value == pytest.approx(worth[0], rel=1e-6, abs=1e-6)
+
+
+def parted(given, x):
+    return np.concatenate([x, slack_of(given, x)])
+
+
+def all_rows(given):
+    """Multipliers that bring every row in from the beginning, and bind none of them by much."""
+    start = Multipliers.none(given)
+    start.rows[given.key] = -1e-9
+    return start

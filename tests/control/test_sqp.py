@@ -6,6 +6,9 @@ import pytest
 from cohelm.control import OptimalControl, SsMpcDcbf
 from cohelm.control.constraints import Bodies, InputLimits
 from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
+from cohelm.control.quadratic import Multipliers, minimise
+from cohelm.testing.comparison import along
+from cohelm.testing.problems import mirrored, turned
 from cohelm.testing.scenes import local_problem, straight_reference
 
 
@@ -79,3 +82,70 @@ def test_a_reference_to_the_left_is_followed_to_the_left(planner):
     plan = SsMpcDcbf().plan(dataclasses.replace(plain, reference=aside), None)
     assert plan.inputs[0, 1] > 0.0
     assert plan.poses[-1, 1] == pytest.approx(0.5, abs=0.1)
+
+
+def test_where_it_ends_it_stays_by_its_own_program(planner, crowded, motions, rng):
+    """Karush, Kuhn, Tucker: at an optimum no step lowers the quadratic program of that place."""
+    for problem in crowded[:6]:
+        found = planner.control.solve(
+            problem, motions.wandering(problem, rng), iterations=60, tolerance=1e-7
+        )
+        program = planner.control.program(problem, found.motion, found.value)
+        step, _ = minimise(program, Multipliers.none(program))
+        # what the step would gain, by the program's own account
+        gain = -(0.5 * step @ program.hessian @ step + program.gradient @ step)
+        slack = sum(
+            c.l1 * m.slack.sum() + 0.5 * c.l2 * m.slack @ m.slack
+            for c, m in zip(planner.control.constraints, found.value.measures, strict=True)
+        )
+        left = needed(program, step)
+        gain += slack - (program.l1 @ left + 0.5 * left @ (program.l2 * left))
+        assert gain < 1e-3 * found.value.merit + 1e-6
+
+
+def needed(program, step):
+    """The slack of each group after a step."""
+    soft = program.group >= 0
+    out = np.zeros(len(program.l1))
+    np.maximum.at(out, program.group[soft], -(program.jacobian @ step + program.margin)[soft])
+    return out
+
+
+def test_a_turned_world_is_solved_alike(planner, crowded):
+    """The world turned by a right angle: the same inputs."""
+    X = np.array([3.0, -2.0, np.pi / 2])
+    for problem in crowded:
+        other = turned(problem, X)
+        ours, theirs = (
+            planner.control.solve(p, along(p, p.twist[[0, 2]]), iterations=2).motion.inputs
+            for p in (problem, other)
+        )
+        assert np.abs(ours - theirs).max() < 1e-4
+
+
+def test_a_mirrored_world_is_solved_mirrored(planner, crowded):
+    for problem in crowded:
+        other = mirrored(problem)
+        ours, theirs = (
+            planner.control.solve(p, along(p, p.twist[[0, 2]]), iterations=2).motion.inputs
+            for p in (problem, other)
+        )
+        assert np.abs(ours * [1.0, -1.0] - theirs).max() < 1e-4
+
+
+def test_the_same_problem_gives_the_same_bits(planner, crowded, motions):
+    for problem in crowded[:6]:
+        seed = along(problem, problem.twist[[0, 2]])
+        first, again = (planner.control.solve(problem, seed, iterations=3) for _ in range(2))
+        assert first.motion.inputs.tobytes() == again.motion.inputs.tobytes()
+
+
+def test_a_seed_of_known_value_is_not_valued_again(planner, crowded):
+    problem = crowded[4]
+    seed = along(problem, problem.twist[[0, 2]])
+    value = planner.control.value(problem, seed)
+    plain, told = (
+        planner.control.solve(problem, seed, iterations=2, value=v) for v in (None, value)
+    )
+    assert plain.motion.inputs.tobytes() == told.motion.inputs.tobytes()
+    assert plain.value.merit == told.value.merit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -29,14 +30,15 @@ _NONE = 1e5
 """A bound beyond this is none: an interior point would be led far astray by it."""
 
 
+@functools.cache
 def warm_up() -> None:
-    """Solve where every branch is taken, so that no compilation is counted."""
+    """Ride and solve where every branch is taken, so that no compilation is counted."""
     rng, planner = np.random.default_rng(1), SsMpcDcbf()
     for k in range(12):
         drawn = random_problem(
             rng, (0, 5)[k % 2], steps=planner.steps, step=planner.step, hopeless=k % 4 < 2
         )
-        for _, state in zip(range(3), ride(planner, drawn, 25), strict=False):
+        for state in ride(planner, drawn, 25):
             _two_of_three(planner, state.problem.within(25), state.seed)
             planner.plan(with_futures(state.problem), state.previous)
 
