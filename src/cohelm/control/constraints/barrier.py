@@ -18,13 +18,21 @@ NEAR = 0.6
 @njit(cache=True)
 def worst(h: Floats, gamma: float) -> tuple[Floats, float]:
     """(worst violation of each series' rows, (s,) ≥ 0; smallest h of all), from h (s, N+1)."""
-    out = np.zeros(h.shape[0])
+    return worst_of(h, gamma, np.arange(h.shape[0]), h.shape[0])
+
+
+@njit(cache=True)
+def worst_of(h: Floats, gamma: float, owner: Integers, owners: int) -> tuple[Floats, float]:
+    """The same by the owners (s,) of the series, which share what they need: (owners,) ≥ 0."""
+    out = np.zeros(owners)
     smallest = np.inf
     for s in range(h.shape[0]):
+        most = out[owner[s]]
         smallest = min(smallest, h[s, 0])
         for k in range(h.shape[1] - 1):
-            out[s] = max(out[s], (1.0 - gamma) * h[s, k] - h[s, k + 1])
+            most = max(most, (1.0 - gamma) * h[s, k] - h[s, k + 1])
             smallest = min(smallest, h[s, k + 1])
+        out[owner[s]] = most
     return out, smallest
 
 

@@ -22,7 +22,7 @@ _KEPT = 16
 """Problems of which the futures are remembered: a few constraints look at each some ten times."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Margin:
     """How far off a predicted body counts, m, at age t: min(now + growth·t + deviations·σ, most).
 
@@ -56,9 +56,7 @@ class Futures:
 
     def measure(self, h: Floats, gamma: float) -> Measure:
         """By person, the worst over futures and steps; the smallest h, the far ones bounded."""
-        worst, smallest = barrier.worst(h, gamma)
-        slack = np.zeros(self.people)
-        np.maximum.at(slack, self.person, worst)
+        slack, smallest = barrier.worst_of(h, gamma, self.person, self.people)
         return Measure(slack=slack, smallest=min(smallest, self.elsewhere), h=h)
 
     def rows(self, h: Floats, gradient: Floats, sensitivity: Floats, gamma: float) -> Rows:
