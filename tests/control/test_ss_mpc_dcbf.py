@@ -18,6 +18,7 @@ from cohelm.testing.strategies import local_problems, poses
 
 PLANNER = SsMpcDcbf()
 STEPS, STEP = PLANNER.steps, PLANNER.step
+N = PLANNER.parameters.steps
 TICK = 0.05
 
 
@@ -150,7 +151,7 @@ def gaps(problem, poses_):
     share = np.linspace(0.0, 1.0, 201)[:, None]
     spine = (1.0 - share) * capsule[:2] + share * capsule[2:4]
     points = transform(poses_[:, None, :], spine)
-    people = problem.predictions.mean[:, 0]
+    people = problem.predictions.mean[:, 0, : len(poses_)]
     away = np.linalg.norm(points[None] - people[:, :, None], axis=-1).min(axis=-1)
     return away - capsule[4] - problem.people.radius[:, None]
 
@@ -158,7 +159,7 @@ def gaps(problem, poses_):
 def test_the_barrier_holds_along_a_plan_that_needs_no_slack():
     """Eq. (9) for bodies: h_{k+1} ≥ (1 − γ) h_k, h with its growing margin."""
     p = PLANNER.parameters.bodies
-    age = np.arange(STEPS + 1) * STEP
+    age = np.arange(N + 1) * STEP
     margin = np.minimum(p.margin + p.growth * age, p.greatest)
     checked = 0
     for seed in range(40):

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+from dataclasses import dataclass
 from types import MappingProxyType
 
+import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, Integers
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.candidates import best_arcs
+from cohelm.control.candidates import Arcs, Ways
+from cohelm.control.choice import WayTaken, departures, remembered, taken
 from cohelm.control.constraints import (
     Bodies,
     GroupSpace,
@@ -18,10 +22,11 @@ from cohelm.control.constraints import (
     WallClearance,
 )
 from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
-from cohelm.control.sqp import OptimalControl, Solution, Value
+from cohelm.control.sqp import OptimalControl
 from cohelm.control.verification import Verification, brought_to_rest
 from cohelm.control.warm_start import last_input, shifted
 from cohelm.messages import LocalPlan, Reason, Status
+from cohelm.robots.contact import WALKING, touching
 
 _RELAXED = 0.01
 """Slack above this is reported as a relaxed plan, m."""
@@ -30,23 +35,36 @@ _RELAXED = 0.01
 class SsMpcDcbf:
     """The paper's local planner: the reference tracked, people and walls as barriers.
 
-    Every plan is verified before it is used (see ``verification``): the polished one, else the
-    last plan shifted, else the cheapest sampled arc that passes, else braking with a stated reason.
+    A few ways round, the last plan among them, are polished by the SQP; the cheapest one that is
+    verified is taken, where leaving the last way costs (see ``choice``). Where none is, the last
+    plan goes on if it still is verified, else a sampled way that is, else the robot brakes with a
+    stated reason.
     """
 
     class Parameters(Model):
-        """Horizon, budget, terms and constraints; the paper gives no figures, these are assumed."""
+        """Steps, budget, terms and constraints; the paper gives no figures, these are assumed."""
 
         steps: int = Field(25, ge=3, le=100)
-        """N."""
+        """N, the steps that are polished and planned."""
         step: float = Field(0.16, gt=0.0, le=1.0)
         """Δt, s; longer than a tick, which is why the last plan is shifted by interpolation."""
+        lookahead: float = Field(6.0, ge=0.0, le=20.0)
+        """How far ahead ways are sampled and judged, s; never less than N Δt."""
+        candidates: int = Field(2, ge=1, le=8)
+        """Ways that are polished."""
         iterations: int = Field(2, ge=1, le=50)
-        """Quadratic programs a plan: the budget, the same on every machine."""
-        switch: float = Field(0.8, gt=0.0, le=1.0)
-        """A sampled way round replaces the last plan where its merit is below this share of it."""
-        rescues: int = Field(12, ge=0, le=72)
-        """Sampled arcs that are tried, best first, before the chair brakes."""
+        """Quadratic programs for each of them: the budget, the same on every machine."""
+        loyalty: float = Field(0.6, ge=0.0, le=100.0)
+        """What it costs to pass anybody, or the path, on another side than the last plan, s."""
+        spoilt: float = Field(1.0, ge=0.0, le=100.0)
+        """A way that polishing makes worse by more than this is taken as it was, s."""
+        follow: float = Field(0.0, ge=0.0, le=1.0)
+        """Share of the way itself in the reference that its polishing tracks."""
+        late: float = Field(0.05, gt=0.0, le=1.0)
+        """Lateness from which on one way is polished, once, s: a tick."""
+        patience: float = Field(1.0, ge=0.0, le=10.0)
+        """How long the robot stands after somebody who walks has touched it, s."""
+        arcs: Arcs.Parameters = Arcs.Parameters(count=160, pushes=40, rounds=1)
         verification: Verification = Verification()
         track_reference: TrackReference.Parameters = TrackReference.Parameters()
         input_effort: InputEffort.Parameters = InputEffort.Parameters()
@@ -55,13 +73,14 @@ class SsMpcDcbf:
         progress: Progress.Parameters = Progress.Parameters()
         input_limits: InputLimits.Parameters = InputLimits.Parameters()
         wall_clearance: WallClearance.Parameters = WallClearance.Parameters()
-        bodies: Bodies.Parameters = Bodies.Parameters()
+        bodies: Bodies.Parameters = Bodies.Parameters(at_least=1.0)
         social_space: SocialSpace.Parameters = SocialSpace.Parameters()
         group_space: GroupSpace.Parameters = GroupSpace.Parameters()
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
-        self.steps, self.step = p.steps, p.step
+        self.steps, self.step = max(p.steps, round(p.lookahead / p.step)), p.step
+        self.arcs = Arcs(p.arcs)
         self.control = OptimalControl(
             costs=(
                 TrackReference(p.track_reference),
@@ -81,50 +100,168 @@ class SsMpcDcbf:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        now = last_input(problem, previous)
-        warm = shifted(problem, previous, now)
-        seed, value = self._seed(problem, warm, now)
-        solution = self.control.solve(
-            problem, seed, iterations=self.parameters.iterations, value=value
+        p = self.parameters
+        memory = remembered(previous, problem.time)
+        asked = _Asked(
+            problem=problem,
+            near=problem.within(p.steps),
+            now=last_input(problem, previous),
+            memory=memory,
+            touched=_touched(problem, memory),
         )
-        if self.parameters.verification.passes(problem, solution.motion):
-            status = Status.RELAXED if solution.value.slack > _RELAXED else Status.OK
-            return self._plan(problem, solution, solution.motion, status)
+        if problem.time - asked.touched < p.patience:
+            return self._stop(asked, 0)
+        warm = shifted(asked.near, previous, asked.now)
+        sampled = self._sampled(asked, warm)
+        old = [] if warm is None else self._judged(asked, [warm], ["last"])
+        polished, iterations = self._polished(asked, self._seeds(asked, old, sampled))
         trusted = previous is not None and previous.status is not Status.STOP
-        if warm is not None and trusted and self.parameters.verification.passes(problem, warm):
-            return self._plan(problem, solution, warm, Status.RELAXED)
-        for arc in best_arcs(problem, now, self.parameters.rescues):
-            if self.parameters.verification.passes(problem, arc):
-                return self._plan(problem, solution, arc, Status.RELAXED)
-        return self._plan(problem, solution, brought_to_rest(problem, now, self.steps), Status.STOP)
+        for way in [*polished, *(old if trusted else []), *sampled]:
+            if p.verification.passes(asked.near, way.motion):
+                return self._plan(asked, way, iterations)
+        return self._stop(asked, iterations)
 
-    def _seed(
-        self, problem: LocalProblem, warm: Motion | None, now: Floats
-    ) -> tuple[Motion, Value]:
-        arc = next(best_arcs(problem, now, 1))
-        other = self.control.value(problem, arc)
-        if warm is None:
-            return arc, other
-        ours = self.control.value(problem, warm)
-        if other.merit < self.parameters.switch * ours.merit:
-            return arc, other
-        return warm, ours
+    def _sampled(self, asked: _Asked, warm: Motion | None) -> list[_Way]:
+        """Sampled ways, the best ones first."""
+        found = self.arcs.ways(asked.problem, asked.now, warm)
+        n = len(asked.near.reference.poses) - 1
+        motions = [
+            Motion(
+                step=found.step,
+                poses=found.poses[k, : n + 1],
+                inputs=found.inputs[k, :n],
+                last_input=asked.now,
+            )
+            for k in range(len(found))
+        ]
+        return self._listed(asked, found, motions, ["sampled"] * len(found))
 
-    def _plan(
-        self, problem: LocalProblem, solution: Solution, motion: Motion, status: Status
-    ) -> LocalPlan:
-        used = motion is solution.motion
-        value = solution.value if used else self.control.value(problem, motion)
+    def _judged(self, asked: _Asked, motions: list[Motion], names: list[str]) -> list[_Way]:
+        inputs = np.stack([motion.inputs for motion in motions])
+        found = self.arcs.score(asked.problem, inputs, asked.now)
+        return self._listed(asked, found, motions, names)
+
+    def _listed(
+        self, asked: _Asked, found: Ways, motions: list[Motion], names: list[str]
+    ) -> list[_Way]:
+        leaves = departures(found.signature, asked.problem.people, asked.memory) > 0
+        scores = found.score + self.parameters.loyalty * leaves
+        return [
+            _Way(name=name, motion=motion, score=float(score), signature=signature)
+            for name, motion, score, signature in zip(
+                names, motions, scores, found.signature, strict=True
+            )
+        ]
+
+    def _seeds(self, asked: _Asked, old: list[_Way], sampled: list[_Way]) -> list[_Way]:
+        """The ways that are polished: the last plan, and the best that pass otherwise."""
+        p = self.parameters
+        most = 1 if asked.problem.late > p.late else p.candidates
+        out: list[_Way] = []
+        for way in sorted([*old, *sampled], key=lambda way: way.score):
+            if len(out) < most and not any(
+                np.array_equal(way.signature, other.signature) for other in out
+            ):
+                out.append(way)
+        return out
+
+    def _polished(self, asked: _Asked, seeds: list[_Way]) -> tuple[list[_Way], int]:
+        """(The ways after the SQP, the best ones first; quadratic programs solved)."""
+        p = self.parameters
+        iterations = 1 if asked.problem.late > p.late else p.iterations
+        done, motions = 0, []
+        for seed in seeds:
+            near = _towards(asked.near, seed.motion, p.follow)
+            solution = self.control.solve(near, seed.motion, iterations=iterations)
+            done += solution.iterations
+            motions.append(solution.motion)
+        ways = self._judged(asked, motions, [seed.name for seed in seeds])
+        kept = [
+            seed if way.score > seed.score + p.spoilt else way
+            for seed, way in zip(seeds, ways, strict=True)
+        ]
+        return sorted(kept, key=lambda way: way.score), done
+
+    def _plan(self, asked: _Asked, way: _Way, iterations: int) -> LocalPlan:
+        value = self.control.value(asked.near, way.motion)
+        memory = taken(
+            asked.problem.time,
+            way.signature,
+            asked.problem.people,
+            touched=asked.touched,
+        )
         return LocalPlan(
-            time=problem.time,
-            step=motion.step,
-            command=problem.robot.motion.twist(motion.inputs[0]),
-            poses=motion.poses,
-            inputs=motion.inputs,
-            status=status,
-            reason=Reason.NO_SAFE_PLAN if status is Status.STOP else None,
+            time=asked.problem.time,
+            step=way.motion.step,
+            command=asked.problem.robot.motion.twist(way.motion.inputs[0]),
+            poses=way.motion.poses,
+            inputs=way.motion.inputs,
+            status=Status.RELAXED if value.slack > _RELAXED else Status.OK,
             costs=MappingProxyType(dict(value.costs)),
             smallest_barrier=value.barrier,
             slack=value.slack,
-            iterations=solution.iterations,
+            iterations=iterations,
+            candidate=way.name,
+            memory=memory,
         )
+
+    def _stop(self, asked: _Asked, iterations: int) -> LocalPlan:
+        """Braking, with the reason; how the last plan passed everybody is still remembered."""
+        steps = len(asked.near.reference.poses) - 1
+        motion = brought_to_rest(asked.near, asked.now, steps)
+        nobody = np.zeros(1 + len(asked.problem.people), dtype=np.int64)
+        way = _Way(name="rest", motion=motion, score=np.inf, signature=nobody)
+        return dataclasses.replace(
+            self._plan(asked, way, iterations),
+            status=Status.STOP,
+            reason=Reason.NO_SAFE_PLAN,
+            memory=taken(asked.problem.time, nobody, asked.problem.people, touched=asked.touched)
+            if asked.memory is None
+            else dataclasses.replace(asked.memory, touched=asked.touched),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Asked:
+    """What a plan is made for."""
+
+    problem: LocalProblem
+    near: LocalProblem
+    """The same over the steps that are planned."""
+    now: Floats
+    """What the wheels do, (m,)."""
+    memory: WayTaken | None
+    touched: float
+    """When somebody who walks was last seen to touch the robot, s."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Way:
+    """A way that may be taken."""
+
+    name: str
+    motion: Motion
+    score: float
+    """s, what leaving the last way costs included."""
+    signature: Integers
+
+
+def _towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem:
+    """The problem with the reference moved towards a motion by ``share``."""
+    if share <= 0.0:
+        return problem
+    poses = problem.reference.poses + share * (motion.poses - problem.reference.poses)
+    return dataclasses.replace(
+        problem, reference=dataclasses.replace(problem.reference, poses=poses)
+    )
+
+
+def _touched(problem: LocalProblem, memory: WayTaken | None) -> float:
+    """When somebody who walks last touched the robot, s; while he stays, he counts as walking."""
+    last = memory.touched if memory is not None else -np.inf
+    walks = np.hypot(problem.people.mean[:, 2], problem.people.mean[:, 3]) > WALKING
+    return (
+        problem.time
+        if (touching(problem.robot, problem.pose, problem.people) & walks).any()
+        else last
+    )

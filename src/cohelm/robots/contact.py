@@ -29,7 +29,7 @@ _OVERLAP = -0.06
 """A body that reaches farther than this into the footprint is waited for, m."""
 _NO_WORSE = 0.01
 """By so much a gap may be smaller than if the robot stood still, m."""
-_WALKING = 0.15
+WALKING = 0.15
 """Who touches the robot and is faster than this walks on, m/s."""
 STANDING = 0.02
 """A robot slower than this stands, m/s and rad/s."""
@@ -88,6 +88,16 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
             agility,
         )
     )
+
+
+def touching(robot: Robot, pose: Floats, people: People) -> Booleans:
+    """Who touches a robot at ``pose`` now, as far as can be seen, (n,)."""
+    pose = np.asarray(pose, dtype=float)
+    gaps = [
+        nearest_on_spine(robot.capsule, pose, x, y)[0] - robot.capsule[4] - radius
+        for x, y, radius in zip(*people.mean[:, :2].T, people.radius, strict=True)
+    ]
+    return np.array(gaps, dtype=float) < TOUCHING
 
 
 def braking(
@@ -229,7 +239,7 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     floor = np.empty(people)
     for i in range(people):
         now = _body_gap(capsule, pose, positions[i], velocities[i], radius[i], person_step, 0.0)
-        walks = math.hypot(velocities[i, 0, 0], velocities[i, 0, 1]) > _WALKING
+        walks = math.hypot(velocities[i, 0, 0], velocities[i, 0, 1]) > WALKING
         floor[i] = min(_LEAST, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
             floor[i] = np.inf
