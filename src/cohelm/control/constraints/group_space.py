@@ -13,6 +13,7 @@ from cohelm.arrays import Booleans, Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
+from cohelm.control.constraints.series import series_rows
 from cohelm.messages import GroupSpaces
 
 
@@ -64,15 +65,7 @@ class GroupSpace:
             gradient = group_gradient(
                 problem.robot.capsule, motion.poses, _normals(groups), groups.support, near
             )
-        margin, jacobian, series, key = barrier.rows(h, gradient, sensitivity, gamma, barrier.NEAR)
-        return Rows(
-            margin=margin,
-            jacobian=jacobian,
-            group=series,
-            key=key,
-            keys=h[:, 1:].size,
-            groups=len(h),
-        )
+        return series_rows(h, gradient, sensitivity, gamma, barrier.NEAR)
 
 
 @functools.lru_cache(maxsize=16)

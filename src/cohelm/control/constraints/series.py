@@ -1,6 +1,8 @@
-"""What every barrier on people shares: one series of h for each person and hypothesis."""
+"""What barriers share: series of h over the horizon, by discs, groups, or people's hypotheses."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem, Measure, Rows
@@ -14,22 +16,29 @@ def by_person(problem: LocalProblem, h: Floats, gradient: Floats, gamma: float) 
     return Measure(slack=slack, smallest=smallest, h=h, gradient=gradient)
 
 
+def series_rows(
+    h: Floats, gradient: Floats, sensitivity: Floats, gamma: float, near: float
+) -> Rows:
+    """The rows that can become active, one slack for each series; see ``barrier.rows``."""
+    margin, jacobian, series, key = barrier.rows(h, gradient, sensitivity, gamma, near)
+    return Rows(
+        margin=margin,
+        jacobian=jacobian,
+        group=series,
+        key=key,
+        keys=h[:, 1:].size,
+        groups=len(h),
+    )
+
+
 def person_rows(problem: LocalProblem, measure: Measure, sensitivity: Floats, gamma: float) -> Rows:
     """The rows that can become active, one slack for each person.
 
     measure: of series (n·h).  sensitivity: (N+1, 3, N·m).
     """
-    h, gradient = measure.h, measure.gradient
-    margin, jacobian, series, key = barrier.rows(h, gradient, sensitivity, gamma, barrier.NEAR)
     people, hypotheses = problem.predictions.mean.shape[:2]
-    return Rows(
-        margin=margin,
-        jacobian=jacobian,
-        group=series // hypotheses,
-        key=key,
-        keys=h[:, 1:].size,
-        groups=people,
-    )
+    rows = series_rows(measure.h, measure.gradient, sensitivity, gamma, barrier.NEAR)
+    return replace(rows, group=rows.group // hypotheses, groups=people)
 
 
 def flattened(array: Floats) -> Floats:

@@ -12,6 +12,7 @@ from cohelm.arrays import Floats, Floats32
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
+from cohelm.control.constraints.series import series_rows
 from cohelm.maps.distance import sample
 
 _NEAR = 0.25
@@ -48,18 +49,7 @@ class WallClearance:
     ) -> Rows:
         """Those that can become active."""
         del problem, motion
-        h, gradient = measure.h, measure.gradient
-        margin, jacobian, series, key = barrier.rows(
-            h, gradient, sensitivity, self.parameters.gamma, _NEAR
-        )
-        return Rows(
-            margin=margin,
-            jacobian=jacobian,
-            group=series,
-            key=key,
-            keys=h[:, 1:].size,
-            groups=len(h),
-        )
+        return series_rows(measure.h, measure.gradient, sensitivity, self.parameters.gamma, _NEAR)
 
     def _barrier(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
         walls = problem.walls
