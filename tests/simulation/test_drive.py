@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.messages import Decision
+from cohelm.robots import Robot
 from cohelm.simulation.drive import at_rest, drive
 
 DT = 0.001
@@ -52,6 +53,16 @@ def test_turning_has_its_own_limit(robot):
 def test_reversing_stops_at_the_reverse_limit(robot):
     states = run(robot, at_rest(robot, np.zeros(3)), Decision(twist=np.array([-9.0, 0, 0])), 2.0)
     assert states[-1].twist[0] == pytest.approx(-robot.max_reverse_speed)
+
+
+def test_who_moves_any_way_is_no_faster_aslant(robot):
+    build = robot.model_dump() | {"kinematics": "holonomic"}
+    sideways = Robot(**build)
+    wanted = Decision(twist=np.array([1.2, 1.2, 0.0]))
+    end = run(sideways, at_rest(sideways, np.zeros(3)), wanted, 5.0)[-1]
+    assert end.twist[:2] == pytest.approx(np.full(2, robot.max_speed / np.sqrt(2.0)))
+    assert end.pose[0] > 1.0
+    assert end.pose[1] > 1.0
 
 
 def test_a_command_that_is_not_a_number_moves_nothing(robot):

@@ -9,6 +9,7 @@ import numpy as np
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.messages import Decision
 from cohelm.robots import Robot, move
+from cohelm.robots.kinematics import slowed
 
 
 @value
@@ -42,6 +43,7 @@ def drive(robot: Robot, wheels: Wheels, decision: Decision, dt: float) -> Wheels
     lower, upper, rise, fall = robot.motion.bounds(robot.limits)
     wanted = np.nan_to_num(robot.motion.input(decision.twist), posinf=0.0, neginf=0.0)
     wanted = np.clip(wanted, lower, upper)
+    wanted = slowed(wanted, robot.max_speed, robot.motion.translating)
     if decision.emergency:
         wanted = np.zeros_like(wanted)
         hardest = _hardest_braking(robot)
