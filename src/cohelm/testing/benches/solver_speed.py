@@ -20,7 +20,7 @@ from cohelm.testing.benches.solver_states import State, ride, with_futures
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
 
-PLAN, PLAN_3 = "plan", "plan, 3 hypotheses"
+PLAN, PLAN_6 = "plan", "plan, 3 hypotheses, 2 candidates"
 SOLVE, SOLVE_6 = "SQP", "SQP, 3 hypotheses, 2 candidates"
 IPOPT, DAQP, PIQP = "CasADi + IPOPT", "QP: DAQP", "QP: PIQP"
 AGREE = 1e-4
@@ -33,14 +33,19 @@ _NONE = 1e5
 @functools.cache
 def warm_up() -> None:
     """Ride and solve where every branch is taken, so that no compilation is counted."""
-    rng, planner = np.random.default_rng(1), SsMpcDcbf()
-    for k in range(12):
+    rng, planner, other = np.random.default_rng(1), planner_of(25, 1), planner_of(25, 2)
+    for k in range(8):
         drawn = random_problem(
             rng, (0, 5)[k % 2], steps=planner.steps, step=planner.step, hopeless=k % 4 < 2
         )
         for state in ride(planner, drawn, 25):
             _two_of_three(planner, state.problem.within(25), state.seed)
-            planner.plan(with_futures(state.problem), state.previous)
+            other.plan(with_futures(state.problem), state.previous)
+
+
+def planner_of(horizon: int, candidates: int) -> SsMpcDcbf:
+    """As it comes, but for N and for how many ways are polished."""
+    return SsMpcDcbf(SsMpcDcbf.Parameters(steps=horizon, candidates=candidates))
 
 
 def rows(people: int, horizon: int, seed: int, *, rides: int, every: int) -> Iterator[Any]:
@@ -48,16 +53,15 @@ def rows(people: int, horizon: int, seed: int, *, rides: int, every: int) -> Ite
 
     Args:
         people: how many there are.
-        horizon: N of the solver; the planner looks as far ahead as it wants, or as N.
+        horizon: N; the planner looks further ahead for ways.
         seed: of the states.
         rides: how many.
         every: IPOPT solves every so many-th state, from the same start.
     """
-    planner, states = SsMpcDcbf(), list[State]()
+    planner, states = planner_of(horizon, 1), list[State]()
     rng = np.random.default_rng((seed, people))
-    steps = max(planner.steps, horizon)
     for _ in range(rides):
-        drawn = random_problem(rng, people, steps=steps, step=planner.step)
+        drawn = random_problem(rng, people, steps=planner.steps, step=planner.step)
         states += ride(planner, drawn, horizon)
     near = [(state.problem.within(horizon), state.seed) for state in states]
     three = [(with_futures(problem), start) for problem, start in near]
@@ -69,7 +73,7 @@ def rows(people: int, horizon: int, seed: int, *, rides: int, every: int) -> Ite
     yield _row(PLAN, people, horizon, np.array([state.took for state in states]), 0)
     for name, call in calls.items():
         yield _row(name, people, horizon, *_timed(call, len(states)))
-    yield _row(PLAN_3, people, horizon, *_futures(planner, states))
+    yield _row(PLAN_6, people, horizon, *_futures(planner_of(horizon, 2), states))
     yield from _programs(planner, near[::every], people, horizon)
     if find_spec("casadi"):
         yield _ipopt(planner, states[::every], people, horizon)
