@@ -10,6 +10,7 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.costs.absent import absent
 from cohelm.control.costs.gauss_newton import gauss_newton
 
 
@@ -45,7 +46,7 @@ class Progress:
     ) -> tuple[Floats, Floats]:
         """See ``CostTerm``."""
         if not self.parameters.pace:
-            return gauss_newton(np.empty(0), np.empty((0, motion.inputs.size)))
+            return absent(motion.inputs.size)
         step = np.diff(sensitivity[:, :2], axis=0)
         jacobian = np.einsum("kac,ka->kc", step, self._direction(problem, motion))
         return gauss_newton(self.residual(problem, motion), jacobian)
