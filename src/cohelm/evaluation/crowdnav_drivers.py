@@ -27,15 +27,15 @@ from cohelm.messages import (
     WishReport,
 )
 from cohelm.perception import Predictor, Tracker
-from cohelm.planning.reference import reference
+from cohelm.planning.reference import Comfort, reference
 from cohelm.plugins import build
 from cohelm.robots import Robot
 from cohelm.social import SocialModel
 
 BEST_ARC = "best_arc"
 """Names the driving of the best sampled arc where a planner is named."""
-_BEYOND = 2.0
-"""The path goes on so far beyond the goal, m: who arrives need not stop there."""
+_COMFORT = Comfort(deceleration=3.0)
+"""Nobody sits in this robot, and it may arrive as fast as it likes."""
 _SPACING = 0.1
 _UNKNOWN, _LEARNT = 0.5, 0.5
 """Deviation of the velocity of who was never seen before, m/s, and the time constant in which it is
@@ -99,6 +99,7 @@ class PlannerDriver:
             step=planner.step,
             speed=SPEED,
             robot=self.robot,
+            comfort=_COMFORT,
         )
         return LocalProblem(
             time=seen.time,
@@ -204,9 +205,9 @@ def _observation(seen: Seen, caution: float) -> Observation:
 
 
 def _way(pose: Floats) -> Path:
-    """Straight from the robot through the goal."""
+    """Straight from the robot to the goal."""
     offset = GOAL - pose[:2]
-    length = float(np.hypot(*offset)) + _BEYOND
+    length = float(np.hypot(*offset))
     along = np.linspace(0.0, length, max(round(length / _SPACING), 2))
     points = pose[:2] + along[:, None] * offset / max(float(np.hypot(*offset)), 1e-9)
     return Path(

@@ -36,13 +36,13 @@ class Arcs:
         """How far arcs look ahead, s; never less than the problem's own horizon."""
         stride: int = Field(2, ge=1, le=10)
         """Steps of the problem in one of the search; what it finds is judged in all of them."""
-        count: int = Field(640, ge=50, le=20_000)
+        count: int = Field(400, ge=50, le=20_000)
         """Arcs of the table."""
-        pushes: int = Field(80, ge=0, le=1000)
+        pushes: int = Field(48, ge=0, le=1000)
         """Ways in which each of the best is changed, in each round."""
         rounds: int = Field(2, ge=0, le=10)
         """How often that is done."""
-        elite: int = Field(5, ge=1, le=50)
+        elite: int = Field(4, ge=1, le=50)
         """How many are changed each time."""
         keep: int = Field(4, ge=1, le=_EXAMINED)
         """Different ways that are handed on, at most."""
@@ -69,7 +69,7 @@ class Arcs:
         margin: float = Field(0.12, ge=0.0)
         """Gap to a person now below which it is a hit, m."""
         growth: float = Field(0.08, ge=0.0)
-        """How that grows with prediction time, m/s."""
+        """How that grows with prediction time for who walks, m/s."""
         doubt: float = Field(0.0, ge=0.0)
         """What the predictor's own deviation adds to it, without unit."""
         greatest: float = Field(0.4, ge=0.0)

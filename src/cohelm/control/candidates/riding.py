@@ -23,6 +23,8 @@ _AIM = round(2.0 / SPACING)
 _GAIN = 2.5
 """Of homing's turn rate, 1/s."""
 _FULL = 2.0 * math.pi
+_WALKING = 0.5
+"""Margins to people grow as they do from this speed on, less below, m/s."""
 _STANDING = 0.05
 """A robot slower than this stands, m/s."""
 _BLOCKED = 1e4
@@ -228,7 +230,10 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
             likely = weight[i] * fade[k + 1]
             if gap < 0.0 and weight[i] > _CREDIBLE:
                 contact = min(contact, (k + 1) * step)
-            margin = min(margins[k + 1] + prices.doubt * states[i, k + 1, 7], prices.greatest)
+            # of who stands only the deviation grows
+            margin = (margins[k + 1] - margins[0]) * min(fastest[i] / _WALKING, 1.0)
+            margin += margins[0] + prices.doubt * states[i, k + 1, 7]
+            margin = min(margin, prices.greatest)
             if gap < margin:
                 price += likely * prices.hit * (margin - gap) * (margin - gap)
             if gap < reach:

@@ -118,8 +118,8 @@ def judged(scene: Scene, prices: Prices, given: Floats, limited: Floats, poses: 
     nothing = _NONE.copy()
     for j in range(given.shape[0]):
         done: Ride = ride(scene, prices, given[j], nothing, np.inf, limited[j], poses[j], due)
-        if done.stopped < scene.steps:  # the rest of a ride that a wall ended
-            limited[j, done.stopped + 1 :] = 0.0
+        for k in range(done.stopped + 1, scene.steps):  # the rest of a ride that a wall ended
+            _fade(scene, limited[j], poses[j], k)
         out[j, 0], out[j, 1] = done.cost, done.contact
     return out
 
@@ -175,3 +175,23 @@ def _brake(scene: Scene, inputs: Floats, stopped: int) -> None:
     speed = np.sqrt(np.sum(inputs[stopped, :joint] ** 2))
     begin = max(stopped - int(np.ceil(speed / body.fall[0])) - 1, 0)
     inputs[begin:] = 0.0
+
+
+@njit(cache=True)
+def _fade(scene: Scene, inputs: Floats, poses: Floats, k: int) -> None:
+    """Step ``k`` of braking as hard as in ordinary driving."""
+    body, step, pose, m = scene.body, scene.step, poses[k], inputs.shape[1]
+    joint = body.translating
+    speed = np.sqrt(np.sum(inputs[k - 1, :joint] ** 2))
+    share = max(1.0 - body.fall[0] / speed, 0.0) if speed > 0.0 else 0.0
+    for i in range(m):
+        if i < joint:
+            inputs[k, i] = share * inputs[k - 1, i]
+        else:
+            left = max(abs(inputs[k - 1, i]) - body.fall[i], 0.0)
+            inputs[k, i] = np.copysign(left, inputs[k - 1, i])
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    aside = inputs[k, 1] if joint > 1 else 0.0
+    poses[k + 1, 0] = pose[0] + step * (cos * inputs[k, 0] - sin * aside)
+    poses[k + 1, 1] = pose[1] + step * (sin * inputs[k, 0] + cos * aside)
+    poses[k + 1, 2] = pose[2] + step * inputs[k, m - 1]

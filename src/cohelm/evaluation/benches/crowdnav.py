@@ -66,7 +66,7 @@ class CrowdNav:
             there = len(recorded(self.replay))  # says at once where it is not there
             if seeds.stop > there:
                 raise ConfigError(f"has {there} cases, not {seeds.stop}", key="--seeds")
-        self._setup(0.0)
+        self._driver(0.0, self.models[0])  # and what of the settings is wrong
         return [(c, m, case) for c in self.cautions for m in self.models for case in cases]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
