@@ -44,7 +44,8 @@ SETTINGS: Mapping[str, Any] = {
     "people": {"count": 0},
     "tracker": "given",
     "group_detector": "alone",
-    "profile": {"preferred_speed": FASTEST, "clearance": 0.0},
+    # the score pays for a mean of 1 m/s, and for nothing beyond
+    "profile": {"preferred_speed": 1.5, "clearance": 0.0},
     # no localiser: odometry drifts slowly instead of jittering (assumed)
     "localisation": {
         "position_bound": 0.02,
@@ -55,6 +56,7 @@ SETTINGS: Mapping[str, Any] = {
     "replanning": {
         "blocked_time": 0.05,
         "look_ahead": 8.0,
+        "astray": 0.4,
         "rest": 0.2,
         "better": {"look_every": 0.5, "least_left": 1.0, "settle": 0.5, "metres": 0.3},
     },
