@@ -5,6 +5,7 @@ import pytest
 
 from cohelm.control.constraints import GroupSpace
 from cohelm.control.constraints.group_space import group_barrier
+from cohelm.geometry import transform
 from cohelm.messages import GroupSpaces
 from cohelm.shapes import distance_to_hull, hull_outline
 from cohelm.testing.scenes import local_problem
@@ -135,3 +136,21 @@ def test_no_group_no_rows(groups, motions):
     motion = motions.standing(problem)
     assert not GroupSpace().measure(problem, motion).slack.any()
     assert rows_at(problem, motion, motions).jacobian.shape == (0, 2 * STEPS)
+
+
+def test_the_world_may_be_turned_or_mirrored(chair, rng):
+    problem = among([[[2.0, 1.0], [3.0, -0.5]], [[-1.0, 2.0], [0.5, 3.0]]])
+    groups, poses = problem.spaces.groups, rng.normal(0.0, 1.0, (STEPS + 1, 3))
+
+    def h(direction, support, poses):
+        normals = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
+        return group_barrier(chair.capsule, poses, normals, support)
+
+    here = h(groups.direction, groups.support, poses)
+    X = np.array([3.0, -2.0, 1.1])
+    direction = groups.direction + X[2]
+    moved = np.column_stack([transform(X, poses[:, :2]), poses[:, 2] + X[2]])
+    shift = X[0] * np.cos(direction) + X[1] * np.sin(direction)
+    assert h(direction, groups.support + shift, moved) == pytest.approx(here, abs=1e-9)
+    flipped = poses * np.array([1.0, -1.0, -1.0])
+    assert h(-groups.direction, groups.support, flipped) == pytest.approx(here, abs=1e-9)
