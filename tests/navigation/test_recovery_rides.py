@@ -62,7 +62,7 @@ class Log:
         for v in speed:
             gone = gone - 0.05 * v if v < -0.02 else 0.0
             farthest = max(farthest, gone)
-        return farthest
+        return float(farthest)
 
 
 @pytest.fixture
@@ -108,7 +108,7 @@ def in_order(stages, wanted):
 
 @pytest.mark.slow
 def test_somebody_in_a_corridor_is_waited_for_and_the_ride_goes_on_when_they_leave(drive):
-    """They stand at (7, 4) till 20 s, then walk on, ahead of the chair and out of its way."""
+    """They stand at (7, 4) till 20 s, 15 s of which the chair is there; then they walk on."""
 
     def people(t):
         gone = max(t - 20.0, 0.0)
@@ -119,28 +119,12 @@ def test_somebody_in_a_corridor_is_waited_for_and_the_ride_goes_on_when_they_lea
     log = drive(60.0, boxes=CORRIDOR, people=people)
     assert log.ticks[-1].arrived
     assert not log.touched
-    assert in_order(log.stages, [Stage.WAIT, Stage.REPLAN, Stage.BACK_UP, Stage.CREEP, Stage.ASK])
-    assert {Reason.WAITING, Reason.BACKING_UP, Reason.CREEPING, Reason.ASK_RIDER} <= log.reasons()
+    assert in_order(log.stages, [Stage.WAIT, Stage.REPLAN, Stage.BACK_UP, Stage.CREEP])
+    assert {Reason.WAITING, Reason.BACKING_UP, Reason.CREEPING} <= log.reasons()
     assert 0.1 < log.backwards() <= 0.5
     # on within 2 s of the moment when they have left
-    stood, later = (np.interp(t, [k.time for k in log.truths], log.x) for t in (20.0, 23.0))
+    stood, later = (float(np.interp(t, [k.time for k in log.truths], log.x)) for t in (20.0, 23.0))
     assert later > stood + 0.2
-
-
-@pytest.mark.slow
-def test_somebody_who_walks_ahead_is_waited_for_only(drive):
-    """They come out of the corridor's end towards the chair, step aside and are gone."""
-
-    def people(t):
-        x = 8.5 - 0.8 * min(max(t - 3.0, 0.0), 6.0)
-        aside = 1.0 * min(max(t - 9.0, 0.0), 2.0)
-        speed = (-0.8, 0.0) if 3.0 < t < 9.0 else (0.0, 1.0 if 9.0 <= t < 11.0 else 0.0)
-        return [(x, 4.0 + aside, *speed)]
-
-    log = drive(60.0, boxes=CORRIDOR, people=people, start=(1.2, 4.0, 0))
-    assert log.ticks[-1].arrived
-    assert not log.touched
-    assert set(log.stages) <= {None, Stage.WAIT}
 
 
 @pytest.mark.slow
@@ -170,7 +154,7 @@ def test_before_a_box_across_the_rider_is_asked_till_the_end(drive):
 def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, sign):
     """Somebody stands in the middle of 2.3 m: 0.9 m are left on both sides."""
     boxes = [(4.0, 0.0, 9.0, 2.85), (4.0, 5.15, 9.0, 8.0)]
-    pushed = 9.0
+    pushed = 10.0
 
     def stick(t):
         return (0.8, 0.6 * sign) if pushed <= t < pushed + 1.5 else (0.0, 0.0)
@@ -189,13 +173,10 @@ def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, 
     assert np.sign(beside - 4.0) == sign
 
 
-BEHIND = (1.3, 4.0, 0.0, 0.0)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("behind", ["nothing", "a wall", "a person"])
 def test_the_chair_backs_up_only_where_it_is_free_behind(drive, behind):
-    """A chair in the corridor, somebody 0.5 m ahead of it, and what may be behind."""
+    """A chair in the corridor, somebody 0.5 m ahead of it, and what may be behind it."""
     boxes, people = list(CORRIDOR), [(7.4, 4.0, 0.0, 0.0)]
     start = (6.0, 4.0, 0)
     if behind == "a wall":
@@ -207,7 +188,7 @@ def test_the_chair_backs_up_only_where_it_is_free_behind(drive, behind):
     backs = behind == "nothing"
     assert (Stage.BACK_UP in log.stages) is backs
     assert (log.backwards() > 0.1) is backs
-    assert all(tick.recovery.reverses is False for tick in log.ticks) or backs
+    assert backs or not any(tick.recovery.reverses for tick in log.ticks)
 
 
 def test_the_mode_of_these_rides(drive):

@@ -89,9 +89,8 @@ def room_behind(  # noqa: PLR0913  # keyword-only, one meaning each
         return 0.0, memory
     known = memory
     scans = any(seen.heights is None for seen in detections)
-    held = time - memory.room_at <= _HELD and bend == memory.bend
     seen = memory.room
-    if scans or not held:
+    if scans or bend != memory.bend or not is_held(memory, time):
         places = _places(robot, pose, bend, most)
         at = places.reshape(-1, 2)
         free = _been_there(robot, at, memory.trail)  # all there is without a planar scanner
@@ -100,6 +99,11 @@ def room_behind(  # noqa: PLR0913  # keyword-only, one meaning each
         seen = _rows(free.reshape(places.shape[:2]))
         known = Behind(trail=memory.trail, room=seen, room_at=time, bend=bend)
     return min(most, seen, _past_walls(robot, pose, bend, walls, most)), known
+
+
+def is_held(memory: Behind, time: float) -> bool:
+    """Whether what was seen of the way back still counts."""
+    return time - memory.room_at <= _HELD
 
 
 def way_back(pose: Floats, bend: float, gone: Floats) -> Floats:

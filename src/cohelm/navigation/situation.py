@@ -21,7 +21,7 @@ from cohelm.messages import (
     Request,
 )
 from cohelm.navigation.ahead import rest_of
-from cohelm.navigation.behind import Behind, follow, room_behind, way_back
+from cohelm.navigation.behind import Behind, follow, is_held, room_behind, way_back
 from cohelm.navigation.progress import ProgressState
 from cohelm.navigation.question import Why
 from cohelm.navigation.recovery import (
@@ -83,7 +83,10 @@ def recover(
     then = memory.recovery
     room = bend = 0.0
     if then is not None and then.stage is not Stage.WAIT and p.back_up > 0.0:
-        for bend in _bends(pose, way, then, p.back_up):
+        bends = _bends(pose, way, then, p.back_up)
+        if not sight.detections and is_held(behind, time):
+            bends = (behind.bend,)
+        for bend in bends:
             room, behind = room_behind(
                 behind,
                 setup.robot,
