@@ -50,9 +50,9 @@ class Apf:
         """ρ₀ of people, from body to footprint, m."""
         people_strength: float = Field(0.25, ge=0.0, le=20.0)
         """η of people, m³."""
-        wall_reach: float = Field(0.5, gt=0.0, le=5.0)
+        wall_reach: float = Field(0.3, gt=0.0, le=5.0)
         """ρ₀ of walls, m."""
-        wall_strength: float = Field(0.005, ge=0.0, le=5.0)
+        wall_strength: float = Field(0.0006, ge=0.0, le=5.0)
         """η of walls, m³."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:

@@ -78,6 +78,9 @@ class SocialMpc:
         """Share of q_social that is left when the ride is stalled."""
         passing: float = Field(3.0, ge=0.0)
         """q_passing, reward of getting round people early, 1/rad² for each second of it."""
+        path: float = Field(0.05, ge=0.0)
+        """Of the mean distance from the reference, squared, 1/m²: the straight way to the goal may
+        lead through a wall."""
         heading: float = Field(0.05, ge=0.0)
         """Of the angle to the goal that is left at the end, 1/rad²: who must turn on the spot to
         get on gains nothing else by it within the horizon."""
@@ -155,6 +158,7 @@ class SocialMpc:
             "goal": p.goal * self._not_made_good(problem, ways) ** 2,
             "social": p.social * (p.squeezing if problem.stalled else 1.0) * social**2,
             "passing": -p.passing * early**2,
+            "path": p.path * self._beside(problem, ways) ** 2,
             "heading": p.heading * self._angle_left(problem, ways) ** 2,
             "turning": p.turning * (w**2).mean(axis=1),
             "walls": self._walls(problem, ways),
@@ -169,6 +173,11 @@ class SocialMpc:
         made = np.minimum(most, start)
         lost = (left - (start - made)) / (2.0 * np.maximum(made, 1e-3))
         return np.asarray(lost.mean(axis=1))
+
+    def _beside(self, problem: LocalProblem, ways: Rollouts) -> Floats:
+        """Mean distance of the rollout's places from the nearest of the reference, (r,), m."""
+        away = ways.poses[:, 1:, None, :2] - problem.reference.poses[None, None, :, :2]
+        return np.asarray(np.sqrt((away**2).sum(axis=-1).min(axis=-1)).mean(axis=1))
 
     def _angle_left(self, problem: LocalProblem, ways: Rollouts) -> Floats:
         """Between the heading at the end of the rollout and the way to the goal now, (r,)."""
