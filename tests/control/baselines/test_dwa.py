@@ -126,3 +126,14 @@ def test_a_robot_that_moves_any_way_keeps_the_norm_of_its_speed():
     assert plan.inputs.shape[1] == 3
     assert np.hypot(*plan.inputs[:, :2].T).max() <= 1.0 + 1e-9
     assert math.isfinite(plan.costs["critics"])
+
+
+def test_it_comes_to_the_goal_and_not_only_near_it():
+    # the reference ends 0.3 m ahead; the footprint's nose is far beyond it already
+    here = problem()
+    along = np.minimum(0.8 * STEP * np.arange(STEPS + 1), 0.3)
+    poses = np.column_stack([along, np.zeros((STEPS + 1, 2))])
+    speeds = np.where(along < 0.3, 0.3, 0.0)
+    near = dataclasses.replace(here.reference, poses=poses, speeds=speeds)
+    plan = PLANNER.plan(dataclasses.replace(here, reference=near), None)
+    assert plan.poses[-1, 0] == pytest.approx(0.3, abs=0.08)

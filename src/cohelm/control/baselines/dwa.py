@@ -129,7 +129,7 @@ class Dwa:
             problem.pose,
             self._simulated,
             p.step,
-            np.ascontiguousarray(problem.reference.poses[:, :2]),
+            _drawn_on(problem.reference.poses, p.ahead),
             robot.capsule,
             robot.discs,
             bodies,
@@ -182,6 +182,13 @@ class Dwa:
             costs=MappingProxyType({} if stops else {"critics": cost}),
             memory=None if stops else motion.inputs[-1],
         )
+
+
+def _drawn_on(poses: Floats, ahead: float) -> Floats:
+    """The path (k + 1, 2) of reference poses (k, 3), and so far on beyond its end."""
+    heading = poses[-1, 2]
+    beyond = poses[-1, :2] + ahead * np.array([np.cos(heading), np.sin(heading)])
+    return np.concatenate([poses[:, :2], beyond[None]])
 
 
 def _spread(low: float, high: float, count: int) -> Floats:

@@ -100,7 +100,8 @@ def scores(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         twists: of the unit inputs, (m, 3).
         start: pose, (3,).
         steps, step: of the trajectories, s.
-        path: what to follow, (k, 2); its end is the local goal.
+        path: what to follow, (k, 2), drawn on beyond the local goal by the distance that is
+            aligned: else who has to look past the goal stops before it.
         capsule, discs: the footprint, as in ``Robot``.
         people: where they are at the trajectories' times, (p, N+1, 2).
         radius: of their bodies, (p,).
@@ -171,7 +172,7 @@ def scores(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         out[a] = (
             weights[0] * off / max(points, 1)
             + weights[1] * beside(path, x, y)[0]
-            + weights[2] * beside(path, end[0], end[1])[1]
+            + weights[2] * abs(beside(path, end[0], end[1])[1] - weights[6])
             + weights[3] * math.hypot(x - goal[0], y - goal[1])
             + weights[4] * crowd / steps
             + weights[5] * change
