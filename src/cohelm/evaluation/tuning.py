@@ -39,11 +39,11 @@ CYCLE = (
     Scene("crossing", blind=True, true_people=True),
     Scene("distracted", true_people=True),
     Scene("aggressive", true_people=True),
-    Scene("corridor-2", true_people=True),
-    Scene("crossing", true_people=True),
     Scene("distracted", true_people=True),
+    Scene("crossing", true_people=True),
+    Scene("corridor-2", true_people=True),
 )
-"""What is ridden, over and over with other seeds."""
+"""What is ridden, over and over with other seeds; the corridor, which takes the longest, last."""
 PARTS = ("collision", "failure", "standing", "time", "stalled", "intimate", "smoothness")
 """Of the cost of a ride."""
 

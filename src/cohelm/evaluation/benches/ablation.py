@@ -26,6 +26,7 @@ WORKERS = None
 
 SCENES = ("crossing", "aggressive", "distracted", "talking", "hospital")
 WHOLE, STEERED = "whole", "whole, a rider steers"
+_MARGINS = ("wall", "people", "squeezing")
 _RIDER = ("rider.use=ideal", "mode=shared")
 
 
@@ -63,6 +64,20 @@ VARIANTS: Mapping[str, Variant] = {
     ),
     "five futures": Variant(
         "people may keep going, stop, turn back or aside", ("predictor.use=hypotheses",)
+    ),
+    "one candidate": Variant(
+        "only the best sampled way is polished", ("local_planner.candidates=1",)
+    ),
+    "short look": Variant(
+        "ways are judged no farther ahead than they are planned", ("local_planner.lookahead=0",)
+    ),
+    "thin verification": Variant(
+        "plans are checked without margins, for the moment only",
+        (
+            *(f"local_planner.verification.{each}_margin=0" for each in _MARGINS),
+            "local_planner.verification.agility=0",
+            "local_planner.verification.time=0.01",
+        ),
     ),
     STEERED: Variant("an ideal rider steers along, and the chair listens", _RIDER),
     "η = 0": Variant(

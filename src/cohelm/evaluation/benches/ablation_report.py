@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,16 +23,25 @@ from cohelm.evaluation.benches.rides_report import (
 )
 from cohelm.evaluation.bootstrap import Estimate, estimate
 
+
+class Shown(NamedTuple):
+    """How a measure is shown."""
+
+    head: str
+    better: int
+    """The sign of what is better."""
+    factor: float = 1.0
+    digits: int = 2
+
+
 SHOWN = {
-    "reached": ("reached, %", 100.0, 1),
-    "hit_moving": ("hit moving, %", 100.0, 1),
-    "time": ("time, s", 1.0, 2),
-    "min_distance": ("gap, m", 1.0, 2),
-    "proxemics_intimate": ("below 0.45 m, %", 100.0, 1),
+    "reached": Shown("reached, %", 1, 100.0, 1),
+    "hit_moving": Shown("hit moving, %", -1, 100.0, 1),
+    "time": Shown("time, s", -1),
+    "min_distance": Shown("gap, m", 1),
+    "proxemics_intimate": Shown("below 0.45 m, %", -1, 100.0, 1),
 }
-"""Measure → (head, factor, digits)."""
-BETTER = {"reached": 1, "hit_moving": -1, "time": -1, "min_distance": 1, "proxemics_intimate": -1}
-"""The sign of what is better."""
+"""The measures that are compared."""
 ALL = "all scenes"
 
 Less = dict[str, dict[str, Estimate]]
@@ -107,9 +116,9 @@ def _values(
 def _sheet(where: str, less: Less) -> Sheet:
     return Sheet(
         title=f"{where}: without it, less with it (mean [95 % interval])",
-        columns=("left out", *(head for head, _, _ in SHOWN.values())),
+        columns=("left out", *(each.head for each in SHOWN.values())),
         rows=tuple(
-            (name, *(signed(by_key[key], *rest) for key, (_, *rest) in SHOWN.items()))
+            (name, *(signed(by_key[key], how.factor, how.digits) for key, how in SHOWN.items()))
             for name, by_key in less.items()
         ),
     )
@@ -119,13 +128,14 @@ def _sentences(less: Less, says: Mapping[str, str]) -> list[str]:
     """Of each variant, what clearly gets better or worse without the idea."""
     out = []
     for name, by_key in less.items():
-        worse, better = [], []
+        worse: list[str] = []
+        better: list[str] = []
         for key, each in by_key.items():
             if not each.count or each.low <= 0.0 <= each.high:
                 continue
-            head, factor, digits = SHOWN[key]
-            text = f"{head} {factor * each.mean:+.{digits}f}"
-            (better if each.mean * BETTER[key] > 0.0 else worse).append(text)
+            how = SHOWN[key]
+            text = f"{how.head} {how.factor * each.mean:+.{how.digits}f}"
+            (better if each.mean * how.better > 0.0 else worse).append(text)
         found = "; ".join(
             f"clearly {word}: {', '.join(what)}"
             for word, what in (("worse", worse), ("better", better))
