@@ -72,13 +72,13 @@ class SocialMpc:
         turn first)."""
         goal: float = Field(2.0, ge=0.0)
         """q_goal, of the share of the way that is not made good, squared."""
-        social: float = Field(60.0, ge=0.0)
+        social: float = Field(80.0, ge=0.0)
         """q_social, of the people's Gaussians along the way, squared."""
         squeezing: float = Field(0.05, ge=0.0, le=1.0)
         """Share of q_social that is left when the ride is stalled."""
         passing: float = Field(3.0, ge=0.0)
         """q_passing, reward of getting round people early, 1/rad² for each second of it."""
-        path: float = Field(0.05, ge=0.0)
+        path: float = Field(0.02, ge=0.0)
         """Of the mean distance from the reference, squared, 1/m²: the straight way to the goal may
         lead through a wall."""
         heading: float = Field(0.05, ge=0.0)
