@@ -72,7 +72,9 @@ def test_the_rider_says_on_which_side_to_pass(side, sign):
 def test_leaving_the_last_way_is_counted_by_who_is_passed_otherwise():
     who = walkers([[1.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0], [3.0, 0.0, 0.0, 0.0]])
     # ids 1, 2, 3; of 9 and 3 something is remembered
-    memory = WayTaken(time=0.0, side=1, id=np.array([9, 3]), turn=np.array([-1, 1]))
+    memory = WayTaken(
+        time=0.0, side=1, id=np.array([9, 3]), turn=np.array([-1, 1]), beyond=np.zeros((0, 2))
+    )
     ways = np.array([[1, 0, 1, 1], [0, -1, -1, 1], [-1, 1, 1, -1], [1, 1, 1, -1]])
     assert departures(ways, who, memory).tolist() == [0, 0, 2, 1]
     assert departures(ways, who, None).tolist() == [0, 0, 0, 0]
@@ -111,11 +113,11 @@ def test_robots_that_move_any_way_keep_their_limits(seed):
 
 def who_may_turn(share):
     """She walks along beside the chair's way; with probability ``share`` she steps into it."""
-    who = walkers([[1.6, -0.95, 0.0, 0.0]])
+    who = walkers([[1.1, -0.95, 0.0, 0.0]])
     plain = straight_on(who, PLANNER.steps, PLANNER.step)
     times = PLANNER.step * np.arange(PLANNER.steps + 1)
-    aside = np.stack([0.0 * times, 1.2 * times], axis=-1)
-    velocity = np.stack([plain.velocity[:, 0], plain.velocity[:, 0] + [0.0, 1.2]], axis=1)
+    aside = np.stack([0.0 * times, 1.5 * times], axis=-1)
+    velocity = np.stack([plain.velocity[:, 0], plain.velocity[:, 0] + [0.0, 1.5]], axis=1)
     two = dataclasses.replace(
         plain,
         names=("stands", "steps_in"),

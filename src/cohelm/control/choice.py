@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Integers, Shape, value
+from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.messages import LocalPlan, People
 
 _FORGOTTEN = 1.0
@@ -28,6 +28,8 @@ class WayTaken:
     """Of the people."""
     turn: Annotated[Integers, Shape("n")]
     """How the bearing to each turns, as in ``Ways.signature``."""
+    beyond: Annotated[Floats, Shape("L m")]
+    """Inputs with which the way goes on after the plan."""
     touched: float = -np.inf
     """When somebody who walks was last seen to touch the robot, s."""
 
@@ -57,7 +59,9 @@ def departures(signature: Integers, people: People, memory: WayTaken | None) -> 
     return out
 
 
-def taken(time: float, signature: Integers, people: People, *, touched: float) -> WayTaken:
+def taken(
+    time: float, signature: Integers, people: People, *, beyond: Floats, touched: float
+) -> WayTaken:
     """The record of a way with ``signature`` (1 + n,)."""
     side, turn = int(signature[0]), signature[1:]
-    return WayTaken(time=time, side=side, id=people.id, turn=turn, touched=touched)
+    return WayTaken(time=time, side=side, id=people.id, turn=turn, beyond=beyond, touched=touched)

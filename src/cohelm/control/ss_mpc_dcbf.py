@@ -28,6 +28,8 @@ from cohelm.control.warm_start import last_input, shifted
 from cohelm.messages import LocalPlan, Reason, Status
 from cohelm.robots.contact import WALKING, touching
 
+_LAST, _SAMPLED, _REST = "last", "sampled", "rest"
+"""Where ways come from, ``LocalPlan.candidate``."""
 _RELAXED = 0.01
 """Slack above this is reported as a relaxed plan, m."""
 
@@ -54,11 +56,14 @@ class SsMpcDcbf:
         """Ways that are polished."""
         iterations: int = Field(2, ge=1, le=50)
         """Quadratic programs for each of them: the budget, the same on every machine."""
-        loyalty: float = Field(0.6, ge=0.0, le=100.0)
+        loyalty: float = Field(1.5, ge=0.0, le=100.0)
         """What it costs to pass anybody, or the path, on another side than the last plan, s."""
+        novelty: float = Field(0.2, ge=0.0, le=100.0)
+        """What a sampled way has to be better by than the last plan that it replaces, s."""
         spoilt: float = Field(1.0, ge=0.0, le=100.0)
-        """A way that polishing makes worse by more than this is taken as it was, s."""
-        follow: float = Field(0.0, ge=0.0, le=1.0)
+        """What polishing is worth: a way that it makes worse by more than this is taken as it was,
+        and a way that was not polished has to be better by this, s."""
+        follow: float = Field(0.5, ge=0.0, le=1.0)
         """Share of the way itself in the reference that its polishing tracks."""
         late: float = Field(0.05, gt=0.0, le=1.0)
         """Lateness from which on one way is polished, once, s: a tick."""
@@ -111,12 +116,17 @@ class SsMpcDcbf:
         )
         if problem.time - asked.touched < p.patience:
             return self._stop(asked, 0)
-        warm = shifted(asked.near, previous, asked.now)
+        beyond = None if memory is None else memory.beyond
+        warm = shifted(asked.near, previous, asked.now, beyond=beyond)
         sampled = self._sampled(asked, warm)
-        old = [] if warm is None else self._judged(asked, [warm], ["last"])
+        old = [] if warm is None else self._judged(asked, [warm.inputs], [_LAST])
         polished, iterations = self._polished(asked, self._seeds(asked, old, sampled))
         trusted = previous is not None and previous.status is not Status.STOP
-        for way in [*polished, *(old if trusted else []), *sampled]:
+        raw = [*(old if trusted else []), *sampled]
+        costs = [*(way.score for way in polished), *(way.score + p.spoilt for way in raw)]
+        every = [*polished, *raw]
+        for k in np.argsort(costs, kind="stable"):
+            way = every[k]
             if p.verification.passes(asked.near, way.motion):
                 return self._plan(asked, way, iterations)
         return self._stop(asked, iterations)
@@ -124,33 +134,33 @@ class SsMpcDcbf:
     def _sampled(self, asked: _Asked, warm: Motion | None) -> list[_Way]:
         """Sampled ways, the best ones first."""
         found = self.arcs.ways(asked.problem, asked.now, warm)
+        return self._listed(asked, found, [_SAMPLED] * len(found))
+
+    def _judged(self, asked: _Asked, inputs: list[Floats], names: list[str]) -> list[_Way]:
+        return self._listed(
+            asked, self.arcs.score(asked.problem, np.stack(inputs), asked.now), names
+        )
+
+    def _listed(self, asked: _Asked, found: Ways, names: list[str]) -> list[_Way]:
+        """The first steps of each way as a motion, the rest as what lies beyond."""
         n = len(asked.near.reference.poses) - 1
-        motions = [
-            Motion(
-                step=found.step,
-                poses=found.poses[k, : n + 1],
-                inputs=found.inputs[k, :n],
-                last_input=asked.now,
-            )
-            for k in range(len(found))
-        ]
-        return self._listed(asked, found, motions, ["sampled"] * len(found))
-
-    def _judged(self, asked: _Asked, motions: list[Motion], names: list[str]) -> list[_Way]:
-        inputs = np.stack([motion.inputs for motion in motions])
-        found = self.arcs.score(asked.problem, inputs, asked.now)
-        return self._listed(asked, found, motions, names)
-
-    def _listed(
-        self, asked: _Asked, found: Ways, motions: list[Motion], names: list[str]
-    ) -> list[_Way]:
         leaves = departures(found.signature, asked.problem.people, asked.memory) > 0
-        scores = found.score + self.parameters.loyalty * leaves
+        new = np.array([name != _LAST for name in names])
+        scores = found.score + self.parameters.loyalty * leaves + self.parameters.novelty * new
         return [
-            _Way(name=name, motion=motion, score=float(score), signature=signature)
-            for name, motion, score, signature in zip(
-                names, motions, scores, found.signature, strict=True
+            _Way(
+                name=name,
+                motion=Motion(
+                    step=found.step,
+                    poses=found.poses[k, : n + 1],
+                    inputs=found.inputs[k, :n],
+                    last_input=asked.now,
+                ),
+                beyond=found.inputs[k, n:],
+                score=float(scores[k]),
+                signature=found.signature[k],
             )
+            for k, name in enumerate(names)
         ]
 
     def _seeds(self, asked: _Asked, old: list[_Way], sampled: list[_Way]) -> list[_Way]:
@@ -169,13 +179,18 @@ class SsMpcDcbf:
         """(The ways after the SQP, the best ones first; quadratic programs solved)."""
         p = self.parameters
         iterations = 1 if asked.problem.late > p.late else p.iterations
-        done, motions = 0, []
+        done, motions, whole = 0, [], []
         for seed in seeds:
             near = _towards(asked.near, seed.motion, p.follow)
             solution = self.control.solve(near, seed.motion, iterations=iterations)
             done += solution.iterations
             motions.append(solution.motion)
-        ways = self._judged(asked, motions, [seed.name for seed in seeds])
+            whole.append(np.vstack([solution.motion.inputs, seed.beyond]))
+        judged = self._judged(asked, whole, [seed.name for seed in seeds])
+        ways = [
+            dataclasses.replace(way, motion=motion)
+            for way, motion in zip(judged, motions, strict=True)
+        ]
         kept = [
             seed if way.score > seed.score + p.spoilt else way
             for seed, way in zip(seeds, ways, strict=True)
@@ -188,6 +203,7 @@ class SsMpcDcbf:
             asked.problem.time,
             way.signature,
             asked.problem.people,
+            beyond=way.beyond,
             touched=asked.touched,
         )
         return LocalPlan(
@@ -210,14 +226,19 @@ class SsMpcDcbf:
         steps = len(asked.near.reference.poses) - 1
         motion = brought_to_rest(asked.near, asked.now, steps)
         nobody = np.zeros(1 + len(asked.problem.people), dtype=np.int64)
-        way = _Way(name="rest", motion=motion, score=np.inf, signature=nobody)
+        way = _Way(
+            name=_REST,
+            motion=motion,
+            beyond=np.zeros((0, len(asked.now))),
+            score=np.inf,
+            signature=nobody,
+        )
+        plan = self._plan(asked, way, iterations)
+        memory = plan.memory
+        if asked.memory is not None:
+            memory = dataclasses.replace(asked.memory, beyond=way.beyond, touched=asked.touched)
         return dataclasses.replace(
-            self._plan(asked, way, iterations),
-            status=Status.STOP,
-            reason=Reason.NO_SAFE_PLAN,
-            memory=taken(asked.problem.time, nobody, asked.problem.people, touched=asked.touched)
-            if asked.memory is None
-            else dataclasses.replace(asked.memory, touched=asked.touched),
+            plan, status=Status.STOP, reason=Reason.NO_SAFE_PLAN, memory=memory
         )
 
 
@@ -241,6 +262,8 @@ class _Way:
 
     name: str
     motion: Motion
+    beyond: Floats
+    """(L, m) inputs with which it goes on."""
     score: float
     """s, what leaving the last way costs included."""
     signature: Integers
@@ -250,10 +273,14 @@ def _towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProble
     """The problem with the reference moved towards a motion by ``share``."""
     if share <= 0.0:
         return problem
-    poses = problem.reference.poses + share * (motion.poses - problem.reference.poses)
-    return dataclasses.replace(
-        problem, reference=dataclasses.replace(problem.reference, poses=poses)
+    r, over = problem.reference, problem.robot.motion.translating
+    speeds = np.append(np.linalg.norm(motion.inputs[:, :over], axis=1), r.speeds[-1])
+    blended = dataclasses.replace(
+        r,
+        poses=r.poses + share * (motion.poses - r.poses),
+        speeds=r.speeds + share * (speeds - r.speeds),
     )
+    return dataclasses.replace(problem, reference=blended)
 
 
 def _touched(problem: LocalProblem, memory: WayTaken | None) -> float:

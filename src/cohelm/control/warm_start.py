@@ -32,7 +32,11 @@ def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
 
 
 def shifted(
-    problem: LocalProblem, previous: LocalPlan | None, now: Floats, steps: int | None = None
+    problem: LocalProblem,
+    previous: LocalPlan | None,
+    now: Floats,
+    steps: int | None = None,
+    beyond: Floats | None = None,
 ) -> Motion | None:
     """The last plan from now on, its inputs interpolated; None where it is too old.
 
@@ -41,6 +45,7 @@ def shifted(
         previous: the last plan.
         now: what the wheels do, (m,).
         steps: how many it must have to be of use; None: as many as the reference.
+        beyond: (L, m) inputs that were meant to follow on the plan's; the motion has them, too.
     """
     steps = steps or len(problem.reference.poses) - 1
     if previous is None or previous.inputs.shape != (steps, len(now)):
@@ -49,10 +54,9 @@ def shifted(
     if not 0.0 <= elapsed <= _STALE:
         return None
     step = previous.step
-    times = np.arange(len(previous.inputs)) * step
-    inputs = np.stack(
-        [np.interp(times + elapsed, times, column) for column in previous.inputs.T], axis=-1
-    )
+    given = previous.inputs if beyond is None else np.vstack([previous.inputs, beyond])
+    times = np.arange(len(given)) * step
+    inputs = np.stack([np.interp(times + elapsed, times, column) for column in given.T], axis=-1)
     return followed(problem, inputs, now)
 
 
