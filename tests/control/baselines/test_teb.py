@@ -5,7 +5,8 @@ import pytest
 
 from cohelm.control.baselines import Teb
 from cohelm.control.baselines import teb as module
-from cohelm.control.baselines.teb_band import BAND, _assembled, _resized, _solved
+from cohelm.control.baselines.teb_band import _assembled
+from cohelm.control.baselines.teb_steps import BAND, resized, solved
 from cohelm.maps import distance_field
 from cohelm.messages import Reason, Status
 from cohelm.robots import load_robot
@@ -70,7 +71,7 @@ def test_the_banded_solution_is_the_dense_one(asked):
     dense += 0.1 * np.eye(size)
     free = np.s_[3:]
     expected = np.linalg.solve(dense[free, free], right[free])
-    step = _solved(matrix, right, 0.1)
+    step = solved(matrix, right, 0.1)
     assert step[:3] == pytest.approx(0.0)  # the first pose is where the robot is
     assert step[free] == pytest.approx(expected, rel=1e-8, abs=1e-10)
 
@@ -78,9 +79,9 @@ def test_the_banded_solution_is_the_dense_one(asked):
 def test_a_band_gets_poses_where_its_intervals_are_long_and_keeps_its_time():
     rows = np.array([[0.0, 0, 0, 1.0], [1.0, 0, 0, 0.05], [1.1, 0, 0, 0.05], [1.2, 0, 0, 0.05],
                      [1.3, 0, 0, 0.2]])  # fmt: skip
-    out = _resized(rows, 0.2, 0.06)
+    out = resized(rows, 0.2, 0.06)
     assert out[:-1, 3].sum() == pytest.approx(rows[:-1, 3].sum())
-    assert len(_resized(out, 0.2, 0.06)) > 3
+    assert len(resized(out, 0.2, 0.06)) > 3
     assert out[0, 3] == pytest.approx(0.5)
     assert out[-1, :3] == pytest.approx(rows[-1, :3])
 

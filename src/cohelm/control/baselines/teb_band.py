@@ -13,11 +13,10 @@ from numba import njit
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.baselines.dwa_critics import beside
+from cohelm.control.baselines.teb_steps import BAND, resized, solved
 from cohelm.maps.distance import sample
 from cohelm.robots.contact import nearest_on_spine
 
-ROWS, BAND = 60, 12
-"""Most poses of a band; entries of a matrix row on and left of its diagonal."""
 _EDGE = 14
 """Residuals of the terms between neighbours."""
 _TINY, _LEAST_TIME = 1e-6, 0.02
@@ -68,14 +67,14 @@ def optimise(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     heavy = weights.copy()
     cost, damping = np.inf, 1.0
     for _ in range(int(iterations[0])):
-        band = _resized(band, times[0], times[1])
+        band = resized(band, times[0], times[1])
         n = band.shape[0]
         trial, cost = band.copy(), np.inf
         matrix, right = np.zeros((4 * n, BAND)), np.zeros(4 * n)
         new_matrix, new_right = np.zeros((4 * n, BAND)), np.zeros(4 * n)
         for i in range(int(iterations[1]) + 1):
             if i > 0:
-                _move(band, _solved(matrix, right, damping), trial)
+                _move(band, solved(matrix, right, damping), trial)
             new = _assembled(
                 trial, new_matrix, new_right, heavy, limits, ends, path, holonomic, capsule, discs,
                 gaps, people, radius, person_step, distance, resolution, X_MG,
@@ -102,30 +101,6 @@ def _move(band: Floats, step: Floats, out: Floats) -> None:
         for i in range(4):
             out[k, i] = band[k, i] - step[4 * k + i]
         out[k, 3] = max(out[k, 3], _LEAST_TIME)
-
-
-@njit(cache=True)
-def _resized(band: Floats, wanted: float, tolerance: float) -> Floats:
-    """The band with a pose put into every interval that is too long, and short ones joined."""
-    out = np.empty((ROWS, 4))
-    count = 0
-    n = band.shape[0]
-    for k in range(n):
-        last = k == n - 1
-        joined = count > 0 and 0 < k < n - 1 and out[count - 1, 3] < wanted - tolerance
-        if joined and n > 3 and out[count - 1, 3] + band[k, 3] < wanted + tolerance:
-            out[count - 1, 3] += band[k, 3]
-            continue
-        for i in range(4):
-            out[count, i] = band[k, i]
-        count += 1
-        if not last and band[k, 3] > wanted + tolerance and count + n - k < ROWS:
-            out[count - 1, 3] = 0.5 * band[k, 3]
-            for i in range(3):
-                out[count, i] = 0.5 * (band[k, i] + band[k + 1, i])
-            out[count, 3] = 0.5 * band[k, 3]
-            count += 1
-    return out[:count].copy()
 
 
 @njit(cache=True)
@@ -319,37 +294,3 @@ def _change(before: float, after: float, time: float, limits: Floats) -> float:
     """By how much the acceleration goes beyond what the robot may do, m/s²."""
     sign = 1.0 if before + after >= 0.0 else -1.0
     return _beyond(sign * (after - before) / max(time, 1e-3), -limits[4], limits[3])
-
-
-@njit(cache=True)
-def _solved(matrix: Floats, right: Floats, damping: float) -> Floats:
-    """(JᵀJ + λ)⁻¹ Jᵀr by a banded Cholesky; the first pose stays where it is."""
-    n = matrix.shape[0]
-    low, x = matrix.copy(), right.copy()
-    for i in range(n):
-        low[i, 0] += damping
-    for i in range(3):
-        x[i] = 0.0
-        for d in range(1, BAND):
-            low[i, d] = 0.0
-        low[i, 0] = 1.0
-    for i in range(3, min(n, 3 + BAND)):
-        for j in range(3):
-            if i - j < BAND:
-                low[i, i - j] = 0.0
-    for i in range(n):
-        first = max(0, i - BAND + 1)
-        for j in range(first, i + 1):
-            total = low[i, i - j]
-            for m in range(max(first, j - BAND + 1), j):
-                total -= low[i, i - m] * low[j, j - m]
-            low[i, i - j] = math.sqrt(max(total, 1e-12)) if i == j else total / low[j, 0]
-    for i in range(n):
-        for m in range(max(0, i - BAND + 1), i):
-            x[i] -= low[i, i - m] * x[m]
-        x[i] /= low[i, 0]
-    for i in range(n - 1, -1, -1):
-        for m in range(i + 1, min(n, i + BAND)):
-            x[i] -= low[m, m - i] * x[m]
-        x[i] /= low[i, 0]
-    return x
