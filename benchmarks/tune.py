@@ -31,6 +31,7 @@ from typing import Any
 import yaml
 
 import cohelm
+from cohelm.errors import CohelmError
 from cohelm.evaluation.presets import nested, tuned_file
 from cohelm.evaluation.tuning import (
     CYCLE,
@@ -61,9 +62,12 @@ def main() -> None:
     arguments.add_argument("--out", type=Path, default=FOLDER, help="of rides and draws")
     arguments.add_argument("--keep", action="store_true", help="do not write the best draws")
     given = arguments.parse_args()
-    spaces = read_spaces(FOLDER / "spaces.yaml")
-    planners = given.planners.split(",") if given.planners else list(spaces)
-    check_known(spaces, planners)
+    try:
+        spaces = read_spaces(FOLDER / "spaces.yaml")
+        planners = given.planners.split(",") if given.planners else list(spaces)
+        check_known(spaces, planners)
+    except CohelmError as cause:
+        sys.exit(str(cause))
     given.out.mkdir(parents=True, exist_ok=True)
     context = multiprocessing.get_context("spawn")  # numba's threads do not survive a fork
     clock = Clock(len(planners) * rides_of(given.draws))
