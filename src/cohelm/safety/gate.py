@@ -138,6 +138,11 @@ _GENTLE = frozenset(
         Reason.PLANNING_TIMEOUT,
         Reason.PLANNING,
         Reason.ARRIVED,
+        Reason.WAITING,
+        Reason.REPLANNING,
+        Reason.BACKING_UP,
+        Reason.CREEPING,
+        Reason.ASK_RIDER,
     }
 )
 """The senses can be trusted and nobody presses STOP: ordinary braking will do."""
