@@ -13,8 +13,13 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.candidates.scene import SPACING, Crowd, Hulls, Scene, Walls
-from cohelm.maps.distance import sample
+from cohelm.control.candidates.encounters import (
+    body_gap,
+    depth_in_hulls,
+    space_entered,
+    wall_price,
+)
+from cohelm.control.candidates.scene import SPACING, Scene
 
 _LOOKAHEAD = round(1.0 / SPACING)
 """Homing aims at the path so far ahead: 1 m, in samples."""
@@ -196,7 +201,7 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
         # walls
         free -= speed * step
         if free <= 0.0:
-            free, touch, price = _walls(walls, discs, around, x, y, angle, prices.clearance)
+            free, touch, price = wall_price(walls, discs, around, x, y, angle, prices.clearance)
             cost += step * prices.wall * price
             if touch:
                 contact = min(contact, (k + 1) * step)
@@ -225,7 +230,7 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
                 soonest = min(soonest, due[i])
                 continue
             soonest = 0.0
-            gap, nx, ny = _gap(capsule, angle, dx, dy)
+            gap, nx, ny = body_gap(capsule, angle, dx, dy)
             gap -= radius[i]
             likely = weight[i] * fade[k + 1]
             if gap < 0.0 and weight[i] > _CREDIBLE:
@@ -237,9 +242,9 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
             if gap < margin:
                 price += likely * prices.hit * (margin - gap) * (margin - gap)
             if gap < reach:
-                price += likely * prices.space * _entered(crowd, states[i, k + 1], gap, nx, ny)
+                price += likely * prices.space * space_entered(crowd, states[i, k + 1], gap, nx, ny)
         if hulls.support.shape[0]:
-            price += fade[k + 1] * prices.hull * _inside(hulls, capsule, x, y, angle, k + 1)
+            price += fade[k + 1] * prices.hull * depth_in_hulls(hulls, capsule, x, y, angle, k + 1)
         cost += step * price * (prices.standing if speed < _STANDING else 1.0)
         # nobody is faster than the reference's pace, so that what is lost is never made good
         lost = max(final - along - (steps - k - 1) * step * pace, 0.0)
@@ -290,78 +295,3 @@ def _off_course(  # noqa: PLR0917  # a kernel takes plain values
     if heading[at, 0] * samples[at, 2] + heading[at, 1] * samples[at, 3] < 0.0:
         norm = -norm  # the way is to be driven backwards
     return float(1.0 - (cos * dx + sin * dy) / norm)
-
-
-@njit(cache=True, error_model="numpy")
-def _walls(  # noqa: PLR0917  # a kernel takes plain values
-    walls: Walls,
-    discs: Floats,
-    around: float,
-    x: float,
-    y: float,
-    angle: float,
-    clearance: float,
-) -> tuple[float, bool, float]:
-    """(how far one may go before looking again, whether a wall is touched, (missing share)²)."""
-    room = sample(walls.distance, walls.resolution, walls.X_MG, x, y)[0] - around - clearance
-    if room > 0.0:
-        return room, False, 0.0
-    nearest = np.inf
-    cos, sin = math.cos(angle), math.sin(angle)
-    for j in range(discs.shape[0]):
-        u = x + cos * discs[j, 0] - sin * discs[j, 1]
-        v = y + sin * discs[j, 0] + cos * discs[j, 1]
-        gap = sample(walls.distance, walls.resolution, walls.X_MG, u, v)[0] - discs[j, 2]
-        if gap < walls.margin[j]:
-            return 0.0, True, 0.0
-        nearest = min(nearest, gap)
-    close = max(clearance - nearest, 0.0) / max(clearance, 1e-6)
-    return 0.0, False, close * close
-
-
-@njit(cache=True, error_model="numpy")
-def _gap(capsule: Floats, angle: float, dx: float, dy: float) -> tuple[float, float, float]:
-    """(gap between the capsule and a point at (dx, dy) from the pose, unit vector to it)."""
-    cos, sin = math.cos(angle), math.sin(angle)
-    qx, qy = cos * dx + sin * dy - capsule[0], cos * dy - sin * dx - capsule[1]
-    bx, by = capsule[2] - capsule[0], capsule[3] - capsule[1]
-    square = bx * bx + by * by
-    t = min(max((qx * bx + qy * by) / square, 0.0), 1.0) if square > 0.0 else 0.0
-    ex, ey = qx - t * bx, qy - t * by
-    d = math.sqrt(ex * ex + ey * ey + 1e-12)
-    ex, ey = ex / d, ey / d
-    return d - capsule[4], cos * ex - sin * ey, sin * ex + cos * ey
-
-
-@njit(cache=True, error_model="numpy")
-def _entered(crowd: Crowd, state: Floats, gap: float, nx: float, ny: float) -> float:
-    """The squared share of a personal space that is entered; (nx, ny) points to the person."""
-    ahead = -(nx * state[2] + ny * state[3])
-    square = ahead * ahead
-    q = (state[4] if ahead > 0.0 else state[5]) * square + state[6] * (1.0 - square)
-    reach = max(crowd.scale / q if crowd.printed else math.sqrt(crowd.scale / q), crowd.floor)
-    share = max(reach - gap, 0.0) / reach if reach > 0.0 else 0.0
-    return share * share
-
-
-@njit(cache=True, error_model="numpy")
-def _inside(hulls: Hulls, capsule: Floats, x: float, y: float, angle: float, k: int) -> float:
-    """Sum of squared depths of the robot's middle, grown by its half width, in hulls; m²."""
-    mx, my = 0.5 * (capsule[0] + capsule[2]), 0.5 * (capsule[1] + capsule[3])
-    cos, sin = math.cos(angle), math.sin(angle)
-    x, y = x + cos * mx - sin * my, y + sin * mx + cos * my
-    total = 0.0
-    for g in range(hulls.support.shape[0]):
-        dx, dy = x - hulls.disc[g, k, 0], y - hulls.disc[g, k, 1]
-        reach = hulls.disc[g, k, 2] + capsule[4]
-        if dx * dx + dy * dy >= reach * reach:
-            continue
-        depth = np.inf
-        for j in range(hulls.normal.shape[0]):
-            inner = hulls.support[g, k, j] - x * hulls.normal[j, 0] - y * hulls.normal[j, 1]
-            depth = min(depth, inner + capsule[4])
-            if depth <= 0.0:
-                break
-        if depth > 0.0:
-            total += depth * depth
-    return total
