@@ -90,9 +90,10 @@ def support(  # noqa: PLR0917  # a scalar kernel takes scalars
 ) -> float:
     """How far a shape reaches in a direction, the greatest p·u over it, from its centre; m.
 
-    The contour is two half ellipses that meet at the side (an ellipse is one), so s = √(2c (σ² cos²φ + σ_s² sin²φ)) in
-    closed form. As printed it is not convex: the greatest of ``_SAMPLES`` points, some tenths of a
-    per cent less than the whole. With a floor the shape is the union with a disc.
+    The contour is two half ellipses that meet at the side (an ellipse is one), so
+    s = √(2c (σ² cos²φ + σ_s² sin²φ)) in closed form. As printed it is not convex: the greatest of
+    ``_SAMPLES`` points, some tenths of a per cent less than the whole. With a floor the shape is
+    the union with a disc.
 
     Args:
         kind, front, side, rear, scale, floor: the shape.

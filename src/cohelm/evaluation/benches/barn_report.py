@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, Integers
 from cohelm.evaluation.barn import BarnOutcome, BarnWorlds
 from cohelm.evaluation.benches.barn_pictures import draw_difficulty, draw_gallery
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
@@ -31,9 +31,8 @@ def make_report(results: Sequence[Result], worlds: BarnWorlds, folder: Path) -> 
     figures = {planner: _figures(each) for planner, each in rows.items()}
     hardness = difficulty(worlds)
     bounds = np.quantile(hardness, np.linspace(0.0, 1.0, CLASSES + 1)[1:-1])
-    classes = {
-        planner: _by_class(each, np.digitize(hardness, bounds)) for planner, each in rows.items()
-    }
+    kind = np.digitize(hardness, bounds).astype(np.int64)
+    classes = {planner: _by_class(each, kind) for planner, each in rows.items()}
     notes = [
         "a 2-D port of the worlds: not to be compared with figures from Gazebo, nor the score with "
         "the one that was used until March 2026",
@@ -102,8 +101,11 @@ def _table(figures: Mapping[str, Mapping[str, float]]) -> Sheet:
     )
 
 
-def _by_class(rows: Sequence[Mapping[str, Any]], kind: Floats) -> list[float]:
-    """Share of successes in each class of difficulty; NaN where nothing was ridden."""
+def _by_class(rows: Sequence[Mapping[str, Any]], kind: Integers) -> list[float]:
+    """Share of successes in each class of difficulty; NaN where nothing was ridden.
+
+    kind: (n,) class of each world.
+    """
     won = np.array([row["outcome"] == BarnOutcome.SUCCESS.value for row in rows])
     of = np.array([kind[row["world"]] for row in rows])
     return [float(won[of == k].mean()) if (of == k).any() else float("nan") for k in range(CLASSES)]
