@@ -109,31 +109,15 @@ def test_a_person_far_away_changes_nothing(seed):
     assert alone.status is together.status
 
 
-def same_but_turned(seed, X):
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("X", [(0.0, 0.0, np.pi / 2), (3.0, -7.0, 0.4), (-11.0, 2.0, -2.5)])
+def test_turning_the_world_turns_the_plan(seed, X):
     problem = drawn(seed, seed % 4)
     plain, other = PLANNER.plan(problem, None), PLANNER.plan(turned(problem, np.array(X)), None)
+    assert np.abs(plain.command - other.command).max() < 1e-6
+    assert plain.status is other.status
     moved = transform(np.array(X), plain.poses[:, :2])
-    return (
-        plain.status is other.status
-        and np.abs(plain.command - other.command).max() < 1e-6
-        and np.abs(moved - other.poses[:, :2]).max() < 1e-5
-    )
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_a_quarter_turn_of_the_world_turns_the_plan(seed):
-    assert same_but_turned(seed, (0.0, 0.0, np.pi / 2))
-
-
-def test_turning_the_world_turns_the_plan():
-    """By any angle; but which of two sampled ways that are as good is found may hang on the last
-    bit of a sine, in one of ten."""
-    kept = [
-        same_but_turned(seed, X)
-        for X in [(3.0, -7.0, 0.4), (-11.0, 2.0, -2.5)]
-        for seed in range(10)
-    ]
-    assert sum(kept) >= 0.85 * len(kept)
+    assert np.abs(moved - other.poses[:, :2]).max() < 1e-5
 
 
 @given(poses(20.0))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -158,8 +160,8 @@ def _apart(costs: Floats, marks: Floats, most: int, limit: float) -> Integers:
             break
         near = False
         for j in range(count):
-            d = np.abs(marks[c] - marks[chosen[j]])
-            if max(d[0], d[1]) < 0.5 * _APART and max(d[2], d[3]) < _APART:
+            d = marks[c] - marks[chosen[j]]
+            if math.hypot(d[0], d[1]) < 0.5 * _APART and math.hypot(d[2], d[3]) < _APART:
                 near = True
                 break
         if not near:
