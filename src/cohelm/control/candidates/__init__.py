@@ -1,7 +1,6 @@
 """Ways round: candidates that a gradient method would not find by itself."""
 
 from cohelm.control.candidates.arcs import Arcs
-from cohelm.control.candidates.coarse import best_arcs
 from cohelm.control.candidates.ways import Ways
 
-__all__ = ["Arcs", "Ways", "best_arcs"]
+__all__ = ["Arcs", "Ways"]
