@@ -12,7 +12,7 @@ from pydantic import Field
 from cohelm.arrays import Floats, Integers
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.candidates import Arcs, Ways
+from cohelm.control.candidates import Arcs, Outlook, Ways
 from cohelm.control.choice import WayTaken, departures, remembered, taken
 from cohelm.control.constraints import (
     Bodies,
@@ -107,10 +107,12 @@ class SsMpcDcbf:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
         memory = remembered(previous, problem.time)
+        now = last_input(problem, previous)
         asked = _Asked(
             problem=problem,
             near=problem.within(p.steps),
-            now=last_input(problem, previous),
+            outlook=self.arcs.look(problem, now),
+            now=now,
             memory=memory,
             touched=_touched(problem, memory),
         )
@@ -133,13 +135,11 @@ class SsMpcDcbf:
 
     def _sampled(self, asked: _Asked, warm: Motion | None) -> list[_Way]:
         """Sampled ways, the best ones first."""
-        found = self.arcs.ways(asked.problem, asked.now, warm)
+        found = asked.outlook.ways(warm)
         return self._listed(asked, found, [_SAMPLED] * len(found))
 
     def _judged(self, asked: _Asked, inputs: list[Floats], names: list[str]) -> list[_Way]:
-        return self._listed(
-            asked, self.arcs.score(asked.problem, np.stack(inputs), asked.now), names
-        )
+        return self._listed(asked, asked.outlook.score(np.stack(inputs)), names)
 
     def _listed(self, asked: _Asked, found: Ways, names: list[str]) -> list[_Way]:
         """The first steps of each way as a motion, the rest as what lies beyond."""
@@ -249,6 +249,8 @@ class _Asked:
     problem: LocalProblem
     near: LocalProblem
     """The same over the steps that are planned."""
+    outlook: Outlook
+    """What can be said of ways through all of it."""
     now: Floats
     """What the wheels do, (m,)."""
     memory: WayTaken | None

@@ -8,10 +8,12 @@ against the reference, in seconds, and in the same unit what it does to people, 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.candidates.riding import Prices
@@ -93,22 +95,57 @@ class Arcs:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def ways(self, problem: LocalProblem, now: Floats, warm: Motion | None = None) -> Ways:
-        """The best sampled ways, cheapest first, each passing people or the path in its own way.
+    def look(self, problem: LocalProblem, now: Floats) -> Outlook:
+        """What can be said of ways through a problem; all that they share is worked out once.
 
         Args:
             problem: what is asked.
             now: what the wheels do, (m,).
-            warm: the last plan from now on, which is pushed too.
         """
         p = self.parameters
-        scene = self._scene(problem, now)
-        prices = self._prices(problem, scene)
+        steps = max(round(p.horizon / problem.reference.step), len(problem.reference.speeds) - 1)
+        scene = scene_of(problem, now, p.stride * -(-steps // p.stride), p.wall_margin)
+        return Outlook(
+            parameters=p,
+            problem=problem,
+            scene=scene,
+            prices=_prices(p, problem, scene),
+            likeliest=_likeliest(problem, scene),
+        )
+
+    def ways(self, problem: LocalProblem, now: Floats, warm: Motion | None = None) -> Ways:
+        """See :meth:`Outlook.ways`."""
+        return self.look(problem, now).ways(warm)
+
+    def score(self, problem: LocalProblem, inputs: Floats, now: Floats) -> Ways:
+        """See :meth:`Outlook.score`."""
+        return self.look(problem, now).score(inputs)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outlook:
+    """A problem as ways through it are ridden and priced; lives as long as one plan is made."""
+
+    parameters: Arcs.Parameters
+    problem: LocalProblem
+    scene: Scene
+    prices: Prices
+    likeliest: Annotated[Floats, Shape("n N+1 2")]
+    """Where each person most likely is."""
+
+    def ways(self, warm: Motion | None = None) -> Ways:
+        """The best sampled ways, cheapest first, each passing people or the path in its own way.
+
+        Args:
+            warm: the last plan from now on, which is pushed too.
+        """
+        p, scene = self.parameters, self.scene
         coarse = coarser(scene, p.stride)
-        old = np.empty((0, len(now))) if warm is None else warm.inputs[: scene.steps]
+        m = len(scene.body.now)
+        old = np.empty((0, m)) if warm is None else warm.inputs[: scene.steps]
         found = searched(
             coarse,
-            self._prices(problem, coarse),
+            _prices(p, self.problem, coarse),
             _means(old, p.stride),
             first_arcs(p.count),
             pushes(p.pushes),
@@ -117,37 +154,29 @@ class Arcs:
             p.spread,
             _EXAMINED,
         )
-        ways = self._judged(problem, scene, prices, np.repeat(found, p.stride, axis=1))
+        ways = self._judged(np.repeat(found, p.stride, axis=1))
         if len(old):
-            ways = _joined(self._judged(problem, scene, prices, old[None].copy()), ways)
+            ways = _joined(self._judged(old[None].copy()), ways)
         order = np.argsort(ways.score, kind="stable")
         _, first = np.unique(ways.signature[order], axis=0, return_index=True)
         return _picked(ways, order[np.sort(first)[: p.keep]])
 
-    def score(self, problem: LocalProblem, inputs: Floats, now: Floats) -> Ways:
+    def score(self, inputs: Floats) -> Ways:
         """Any ways judged by the same score, in the order given.
 
         Args:
-            problem: what is asked.
             inputs: (k, L, m) or (L, m); beyond L steps a way leads back to the path.
-            now: what the wheels do, (m,).
         """
-        given = np.array(inputs, dtype=float, ndmin=3)
-        scene = self._scene(problem, now)
-        return self._judged(problem, scene, self._prices(problem, scene), given)
+        return self._judged(np.array(inputs, dtype=float, ndmin=3))
 
-    def _scene(self, problem: LocalProblem, now: Floats) -> Scene:
-        p = self.parameters
-        steps = max(round(p.horizon / problem.reference.step), len(problem.reference.speeds) - 1)
-        return scene_of(problem, now, p.stride * -(-steps // p.stride), p.wall_margin)
-
-    def _judged(self, problem: LocalProblem, scene: Scene, prices: Prices, inputs: Floats) -> Ways:
+    def _judged(self, inputs: Floats) -> Ways:
+        scene = self.scene
         count, m = len(inputs), inputs.shape[2]
         limited = np.empty((count, scene.steps, m))
         poses = np.empty((count, scene.steps + 1, 3))
-        found = judged(scene, prices, inputs[:, : scene.steps], limited, poses)
-        signature = signatures(poses, self._likeliest(problem, scene), scene.road)
-        side = _SIDES[problem.profile.passing_side]
+        found = judged(scene, self.prices, inputs[:, : scene.steps], limited, poses)
+        signature = signatures(poses, self.likeliest, scene.road)
+        side = _SIDES[self.problem.profile.passing_side]
         wrong = (signature[:, 1:] == -side).sum(axis=1) if side else 0
         return Ways(
             step=scene.step,
@@ -158,36 +187,37 @@ class Arcs:
             signature=signature,
         )
 
-    def _likeliest(self, problem: LocalProblem, scene: Scene) -> Floats:
-        """Where each person most likely is, (n, N+1, 2)."""
-        people, hypotheses = problem.predictions.weight.shape
-        likely = problem.predictions.weight.argmax(axis=1) if people else np.empty(0, np.int64)
-        rows = hypotheses * np.arange(people) + likely
-        return np.ascontiguousarray(scene.crowd.states[rows, :, :2])
 
-    def _prices(self, problem: LocalProblem, scene: Scene) -> Prices:
-        p = self.parameters
-        time = scene.step * np.arange(scene.steps + 1)
-        least, growth = (p.squeezing, 0.0) if problem.stalled else (p.margin, p.growth)
-        greatest = max(least, 0.0 if problem.stalled else p.greatest)
-        return Prices(
-            lag=p.lag,
-            late=p.late,
-            aside=p.aside,
-            bearing=p.bearing,
-            turning=p.turning,
-            change=p.change,
-            hit=p.hit,
-            standing=p.standing,
-            fade=np.exp(-time / p.fading),
-            margin=np.minimum(least + growth * time, greatest),
-            doubt=p.doubt,
-            greatest=greatest,
-            space=p.space,
-            hull=p.hull,
-            wall=p.wall,
-            clearance=p.clearance + problem.profile.clearance,
-        )
+def _likeliest(problem: LocalProblem, scene: Scene) -> Floats:
+    """Where each person most likely is, (n, N+1, 2)."""
+    people, hypotheses = problem.predictions.weight.shape
+    likely = problem.predictions.weight.argmax(axis=1) if people else np.empty(0, np.int64)
+    rows = hypotheses * np.arange(people) + likely
+    return np.ascontiguousarray(scene.crowd.states[rows, :, :2])
+
+
+def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
+    time = scene.step * np.arange(scene.steps + 1)
+    least, growth = (p.squeezing, 0.0) if problem.stalled else (p.margin, p.growth)
+    greatest = max(least, 0.0 if problem.stalled else p.greatest)
+    return Prices(
+        lag=p.lag,
+        late=p.late,
+        aside=p.aside,
+        bearing=p.bearing,
+        turning=p.turning,
+        change=p.change,
+        hit=p.hit,
+        standing=p.standing,
+        fade=np.exp(-time / p.fading),
+        margin=np.minimum(least + growth * time, greatest),
+        doubt=p.doubt,
+        greatest=greatest,
+        space=p.space,
+        hull=p.hull,
+        wall=p.wall,
+        clearance=p.clearance + problem.profile.clearance,
+    )
 
 
 def _picked(ways: Ways, which: Integers) -> Ways:

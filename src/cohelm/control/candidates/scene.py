@@ -150,36 +150,71 @@ def coarser(scene: Scene, stride: int) -> Scene:
 
 
 def _road(problem: LocalProblem, steps: int) -> Road:
-    reference, step = problem.reference, problem.reference.step
-    poses, speeds = reference.poses, reference.speeds
-    gaps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-    along = np.concatenate([[0.0], np.cumsum(gaps)])
-    more = np.arange(1, steps + 2 - len(poses)) * step * abs(float(speeds[-1]))
-    wanted = np.concatenate([along, along[-1] + more])
-    moved = np.concatenate([[True], gaps > _SLACK])
-    s, points, heading = along[moved], poses[moved, :2], poses[moved, 2]
-    last = points[-1] - points[-2] if len(points) > 1 else _unit(poses[-1, 2])
-    ahead = last / np.hypot(*last)
-    tail = float(wanted[-1] - along[-1]) + BEYOND
-    s = np.append(s, s[-1] + tail)
-    points = np.vstack([points, points[-1] + tail * ahead])
-    heading = np.append(heading, poses[-1, 2])
-    count = int(np.ceil(s[-1] / SPACING)) + 1
-    at = SPACING * np.arange(count)
-    samples = np.empty((count, 4))
-    samples[:, 0] = np.interp(at, s, points[:, 0])
-    samples[:, 1] = np.interp(at, s, points[:, 1])
-    tangent = np.diff(samples[:, :2], axis=0, append=samples[-1:, :2])
-    length = np.hypot(*tangent.T)
-    tangent[length < 0.5 * SPACING] = ahead
-    samples[:, 2:] = tangent / np.hypot(*tangent.T)[:, None]
-    angle = np.interp(at, s, heading)
+    reference = problem.reference
+    speeds = reference.speeds
+    samples, wanted, angle = _sampled(
+        reference.poses, steps, reference.step * abs(float(speeds[-1]))
+    )
+    heading = np.empty((len(angle), 2))
+    np.cos(angle, out=heading[:, 0])
+    np.sin(angle, out=heading[:, 1])
     pace = max(float(speeds.max()), min(_CREEP, problem.top_speed), 0.05)
-    return Road(samples, wanted, np.stack([np.cos(angle), np.sin(angle)], axis=-1), pace)
+    return Road(samples, wanted, heading, pace)
 
 
-def _unit(angle: float) -> Floats:
-    return np.array([np.cos(angle), np.sin(angle)])
+@njit(cache=True)
+def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, Floats]:
+    """(samples, wanted, angle of the wanted heading (q,)); see ``Road``.
+
+    stride: what the reference gains a step beyond its end, m.
+    """
+    known = poses.shape[0]
+    s, x, y = np.empty(known + 1), np.empty(known + 1), np.empty(known + 1)
+    turn, wanted = np.empty(known + 1), np.empty(steps + 1)
+    along, n = 0.0, 0
+    for k in range(known):
+        gap = 0.0
+        if k > 0:
+            gap = np.hypot(poses[k, 0] - poses[k - 1, 0], poses[k, 1] - poses[k - 1, 1])
+            along += gap
+        wanted[k] = along
+        if k == 0 or gap > _SLACK:
+            s[n], x[n], y[n], turn[n] = along, poses[k, 0], poses[k, 1], poses[k, 2]
+            n += 1
+    for k in range(known, steps + 1):
+        wanted[k] = along + (k - known + 1) * stride
+    if n > 1:
+        ahead_x, ahead_y = x[n - 1] - x[n - 2], y[n - 1] - y[n - 2]
+    else:
+        ahead_x, ahead_y = np.cos(poses[known - 1, 2]), np.sin(poses[known - 1, 2])
+    norm = np.hypot(ahead_x, ahead_y)
+    ahead_x, ahead_y = ahead_x / norm, ahead_y / norm
+    tail = wanted[steps] - along + BEYOND
+    s[n], x[n], y[n] = s[n - 1] + tail, x[n - 1] + tail * ahead_x, y[n - 1] + tail * ahead_y
+    turn[n] = poses[known - 1, 2]
+    count = int(np.ceil(s[n] / SPACING)) + 1
+    samples, angle = np.empty((count, 4)), np.empty(count)
+    j = 0
+    for i in range(count):
+        at = SPACING * i
+        while j < n and s[j + 1] <= at:
+            j += 1
+        if j == n:
+            samples[i, 0], samples[i, 1], angle[i] = x[n], y[n], turn[n]
+            continue
+        rest, length = at - s[j], s[j + 1] - s[j]
+        samples[i, 0] = (x[j + 1] - x[j]) / length * rest + x[j]
+        samples[i, 1] = (y[j + 1] - y[j]) / length * rest + y[j]
+        angle[i] = (turn[j + 1] - turn[j]) / length * rest + turn[j]
+    for i in range(count):
+        dx, dy = 0.0, 0.0
+        if i < count - 1:
+            dx, dy = samples[i + 1, 0] - samples[i, 0], samples[i + 1, 1] - samples[i, 1]
+        if np.hypot(dx, dy) < 0.5 * SPACING:
+            dx, dy = ahead_x, ahead_y
+        norm = np.hypot(dx, dy)
+        samples[i, 2], samples[i, 3] = dx / norm, dy / norm
+    return samples, wanted, angle
 
 
 def _crowd(problem: LocalProblem, steps: int) -> Crowd:

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.control.candidates.scene import SPACING, Road
 
 _NEAR = 3.0
 """Who is never nearer than this is not passed, m."""
 _SWEPT = 0.7
 """Nor who is passed without the bearing to him turning by this, rad."""
+_SLACK = 1e-6
 _BESIDE = 0.35
 """A way that leaves the path by this leads round something, m."""
 
 
-@value
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ways:
-    """Sampled motions over the whole lookahead, best first."""
+    """Sampled motions over the whole lookahead, best first; a record of the inner loop."""
 
     step: float
     """Between states, s."""
@@ -68,6 +70,12 @@ def _side_of_path(poses: Floats, road: Road) -> int:
 
 @njit(cache=True)
 def _turn_of_bearing(poses: Floats, positions: Floats) -> int:
+    square = np.inf
+    for k in range(1, poses.shape[0]):
+        u, v = positions[k, 0] - poses[k, 0], positions[k, 1] - poses[k, 1]
+        square = min(square, u * u + v * v)
+    if square > _NEAR * _NEAR + _SLACK:
+        return 0
     turned, nearest = 0.0, np.inf
     x, y = positions[0, 0] - poses[0, 0], positions[0, 1] - poses[0, 1]
     for k in range(1, poses.shape[0]):
