@@ -216,10 +216,11 @@ def test_a_standing_person_is_passed_on_the_free_side(side):
 
 
 def test_it_goes_backwards_only_where_that_is_wanted():
-    """Someone strolls up to a chair that stands: backing off might be the cheapest answer."""
+    """Someone strolls up to a chair that stands: backing off would be the cheapest answer."""
     problem = scene(people=walkers([[1.7, 0.0, -0.25, 0.0]]), wanted=0.0)
     assert PLANNER.plan(problem, None).inputs[:, 0].min() >= -1e-9
     allowed = PLANNER.plan(dataclasses.replace(problem, stalled=True, reverses=True), None)
+    assert allowed.inputs[:, 0].min() < -0.05
     assert allowed.inputs[:, 0].min() >= -problem.robot.max_reverse_speed - 1e-9
     check_sound(allowed, problem)
 

@@ -18,7 +18,7 @@ _LEFT_TO_RIGHT = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0])
 
 @functools.cache
 def first_arcs(count: int) -> Floats:
-    """About ``count`` rows (a, 9) of (speed, turn) × 3, (end, end, homing).
+    """About ``count`` rows (a, 9) of (speed, turn) × 3, (end, end, homing), and some that back off.
 
     Speeds and turns are shares of the limits; the ends of the first and the second segment, and the
     beginning of homing, are shares of the horizon. From there on the arc leads back to the path.
@@ -34,7 +34,7 @@ def first_arcs(count: int) -> Floats:
     two = one + rng.uniform(0.05, 0.45, half)
     homing = np.where(rng.random(half) < 0.6, two, 2.0)
     rows = np.column_stack([_interleaved(speed, turn), one, two, homing])
-    return read_only(np.vstack([_PLAIN, rows, rows * _LEFT_TO_RIGHT]))
+    return read_only(np.vstack([_PLAIN, _BACKING, rows, rows * _LEFT_TO_RIGHT]))
 
 
 @functools.cache
@@ -72,3 +72,11 @@ def _plain() -> Floats:
 
 
 _PLAIN = _plain()
+_BACKING = np.array(
+    [
+        [-1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 0.3, 0.6, 2.0],
+        [-0.5, 0.0, -0.5, 0.0, -0.5, 0.0, 0.3, 0.6, 2.0],
+        [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 0.6, 2.0],
+    ]
+)
+"""Straight back, for as long as one looks or for a third of it: none that is drawn goes so far."""
