@@ -35,7 +35,7 @@ class RiderProfile(Model):
     social_distance: float = Field(0.45, ge=0.0, le=2.0)
     """Least reach of a person's social space, m (Hall's intimate distance)."""
     passing_side: Literal["left", "right", "none"] = "none"
-    """Side on which to pass a person, where both are as good. No part reads it yet."""
+    """Side on which to pass a person, where both are as good."""
     tremor_filter: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant of the low-pass on the stick, s; 0 is off."""
     dead_zone: float = Field(0.05, ge=0.0, lt=1.0)

@@ -32,7 +32,7 @@ class PathFollower:
 
 
 def without_people(problem: LocalProblem) -> LocalProblem:
-    """The same problem with nobody there."""
+    """The same problem with nobody there, and no group."""
     p, s = problem.predictions, problem.spaces
     none = np.s_[:0]
     return dataclasses.replace(
@@ -46,6 +46,11 @@ def without_people(problem: LocalProblem) -> LocalProblem:
             deviation=p.deviation[none],
         ),
         spaces=dataclasses.replace(
-            s, axis=s.axis[none], front=s.front[none], side=s.side[none], rear=s.rear[none]
+            s,
+            axis=s.axis[none],
+            front=s.front[none],
+            side=s.side[none],
+            rear=s.rear[none],
+            groups=None,
         ),
     )
