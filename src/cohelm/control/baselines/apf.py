@@ -13,7 +13,7 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.baselines.apf_forces import descend
 from cohelm.control.baselines.steering import Steering
-from cohelm.control.baselines.tracking import gap_to_walls, plan_of
+from cohelm.control.baselines.tracking import plan_of, scrapes
 from cohelm.control.verification import brought_to_rest
 from cohelm.control.warm_start import last_input
 from cohelm.messages import LocalPlan, Status
@@ -21,8 +21,6 @@ from cohelm.messages import LocalPlan, Status
 _NAMES = ("path", "rider", "walls", "people")
 _BALANCED = 0.02
 """A twist below this is standing, m/s and rad/s."""
-_SCRAPE = 0.01
-"""A motion that reaches deeper than this into a wall is none, m."""
 
 
 class Apf:
@@ -66,7 +64,7 @@ class Apf:
         sizes = {name: float(np.hypot(*f)) for name, f in zip(_NAMES, forces, strict=True)}
         balanced = np.abs(target).max() < _BALANCED
         wants_on = float(problem.reference.speeds.max()) > _BALANCED
-        if (balanced and wants_on) or gap_to_walls(problem, motion) < -_SCRAPE:
+        if (balanced and wants_on) or scrapes(problem, motion):
             rest = brought_to_rest(problem, now, self.steps)
             return plan_of(problem, rest, Status.STOP, costs=sizes)
         return plan_of(problem, motion, Status.OK, costs=sizes)

@@ -13,6 +13,7 @@ from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
+from cohelm.control.constraints.series import series_rows
 from cohelm.robots.contact import nearest_on_spine
 
 _NORMS = {1: 1, 2: 2, "inf": 0}
@@ -65,18 +66,7 @@ class DistanceNow:
     ) -> Rows:
         """Those that can become active."""
         del problem, motion
-        margin, jacobian, person, key = barrier.rows(
-            measure.h, measure.gradient, sensitivity, _DISTANCE, barrier.NEAR
-        )
-        n, states = measure.h.shape
-        return Rows(
-            margin=margin,
-            jacobian=jacobian,
-            group=person,
-            key=key,
-            keys=n * (states - 1),
-            groups=n,
-        )
+        return series_rows(measure.h, measure.gradient, sensitivity, _DISTANCE, barrier.NEAR)
 
 
 @njit(cache=True)

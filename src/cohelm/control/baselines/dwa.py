@@ -7,7 +7,6 @@ can brake before it touches anything; critics give each a cost, and the cheapest
 from __future__ import annotations
 
 import itertools
-from types import MappingProxyType
 
 import numpy as np
 from pydantic import Field
@@ -16,9 +15,10 @@ from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.baselines.dwa_critics import ramp, scores
+from cohelm.control.baselines.tracking import plan_of
 from cohelm.control.verification import brought_to_rest
 from cohelm.control.warm_start import followed, last_input
-from cohelm.messages import LocalPlan, Reason, Status
+from cohelm.messages import LocalPlan, Status
 
 _AT_REST = 1e-6
 _STOPPED = 0.02
@@ -88,11 +88,14 @@ class Dwa:
         wants_on = bool(problem.reference.speeds.max() > _STOPPED)
         if not np.isfinite(costs).any() or (wants_on and not np.isfinite(costs[moving]).any()):
             rest = brought_to_rest(problem, now, self._simulated)
-            return self._plan(problem, rest, Status.STOP, np.inf)
+            return plan_of(problem, rest, Status.STOP, costs={})
         # a tie is a tie whichever way the world is turned: the first of them
         least = float(costs.min())
         best = int(np.argmax(costs <= least + 1e-9))
-        return self._plan(problem, self._driven(problem, now, samples[best]), Status.OK, least)
+        motion = self._driven(problem, now, samples[best])
+        return plan_of(
+            problem, motion, Status.OK, costs={"critics": least}, memory=motion.inputs[-1]
+        )
 
     def _samples(self, problem: LocalProblem, now: Floats) -> Floats:
         """Inputs (a, m) within the limits that can be reached within the horizon."""
@@ -118,7 +121,8 @@ class Dwa:
     ) -> Floats:
         p, robot = self.parameters, problem.robot
         _, _, rise, fall = problem.input_bounds()
-        last = previous.memory if previous is not None else None
+        memory = previous.memory if previous is not None else None
+        last = memory if isinstance(memory, np.ndarray) and memory.shape == now.shape else now
         bodies = self._bodies(problem)
         costs: Floats = scores(
             samples,
@@ -150,7 +154,7 @@ class Dwa:
                     p.ahead,
                 ]
             ),
-            now if last is None else np.asarray(last, dtype=float),
+            last,
         )
         return costs
 
@@ -166,22 +170,6 @@ class Dwa:
         inputs = np.empty((self._simulated, len(now)))
         ramp(target, now, rise * self.step, fall * self.step, inputs)
         return followed(problem, inputs, now)
-
-    def _plan(
-        self, problem: LocalProblem, motion: Motion, status: Status, cost: float
-    ) -> LocalPlan:
-        stops = status is Status.STOP
-        return LocalPlan(
-            time=problem.time,
-            step=motion.step,
-            command=problem.robot.motion.twist(motion.inputs[0]),
-            poses=motion.poses,
-            inputs=motion.inputs,
-            status=status,
-            reason=Reason.NO_SAFE_PLAN if stops else None,
-            costs=MappingProxyType({} if stops else {"critics": cost}),
-            memory=None if stops else motion.inputs[-1],
-        )
 
 
 def _drawn_on(poses: Floats, ahead: float) -> Floats:

@@ -39,7 +39,8 @@ class Ellipses(Model):
 class MpcDcbf:
     """Tracks the reference; people are ellipses at predicted places, under eq. (9) with γ.
 
-    Neither social space nor groups nor hypotheses' weights matter to it: every hypothesis counts.
+    Neither social space nor groups matter to it. Of each person the likeliest future binds, and any
+    other of a fair probability (``barrier.at_least``).
     """
 
     class Parameters(Model):

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 from pydantic import Field
@@ -19,9 +18,10 @@ from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.baselines.teb_band import optimise
+from cohelm.control.baselines.tracking import plan_of
 from cohelm.control.verification import brought_to_rest
 from cohelm.control.warm_start import followed, last_input
-from cohelm.messages import LocalPlan, Reason, Status
+from cohelm.messages import LocalPlan, Status
 from cohelm.robots.contact import first_contact
 
 _STALE = 0.5
@@ -31,6 +31,7 @@ _REACH = 0.5
 """Gap from a person at which a band is in the way, m."""
 _SIDES = (1.0, -1.0)
 """Left of the person in the way, right of it."""
+_NAMES = {0.0: "drawn", 1.0: "left", -1.0: "right"}
 
 
 @value
@@ -309,15 +310,13 @@ def _twists(rows: Floats, holonomic: bool) -> Floats:
 
 
 def _as_plan(problem: LocalProblem, motion: Motion, band: Band | None, cost: float) -> LocalPlan:
-    return LocalPlan(
-        time=problem.time,
-        step=motion.step,
-        command=problem.robot.motion.twist(motion.inputs[0]),
-        poses=motion.poses,
-        inputs=motion.inputs,
-        status=Status.STOP if band is None else Status.OK,
-        reason=Reason.NO_SAFE_PLAN if band is None else None,
-        costs=MappingProxyType({} if band is None else {"band": cost}),
-        candidate="" if band is None else {0.0: "drawn", 1.0: "left", -1.0: "right"}[band.side],
+    if band is None:
+        return plan_of(problem, motion, Status.STOP, costs={})
+    return plan_of(
+        problem,
+        motion,
+        Status.OK,
+        costs={"band": cost},
+        candidate=_NAMES[band.side],
         memory=band,
     )

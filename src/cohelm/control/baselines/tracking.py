@@ -1,10 +1,11 @@
-"""What the model predictive baselines share: where to start, and what to do with the result."""
+"""What the baselines share: where to start, and what to do with the result."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -78,11 +79,11 @@ def planned(
     """
     motion, value = solution.motion, solution.value
     status = Status.RELAXED if value.slack > _RELAXED else Status.OK
-    scrapes = gap_to_walls(problem, motion) < -_SCRAPE
-    if scrapes or value.slack > tolerance:
+    scraping = scrapes(problem, motion)
+    if scraping or value.slack > tolerance:
         rest = brought_to_rest(problem, now, len(motion.inputs))
         resting = control.value(problem, rest)
-        if scrapes or _violation(control, resting) <= _violation(control, value):
+        if scraping or _violation(control, resting) <= _violation(control, value):
             motion, value, status = rest, resting, Status.STOP
     return plan_of(
         problem,
@@ -95,7 +96,7 @@ def planned(
     )
 
 
-def plan_of(
+def plan_of(  # noqa: PLR0913  # keyword-only, one meaning each
     problem: LocalProblem,
     motion: Motion,
     status: Status,
@@ -104,6 +105,8 @@ def plan_of(
     slack: float = 0.0,
     barrier: float = math.inf,
     iterations: int = 0,
+    candidate: str = "",
+    memory: Any | None = None,
 ) -> LocalPlan:
     """A motion as a plan; a stop has its reason."""
     return LocalPlan(
@@ -118,7 +121,14 @@ def plan_of(
         smallest_barrier=barrier,
         slack=slack,
         iterations=iterations,
+        candidate=candidate,
+        memory=memory,
     )
+
+
+def scrapes(problem: LocalProblem, motion: Motion) -> bool:
+    """Whether a motion reaches into a wall."""
+    return gap_to_walls(problem, motion) < -_SCRAPE
 
 
 def gap_to_walls(problem: LocalProblem, motion: Motion) -> float:
