@@ -3,10 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cohelm.control.candidates import best_arcs
 from cohelm.control.warm_start import followed, last_input, shifted
 from cohelm.messages import LocalPlan, Status
-from cohelm.testing.problems import random_problem
 from cohelm.testing.scenes import local_problem
 
 
@@ -64,36 +62,6 @@ def test_a_command_that_was_overruled_is_not():
     most = max(robot.max_acceleration, robot.max_deceleration) * (0.1 + robot.actuation_lag) + 0.02
     now = last_input(dataclasses.replace(problem, time=0.05), plan)
     assert now[0] == pytest.approx(most)
-
-
-@pytest.mark.parametrize("count", [1, 5, 65])
-def test_arcs_obey_the_limits(count, rng):
-    problem = random_problem(rng, 4).problem
-    robot, step = problem.robot, problem.reference.step
-    now = problem.twist[[0, 2]]
-    low, high, rise, fall = robot.motion.bounds(robot.limits)
-    arcs = list(best_arcs(problem, now, count))
-    assert 1 <= len(arcs) <= count
-    for arc in arcs:
-        change = np.diff(np.vstack([now, arc.inputs]), axis=0)
-        assert (change <= rise * step + 1e-9).all()
-        assert (change >= -fall * step - 1e-9).all()
-        assert (arc.inputs >= low - 1e-9).all()
-        assert (arc.inputs <= np.maximum(np.minimum(high, [problem.speed_limit, 9.0]), now)).all()
-
-
-def test_the_best_arc_is_the_first_of_the_best_few(rng):
-    for people in (0, 2, 8):
-        problem = random_problem(rng, people).problem
-        now = problem.twist[[0, 2]]
-        one, few = next(best_arcs(problem, now, 1)), list(best_arcs(problem, now, 6))
-        assert np.array_equal(one.inputs, few[0].inputs)
-
-
-def test_alone_the_best_arc_goes_straight_on():
-    problem = local_problem(steps=20, step=0.2, speed=0.8, wanted=0.8)
-    arc = next(best_arcs(problem, np.array([0.8, 0.0]), 1))
-    assert arc.inputs == pytest.approx(np.tile([0.8, 0.0], (20, 1)))
 
 
 def test_wild_inputs_are_tamed():
