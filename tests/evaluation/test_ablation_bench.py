@@ -10,6 +10,9 @@ from cohelm.evaluation.benches import ablation
 from cohelm.evaluation.benches.ablation import STEERED, VARIANTS, WHOLE
 from cohelm.evaluation.benches.ablation_report import make_report
 from cohelm.evaluation.benches.rides_scenes import Contender, Scene, scenario_of
+from cohelm.messages import Groups
+from cohelm.testing.problems import random_problem
+from cohelm.testing.scenes import local_problem
 
 
 @pytest.mark.parametrize("name", VARIANTS)
@@ -24,6 +27,37 @@ def test_every_variant_but_the_bases_changes_something():
     for contender in ablation.on(scenes="talking").variants:
         changed = scenario_of(Scene("talking"), contender, 0)
         assert (changed != whole) == (contender.name != WHOLE)
+
+
+def part(name, kind):
+    """The part of that kind which the variant rides with."""
+    contender = Contender(name, "ss_mpc_dcbf", VARIANTS[name].settings)
+    return getattr(set_stage(scenario_of(Scene("talking"), contender, 0), 0).navigator, kind)
+
+
+def test_without_social_space_nobody_has_any():
+    contender = Contender("", "ss_mpc_dcbf", VARIANTS["no social space"].settings)
+    scenario = scenario_of(Scene("talking"), contender, 0)
+    problem = random_problem(np.random.default_rng(2), 3).problem
+    spaces = part("no social space", "social_model").spaces(
+        problem.people,
+        Groups.alone(3),
+        problem.predictions,
+        np.array([0.8, 0.0, 0.0]),
+        scenario.profile,
+    )
+    # of a person at 1.5 m/s: σ_h √(2c) = 3 m √(2·10⁻⁶)
+    assert np.sqrt(2.0 * spaces.scale) * spaces.front.max() < 0.01
+    assert spaces.floor == spaces.robot_floor == 0.0
+
+
+def test_a_short_look_is_as_long_as_a_plan():
+    planner = part("short look", "local_planner")
+    problem = local_problem(steps=planner.steps, step=planner.step)
+    ways = planner.arcs.ways(problem, np.zeros(2))
+    stride = planner.parameters.arcs.stride
+    assert planner.steps <= ways.inputs.shape[1] < planner.steps + stride
+    assert planner.steps == planner.parameters.steps
 
 
 def test_what_a_variant_is_compared_with_is_ridden_too():

@@ -50,7 +50,8 @@ VARIANTS: Mapping[str, Variant] = {
         ),
     ),
     "no social space": Variant(
-        "people are bodies without personal space", ("social_model.contour_scale=1e-6",)
+        "people are bodies without personal space",
+        ("social_model.contour_scale=1e-6", "profile.social_distance=0"),
     ),
     "no groups": Variant(
         "people who belong together are taken one by one", ("group_detector.use=alone",)
@@ -69,7 +70,8 @@ VARIANTS: Mapping[str, Variant] = {
         "only the best sampled way is polished", ("local_planner.candidates=1",)
     ),
     "short look": Variant(
-        "ways are judged no farther ahead than they are planned", ("local_planner.lookahead=0",)
+        "ways are judged no farther ahead than they are planned",
+        ("local_planner.lookahead=0", "local_planner.arcs.horizon=0.1"),
     ),
     "thin verification": Variant(
         "plans are checked without margins, for the moment only",
