@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from cohelm.geometry import compose, transform, wrap_angle
-from cohelm.robots import Holonomic, Unicycle, move
+from cohelm.robots import Holonomic, TurnFirst, Unicycle, move
 from cohelm.robots.kinematics import slowed, within_limits
 from cohelm.testing.strategies import angles, inputs, poses
 
@@ -30,6 +30,14 @@ def test_eq_10_by_hand():
     poses = Unicycle().rollout(np.zeros(3), np.ones((2, 2)), 0.1)
     by_hand = [[0, 0, 0], [0.1, 0, 0.1], [0.1 + 0.1 * np.cos(0.1), 0.1 * np.sin(0.1), 0.2]]
     assert np.abs(poses - by_hand).max() < 1e-15
+
+
+@given(poses(), inputs(), st.floats(0.02, 0.3))
+def test_to_turn_first_is_to_turn_a_step_earlier(pose, u, dt):
+    """A unicycle that turned on the spot before, and then lags one turn behind."""
+    earlier = np.column_stack([np.append(0.0, u[:, 0]), np.append(u[:, 1], 0.0)])
+    got = TurnFirst().rollout(pose, u, dt)
+    assert np.abs(got[:, :2] - Unicycle().rollout(pose, earlier, dt)[1:, :2]).max() < 1e-12
 
 
 @given(poses(), inputs(), st.floats(0.02, 0.2))

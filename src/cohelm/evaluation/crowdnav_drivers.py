@@ -151,6 +151,10 @@ def orca(caution: float) -> Driver:
     return drive
 
 
+_KINEMATICS = {"holonomic": "holonomic", "unicycle": "turn_first"}
+"""As CrowdNav moves them."""
+
+
 class _Disc(Robot):
     """A robot whose footprint is told as a polygon but is meant as a disc."""
 
@@ -166,7 +170,7 @@ def disc_robot(model: Model) -> Robot:
     outline = RADIUS * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     return _Disc(
         name=f"crowdnav_{model}",
-        kinematics=model,
+        kinematics=_KINEMATICS[model],
         footprint=tuple((float(x), float(y)) for x, y in outline),
         max_speed=SPEED,
         max_reverse_speed=SPEED if model == "holonomic" else 0.0,

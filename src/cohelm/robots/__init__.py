@@ -1,6 +1,6 @@
 """Robots: kinematics, footprint, limits and sensor mounts."""
 
-from cohelm.robots.kinematics import Holonomic, Kinematics, Unicycle, move
+from cohelm.robots.kinematics import Holonomic, Kinematics, TurnFirst, Unicycle, move
 from cohelm.robots.mounts import (
     BlindSector,
     CloudMount,
@@ -19,6 +19,7 @@ __all__ = [
     "LaserMount",
     "LidarMount",
     "Robot",
+    "TurnFirst",
     "Unicycle",
     "load_robot",
     "move",

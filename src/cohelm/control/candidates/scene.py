@@ -121,7 +121,7 @@ def scene_of(problem: LocalProblem, now: Floats, steps: int, wall_margin: float)
     return Scene(
         step=step,
         steps=steps,
-        blur=0.0,
+        blur=problem.robot.motion.turned * step,
         road=_road(problem, steps),
         crowd=_crowd(problem, steps),
         hulls=_hulls(problem, steps),
@@ -139,7 +139,7 @@ def coarser(scene: Scene, stride: int) -> Scene:
     return scene._replace(
         step=stride * scene.step,
         steps=scene.steps // stride,
-        blur=0.5 * (stride - 1) * scene.step,
+        blur=scene.blur + 0.5 * (stride - 1) * scene.step,
         road=scene.road._replace(wanted=scene.road.wanted[every].copy()),
         crowd=crowd._replace(states=crowd.states[:, every].copy()),
         hulls=hulls._replace(

@@ -4,6 +4,7 @@ from cohelm.robots.kinematics.api import Kinematics
 from cohelm.robots.kinematics.arc import move
 from cohelm.robots.kinematics.holonomic import Holonomic
 from cohelm.robots.kinematics.limits import slowed, within_limits
+from cohelm.robots.kinematics.turn_first import TurnFirst
 from cohelm.robots.kinematics.unicycle import Unicycle
 
-__all__ = ["Holonomic", "Kinematics", "Unicycle", "move", "slowed", "within_limits"]
+__all__ = ["Holonomic", "Kinematics", "TurnFirst", "Unicycle", "move", "slowed", "within_limits"]

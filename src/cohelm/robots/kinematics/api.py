@@ -18,6 +18,8 @@ class Kinematics(Protocol):
     """m."""
     translating: int
     """How many inputs, the first ones, move it over the floor: 1, along x only, or 2."""
+    turned: float
+    """Share of a step's turn that is made before the step moves over the floor, 0 to 1."""
     facets: Annotated[Floats, Shape("f m")]
     """F of the linear inequalities F u ≤ speed that keep the norm of the translating inputs below
     a speed; none where the bounds on each input do that already."""

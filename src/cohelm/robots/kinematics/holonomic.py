@@ -28,6 +28,7 @@ class Holonomic:
 
     inputs = 3
     translating = 2
+    turned = 0.0
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()

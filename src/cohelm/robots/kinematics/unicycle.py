@@ -19,6 +19,7 @@ class Unicycle:
 
     inputs = 2
     translating = 1
+    turned = 0.0
     facets = read_only(np.empty((0, 2)))
 
     def __init__(self, parameters: Parameters | None = None) -> None:
