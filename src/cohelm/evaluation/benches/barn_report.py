@@ -127,7 +127,7 @@ def _verdicts(rows: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
             won = estimate(
                 np.array([r["outcome"] == BarnOutcome.SUCCESS.value for r in each], dtype=float)
             )
-            word = "met" if won.mean >= least else "missed"
+            word = "met" if won.mean >= least else "MISSED"
             out.append(
                 f"{planner}: success {won.mean:.3f} ({won.low:.3f} to {won.high:.3f}) in "
                 f"{len(each)} rides, asked for {least:g}: {word}"
