@@ -103,9 +103,10 @@ def test_distances_by_hand(motions):
     motion = motions.standing(problem)
     # five discs in 1.11 m, each 0.222 m of it: the foremost centre is at 0.65 − 0.111 m
     gap = np.array([2.0 - 0.539, 1.0]) - np.hypot(0.222, 0.61) / 2.0 - 0.25
+    # about who stands nothing grows
     growing = Bodies(Bodies.Parameters(margin=0.1, growth=0.08, greatest=0.2))
-    margin = np.array([0.1, 0.14, 0.18, 0.2, 0.2])
-    assert growing.measure(problem, motion).h == pytest.approx(gap[:, None] - margin, abs=1e-6)
+    still = np.tile(gap[:, None] - 0.1, (1, 5))
+    assert growing.measure(problem, motion).h == pytest.approx(still, abs=1e-6)
     # σ is 0.05 m and grows by 0.1 m/s
     spread = Bodies(Bodies.Parameters(margin=0.1, growth=0.0, deviations=2.0, greatest=0.45))
     margin = np.array([0.2, 0.3, 0.4, 0.45, 0.45])
@@ -118,8 +119,20 @@ def test_distances_by_hand(motions):
     assert h == pytest.approx(np.tile([[2.0 - 0.55], [1.0 - 0.55]], (1, 5)), abs=1e-6)
     wider = SocialSpace(SocialSpace.Parameters(growth=0.1, deviations=1.0, greatest=0.25))
     h = wider.measure(problem, motion).h
-    margin = np.array([0.05, 0.15, 0.25, 0.25, 0.25])
+    margin = np.array([0.05, 0.1, 0.15, 0.2, 0.25])
     assert h == pytest.approx(gap[:, None] - 0.55 - margin, abs=1e-6)
+
+
+@pytest.mark.parametrize(("speed", "share"), [(0.2, 0.4), (0.5, 1.0), (1.0, 1.0)])
+def test_margins_grow_about_who_walks(motions, speed, share):
+    """Ahead and walking away: the gap grows by v t, the margin by 0.08 m/s from 0.5 m/s on."""
+    problem = local_problem(steps=4, step=0.5, people=walkers([[2.0, 0.0, speed, 0.0]]))
+    growing = Bodies(Bodies.Parameters(margin=0.1, growth=0.08, greatest=0.2))
+    t = 0.5 * np.arange(5)
+    gap = 2.0 + speed * t - 0.539 - np.hypot(0.222, 0.61) / 2.0 - 0.25
+    margin = np.minimum(0.1 + 0.08 * share * t, 0.2)
+    h = growing.measure(problem, motions.standing(problem)).h
+    assert h == pytest.approx((gap - margin)[None], abs=1e-6)
 
 
 def test_a_slack_is_shared_by_the_hypotheses_of_a_person(motions):

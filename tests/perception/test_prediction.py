@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,17 @@ def test_who_is_expected_to_stand_stays_where_he_is():
     got, _ = stands.predict(person(0.01 * np.eye(4)), 5, 0.2)
     assert (got.mean == [1.0, 2.0]).all()
     assert (got.velocity == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("speed", "share"), [(0.0, 0.0), (0.09, 0.0), (0.15, 0.5), (0.2, 1.0), (1.0, 1.0)]
+)
+def test_the_noise_about_standing_leads_nobody_away(speed, share):
+    """Below 0.1 m/s people stand, from 0.2 m/s on they walk; in between the share is linear."""
+    slow = replace(person(0.01 * np.eye(4)), mean=np.array([[1.0, 2.0, 0.6 * speed, 0.8 * speed]]))
+    got, _ = ConstantVelocity(ConstantVelocity.Parameters(standing=0.1)).predict(slow, 5, 0.2)
+    assert got.velocity[0, 0, 0] == pytest.approx([0.6 * share * speed, 0.8 * share * speed])
+    assert got.mean[0, 0, 5] == pytest.approx(slow.mean[0, :2] + got.velocity[0, 0, 0])
 
 
 def test_grows_unsure_as_the_sampled_motion_does():

@@ -35,7 +35,8 @@ def wall_at(x):
     return DistanceField(distance=distance, resolution=0.1, X_MG=np.array([-10.0, -10.0, 0.0]))
 
 
-def contact(chair, poses, people=(), walls=None, agility=0.0, people_margin=MARGIN, steps=40):
+def contact(chair, poses, people=(), walls=None, agility=0.0, people_margin=MARGIN, **more):
+    steps = more.pop("steps", 40)
     who = walkers(np.reshape(people, (-1, 4)))
     return first_contact(
         chair,
@@ -47,6 +48,7 @@ def contact(chair, poses, people=(), walls=None, agility=0.0, people_margin=MARG
         margin=MARGIN,
         people_margin=people_margin,
         agility=agility,
+        **more,
     )
 
 
@@ -140,6 +142,17 @@ def test_agile_people_need_more_room(chair):
     # she walks beside the nose: 1 − 0.539 m ahead of it, so the gap is that to the nose's disc
     gap = np.hypot(1.0 - NOSE, RADIUS + BODY + 0.3) - RADIUS - BODY
     assert met == at_a_substep(np.sqrt((gap - MARGIN) / 0.25))
+
+
+@pytest.mark.parametrize(("speed", "share"), [(0.0, 0.4), (0.25, 0.7), (0.5, 1.0)])
+def test_who_stands_needs_less_room_than_who_walks(chair, speed, share):
+    """He is passed at a right angle: of 0.25 m count 40 % where he stands, all from 0.5 m/s on."""
+    # he walks towards the side of a chair that drives at 0.5 m/s, and is 1 m from the axle at 2 s
+    for more, met in ((0.01, False), (-0.01, True)):
+        across = RADIUS + BODY + share * 0.25 + more
+        person = [[0.9, across + 2.0 * speed, 0.0, -speed]]
+        reached = contact(chair, ahead(0.5, 2.0), person, people_margin=0.25, standing=0.4)
+        assert (reached < np.inf) is met
 
 
 def test_beyond_the_prediction_people_walk_on(chair):

@@ -30,6 +30,8 @@ class Verification(Model):
     """Gap to a person that counts as contact, m; see ``first_contact``."""
     squeezing_margin: float = Field(0.14, ge=0.0)
     """The same when the ride is stalled, m."""
+    standing: float = Field(0.4, ge=0.0, le=1.0)
+    """Share of both, and of ``agility``, that counts for who stands."""
     agility: float = Field(0.5, ge=0.0)
     """How fast people may change their velocity, m/s²: hard braking must keep clear of all that
     they can reach, so the robot goes slowly where they are near."""
@@ -93,6 +95,7 @@ class Verification(Model):
             people_margin=self.squeezing_margin if problem.stalled else self.people_margin,
             agility=agility,
             at_least=at_least,
+            standing=self.standing,
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
+from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.messages import People, Predictions
 from cohelm.perception.kalman import larger_deviation
@@ -16,6 +17,9 @@ class ConstantVelocity:
     The position's covariance after t is P_pp + t (P_pv + P_vp) + t² P_vv + q t³/3: what is not
     known of the velocity now, and how it may wander (``kalman.predict``). The larger axis's
     deviation is told, at most ``largest_deviation``.
+
+    People walk or stand: the velocity that a tracker finds in who stands is noise, and would lead
+    them half a metre aside.
     """
 
     class Parameters(Model):
@@ -29,6 +33,8 @@ class ConstantVelocity:
         lasting: float = Field(1.0, ge=0.0, le=1.0)
         """Share of the velocity now that people go on with; 0: they are expected to stand where
         they are, which is what a planner without prediction believes."""
+        standing: float = Field(0.1, ge=0.0, le=1.0)
+        """Who is slower than this stands; from twice this on the whole velocity counts, m/s."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -40,7 +46,8 @@ class ConstantVelocity:
         p = self.parameters
         n = len(people)
         t = step * np.arange(steps + 1)
-        velocity = np.broadcast_to(p.lasting * people.mean[:, None, 2:], (n, steps + 1, 2))
+        share = p.lasting * _walking(people.mean[:, 2:], p.standing)
+        velocity = np.broadcast_to((share * people.mean[:, 2:])[:, None], (n, steps + 1, 2))
         mean = people.mean[:, None, :2] + t[:, None] * velocity
         C = people.covariance[:, None]
         time = t[:, None, None]
@@ -56,3 +63,11 @@ class ConstantVelocity:
             deviation=np.minimum(deviation, p.largest_deviation)[:, None],
         )
         return predictions, None
+
+
+def _walking(velocity: Floats, standing: float) -> Floats:
+    """The share (n, 1) of velocities (n, 2) that is no noise about standing."""
+    speed = np.hypot(velocity[:, :1], velocity[:, 1:])
+    if standing == 0.0:
+        return np.ones_like(speed)
+    return np.asarray(np.clip(speed / standing - 1.0, 0.0, 1.0))

@@ -31,6 +31,8 @@ _NO_WORSE = 0.01
 """By so much a gap may be smaller than if the robot stood still, m."""
 WALKING = 0.15
 """Who touches the robot and is faster than this walks on, m/s."""
+_WALKING = 0.5
+"""From this speed on the whole of the margins counts, m/s."""
 STANDING = 0.02
 """A robot slower than this stands, m/s and rad/s."""
 
@@ -47,6 +49,7 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
     people_margin: float,
     agility: float = 0.0,
     at_least: float = 0.0,
+    standing: float = 1.0,
 ) -> float:
     """When a motion would first touch a wall or, while moving, a predicted body, s; else +inf.
 
@@ -67,6 +70,8 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
             by ½·agility·t².
         at_least: the probability from which on a hypothesis counts; the likeliest one of each
             person always does.
+        standing: the share of ``people_margin`` and ``agility`` that counts for who stands; it
+            becomes the whole as people become faster, at 0.5 m/s.
     """
     n, h, states = predictions.mean.shape[:3]
     return float(
@@ -86,6 +91,7 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
             margin,
             people_margin,
             agility,
+            standing,
         )
     )
 
@@ -229,6 +235,7 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     margin: float,
     people_margin: float,
     agility: float,
+    standing: float,
 ) -> float:
     people = positions.shape[0]
     pose = poses[0].copy()
@@ -236,10 +243,12 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     for j in range(discs.shape[0]):
         gap = wall_gap(discs[j], pose, distance, resolution, X_MG)
         wall_margin[j] = min(margin, gap - 1e-6)
-    floor = np.empty(people)
+    floor, share_of = np.empty(people), np.empty(people)
     for i in range(people):
         now = _body_gap(capsule, pose, positions[i], velocities[i], radius[i], person_step, 0.0)
-        walks = math.hypot(velocities[i, 0, 0], velocities[i, 0, 1]) > WALKING
+        speed = math.hypot(velocities[i, 0, 0], velocities[i, 0, 1])
+        walks = speed > WALKING
+        share_of[i] = standing + (1.0 - standing) * min(speed / _WALKING, 1.0)
         floor[i] = min(_LEAST, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
             floor[i] = np.inf
@@ -261,15 +270,13 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
                 gap = _body_gap(
                     capsule, pose, positions[i], velocities[i], radius[i], person_step, time
                 )
-                if gap >= people_margin + 0.5 * agility * time * time:
+                most = share_of[i] * (people_margin + 0.5 * agility * time * time)
+                if gap >= most:
                     continue
-                standing = _body_gap(
+                stood = _body_gap(
                     capsule, poses[0], positions[i], velocities[i], radius[i], person_step, time
                 )
-                needed = min(
-                    people_margin + 0.5 * agility * time * time,
-                    max(standing - _NO_WORSE, floor[i]),
-                )
+                needed = min(most, max(stood - _NO_WORSE, floor[i]))
                 if gap < needed or floor[i] == np.inf:
                     return time
     return np.inf

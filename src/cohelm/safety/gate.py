@@ -59,6 +59,8 @@ class GateParameters(Model):
     """Gap to a wall that counts as contact, m."""
     people_margin: float = Field(0.12, ge=0.0, le=1.0)
     """Gap to a person that counts as contact, m."""
+    standing: float = Field(0.4, ge=0.0, le=1.0)
+    """Share of that which counts for who stands."""
     at_least: float = Field(0.5, ge=0.0, le=1.0)
     """Probability from which on a future counts that is not a person's likeliest; what is less
     likely is the planner's to weigh."""
@@ -109,6 +111,7 @@ def gate(
             margin=parameters.margin,
             people_margin=parameters.people_margin,
             at_least=parameters.at_least,
+            standing=parameters.standing,
         )
         if contact == math.inf:
             if share < 1.0:

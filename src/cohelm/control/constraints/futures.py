@@ -18,6 +18,8 @@ from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.control.api import LocalProblem, Measure, Rows
 from cohelm.control.constraints import barrier
 
+_WALKING = 0.5
+"""From this speed on margins grow as they do about who walks, m/s."""
 _KEPT = 16
 """Problems of which the futures are remembered: a few constraints look at each some ten times."""
 
@@ -26,7 +28,8 @@ _KEPT = 16
 class Margin:
     """How far off a predicted body counts, m, at age t: min(now + growth·t + deviations·σ, most).
 
-    σ is the standard deviation of the predicted position.
+    σ is the standard deviation of the predicted position. About who stands nothing grows but that;
+    growth becomes whole as people become faster, at 0.5 m/s.
     """
 
     now: float = 0.0
@@ -96,7 +99,8 @@ def futures(
     p, steps = problem.predictions, problem.predictions.mean.shape[2]
     n, h = p.weight.shape
     robot = problem.robot
-    now = margin.now + margin.growth * p.step * np.arange(steps)
+    grows = margin.growth * p.step * np.arange(steps)
+    now = margin.now + grows
     speed = max(robot.max_speed, float(np.hypot(*problem.twist[:2])))
     binds, gap = _binding(
         p.weight,
@@ -112,7 +116,9 @@ def futures(
     which = np.flatnonzero(binds)
     person = which // h if h else which
     spread = p.deviation.reshape(n * h, steps)[which]
-    grown = np.minimum(now + margin.deviations * spread, margin.most)
+    speeds = np.hypot(*np.moveaxis(p.velocity[:, :, 0], -1, 0)).reshape(n * h)[which]
+    walks = np.minimum(speeds / _WALKING, 1.0)[:, None]
+    grown = np.minimum(margin.now + walks * grows + margin.deviations * spread, margin.most)
     return Futures(
         positions=p.mean.reshape(n * h, steps, 2)[which],
         kept=problem.people.radius[person][:, None] + grown,
