@@ -19,7 +19,7 @@ from cohelm.simulation import Truth, World, is_standing
 SETTLING = 2.0
 """After coming within the goal's radius the chair must stand still within this, s."""
 PATIENCE = 20.0
-"""A chair that has stood for longer with a reason has stopped, s."""
+"""A chair that has stood for longer, whatever the reason, has stopped, s."""
 ONE_STOP = 1.0
 """Between the end of a stop and the beginning of another, s; less is the same stop."""
 KEPT = 0.5
@@ -37,7 +37,7 @@ _NOT_A_STOP = frozenset(
         Reason.CREEPING,
     }
 )
-"""Reasons with which the chair goes on, or rightly stands."""
+"""Reasons with which the chair goes on, or rightly stands: no stop is noted."""
 
 
 def run(scenario: Scenario, seed: int, on_tick: Watcher | None = None) -> Ride:
@@ -106,13 +106,13 @@ class _Log:
         if np.isfinite(gap) and (self.closest is None or gap < self.closest[0]):
             self.closest = gap, tick
         self._note_stop(truth, tick)
+        self._note_standing(truth, tick)
         self._note_path(truth, tick)
 
     def _note_stop(self, truth: Truth, tick: Tick) -> None:
         """Two stops less than a second apart are one, with the first's reason."""
         reason = tick.decision.reason
         if reason is None or reason in _NOT_A_STOP:
-            self._stood_since = None
             return
         last = self.stops[-1] if self.stops else None
         if last is None or truth.time - (last.time + last.duration) > ONE_STOP:
@@ -120,7 +120,12 @@ class _Log:
             self.stops.append(begun)
         else:
             self.stops[-1] = dataclasses.replace(last, duration=truth.time - last.time)
-        if not bool(is_standing(truth.twist)) or self._stood_since is None:
+
+    def _note_standing(self, truth: Truth, tick: Tick) -> None:
+        """Since when the chair stands; at its goal it may."""
+        if not bool(is_standing(truth.twist)) or tick.decision.reason is Reason.ARRIVED:
+            self._stood_since = None
+        elif self._stood_since is None:
             self._stood_since = truth.time
 
     def _note_path(self, truth: Truth, tick: Tick) -> None:
