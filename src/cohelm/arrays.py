@@ -49,6 +49,7 @@ __all__ = [
     "identical",
     "lazy_copy",
     "read_only",
+    "unchecked",
     "value",
 ]
 
@@ -67,6 +68,21 @@ def value(cls: type[_T]) -> type[_T]:
     """
     cls.__post_init__ = _check  # type: ignore[attr-defined]  # the dataclass calls it
     return dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False)(cls)
+
+
+def unchecked(of: _T, **changes: Any) -> _T:
+    """A copy of a value with other contents, as ``dataclasses.replace``, but nothing is checked.
+
+    For the inner loop: the caller answers for types and shapes. Arrays become read-only, and are
+    not copied.
+    """
+    copy = object.__new__(type(of))
+    for name in type(of).__slots__:  # type: ignore[attr-defined]  # every value has them
+        object.__setattr__(copy, name, changes[name] if name in changes else getattr(of, name))
+    for content in changes.values():
+        if isinstance(content, np.ndarray):
+            content.flags.writeable = False
+    return copy
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:

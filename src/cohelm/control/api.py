@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Floats, Integers, Shape, unchecked, value
 from cohelm.maps import DistanceField
 from cohelm.messages import (
     Authority,
@@ -79,22 +79,23 @@ class LocalProblem:
             return self
         r, p, s = self.reference, self.predictions, self.spaces
         near = np.s_[: steps + 1]
-        return replace(
+        groups = s.groups
+        return unchecked(
             self,
-            reference=replace(r, poses=r.poses[near], speeds=r.speeds[near]),
-            predictions=replace(
+            reference=unchecked(r, poses=r.poses[near], speeds=r.speeds[near]),
+            predictions=unchecked(
                 p,
                 mean=p.mean[:, :, near],
                 velocity=p.velocity[:, :, near],
                 deviation=p.deviation[:, :, near],
             ),
-            spaces=replace(
+            spaces=unchecked(
                 s,
                 axis=s.axis[:, :, near],
                 front=s.front[:, :, near],
                 side=s.side[:, :, near],
                 rear=s.rear[:, :, near],
-                groups=s.groups and replace(s.groups, support=s.groups.support[:, near]),
+                groups=groups and unchecked(groups, support=groups.support[:, near]),
             ),
         )
 

@@ -32,6 +32,8 @@ class WayTaken:
     """Inputs with which the way goes on after the plan."""
     touched: float = -np.inf
     """When somebody who walks was last seen to touch the robot, s."""
+    score: float = -np.inf
+    """The least that the way was found to cost since ways were last sampled, s."""
 
 
 def remembered(previous: LocalPlan | None, time: float) -> WayTaken | None:
@@ -60,8 +62,21 @@ def departures(signature: Integers, people: People, memory: WayTaken | None) -> 
 
 
 def taken(
-    time: float, signature: Integers, people: People, *, beyond: Floats, touched: float
+    time: float,
+    signature: Integers,
+    people: People,
+    *,
+    beyond: Floats,
+    touched: float,
+    score: float,
 ) -> WayTaken:
     """The record of a way with ``signature`` (1 + n,)."""
-    side, turn = int(signature[0]), signature[1:]
-    return WayTaken(time=time, side=side, id=people.id, turn=turn, beyond=beyond, touched=touched)
+    return WayTaken(
+        time=time,
+        side=int(signature[0]),
+        id=people.id,
+        turn=signature[1:],
+        beyond=beyond,
+        touched=touched,
+        score=score,
+    )

@@ -101,14 +101,27 @@ class OptimalControl:
             change = taken * float(np.abs(step).max(initial=0.0))
         return Solution(motion=motion, value=worth, iterations=done)
 
-    def value(self, problem: LocalProblem, motion: Motion) -> Value:
-        """What a motion costs, and how near it comes to its constraints."""
+    def value(
+        self,
+        problem: LocalProblem,
+        motion: Motion,
+        measures: tuple[Measure, ...] | None = None,
+    ) -> Value:
+        """What a motion costs, and how near it comes to its constraints.
+
+        Args:
+            problem: what is to be solved.
+            motion: where.
+            measures: what the constraints found there, if known: with another reference, they find
+                the same.
+        """
         costs = {}
         for term in self.costs:
             residual = term.residual(problem, motion)
             costs[term.name] = 0.5 * float(residual @ residual)
         slack, barrier = 0.0, np.inf
-        measures = tuple([c.measure(problem, motion) for c in self.constraints])
+        if measures is None:
+            measures = tuple([c.measure(problem, motion) for c in self.constraints])
         for constraint, found in zip(self.constraints, measures, strict=True):
             barrier = min(barrier, found.smallest)
             if len(found.slack):

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Floats, Integers, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.candidates import Arcs, Outlook, Ways
@@ -22,7 +22,7 @@ from cohelm.control.constraints import (
     WallClearance,
 )
 from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
-from cohelm.control.sqp import OptimalControl
+from cohelm.control.sqp import OptimalControl, Solution, Value
 from cohelm.control.verification import Verification, brought_to_rest
 from cohelm.control.warm_start import last_input, shifted
 from cohelm.messages import LocalPlan, Reason, Status
@@ -53,7 +53,11 @@ class SsMpcDcbf:
         lookahead: float = Field(6.0, ge=0.0, le=20.0)
         """How far ahead ways are sampled and judged, s; never less than N Δt."""
         candidates: int = Field(2, ge=1, le=8)
-        """Ways that are polished."""
+        """Ways that are polished. With one it is the last plan, as in the paper: ways are sampled
+        only where there is none, it is not verified, the ride is stalled, or it became ``poor``."""
+        poor: float = Field(1.0, ge=0.0, le=100.0)
+        """With one candidate: by so much a plan may be worse than it was before the planner looks
+        round, s."""
         iterations: int = Field(2, ge=1, le=50)
         """Quadratic programs for each of them: the budget, the same on every machine."""
         loyalty: float = Field(1.5, ge=0.0, le=100.0)
@@ -120,18 +124,54 @@ class SsMpcDcbf:
             return self._stop(asked, 0)
         beyond = None if memory is None else memory.beyond
         warm = shifted(asked.near, previous, asked.now, beyond=beyond)
+        trusted = previous is not None and previous.status is not Status.STOP
+        iterations = 0
+        if p.candidates == 1 and warm is not None and trusted and not problem.stalled:
+            ways, iterations = self._went_on(asked, warm)
+            for way in ways:
+                if p.verification.passes(asked.near, way.motion):
+                    return self._plan(asked, way, iterations)
+        return self._looked_round(asked, warm, trusted, iterations)
+
+    def _went_on(self, asked: _Asked, warm: Motion) -> tuple[list[_Way], int]:
+        """(The last plan, polished, or as it was; quadratic programs solved).
+
+        No way at all where it has become poor.
+        """
+        n = len(asked.near.reference.poses) - 1
+        seed = Motion(
+            step=warm.step,
+            poses=warm.poses[: n + 1],
+            inputs=warm.inputs[:n],
+            last_input=asked.now,
+        )
+        solution = self._solved(asked, seed)
+        whole = np.vstack([solution.motion.inputs, warm.inputs[n:]])
+        [way] = self._judged(asked, [whole], [_LAST])
+        ways = [dataclasses.replace(way, motion=solution.motion, found=solution.value)]
+        before = -np.inf if asked.memory is None else asked.memory.score
+        if way.score > before + self.parameters.poor:  # was it the polishing?
+            ways = self._judged(asked, [warm.inputs], [_LAST])
+        return [way for way in ways if way.score <= before + self.parameters.poor], (
+            solution.iterations
+        )
+
+    def _looked_round(
+        self, asked: _Asked, warm: Motion | None, trusted: bool, done: int
+    ) -> LocalPlan:
+        """The plan among the last and all sampled ways; ``done`` programs were solved before."""
+        p = self.parameters
         sampled = self._sampled(asked, warm)
         old = [] if warm is None else self._judged(asked, [warm.inputs], [_LAST])
         polished, iterations = self._polished(asked, self._seeds(asked, old, sampled))
-        trusted = previous is not None and previous.status is not Status.STOP
         raw = [*(old if trusted else []), *sampled]
         costs = [*(way.score for way in polished), *(way.score + p.spoilt for way in raw)]
         every = [*polished, *raw]
         for k in np.argsort(costs, kind="stable"):
             way = every[k]
             if p.verification.passes(asked.near, way.motion):
-                return self._plan(asked, way, iterations)
-        return self._stop(asked, iterations)
+                return self._plan(asked, way, done + iterations, looked_round=True)
+        return self._stop(asked, done + iterations)
 
     def _sampled(self, asked: _Asked, warm: Motion | None) -> list[_Way]:
         """Sampled ways, the best ones first."""
@@ -158,6 +198,7 @@ class SsMpcDcbf:
                 ),
                 beyond=found.inputs[k, n:],
                 score=float(scores[k]),
+                alone=float(found.score[k]),
                 signature=found.signature[k],
             )
             for k, name in enumerate(names)
@@ -177,34 +218,41 @@ class SsMpcDcbf:
 
     def _polished(self, asked: _Asked, seeds: list[_Way]) -> tuple[list[_Way], int]:
         """(The ways after the SQP, the best ones first; quadratic programs solved)."""
-        p = self.parameters
-        iterations = 1 if asked.problem.late > p.late else p.iterations
-        done, motions, whole = 0, [], []
-        for seed in seeds:
-            near = _towards(asked.near, seed.motion, p.follow)
-            solution = self.control.solve(near, seed.motion, iterations=iterations)
-            done += solution.iterations
-            motions.append(solution.motion)
-            whole.append(np.vstack([solution.motion.inputs, seed.beyond]))
+        solutions = [self._solved(asked, seed.motion) for seed in seeds]
+        whole = [
+            np.vstack([solution.motion.inputs, seed.beyond])
+            for seed, solution in zip(seeds, solutions, strict=True)
+        ]
         judged = self._judged(asked, whole, [seed.name for seed in seeds])
         ways = [
-            dataclasses.replace(way, motion=motion)
-            for way, motion in zip(judged, motions, strict=True)
+            dataclasses.replace(way, motion=solution.motion, found=solution.value)
+            for way, solution in zip(judged, solutions, strict=True)
         ]
         kept = [
-            seed if way.score > seed.score + p.spoilt else way
+            seed if way.score > seed.score + self.parameters.spoilt else way
             for seed, way in zip(seeds, ways, strict=True)
         ]
-        return sorted(kept, key=lambda way: way.score), done
+        return sorted(kept, key=lambda way: way.score), sum(s.iterations for s in solutions)
 
-    def _plan(self, asked: _Asked, way: _Way, iterations: int) -> LocalPlan:
-        value = self.control.value(asked.near, way.motion)
+    def _solved(self, asked: _Asked, seed: Motion) -> Solution:
+        p = self.parameters
+        iterations = 1 if asked.problem.late > p.late else p.iterations
+        near = _towards(asked.near, seed, p.follow)
+        return self.control.solve(near, seed, iterations=iterations)
+
+    def _plan(
+        self, asked: _Asked, way: _Way, iterations: int, *, looked_round: bool = False
+    ) -> LocalPlan:
+        measures = None if way.found is None else way.found.measures
+        value = self.control.value(asked.near, way.motion, measures)
+        before = np.inf if looked_round or asked.memory is None else asked.memory.score
         memory = taken(
             asked.problem.time,
             way.signature,
             asked.problem.people,
             beyond=way.beyond,
             touched=asked.touched,
+            score=min(way.alone, before),
         )
         return LocalPlan(
             time=asked.problem.time,
@@ -231,6 +279,7 @@ class SsMpcDcbf:
             motion=motion,
             beyond=np.zeros((0, len(asked.now))),
             score=np.inf,
+            alone=np.inf,
             signature=nobody,
         )
         plan = self._plan(asked, way, iterations)
@@ -268,7 +317,11 @@ class _Way:
     """(L, m) inputs with which it goes on."""
     score: float
     """s, what leaving the last way costs included."""
+    alone: float
+    """The same without that."""
     signature: Integers
+    found: Value | None = None
+    """What the SQP found at the motion, where it ended there; its costs are those of polishing."""
 
 
 def _towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem:
@@ -277,12 +330,12 @@ def _towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProble
         return problem
     r, over = problem.reference, problem.robot.motion.translating
     speeds = np.append(np.linalg.norm(motion.inputs[:, :over], axis=1), r.speeds[-1])
-    blended = dataclasses.replace(
+    blended = unchecked(
         r,
         poses=r.poses + share * (motion.poses - r.poses),
         speeds=r.speeds + share * (speeds - r.speeds),
     )
-    return dataclasses.replace(problem, reference=blended)
+    return unchecked(problem, reference=blended)
 
 
 def _touched(problem: LocalProblem, memory: WayTaken | None) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,6 +81,25 @@ class Futures:
         )
 
 
+class Surroundings:
+    """A key for what follows from robot and people alone, the same whatever is to be followed."""
+
+    __slots__ = ("_parts", "problem")
+
+    def __init__(self, problem: LocalProblem) -> None:
+        self.problem = problem
+        p = problem
+        self._parts = (p.predictions, p.people, p.spaces, p.robot.motion, p.pose, p.twist)
+
+    def __hash__(self) -> int:
+        """Of the parts' identities."""
+        return hash(tuple(map(id, self._parts)))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the parts are the same objects."""
+        return isinstance(other, Surroundings) and all(map(operator.is_, self._parts, other._parts))
+
+
 @functools.lru_cache(maxsize=_KEPT)
 def futures(
     problem: LocalProblem, at_least: float, margin: Margin, gamma: float, reach: float
@@ -96,6 +116,14 @@ def futures(
         gamma: γ of eq. (9).
         reach: greatest reach of any space between robot and person, m.
     """
+    return _futures(Surroundings(problem), at_least, margin, gamma, reach)
+
+
+@functools.lru_cache(maxsize=_KEPT)
+def _futures(
+    surroundings: Surroundings, at_least: float, margin: Margin, gamma: float, reach: float
+) -> Futures:
+    problem = surroundings.problem
     p, steps = problem.predictions, problem.predictions.mean.shape[2]
     n, h = p.weight.shape
     robot = problem.robot

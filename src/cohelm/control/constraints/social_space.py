@@ -13,7 +13,7 @@ from cohelm.arrays import Annotated, Floats, Shape
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
-from cohelm.control.constraints.futures import Futures, Margin, futures
+from cohelm.control.constraints.futures import Futures, Margin, Surroundings, futures
 from cohelm.control.constraints.separation import (
     coefficients,
     greatest_reach,
@@ -119,6 +119,14 @@ def _eggs(
     problem: LocalProblem, at_least: float, margin: Margin, gamma: float, bodies: bool
 ) -> _Eggs:
     """The spaces of a problem, worked out once for all motions that are tried."""
+    return _eggs_of(Surroundings(problem), at_least, margin, gamma, bodies)
+
+
+@functools.lru_cache(maxsize=16)
+def _eggs_of(
+    surroundings: Surroundings, at_least: float, margin: Margin, gamma: float, bodies: bool
+) -> _Eggs:
+    problem = surroundings.problem
     s = problem.spaces
     reach = greatest_reach(s.kind, s.scale, s.front, s.side, s.rear, s.floor)
     mine = (s.robot[:1], s.robot[1:2], s.robot[2:])
