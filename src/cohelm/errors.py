@@ -296,6 +296,6 @@ class SolverFailed(ControlError):
 
 
 class Infeasible(ControlError):
-    """The hard limits contradict each other."""
+    """The hard limits contradict each other, or something in the problem is no number."""
 
     code = "infeasible"

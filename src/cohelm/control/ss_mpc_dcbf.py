@@ -22,6 +22,7 @@ from cohelm.control.constraints import (
     WallClearance,
 )
 from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
+from cohelm.control.usable import usable
 from cohelm.control.sqp import OptimalControl, Solution, Value
 from cohelm.control.verification import Verification, brought_to_rest
 from cohelm.control.warm_start import last_input, shifted
@@ -110,6 +111,7 @@ class SsMpcDcbf:
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
+        problem = usable(problem)
         memory = remembered(previous, problem.time)
         now = last_input(problem, previous)
         asked = _Asked(

@@ -19,16 +19,32 @@ def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
     """What the wheels do now, (m,).
 
     The last command where the odometry bears it out within its lag, else what odometry says: noise
-    stays out of the plan, and a command that was overruled is not believed.
+    stays out of the plan, and a command that was overruled is not believed. Nor is more than the
+    robot can do: commands begin here, and keep the limits whatever odometry says.
     """
     motion = problem.robot.motion
-    measured = motion.input(problem.twist)
+    measured = _possible(problem, motion.input(problem.twist))
     if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
         return measured
     commanded = motion.input(previous.command)
+    if not np.isfinite(commanded).all():
+        return measured
     _, _, rise, fall = motion.bounds(problem.robot.limits)
     reach = np.maximum(rise, fall) * (_LATENCY + problem.robot.actuation_lag) + _NOISE
-    return np.clip(commanded, measured - reach, measured + reach)
+    return _possible(problem, np.clip(commanded, measured - reach, measured + reach))
+
+
+def _possible(problem: LocalProblem, inputs: Floats) -> Floats:
+    """Inputs (m,), or the nearest that the robot's limits allow."""
+    robot = problem.robot
+    low, high, _, _ = robot.motion.bounds(robot.limits)
+    over = robot.motion.translating
+    speed = float(np.linalg.norm(inputs[:over]))
+    within = np.array(inputs, dtype=float)
+    if over > 1 and speed > robot.max_speed:
+        within[:over] *= robot.max_speed / speed
+    possible: Floats = np.clip(within, low, high)
+    return possible
 
 
 def shifted(

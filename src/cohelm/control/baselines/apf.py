@@ -14,6 +14,7 @@ from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.baselines.apf_forces import descend
 from cohelm.control.baselines.steering import Steering
 from cohelm.control.baselines.tracking import plan_of, scrapes
+from cohelm.control.usable import usable
 from cohelm.control.verification import brought_to_rest
 from cohelm.control.warm_start import last_input
 from cohelm.messages import LocalPlan, Status
@@ -59,6 +60,7 @@ class Apf:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
+        problem = usable(problem, self.steps)
         now = last_input(problem, previous)
         motion, forces, target = self._followed(problem, now)
         sizes = {name: float(np.hypot(*f)) for name, f in zip(_NAMES, forces, strict=True)}

@@ -16,6 +16,7 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.baselines.dwa_critics import ramp, scores
 from cohelm.control.baselines.tracking import plan_of
+from cohelm.control.usable import usable
 from cohelm.control.verification import brought_to_rest
 from cohelm.control.warm_start import followed, last_input
 from cohelm.messages import LocalPlan, Status
@@ -81,6 +82,7 @@ class Dwa:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
+        problem = usable(problem, self.steps)
         now = last_input(problem, previous)
         samples = self._samples(problem, now)
         costs = self._costs(problem, now, samples, previous)

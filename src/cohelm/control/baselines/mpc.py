@@ -11,6 +11,7 @@ from cohelm.control.baselines.tracking import along_reference, planned
 from cohelm.control.constraints import InputLimits, WallClearance
 from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
 from cohelm.control.sqp import OptimalControl
+from cohelm.control.usable import usable
 from cohelm.control.warm_start import last_input
 from cohelm.messages import LocalPlan
 
@@ -59,6 +60,7 @@ class Mpc:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
+        problem = usable(problem)
         now = last_input(problem, previous)
         solutions = [
             self.control.solve(problem, along_reference(problem, now, share=share), iterations=1)

@@ -13,6 +13,7 @@ from cohelm.control.baselines.tracking import along_reference, planned
 from cohelm.control.constraints import InputLimits, SocialSpace, WallClearance
 from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
 from cohelm.control.sqp import OptimalControl
+from cohelm.control.usable import usable
 from cohelm.control.warm_start import last_input, shifted
 from cohelm.messages import LocalPlan
 from cohelm.shapes import ELLIPSE
@@ -82,7 +83,10 @@ class MpcDcbf:
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
-        problem, now = bounded_by_ellipses(problem, p.ellipses), last_input(problem, previous)
+        problem, now = (
+            bounded_by_ellipses(usable(problem), p.ellipses),
+            last_input(problem, previous),
+        )
         seeds = [along_reference(problem, now)]
         warm = shifted(problem, previous, now)
         if warm is not None:

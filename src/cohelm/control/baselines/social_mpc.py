@@ -13,6 +13,7 @@ from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.baselines.social_cost import passing, social_cost, wall_gaps
 from cohelm.control.baselines.steering import Steering, rollouts
 from cohelm.control.baselines.tracking import plan_of
+from cohelm.control.usable import usable
 from cohelm.control.verification import brought_to_rest
 from cohelm.control.warm_start import last_input
 from cohelm.geometry import wrap_angle
@@ -99,6 +100,7 @@ class SocialMpc:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
+        problem = usable(problem, self.steps)
         now = last_input(problem, previous)
         ways = self.rollouts(problem, now)
         costs = self.costs(problem, ways)

@@ -19,6 +19,7 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.baselines.teb_band import optimise
 from cohelm.control.baselines.tracking import plan_of
+from cohelm.control.usable import usable
 from cohelm.control.verification import brought_to_rest
 from cohelm.control.warm_start import followed, last_input
 from cohelm.messages import LocalPlan, Status
@@ -111,6 +112,7 @@ class Teb:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
+        problem = usable(problem, self.steps)
         now = last_input(problem, previous)
         memory = previous.memory if previous is not None else None
         old = memory if isinstance(memory, Band) else None
