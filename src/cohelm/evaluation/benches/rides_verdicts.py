@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,11 +25,8 @@ BEHIND = 1.15
 """Times the fastest safe planner's time that ours may take there."""
 BLIND = ", blind"
 _FLAWLESS = ("crossing", "aggressive")
-_FLOORS = {
-    ("mpc_dcbf", "aggressive"): "no hit",
-    ("social_mpc", "crossing"): "median gap of 0.6 m or more",
-}
-"""What a baseline must reach, or it is a straw man."""
+WIDE = 0.6
+"""Least median gap that ``social_mpc`` is to keep in ``crossing``, m."""
 
 Groups = Mapping[str, Mapping[str, "Group"]]
 
@@ -132,17 +129,28 @@ def _slower(groups: Groups, name: str) -> float:
 
 def _floors(groups: Groups) -> Iterator[str]:
     """Whether the baselines are what they can be."""
-    for (name, scene), wanted in _FLOORS.items():
+    for (name, scene), (wanted, judge) in _FLOORS.items():
         group = groups.get(scene, {}).get(name)
-        if group is None:
-            continue
-        if name == "mpc_dcbf":
-            hits = _touched(group)
-            found, met = f"hits in {_count(hits)}", not hits.any()
-        else:
-            gap = _median(group.column("min_distance"))
-            found, met = f"{gap:.2f} m", gap >= 0.6
-        yield f"{scene}, {name}: {found}, {wanted} asked of it: {_word(met)}"
+        if group is not None:
+            found, met = judge(group)
+            yield f"{scene}, {name}: {found}, {wanted} asked of it: {_word(met)}"
+
+
+def _without_hit(group: Group) -> tuple[str, bool]:
+    hits = _touched(group)
+    return f"hits in {_count(hits)}", not hits.any()
+
+
+def _wide_berths(group: Group) -> tuple[str, bool]:
+    gap = _median(group.column("min_distance"))
+    return f"{gap:.2f} m", gap >= WIDE
+
+
+_FLOORS: Mapping[tuple[str, str], tuple[str, Callable[[Group], tuple[str, bool]]]] = {
+    ("mpc_dcbf", "aggressive"): ("no hit", _without_hit),
+    ("social_mpc", "crossing"): (f"median gap of {WIDE:g} m or more", _wide_berths),
+}
+"""(planner, scene) → what is asked of it there, or it is a straw man; and who judges."""
 
 
 def _rivals(by_planner: Mapping[str, Group]) -> Sequence[str]:
