@@ -83,10 +83,8 @@ class MpcDcbf:
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
-        problem, now = (
-            bounded_by_ellipses(usable(problem), p.ellipses),
-            last_input(problem, previous),
-        )
+        problem = bounded_by_ellipses(usable(problem), p.ellipses)
+        now = last_input(problem, previous)
         seeds = [along_reference(problem, now)]
         warm = shifted(problem, previous, now)
         if warm is not None:
