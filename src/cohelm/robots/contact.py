@@ -25,6 +25,8 @@ TOUCHING = 0.03
 _LEAST = 0.08
 """The robot stands before a gap to who walks into it anyway becomes smaller than this, m: what is
 predicted is not as good as what is seen."""
+_SAFE = 0.01
+"""Added to what is surely far enough, m."""
 _OVERLAP = -0.06
 """A body that reaches farther than this into the footprint is waited for, m."""
 _NO_WORSE = 0.01
@@ -252,8 +254,13 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         floor[i] = min(_LEAST, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
             floor[i] = np.inf
+    around = 0.0  # radius about the pose that holds all of the robot
+    for j in range(discs.shape[0]):
+        around = max(around, math.hypot(discs[j, 0], discs[j, 1]) + discs[j, 2])
+    free = 0.0  # how far the robot may go before a wall can be near
     for k in range(poses.shape[0] - 1):
         moving = math.hypot(poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1])
+        free -= moving
         if moving < STANDING * step and abs(poses[k + 1, 2] - poses[k, 2]) < STANDING * step:
             continue
         for s in range(1, _SUBSTEPS + 1):
@@ -261,16 +268,27 @@ def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             time = (k + share) * step
             for a in range(3):
                 pose[a] = poses[k, a] + share * (poses[k + 1, a] - poses[k, a])
-            for j in range(discs.shape[0]):
+            if free <= 0.0:
+                room = sample(distance, resolution, X_MG, pose[0], pose[1])[0]
+                free = room - around - margin - 2.0 * resolution
+                free -= (1.0 - share) * moving
+            for j in range(discs.shape[0] if free <= 0.0 else 0):
                 if wall_gap(discs[j], pose, distance, resolution, X_MG) < wall_margin[j]:
                     return time
+            m = min(int(time / person_step), positions.shape[1] - 1)
+            rest = time - m * person_step
             for i in range(people):
                 if not counts[i]:
+                    continue
+                most = share_of[i] * (people_margin + 0.5 * agility * time * time)
+                dx = positions[i, m, 0] + rest * velocities[i, m, 0] - pose[0]
+                dy = positions[i, m, 1] + rest * velocities[i, m, 1] - pose[1]
+                far = around + radius[i] + most + _SAFE
+                if dx * dx + dy * dy > far * far:  # the cheapest look first
                     continue
                 gap = _body_gap(
                     capsule, pose, positions[i], velocities[i], radius[i], person_step, time
                 )
-                most = share_of[i] * (people_margin + 0.5 * agility * time * time)
                 if gap >= most:
                     continue
                 stood = _body_gap(

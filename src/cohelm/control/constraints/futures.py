@@ -141,21 +141,58 @@ def _futures(
         barrier.NEAR,
         gamma,
     )
-    which = np.flatnonzero(binds)
-    person = which // h if h else which
-    spread = p.deviation.reshape(n * h, steps)[which]
-    speeds = np.hypot(*np.moveaxis(p.velocity[:, :, 0], -1, 0)).reshape(n * h)[which]
-    walks = np.minimum(speeds / _WALKING, 1.0)[:, None]
-    grown = np.minimum(margin.now + walks * grows + margin.deviations * spread, margin.most)
+    which, person, positions, kept = _gathered(
+        binds,
+        p.mean,
+        p.velocity,
+        p.deviation,
+        problem.people.radius,
+        grows,
+        margin.now,
+        margin.deviations,
+        margin.most,
+    )
     return Futures(
-        positions=p.mean.reshape(n * h, steps, 2)[which],
-        kept=problem.people.radius[person][:, None] + grown,
+        positions=positions,
+        kept=kept,
         which=which,
         person=person,
         people=n,
         every=n * h,
         elsewhere=gap,
     )
+
+
+@njit(cache=True)
+def _gathered(  # noqa: PLR0917  # a kernel takes plain arrays
+    binds: Integers,
+    mean: Floats,
+    velocity: Floats,
+    deviation: Floats,
+    radius: Floats,
+    grows: Floats,
+    now: float,
+    deviations: float,
+    most: float,
+) -> tuple[Integers, Integers, Floats, Floats]:
+    """(which, person, positions, kept) of ``Futures``, of those that bind.
+
+    grows: (N+1,) of the margin about who walks.
+    """
+    which = np.flatnonzero(binds)
+    hypotheses, states = max(mean.shape[1], 1), mean.shape[2]
+    person = np.empty(len(which), np.int64)
+    positions, kept = np.empty((len(which), states, 2)), np.empty((len(which), states))
+    for q in range(len(which)):
+        i, j = which[q] // hypotheses, which[q] % hypotheses
+        person[q] = i
+        speed = math.hypot(velocity[i, j, 0, 0], velocity[i, j, 0, 1])
+        walks = min(speed / _WALKING, 1.0)
+        for k in range(states):
+            positions[q, k, 0], positions[q, k, 1] = mean[i, j, k, 0], mean[i, j, k, 1]
+            grown = now + walks * grows[k] + deviations * deviation[i, j, k]
+            kept[q, k] = radius[i] + min(grown, most)
+    return which, person, positions, kept
 
 
 @njit(cache=True)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Floats, Shape
+from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
@@ -20,6 +22,7 @@ from cohelm.control.constraints.separation import (
     social_barrier,
     social_gradient,
 )
+from cohelm.shapes import ELLIPSE
 
 
 class SocialSpace:
@@ -129,19 +132,50 @@ def _eggs_of(
     problem = surroundings.problem
     s = problem.spaces
     reach = greatest_reach(s.kind, s.scale, s.front, s.side, s.rear, s.floor)
-    mine = (s.robot[:1], s.robot[1:2], s.robot[2:])
-    reach += greatest_reach(s.kind, s.scale, *mine, s.robot_floor)
-    who = futures(problem, at_least, margin, gamma, reach)
-    axis, front, side, rear = (
-        part.reshape(who.every, part.shape[2])[who.which]
-        for part in (s.axis, s.front, s.side, s.rear)
-    )
-    radius = problem.people.radius[who.person][:, None]
+    robot, mine = _robot(s.kind, s.scale, tuple(s.robot.tolist()), s.robot_floor)
+    who = futures(problem, at_least, margin, gamma, reach + mine)
+    axis, shape = _of_futures(s.kind, s.scale, s.axis, s.front, s.side, s.rear, who.which)
+    kept = who.kept if bodies else who.kept - problem.people.radius[who.person][:, None]
     return _Eggs(
         who=who,
         capsule=problem.robot.capsule if bodies else np.zeros(5),
-        kept=who.kept if bodies else who.kept - radius,
-        axis=np.stack([np.cos(axis), np.sin(axis)], axis=-1),
-        shape=coefficients(s.kind, s.scale, front, side, rear),
-        robot=coefficients(s.kind, s.scale, *s.robot),
+        kept=kept,
+        axis=axis,
+        shape=shape,
+        robot=robot,
     )
+
+
+@functools.lru_cache(maxsize=64)
+def _robot(
+    kind: int, scale: float, sigma: tuple[float, ...], floor: float
+) -> tuple[Floats, float]:
+    """(``coefficients`` of the robot's own space, its greatest reach)."""
+    front, side, rear = (np.array([part]) for part in sigma)
+    egg = coefficients(kind, scale, front, side, rear)[0]
+    return egg, greatest_reach(kind, scale, front, side, rear, floor)
+
+
+@njit(cache=True)
+def _of_futures(  # noqa: PLR0917  # a kernel takes plain arrays
+    kind: int,
+    scale: float,
+    axis: Floats,
+    front: Floats,
+    side: Floats,
+    rear: Floats,
+    which: Integers,
+) -> tuple[Floats, Floats]:
+    """(axes (q, N+1, 2), ``coefficients`` (q, N+1, 3)) of some of the futures; see ``_Eggs``."""
+    hypotheses, states = max(axis.shape[1], 1), axis.shape[2]
+    unit, shape = np.empty((len(which), states, 2)), np.empty((len(which), states, 3))
+    for q in range(len(which)):
+        i, j = which[q] // hypotheses, which[q] % hypotheses
+        for k in range(states):
+            unit[q, k, 0], unit[q, k, 1] = math.cos(axis[i, j, k]), math.sin(axis[i, j, k])
+            ahead, aside = front[i, j, k], side[i, j, k]
+            behind = ahead if kind == ELLIPSE else rear[i, j, k]
+            shape[q, k, 0] = 0.5 / (scale * ahead * ahead)
+            shape[q, k, 1] = 0.5 / (scale * behind * behind)
+            shape[q, k, 2] = 0.5 / (scale * aside * aside)
+    return unit, shape
