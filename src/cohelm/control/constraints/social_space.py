@@ -147,9 +147,7 @@ def _eggs_of(
 
 
 @functools.lru_cache(maxsize=64)
-def _robot(
-    kind: int, scale: float, sigma: tuple[float, ...], floor: float
-) -> tuple[Floats, float]:
+def _robot(kind: int, scale: float, sigma: tuple[float, ...], floor: float) -> tuple[Floats, float]:
     """(``coefficients`` of the robot's own space, its greatest reach)."""
     front, side, rear = (np.array([part]) for part in sigma)
     egg = coefficients(kind, scale, front, side, rear)[0]
