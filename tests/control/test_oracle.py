@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cohelm.control import OptimalControl, SsMpcDcbf
-from cohelm.control.constraints import GroupSpace, InputLimits, WallClearance
+from cohelm.control.constraints import GroupSpace, InputLimits, SocialSpace, WallClearance
 from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
 from cohelm.messages import Groups
 from cohelm.social import PersonalSpace
@@ -121,6 +121,31 @@ def test_groups_comfort_and_pace_cost_in_the_oracle_what_they_cost_here():
         nowhere = np.array([[1.0, 0.0, -1e3]] * 2)
         grouped = dataclasses.replace(problem, spaces=spaces, walls=field_of(nowhere, problem.pose))
         met += check_account(grouped, control, nowhere)
+    assert met
+
+
+def test_the_printed_forms_cost_in_the_oracle_what_they_cost_here():
+    control = OptimalControl(
+        costs=(
+            TrackReference(),
+            InputEffort(InputEffort.Parameters(input_cost="printed")),
+            SmoothInput(),
+        ),
+        constraints=(InputLimits(), SocialSpace(SocialSpace.Parameters(distance="printed"))),
+    )
+    rng, nowhere = np.random.default_rng(6), np.array([[1.0, 0.0, -1e3]] * 2)
+    model = PersonalSpace(PersonalSpace.Parameters(shape="printed"))
+    met = 0
+    for _ in range(3):
+        problem = random_problem(rng, 2).problem
+        spaces = model.spaces(
+            problem.people,
+            Groups.alone(2),
+            problem.predictions,
+            problem.twist,
+            problem.profile,
+        )
+        met += check_account(dataclasses.replace(problem, spaces=spaces), control, nowhere)
     assert met
 
 

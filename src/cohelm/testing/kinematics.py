@@ -28,6 +28,7 @@ def check_kinematics(motion: Kinematics) -> None:
     _check_twists(motion, inputs)
     _check_speed(motion, inputs)
     _check_rollout(motion, inputs)
+    _check_turned(motion)
     _check_sensitivity(motion, inputs)
 
 
@@ -97,6 +98,19 @@ def _check_rollout(motion: Kinematics, inputs: np.ndarray) -> None:
     require(
         np.abs(moved - poses) < TOLERANCE, "moving and turning the start must move the whole ride"
     )
+
+
+def _check_turned(motion: Kinematics) -> None:
+    """The first step leads where the robot faces once it has made that share of the turn."""
+    share = motion.turned
+    require(0.0 <= share <= 1.0, f"turned must be from 0 to 1, is {share!r}")
+    _, upper, _, _ = motion.bounds(_LIMITS)
+    half = 0.5 * upper[None]
+    way = np.diff(motion.rollout(_POSE, half, _STEP)[:, :2], axis=0)[0]
+    vx, vy, turn = motion.twist(half)[0]
+    course = _POSE[2] + share * _STEP * turn + np.arctan2(vy, vx)
+    wanted = _STEP * np.hypot(vx, vy) * np.array([np.cos(course), np.sin(course)])
+    require(np.abs(way - wanted) < TOLERANCE, f"rollout must turn by {share:g} of a step first")
 
 
 def _check_sensitivity(motion: Kinematics, inputs: np.ndarray) -> None:

@@ -39,6 +39,10 @@ class Footprint:
         return Footprint(tuple(robot.capsule.tolist()), tuple(map(tuple, robot.discs.tolist())))
 
 
+_POINT = Footprint((0.0,) * 5, ())
+"""What the robot is in eq. (8) as printed."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
     """The parameters of what is weighed and obeyed; None: it is not."""
@@ -175,6 +179,8 @@ def barriers(
             bodies[i].append(gap - ca.fmin(margin, b.greatest))
         if s is not None and crowd.social[q]:
             margin = s.growth * age + s.deviations * p["deviation"][:, q]
+            if s.distance == "printed":  # between the centres
+                gap, away, ahead = _seen(ca, _POINT, poses, p["x"][:, q], p["y"][:, q])
             sigmas = (p["front"][:, q], p["side"][:, q], p["rear"][:, q])
             own = (p["robot"][0], p["robot"][1], p["robot"][2])
             theirs = _reach(ca, crowd.kind, sigmas, away - p["axis"][:, q], p["floor"], p["scale"])
