@@ -10,7 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.control.api import LocalProblem
 from cohelm.messages import LocalPlan, People
+from cohelm.robots.contact import WALKING, touching
 
 _FORGOTTEN = 1.0
 """A way taken longer ago than this is no memory, s."""
@@ -79,4 +81,15 @@ def taken(
         beyond=beyond,
         touched=touched,
         score=score,
+    )
+
+
+def last_touched(problem: LocalProblem, memory: WayTaken | None) -> float:
+    """When somebody who walks last touched the robot, s; while he stays, he counts as walking."""
+    last = memory.touched if memory is not None else -np.inf
+    walks = np.hypot(problem.people.mean[:, 2], problem.people.mean[:, 3]) > WALKING
+    return (
+        problem.time
+        if (touching(problem.robot, problem.pose, problem.people) & walks).any()
+        else last
     )

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from itertools import chain
 from types import MappingProxyType
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats, Integers, unchecked
+from cohelm.arrays import Floats, Integers
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.candidates import Arcs, Outlook, Ways
-from cohelm.control.choice import WayTaken, departures, remembered, taken
+from cohelm.control.choice import WayTaken, departures, last_touched, remembered, taken
 from cohelm.control.constraints import (
     Bodies,
     GroupSpace,
@@ -22,14 +23,13 @@ from cohelm.control.constraints import (
     WallClearance,
 )
 from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
-from cohelm.control.usable import usable
 from cohelm.control.sqp import OptimalControl, Solution, Value
+from cohelm.control.usable import usable
 from cohelm.control.verification import Verification, brought_to_rest
-from cohelm.control.warm_start import last_input, shifted
+from cohelm.control.warm_start import followed, last_input, shifted, towards
 from cohelm.messages import LocalPlan, Reason, Status
-from cohelm.robots.contact import WALKING, touching
 
-_LAST, _SAMPLED, _REST = "last", "sampled", "rest"
+_LAST, _SAMPLED, _SLOWER, _REST = "last", "sampled", "slower", "rest"
 """Where ways come from, ``LocalPlan.candidate``."""
 _RELAXED = 0.01
 """Slack above this is reported as a relaxed plan, m."""
@@ -72,6 +72,8 @@ class SsMpcDcbf:
         """Share of the way itself in the reference that its polishing tracks."""
         late: float = Field(0.05, gt=0.0, le=1.0)
         """Lateness from which on one way is polished, once, s: a tick."""
+        slower: tuple[float, ...] = (0.6, 0.3)
+        """Shares of its speed at which the best way is tried where none is verified as it is."""
         patience: float = Field(1.0, ge=0.0, le=10.0)
         """How long the robot stands after somebody who walks has touched it, s."""
         arcs: Arcs.Parameters = Arcs.Parameters(count=160, pushes=40, rounds=1)
@@ -120,7 +122,7 @@ class SsMpcDcbf:
             outlook=self.arcs.look(problem, now),
             now=now,
             memory=memory,
-            touched=_touched(problem, memory),
+            touched=last_touched(problem, memory),
         )
         if problem.time - asked.touched < p.patience:
             return self._stop(asked, 0)
@@ -169,8 +171,9 @@ class SsMpcDcbf:
         raw = [*(old if trusted else []), *sampled]
         costs = [*(way.score for way in polished), *(way.score + p.spoilt for way in raw)]
         every = [*polished, *raw]
-        for k in np.argsort(costs, kind="stable"):
-            way = every[k]
+        order = [every[k] for k in np.argsort(costs, kind="stable")]
+        slower = (self._slower(asked, way, share) for way in order[:1] for share in p.slower)
+        for way in chain(order, slower):
             if p.verification.passes(asked.near, way.motion):
                 return self._plan(asked, way, done + iterations, looked_round=True)
         return self._stop(asked, done + iterations)
@@ -239,7 +242,7 @@ class SsMpcDcbf:
     def _solved(self, asked: _Asked, seed: Motion) -> Solution:
         p = self.parameters
         iterations = 1 if asked.problem.late > p.late else p.iterations
-        near = _towards(asked.near, seed, p.follow)
+        near = towards(asked.near, seed, p.follow)
         return self.control.solve(near, seed, iterations=iterations)
 
     def _plan(
@@ -271,6 +274,13 @@ class SsMpcDcbf:
             memory=memory,
         )
 
+    def _slower(self, asked: _Asked, way: _Way, share: float) -> _Way:
+        """The same way at a share of its speed, as soon as the robot can; its arcs are kept."""
+        motion = followed(asked.near, share * way.motion.inputs, asked.now)
+        return dataclasses.replace(
+            way, name=_SLOWER, motion=motion, beyond=share * way.beyond, found=None
+        )
+
     def _stop(self, asked: _Asked, iterations: int) -> LocalPlan:
         """Braking, with the reason; how the last plan passed everybody is still remembered."""
         steps = len(asked.near.reference.poses) - 1
@@ -289,7 +299,11 @@ class SsMpcDcbf:
         if asked.memory is not None:
             memory = dataclasses.replace(asked.memory, beyond=way.beyond, touched=asked.touched)
         return dataclasses.replace(
-            plan, status=Status.STOP, reason=Reason.NO_SAFE_PLAN, memory=memory
+            plan,
+            status=Status.STOP,
+            reason=Reason.NO_SAFE_PLAN,
+            urgent=self.parameters.verification.urgent(asked.near, asked.now),
+            memory=memory,
         )
 
 
@@ -324,28 +338,3 @@ class _Way:
     signature: Integers
     found: Value | None = None
     """What the SQP found at the motion, where it ended there; its costs are those of polishing."""
-
-
-def _towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem:
-    """The problem with the reference moved towards a motion by ``share``."""
-    if share <= 0.0:
-        return problem
-    r, over = problem.reference, problem.robot.motion.translating
-    speeds = np.append(np.linalg.norm(motion.inputs[:, :over], axis=1), r.speeds[-1])
-    blended = unchecked(
-        r,
-        poses=r.poses + share * (motion.poses - r.poses),
-        speeds=r.speeds + share * (speeds - r.speeds),
-    )
-    return unchecked(problem, reference=blended)
-
-
-def _touched(problem: LocalProblem, memory: WayTaken | None) -> float:
-    """When somebody who walks last touched the robot, s; while he stays, he counts as walking."""
-    last = memory.touched if memory is not None else -np.inf
-    walks = np.hypot(problem.people.mean[:, 2], problem.people.mean[:, 3]) > WALKING
-    return (
-        problem.time
-        if (touching(problem.robot, problem.pose, problem.people) & walks).any()
-        else last
-    )

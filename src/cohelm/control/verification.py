@@ -6,6 +6,8 @@ if braking after its first command touches nothing.
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from pydantic import Field
 
@@ -13,7 +15,8 @@ from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.warm_start import followed
-from cohelm.robots.contact import braking, first_contact
+from cohelm.messages import Predictions
+from cohelm.robots.contact import WALKING, braking, first_contact
 
 _FINE = 0.05
 """Between the poses of a braking that is verified, s."""
@@ -37,6 +40,16 @@ class Verification(Model):
     they can reach, so the robot goes slowly where they are near."""
     at_least: float = Field(0.1, ge=0.0, le=1.0)
     """Probability from which on a future that is not a person's likeliest binds hard braking."""
+    turning: float = Field(6.0, ge=0.0)
+    """What people turn back with where they walk, m/s²: hard braking must keep clear of everybody
+    who does, however unlikely it is; 0: nobody turns back without being predicted to. Who walks at
+    1.1 m/s has turned about within 0.4 s."""
+    unseen: float = Field(0.25, ge=0.0)
+    """How long a turn goes unnoticed, s: two scans and what filtering takes."""
+    pace: float = Field(1.0, ge=0.0)
+    """How fast at least who walks comes back, m/s: who is seen to walk slowly may be turning."""
+    turned_margin: float = Field(0.1, ge=0.0)
+    """Gap to who turns back that counts as contact, m."""
     time: float = Field(2.0, gt=0.0)
     """How far ahead a motion must be free of contact, s; braking is checked in any case."""
     reaction: float = Field(0.2, gt=0.0)
@@ -47,32 +60,78 @@ class Verification(Model):
 
         All swept, against walls and the people's predicted bodies. Ordinary braking answers what
         each person most likely does; hard braking what they may do: every future of some
-        probability, and in each people who turn as fast as their ``agility`` allows.
+        probability, in each people who turn as fast as their ``agility`` allows, and everybody who
+        turns back.
         """
-        robot = problem.robot
         if self._contact(problem, motion.poses, motion.step) < self.time:
             return False
-        return all(
-            self._contact(
-                problem,
-                braking(
-                    robot,
-                    problem.pose,
-                    motion.last_input,
-                    motion.inputs[0],
-                    hold=self.reaction,
-                    deceleration=deceleration,
-                    step=_FINE,
-                ),
-                _FINE,
-                agility=agility,
-                at_least=at_least,
+        command = motion.inputs[0]
+        gently, hard = (
+            self._braking(problem, motion.last_input, command, deceleration)
+            for deceleration in (
+                problem.robot.max_deceleration,
+                problem.robot.emergency_deceleration,
             )
-            == np.inf
-            for deceleration, agility, at_least in (
-                (robot.max_deceleration, 0.0, _CERTAIN),
-                (robot.emergency_deceleration, self.agility, self.at_least),
-            )
+        )
+        return self._contact(problem, gently, _FINE) == np.inf and self._escapes(problem, hard)
+
+    def urgent(self, problem: LocalProblem, now: Floats) -> bool:
+        """Whether who brakes as in ordinary driving may touch what hard braking must keep clear of.
+
+        Args:
+            problem: whose robot brakes.
+            now: what the wheels do, (m,).
+        """
+        still = np.zeros_like(now)
+        gently = self._braking(problem, now, still, problem.robot.max_deceleration)
+        return not self._escapes(problem, gently)
+
+    def _braking(
+        self, problem: LocalProblem, now: Floats, command: Floats, deceleration: float
+    ) -> Floats:
+        return braking(
+            problem.robot,
+            problem.pose,
+            now,
+            command,
+            hold=self.reaction,
+            deceleration=deceleration,
+            step=_FINE,
+        )
+
+    def _escapes(self, problem: LocalProblem, poses: Floats) -> bool:
+        """Whether braking keeps clear of all that people may do."""
+        if (
+            self._contact(problem, poses, _FINE, agility=self.agility, at_least=self.at_least)
+            < np.inf
+        ):
+            return False
+        if self.turning <= 0.0 or len(problem.people) == 0:
+            return True
+        back = dataclasses.replace(problem, predictions=self._turned_back(problem))
+        return self._contact(back, poses, _FINE, margin=self.turned_margin) == np.inf
+
+    def _turned_back(self, problem: LocalProblem) -> Predictions:
+        """Everybody on the way back since a moment ago, as fast as he came or as people walk.
+
+        Where he is seen he would be had he gone on; he is behind that by what he turned meanwhile.
+        """
+        mean, given = problem.people.mean, problem.predictions
+        speed = np.hypot(mean[:, 2], mean[:, 3])[:, None]
+        ahead = mean[:, 2:] / np.maximum(speed, 1e-9)
+        since = self.unseen + given.step * np.arange(given.mean.shape[2])
+        back = np.where(speed > WALKING, np.maximum(speed, self.pace), speed)
+        about = np.minimum(since, (speed + back) / self.turning)
+        way = speed * about - 0.5 * self.turning * about**2 - back * (since - about)
+        pace = np.where(since > about, -back, speed - self.turning * about)
+        way = way - speed * self.unseen
+        return Predictions(
+            step=given.step,
+            names=("turned_back",),
+            weight=np.ones((len(mean), 1)),
+            mean=(mean[:, None, :2] + way[..., None] * ahead[:, None])[:, None],
+            velocity=(pace[..., None] * ahead[:, None])[:, None],
+            deviation=np.zeros((len(mean), 1, len(since))),
         )
 
     def _contact(
@@ -83,7 +142,10 @@ class Verification(Model):
         *,
         agility: float = 0.0,
         at_least: float = _CERTAIN,
+        margin: float | None = None,
     ) -> float:
+        if margin is None:
+            margin = self.squeezing_margin if problem.stalled else self.people_margin
         return first_contact(
             problem.robot,
             poses,
@@ -92,7 +154,7 @@ class Verification(Model):
             predictions=problem.predictions,
             walls=problem.walls,
             margin=self.wall_margin,
-            people_margin=self.squeezing_margin if problem.stalled else self.people_margin,
+            people_margin=margin,
             agility=agility,
             at_least=at_least,
             standing=self.standing,
@@ -110,7 +172,7 @@ def brought_to_rest(problem: LocalProblem, now: Floats, steps: int) -> Motion:
     _, _, _, fall = problem.robot.motion.bounds(problem.robot.limits)
     step = problem.reference.step
     moving, turning = now[:-1], now[-1:]
-    fading = max(np.linalg.norm(moving) / fall[0], np.abs(turning).max() / fall[-1], step)
+    fading = max(np.linalg.norm(moving) / fall[0], np.abs(turning).max() / fall[-1], 1e-9)
     times = (np.arange(steps) + 0.5) * step
     left = np.clip(1.0 - times / fading, 0.0, 1.0)
     return followed(problem, left[:, None] * now, now)

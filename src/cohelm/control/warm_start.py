@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, unchecked
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.messages import LocalPlan
 from cohelm.robots.kinematics import within_limits
@@ -74,6 +74,20 @@ def shifted(
     times = np.arange(len(given)) * step
     inputs = np.stack([np.interp(times + elapsed, times, column) for column in given.T], axis=-1)
     return followed(problem, inputs, now)
+
+
+def towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem:
+    """The problem with the reference moved towards a motion by ``share``."""
+    if share <= 0.0:
+        return problem
+    r, over = problem.reference, problem.robot.motion.translating
+    speeds = np.append(np.linalg.norm(motion.inputs[:, :over], axis=1), r.speeds[-1])
+    blended = unchecked(
+        r,
+        poses=r.poses + share * (motion.poses - r.poses),
+        speeds=r.speeds + share * (speeds - r.speeds),
+    )
+    return unchecked(problem, reference=blended)
 
 
 def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:

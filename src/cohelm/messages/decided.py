@@ -41,6 +41,8 @@ class LocalPlan:
     status: Status
     reason: Reason | None = None
     """Given with ``Status.STOP``."""
+    urgent: bool = False
+    """Ordinary braking may not be enough: brake as hard as the robot can."""
     costs: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     """By term."""
     smallest_barrier: float = np.inf

@@ -213,7 +213,7 @@ class Navigator:
             plan = self.setup.local_planner.plan(problem, last.plan if last else None)
         except ControlError:
             return None, _Wanted(reason=Reason.SOLVER_FAILED)
-        return plan, _Wanted(twist=plan.command, reason=plan.reason)
+        return plan, _Wanted(twist=plan.command, reason=plan.reason, urgent=plan.urgent)
 
     def _barred(self, pose: Floats, seen: Sight, remedy: Recovery) -> DistanceField:
         """The walls, with the side on which the rider does not want to pass closed."""
@@ -228,6 +228,8 @@ class Navigator:
         if wanted.twist is None:
             return stop(wanted.reason or Reason.PLANNING)
         decision = self._gated(wanted.twist, observation, request, seen, seen.walls)
+        if wanted.urgent:
+            decision = dataclasses.replace(decision, twist=np.zeros(3), emergency=True)
         if decision.reason is Reason.BLOCKED and self._only_rules(
             wanted, observation, request, seen
         ):
@@ -273,6 +275,8 @@ class _Wanted:
 
     twist: Floats | None = None
     reason: Reason | None = None
+    urgent: bool = False
+    """To be stood as hard as the chair can brake."""
 
 
 def _blind(
