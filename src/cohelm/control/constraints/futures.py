@@ -89,7 +89,7 @@ class Surroundings:
     def __init__(self, problem: LocalProblem) -> None:
         self.problem = problem
         p = problem
-        self._parts = (p.predictions, p.people, p.spaces, p.robot.motion, p.pose, p.twist)
+        self._parts = (p.predictions, p.people, p.spaces, p.robot, p.pose, p.twist)
 
     def __hash__(self) -> int:
         """Of the parts' identities."""
