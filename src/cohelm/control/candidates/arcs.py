@@ -70,6 +70,8 @@ class Arcs:
         """Time constant with which what is predicted counts less the later it is, s."""
         margin: float = Field(0.12, ge=0.0)
         """Gap to a person now below which it is a hit, m."""
+        still: float | None = Field(None, ge=0.0)
+        """The same to who stands, m, and never more; None: the same."""
         growth: float = Field(0.08, ge=0.0)
         """How that grows with prediction time for who walks, m/s."""
         doubt: float = Field(0.0, ge=0.0)
@@ -211,6 +213,7 @@ def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
         standing=p.standing,
         fade=np.exp(-time / p.fading),
         margin=np.minimum(least + growth * time, greatest),
+        still=least if p.still is None else min(least, p.still),
         doubt=p.doubt,
         greatest=greatest,
         space=p.space,

@@ -53,6 +53,8 @@ class Prices(NamedTuple):
     """(N+1,) share at which what is predicted for each step counts."""
     margin: Floats
     """(N+1,) gap to people below which it is a hit, m."""
+    still: float
+    """The same of who stands, m."""
     doubt: float
     """What the deviation of a prediction adds to that, without unit."""
     greatest: float
@@ -236,8 +238,8 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
             if gap < 0.0 and weight[i] > _CREDIBLE:
                 contact = min(contact, (k + 1) * step)
             # of who stands only the deviation grows
-            margin = (margins[k + 1] - margins[0]) * min(fastest[i] / _WALKING, 1.0)
-            margin += margins[0] + prices.doubt * states[i, k + 1, 7]
+            margin = (margins[k + 1] - prices.still) * min(fastest[i] / _WALKING, 1.0)
+            margin += prices.still + prices.doubt * states[i, k + 1, 7]
             margin = min(margin, prices.greatest)
             if gap < margin:
                 price += likely * prices.hit * (margin - gap) * (margin - gap)
