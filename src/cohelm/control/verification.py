@@ -27,12 +27,14 @@ _CERTAIN = 1.0
 class Verification(Model):
     """What counts as contact, and how far ahead; assumed. Nothing is below what the gate asks."""
 
-    wall_margin: float = Field(0.03, ge=0.0)
+    wall_margin: float = Field(0.02, ge=0.0)
     """Gap to a wall that counts as contact, m."""
     people_margin: float = Field(0.25, ge=0.0)
     """Gap to a person that counts as contact, m; see ``first_contact``."""
     squeezing_margin: float = Field(0.14, ge=0.0)
     """The same when the ride is stalled, m."""
+    squeezing_wall_margin: float = Field(0.012, ge=0.0)
+    """Gap to a wall that counts as contact when the ride is stalled, m."""
     standing: float = Field(0.4, ge=0.0, le=1.0)
     """Share of both, and of ``agility``, that counts for who stands."""
     agility: float = Field(0.5, ge=0.0)
@@ -153,7 +155,7 @@ class Verification(Model):
             people=problem.people,
             predictions=problem.predictions,
             walls=problem.walls,
-            margin=self.wall_margin,
+            margin=self.squeezing_wall_margin if problem.stalled else self.wall_margin,
             people_margin=margin,
             agility=agility,
             at_least=at_least,

@@ -55,7 +55,7 @@ class GateParameters(Model):
     """Whether things inside the stopping distance stop the chair; off for blind baselines only."""
     reaction: float = Field(0.2, ge=0.0, le=2.0)
     """How long a command is assumed to act before braking begins, s: a tick and the drive's lag."""
-    margin: float = Field(0.02, ge=0.0, le=1.0)
+    margin: float = Field(0.01, ge=0.0, le=1.0)
     """Gap to a wall that counts as contact, m."""
     people_margin: float = Field(0.12, ge=0.0, le=1.0)
     """Gap to a person that counts as contact, m."""

@@ -89,8 +89,10 @@ class Arcs:
         """Price of the squared share by which the clearance to walls is missed, without unit."""
         clearance: float = Field(0.1, ge=0.0)
         """Gap to walls that is wanted beyond the rider's clearance, m."""
-        wall_margin: float = Field(0.03, ge=0.0)
+        wall_margin: float = Field(0.02, ge=0.0)
         """Gap to a wall that counts as contact, m."""
+        squeezing_wall_margin: float = Field(0.012, ge=0.0)
+        """The same where the ride is stalled, m."""
         passing: float = Field(0.4, ge=0.0)
         """Price of passing somebody on the side that the rider does not like, s."""
 
@@ -106,7 +108,8 @@ class Arcs:
         """
         p = self.parameters
         steps = max(round(p.horizon / problem.reference.step), len(problem.reference.speeds) - 1)
-        scene = scene_of(problem, now, p.stride * -(-steps // p.stride), p.wall_margin)
+        margin = p.squeezing_wall_margin if problem.stalled else p.wall_margin
+        scene = scene_of(problem, now, p.stride * -(-steps // p.stride), margin)
         return Outlook(
             parameters=p,
             problem=problem,

@@ -26,7 +26,7 @@ WORKERS = None
 
 SCENES = ("crossing", "aggressive", "distracted", "talking", "hospital")
 WHOLE, STEERED = "whole", "whole, a rider steers"
-_MARGINS = ("wall", "people", "squeezing")
+_MARGINS = ("wall", "people", "squeezing", "squeezing_wall")
 _RIDER = ("rider.use=ideal", "mode=shared")
 
 
@@ -67,7 +67,8 @@ VARIANTS: Mapping[str, Variant] = {
         "people may keep going, stop, turn back or aside", ("predictor.use=hypotheses",)
     ),
     "one candidate": Variant(
-        "only the best sampled way is polished", ("local_planner.candidates=1",)
+        "the last plan goes on, and others are looked for only where that fails",
+        ("local_planner.candidates=1",),
     ),
     "short look": Variant(
         "ways are judged no farther ahead than they are planned",
