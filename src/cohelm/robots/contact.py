@@ -221,7 +221,7 @@ def wall_gap(
 
 
 @njit(cache=True)
-def _first_contact(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def _first_contact(  # noqa: PLR0912, PLR0913, PLR0917  # a kernel: one pass, plain arrays
     capsule: Floats,
     discs: Floats,
     poses: Floats,

@@ -127,7 +127,7 @@ def _futures(
     p, steps = problem.predictions, problem.predictions.mean.shape[2]
     n, h = p.weight.shape
     robot = problem.robot
-    grows = margin.growth * p.step * np.arange(steps)
+    grows: Floats = margin.growth * p.step * np.arange(steps, dtype=np.float64)
     now = margin.now + grows
     speed = max(robot.max_speed, float(np.hypot(*problem.twist[:2])))
     binds, gap = _binding(
@@ -164,7 +164,7 @@ def _futures(
 
 
 @njit(cache=True)
-def _gathered(  # noqa: PLR0917  # a kernel takes plain arrays
+def _gathered(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     binds: Integers,
     mean: Floats,
     velocity: Floats,
