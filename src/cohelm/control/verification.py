@@ -16,7 +16,7 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.warm_start import followed
 from cohelm.messages import Predictions
-from cohelm.robots.contact import WALKING, braking, first_contact
+from cohelm.robots.contact import braking, first_contact
 
 _FINE = 0.05
 """Between the poses of a braking that is verified, s."""
@@ -49,7 +49,8 @@ class Verification(Model):
     unseen: float = Field(0.25, ge=0.0)
     """How long a turn goes unnoticed, s: two scans and what filtering takes."""
     pace: float = Field(1.0, ge=0.0)
-    """How fast at least who walks comes back, m/s: who is seen to walk slowly may be turning."""
+    """Up to which people may come back twice as fast as they are seen to go, m/s: who turns is
+    seen to be slow meanwhile."""
     turned_margin: float = Field(0.1, ge=0.0)
     """Gap to who turns back that counts as contact, m."""
     time: float = Field(2.0, gt=0.0)
@@ -108,13 +109,13 @@ class Verification(Model):
             < np.inf
         ):
             return False
-        if self.turning <= 0.0 or len(problem.people) == 0:
-            return True
+        if self.turning <= 0.0 or problem.stalled or len(problem.people) == 0:
+            return True  # who squeezes past is slow, and would not get away
         back = dataclasses.replace(problem, predictions=self._turned_back(problem))
         return self._contact(back, poses, _FINE, margin=self.turned_margin) == np.inf
 
     def _turned_back(self, problem: LocalProblem) -> Predictions:
-        """Everybody on the way back since a moment ago, as fast as he came or as people walk.
+        """Everybody on the way back since a moment ago, as fast as he came or faster, see ``pace``.
 
         Where he is seen he would be had he gone on; he is behind that by what he turned meanwhile.
         """
@@ -122,7 +123,7 @@ class Verification(Model):
         speed = np.hypot(mean[:, 2], mean[:, 3])[:, None]
         ahead = mean[:, 2:] / np.maximum(speed, 1e-9)
         since = self.unseen + given.step * np.arange(given.mean.shape[2])
-        back = np.where(speed > WALKING, np.maximum(speed, self.pace), speed)
+        back = np.maximum(speed, np.minimum(2.0 * speed, self.pace))
         about = np.minimum(since, (speed + back) / self.turning)
         way = speed * about - 0.5 * self.turning * about**2 - back * (since - about)
         pace = np.where(since > about, -back, speed - self.turning * about)
