@@ -7,9 +7,12 @@ equal ways would dither.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.control.api import LocalProblem
 from cohelm.messages import LocalPlan, People
 from cohelm.robots.contact import WALKING, touching
@@ -18,9 +21,9 @@ _FORGOTTEN = 1.0
 """A way taken longer ago than this is no memory, s."""
 
 
-@value
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WayTaken:
-    """How the last plan passed everybody: the planner's memory."""
+    """How the last plan passed everybody: the planner's memory, a record of the inner loop."""
 
     time: float
     """When it was made, s."""
@@ -53,13 +56,25 @@ def departures(signature: Integers, people: People, memory: WayTaken | None) -> 
     """
     if memory is None:
         return np.zeros(len(signature), dtype=np.int64)
+    if memory.id is people.id or np.array_equal(memory.id, people.id):
+        return _opposed(signature, memory.side, memory.turn)
     last = np.zeros(1 + len(people), dtype=np.int64)
     last[0] = memory.side
     if len(memory.id) and len(people):
         order = np.argsort(memory.id, kind="stable")
         at = order[np.minimum(np.searchsorted(memory.id, people.id, sorter=order), len(order) - 1)]
         last[1:] = np.where(memory.id[at] == people.id, memory.turn[at], 0)
-    out: Integers = (signature * last == -1).sum(axis=1)
+    return _opposed(signature, int(last[0]), last[1:])
+
+
+@njit(cache=True)
+def _opposed(signature: Integers, side: int, turn: Integers) -> Integers:
+    """In how many places each way (k, 1 + n) has the opposite of (side, turn (n,)), (k,)."""
+    out = np.zeros(signature.shape[0], np.int64)
+    for k in range(signature.shape[0]):
+        out[k] = signature[k, 0] * side == -1
+        for i in range(turn.shape[0]):
+            out[k] += signature[k, 1 + i] * turn[i] == -1
     return out
 
 

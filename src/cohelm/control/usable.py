@@ -5,11 +5,17 @@ Compiled loops do not check: an index made of NaN reads, or writes, anywhere in 
 
 from __future__ import annotations
 
+import functools
+import math
+
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike
 
+from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem
 from cohelm.errors import Infeasible
+from cohelm.maps import DistanceField
 
 _FARTHEST = 1e9
 """No place is farther than this, m, and nothing faster, m/s: beyond, squares lose all meaning."""
@@ -50,6 +56,56 @@ def _mismatch(problem: LocalProblem, steps: int | None) -> str:
 
 def _no_number(problem: LocalProblem) -> str:
     """What is no number, or out of all bounds; empty where nothing is."""
+    return "" if _fine(problem) else _at_fault(problem)
+
+
+def _fine(problem: LocalProblem) -> bool:
+    """Whether all are numbers and none beyond bounds, looked at together: the usual case, fast."""
+    r, p, s = problem.reference, problem.predictions, problem.spaces
+    parts = [problem.pose, problem.twist, r.poses, r.speeds, problem.people.mean]
+    parts += [problem.people.radius, p.mean, p.velocity, p.deviation, p.weight, s.axis]
+    if s.groups is not None:
+        parts.append(s.groups.support)
+    reaches = (s.front, s.side, s.rear, s.robot)
+    return (
+        all(map(_small, parts))
+        and all(_between(part, _THINNEST, _FARTHEST) for part in reaches)
+        and abs(problem.time) <= _FARTHEST
+        and abs(problem.late) <= _FARTHEST
+        and _THINNEST <= r.step <= _FARTHEST
+        and _THINNEST <= p.step <= _FARTHEST
+        and not math.isnan(problem.speed_limit)
+        and _walls_fine(problem.walls)
+    )
+
+
+@functools.lru_cache(maxsize=4)
+def _walls_fine(walls: DistanceField) -> bool:
+    """The same of the walls, once for all plans among them."""
+    return bool(
+        _small(walls.distance) and _small(walls.X_MG) and _THINNEST <= walls.resolution <= _FARTHEST
+    )
+
+
+@njit(cache=True)
+def _small(array: Floats) -> bool:
+    """Whether the root of the sum of squares is a number, and not beyond all bounds."""
+    total = 0.0
+    for each in array.flat:
+        total += float(each) * float(each)
+    return total <= _FARTHEST * _FARTHEST
+
+
+@njit(cache=True)
+def _between(array: Floats, least: float, most: float) -> bool:
+    fits = True
+    for each in array.flat:
+        fits &= least <= each <= most
+    return fits
+
+
+def _at_fault(problem: LocalProblem) -> str:
+    """What it is; empty where nothing is."""
     r, people, p, s, walls = (
         problem.reference,
         problem.people,

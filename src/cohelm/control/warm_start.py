@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from numba import njit
 
 from cohelm.arrays import Floats, unchecked
 from cohelm.control.api import LocalProblem, Motion
@@ -22,29 +25,55 @@ def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
     stays out of the plan, and a command that was overruled is not believed. Nor is more than the
     robot can do: commands begin here, and keep the limits whatever odometry says.
     """
-    motion = problem.robot.motion
-    measured = _possible(problem, motion.input(problem.twist))
+    robot, motion = problem.robot, problem.robot.motion
+    measured = motion.input(problem.twist)
+    low, high, rise, fall = motion.bounds(robot.limits)
+    over, top = motion.translating, robot.max_speed
     if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
-        return measured
+        return _possible(measured, low, high, over, top)
     commanded = motion.input(previous.command)
-    if not np.isfinite(commanded).all():
-        return measured
-    _, _, rise, fall = motion.bounds(problem.robot.limits)
-    reach = np.maximum(rise, fall) * (_LATENCY + problem.robot.actuation_lag) + _NOISE
-    return _possible(problem, np.clip(commanded, measured - reach, measured + reach))
+    lasts = _LATENCY + robot.actuation_lag
+    return _believed(measured, commanded, low, high, rise, fall, over, top, lasts)
 
 
-def _possible(problem: LocalProblem, inputs: Floats) -> Floats:
+@njit(cache=True)
+def _believed(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    measured: Floats,
+    commanded: Floats,
+    low: Floats,
+    high: Floats,
+    rise: Floats,
+    fall: Floats,
+    translating: int,
+    top_speed: float,
+    lasts: float,
+) -> Floats:
+    """The commanded inputs (m,) as far as the measured ones bear them out within ``lasts`` s."""
+    measured = _possible(measured, low, high, translating, top_speed)
+    out = np.empty(len(measured))
+    for i in range(len(measured)):
+        if not math.isfinite(commanded[i]):
+            return measured
+        reach = max(rise[i], fall[i]) * lasts + _NOISE
+        out[i] = min(max(commanded[i], measured[i] - reach), measured[i] + reach)
+    return _possible(out, low, high, translating, top_speed)
+
+
+@njit(cache=True)
+def _possible(
+    inputs: Floats, low: Floats, high: Floats, translating: int, top_speed: float
+) -> Floats:
     """Inputs (m,), or the nearest that the robot's limits allow."""
-    robot = problem.robot
-    low, high, _, _ = robot.motion.bounds(robot.limits)
-    over = robot.motion.translating
-    speed = float(np.linalg.norm(inputs[:over]))
-    within = np.array(inputs, dtype=float)
-    if over > 1 and speed > robot.max_speed:
-        within[:over] *= robot.max_speed / speed
-    possible: Floats = np.clip(within, low, high)
-    return possible
+    square = 0.0
+    for i in range(translating):
+        square += inputs[i] * inputs[i]
+    speed = math.sqrt(square)
+    shorter = top_speed / speed if translating > 1 and speed > top_speed else 1.0
+    out = np.empty(len(inputs))
+    for i in range(len(inputs)):
+        wanted = shorter * inputs[i] if i < translating else inputs[i]
+        out[i] = min(max(wanted, low[i]), high[i])
+    return out
 
 
 def shifted(
@@ -71,9 +100,25 @@ def shifted(
         return None
     step = previous.step
     given = previous.inputs if beyond is None else np.vstack([previous.inputs, beyond])
-    times = np.arange(len(given)) * step
-    inputs = np.stack([np.interp(times + elapsed, times, column) for column in given.T], axis=-1)
-    return followed(problem, inputs, now)
+    return followed(problem, _later(given, step, elapsed), now)
+
+
+@njit(cache=True)
+def _later(given: Floats, step: float, elapsed: float) -> Floats:
+    """Inputs (N, m) from ``elapsed`` s on, interpolated; the last one lasts."""
+    count = given.shape[0]
+    out = np.empty(given.shape)
+    at = 0
+    for k in range(count):
+        time = k * step + elapsed
+        while at < count - 1 and (at + 1) * step <= time:
+            at += 1
+        for i in range(given.shape[1]):
+            out[k, i] = given[at, i]
+            if at < count - 1:
+                slope = (given[at + 1, i] - given[at, i]) / ((at + 1) * step - at * step)
+                out[k, i] = slope * (time - at * step) + given[at, i]
+    return out
 
 
 def towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.api import LocalProblem
+from cohelm.robots.contact import wall_gap
 from cohelm.shapes import PRINTED
 
 SPACING = 0.1
@@ -289,16 +291,30 @@ def _hulls(problem: LocalProblem, steps: int) -> Hulls:
 
 
 def _walls(problem: LocalProblem, margin: float) -> Walls:
-    walls, discs = problem.walls, problem.robot.discs
-    cos, sin = np.cos(problem.pose[2]), np.sin(problem.pose[2])
-    turned = discs[:, :2] @ np.array([[cos, sin], [-sin, cos]])
-    gap = walls.at(problem.pose[:2] + turned) - discs[:, 2]
+    walls = problem.walls
+    discs = problem.robot.discs
     return Walls(
         distance=np.ascontiguousarray(walls.distance),
         resolution=walls.resolution,
         X_MG=walls.X_MG,
-        margin=np.minimum(margin, gap - 1e-6),
+        margin=_margins(discs, problem.pose, walls.distance, walls.resolution, walls.X_MG, margin),
     )
+
+
+@njit(cache=True)
+def _margins(
+    discs: Floats,
+    pose: Floats,
+    distance: Floats32,
+    resolution: float,
+    X_MG: Floats,
+    margin: float,
+) -> Floats:
+    """(c,) as ``Walls.margin``: who stands close to a wall may leave."""
+    out = np.empty(discs.shape[0])
+    for j in range(discs.shape[0]):
+        out[j] = min(margin, wall_gap(discs[j], pose, distance, resolution, X_MG) - 1e-6)
+    return out
 
 
 def _body(problem: LocalProblem, now: Floats) -> Body:
@@ -316,5 +332,5 @@ def _body(problem: LocalProblem, now: Floats) -> Body:
         top_speed=problem.top_speed,
         capsule=robot.capsule.copy(),
         discs=discs.copy(),
-        around=float((np.hypot(discs[:, 0], discs[:, 1]) + discs[:, 2]).max()),
+        around=max(math.hypot(x, y) + radius for x, y, radius in discs.tolist()),
     )
