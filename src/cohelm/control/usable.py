@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, Floats32
 from cohelm.control.api import LocalProblem
 from cohelm.errors import Infeasible
 from cohelm.maps import DistanceField
@@ -88,7 +88,7 @@ def _walls_fine(walls: DistanceField) -> bool:
 
 
 @njit(cache=True)
-def _small(array: Floats) -> bool:
+def _small(array: Floats | Floats32) -> bool:
     """Whether the root of the sum of squares is a number, and not beyond all bounds."""
     total = 0.0
     for each in array.flat:
@@ -100,7 +100,8 @@ def _small(array: Floats) -> bool:
 def _between(array: Floats, least: float, most: float) -> bool:
     fits = True
     for each in array.flat:
-        fits &= least <= each <= most
+        if not least <= each <= most:  # nor is NaN
+            fits = False
     return fits
 
 
