@@ -78,7 +78,7 @@ class Arcs:
         """What the predictor's own deviation adds to it, without unit."""
         greatest: float = Field(0.4, ge=0.0)
         """Its bound, m."""
-        squeezing: float = Field(0.05, ge=0.0)
+        squeezing: float = Field(0.06, ge=0.0)
         """The margin where the ride is stalled, m; it does not grow then."""
         space: float = Field(0.8, ge=0.0)
         """Price of the squared share of a personal space that is entered, without unit."""

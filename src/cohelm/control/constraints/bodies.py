@@ -28,7 +28,7 @@ class Bodies:
         """By how many standard deviations of the predicted position the margin grows besides."""
         greatest: float = Field(0.35, ge=0.0)
         """The margin's bound, m."""
-        squeezing: float = Field(0.05, ge=0.0)
+        squeezing: float = Field(0.06, ge=0.0)
         """The margin when the ride is stalled, m; it does not grow then."""
         at_least: float = Field(0.15, ge=0.0, le=1.0)
         """Probability from which on a future binds; a person's likeliest always does."""
