@@ -20,6 +20,8 @@ from cohelm.robots.contact import braking, first_contact
 
 _FINE = 0.05
 """Between the poses of a braking that is verified, s."""
+_FASTER = 4.0
+"""Times as fast as he is seen to go somebody may come back, up to ``Verification.pace``."""
 _CERTAIN = 1.0
 """The probability from which on the likeliest future of each person alone counts."""
 
@@ -49,7 +51,7 @@ class Verification(Model):
     unseen: float = Field(0.25, ge=0.0)
     """How long a turn goes unnoticed, s: two scans and what filtering takes."""
     pace: float = Field(1.0, ge=0.0)
-    """Up to which people may come back twice as fast as they are seen to go, m/s: who turns is
+    """Up to which people may come back faster than they are seen to go, m/s: who turns is
     seen to be slow meanwhile."""
     turned_margin: float = Field(0.1, ge=0.0)
     """Gap to who turns back that counts as contact, m."""
@@ -123,7 +125,7 @@ class Verification(Model):
         speed = np.hypot(mean[:, 2], mean[:, 3])[:, None]
         ahead = mean[:, 2:] / np.maximum(speed, 1e-9)
         since = self.unseen + given.step * np.arange(given.mean.shape[2])
-        back = np.maximum(speed, np.minimum(2.0 * speed, self.pace))
+        back = np.maximum(speed, np.minimum(_FASTER * speed, self.pace))
         about = np.minimum(since, (speed + back) / self.turning)
         way = speed * about - 0.5 * self.turning * about**2 - back * (since - about)
         pace = np.where(since > about, -back, speed - self.turning * about)
