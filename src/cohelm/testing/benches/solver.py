@@ -117,7 +117,7 @@ def _rows(task: Task) -> Iterable[Mapping[str, Any]]:
     part, *rest = task
     if part == "speed":
         people, horizon, rides, seed = rest
-        solver_speed.warm_up()
+        solver_speed.warm_up(horizon)
         return solver_speed.rows(people, horizon, seed, rides=rides, every=EVERY)
     if part == "failures":
         return [solver_proofs.failures(*rest)]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from cohelm.evaluation.benches.bench import Report, Sheet
 from cohelm.testing.benches.solver_proofs import NEAR
@@ -19,6 +21,9 @@ LEAST_RATIO = {1: 10.0, 20: 30.0}
 MOST_MS = {PLAN: (2.0, 5.0), SOLVE_6: (6.0, 15.0), PLAN_6: (6.0, 15.0)}
 """(median, p99) that may be taken among 20 people on a quiet core, ms."""
 CROWD, GREATEST = 20, 50
+LINEAR, TOLERANCE = (1, 20), 0.1
+"""The times among so many people, from and to, make the line that time among ``GREATEST`` may not
+exceed by more than this share."""
 NEAR_SHARE = 0.95
 """Of the states, where the first command has to be that of the optimum."""
 
@@ -81,18 +86,25 @@ def _speed_notes(rows: Sequence[Any]) -> Iterator[str]:
                 f"{row['p99_ms']:.2f} ms p99; {median:g} and {p99:g} asked of a quiet core: {word}"
             )
     plans = {row["people"]: row["median_ms"] for row in here if row["what"] == PLAN}
-    if {CROWD, GREATEST} <= plans.keys():
-        most = plans[CROWD] * GREATEST / CROWD
-        word = _word(plans[GREATEST] <= most)
-        yield (
-            f"a plan among {GREATEST} people: {plans[GREATEST]:.2f} ms, at most {most:.2f} asked, "
-            f"that is {GREATEST / CROWD:g} times as long as among {CROWD}: {word}"
-        )
+    if {*LINEAR, GREATEST} <= plans.keys():
+        yield _linear(plans)
     for row in rows:
         if "agree" in row and row["agree"] + row["failed"] < row["solves"]:
             yield f"DAQP and PIQP disagree: N = {row['horizon']}, {row['people']} people"
     failed = sum(row["failed"] for row in rows if row["what"] in {SOLVE, SOLVE_6, PLAN_6})
     yield f"solves and plans along rides that failed: {failed}, 0 asked: {_word(not failed)}"
+
+
+def _linear(plans: Mapping[int, float]) -> str:
+    """Whether time grows at most linearly: the line through fewer people's, drawn on."""
+    known = [people for people in plans if LINEAR[0] <= people <= LINEAR[1]]
+    each, none = np.polyfit(known, [plans[people] for people in known], 1)
+    most = (1.0 + TOLERANCE) * (none + each * GREATEST)
+    return (
+        f"at most linear in people: {none:.2f} ms + {each:.3f} ms a person from {LINEAR[0]} to "
+        f"{LINEAR[1]}, so {none + each * GREATEST:.2f} ms among {GREATEST} and {TOLERANCE:.0%} "
+        f"more allowed; it takes {plans[GREATEST]:.2f}: {_word(plans[GREATEST] <= most)}"
+    )
 
 
 def _optima(rows: Sequence[Any]) -> Sheet:

@@ -31,16 +31,24 @@ _NONE = 1e5
 
 
 @functools.cache
-def warm_up() -> None:
-    """Ride and solve where every branch is taken, so that no compilation is counted."""
-    rng, planner, other = np.random.default_rng(1), planner_of(25, 1), planner_of(25, 2)
-    for k in range(8):
+def warm_up(horizon: int) -> None:
+    """Ride and solve where every branch is taken, so that no compilation is counted.
+
+    Compiled code is one for arrays of one layout: nobody, one and many are three of them, and so
+    is a horizon as long as the lookahead.
+    """
+    planner, other = planner_of(horizon, 1), planner_of(horizon, 2)
+    rng = np.random.default_rng(1)
+    for k in range(6):
         drawn = random_problem(
-            rng, (0, 5)[k % 2], steps=planner.steps, step=planner.step, hopeless=k % 4 < 2
+            rng, (0, 1, 5)[k % 3], steps=planner.steps, step=planner.step, hopeless=k < 3
         )
-        for state in ride(planner, drawn, 25):
-            _two_of_three(planner, state.problem.within(25), state.seed)
-            other.plan(with_futures(state.problem), state.previous)
+        for state in ride(planner, drawn, horizon):
+            near = state.problem.within(horizon)
+            planner.control.solve(near, state.seed, iterations=1)
+            _two_of_three(planner, with_futures(near), state.seed)
+            other.plan(with_futures(state.problem.within(other.steps)), state.previous)
+            other.plan(state.problem.within(other.steps), state.previous)
 
 
 def planner_of(horizon: int, candidates: int) -> SsMpcDcbf:

@@ -55,12 +55,13 @@ def ride(planner: SsMpcDcbf, drawn: RandomProblem, steps: int) -> Iterator[State
         near = problem.within(planner.steps)
         begin = time.thread_time()
         plan = planner.plan(near, previous)
+        took = time.thread_time() - begin
         yield State(
             problem=problem,
             half_planes=drawn.half_planes,
             previous=previous,
             seed=seed(problem.within(steps), previous, now),
-            took=time.thread_time() - begin,
+            took=took,
         )
         previous = plan
         problem = _moved(problem, previous.command, way, (k + 1) * TICK)
