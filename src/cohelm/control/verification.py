@@ -6,12 +6,13 @@ if braking after its first command touches nothing.
 
 from __future__ import annotations
 
-import dataclasses
+import math
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.warm_start import followed
@@ -113,7 +114,7 @@ class Verification(Model):
             return False
         if self.turning <= 0.0 or problem.stalled or len(problem.people) == 0:
             return True  # who squeezes past is slow, and would not get away
-        back = dataclasses.replace(problem, predictions=self._turned_back(problem))
+        back = unchecked(problem, predictions=self._turned_back(problem))
         return self._contact(back, poses, _FINE, margin=self.turned_margin) == np.inf
 
     def _turned_back(self, problem: LocalProblem) -> Predictions:
@@ -121,22 +122,22 @@ class Verification(Model):
 
         Where he is seen he would be had he gone on; he is behind that by what he turned meanwhile.
         """
-        mean, given = problem.people.mean, problem.predictions
-        speed = np.hypot(mean[:, 2], mean[:, 3])[:, None]
-        ahead = mean[:, 2:] / np.maximum(speed, 1e-9)
-        since = self.unseen + given.step * np.arange(given.mean.shape[2])
-        back = np.maximum(speed, np.minimum(_FASTER * speed, self.pace))
-        about = np.minimum(since, (speed + back) / self.turning)
-        way = speed * about - 0.5 * self.turning * about**2 - back * (since - about)
-        pace = np.where(since > about, -back, speed - self.turning * about)
-        way = way - speed * self.unseen
-        return Predictions(
-            step=given.step,
+        given = problem.predictions
+        mean, velocity = _back(
+            problem.people.mean,
+            np.asarray(given.step * np.arange(given.mean.shape[2]), dtype=float),
+            self.unseen,
+            self.turning,
+            self.pace,
+        )
+        people = len(mean)
+        return unchecked(
+            given,
             names=("turned_back",),
-            weight=np.ones((len(mean), 1)),
-            mean=(mean[:, None, :2] + way[..., None] * ahead[:, None])[:, None],
-            velocity=(pace[..., None] * ahead[:, None])[:, None],
-            deviation=np.zeros((len(mean), 1, len(since))),
+            weight=np.ones((people, 1)),
+            mean=mean,
+            velocity=velocity,
+            deviation=np.zeros(mean.shape[:3]),
         )
 
     def _contact(
@@ -164,6 +165,32 @@ class Verification(Model):
             at_least=at_least,
             standing=self.standing,
         )
+
+
+@njit(cache=True)
+def _back(
+    people: Floats, ahead: Floats, unseen: float, turning: float, pace: float
+) -> tuple[Floats, Floats]:
+    """(positions, velocities) (n, 1, N+1, 2) of people (n, 4) who turn back; ``_turned_back``.
+
+    ahead: (N+1,) s.
+    """
+    count, states = people.shape[0], ahead.shape[0]
+    mean, velocity = np.empty((count, 1, states, 2)), np.empty((count, 1, states, 2))
+    for i in range(count):
+        speed = math.hypot(people[i, 2], people[i, 3])
+        back = max(speed, min(_FASTER * speed, pace))
+        for k in range(states):
+            since = unseen + ahead[k]
+            about = min(since, (speed + back) / turning)
+            way = speed * about - 0.5 * turning * (about * about) - back * (since - about)
+            way -= speed * unseen
+            gains = -back if since > about else speed - turning * about
+            for a in range(2):
+                unit = people[i, 2 + a] / max(speed, 1e-9)
+                mean[i, 0, k, a] = people[i, a] + way * unit
+                velocity[i, 0, k, a] = gains * unit
+    return mean, velocity
 
 
 def brought_to_rest(problem: LocalProblem, now: Floats, steps: int) -> Motion:

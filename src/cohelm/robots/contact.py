@@ -100,12 +100,16 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
 
 def touching(robot: Robot, pose: Floats, people: People) -> Booleans:
     """Who touches a robot at ``pose`` now, as far as can be seen, (n,)."""
-    pose = np.asarray(pose, dtype=float)
-    gaps = [
-        nearest_on_spine(robot.capsule, pose, x, y)[0] - robot.capsule[4] - radius
-        for x, y, radius in zip(*people.mean[:, :2].T, people.radius, strict=True)
-    ]
-    return np.array(gaps, dtype=float) < TOUCHING
+    return _touching(robot.capsule, np.asarray(pose, dtype=float), people.mean, people.radius)
+
+
+@njit(cache=True)
+def _touching(capsule: Floats, pose: Floats, people: Floats, radius: Floats) -> Booleans:
+    out = np.empty(people.shape[0], dtype=np.bool_)
+    for i in range(people.shape[0]):
+        distance = nearest_on_spine(capsule, pose, people[i, 0], people[i, 1])[0]
+        out[i] = distance - capsule[4] - radius[i] < TOUCHING
+    return out
 
 
 def braking(
