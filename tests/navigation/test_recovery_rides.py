@@ -128,6 +128,30 @@ def test_somebody_in_a_corridor_is_waited_for_and_the_ride_goes_on_when_they_lea
 
 
 @pytest.mark.slow
+def test_somebody_who_comes_out_of_the_corridor_is_only_waited_for(drive):
+    """They walk towards the chair for 6 s, step aside before it and are gone."""
+
+    def people(t):
+        x, y = 8.5 - 0.8 * min(t, 6.0), 4.0 - min(max(t - 6.0, 0.0), 3.0)
+        return [(x, y, *((-0.8, 0.0) if t < 6.0 else (0.0, -1.0 if t < 9.0 else 0.0)))]
+
+    log = drive(60.0, boxes=CORRIDOR, people=people, start=(1.2, 4.0, 0))
+    assert log.ticks[-1].arrived
+    assert not log.touched
+    assert set(log.stages) <= {None, Stage.WAIT}
+
+
+@pytest.mark.slow
+def test_a_goal_close_behind_is_backed_up_to(drive):
+    """In 1.2 m the chair, 1.11 m long and 0.61 m wide, cannot turn about."""
+    log = drive(30.0, boxes=CORRIDOR, start=(6.5, 4.0, 0), goal=[5.95, 4.0])
+    assert log.ticks[-1].arrived
+    assert not log.touched
+    assert Stage.BACK_UP in log.stages
+    assert log.backwards() > 0.1
+
+
+@pytest.mark.slow
 def test_before_a_door_the_rider_is_asked_and_an_opened_door_is_gone_through(drive):
     door = "[{at: [7.0, 4.0], size: [0.1, 1.3], closed: [[2, 32]]}]"
     log = drive(60.0, boxes=CORRIDOR, doors=door)
@@ -152,14 +176,14 @@ def test_before_a_box_across_the_rider_is_asked_till_the_end(drive):
 @pytest.mark.slow
 @pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
 def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, sign):
-    """Somebody stands in the middle of 2.3 m: 0.9 m are left on both sides."""
-    boxes = [(4.0, 0.0, 9.0, 2.85), (4.0, 5.15, 9.0, 8.0)]
+    """Somebody stands in the middle of 2.1 m: 0.8 m are left on both sides, the chair has 0.61 m."""
+    boxes = [(4.0, 0.0, 9.0, 2.95), (4.0, 5.05, 9.0, 8.0)]
     pushed = 10.0
 
     def stick(t):
         return (0.8, 0.6 * sign) if pushed <= t < pushed + 1.5 else (0.0, 0.0)
 
-    log = drive(40.0, boxes=boxes, people=lambda t: [(6.5, 4.0, 0.0, 0.0)], stick=stick)
+    log = drive(60.0, boxes=boxes, people=lambda t: [(6.5, 4.0, 0.0, 0.0)], stick=stick)
     before = [k for k in log.ticks if pushed - 1.0 < k.observation.time < pushed]
     assert all(k.recovery.stage is not None for k in before)
     after = [k for k in log.ticks if pushed <= k.observation.time < pushed + 1.0]
@@ -176,13 +200,13 @@ def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, 
 @pytest.mark.slow
 @pytest.mark.parametrize("behind", ["nothing", "a wall", "a person"])
 def test_the_chair_backs_up_only_where_it_is_free_behind(drive, behind):
-    """A chair in the corridor, somebody 0.5 m ahead of it, and what may be behind it."""
+    """A chair in the corridor, somebody 0.3 m ahead of it, and what may be behind it."""
     boxes, people = list(CORRIDOR), [(7.4, 4.0, 0.0, 0.0)]
-    start = (6.0, 4.0, 0)
+    start = (6.2, 4.0, 0)
     if behind == "a wall":
-        boxes.append((4.0, 3.4, 5.3, 4.6))
+        boxes.append((4.0, 3.4, 5.65, 4.6))  # 9 cm behind it
     if behind == "a person":
-        people.append((4.9, 4.0, 0.0, 0.0))
+        people.append((5.1, 4.0, 0.0, 0.0))
     log = drive(15.0, boxes=boxes, people=lambda t: people, start=start)
     assert not log.touched
     backs = behind == "nothing"
