@@ -150,6 +150,23 @@ def test_a_future_that_is_less_likely_costs_less_and_a_later_hit_less_than_a_soo
     assert price(2.5, 1.0) > price(3.5, 1.0) > nobody
 
 
+def test_who_stands_may_be_passed_more_closely_than_who_walks():
+    """8 cm beside somebody, where who walks is to be passed at 12 cm and who stands at 5 cm."""
+    straight, close = np.tile([0.8, 0.0], (38, 1)), Arcs(Arcs.Parameters(space=0.0, still=0.05))
+    same = Arcs(Arcs.Parameters(space=0.0))
+
+    def price(arcs, *people):
+        problem = scene(speed=0.8, people=walkers(np.reshape(people, (-1, 4))))
+        return arcs.score(problem, straight, wheels(problem)).score[0]
+
+    beside = walkers([[0.0, 0.0, 0.0, 0.0]]).radius[0] + scene().robot.capsule[4] + 0.08
+    stands, walks = [2.5, beside, 0.0, 0.0], [2.5, beside, -0.8, 0.0]
+    assert price(close, stands) == price(close)
+    assert price(same, stands) > price(same)
+    assert price(close, walks) == pytest.approx(price(same, walks))
+    assert price(close, walks) > price(close)
+
+
 def test_standing_is_not_free_of_risk():
     stand = np.zeros((38, 2))
     into = scene(people=walkers([[3.0, 0.0, -0.8, 0.0]]))
