@@ -62,6 +62,8 @@ def main() -> None:
     arguments.add_argument("--out", type=Path, default=FOLDER, help="of rides and draws")
     arguments.add_argument("--keep", action="store_true", help="do not write the best draws")
     given = arguments.parse_args()
+    if min(given.draws, given.workers) < 1:
+        arguments.error("--draws and --workers are at least 1")
     try:
         spaces = read_spaces(FOLDER / "spaces.yaml")
         planners = given.planners.split(",") if given.planners else list(spaces)
