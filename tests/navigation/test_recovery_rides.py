@@ -176,7 +176,7 @@ def test_before_a_box_across_the_rider_is_asked_till_the_end(drive):
 @pytest.mark.slow
 @pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
 def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, sign):
-    """Somebody stands in the middle of 2.1 m: 0.8 m are left on both sides, the chair has 0.61 m."""
+    """Somebody in the middle of 2.1 m leaves 0.8 m on both sides of him; the chair has 0.61 m."""
     boxes = [(4.0, 0.0, 9.0, 2.95), (4.0, 5.05, 9.0, 8.0)]
     pushed = 10.0
 
