@@ -11,6 +11,7 @@ from cohelm.control.quadratic import Multipliers, minimise
 from cohelm.errors import ConfigError
 from cohelm.testing.benches import solver
 from cohelm.testing.benches.solver_speed import objective, piqp
+from cohelm.testing.benches.solver_speed import PLAN
 from cohelm.testing.benches.solver_states import FUTURES, later, ride, with_futures
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
@@ -47,7 +48,7 @@ def test_speed_is_drawn_and_judged(tmp_path):
         times = {"median_ms": ms, "p99_ms": 2.0 * ms, "max_ms": 3.0 * ms, "failed": 0}
         return solver.Result({**dict.fromkeys(solver.COLUMNS, math.nan), **given, **times})
 
-    ours = [row("plan", n, ms) for n, ms in ((1, 1.0), (20, 2.0), (50, 4.0))]
+    ours = [row(PLAN, n, ms) for n, ms in ((1, 1.0), (20, 2.0), (50, 4.0))]
     theirs = [row("CasADi + IPOPT", n, ms) for n, ms in ((1, 9.0), (20, 100.0))]
     report = solver.report([*ours, *theirs], tmp_path)
     assert "a plan among 1 person: 9 times IPOPT, 10 asked: MISSED" in report.notes
@@ -56,7 +57,7 @@ def test_speed_is_drawn_and_judged(tmp_path):
     [said] = [note for note in report.notes if note.startswith("at most linear")]
     assert "3.58 ms among 50" in said
     assert said.endswith("it takes 4.00: MISSED")
-    report = solver.report([*ours[:2], row("plan", 50, 3.9), *theirs], tmp_path)
+    report = solver.report([*ours[:2], row(PLAN, 50, 3.9), *theirs], tmp_path)
     assert any(note.endswith("it takes 3.90: met") for note in report.notes)
     assert report.files[0].stat().st_size > 1000
 

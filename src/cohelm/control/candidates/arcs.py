@@ -1,6 +1,6 @@
 """Ways round that are sampled: three-segment arcs over a horizon longer than the SQP's.
 
-A gradient method stays in one way round. About 1,600 arcs look at the others: a seeded table of
+A gradient method stays in one way round. Some hundred arcs look at the others: a seeded table of
 three segments each, of which many end by leading back to the path, then the best of them and the
 last plan, pushed. One score judges sampled, polished and old ways alike: the time that a way loses
 against the reference, in seconds, and in the same unit what it does to people, the rider and walls.

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from cohelm.pictures import canvas
 from cohelm.pictures.routes import STYLES
-from cohelm.testing.benches.solver_speed import IPOPT, PLAN, PLAN_6, SOLVE, SOLVE_6
+from cohelm.testing.benches.solver_speed import IPOPT, PLAN, PLAN_2, PLAN_6, SOLVE, SOLVE_6
 
-SHOWN = (IPOPT, PLAN_6, SOLVE_6, PLAN, SOLVE)
+SHOWN = (IPOPT, PLAN_6, PLAN_2, SOLVE_6, PLAN, SOLVE)
 
 
 def draw_speed(rows: Sequence[Any], horizon: int, file: Path) -> Path:

@@ -11,7 +11,7 @@ import numpy as np
 
 from cohelm.evaluation.benches.bench import Report, Sheet
 from cohelm.testing.benches.solver_proofs import NEAR
-from cohelm.testing.benches.solver_speed import IPOPT, PLAN, PLAN_6, SOLVE, SOLVE_6
+from cohelm.testing.benches.solver_speed import IPOPT, PLAN, PLAN_2, PLAN_6, SOLVE, SOLVE_6
 from cohelm.testing.comparison import Verdict
 
 HORIZON = 25
@@ -63,7 +63,7 @@ def _speeds(rows: Sequence[Any]) -> Sheet:
 
 def _ratio(rows: Sequence[Any], row: Any) -> float:
     """IPOPT's median over that of a plan or solve of the same problem."""
-    if row["what"] not in {PLAN, SOLVE}:
+    if row["what"] not in {PLAN, PLAN_2, SOLVE}:
         return math.nan
     key = (row["people"], row["horizon"])
     theirs = [r for r in rows if r["what"] == IPOPT and (r["people"], r["horizon"]) == key]
@@ -91,7 +91,7 @@ def _speed_notes(rows: Sequence[Any]) -> Iterator[str]:
     for row in rows:
         if "agree" in row and row["agree"] + row["failed"] < row["solves"]:
             yield f"DAQP and PIQP disagree: N = {row['horizon']}, {row['people']} people"
-    failed = sum(row["failed"] for row in rows if row["what"] in {SOLVE, SOLVE_6, PLAN_6})
+    failed = sum(row["failed"] for row in rows if row["what"] in {SOLVE, SOLVE_6, PLAN_2, PLAN_6})
     yield f"solves and plans along rides that failed: {failed}, 0 asked: {_word(not failed)}"
 
 

@@ -20,7 +20,8 @@ from cohelm.testing.benches.solver_states import State, ride, with_futures
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
 
-PLAN, PLAN_6 = "plan", "plan, 3 hypotheses, 2 candidates"
+PLAN, PLAN_2 = "plan, 1 candidate", "plan, as it comes"
+PLAN_6 = "plan, 3 hypotheses, 2 candidates"
 SOLVE, SOLVE_6 = "SQP", "SQP, 3 hypotheses, 2 candidates"
 IPOPT, DAQP, PIQP = "CasADi + IPOPT", "QP: DAQP", "QP: PIQP"
 AGREE = 1e-4
@@ -52,7 +53,10 @@ def warm_up(horizon: int) -> None:
 
 
 def planner_of(horizon: int, candidates: int) -> SsMpcDcbf:
-    """As it comes, but for N and for how many ways are polished."""
+    """As it comes, but for N and for how many ways are polished.
+
+    With one candidate it is the plain MPC of the paper: it looks round only where that fails.
+    """
     return SsMpcDcbf(SsMpcDcbf.Parameters(steps=horizon, candidates=candidates))
 
 
@@ -81,7 +85,9 @@ def rows(people: int, horizon: int, seed: int, *, rides: int, every: int) -> Ite
     yield _row(PLAN, people, horizon, np.array([state.took for state in states]), 0)
     for name, call in calls.items():
         yield _row(name, people, horizon, *_timed(call, len(states)))
-    yield _row(PLAN_6, people, horizon, *_futures(planner_of(horizon, 2), states))
+    default = SsMpcDcbf.Parameters().candidates
+    yield _row(PLAN_2, people, horizon, *_plans(planner_of(horizon, default), states))
+    yield _row(PLAN_6, people, horizon, *_plans(planner_of(horizon, 2), states, with_futures))
     yield from _programs(planner, near[::every], people, horizon)
     if find_spec("casadi"):
         yield _ipopt(planner, states[::every], people, horizon)
@@ -92,8 +98,12 @@ def _two_of_three(planner: SsMpcDcbf, problem: LocalProblem, seed: Motion) -> No
         planner.control.solve(problem, start, iterations=planner.parameters.iterations)
 
 
-def _futures(planner: SsMpcDcbf, states: list[State]) -> tuple[Floats, int]:
-    problems = [with_futures(state.problem.within(planner.steps)) for state in states]
+def _plans(
+    planner: SsMpcDcbf,
+    states: list[State],
+    changed: Callable[[LocalProblem], LocalProblem] = lambda problem: problem,
+) -> tuple[Floats, int]:
+    problems = [changed(state.problem.within(planner.steps)) for state in states]
     return _timed(lambda k: planner.plan(problems[k], states[k].previous), len(states))
 
 
