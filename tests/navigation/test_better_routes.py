@@ -44,7 +44,6 @@ def ask(stage):
             walls=walls,
             authority=None,
             people=walkers([]),
-            stalled_for=0.0,
         )
         return replace(plain, **changes)
 

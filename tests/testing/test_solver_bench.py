@@ -10,8 +10,7 @@ from cohelm.control import SsMpcDcbf
 from cohelm.control.quadratic import Multipliers, minimise
 from cohelm.errors import ConfigError
 from cohelm.testing.benches import solver
-from cohelm.testing.benches.solver_speed import objective, piqp
-from cohelm.testing.benches.solver_speed import PLAN
+from cohelm.testing.benches.solver_speed import PLAN, objective, piqp
 from cohelm.testing.benches.solver_states import FUTURES, later, ride, with_futures
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
