@@ -155,13 +155,13 @@ def _picture(lines: Mapping[tuple[float, str], Line], file: Path) -> Path:
     figure = Figure(figsize=(6.0, 4.0), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    for model in dict.fromkeys(model for _, model in lines):
+    for k, model in enumerate(dict.fromkeys(model for _, model in lines)):
         own = [(c, line) for (c, m), line in lines.items() if m == model]
         axes.plot([line.time for _, line in own], [line.success for _, line in own], "o-",
                   label=model)  # fmt: skip
         for c, line in own:
             axes.annotate(f"{c:+.2f} m", (line.time, line.success), fontsize=7,
-                          textcoords="offset points", xytext=(4, -9))  # fmt: skip
+                          textcoords="offset points", xytext=(4, 6 - 16 * k))  # fmt: skip
     axes.set_xlabel("mean time of the successes, s")
     axes.set_ylabel("success")
     axes.grid(alpha=0.3)
