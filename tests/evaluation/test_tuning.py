@@ -176,15 +176,15 @@ def test_a_search_rides_its_budget_and_finds_the_best(tune, tmp_path, capsys):
     assert best["draw"] == 5
     assert best["cost"] == pytest.approx(0.01)
     assert len(pool.ridden) == len(set(pool.ridden)) == tune.rides_of(16)
-    # by hand: 16 draws × 3 rides, 4 draws × 6 more, 2 draws × 9 more
-    assert tune.rides_of(16) == 48 + 24 + 18
+    # by hand: 16 draws × 2 rides, 3 draws × 3 more, 1 draw × 5 more
+    assert tune.rides_of(16) == 32 + 9 + 5
     found = json.loads((tmp_path / "dwa.json").read_text())
-    assert [each["rides"] for each in found["draws"]].count(18) == 2
+    assert [each["rides"] for each in found["draws"]].count(10) == 1
     assert found["best"]["parameters"] == found["draws"][5]["parameters"]
 
 
 def test_an_interrupted_search_goes_on_where_it_was(tune, tmp_path, capsys):
-    broken, rest = Rides(until=60), Rides()
+    broken, rest = Rides(until=36), Rides()
     search = tune.Search("dwa", AXES, 16, tmp_path)
     assert not search.go(broken, tune.Clock(1))
     search.write(whole=False)

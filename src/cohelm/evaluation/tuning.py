@@ -31,7 +31,7 @@ FIRST_SEED = 1009
 """Of training: 1000 and beyond is for search, below is for results. From 1009 on the first rides
 of ``distracted`` are those in which the turn comes beside the chair."""
 DRAWS = 60
-RUNGS = ((1, 3), (5, 9), (15, 18))
+RUNGS = ((1, 2), (6, 5), (20, 10))
 """(share of the draws that is left, one in so many; rides that each of them has had by then)."""
 LONGEST = 30.0
 """A training ride that takes longer has failed, s: some twice the ride alone."""
