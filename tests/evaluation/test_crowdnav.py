@@ -149,6 +149,46 @@ def test_what_does_not_exist_is_told():
         bench.on(planner="best_arc", settings=["planner.arcs.margn=1"]).tasks(range(1))
 
 
+@pytest.mark.parametrize("caution", [np.nan, np.inf, -5.0, -0.21, 2.1])
+@pytest.mark.parametrize("planner", ["best_arc", "straight", "orca"])
+def test_people_are_made_wider_within_bounds_only(planner, caution):
+    """At −5 m their radius were negative; NaN is no row of a table."""
+    with pytest.raises(ConfigError, match="caution"):
+        bench.on(planner=planner, layout="circle", caution=[0.0, caution])
+    with pytest.raises(ConfigError, match="caution"):
+        orca(caution)
+    chosen = bench.CrowdNav(planner="best_arc", source="circle", cautions=(caution,))
+    with pytest.raises(ConfigError, match="caution"):
+        chosen.work((caution, "unicycle", 0), Path())
+
+
+@pytest.mark.parametrize("caution", [-0.2, 2.0])
+def test_bounds_of_caution_are_allowed(caution):
+    assert bench.on(planner="orca", layout="circle", caution=[caution]).cautions == (caution,)
+    assert orca(caution) is not None
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_recording_with_what_is_no_number_is_refused(tmp_path, bad):
+    states, file = np.zeros((2, 6, 5, 4)), tmp_path / "people.npz"
+    np.savez(file, pos_vel=states)
+    assert recorded(file).shape == states.shape
+    states[1, 5, 4, 3] = bad
+    np.savez(file, pos_vel=states)
+    with pytest.raises(ConfigError, match="finite"):
+        recorded(file)
+
+
+def test_a_file_that_is_no_recording_is_refused(tmp_path):
+    single, damaged, empty = (tmp_path / name for name in ("a.npy", "b.npz", "c.npz"))
+    np.save(single, np.zeros(3))
+    damaged.write_bytes(b"PK\x03\x04 and no more")
+    np.savez(empty, pos_vel=np.zeros((2, 0, 5, 4)))
+    for file in (single, damaged, empty):
+        with pytest.raises(ConfigError):
+            recorded(file)
+
+
 def test_no_data_is_said_so(monkeypatch, tmp_path):
     monkeypatch.delenv("COHELM_DATA", raising=False)
     with pytest.raises(ConfigError, match="COHELM_DATA is not set"):

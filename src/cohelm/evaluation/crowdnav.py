@@ -11,6 +11,7 @@ radius of the goal.
 from __future__ import annotations
 
 import os
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
@@ -98,14 +99,16 @@ def recorded(file: Path | None = None) -> Floats:
             )
         file = Path(root) / REPLAY
     try:
-        with np.load(file, allow_pickle=False) as data:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
             states = np.asarray(data["pos_vel"], dtype=float)
-    except (OSError, ValueError, KeyError) as cause:
+    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as cause:
         raise ConfigError(
             f"is no recording of people ({cause})", file=file, key="--replay"
         ) from None
-    if states.ndim != 4 or states.shape[3] != 4:
+    if states.ndim != 4 or states.shape[3] != 4 or not states.shape[1]:
         raise ConfigError(f"has states of shape {states.shape}", file=file, key="--replay")
+    if not np.isfinite(states).all():
+        raise ConfigError("has states that are not finite numbers", file=file, key="--replay")
     return states
 
 

@@ -138,7 +138,12 @@ def straight(model: Model) -> Driver:
 
 
 def orca(caution: float) -> Driver:
-    """ORCA as the people's, that supposes that they avoid the robot too, with a wider radius."""
+    """ORCA as the people's, that supposes that they avoid the robot too, with a wider radius.
+
+    Raises:
+        ConfigError: if that is beyond what ``Setup`` allows.
+    """
+    added = 0.01 + validate(Setup, {"caution": caution}).caution
 
     def drive(seen: Seen) -> Floats:
         states = np.vstack([[*seen.pose[:2], *seen.velocity], seen.people])
@@ -146,7 +151,7 @@ def orca(caution: float) -> Driver:
         wanted = np.zeros((len(states), 2))
         wanted[0] = SPEED * offset / max(float(np.hypot(*offset)), SPEED)
         goals = np.tile(GOAL, (len(states), 1))
-        return np.asarray(avoiding(states, wanted, goals, 0.01 + caution)[0])
+        return np.asarray(avoiding(states, wanted, goals, added)[0])
 
     return drive
 

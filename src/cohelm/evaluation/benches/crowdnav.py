@@ -110,9 +110,8 @@ class CrowdNav:
     def _setup(self, caution: float) -> Setup:
         stored = read_yaml(Path(str(files("cohelm.evaluation") / "crowdnav.yaml")))
         given = override(stored.get(self.planner, {}), self.settings)
-        setup = validate(Setup, given)
-        planner = {**setup.planner, "use": self.planner}
-        return setup.model_copy(update={"planner": planner, "caution": caution})
+        setup = validate(Setup, {**given, "caution": caution})
+        return setup.model_copy(update={"planner": {**setup.planner, "use": self.planner}})
 
 
 def tasks(seeds: range) -> Sequence[Task]:
@@ -162,6 +161,8 @@ def on(  # each is an option
         models = ("holonomic",)
     if layout is not None and replay is not None:
         raise ConfigError("either a recording or cases of our own", key="--layout")
+    for each in caution:
+        validate(Setup, {"caution": each})
     source: Source = (
         "recorded" if layout is None else _require(layout, LAYOUTS, "layout", "--layout")
     )

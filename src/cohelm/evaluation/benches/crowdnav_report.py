@@ -38,7 +38,7 @@ REFERENCES = (
     Line("crude sampler, people keep on", "unicycle", 0.528, 0.440, 10.70),
     Line("ORCA, radius + 0.20 m", "holonomic", 0.936, 0.050, 12.52, 9.58),
 )
-"""Measured on the same 500 cases, and told in the project's measures."""
+"""Measured on the same 500 cases, and told in docs/crowdnav.md."""
 RECORDED = "crowdnav_measured_summary.json"
 """Beside the recording: references measured by CrowdNav's own code."""
 
@@ -53,7 +53,7 @@ class Wanted(NamedTuple):
 
 
 WANTED = {"holonomic": Wanted(0.998, 10.5), "unicycle": Wanted(0.99, 11.2)}
-_COLUMNS = ("", "robot", "success", "collision", "time, s", "path, m", "danger")
+_COLUMNS = ("", "robot", "success", "collision", "time, s", "path, m", "danger of successes")
 
 
 def make_report(rows: Sequence[Row], planner: str, folder: Path, *, judged: bool) -> Report:
