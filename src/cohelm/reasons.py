@@ -22,7 +22,10 @@ class Reason(StrEnum):
     CLOCK = "clock", "The clock ran backwards, so I stopped."
     STALE_SCAN = "stale_scan", "I cannot see: a sensor is silent, so I stopped."
     STALE_POSE = "stale_pose", "I do not know where we are: no position arrives, so I stopped."
-    STALE_TWIST = "stale_twist", "I do not know how fast we are: odometry is silent, so I stopped."
+    STALE_TWIST = (
+        "stale_twist",
+        "I cannot tell our speed: odometry is silent or wrong, so I stopped.",
+    )
     POSE_JUMP = "pose_jump", "Our position jumped, so I stopped to be sure of it."
     RIDER_SILENT = "rider_silent", "Your joystick is not connected, so I stopped."
     RIDER_STOP = "rider_stop", "You asked me to stop."

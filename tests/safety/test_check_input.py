@@ -10,6 +10,7 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.messages import Mode, Observation, People, PointCloud, Reason, RiderCommand, Scan
 from cohelm.robots import DepthCameraMount, LidarMount
+from cohelm.robots.contact import braking
 from cohelm.safety import GateParameters, check_input
 from cohelm.testing.scenes import walkers
 
@@ -376,6 +377,55 @@ def test_a_pose_that_keeps_jumping_keeps_the_chair_standing(chair):
             sound(NOW + k * TICK, pose=pose), request(), chair, memory, LIMITS
         )
         assert got is Reason.POSE_JUMP
+
+
+# ------------------------------------------------------------------ odometry that cannot be
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_a_twist_beyond_five_times_what_the_chair_can_do_tells_nothing(chair, check, which, sign):
+    most = 5.0 * np.array([chair.max_speed, chair.max_speed, chair.max_turn_rate])
+    for size, reason in (
+        (most[which] * (1.0 - JUST), None),
+        (most[which] * (1.0 + JUST), Reason.STALE_TWIST),
+        (1e6, Reason.STALE_TWIST),
+        (1e308, Reason.STALE_TWIST),
+    ):
+        twist = np.zeros(3)
+        twist[which] = sign * size
+        assert check(sound(twist=twist))[0] is reason
+        assert check(sound(twist=twist), sound(NOW - TICK))[0] is reason
+
+
+def test_a_twist_that_cannot_be_excuses_no_jump(chair):
+    """5 · 1.2 m/s explain 2 · 6 · 0.05 + 0.25 = 0.85 m in a tick, whatever odometry says."""
+    memory = check_input(sound(NOW - TICK), request(), chair, None, LIMITS)[1]
+    for moved, held in ((0.84, False), (0.86, True)):
+        wild = sound(pose=np.array([moved, 0.0, 0.0]), twist=np.array([1e6, 0.0, 0.0]))
+        after = check_input(wild, request(), chair, memory, LIMITS)[1]
+        assert (after.held_until > NOW) is held
+
+
+def test_when_odometry_is_right_again_the_ride_goes_on(chair):
+    memory, reasons = None, []
+    for k in range(6):
+        twist = np.array([1e6 if k in {2, 3} else 0.5, 0.0, 0.0])
+        got, memory = check_input(
+            sound(NOW + k * TICK, twist=twist), request(), chair, memory, LIMITS
+        )
+        reasons.append(got)
+    assert reasons == [None] * 2 + [Reason.STALE_TWIST] * 2 + [None] * 2
+
+
+def test_braking_from_what_is_believed_is_looked_at_in_a_few_hundred_poses(chair):
+    """From 6 m/s or 6 rad/s the slower of the two needs some seconds, in steps of 50 ms."""
+    fastest = 5.0 * np.array([chair.max_speed, chair.max_turn_rate])
+    poses = braking(
+        chair, np.zeros(3), fastest, np.zeros(2),
+        hold=LIMITS.reaction, deceleration=chair.max_deceleration, step=0.05,
+    )  # fmt: skip
+    assert len(poses) < 400
 
 
 # ------------------------------------------------------------------ in general

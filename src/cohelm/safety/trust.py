@@ -15,6 +15,9 @@ from cohelm.safety.gate import GateParameters
 
 _UNDERRATED = 2.0
 """How many times the motion that odometry tells a pose may move without having jumped."""
+_IMPOSSIBLE = 5.0
+"""A twist beyond so many times what the robot can do, in any direction, tells nothing: a wheel that
+spins or a push downhill is less. Braking from it would be looked at over hours."""
 _ROUNDING = 1e-6  # s; times are sums of float steps: what is exactly at its limit is still good
 
 
@@ -52,7 +55,8 @@ def check_input(
     if observation.time < memory.time or _from_the_future(observation, parameters):
         return Reason.CLOCK, memory
     held_until = memory.held_until
-    if _jumped(observation, memory, parameters):
+    most = _most(robot)
+    if _jumped(observation, np.clip(observation.twist, -most, most), memory, parameters):
         held_until = observation.time + parameters.jump_hold
     state = GateState(
         time=observation.time,
@@ -61,7 +65,8 @@ def check_input(
         pose_time=observation.pose_time,
         held_until=held_until,
     )
-    return _stale(observation, request, state, parameters), state
+    unknown = bool((np.abs(observation.twist) > most).any())
+    return _stale(observation, request, state, parameters, unknown=unknown), state
 
 
 def _not_finite(observation: Observation) -> bool:
@@ -125,8 +130,10 @@ def _stale(
     request: Request,
     state: GateState,
     p: GateParameters,
+    *,
+    unknown: bool,
 ) -> Reason | None:
-    """The first thing that is too old, too late, or says stop."""
+    """The first thing that is too old, too late, or says stop; ``unknown``: the twist is."""
     now, rider = observation.time, observation.rider
     needs_rider = request.mode in {Mode.MANUAL, Mode.ASSISTED}
     looks = observation.people is None
@@ -136,7 +143,10 @@ def _stale(
         (observation.late > p.late_limit + _ROUNDING, Reason.LATE),
         (now < state.held_until - _ROUNDING, Reason.POSE_JUMP),
         (now - observation.pose_time > p.pose_limit + _ROUNDING, Reason.STALE_POSE),
-        (now - observation.twist_time > p.twist_limit + _ROUNDING, Reason.STALE_TWIST),
+        (
+            unknown or now - observation.twist_time > p.twist_limit + _ROUNDING,
+            Reason.STALE_TWIST,
+        ),
         (looks and now - oldest > p.scan_limit + _ROUNDING, Reason.STALE_SCAN),
         (rider is None and needs_rider, Reason.RIDER_SILENT),
         (
@@ -147,12 +157,18 @@ def _stale(
     return next((reason for holds, reason in rules if holds), None)
 
 
-def _jumped(observation: Observation, memory: GateState, p: GateParameters) -> bool:
+def _most(robot: Robot) -> Floats:
+    """Size of a twist (3,) from which on it cannot be one."""
+    speed = max(robot.max_speed, robot.max_reverse_speed)
+    return _IMPOSSIBLE * np.array([speed, speed, robot.max_turn_rate])
+
+
+def _jumped(observation: Observation, twist: Floats, memory: GateState, p: GateParameters) -> bool:
     """Whether the pose moved more than speed and time explain."""
     elapsed = max(observation.pose_time - memory.pose_time, 0.0)
     moved = float(np.hypot(*(observation.pose[:2] - memory.pose[:2])))
     turned = abs(float(wrap_angle(observation.pose[2] - memory.pose[2])))
-    speed, turn = float(np.hypot(*observation.twist[:2])), abs(float(observation.twist[2]))
+    speed, turn = float(np.hypot(*twist[:2])), abs(float(twist[2]))
     return bool(
         moved > p.jump + _UNDERRATED * speed * elapsed
         or turned > p.jump_angle + _UNDERRATED * turn * elapsed
