@@ -66,10 +66,10 @@ def main() -> None:
         arguments.error("--draws and --workers are at least 1")
     try:
         spaces = read_spaces(FOLDER / "spaces.yaml")
-        planners = given.planners.split(",") if given.planners else list(spaces)
+        planners = list(spaces) if given.planners is None else given.planners.split(",")
         check_known(spaces, planners)
     except CohelmError as cause:
-        sys.exit(str(cause))
+        arguments.error(str(cause))
     given.out.mkdir(parents=True, exist_ok=True)
     context = multiprocessing.get_context("spawn")  # numba's threads do not survive a fork
     clock = Clock(len(planners) * rides_of(given.draws))

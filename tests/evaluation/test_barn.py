@@ -66,11 +66,13 @@ def test_worlds_are_asked_for_by_number_or_spread_evenly():
     assert bench.on(worlds="3,299").worlds == (3, 299)
     assert bench.on(worlds="3").worlds == (0, 100, 200)
     assert len(bench.on().worlds) == 300
-    for wrong in ("0", "301", "3,300", "x"):
+    for wrong in ("0", "301", "3,300", "x", "", " ", ","):
         with pytest.raises(ConfigError, match="0 to 299"):
             bench.on(worlds=wrong)
     with pytest.raises(ConfigError, match="dwaa"):
         bench.on(planners="dwaa")
+    with pytest.raises(ConfigError, match=r"--planners.*names nothing"):
+        bench.on(planners=",")
 
 
 def test_the_robot_is_the_benchmarks_and_its_scanner_sees_three_quarters():

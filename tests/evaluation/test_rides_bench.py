@@ -99,6 +99,8 @@ def test_ours_comes_first_and_no_rivals_last():
         ({"planners": "ss_mpc_dcbg"}, PluginError, "did you mean"),
         ({"scenes": "crosing"}, ScenarioError, "did you mean"),
         ({"planners": OURS, "settings": ["local_planner.iteration=1"]}, ConfigError, "iterations"),
+        ({"planners": ","}, ConfigError, r"--planners.*names nothing"),
+        ({"scenes": ""}, ConfigError, r"--scenes.*names nothing"),
     ],
 )
 def test_what_does_not_exist_is_said_before_anything_is_ridden(options, error, says):

@@ -169,6 +169,18 @@ class Rides:
 AXES = {"horizon": Axis(low=1.0, high=3.0)}
 
 
+@pytest.mark.parametrize("planners", ["nonsense", "", ",", "dwa,nonsense"])
+def test_a_planner_without_a_space_is_refused(tune, monkeypatch, capsys, tmp_path, planners):
+    monkeypatch.setattr(
+        "sys.argv", ["tune.py", "--planners", planners, "--out", str(tmp_path / "x")]
+    )
+    with pytest.raises(SystemExit) as end:
+        tune.main()
+    assert end.value.code == 2
+    assert "no space is declared" in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
 def test_a_search_rides_its_budget_and_finds_the_best(tune, tmp_path, capsys):
     pool, search = Rides(), tune.Search("dwa", AXES, 16, tmp_path)
     assert search.go(pool, tune.Clock(tune.rides_of(16)))

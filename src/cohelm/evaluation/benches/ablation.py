@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from cohelm.evaluation.benches.ablation_report import make_report
-from cohelm.evaluation.benches.bench import Report, Result, Task
+from cohelm.evaluation.benches.bench import Report, Result, Task, parted
 from cohelm.evaluation.benches.rides_rows import row_of
 from cohelm.evaluation.benches.rides_scenes import Contender, Scene, scenario_of, scenes_of
 from cohelm.evaluation.benches.rides_verdicts import OURS
@@ -132,9 +132,12 @@ def on(
         ScenarioError, PluginError, ConfigError: if a scene or a setting does not exist, before
             anything is ridden.
     """
-    names = [name.strip() for name in (scenes or ",".join(SCENES)).split(",") if name.strip()]
     where = scenes_of(
-        names, blind=blind, both=False, true_people=true_people, settings=tuple(settings)
+        parted(scenes, "--scenes") or SCENES,
+        blind=blind,
+        both=False,
+        true_people=true_people,
+        settings=tuple(settings),
     )
     best = tuned_settings(OURS) if tuned else ()
     contenders = tuple(

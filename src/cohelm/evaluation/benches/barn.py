@@ -19,7 +19,7 @@ from cohelm.config import nearest
 from cohelm.errors import ConfigError
 from cohelm.evaluation.barn import BarnOutcome, barn_stage, read_barn, ride_barn, score
 from cohelm.evaluation.benches.barn_report import make_report
-from cohelm.evaluation.benches.bench import Report, Result, Task
+from cohelm.evaluation.benches.bench import Report, Result, Task, parted
 
 TITLE = "BARN worlds, a 2-D port (not to be compared with the original in Gazebo)"
 SEEDS = 1
@@ -63,19 +63,19 @@ tasks, work, report = BarnBench().tasks, BarnBench().work, BarnBench().report
 
 
 def on(
-    planners: str = ",".join(PLANNERS), worlds: str = "", settings: Sequence[str] = ()
+    planners: str | None = None, worlds: str | None = None, settings: Sequence[str] = ()
 ) -> BarnBench:
     """The benchmark with other planners, in some worlds only, or with other settings.
 
     Args:
-        planners: names of local planners, with commas.
-        worlds: how many, spread evenly, or numbers 0…299 with commas; empty: all.
+        planners: names of local planners, with commas; None: ``PLANNERS``.
+        worlds: how many, spread evenly, or numbers 0…299 with commas; None: all.
         settings: ``dotted.key=value`` of the scenario that each ride is made from.
 
     Raises:
         ConfigError: if a planner or a world does not exist.
     """
-    chosen = tuple(name.strip() for name in planners.split(",") if name.strip())
+    chosen = parted(planners, "--planners") or PLANNERS
     known = plugins.names("local_planners")
     for name in chosen:
         if name not in known:
@@ -85,8 +85,10 @@ def on(
     return BarnBench(planners=chosen, worlds=_numbers(worlds), settings=tuple(settings))
 
 
-def _numbers(text: str) -> tuple[int, ...]:
+def _numbers(text: str | None) -> tuple[int, ...]:
     """What ``--worlds`` asks for."""
+    if text is None:
+        return tuple(range(WORLDS))
     wrong = ConfigError(
         f"write a number of worlds or worlds with commas, each 0 to {WORLDS - 1}; not {text!r}",
         key="--worlds",
@@ -95,13 +97,13 @@ def _numbers(text: str) -> tuple[int, ...]:
         numbers = [int(part) for part in text.split(",") if part.strip()]
     except ValueError:
         raise wrong from None
-    if not text.strip():
-        return tuple(range(WORLDS))
+    if not numbers:
+        raise wrong
     if "," not in text:
         if not 1 <= numbers[0] <= WORLDS:
             raise wrong
         return tuple(range(0, WORLDS, WORLDS // numbers[0]))[: numbers[0]]
-    if not numbers or not all(0 <= number < WORLDS for number in numbers):
+    if not all(0 <= number < WORLDS for number in numbers):
         raise wrong
     return tuple(dict.fromkeys(numbers))
 

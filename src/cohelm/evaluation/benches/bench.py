@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from cohelm.arrays import Floats
+from cohelm.errors import ConfigError
 
 Task = tuple[Any, ...]
 """Plain values that a worker understands."""
@@ -54,6 +55,22 @@ class Report:
     """The same for programs."""
     files: tuple[Path, ...] = ()
     """What was written beyond the rows."""
+
+
+def parted(names: str | None, key: str) -> tuple[str, ...]:
+    """Names that an option lists with commas; none where it is not given.
+
+    Args:
+        names: what was written; None: nothing was.
+        key: the option.
+
+    Raises:
+        ConfigError: if it is given and names nothing: it does not mean everything then.
+    """
+    found = tuple(name.strip() for name in (names or "").split(",") if name.strip())
+    if names is not None and not found:
+        raise ConfigError(f"names nothing ({names!r}); leave it out for the usual ones", key=key)
+    return found
 
 
 class Bench(Protocol):

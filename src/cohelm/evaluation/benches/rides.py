@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from cohelm import plugins
-from cohelm.evaluation.benches.bench import Report, Result, Task
+from cohelm.evaluation.benches.bench import Report, Result, Task, parted
 from cohelm.evaluation.benches.rides_report import make_report
 from cohelm.evaluation.benches.rides_rows import row_of
 from cohelm.evaluation.benches.rides_scenes import (
@@ -72,13 +72,13 @@ def on(
         ScenarioError, PluginError, ConfigError: if a scene, a planner or a setting does not exist,
             before anything is ridden.
     """
-    chosen = _parted(planners) or installed()
+    chosen = parted(planners, "--planners") or installed()
     contenders = tuple(
         Contender(name=name, planner=name, settings=tuned_settings(name) if tuned else ())
         for name in chosen
     )
     where = scenes_of(
-        _parted(scenes) or DYNAMIC,
+        parted(scenes, "--scenes") or DYNAMIC,
         blind=blind,
         both=both,
         true_people=true_people,
@@ -97,10 +97,6 @@ def installed() -> tuple[str, ...]:
     """The local planners there are: ours first, those that are no rivals last."""
     names = plugins.names("local_planners")
     return tuple(sorted(names, key=lambda name: (name in OWN_SETTINGS, name != OURS, name)))
-
-
-def _parted(names: str | None) -> tuple[str, ...]:
-    return tuple(name.strip() for name in (names or "").split(",") if name.strip())
 
 
 @cache
