@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cohelm.maps import DistanceField
+from cohelm.robots import load_robot, robot_names
 from cohelm.robots.contact import STANDING, TOUCHING, braking, first_contact
 from cohelm.testing.scenes import BODY, open_floor, straight_on, walkers
 
@@ -55,6 +56,16 @@ def contact(chair, poses, people=(), walls=None, agility=0.0, people_margin=MARG
 def at_a_substep(time):
     """The first moment tested at or after ``time``."""
     return pytest.approx(np.ceil(time / SUB - 1e-6) * SUB)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_a_circle_that_holds_the_discs_holds_the_capsule(name):
+    """What is surely clear of the discs is of the capsule: the look from afar leaves nobody out."""
+    robot = load_robot(name)
+    x, y, radius = robot.discs.T
+    ax, ay, bx, by, thick = robot.capsule
+    held = max(np.hypot(ax, ay), np.hypot(bx, by)) + thick
+    assert held == (np.hypot(x, y) + radius).max()
 
 
 def test_nothing_there_is_never_touched(chair):

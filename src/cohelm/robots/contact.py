@@ -33,8 +33,8 @@ _NO_WORSE = 0.01
 """By so much a gap may be smaller than if the robot stood still, m."""
 WALKING = 0.15
 """Who touches the robot and is faster than this walks on, m/s."""
-_WALKING = 0.5
-"""From this speed on the whole of the margins counts, m/s."""
+BRISK = 0.5
+"""From this speed on the whole of margins to people counts, m/s; less below."""
 STANDING = 0.02
 """A robot slower than this stands, m/s and rad/s."""
 
@@ -64,16 +64,15 @@ def first_contact(  # noqa: PLR0913  # keyword-only, one meaning each
         walls: distance to all that is not a person.
         margin: gap to a wall that counts as contact, m; never more than the gap at the start, so
             that a robot that stands close to one may leave.
-        people_margin: the same for people; never more than the gap that standing still would leave
-            at that moment, so that who comes close does not hold the robot fast, but at least 8 cm
-            where it was that at the start: who would walk into the robot even if it stood finds it
-            standing. Who touches the robot and walks on, or clearly overlaps it, is waited for.
-        agility: how fast people may change their velocity, m/s²: the gap that counts for them grows
-            by ½·agility·t².
+        people_margin: the same for people. At time t contact is a gap below min(s·(people_margin +
+            ½·agility·t²), max(gap if the robot had stood still − 1 cm, min(8 cm, gap now − 1 cm))),
+            where s grows from ``standing`` to 1 with the person's speed. So who comes close does
+            not hold the robot fast, and who would walk into it even if it stood finds it standing.
+            Who touches the robot and walks on, or clearly overlaps it, is waited for.
+        agility: how fast people may change their velocity, m/s².
         at_least: the probability from which on a hypothesis counts; the likeliest one of each
             person always does.
-        standing: the share of ``people_margin`` and ``agility`` that counts for who stands; it
-            becomes the whole as people become faster, at 0.5 m/s.
+        standing: s of who stands; s is 1 from 0.5 m/s on.
     """
     n, h, states = predictions.mean.shape[:3]
     return float(
@@ -243,6 +242,11 @@ def _first_contact(  # noqa: PLR0912, PLR0913, PLR0917  # a kernel: one pass, pl
     agility: float,
     standing: float,
 ) -> float:
+    """The kernel of :func:`first_contact`; walls near the discs, people near the capsule.
+
+    A look from afar skips what is surely clear: ``around``, taken from the discs, holds the capsule
+    as well, which is their spine with their radius.
+    """
     people = positions.shape[0]
     pose = poses[0].copy()
     wall_margin = np.empty(discs.shape[0])
@@ -254,7 +258,7 @@ def _first_contact(  # noqa: PLR0912, PLR0913, PLR0917  # a kernel: one pass, pl
         now = _body_gap(capsule, pose, positions[i], velocities[i], radius[i], person_step, 0.0)
         speed = math.hypot(velocities[i, 0, 0], velocities[i, 0, 1])
         walks = speed > WALKING
-        share_of[i] = standing + (1.0 - standing) * min(speed / _WALKING, 1.0)
+        share_of[i] = standing + (1.0 - standing) * min(speed / BRISK, 1.0)
         floor[i] = min(_LEAST, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
             floor[i] = np.inf

@@ -20,6 +20,7 @@ from cohelm.control.candidates.encounters import (
     wall_price,
 )
 from cohelm.control.candidates.scene import SPACING, Scene
+from cohelm.robots.contact import BRISK
 
 _LOOKAHEAD = round(1.0 / SPACING)
 """Homing aims at the path so far ahead: 1 m, in samples."""
@@ -28,8 +29,6 @@ _AIM = round(2.0 / SPACING)
 _GAIN = 2.5
 """Of homing's turn rate, 1/s."""
 _FULL = 2.0 * math.pi
-_WALKING = 0.5
-"""Margins to people grow as they do from this speed on, less below, m/s."""
 _STANDING = 0.05
 """A robot slower than this stands, m/s."""
 _BLOCKED = 1e4
@@ -238,7 +237,7 @@ def ride(  # noqa: PLR0912, PLR0915, PLR0917  # one loop: calls that pass all of
             if gap < 0.0 and weight[i] > _CREDIBLE:
                 contact = min(contact, (k + 1) * step)
             # of who stands only the deviation grows
-            margin = (margins[k + 1] - prices.still) * min(fastest[i] / _WALKING, 1.0)
+            margin = (margins[k + 1] - prices.still) * min(fastest[i] / BRISK, 1.0)
             margin += prices.still + prices.doubt * states[i, k + 1, 7]
             margin = min(margin, prices.greatest)
             if gap < margin:

@@ -18,9 +18,8 @@ from numba import njit
 from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.control.api import LocalProblem, Measure, Rows
 from cohelm.control.constraints import barrier
+from cohelm.robots.contact import BRISK
 
-_WALKING = 0.5
-"""From this speed on margins grow as they do about who walks, m/s."""
 _KEPT = 16
 """Problems of which the futures are remembered: a few constraints look at each some ten times."""
 
@@ -187,7 +186,7 @@ def _gathered(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         i, j = which[q] // hypotheses, which[q] % hypotheses
         person[q] = i
         speed = math.hypot(velocity[i, j, 0, 0], velocity[i, j, 0, 1])
-        walks = min(speed / _WALKING, 1.0)
+        walks = min(speed / BRISK, 1.0)
         for k in range(states):
             positions[q, k, 0], positions[q, k, 1] = mean[i, j, k, 0], mean[i, j, k, 1]
             grown = now + walks * grows[k] + deviations * deviation[i, j, k]
