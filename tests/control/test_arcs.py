@@ -32,6 +32,10 @@ def ways_of(problem, arcs=ARCS, warm=None):
     return arcs.ways(problem, wheels(problem), warm)
 
 
+def score_of(problem, inputs, arcs=ARCS):
+    return arcs.look(problem, wheels(problem)).score(inputs)
+
+
 def scene(kinematics="unicycle", **given_):
     robot = load_robot("quantum_q6_edge").model_copy(update={"kinematics": kinematics})
     return local_problem(steps=25, step=STEP, robot=robot, **given_)
@@ -97,7 +101,7 @@ def test_the_same_problem_gives_the_same_ways():
 def test_ways_keep_their_score_when_they_are_judged_again(kinematics):
     problem = drawn(5, 8, kinematics)
     ways = ways_of(problem)
-    again = ARCS.score(problem, ways.inputs, wheels(problem))
+    again = score_of(problem, ways.inputs)
     np.testing.assert_allclose(again.score, ways.score, rtol=1e-12)
     np.testing.assert_array_equal(again.signature, ways.signature)
 
@@ -143,9 +147,9 @@ def test_a_future_that_is_less_likely_costs_less_and_a_later_hit_less_than_a_soo
         problem = scene(speed=0.8, people=walkers([[x, 0.0, 0.0, 0.0]]))
         p = dataclasses.replace(problem.predictions, weight=np.full((1, 1), weight))
         problem = dataclasses.replace(problem, predictions=p)
-        return ARCS.score(problem, straight, wheels(problem)).score[0]
+        return score_of(problem, straight).score[0]
 
-    nobody = ARCS.score(alone, straight, wheels(alone)).score[0]
+    nobody = score_of(alone, straight).score[0]
     assert price(2.5, 0.5) - nobody == pytest.approx(0.5 * (price(2.5, 1.0) - nobody))
     assert price(2.5, 1.0) > price(3.5, 1.0) > nobody
 
@@ -157,7 +161,7 @@ def test_who_stands_may_be_passed_more_closely_than_who_walks():
 
     def price(arcs, *people):
         problem = scene(speed=0.8, people=walkers(np.reshape(people, (-1, 4))))
-        return arcs.score(problem, straight, wheels(problem)).score[0]
+        return score_of(problem, straight, arcs).score[0]
 
     beside = walkers([[0.0, 0.0, 0.0, 0.0]]).radius[0] + scene().robot.capsule[4] + 0.08
     stands, walks = [2.5, beside, 0.0, 0.0], [2.5, beside, -0.8, 0.0]
@@ -171,7 +175,7 @@ def test_standing_is_not_free_of_risk():
     stand = np.zeros((38, 2))
     into = scene(people=walkers([[3.0, 0.0, -0.8, 0.0]]))
     past = scene(people=walkers([[3.0, 3.0, -0.8, 0.0]]))
-    hit, clear = (ARCS.score(p, stand, np.zeros(2)) for p in (into, past))
+    hit, clear = (score_of(p, stand) for p in (into, past))
     assert hit.score[0] > clear.score[0] + 1.0
     assert np.isfinite(hit.contact[0])
     assert clear.contact[0] == np.inf
@@ -227,6 +231,6 @@ def test_a_short_way_is_continued_back_to_the_path():
         problem.reference, poses=scene().reference.poses
     )  # along the x-axis, half a metre to the right
     problem = dataclasses.replace(problem, reference=line)
-    found = ARCS.score(problem, np.tile([0.8, 0.0], (3, 1)), wheels(problem))
+    found = score_of(problem, np.tile([0.8, 0.0], (3, 1)))
     assert found.inputs.shape[1] == 38
     assert abs(found.poses[0, -1, 1]) < 0.1

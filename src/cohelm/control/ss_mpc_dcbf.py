@@ -38,10 +38,11 @@ _RELAXED = 0.01
 class SsMpcDcbf:
     """The paper's local planner: the reference tracked, people and walls as barriers.
 
-    A few ways round, the last plan among them, are polished by the SQP; the cheapest one that is
-    verified is taken, where leaving the last way costs (see ``choice``). Where none is, the last
-    plan goes on if it still is verified, else a sampled way that is, else the robot brakes with a
-    stated reason.
+    A few ways round, the last plan among them, are polished by the SQP. The cheapest verified one
+    is taken, those that were not polished included, where leaving the last way costs (see
+    ``choice``); else the best one at a share of its speed; else the robot brakes, with a reason.
+    With ``candidates = 1`` the last plan, polished, goes on without a look at others, as long as it
+    is verified and has not become poor.
     """
 
     class Parameters(Model):

@@ -122,10 +122,6 @@ class Arcs:
         """See :meth:`Outlook.ways`."""
         return self.look(problem, now).ways(warm)
 
-    def score(self, problem: LocalProblem, inputs: Floats, now: Floats) -> Ways:
-        """See :meth:`Outlook.score`."""
-        return self.look(problem, now).score(inputs)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outlook:
