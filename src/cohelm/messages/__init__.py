@@ -21,6 +21,7 @@ from cohelm.messages.given import (
     RiderCommand,
     RiderProfile,
     Scan,
+    Side,
     Wish,
 )
 from cohelm.messages.planned import Authority, Path, Reference, WishReport
@@ -56,6 +57,7 @@ __all__ = [
     "RiderProfile",
     "Scan",
     "Sensing",
+    "Side",
     "SocialSpaces",
     "Status",
     "Wish",

@@ -25,6 +25,10 @@ class Mode(StrEnum):
     """The rider alone; the gate checks freshness, NaN and limits only, so it can collide."""
 
 
+Side = Literal["left", "right", "none"]
+"""On which to pass somebody, as the rider sees it; ``none``: as it comes."""
+
+
 class RiderProfile(Model):
     """What this rider likes, as the introduction of Xu et al. asks for; the values are assumed."""
 
@@ -34,7 +38,7 @@ class RiderProfile(Model):
     """Distance kept from walls beyond the footprint, m."""
     social_distance: float = Field(0.45, ge=0.0, le=2.0)
     """Least reach of a person's social space, m (Hall's intimate distance)."""
-    passing_side: Literal["left", "right", "none"] = "none"
+    passing_side: Side = "none"
     """Side on which to pass a person, where both are as good."""
     tremor_filter: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant of the low-pass on the stick, s; 0 is off."""

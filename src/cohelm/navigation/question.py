@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Literal
 
 from cohelm.arrays import Floats, value
 from cohelm.maps import CostmapFilter, DistanceField, OccupancyGrid
-from cohelm.messages import Authority, Crowding, LiveObstacles, People, Reason, Request, Wish
+from cohelm.messages import (
+    Authority,
+    Crowding,
+    LiveObstacles,
+    People,
+    Reason,
+    Request,
+    Side,
+    Wish,
+)
 from cohelm.planning import RouteProblem
 from cohelm.robots import Robot
 
@@ -49,7 +57,7 @@ class RouteQuestion:
     people: People
     stalled: bool = False
     """The ride does not get on, and another way is to be looked for now, round those who stand."""
-    side: Literal["left", "right", "none"] = "none"
+    side: Side = "none"
     """On which the rider wants to pass what is ahead."""
     crowding: Crowding | None = None
     groups: tuple[Floats, ...] = ()

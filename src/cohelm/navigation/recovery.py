@@ -16,21 +16,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import StrEnum
-from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
+from cohelm.messages import Side
 from cohelm.navigation.progress import ProgressParameters
 from cohelm.reasons import Reason
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
 _DONE = 0.03
 """So far from the end of backing up it is done, m."""
-
-Side = Literal["left", "right", "none"]
 
 
 class Stage(StrEnum):

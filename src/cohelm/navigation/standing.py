@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
 from cohelm.arrays import Booleans, Floats
 from cohelm.maps import OccupancyGrid
-from cohelm.messages import LiveObstacles, People
-
-Side = Literal["left", "right", "none"]
+from cohelm.messages import LiveObstacles, People, Side
 
 _AHEAD, _REACH, _THICK = 4.0, 2.5, 0.1
 """Who stands so near ahead reaches so far to the side on which not to pass, so thickly, m."""
