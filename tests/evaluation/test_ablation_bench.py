@@ -91,15 +91,23 @@ def row(variant, seed, scene, **changes):
 
 def test_differences_are_those_of_the_rides(tmp_path):
     bases = {"whole": "whole", "less": "whole"}
-    rows = [row("whole", s, scene) for scene in ("one", "two") for s in range(3)]
-    rows += [row("less", s, "one", time=13.0, min_distance=0.3) for s in range(3)]
-    rows += [row("less", s, "two", time=11.0, min_distance=0.3) for s in range(3)]
+    rows = [row("whole", s, scene) for scene in ("one", "two") for s in range(10)]
+    rows += [row("less", s, "one", time=13.0, min_distance=0.3) for s in range(10)]
+    rows += [row("less", s, "two", time=11.0, min_distance=0.3) for s in range(10)]
     made = make_report(rows, bases, {"less": "what it does without"}, tmp_path)
     less = made.summary["differences"]
-    assert less["one"]["less"]["time"] == {"mean": 1.0, "low": 1.0, "high": 1.0, "count": 3}
+    assert less["one"]["less"]["time"] == {"mean": 1.0, "low": 1.0, "high": 1.0, "count": 10}
     assert less["all scenes"]["less"]["time"]["mean"] == 0.0
     assert less["all scenes"]["less"]["time"]["low"] < 0.0
     assert np.isclose(less["all scenes"]["less"]["min_distance"]["mean"], -0.2)
     assert "less (what it does without): clearly worse: gap, m -0.20" in made.notes
     assert made.sheets[0].title.startswith("all scenes")
     assert (tmp_path / "ablation.png").stat().st_size > 0
+
+
+def test_a_few_rides_are_no_finding(tmp_path):
+    rows = [row("whole", s, "one") for s in range(19)]
+    rows += [row("less", s, "one", time=13.0) for s in range(19)]
+    bases = {"whole": "whole", "less": "whole"}
+    made = make_report(rows, bases, {"less": "what it does without"}, tmp_path)
+    assert "less (what it does without): 19 rides are too few to judge by" in made.notes

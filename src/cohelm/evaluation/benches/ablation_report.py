@@ -21,6 +21,7 @@ from cohelm.evaluation.benches.rides_report import (
     signed,
     sources,
 )
+from cohelm.evaluation.benches.rides_verdicts import ENOUGH, few
 from cohelm.evaluation.bootstrap import Estimate, estimate
 
 
@@ -131,7 +132,7 @@ def _sentences(less: Less, says: Mapping[str, str]) -> list[str]:
         worse: list[str] = []
         better: list[str] = []
         for key, each in by_key.items():
-            if not each.count or each.low <= 0.0 <= each.high:
+            if each.count < ENOUGH or each.low <= 0.0 <= each.high:
                 continue
             how = SHOWN[key]
             text = f"{how.head} {how.factor * each.mean:+.{how.digits}f}"
@@ -141,7 +142,9 @@ def _sentences(less: Less, says: Mapping[str, str]) -> list[str]:
             for word, what in (("worse", worse), ("better", better))
             if what
         )
-        out.append(f"{name} ({says.get(name, '')}): {found or 'no clear difference'}")
+        rides = max((each.count for each in by_key.values()), default=0)
+        nothing = few(rides) if rides < ENOUGH else "no clear difference"
+        out.append(f"{name} ({says.get(name, '')}): {found or nothing}")
     return out
 
 

@@ -12,7 +12,8 @@ from cohelm.arrays import Floats, Integers
 from cohelm.evaluation.barn import BarnOutcome, BarnWorlds
 from cohelm.evaluation.benches.barn_pictures import draw_difficulty, draw_gallery
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
-from cohelm.evaluation.bootstrap import estimate
+from cohelm.evaluation.benches.rides_verdicts import ENOUGH, few
+from cohelm.evaluation.bootstrap import share
 
 CLASSES = 5
 """Of difficulty."""
@@ -124,10 +125,10 @@ def _verdicts(rows: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
     for planner, least in ASKED.items():
         each = rows.get(planner, ())
         if each:
-            won = estimate(
-                np.array([r["outcome"] == BarnOutcome.SUCCESS.value for r in each], dtype=float)
-            )
+            won = share(np.array([r["outcome"] == BarnOutcome.SUCCESS.value for r in each]))
             word = "met" if won.mean >= least else "MISSED"
+            if len(each) < ENOUGH:
+                word = f"{word}, but {few(len(each))}"
             out.append(
                 f"{planner}: success {won.mean:.3f} ({won.low:.3f} to {won.high:.3f}) in "
                 f"{len(each)} rides, asked for {least:g}: {word}"

@@ -25,6 +25,8 @@ BEHIND = 1.15
 """Times the fastest safe planner's time that ours may take there."""
 BLIND = ", blind"
 _FLAWLESS = ("crossing", "aggressive")
+ENOUGH = 20
+"""Rides of a planner in a scene from which on sentences are findings."""
 WIDE = 0.6
 """Least median gap that ``social_mpc`` is to keep in ``crossing``, m."""
 
@@ -32,10 +34,20 @@ Groups = Mapping[str, Mapping[str, "Group"]]
 
 
 def verdicts(groups: Groups) -> list[str]:
-    """Sentences on what can be said of the scenes there are, each ending in met or MISSED."""
-    out = [line for scene in groups for line in _scene(scene, groups[scene])]
+    """Sentences on what can be said of the scenes there are, each ending in met or MISSED.
+
+    Where there are fewer than ``ENOUGH`` rides in a scene, the first one says that they are few.
+    """
+    fewest = min((len(each) for scene in groups.values() for each in scene.values()), default=0)
+    out = [] if fewest >= ENOUGH else [f"{few(fewest)}: what follows is no finding"]
+    out += [line for scene in groups for line in _scene(scene, groups[scene])]
     out += _blind({scene: each for scene, each in groups.items() if _is_blind(scene)})
     return [*out, *_floors(groups)]
+
+
+def few(rides: int) -> str:
+    """That so many rides are too few to judge by."""
+    return f"{rides} {'ride is' if rides == 1 else 'rides are'} too few to judge by"
 
 
 def as_percent(each: Estimate) -> str:
