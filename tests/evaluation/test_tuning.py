@@ -121,8 +121,14 @@ def test_a_collision_outweighs_all_and_a_fast_one_more(made_ride):
 
 
 def test_the_better_draws_are_ridden_on():
+    costs = {0: [0.5, 0.5], 1: [1.0, 2.0], 2: [9.0, 0.0], 3: [1.0, 2.0]}
+    assert survivors(costs, 1, 12) == [0, 1]  # one in six of twelve, ties by their number
+
+
+def test_what_a_planner_comes_with_is_ridden_to_the_end():
     costs = {0: [3.0, 3.0], 1: [1.0, 2.0], 2: [9.0, 0.0], 3: [1.0, 2.0]}
-    assert survivors(costs, 1, 8) == [1, 3]  # one in four of eight, ties by their number
+    assert survivors(costs, 1, 18) == [1, 3, 0]
+    assert survivors(costs, 2, 15) == [0]
 
 
 # ---------------------------------------------------------------------------- presets
@@ -188,10 +194,10 @@ def test_a_search_rides_its_budget_and_finds_the_best(tune, tmp_path, capsys):
     assert best["draw"] == 5
     assert best["cost"] == pytest.approx(0.01)
     assert len(pool.ridden) == len(set(pool.ridden)) == tune.rides_of(16)
-    # by hand: 16 draws × 2 rides, 3 draws × 3 more, 1 draw × 5 more
-    assert tune.rides_of(16) == 32 + 9 + 5
+    # by hand: 16 draws × 2 rides, 3 draws × 4 more, 2 draws × 12 more
+    assert tune.rides_of(16) == 32 + 12 + 24
     found = json.loads((tmp_path / "dwa.json").read_text())
-    assert [each["rides"] for each in found["draws"]].count(10) == 1
+    assert [each["rides"] for each in found["draws"]].count(18) == 2
     assert found["best"]["parameters"] == found["draws"][5]["parameters"]
 
 

@@ -31,7 +31,7 @@ FIRST_SEED = 1009
 """Of training: 1000 and beyond is for search, below is for results. From 1009 on the first rides
 of ``distracted`` are those in which the turn comes beside the chair."""
 DRAWS = 60
-RUNGS = ((1, 2), (6, 5), (20, 10))
+RUNGS = ((1, 2), (6, 6), (15, 18))
 """(share of the draws that is left, one in so many; rides that each of them has had by then)."""
 LONGEST = 30.0
 """A training ride that takes longer has failed, s: some twice the ride alone."""
@@ -206,13 +206,17 @@ def _ideal_time(ride: Ride) -> float:
 def survivors(costs: Mapping[int, Sequence[float]], rung: int, count: int) -> list[int]:
     """The draws of a rung, best first; ``costs`` are those of each draw's rides so far.
 
+    Draw 0 is always among them: what a planner comes with has to be beaten on all the rides, not on
+    the first two.
+
     Args:
         costs: draw → costs of the rides of the rung before.
         rung: index in ``RUNGS``.
         count: of all draws.
     """
     left = math.ceil(count / RUNGS[rung][0])
-    return sorted(costs, key=lambda draw: (float(np.mean(costs[draw])), draw))[:left]
+    ranked = sorted(costs, key=lambda draw: (float(np.mean(costs[draw])), draw))
+    return ranked[:left] if 0 in ranked[:left] or 0 not in costs else [*ranked[: left - 1], 0]
 
 
 def check_known(spaces: Mapping[str, Any], planners: Sequence[str]) -> None:
