@@ -207,3 +207,9 @@ def test_a_bench_of_own_cases_has_a_row_for_each(tmp_path):
     report = chosen.report(results, tmp_path)
     assert (tmp_path / "curve.png").exists()
     assert len(report.summary["lines"]) == 4
+
+
+def test_orca_drives_no_unicycle():
+    with pytest.raises(ConfigError, match="holonomic robot only"):
+        bench.on(planner="orca", kinematics="unicycle")
+    assert bench.on(planner="orca").models == ("holonomic",)

@@ -158,6 +158,8 @@ def on(  # each is an option
     models = MODELS if kinematics is None else (_require(kinematics, MODELS, "kind of robot",
                                                          "--kinematics"),)  # fmt: skip
     if planner == "orca":
+        if kinematics not in {None, "holonomic"}:
+            raise ConfigError("orca moves a holonomic robot only", key="--kinematics")
         models = ("holonomic",)
     if layout is not None and replay is not None:
         raise ConfigError("either a recording or cases of our own", key="--layout")
