@@ -8,6 +8,9 @@ from cohelm.arrays import Floats
 from cohelm.evaluation.ride import GOAL_RADIUS, Ride
 from cohelm.geometry import arc_length, wrap_angle
 
+SHORT_OF_GOAL = 0.3
+"""Where a length ends that is not counted on to the goal point, m before it."""
+
 
 def arrival(ride: Ride) -> int | None:
     """Index of the first tick within 0.2 m of the goal; None: never."""
@@ -37,6 +40,22 @@ def path_length(ride: Ride) -> float:
     if at is None:
         return float(driven[-1])
     return float(driven[at] + distance_to_goal(ride)[at])
+
+
+def path_length_short(ride: Ride) -> float:
+    """Σ‖Δp‖ to the first entry into 0.3 m of the goal, and nothing for what is left, m.
+
+    Where it is never entered: all that was driven.
+    """
+    there = np.flatnonzero(distance_to_goal(ride) <= SHORT_OF_GOAL)
+    end = int(there[0]) if len(there) else len(ride.pose) - 1
+    return float(arc_length(ride.pose[: end + 1, :2])[-1])
+
+
+def underway(ride: Ride) -> Floats:
+    """Twists until the first entry into 0.2 m of the goal, (j, 3); all where it is never entered."""
+    at = arrival(ride)
+    return ride.twist if at is None else ride.twist[: at + 1]
 
 
 def heading_change(ride: Ride) -> float:

@@ -24,8 +24,12 @@ def min_distance(ride: Ride) -> float:
 
 
 def mean_distance(ride: Ride) -> float:
-    """Mean over time of the gap to the nearest person, clipped at 0, m; NaN without people."""
-    return _finite(ride.nearest.mean())
+    """Mean over time of the gap to the nearest person, clipped at 0, m; NaN without people.
+
+    Over the time in which anybody is there.
+    """
+    there = np.isfinite(ride.nearest)
+    return float(ride.nearest[there].mean()) if there.any() else float("nan")
 
 
 def collisions_person(ride: Ride) -> int:
@@ -70,7 +74,7 @@ def _gaussian(ride: Ride) -> Floats:
     front = np.maximum(0.5, 2.0 * np.hypot(ride.people[..., 2], ride.people[..., 3]))
     along = np.where(ahead > 0.0, front, front / 2.0)
     exponent = ahead**2 / (2.0 * along**2) + aside**2 / (2.0 * (2.0 * front / 3.0) ** 2)
-    return np.asarray(np.exp(-exponent))
+    return np.nan_to_num(np.exp(-exponent))  # NaN: a person who is not there
 
 
 def time_to_collision(ride: Ride) -> float:
@@ -111,7 +115,9 @@ def pedestrian_deviation(ride: Ride, twin: Ride) -> float:
     """
     k = min(len(ride.time), len(twin.time))
     apart = ride.people[:k, :, :2] - twin.people[:k, :, :2]
-    return float(np.hypot(apart[..., 0], apart[..., 1]).mean()) if apart.size else float("nan")
+    distance = np.hypot(apart[..., 0], apart[..., 1])
+    there = np.isfinite(distance)
+    return float(distance[there].mean()) if there.any() else float("nan")
 
 
 def pedestrian_delay(ride: Ride, twin: Ride) -> float:
