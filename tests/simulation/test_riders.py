@@ -22,15 +22,15 @@ def view(pose=(0.0, 0.0, 0.0), time=0.0, route=ROUTE, goal=(6.0, 5.0)):
 
 
 def deflection(spec, seen):
-    return build("riders", spec).command(seen, np.random.default_rng(0)).deflection
+    return build("riders", spec).act(seen, None, np.random.default_rng(0)).command.deflection
 
 
 def test_no_rider_has_no_device():
-    assert build("riders", "none").command(view(), np.random.default_rng(0)) is None
+    assert build("riders", "none").act(view(), None, np.random.default_rng(0)).command is None
 
 
 def test_an_idle_rider_is_alive_and_centred():
-    command = build("riders", "idle").command(view(time=3.0), np.random.default_rng(0))
+    command = build("riders", "idle").act(view(time=3.0), None, np.random.default_rng(0)).command
     assert command.heartbeat == 3.0
     np.testing.assert_array_equal(command.deflection, 0.0)
 
@@ -39,7 +39,7 @@ def test_a_nudge_is_one_push_at_its_moment():
     spec = {"use": "nudge", "at": 2.0, "duration": 1.5, "side": "right"}
     times = np.arange(0, 100) * 0.05
     rider, rng = build("riders", spec), np.random.default_rng(0)
-    pushed = np.array([rider.command(view(time=t), rng).deflection for t in times])
+    pushed = np.array([rider.act(view(time=t), None, rng).command.deflection for t in times])
     during = (times > 2.0 - 1e-6) & (times < 3.5 - 1e-6)
     np.testing.assert_array_equal(pushed[during], [[0.8, -0.6]] * 30)  # 1.5 s at 20 Hz
     np.testing.assert_array_equal(pushed[~during], 0.0)
@@ -58,7 +58,7 @@ def test_the_ideal_rider_drives_the_route_to_the_goal():
     pose, deviation = np.array([0.0, 0.3, 0.2]), []
     rider, rng = build("riders", "ideal"), np.random.default_rng(0)
     for k in range(800):
-        forward, left = rider.command(view(pose, time=0.05 * k), rng).deflection
+        forward, left = rider.act(view(pose, time=0.05 * k), None, rng).command.deflection
         pose = move(pose, np.array([1.2 * forward, 0.0, 1.2 * left]), 0.05)
         x, y = pose[:2]
         deviation.append(min(abs(y) + max(x - 6.0, 0.0), abs(x - 6.0) + max(-y, 0.0)))

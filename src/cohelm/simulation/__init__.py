@@ -1,30 +1,54 @@
 """The simulator: a true world, people, sensors and riders. It never meets the navigator."""
 
-from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
+from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, RiderView, Scene
 from cohelm.simulation.chance import generator
 from cohelm.simulation.changes import Change
 from cohelm.simulation.crowds import Orca
 from cohelm.simulation.faults import Fault
-from cohelm.simulation.riders import Ideal, Idle, NoRider, Nudge
+from cohelm.simulation.riders import (
+    Biased,
+    Delayed,
+    Dropout,
+    Ideal,
+    Idle,
+    Laggy,
+    Noisy,
+    NoRider,
+    Nudge,
+    OneSwitch,
+    Reluctant,
+    Tremor,
+    Uncooperative,
+)
 from cohelm.simulation.sensors import Localisation, Odometry
 from cohelm.simulation.world import Truth, World, WorldSetup, is_standing
 
 __all__ = [
+    "Biased",
     "Change",
     "Crowd",
+    "Delayed",
+    "Dropout",
     "Fault",
     "Ideal",
     "Idle",
+    "Laggy",
     "Localisation",
     "NoRider",
+    "Noisy",
     "Nudge",
     "Odometry",
+    "OneSwitch",
     "Orca",
     "PedestrianModel",
+    "Reluctant",
     "Rider",
+    "RiderAct",
     "RiderView",
     "Scene",
+    "Tremor",
     "Truth",
+    "Uncooperative",
     "World",
     "WorldSetup",
     "generator",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from dataclasses import field
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -29,6 +30,17 @@ class Crowd:
     """Starts again at the first way-point after the last."""
     sees_robot: Annotated[Booleans, Shape("n")]
     """Avoids the robot."""
+    group: Annotated[Integers, Shape("n")] | None = None
+    """Who belongs together, by number; −1: nobody's. None: all are alone."""
+    present: Annotated[Booleans, Shape("n")] | None = None
+    """Who is there; the rest, not there yet or any more, is far away. None: everybody."""
+    memory: Annotated[Floats, Shape("n m")] | None = None
+    """A pedestrian model's own record."""
+
+    @property
+    def there(self) -> Booleans:
+        """Who is there, (n,)."""
+        return np.ones(len(self.radius), dtype=np.bool_) if self.present is None else self.present
 
 
 @value
@@ -45,7 +57,12 @@ class Scene:
 
 
 class PedestrianModel(Protocol):
-    """An entry point of ``cohelm.pedestrian_models``."""
+    """An entry point of ``cohelm.pedestrian_models``.
+
+    One that also has ``enter(crowd) -> Crowd`` is given the people at time 0 by whoever sets the
+    stage: it may bring people of its own, give them a memory, or make them blind to the robot.
+    Without it, or where it was not called, ``step`` takes people as they are.
+    """
 
     def step(self, crowd: Crowd, scene: Scene, dt: float, rng: np.random.Generator) -> Crowd:
         """The crowd ``dt`` later."""
@@ -54,7 +71,11 @@ class PedestrianModel(Protocol):
 
 @value
 class RiderView:
-    """What a simulated rider can see and feel: own state, own wishes; no internals of the chair."""
+    """What a simulated rider can see and feel: own state, own wishes; no internals of the chair.
+
+    n people are in sight; b glances go round from right to left. What lies about the chair is as
+    the rider has it before them: in the chair's own frame.
+    """
 
     time: float
     pose: Annotated[Floats, Shape("3")]
@@ -62,14 +83,35 @@ class RiderView:
     goal: Annotated[Floats, Shape("2")]
     route: Annotated[Floats, Shape("k 2")]
     """The way the rider wants to go, m."""
+    people: Annotated[Floats, Shape("n 5")] = field(default_factory=lambda: np.empty((0, 5)))
+    """Who is in sight: (x, y, v_x, v_y, radius), over the floor, in the chair's frame."""
+    bearings: Annotated[Floats, Shape("b")] = field(default_factory=lambda: np.empty(0))
+    """Directions of the glances, in the chair's frame, rad."""
+    free: Annotated[Floats, Shape("b")] = field(default_factory=lambda: np.empty(0))
+    """How far the floor is free of walls and things there, m; +inf: as far as one sees."""
+
+
+@value
+class RiderAct:
+    """What a rider does now, and what they must remember of it."""
+
+    command: RiderCommand | None
+    """What the rider's device sends now; None: there is no device."""
+    memory: Any | None = None
+    """The rider's own record, for the next call; nobody else reads it."""
 
 
 class Rider(Protocol):
     """An entry point of ``cohelm.riders``, with ``Parameters``; called 20 times a second."""
 
-    def command(self, view: RiderView, rng: np.random.Generator) -> RiderCommand | None:
-        """What the rider's device sends now; None: there is no device.
+    def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
+        """What the rider does now.
 
-        A pure function of the view and the generator; what must be remembered depends on time.
+        A pure function of view, memory and generator: the rider itself holds nothing that changes.
+
+        Args:
+            view: what the rider sees and feels.
+            memory: what the last call gave; None at first.
+            rng: all chance.
         """
         ...

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +19,13 @@ from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision, Observation, People
 from cohelm.robots import Robot
-from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
+from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, RiderView, Scene
 from cohelm.simulation.chance import generator
 from cohelm.simulation.changes import Change, present
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
+from cohelm.simulation.crowds.steps import between, went
 from cohelm.simulation.drive import Wheels, at_rest, drive
+from cohelm.simulation.eyes import GLANCES, look
 from cohelm.simulation.faults import Fault, with_faults
 from cohelm.simulation.senses import Sensed, Senses
 from cohelm.simulation.sensors.figures import STEP_LENGTH, Bodies
@@ -87,7 +90,7 @@ class Truth:
     """Robot frame."""
     crowd: Crowd
     gap_people: Annotated[Floats, Shape("n")]
-    """Footprint to body now, m; negative where they overlap."""
+    """Footprint to body now, m; negative where they overlap, +inf for who is not there."""
     gap_wall: float
     """Footprint to the nearest occupied cell now, m; +inf without any."""
     hit_moving: Annotated[Booleans, Shape("n")]
@@ -124,6 +127,7 @@ class World:
             0.0, 2.0 * STEP_LENGTH * STATURE, len(setup.crowd.radius)
         )
         self._wheels = at_rest(setup.robot, setup.start)
+        self._act: RiderAct | None = None
         self._error = setup.localisation.first(self._random["localisation"])
         self._truth = self._judged(setup.crowd, nobody_touched(setup.crowd), touched_wall=False)
         sensed = self._sense(0.0, setup.crowd, setup.crowd, 1.0)
@@ -158,18 +162,18 @@ class World:
         touched = nobody_touched(before)
         touched_wall = False
         clearance = self._truth.gap_wall if self.grid is stood else 0.0
+        there = before.there & after.there
         for k in range(1, steps + 1):
             old = self._wheels
             self._wheels = drive(setup.robot, old, decision, dt)
-            position = before.position + (k / steps) * (after.position - before.position)
-            gaps = gap_to_people(setup.robot.outline, self._wheels.pose, position, before.radius)
+            gaps = self._gaps(between(before, after, k / steps), before.radius, there)
             touched[int(is_standing(self._wheels.twist))] |= gaps <= 0.0
             clearance -= _swept(setup.robot, old, self._wheels)
             if clearance <= 0.0:
                 clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, self.grid)
                 touched_wall |= clearance <= 0.0
             sensed += self._sense(start + k * dt, before, after, k / steps)
-        self._walked += np.hypot(*(after.position - before.position).T)
+        self._walked += np.hypot(*went(before, after).T)
         self._ticks += 1
         self._truth = self._judged(after, touched, touched_wall=touched_wall)
         self._error = setup.localisation.after(
@@ -181,7 +185,7 @@ class World:
         """What stands there now; a door waits for whoever is in it."""
         crowd = self._truth.crowd
         outline = transform(self._wheels.pose, self.setup.robot.outline)
-        bodies = np.column_stack([crowd.position, crowd.radius])
+        bodies = np.column_stack([crowd.position, crowd.radius])[crowd.there]
         return present(self.setup.changes, self.grid, self._now, outline, bodies)
 
     @property
@@ -200,12 +204,17 @@ class World:
             pose=pose,
             twist=self._wheels.twist,
             crowd=crowd,
-            gap_people=gap_to_people(outline, pose, crowd.position, crowd.radius),
+            gap_people=self._gaps(crowd.position, crowd.radius, crowd.there),
             gap_wall=gap_to_walls(outline, pose, self.grid),
             hit_moving=touched[0],
             hit_standing=touched[1],
             hit_wall=touched_wall,
         )
+
+    def _gaps(self, position: Floats, radius: Floats, there: Booleans) -> Floats:
+        """From the footprint to each body (n,), m; +inf for who is not there."""
+        gaps = gap_to_people(self.setup.robot.outline, self._wheels.pose, position, radius)
+        return np.where(there, gaps, np.inf)
 
     def _scene(self) -> Scene:
         """The chair as pedestrians meet it: the disc about its footprint."""
@@ -226,28 +235,22 @@ class World:
         """The sweeps due at ``time``, a share of a control step after ``before``."""
         if not self._senses.are_due(time):
             return Sensed()
-        went = after.position - before.position
-        way = np.hypot(*went.T)
+        there = before.there & after.there
+        way = np.hypot(*went(before, after).T)
         heights = self.setup.statures
         bodies = Bodies(
-            position=before.position + share * went,
-            heading=after.heading,
-            walked=self._walked + share * way,
-            speed=way / self.setup.control_step,
-            height=np.full_like(way, STATURE) if heights is None else heights,
-            radius=before.radius,
+            position=between(before, after, share)[there],
+            heading=after.heading[there],
+            walked=(self._walked + share * way)[there],
+            speed=way[there] / self.setup.control_step,
+            height=(np.full_like(way, STATURE) if heights is None else heights)[there],
+            radius=before.radius[there],
         )
         return self._senses.sense(time, self._scenery, bodies, self._wheels.pose)
 
     def _told(self, sensed: Sensed, last: Observation | None) -> Observation:
         setup, truth = self.setup, self._truth
-        view = RiderView(
-            time=truth.time,
-            pose=truth.pose,
-            twist=truth.twist,
-            goal=setup.rider_goal,
-            route=setup.rider_route,
-        )
+        self._act = setup.rider.act(self._seen_by_rider(), self._remembered, self._random["rider"])
         observation = Observation(
             time=truth.time,
             # along the start's heading, so that a rotated world has the same ride rotated
@@ -257,10 +260,28 @@ class World:
             twist_time=truth.time,
             scans=sensed.scans,
             clouds=sensed.clouds,
-            rider=setup.rider.command(view, self._random["rider"]),
+            rider=self._act.command,
             people=_known_exactly(truth) if setup.give_people else None,
         )
         return with_faults(observation, setup.faults, last)
+
+    @property
+    def _remembered(self) -> Any | None:
+        return self._act.memory if self._act is not None else None
+
+    def _seen_by_rider(self) -> RiderView:
+        setup, truth = self.setup, self._truth
+        people, free = look(self.grid, truth.pose, truth.crowd)
+        return RiderView(
+            time=truth.time,
+            pose=truth.pose,
+            twist=truth.twist,
+            goal=setup.rider_goal,
+            route=setup.rider_route,
+            people=people,
+            bearings=GLANCES,
+            free=free,
+        )
 
 
 def is_standing(twist: Floats) -> Booleans:
@@ -284,15 +305,15 @@ def _swept(robot: Robot, old: Wheels, new: Wheels) -> float:
 
 
 def _known_exactly(truth: Truth) -> People:
-    crowd = truth.crowd
-    n = len(crowd.radius)
+    crowd, who = truth.crowd, np.flatnonzero(truth.crowd.there)
+    n = len(who)
     return People(
         time=truth.time,
-        id=np.arange(n),
-        mean=np.column_stack([crowd.position, crowd.velocity]),
+        id=who,
+        mean=np.column_stack([crowd.position, crowd.velocity])[who],
         covariance=np.zeros((n, 4, 4)),
-        heading=crowd.heading,
-        radius=crowd.radius,
+        heading=crowd.heading[who],
+        radius=crowd.radius[who],
         confidence=np.ones(n),
         source="simulation",
     )

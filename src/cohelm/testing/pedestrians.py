@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cohelm.arrays import Floats, identical
 from cohelm.maps import OccupancyGrid
-from cohelm.messages import RiderCommand
-from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderView, Scene
+from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, RiderView, Scene
 from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
 from cohelm.testing.scenes import BODY, room
 
@@ -131,37 +131,57 @@ def _scene(grid: OccupancyGrid, *, time: float = 0.0) -> Scene:
 
 
 def check_rider(rider: Rider, *, within: float = 0.1) -> None:
-    """Check a simulated rider over ten seconds of a ride along a bent route.
+    """Check a simulated rider over twenty seconds of a ride along a bent route, among people.
+
+    The same calls again, from the same seed, must say the same: what a rider must remember goes
+    into the memory that it is handed back, and chance comes from the generator alone.
 
     Raises:
         ConformanceError: saying what it does wrong.
     """
+    first = _ride_along(rider, within)
+    require(len({a.command is None for a in first}) == 1, "a device is there always or never")
+    for one, again in zip(first, _ride_along(rider, within), strict=True):
+        require(
+            identical(one.command, again.command),
+            "the same views and seed must give the same commands: keep nothing in the rider",
+        )
+
+
+def _ride_along(rider: Rider, within: float) -> list[RiderAct]:
     route = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]])
-    devices = set()
-    for k in range(200):
-        time = k * 0.05
-        view = _view(time, route)
-        command = _command(rider, view, within)
-        devices.add(command is None)
-        if command is None:
+    rng, memory, heard = np.random.default_rng(0), None, -np.inf
+    acts = []
+    for k in range(400):
+        view = _view(k * 0.05, route)
+        act = _act(rider, view, memory, rng, within)
+        memory = act.memory
+        acts.append(act)
+        if act.command is None:
             continue
-        require_finite({"deflection": command.deflection, "heartbeat": command.heartbeat})
-        require(np.abs(command.deflection) <= 1.0, "deflection must be within −1…1")
-        require(command.heartbeat <= time, "a device cannot have been heard later than now")
-    require(len(devices) == 1, "a rider must have a device always or never")
+        sent, beat = act.command.deflection, act.command.heartbeat
+        require_finite({"deflection": sent, "heartbeat": beat})
+        require(np.abs(sent) <= 1.0, "deflection must be within −1…1")
+        require(beat <= view.time, "a device cannot have been heard later than now")
+        require(beat >= heard, "a device cannot be heard the less the later it is")
+        heard = beat
+    return acts
 
 
-def _command(rider: Rider, view: RiderView, within: float) -> RiderCommand | None:
-    return steady(
-        lambda: rider.command(view, np.random.default_rng(0)),
-        inputs=view,
-        what="command",
-        within=within,
-    )
+def _act(
+    rider: Rider, view: RiderView, memory: Any, rng: np.random.Generator, within: float
+) -> RiderAct:
+    state = rng.bit_generator.state
+
+    def once() -> RiderAct:
+        rng.bit_generator.state = state
+        return rider.act(view, memory, rng)
+
+    return steady(once, inputs=(view, memory), what="act", within=within)
 
 
 def _view(time: float, route: Floats) -> RiderView:
-    gone = 0.5 * time
+    gone = min(0.5 * time, 8.0)
     first = gone <= 4.0
     pose = (gone, 0.1, 0.0) if first else (4.0, gone - 4.0, np.pi / 2.0)
     return RiderView(
@@ -170,4 +190,7 @@ def _view(time: float, route: Floats) -> RiderView:
         twist=np.array([0.5, 0.0, 0.0]),
         goal=route[-1],
         route=route,
+        people=np.array([[2.0, 0.5 - 0.1 * time, 0.0, -0.1, 0.25]]),
+        bearings=np.linspace(-1.5, 1.5, 31),
+        free=np.where(np.arange(31) % 3, np.inf, 3.0),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -10,12 +11,16 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.geometry import arc_length, nearest_on_polyline
-from cohelm.messages import RiderCommand
-from cohelm.simulation.api import RiderView
+from cohelm.simulation.api import RiderAct, RiderView
+from cohelm.simulation.riders.hand import steered
+from cohelm.simulation.riders.looking import free_way
 
 
 class Ideal:
-    """Pure pursuit of the wanted route (Coulter 1992), with the stick for a steering wheel."""
+    """Pure pursuit of the wanted route (Coulter 1992), with the stick for a steering wheel.
+
+    What stands or walks in the way is steered round where there is room, and else waited for.
+    """
 
     class Parameters(Model):
         """How the rider steers; assumed."""
@@ -30,26 +35,42 @@ class Ideal:
         """Distance from the goal at which the rider begins to let go, m."""
         arrived: float = Field(0.2, gt=0.0, le=1.0)
         """Distance from the goal at which the stick is let go, m."""
+        looks: bool = True
+        """Whether the rider minds who and what is in the way."""
+        width: float = Field(0.85, gt=0.0, le=3.0)
+        """Of the way that the rider keeps free, m."""
+        far: float = Field(2.0, gt=0.0, le=10.0)
+        """How far ahead it should be free, m."""
+        near: float = Field(0.9, gt=0.0, le=5.0)
+        """At this distance from what is in the way the rider stands, m from the chair's origin."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def command(self, view: RiderView, rng: np.random.Generator) -> RiderCommand | None:
-        """See :meth:`cohelm.simulation.api.Rider.command`."""
+    def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
+        """See :meth:`cohelm.simulation.api.Rider.act`."""
         p = self.parameters
         x, y, heading = view.pose
         remaining = math.hypot(view.goal[0] - x, view.goal[1] - y)
         if remaining <= p.arrived:
-            return RiderCommand(heartbeat=view.time, deflection=np.zeros(2))
-        aim = _ahead(view.route, x, y, p.lookahead) if len(view.route) else view.goal
+            return steered(view, (0.0, 0.0))
+        aim = ahead_on(view.route, x, y, p.lookahead) if len(view.route) else view.goal
         dx, dy = aim[0] - x, aim[1] - y
         bearing = math.remainder(math.atan2(dy, dx) - heading, 2.0 * math.pi)
-        forward = p.forward * max(math.cos(bearing), 0.0) * min(remaining / p.slowing, 1.0)
+        share = 1.0
+        if p.looks:
+            far = min(p.far, max(remaining, p.near))
+            bearing, free = free_way(
+                view, bearing, width=p.width, far=far, speed=max(view.twist[0], 0.3)
+            )
+            if free < far:
+                share = min(max((free - p.near) / (p.far - p.near), 0.0), 1.0)
+        forward = p.forward * share * max(math.cos(bearing), 0.0) * min(remaining / p.slowing, 1.0)
         left = min(max(p.turning * bearing, -1.0), 1.0)
-        return RiderCommand(heartbeat=view.time, deflection=np.array([forward, left]))
+        return steered(view, (forward, left))
 
 
-def _ahead(route: Floats, x: float, y: float, lookahead: float) -> Floats:
+def ahead_on(route: Floats, x: float, y: float, lookahead: float) -> Floats:
     """The point (2,) of a route (k, 2) that lies ``lookahead`` beyond the one nearest to (x, y)."""
     s = arc_length(route)
     at, _ = nearest_on_polyline(route, x, y)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from cohelm.config import Model
-from cohelm.messages import RiderCommand
-from cohelm.simulation.api import RiderView
+from cohelm.simulation.api import RiderAct, RiderView
+from cohelm.simulation.riders.hand import steered
 
 
 class Idle:
@@ -18,6 +20,6 @@ class Idle:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def command(self, view: RiderView, rng: np.random.Generator) -> RiderCommand | None:
-        """See :meth:`cohelm.simulation.api.Rider.command`."""
-        return RiderCommand(heartbeat=view.time, deflection=np.zeros(2))
+    def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
+        """See :meth:`cohelm.simulation.api.Rider.act`."""
+        return steered(view, (0.0, 0.0))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from cohelm.config import Model
-from cohelm.messages import RiderCommand
-from cohelm.simulation.api import RiderView
+from cohelm.simulation.api import RiderAct, RiderView
 
 
 class NoRider:
@@ -18,6 +19,6 @@ class NoRider:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def command(self, view: RiderView, rng: np.random.Generator) -> RiderCommand | None:
-        """See :meth:`cohelm.simulation.api.Rider.command`."""
-        return None
+    def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
+        """See :meth:`cohelm.simulation.api.Rider.act`."""
+        return RiderAct(command=None)

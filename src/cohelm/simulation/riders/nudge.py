@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 
 from cohelm.config import Model
-from cohelm.messages import RiderCommand
-from cohelm.simulation.api import RiderView
+from cohelm.simulation.api import RiderAct, RiderView
+from cohelm.simulation.riders.hand import steered
 
 
 class Nudge:
@@ -39,12 +39,12 @@ class Nudge:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def command(self, view: RiderView, rng: np.random.Generator) -> RiderCommand | None:
-        """See :meth:`cohelm.simulation.api.Rider.command`."""
+    def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
+        """See :meth:`cohelm.simulation.api.Rider.act`."""
         p = self.parameters
         left = p.aside if p.side == "left" else -p.aside
         deflection = (p.forward, left) if self._pushes(view) else (0.0, 0.0)
-        return RiderCommand(heartbeat=view.time, deflection=np.array(deflection))
+        return steered(view, deflection)
 
     def _pushes(self, view: RiderView) -> bool:
         p = self.parameters
