@@ -1,0 +1,91 @@
+"""How sure a difference on equal seeds is: intervals and tests of paired rides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import stats
+
+from cohelm.arrays import Floats, value
+from cohelm.evaluation.bootstrap import Estimate, estimate
+from cohelm.evaluation.results.measures import Measure
+
+ALPHA = 0.05
+"""A difference with a smaller p-value, corrected for how many were tested, is called one."""
+RESAMPLES = 2_000
+"""Of an interval: the bounds of 95 % are then sure to about a thirtieth of the interval."""
+
+
+@value
+class Contrast:
+    """A measure of some rides less that of others on the same cases and seeds."""
+
+    less: Estimate
+    """Mean of the differences, with its 95 % bootstrap interval."""
+    p: float
+    """Two-sided; NaN where there is nothing to test."""
+    corrected: float = float("nan")
+    """p, corrected for all that were tested beside it (Holm 1979)."""
+    better: int = 0
+    """1: more is better, −1: less, 0: neither."""
+
+    @property
+    def verdict(self) -> str:
+        """``better``, ``worse``, ``differs``, or nothing where it may well be chance."""
+        if not self.corrected < ALPHA or self.less.mean == 0.0:
+            return ""
+        if not self.better:
+            return "differs"
+        return "better" if self.less.mean * self.better > 0.0 else "worse"
+
+
+def contrast(ours: Floats, theirs: Floats, how: Measure) -> Contrast:
+    """``ours`` less ``theirs``, (k,) each, pair by pair; pairs that lack one are left out.
+
+    Shares are tested by McNemar's exact test (1947), all else by Wilcoxon's signed ranks (1945).
+    """
+    less = ours - theirs
+    less = less[np.isfinite(less)]
+    test = exact_mcnemar if how.share else signed_ranks
+    sure = estimate(less, resamples=RESAMPLES)
+    return Contrast(less=sure, p=test(less), better=how.better)
+
+
+def exact_mcnemar(less: Floats) -> float:
+    """Two-sided p of differences (k,) of yes and no: are +1 and −1 equally likely? NaN for none."""
+    if not len(less):
+        return float("nan")
+    up, down = int((less > 0.0).sum()), int((less < 0.0).sum())
+    return 1.0 if up + down == 0 else float(stats.binomtest(up, up + down).pvalue)
+
+
+def signed_ranks(less: Floats) -> float:
+    """Two-sided p of differences (k,): are they symmetric about 0? NaN for none.
+
+    Exact up to 50 differences without ties; pairs without a difference are left out.
+    """
+    if not len(less):
+        return float("nan")
+    moved = less[less != 0.0]
+    return 1.0 if not len(moved) else float(stats.wilcoxon(moved).pvalue)
+
+
+def corrected(contrasts: Sequence[Contrast]) -> list[Contrast]:
+    """The same with p-values corrected for how many they are (Holm 1979)."""
+    given = np.array([each.p for each in contrasts], dtype=float)
+    holm = holm_corrected(given)
+    return [
+        Contrast(less=each.less, p=each.p, corrected=float(p), better=each.better)
+        for each, p in zip(contrasts, holm, strict=True)
+    ]
+
+
+def holm_corrected(p: Floats) -> Floats:
+    """p-values (k,) corrected by Holm's step-down procedure (1979); NaN are no tests."""
+    out = np.full(len(p), np.nan)
+    there = np.flatnonzero(np.isfinite(p))
+    order = there[np.argsort(p[there], kind="stable")]
+    steps = np.arange(len(order), 0, -1) * p[order]
+    out[order] = np.minimum(np.maximum.accumulate(steps), 1.0)
+    return out

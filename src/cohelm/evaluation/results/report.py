@@ -1,0 +1,116 @@
+"""``report.html``: what the rides say, on one page that stands by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from cohelm.evaluation.benches.bench import Sheet
+from cohelm.evaluation.results.markup import Content, Markup, folded, table, tag, text
+from cohelm.evaluation.results.measures import SHOWN
+from cohelm.evaluation.results.page import page, section
+from cohelm.evaluation.results.rides import Rides
+from cohelm.evaluation.results.tables import PaperTable, case_tables, proxies, ratings
+
+ALWAYS = (
+    "These are simulated rides: no person was carried, and simulated people stand in for walking "
+    "ones.",
+    "Times and lengths are of rides that reached the goal; where groups differ in how many do, "
+    "differences are of the pairs in which both did.",
+    "A p-value says how surprising a difference is if there were none; it does not say that the "
+    "difference matters. Tables of different cases are corrected each by itself.",
+)
+"""Limitations that every comparison of simulated rides has."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a benchmark says beyond its rides."""
+
+    title: str
+    notes: Sequence[str] = ()
+    sheets: Sequence[Sheet] = ()
+    limitations: Sequence[str] = ()
+    paper: PaperTable = field(default_factory=lambda: PaperTable("", {}))
+    measures: Sequence[str] = SHOWN
+
+
+def report_page(rides: Rides, base: str, told: Told, pictures: Content = "") -> Markup:
+    """The whole page."""
+    parts = [
+        section("says", "What came of it", _notes(told.notes)),
+        section("tables", "Side by side", _tables(rides, base, told)),
+        text(pictures),
+        section("ratings", "What riders said", _opinions(rides)),
+        section("more", "Further tables", [_sheet(each) for each in told.sheets]),
+        section("faults", "Rides that broke off", _faults(rides)),
+        section("limits", "Limitations", _list([*told.limitations, *ALWAYS])),
+    ]
+    return page(told.title, tag("h1", told.title), tag("p", _whole(rides), class_="soft"), *parts)
+
+
+def _whole(rides: Rides) -> str:
+    seeds = sorted(set(rides.seeds))
+    versions = sorted({str(row["version"]) for row in rides if row.get("version")})
+    made = f"; cohelm {', '.join(versions)}" if versions else ""
+    span = f"seeds {seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else f"seed {seeds[0]}"
+    return (
+        f"{len(rides)} rides, {len(rides.cases)} cases, {len(rides.contenders)} "
+        f"compared by {rides.by[-1]}, {span}{made}"
+    )
+
+
+def _tables(rides: Rides, base: str, told: Told) -> list[Markup]:
+    return [
+        case_tables(case, by_name, base, told.measures, told.paper)
+        for case, by_name in rides.split().items()
+    ]
+
+
+def _opinions(rides: Rides) -> list[Markup]:
+    rated, stand_ins = ratings(rides), proxies(rides)
+    out = [rated] if rated else [tag("p", "Nobody was asked: no ride has a rating by a person.")]
+    if stand_ins:
+        says = "Stand-ins, computed from stick and wheels. They are no opinion of anybody."
+        out += [tag("p", says, class_="soft"), stand_ins]
+    return out
+
+
+def _notes(notes: Sequence[str]) -> Markup:
+    return _list(notes)
+
+
+def _list(sentences: Sequence[str]) -> Markup:
+    items = [tag("li", _marked(each)) for each in sentences]
+    return tag("ul", items) if items else Markup("")
+
+
+def _marked(sentence: str) -> list[str]:
+    """A sentence whose verdict, where it ends in one, is seen at a glance."""
+    for word, kind in (("MISSED", "bad"), ("met", "good")):
+        if sentence.endswith(f": {word}"):
+            return [sentence.removesuffix(word), tag("span", word, class_=kind)]
+    return [sentence]
+
+
+def _sheet(sheet: Sheet) -> Markup:
+    return folded(sheet.title, table(sheet.columns, sheet.rows)) if sheet.rows else Markup("")
+
+
+def _faults(rides: Rides) -> list[Markup]:
+    """Every fault once, with its traceback and the command that shows it again."""
+    found: dict[str, list[int]] = {}
+    for i, row in enumerate(rides.rows):
+        if row.get("outcome") == "error":
+            found.setdefault(str(row.get("error") or "without a word"), []).append(i)
+    out = []
+    for error, at in found.items():
+        row = rides.rows[at[0]]
+        out.append(
+            folded(
+                f"{len(at)} × {error}",
+                tag("p", tag("code", str(row.get("replay") or ""))),
+                tag("pre", str(row.get("traceback") or "")),
+            )
+        )
+    return out

@@ -1,0 +1,151 @@
+"""Rides as a table: columns, what is derived of them, and the groups that are compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cohelm.arrays import Booleans, Floats
+from cohelm.evaluation.results.measures import KNOWN
+
+Row = Mapping[str, Any]
+Key = tuple[str, ...]
+"""Values of the columns that say what was compared, in their order."""
+
+_DERIVED = ("reached", "hit_moving", "hit_standing", "hit_wall", "broke_off", "time_ratio")
+_BY_HAND = ("map", "floor", "people_from")
+
+
+class Rides:
+    """Rides of the same sweep, in the order of their rows.
+
+    Args:
+        rows: as ``ride_row`` gives them; a column that a row lacks has no value in it.
+        by: the columns that say what was compared; the last of them names what is contrasted,
+            those before it the case in which it is.
+    """
+
+    def __init__(self, rows: Sequence[Row], by: Sequence[str]) -> None:
+        self.rows = tuple(rows)
+        self.by = tuple(by)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.rows)
+
+    @property
+    def seeds(self) -> list[int]:
+        """(k,)."""
+        return [int(row["seed"]) for row in self.rows]
+
+    @property
+    def cases(self) -> list[Key]:
+        """What was ridden, in the order of the rows; ``()`` where nothing but one was."""
+        return list(dict.fromkeys(_key(row, self.by[:-1]) for row in self.rows))
+
+    @property
+    def contenders(self) -> list[str]:
+        """What is contrasted, in the order of the rows."""
+        return list(dict.fromkeys(_text(row.get(self.by[-1])) for row in self.rows))
+
+    def of(self, case: Key | None = None, contender: str | None = None) -> Rides:
+        """Those of a case, or of all; those of a contender, or of all."""
+        rows = [
+            row
+            for row in self.rows
+            if (case is None or _key(row, self.by[:-1]) == case)
+            and (contender is None or _text(row.get(self.by[-1])) == contender)
+        ]
+        return Rides(rows, self.by)
+
+    def split(self) -> dict[Key, dict[str, Rides]]:
+        """Case → contender → rides, in the order of the rows."""
+        found: dict[Key, dict[str, list[Row]]] = {}
+        for row in self.rows:
+            contender = _text(row.get(self.by[-1]))
+            found.setdefault(_key(row, self.by[:-1]), {}).setdefault(contender, []).append(row)
+        return {
+            case: {name: Rides(rows, self.by) for name, rows in each.items()}
+            for case, each in found.items()
+        }
+
+    def has(self, name: str) -> bool:
+        """Whether any ride says something of a measure."""
+        return bool(np.isfinite(self.column(name)).any())
+
+    def column(self, name: str) -> Floats:
+        """A measure, (k,), NaN where a ride has none; shares as 0 or 1."""
+        if name == "time_ratio":
+            return self.column("time") / self.column("time_alone")
+        if name in _DERIVED:
+            found: Booleans = np.array([_is(name, row) for row in self.rows], dtype=bool)
+            return found.astype(float)
+        return np.array([number(row.get(name)) for row in self.rows], dtype=float)
+
+    def pairs(self, other: Rides) -> tuple[list[int], list[int]]:
+        """Indices of rides here and there that share case and seed: the first of each."""
+        there: dict[Any, int] = {}
+        for j, row in enumerate(other.rows):
+            there.setdefault(self._same(row), j)
+        mine: dict[Any, int] = {}
+        for i, row in enumerate(self.rows):
+            mine.setdefault(self._same(row), i)
+        both = [(i, there[key]) for key, i in mine.items() if key in there]
+        return [i for i, _ in both], [j for _, j in both]
+
+    def _same(self, row: Row) -> tuple[Key, int]:
+        return _key(row, self.by[:-1]), int(row["seed"])
+
+
+def number(content: Any) -> float:
+    """A cell as a number; NaN where it is none."""
+    if isinstance(content, bool | int | float | np.integer | np.floating):
+        return float(content)
+    try:
+        return float(content)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+def measures_of(rides: Rides) -> list[str]:
+    """Every measure of which the rides say something: those known first, in their order."""
+    columns = dict.fromkeys(key for row in rides.rows for key in row)
+    skip = {*rides.by, "seed", "success", *_BY_HAND}
+    others = [key for key in columns if key not in KNOWN and key not in skip]
+    others = [key for key in others if _is_measure(rides, key)]
+    return [name for name in (*KNOWN, *others) if rides.has(name)]
+
+
+def _is_measure(rides: Rides, key: str) -> bool:
+    given = [row.get(key) for row in rides.rows]
+    given = [each for each in given if each is not None and each != ""]
+    return bool(given) and all(
+        isinstance(each, int | float) and not isinstance(each, bool) for each in given
+    )
+
+
+def _is(name: str, row: Row) -> bool:
+    match name:
+        case "reached":
+            return bool(row.get("outcome") == "reached")
+        case "broke_off":
+            return bool(row.get("outcome") == "error")
+        case "hit_moving":
+            return number(row.get("collisions_person")) > 0
+        case "hit_standing":
+            return number(row.get("standing_contacts")) > 0
+        case _:
+            return number(row.get("collisions_wall")) > 0
+
+
+def _key(row: Row, columns: Sequence[str]) -> Key:
+    return tuple(_text(row.get(name)) for name in columns)
+
+
+def _text(content: Any) -> str:
+    return "" if content is None else str(content)

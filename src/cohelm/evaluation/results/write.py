@@ -1,0 +1,75 @@
+"""What every bench of rides leaves behind, in the same form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from cohelm.evaluation.benches.bench import Report, Result
+from cohelm.evaluation.results.measures import SHOWN
+from cohelm.evaluation.results.report import Told, report_page
+from cohelm.evaluation.results.rides import Rides
+from cohelm.evaluation.results.store import EPISODES, has_arrow, write_episodes
+from cohelm.evaluation.results.summary import base_of, write_summary
+from cohelm.evaluation.results.tables import PaperTable
+
+SUMMARY, PAGE = "summary.csv", "report.html"
+
+
+def write_results(  # noqa: PLR0913  # what a bench may say of its rides
+    results: Sequence[Result],
+    folder: Path,
+    *,
+    by: Sequence[str] = ("scene", "planner"),
+    title: str = "",
+    base: str | None = None,
+    measures: Sequence[str] = SHOWN,
+    paper: PaperTable | None = None,
+    report: Report | None = None,
+    limitations: Sequence[str] = (),
+    seconds: float = 40.0,
+    say: Callable[[str], None] = lambda text: None,
+) -> tuple[Path, ...]:
+    """Write ``episodes.parquet``, ``summary.csv`` and ``report.html``; whatever rides there are.
+
+    Args:
+        results: a row each, as :func:`~cohelm.evaluation.sweeps.ride_task.ride_row` gives them, in
+            their order, with the curve ``series`` where there is one. Not all need be there: any
+            rides do, failed ones and those of one seed too.
+        folder: is there, and can be written to.
+        by: columns that say what was compared: the last is contrasted, on equal seeds, in every
+            case that those before it make.
+        title: of the page.
+        base: the contender that the others are compared with; None: the first in the rows.
+        measures: columns in the page's tables, see ``KNOWN``; the files have them all.
+        paper: what a paper says of the same cases.
+        report: the bench's own tables and sentences, for the page.
+        limitations: of this bench, in sentences; those of all simulations are there anyway.
+        seconds: that may be spent on riding again for pictures; 0: none are.
+        say: is told what is being done, where that takes time.
+
+    Returns:
+        What was written. ``episodes.parquet`` is left out where pyarrow is not installed.
+
+    Raises:
+        ConfigError: if a file cannot be written.
+    """
+    rides = Rides([result.row for result in results], by)
+    if not len(rides):
+        return ()
+    chosen = base_of(rides, base)
+    written = [folder / SUMMARY, folder / PAGE]
+    if has_arrow():
+        write_episodes(rides, folder / EPISODES, title)
+        written.insert(0, folder / EPISODES)
+    write_summary(rides, chosen, folder / SUMMARY)
+    told = Told(
+        title=title or folder.name,
+        notes=report.notes if report else (),
+        sheets=report.sheets if report else (),
+        limitations=limitations,
+        paper=paper or PaperTable("", {}),
+        measures=measures,
+    )
+    (folder / PAGE).write_text(report_page(rides, chosen, told), encoding="utf-8")
+    return tuple(written)
