@@ -43,13 +43,35 @@ class Way(Model):
     """None: like everybody."""
 
 
+class Flow(Model):
+    """A stream of people along a lane."""
+
+    lane: tuple[Point, ...] = Field(min_length=2)
+    """The line along its middle, in the direction of walking, m."""
+    width: float = Field(2.0, ge=0.0, le=100.0)
+    """Of the lane; everybody keeps to a place across it, m."""
+    spread: float | None = Field(None, gt=0.0, le=1000.0)
+    """People start on so much of the lane from its beginning on, m; none: on all of it."""
+    loop: bool = False
+    """The lane's end leads to its beginning again, and so do the people."""
+    count: int = Field(6, ge=1, le=300)
+    """People; where ``people.count`` says how many in all, the flows share them in proportion."""
+    speed: float | None = Field(None, gt=0.0, le=3.0)
+    """m/s; none: drawn like everybody's."""
+    see_robot: bool | None = None
+    """None: like everybody."""
+
+
 class Crowding(Model):
     """Who walks there."""
 
     count: int | None = Field(None, ge=0, le=300)
-    """People; beyond the explicit ways, ways are drawn that cross the robot's. None: those only."""
+    """People; beyond the explicit ways those in the flows, and where there are none, ways are drawn
+    that cross the robot's. None: as many as ways and flows have."""
     ways: tuple[Way, ...] = ()
     """Explicit ways, one for each person."""
+    flows: tuple[Flow, ...] = ()
+    """Streams of people along lanes."""
     model: Spec = named(WALKERS)
     """How they walk: a pedestrian model."""
     see_robot: bool = True

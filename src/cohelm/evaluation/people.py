@@ -15,6 +15,7 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.errors import ScenarioError
 from cohelm.evaluation.company import Crowding, Way
+from cohelm.evaluation.flows import flow_ways
 from cohelm.evaluation.walkable import CELL, Walkable, pulled_tight, spread, trace, walkable
 from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.maps import OccupancyGrid
@@ -47,8 +48,10 @@ def make_crowd(
         ScenarioError: if there is no room for so many.
     """
     ways = list(crowding.ways)
-    count = len(ways) if crowding.count is None else crowding.count
+    usual = len(ways) + sum(flow.count for flow in crowding.flows)
+    count = usual if crowding.count is None else crowding.count
     ways = ways[:count]
+    ways += flow_ways(crowding.flows, count - len(ways), rng)
     speeds = rng.uniform(*crowding.speed, size=count)
     if count > len(ways):
         ways += _drawn_ways(grid, route, crowding.radius, speeds[len(ways) :], ways, rng)

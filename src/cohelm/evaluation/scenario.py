@@ -9,6 +9,8 @@
     obstacles: [{at: [5, 3], radius: 0.3, height: 0.9}]           in the world, not on the map
     doors: [{at: [13, 3], size: [0.1, 2.6], closed: [[6, 60]]}]   in the world, not on the map
     filters: [{type: keepout, file: mask.yaml}]                   and speed limits
+    plan: {corridors: {Hallway: {width: 1.5}}}                    other than the floor's file has it
+    onto: file.yaml         lay all of it on another map, where that is most like the floor
     local_planner: ss_mpc_dcbf  or {use: ss_mpc_dcbf, steps: 30}; so for every part
 
 A key that nobody knows is refused with its file, its dotted key and the nearest right one. All keys
@@ -27,6 +29,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
 from cohelm.config import Model, nearest, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
+from cohelm.evaluation.collection import Collection
 from cohelm.evaluation.company import (
     WALKERS,
     Crowding,
@@ -35,7 +38,7 @@ from cohelm.evaluation.company import (
     named,
     spelt_out,
 )
-from cohelm.evaluation.things import Door, Mask, Obstacle, Preferred, Storey, Zone
+from cohelm.evaluation.things import Door, Mask, Obstacle, Onto, Preferred, Storey, Zone
 from cohelm.maps import FARTHEST
 from cohelm.messages import Mode, RiderProfile
 from cohelm.navigation import ProgressParameters, RecoveryParameters, ReplanningParameters
@@ -79,10 +82,17 @@ class Scenario(Model):
 
     name: str = ""
     description: str = ""
+    collection: Collection = Collection.OWN
+    """Where it is listed."""
     floor: str | None = None
     """A floor that comes with cohelm."""
     map: str | None = None
     """A map_server YAML file; a relative name is looked for beside the scenario."""
+    plan: dict[str, Any] = Field(default_factory=dict)
+    """What is otherwise than the floor's file has it, key by key as there; a number reaches into a
+    list."""
+    onto: Onto | None = None
+    """Another map to lay all this on: where it is most like the floor."""
     start: Spot
     goal: Spot
     prefer: tuple[Preferred, ...] = ()
@@ -97,6 +107,8 @@ class Scenario(Model):
     rider: Spec = named(PARTS["rider"][1])
     profile: RiderProfile = RiderProfile()
     people: Crowding = Crowding()
+    companion: int | None = Field(None, ge=0)
+    """Which of the people, counted from 0, the chair is to stay beside: for ``beside_share``."""
     obstacles: tuple[Obstacle, ...] = ()
     storey: Storey = Storey()
     """Walls and ceiling."""

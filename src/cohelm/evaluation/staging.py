@@ -10,16 +10,16 @@ import numpy as np
 from cohelm import plugins
 from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
 from cohelm.errors import MapError, PluginError, ScenarioError
+from cohelm.evaluation.building import floor_plan
 from cohelm.evaluation.furnishing import changes, with_heights, with_obstacles
 from cohelm.evaluation.people import make_crowd
-from cohelm.evaluation.scenario import PARTS, Scenario, floor_file, robot_of
+from cohelm.evaluation.scenario import PARTS, Scenario, robot_of
 from cohelm.maps import (
     CostmapFilter,
     OccupancyGrid,
     Places,
     places_beside,
     read_crowding,
-    read_floor_plan,
     read_map,
     read_mask,
 )
@@ -117,7 +117,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
 def _floor(scenario: Scenario) -> tuple[OccupancyGrid, Places, Floats32 | None]:
     """The map, its places, and how high what stands there is; None where nobody knows."""
     if scenario.floor is not None:
-        plan = read_floor_plan(floor_file(scenario.floor))
+        plan = floor_plan(scenario)
         return *plan.draw(), plan.heights()
     file = scenario.beside(scenario.map or "")
     return read_map(file), places_beside(file), None

@@ -109,3 +109,21 @@ def _ordered(given: Any) -> Any:
 
 Preferred = Annotated[tuple[Point, ...], Field(min_length=1), BeforeValidator(_ordered)]
 """A point that attracts the route, or several that do so in this order, m."""
+
+
+def _named_map(given: Any) -> Any:
+    """A map's file alone, as the mapping that it stands for."""
+    return {"map": given} if isinstance(given, str) else given
+
+
+class OtherMap(Model):
+    """Where else a scene is laid."""
+
+    map: str
+    """A map_server YAML file; a relative name is looked for beside the scenario, then here."""
+    place: int = Field(0, ge=0, le=1000)
+    """0: the place most like the scene's own floor, 1: the next one, and so on."""
+
+
+Onto = Annotated[OtherMap, BeforeValidator(_named_map)]
+"""A map's file, or a mapping with the file and which of the places there."""

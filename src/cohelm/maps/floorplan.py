@@ -7,6 +7,7 @@ A plan reads like this, in metres, with the map's origin at the lower left corne
       Ward 1: {rect: [0.2, 16, 6, 24.8]}            # between the middles of its walls
     corridors:
       North corridor: {rect: [0.2, 13, 39.8, 16]}   # spaces that overlap are open to one another
+      Passage: {line: [[20, 2], [20, 13.5]], width: 2.5}
     doors:
       - {at: [3, 16], width: 1.3}                   # cut into the wall that it lies on
     furniture:
@@ -53,17 +54,27 @@ class Space(config.Model):
     """[x0, y0, x1, y1] between the middles of the walls, m."""
     polygon: Polygon | None = None
     """The same, as corners in order, m."""
+    line: tuple[Point, Point] | None = None
+    """The same, as the ends of the line along its middle, m …"""
+    width: float | None = Field(default=None, gt=0.0, le=1000.0)
+    """… and how wide it is there between the middles of its walls, m."""
     point: Point | None = None
     """Where one goes who goes there, m; the roomiest spot where it is not given."""
 
     @model_validator(mode="after")
     def _one_outline(self) -> Space:
-        _exactly_one(self, "rect", "polygon")
+        _exactly_one(self, "rect", "polygon", "line")
+        if (self.line is None) != (self.width is None):
+            raise ValueError("line and width go together")
+        if self.line is not None and self.line[0] == self.line[1]:
+            raise ValueError("the ends of a line must differ")
         return self
 
     @property
     def corners(self) -> Floats:
         """Corners (k, 2) of the middles of the walls, m."""
+        if self.line is not None and self.width is not None:
+            return _along(np.array(self.line, dtype=float), self.width)
         return _corners(self.rect, self.polygon)
 
 
@@ -267,6 +278,13 @@ def _places(plan: FloorPlan, canvas: Canvas) -> Iterator[Place]:
 
 def _corners(rect: tuple[float, ...] | None, polygon: tuple[Point, ...] | None) -> Floats:
     return polygon_of_rect(rect) if rect is not None else np.array(polygon, dtype=float)
+
+
+def _along(line: Floats, width: float) -> Floats:
+    """Corners (4, 2) of the rectangle about a line (2, 2)."""
+    way = (line[1] - line[0]) / np.hypot(*(line[1] - line[0]))
+    aside = 0.5 * width * np.array([-way[1], way[0]])
+    return np.concatenate([line - aside, line[::-1] + aside])
 
 
 def _exactly_one(model: config.Model, *names: str) -> None:
