@@ -23,6 +23,10 @@ BENCHES = {
         "cohelm.evaluation.benches.crowdnav",
         "CrowdNav's circle crossing past people who do not see the robot.",
     ),
+    "paper-dynamic": (
+        "cohelm.evaluation.benches.paper_dynamic",
+        "Every local planner in the paper's dynamic scenes, beside Table 3 of Xu et al.",
+    ),
     "paper-global": (
         "cohelm.evaluation.benches.paper_global",
         "Global planners by how near they come to the rider's own way (Xu et al., Table 2).",
@@ -232,6 +236,23 @@ def _rides(  # noqa: PLR0913, PLR0917  # each is an option
     return bench.bench("rides", BENCHES["rides"][0], asked)
 
 
+def _paper_dynamic(  # noqa: PLR0917  # each is an option
+    seeds: Seeds = None,
+    first: First = 0,
+    out: Out = None,
+    workers: Workers = None,
+    json: options.Json = False,
+    planners: Planners = None,
+    settings: ScenarioSettings = None,
+) -> int:
+    compiled_code.place()
+    from cohelm.cli import bench  # noqa: PLC0415 # lazy
+
+    own = _given(planners=planners, settings=settings)
+    asked = bench.Asked(seeds, out, workers, json, first, own)
+    return bench.bench("paper-dynamic", BENCHES["paper-dynamic"][0], asked)
+
+
 def _barn(  # noqa: PLR0917  # each is an option
     seeds: Seeds = None,
     first: First = 0,
@@ -298,6 +319,7 @@ SPECIAL: dict[str, Callable[..., int]] = {
     "ablation": _ablation,
     "barn": _barn,
     "crowdnav": _crowdnav,
+    "paper-dynamic": _paper_dynamic,
     "planning": _planning,
     "rides": _rides,
     "solver": _solver,

@@ -1,0 +1,230 @@
+"""What ``cohelm bench paper-dynamic`` says: three tables, 15 cells, and the paper's claims."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cohelm.arrays import Booleans
+from cohelm.evaluation.benches.bench import Report, Result, Sheet
+from cohelm.evaluation.benches.paper_claims import AGREES, Finding, in_words, judged
+from cohelm.evaluation.benches.paper_table3 import (
+    COLUMNS,
+    CUT,
+    ENOUGH_CELLS,
+    METHODS,
+    OURS,
+    TABLE3,
+    WHOLE,
+    Cell,
+    Column,
+    cells,
+    median,
+    values_of,
+)
+from cohelm.evaluation.benches.rides_report import Group, faults, groups_of, picture, sources
+from cohelm.evaluation.benches.rides_verdicts import ENOUGH, few
+
+SLOW = "as the paper's means"
+"""The pace of the first table: the one speed that is chosen for all scenes."""
+SENSED = f"{OURS}, sensors"
+"""Ours with people as its sensors find them."""
+
+_DEFINITIONS = (
+    "distances are from surface to surface; time to the first entry into 0.2 m of the goal; the "
+    "length is counted on to the goal point; variances are of the ride until that entry",
+    "medians with 95 % bootstrap intervals over the seeds, and the worst; the gap is that of all "
+    "rides, the rest that of those that arrived; start and goal are 10.00 m apart",
+    "the paper's rows are of scenes without coordinates: its chair, people, walls and "
+    "definitions differ from ours, and our gate brakes for people whichever planner drives",
+)
+
+Groups = Mapping[str, Mapping[str, Group]]
+
+
+def make_report(results: Sequence[Result], folder: Path) -> Report:
+    """Tables for each pace, the verdicts on ours, the claims at the chosen speed, and pictures."""
+    rows = [result.row for result in results]
+    by_pace = {
+        pace: groups_of([row for row in rows if row["pace"] == pace])
+        for pace in dict.fromkeys(row["pace"] for row in rows)
+    }
+    sheets, files = [], []
+    for pace, groups in by_pace.items():
+        sheets += [scene_sheet(f"{pace}, {scene}", scene, groups[scene]) for scene in groups]
+        files.append(picture(groups, folder / f"paper-dynamic-{len(files) + 1}.png"))
+    slow = by_pace.get(SLOW, {})
+    if slow:
+        sheets += [
+            scene_sheet(f"{SLOW}, length cut, {scene}", scene, slow[scene], CUT) for scene in slow
+        ]
+        sheets += [cell_sheet(slow)]
+    found = list(judged(slow)) if slow else []
+    says = verdicts(by_pace)
+    return Report(
+        sheets=tuple(sheets),
+        notes=(
+            *_DEFINITIONS,
+            *sources(rows),
+            *faults(rows),
+            *_few(by_pace),
+            *says,
+            *(in_words(*each) for each in found),
+            *_tally([finding for _, finding in found]),
+        ),
+        summary={
+            "cells": {pace: _cells_of(groups) for pace, groups in by_pace.items()},
+            "verdicts": says,
+            "claims": [
+                {"says": claim.says, "verdict": finding.verdict, "evidence": finding.evidence}
+                for claim, finding in found
+            ],
+            "seeds": sorted({int(row["seed"]) for row in rows}),
+        },
+        files=tuple(files),
+    )
+
+
+def scene_sheet(
+    title: str, scene: str, by_planner: Mapping[str, Group], columns: Sequence[Column] = COLUMNS
+) -> Sheet:
+    """A line for each planner, and the paper's below them."""
+    rows = [
+        (
+            name,
+            str(len(group)),
+            str(int(group.reached.sum())),
+            str(int(_touched(group).sum())),
+            *(_median_and_worst(group, column) for column in columns),
+        )
+        for name, group in by_planner.items()
+    ]
+    for name, figures in TABLE3.get(scene, {}).items():
+        hit = "yes" if figures[0] == 0.0 else "no"
+        printed = [f"{x:.{c.digits}f}" for x, c in zip(figures, columns, strict=True)]
+        rows.append((f"paper: {METHODS[name]}", "–", "–", hit, *printed))
+    return Sheet(
+        title=f"{title}: median [95 % interval]; worst",
+        columns=("planner", "rides", "reached", "hit", *(each.head for each in columns)),
+        rows=tuple(rows),
+    )
+
+
+def cell_sheet(groups: Groups) -> Sheet:
+    """Ours beside the paper's own row, cell by cell, with people known either way."""
+    rows = []
+    mine = {name: _rides_of(groups, name) for name in (OURS, SENSED)}
+    told, sensed = (cells(mine[name]) for name in (OURS, SENSED))
+    by_sense = {(cell.scene, cell.column.key): cell for cell in sensed}
+    for cell in told:
+        digits = cell.column.digits
+        other = by_sense.get((cell.scene, cell.column.key))
+        rows.append(
+            (
+                f"{cell.scene}, {cell.column.head}",
+                f"{cell.paper:.{digits}f}",
+                f"{cell.ours:.{digits}f}",
+                "better" if cell.won else "LOST",
+                f"{other.ours:.{digits}f}" if other else "–",
+                ("better" if other.won else "LOST") if other else "–",
+            )
+        )
+    return Sheet(
+        title=f"{SLOW}: {OURS} beside the paper's own row",
+        columns=("cell", "paper", "true people", "", "sensors", ""),
+        rows=tuple(rows),
+    )
+
+
+def verdicts(by_pace: Mapping[str, Groups]) -> list[str]:
+    """Of ours: collisions, arrivals, cells won, each lost one by its name."""
+    out = []
+    for pace, groups in by_pace.items():
+        for name in (OURS, SENSED):
+            rides = _rides_of(groups, name)
+            if not rides:
+                continue
+            where = f"{pace}, {name}"
+            judged_here = pace == SLOW and name == OURS
+            out += _safety(where, list(rides.values()), judge=judged_here)
+            out.append(_won(where, cells(rides), judge=judged_here))
+            if pace == SLOW:
+                for columns, change in ((CUT, "length cut"), (WHOLE, "variances of whole rides")):
+                    out.append(_won(f"{where}, {change}", cells(rides, columns), judge=False))
+    return out
+
+
+def _safety(where: str, groups: Sequence[Group], *, judge: bool) -> list[str]:
+    hits = np.concatenate([_touched(group) for group in groups])
+    reached = np.concatenate([group.reached for group in groups])
+    standing = sum(int((group.column("standing_contacts") > 0).sum()) for group in groups)
+    text = f"{where}: collisions in {int(hits.sum())} of {len(hits)} rides"
+    said = text + (f", none asked: {'MISSED' if hits.any() else 'met'}" if judge else "")
+    return [
+        said,
+        f"{where}: {int(reached.sum())} of {len(reached)} reached; people walked into the standing "
+        f"chair in {standing}",
+    ]
+
+
+def _won(where: str, found: Sequence[Cell], *, judge: bool) -> str:
+    lost = [str(cell) for cell in found if not cell.won]
+    won = len(found) - len(lost)
+    text = f"{where}: better than the paper's own row in {won} of {len(found)} cells"
+    if judge:
+        text += f", {ENOUGH_CELLS} of 15 asked: {'met' if won >= ENOUGH_CELLS else 'MISSED'}"
+    return f"{text}; lost: {'; '.join(lost) or 'none'}"
+
+
+def _few(by_pace: Mapping[str, Groups]) -> list[str]:
+    counts = [
+        len(g) for groups in by_pace.values() for each in groups.values() for g in each.values()
+    ]
+    fewest = min(counts, default=0)
+    return [] if fewest >= ENOUGH else [f"{few(fewest)}: what follows is no finding"]
+
+
+def _tally(found: Sequence[Finding]) -> list[str]:
+    if not found:
+        return []
+    agree = sum(finding.verdict == AGREES for finding in found)
+    return [f"of {len(found)} claims of the paper, {agree} are so here"]
+
+
+def _cells_of(groups: Groups) -> dict[str, list[dict[str, Any]]]:
+    return {
+        name: [
+            {
+                "scene": cell.scene,
+                "measure": cell.column.key,
+                "paper": cell.paper,
+                "ours": cell.ours.mean,
+                "low": cell.ours.low,
+                "high": cell.ours.high,
+                "won": cell.won,
+            }
+            for cell in cells(_rides_of(groups, name))
+        ]
+        for name in (OURS, SENSED)
+    }
+
+
+def _rides_of(groups: Groups, name: str) -> dict[str, Group]:
+    return {scene: each[name] for scene, each in groups.items() if name in each}
+
+
+def _touched(group: Group) -> Booleans:
+    """Rides in which the moving chair touched somebody, or it touched something, (k,)."""
+    touched: Booleans = group.hit_moving | (group.column("collisions_wall") > 0)
+    return touched
+
+
+def _median_and_worst(group: Group, column: Column) -> str:
+    found = median(group, column)
+    if not found.count:
+        return "–"
+    worst = column.worst(values_of(group, column))
+    return f"{found:.{column.digits}f}; {worst:.{column.digits}f}"
