@@ -14,7 +14,7 @@ from cohelm.evaluation.scenario import Scenario
 from cohelm.evaluation.staging import Stage, set_stage
 from cohelm.messages import Path, Reason
 from cohelm.navigation import Navigator, Tick
-from cohelm.simulation import Truth, World, is_standing
+from cohelm.simulation import Crowd, Truth, World, is_standing
 
 SETTLING = 2.0
 """After coming within the goal's radius the chair must stand still within this, s."""
@@ -160,7 +160,7 @@ class _Log:
         """All of it as one value."""
         truths, rows = self.truths, np.array(self.rows)
         k, n = len(truths), len(truths[0].crowd.radius)
-        people = [np.column_stack([t.crowd.position, t.crowd.velocity]) for t in truths]
+        people = [_states(t.crowd) for t in truths]
         return Ride(
             scenario=stage.scenario,
             seed=stage.seed,
@@ -188,6 +188,7 @@ class _Log:
             people_heading=np.array([t.crowd.heading for t in truths]).reshape(k, n),
             people_target=np.array([t.crowd.target for t in truths]).reshape(k, n),
             people_radius=truths[0].crowd.radius,
+            people_see=truths[0].crowd.sees_robot,
             stops=tuple(self.stops),
             path=self.first.path if self.first is not None else None,
             replans=tuple(self.replans),
@@ -195,6 +196,12 @@ class _Log:
             closest=self.closest[1] if self.closest is not None else None,
             durations=_by_stage(self.durations),
         )
+
+
+def _states(crowd: Crowd) -> Floats:
+    """(x, y, v_x, v_y) of each, (n, 4); NaN for who is not there."""
+    states = np.column_stack([crowd.position, crowd.velocity])
+    return np.where(crowd.there[:, None], states, np.nan)
 
 
 def _row(tick: Tick) -> Floats:

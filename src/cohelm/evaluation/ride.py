@@ -86,7 +86,7 @@ class Ride:
     eta: Annotated[Floats, Shape("k")]
     """η; 0 where there is no device."""
     gap_people: Annotated[Floats, Shape("k n")]
-    """Footprint to body, m; ≤ 0 is a contact."""
+    """Footprint to body, m; ≤ 0 is a contact, +inf where a person is not there."""
     gap_wall: Annotated[Floats, Shape("k")]
     """Footprint to whatever stands there, m."""
     hit_moving: Annotated[Booleans, Shape("k n")]
@@ -96,12 +96,14 @@ class Ride:
     hit_wall: Annotated[Booleans, Shape("k")]
     """A wall was touched since the tick before."""
     people: Annotated[Floats, Shape("k n 4")]
-    """(x, y, v_x, v_y)."""
+    """(x, y, v_x, v_y); NaN where a person is not there."""
     people_heading: Annotated[Floats, Shape("k n")]
     """rad."""
     people_target: Annotated[Integers, Shape("k n")]
     """Index of the way-point that each walks to."""
     people_radius: Annotated[Floats, Shape("n")]
+    people_see: Annotated[Booleans, Shape("n")] | None = None
+    """Who may react to the chair; None: nobody said."""
 
     stops: tuple[Stop, ...] = ()
     path: Path | None = None

@@ -8,22 +8,19 @@ which nobody ever walks through one.
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.geometry import wrap_angle
 from cohelm.simulation.api import Crowd, Scene
 from cohelm.simulation.crowds.deadlock import go_back, lost_sight, share_stuck, sway, turned
+from cohelm.simulation.crowds.steps import turned_towards
 from cohelm.simulation.crowds.velocities import velocities
 from cohelm.simulation.crowds.waypoints import advance_targets, towards_targets
 from cohelm.simulation.walls import NO_WALLS, walls_of
-
-_WALKING = 0.1
-"""Speed above which a person turns to where they walk, m/s."""
 
 
 class Orca:
@@ -84,19 +81,12 @@ class Orca:
             wanted = go_back(wanted, crowd.position, back, stuck, crowd.preferred_speed)
             wanted = turned(wanted, p.perturbation * stuck * sway(scene.time, noise))
             velocity = self.velocities(crowd, scene, wanted, fastest, dt)
-        speed = np.hypot(velocity[:, 0], velocity[:, 1])
-        turn = wrap_angle(np.arctan2(velocity[:, 1], velocity[:, 0]) - crowd.heading)
-        turn = np.where(speed > _WALKING, turn * (1.0 - math.exp(-dt / p.turn_time)), 0.0)
-        return Crowd(
+        return replace(
+            crowd,
             position=crowd.position + dt * velocity,
             velocity=velocity,
-            heading=wrap_angle(crowd.heading + turn),
-            radius=crowd.radius,
-            preferred_speed=crowd.preferred_speed,
-            waypoints=crowd.waypoints,
+            heading=turned_towards(crowd.heading, velocity, dt, p.turn_time),
             target=target,
-            loop=crowd.loop,
-            sees_robot=crowd.sees_robot,
         )
 
     def velocities(
