@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.benches.bench import Result
 from cohelm.evaluation.episode import run
 from cohelm.evaluation.metrics.table import MEASURES
 from cohelm.evaluation.ride import Outcome, Ride
 from cohelm.evaluation.scenario import Scenario, load_scenario
+from cohelm.evaluation.sweeps.tasks import Result
 
 ERROR = "error"
 """The outcome of a ride that broke off: a fault of the program."""

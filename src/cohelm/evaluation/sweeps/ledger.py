@@ -1,0 +1,285 @@
+"""The ledger of a sweep: what came of each task, kept at once and for good.
+
+``ledger.jsonl`` begins with a line that says what the sweep is; each task that is done adds a line
+with its rows. Arrays lie in ``arrays/``, a file for each task, written before the line that names
+it. A line is written by one call and ends with its digest: what was cut short by a crash or a full
+disk is known as such, and its task is done again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from cohelm.errors import ConfigError
+from cohelm.evaluation.sweeps.identity import differences
+from cohelm.evaluation.sweeps.tasks import Fault, Result
+
+LEDGER, ARRAYS = "ledger.jsonl", "arrays"
+OURS = (LEDGER, "rows.csv", "summary.json")
+"""Files in a folder that are of a sweep."""
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a sweep is."""
+
+    bench: str
+    options: Mapping[str, str]
+    code: Mapping[str, str]
+    format: int = _FORMAT
+
+
+@dataclass(frozen=True)
+class Record:
+    """What came of one task."""
+
+    results: tuple[Result, ...]
+    fault: Fault | None = None
+
+
+class Ledger:
+    """A folder's ledger, open for more; one process at a time.
+
+    Args:
+        folder: of the sweep; there.
+        header: what is swept.
+        resume: go on with what is there, instead of beginning.
+
+    Attributes:
+        records: what is there, by the key of the task.
+        changed: what of the code is not as it was when the sweep began; empty: nothing.
+
+    Raises:
+        ConfigError: if the folder is of another sweep, cannot be written to, or is being written.
+    """
+
+    def __init__(self, folder: Path, header: Header, *, resume: bool = False) -> None:
+        self.folder = folder
+        self.records: dict[str, Record] = {}
+        self.changed = ""
+        file = folder / LEDGER
+        there = read_header(folder) if resume else None
+        if there is not None:
+            _same_sweep(there, header, folder)
+            self.changed = differences(there.code, header.code)
+            self.records = read_records(folder)
+        try:
+            self._stream = os.open(file, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        except OSError as cause:
+            raise _unwritable(folder, cause) from None
+        _lock(self._stream, folder)
+        if there is None:
+            os.ftruncate(self._stream, 0)
+            self._append(json.dumps(asdict(header), sort_keys=True))
+        else:
+            os.ftruncate(self._stream, _whole_lines(file))
+
+    def add(self, key: str, results: Sequence[Result], fault: Fault | None = None) -> Record:
+        """Keep what came of a task; returns it as it will be read again.
+
+        Raises:
+            ConfigError: if it cannot be written: no space is left, say.
+            TypeError: if a row holds what is neither a word nor a number.
+        """
+        said = {
+            "task": key,
+            "rows": [dict(each.row) for each in results],
+            "arrays": any(each.arrays for each in results),
+            "fault": None if fault is None else asdict(fault),
+        }
+        text = json.dumps(said, default=_plain)
+        arrays = [{k: np.asarray(v) for k, v in each.arrays.items()} for each in results]
+        try:
+            if said["arrays"]:
+                _write_arrays(self.folder / ARRAYS / f"{key}.npz", arrays)
+            self._append(text)
+        except OSError as cause:
+            raise _unwritable(self.folder, cause) from None
+        rows = json.loads(text)["rows"]
+        kept = tuple(Result(row, each) for row, each in zip(rows, arrays, strict=True))
+        self.records[key] = Record(kept, fault)
+        return self.records[key]
+
+    def __enter__(self) -> Ledger:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
+        os.close(self._stream)
+
+    def _append(self, text: str) -> None:
+        line = f"{text}\t{_digest(text)}\n".encode()
+        end = os.lseek(self._stream, 0, os.SEEK_END)
+        try:
+            while line:
+                line = line[os.write(self._stream, line) :]  # short where little space is left
+            os.fsync(self._stream)
+        except OSError:
+            os.ftruncate(self._stream, end)
+            raise
+
+
+def is_begun(folder: Path) -> bool:
+    """Whether a folder holds results."""
+    return any((folder / name).exists() for name in OURS)
+
+
+def discard(folder: Path) -> None:
+    """Remove the results of a sweep from a folder; whatever else is there stays."""
+    for file in [*(folder / name for name in OURS), *(folder / ARRAYS).glob("*.npz")]:
+        file.unlink(missing_ok=True)
+
+
+def read_header(folder: Path) -> Header | None:
+    """What the sweep in a folder is; None where none has begun.
+
+    Raises:
+        ConfigError: if there is something else in its place.
+    """
+    try:
+        with (folder / LEDGER).open("rb") as stream:
+            line = stream.readline()
+    except FileNotFoundError:
+        if is_begun(folder):
+            raise ConfigError(
+                f"{folder} has results but no {LEDGER}: nothing tells what they are of",
+                key="--resume",
+            ) from None
+        return None
+    except OSError as cause:
+        raise _unwritable(folder, cause) from None
+    said = _parsed(line)
+    if said is None and not line.endswith(b"\n"):
+        return None  # it ended before it had begun
+    if said is None or said.get("format") != _FORMAT:
+        raise ConfigError("is no ledger that this version reads", file=folder / LEDGER)
+    return Header(**said)
+
+
+def read_records(folder: Path) -> dict[str, Record]:
+    """What came of the tasks, by key, the last word on each; lines that are damaged do not count.
+
+    Works while the sweep goes on.
+    """
+    out: dict[str, Record] = {}
+    with (folder / LEDGER).open("rb") as stream:
+        next(stream, None)
+        for line in stream:
+            said = _parsed(line)
+            if said is None:
+                continue
+            arrays = _read_arrays(folder / ARRAYS / f"{said['task']}.npz", said)
+            if arrays is not None:
+                results = zip(said["rows"], arrays, strict=True)
+                fault = None if said["fault"] is None else Fault(**said["fault"])
+                out[said["task"]] = Record(tuple(Result(*each) for each in results), fault)
+    return out
+
+
+def _same_sweep(there: Header, asked: Header, folder: Path) -> None:
+    if there.bench != asked.bench:
+        raise ConfigError(
+            f"{folder} is of 'cohelm bench {there.bench}'; name another folder by --out",
+            key="--resume",
+        )
+    if changed := differences(there.options, asked.options):
+        raise ConfigError(
+            f"{folder} is of other options ({changed}); "
+            "give the same, or name another folder by --out",
+            key="--resume",
+        )
+
+
+def _write_arrays(file: Path, arrays: Sequence[Mapping[str, Any]]) -> None:
+    file.parent.mkdir(exist_ok=True)
+    flat = {f"{i}/{name}": each for i, group in enumerate(arrays) for name, each in group.items()}
+    beside = file.with_suffix(".part")
+    try:
+        with beside.open("wb") as stream:
+            np.savez_compressed(stream, allow_pickle=False, **flat)
+        beside.replace(file)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _read_arrays(file: Path, said: Mapping[str, Any]) -> list[dict[str, Any]] | None:
+    """Those of each row; None where they are gone or damaged."""
+    out: list[dict[str, Any]] = [{} for _ in said["rows"]]
+    if not said["arrays"]:
+        return out
+    try:
+        with np.load(file, allow_pickle=False) as content:
+            for name in content:
+                i, _, key = name.partition("/")
+                out[int(i)][key] = content[name]
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
+        return None
+    return out
+
+
+def _parsed(line: bytes) -> dict[str, Any] | None:
+    """What a line says; None: it is damaged."""
+    try:
+        text, _, digest = line.decode().rstrip("\n").rpartition("\t")
+    except UnicodeDecodeError:
+        return None
+    if not line.endswith(b"\n") or digest != _digest(text):
+        return None
+    said: dict[str, Any] = json.loads(text)
+    return said
+
+
+def _whole_lines(file: Path) -> int:
+    """Length of a file up to its last line's end, bytes."""
+    return file.read_bytes().rfind(b"\n") + 1
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:8]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, Path):
+        return str(value)
+    raise TypeError(f"a row may hold words and numbers, not {type(value).__name__}")
+
+
+def _unwritable(folder: Path, cause: OSError) -> ConfigError:
+    return ConfigError(
+        f"{folder} cannot be written to ({cause.strerror}); what it holds is kept, and --resume "
+        "goes on",
+        key="--out",
+    )
+
+
+def _lock(stream: int, folder: Path) -> None:
+    """Keep others from writing the same ledger; not where the system knows no locks."""
+    try:
+        import fcntl  # noqa: PLC0415 # not on every system
+    except ImportError:
+        return
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(stream)
+        raise ConfigError(f"another process writes to {folder}", key="--out") from None
+    except OSError:  # a network folder without locks
+        return

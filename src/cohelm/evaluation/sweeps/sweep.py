@@ -1,0 +1,191 @@
+"""Tasks done in any order, kept as they come, and given back in the order they were asked for."""
+
+from __future__ import annotations
+
+import csv
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from cohelm.evaluation.sweeps.executors import Executor, fault_of, in_processes
+from cohelm.evaluation.sweeps.identity import keys_of
+from cohelm.evaluation.sweeps.ledger import Ledger, Record
+from cohelm.evaluation.sweeps.tasks import Done, Fault, Progress, Result, Task
+
+Watch = Callable[[Progress], None]
+_SHARE = 20.0
+"""Rows are written when that took less than this part of the time since."""
+_RARELY = 1.0  # s
+
+
+class Worker(Protocol):
+    """The part of a benchmark that a sweep needs.
+
+    Where it has ``failed(task, fault)``, that gives the rows of a task of which nothing came.
+    """
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """Do one task."""
+        ...
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What came of a sweep."""
+
+    results: list[Result]
+    """In the order of the tasks."""
+    faults: Mapping[int, Fault]
+    """Of the tasks, by number, that raised or whose process died."""
+    done: int
+    total: int
+
+    @property
+    def whole(self) -> bool:
+        """Whether every task was tried."""
+        return self.done == self.total
+
+
+def sweep(
+    bench: Worker,
+    tasks: Sequence[Task],
+    folder: Path,
+    *,
+    executor: Executor,
+    ledger: Ledger | None = None,
+    watch: Watch = lambda progress: None,
+) -> Sweep:
+    """Do those tasks that the ledger does not have; ``rows.csv`` in the folder grows.
+
+    Tasks that failed before are tried again. An interrupt ends it: what is done by then is
+    returned. The results are those the ledger gives back, so that a sweep that went on is the same
+    as one that was never interrupted.
+
+    Raises:
+        ConfigError: if the ledger cannot be written to.
+        WorkersFailed: if there are no workers, or not the right ones.
+    """
+    keys = keys_of(tasks) if ledger else []
+    records = _known(keys, ledger)
+    missing = [(i, task) for i, task in enumerate(tasks) if _is_open(records.get(i), ledger)]
+    file = _Rows(folder / "rows.csv")
+    began, before = time.monotonic(), len(tasks) - len(missing)
+
+    def progress(done: int) -> Progress:
+        failed = sum(each.fault is not None for each in records.values())
+        return Progress(done, len(tasks), time.monotonic() - began, before, failed)
+
+    watch(progress(before))
+    try:
+        for count, done in enumerate(_done(bench, missing, folder, executor), before + 1):
+            records[done.index] = _kept(bench, tasks, keys, ledger, done)
+            file.write_now_and_then(records)
+            watch(progress(count))
+    except KeyboardInterrupt:
+        pass
+    finally:
+        file.write(records)
+    faults = {i: each.fault for i, each in sorted(records.items()) if each.fault is not None}
+    return Sweep(_in_order(records), faults, len(records), len(tasks))
+
+
+def run_tasks(
+    bench: Worker,
+    tasks: Sequence[Task],
+    folder: Path,
+    *,
+    workers: int,
+    watch: Watch = lambda progress: None,
+) -> list[Result]:
+    """The results in the order of the tasks, nothing kept but ``rows.csv``.
+
+    Raises:
+        RuntimeError: if a task failed, with what it raised; the others are done before.
+    """
+    done = sweep(bench, tasks, folder, executor=in_processes(workers), watch=watch)
+    for index, fault in done.faults.items():
+        raise RuntimeError(f"task {index}: {fault.error}\n{fault.traceback}")
+    return done.results
+
+
+def write_rows(rows: Sequence[Mapping[str, Any]], file: Path) -> None:
+    """Rows as a table that replaces the one there at once; the columns are those of any row."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    beside = file.with_suffix(".part")
+    with beside.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
+    beside.replace(file)
+
+
+def _known(keys: Sequence[str], ledger: Ledger | None) -> dict[int, Record]:
+    there = ledger.records if ledger else {}
+    return {i: there[key] for i, key in enumerate(keys) if key in there}
+
+
+def _is_open(record: Record | None, ledger: Ledger | None) -> bool:
+    """Whether a task is to be done; with other code than before, what failed is left alone."""
+    changed = ledger is not None and bool(ledger.changed)
+    return record is None or (record.fault is not None and not changed)
+
+
+def _done(
+    bench: Worker, missing: Sequence[tuple[int, Task]], folder: Path, executor: Executor
+) -> Iterator[Done]:
+    if missing:
+        with closing(executor(bench.work, folder, missing)) as each:
+            yield from each
+
+
+def _kept(
+    bench: Worker,
+    tasks: Sequence[Task],
+    keys: Sequence[str],
+    ledger: Ledger | None,
+    done: Done,
+) -> Record:
+    results, fault = done.results, done.fault
+    rows_of = getattr(bench, "failed", None)
+    if fault is not None and rows_of is not None:
+        results = rows_of(tasks[done.index], fault)
+    if ledger is None:
+        return Record(tuple(results), fault)
+    try:
+        return ledger.add(keys[done.index], results, fault)
+    except TypeError as failure:  # a row of things that no file holds
+        return ledger.add(keys[done.index], (), fault_of(failure))
+
+
+def _in_order(records: Mapping[int, Record]) -> list[Result]:
+    return [result for index in sorted(records) for result in records[index].results]
+
+
+class _Rows:
+    """The table of the rows, written anew as rarely as it takes time."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        self._cost, self._last = 0.0, -math.inf
+
+    def write_now_and_then(self, records: Mapping[int, Record]) -> None:
+        if time.monotonic() - self._last > max(_SHARE * self._cost, _RARELY):
+            self.write(records)
+
+    def write(self, records: Mapping[int, Record]) -> None:
+        began = time.monotonic()
+        rows = [result.row for result in _in_order(records)]
+        if rows:
+            write_rows(rows, self._file)
+        self._last = time.monotonic()
+        self._cost = self._last - began
+
+
+def _cell(content: Any) -> Any:
+    if isinstance(content, float):
+        return f"{content:.6g}" if math.isfinite(content) else ""
+    return content
