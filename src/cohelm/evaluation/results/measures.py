@@ -70,6 +70,7 @@ KNOWN: Mapping[str, Measure] = {
     "time": Measure("time", "s", -1),
     "time_ratio": Measure("time ÷ time alone", "", -1),
     "path_length": Measure("length", "m", -1),
+    "path_length_short": Measure("length to 0.3 m before the goal", "m", -1),
     "spl": Measure("success × route ÷ length", "", 1),
     "stalled_time": Measure("stood", "s", -1),
     "stops": Measure("stops", "", -1, digits=1),
@@ -94,6 +95,12 @@ KNOWN: Mapping[str, Measure] = {
     "social_space_intrusion_share": _safe("share of time deep in personal space", "", -1, 3),
     "linear_velocity_variance": _comfort("variance of speed", "m²/s²", digits=4),
     "angular_velocity_variance": _comfort("variance of turn rate", "rad²/s²", digits=4),
+    "linear_velocity_variance_underway": _comfort(
+        "variance of speed, until the goal", "m²/s²", digits=4
+    ),
+    "angular_velocity_variance_underway": _comfort(
+        "variance of turn rate, until the goal", "rad²/s²", digits=4
+    ),
     "heading_change": _comfort("turning added up", "rad", digits=2),
     "acceleration_max": _comfort("largest acceleration", "m/s²"),
     "acceleration_rms": _comfort("acceleration, rms", "m/s²"),
