@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.episode import run
 from cohelm.evaluation.metrics.table import MEASURES
 from cohelm.evaluation.ride import Outcome, Ride
@@ -86,6 +86,7 @@ def ride_row(task: RideTask) -> Result:
         "outcome": ERROR,
         "time_alone": math.nan,
         "collision_speed": math.nan,
+        "collision_speed_wall": math.nan,
         "stops": math.nan,
         **dict.fromkeys(MEASURES, math.nan),
         **dict.fromkeys(TIMINGS, math.nan),
@@ -119,6 +120,7 @@ def ride_figures(ride: Ride) -> Mapping[str, Any]:
     return {
         "outcome": ride.outcome.value,
         "collision_speed": speed_at_touch(ride),
+        "collision_speed_wall": speed_where(ride, ride.hit_wall),
         "stops": len(ride.stops),
         **measures,
         "solve_median_ms": float(np.median(solve)),
@@ -138,15 +140,20 @@ def series_of(ride: Ride) -> Floats:
 
 
 def speed_at_touch(ride: Ride) -> float:
-    """How fast the chair moved when it touched a person, the worst, m/s; NaN: it never did.
+    """How fast the chair moved when it touched a person, the worst, m/s; NaN: it never did."""
+    return speed_where(ride, ride.hit_moving.any(axis=1))
 
-    The touch lies between two ticks: the greater speed of both.
+
+def speed_where(ride: Ride, touched: Booleans) -> float:
+    """How fast the chair moved at some ticks (k,), the worst, m/s; NaN of none.
+
+    A touch lies between two ticks: the greater speed of both.
     """
-    touched = np.flatnonzero(ride.hit_moving.any(axis=1))
-    if not len(touched):
+    at = np.flatnonzero(touched)
+    if not len(at):
         return math.nan
     speed = np.hypot(ride.twist[:, 0], ride.twist[:, 1])
-    return float(np.maximum(speed[touched], speed[np.maximum(touched - 1, 0)]).max())
+    return float(np.maximum(speed[at], speed[np.maximum(at - 1, 0)]).max())
 
 
 def solve_times(ride: Ride) -> Floats:
@@ -157,8 +164,12 @@ def solve_times(ride: Ride) -> Floats:
 
 
 def time_alone(task: RideTask) -> float:
-    """The same ride with nobody there, once for each process, s; NaN where it is not reached."""
-    return _time_alone(task.scenario, task.settings)
+    """The same ride with nobody there, once for each process, s; NaN where it is not reached.
+
+    Rides that differ in their people alone, as in when somebody turns, have it in common.
+    """
+    mine = tuple(each for each in task.settings if not each.startswith("people."))
+    return _time_alone(task.scenario, mine)
 
 
 @lru_cache(maxsize=512)
