@@ -13,6 +13,7 @@ from cohelm.simulation.riders.one_switch import OneSwitch
 from cohelm.simulation.riders.reluctant import Reluctant
 from cohelm.simulation.riders.tremor import Tremor
 from cohelm.simulation.riders.uncooperative import Uncooperative
+from cohelm.simulation.riders.watchful import Watchful
 
 __all__ = [
     "Biased",
@@ -28,4 +29,5 @@ __all__ = [
     "Reluctant",
     "Tremor",
     "Uncooperative",
+    "Watchful",
 ]

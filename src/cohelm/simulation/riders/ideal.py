@@ -39,10 +39,13 @@ class Ideal:
         """Whether the rider minds who and what is in the way."""
         width: float = Field(0.85, gt=0.0, le=3.0)
         """Of the way that the rider keeps free, m."""
-        far: float = Field(2.0, gt=0.0, le=10.0)
+        far: float = Field(2.5, gt=0.0, le=10.0)
         """How far ahead it should be free, m."""
         near: float = Field(0.9, gt=0.0, le=5.0)
         """At this distance from what is in the way the rider stands, m from the chair's origin."""
+
+        pace: float = Field(0.5, gt=0.0, le=3.0)
+        """At which the rider reckons to get on at least, m/s."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -61,7 +64,7 @@ class Ideal:
         if p.looks:
             far = min(p.far, max(remaining, p.near))
             bearing, free = free_way(
-                view, bearing, width=p.width, far=far, speed=max(view.twist[0], 0.3)
+                view, bearing, width=p.width, far=far, speed=max(view.twist[0], p.pace)
             )
             if free < far:
                 share = min(max((free - p.near) / (p.far - p.near), 0.0), 1.0)

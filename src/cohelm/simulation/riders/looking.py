@@ -9,10 +9,15 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.simulation.api import RiderView
 
-_MOMENTS = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+_MOMENTS = np.arange(0.0, 3.1, 0.5)
 """At which people are looked for where their walk leads them, s."""
+_AHEAD = 1.0
+"""Who is no farther than this beyond where the chair would be at that moment is in the way, m."""
 _BESIDE = 0.05
 """Who is no farther ahead than this is beside the chair and in nobody's way, m."""
+
+_LOSS = 2.0 * math.pi
+"""What a way that is not free at all counts beside one that leads off the wanted direction, rad."""
 
 
 def free_way(
@@ -38,7 +43,7 @@ def free_way(
         _free_of_people(view, ways, width, speed),
     ).clip(max=far)
     off = np.abs(np.remainder(ways - bearing + math.pi, 2.0 * math.pi) - math.pi)
-    best = int(np.argmin(off + math.pi * (far - free) / far))
+    best = int(np.argmin(off + _LOSS * (far - free) / far))
     return float(ways[best]), float(free[best])
 
 
@@ -71,7 +76,7 @@ def _free_of_people(view: RiderView, ways: Floats, width: float, speed: float) -
         body = view.people[:, 4]
         gone = speed * moment
         met = (along > _BESIDE) & (np.abs(across) < width / 2.0 + body)
-        met &= along - body < gone + 1.0
+        met &= along - body < gone + _AHEAD
         free = np.minimum(
             free, np.where(met, (along - body).clip(min=0.0), np.inf).min(axis=1, initial=np.inf)
         )
