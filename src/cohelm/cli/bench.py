@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
-from rich.progress import Progress as Bar
 from rich.table import Table
 from rich.text import Text
 
+from cohelm.cli.bench_progress import Bar
 from cohelm.cli.report import ERRORS, OUTPUT, as_json, versions, write_json
 from cohelm.errors import ConfigError
-from cohelm.evaluation.benches.bench import Bench, Progress, Report, Sheet, run_tasks
+from cohelm.evaluation.benches.bench import Bench, Report, Sheet, Task
+from cohelm.evaluation.sweeps.executors import executor_for
+from cohelm.evaluation.sweeps.identity import check_plain, code, options_of
+from cohelm.evaluation.sweeps.ledger import Header, Ledger, discard, is_begun
+from cohelm.evaluation.sweeps.sweep import Sweep, sweep
 
 INTERRUPTED = 130
 
@@ -25,59 +29,129 @@ INTERRUPTED = 130
 class Asked(NamedTuple):
     """What the options say; None: what the benchmark says."""
 
-    seeds: int | None
+    seeds: int | None = None
     """How many, from ``first`` on."""
-    out: Path | None
-    workers: int | None
-    json: bool
+    out: Path | None = None
+    workers: int | None = None
+    json: bool = False
     first: int = 0
     options: Mapping[str, Any] = MappingProxyType({})
     """What only this benchmark asks, for its ``on``; what is unset is not in it."""
+    resume: bool = False
+    overwrite: bool = False
+    cluster: str | None = None
+    """``local`` or the address of a scheduler; None: processes here."""
 
 
 def bench(name: str, module: str, asked: Asked) -> int:
-    """Run a benchmark; returns 0, or 130 where it was interrupted and only part of it is there.
+    """Run a benchmark; returns 0, 1 where tasks failed, 130 where it was interrupted.
 
     Raises:
-        ConfigError: if the folder cannot be written to.
+        ConfigError: if the folder cannot be written to, has results that are neither to be gone on
+            with nor to be thrown away, or is of another sweep.
+        WorkersFailed: if there are no workers, or not the right ones.
     """
-    found = import_module(module)
-    chosen: Bench = found.on(**asked.options) if asked.options else found
-    folder = _folder(asked.out or Path("benches") / name)
-    seeds = chosen.SEEDS if asked.seeds is None else asked.seeds
-    tasks = chosen.tasks(range(asked.first, asked.first + seeds))
-    workers = asked.workers or chosen.WORKERS or os.cpu_count() or 1
-    with _Bar(chosen.TITLE) as bar:
-        results = run_tasks(chosen, tasks, folder, workers=workers, watch=bar)
-    whole = bar.done == len(tasks)
-    if not results:
-        return INTERRUPTED
-    report = chosen.report(results, folder)
+    done, summary = run_bench(name, module, asked)
+    if summary and asked.json:
+        write_json(summary)
+    return INTERRUPTED if not done.whole else int(bool(done.faults))
+
+
+def run_bench(name: str, module: str, asked: Asked) -> tuple[Sweep, Mapping[str, Any]]:
+    """Run a benchmark, write what it found and, but for JSON, say it; as :func:`bench`.
+
+    Returns:
+        what came of the tasks, and the summary; that is empty where nothing is to be summed up.
+    """
+    chosen, tasks, workers = _planned(module, asked)
+    folder = _folder(asked.out or Path("benches") / name, asked)
+    header = Header(bench=name, options=options_of(chosen), code=code())
+    with executor_for(asked.cluster, workers) as executor:
+        if asked.overwrite:
+            discard(folder)
+        with Ledger(folder, header, resume=asked.resume) as ledger, Bar(name) as bar:
+            done = sweep(chosen, tasks, folder, executor=executor, ledger=ledger, watch=bar)
+    notes = [*_faults(done), *_changed(ledger)]
+    report = _report(chosen, done, folder)
+    if report is None:
+        for note in notes:
+            ERRORS.print(note, markup=False, soft_wrap=True)
+        return done, {}
+    report = replace(report, notes=(*report.notes, *notes))
     summary = {
         **report.summary,
         "bench": name,
-        "complete": whole,
-        "rows": [result.row for result in results],
+        "complete": done.whole,
+        "failures": [{"task": i, **asdict(fault)} for i, fault in done.faults.items()],
+        "rows": [result.row for result in done.results],
         "versions": versions(),
     }
     (folder / "summary.json").write_text(as_json(summary, indent=2) + "\n", encoding="utf-8")
-    if asked.json:
-        write_json(summary)
-    else:
-        _say(chosen.TITLE, report, folder, whole=whole)
-    return 0 if whole else INTERRUPTED
+    if not asked.json:
+        _say(chosen.TITLE, report, folder, whole=done.whole)
+    return done, summary
 
 
-def _folder(folder: Path) -> Path:
+def _planned(module: str, asked: Asked) -> tuple[Bench, Sequence[Task], int]:
+    """The benchmark as asked for, its tasks, and how many processes do them."""
+    found = import_module(module)
+    chosen: Bench = found.on(**asked.options) if hasattr(found, "on") else found
+    seeds = chosen.SEEDS if asked.seeds is None else asked.seeds
+    tasks = chosen.tasks(range(asked.first, asked.first + seeds))
+    check_plain(tasks)
+    return chosen, tasks, asked.workers or chosen.WORKERS or os.cpu_count() or 1
+
+
+def _folder(folder: Path, asked: Asked) -> Path:
     """The folder, made and found to be writable before the work begins."""
+    if asked.resume and asked.overwrite:
+        raise ConfigError("goes on with what --overwrite throws away", key="--resume")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "rows.csv").write_bytes(b"")
+        with tempfile.TemporaryFile(dir=folder):
+            pass
     except OSError as cause:
         raise ConfigError(
             f"{folder} is no folder to write to ({cause.strerror})", key="--out"
         ) from None
+    if not (asked.resume or asked.overwrite) and is_begun(folder):
+        raise ConfigError(
+            f"{folder} has results; --resume goes on with them, --overwrite throws them away, "
+            "or name another folder",
+            key="--out",
+        )
     return folder
+
+
+def _report(chosen: Bench, done: Sweep, folder: Path) -> Report | None:
+    """What the results say; None where there are too few for it, which is said."""
+    if not done.results:
+        return None
+    try:
+        return chosen.report(done.results, folder)
+    except Exception as failure:
+        if done.whole and not done.faults:
+            raise
+        text = f"no report comes of a part ({type(failure).__name__}: {failure})"
+        ERRORS.print(f"{text}; {folder} keeps it, and --resume goes on", markup=False)
+        return None
+
+
+def _faults(done: Sweep) -> list[str]:
+    """Failed tasks, those of one kind together."""
+    kinds: dict[str, list[int]] = {}
+    for index, fault in done.faults.items():
+        kinds.setdefault(fault.error, []).append(index)
+    return [
+        f"FAILED: {len(each)} of {done.total} tasks, the first number {each[0]}: {error}"
+        for error, each in kinds.items()
+    ]
+
+
+def _changed(ledger: Ledger) -> list[str]:
+    if not ledger.changed:
+        return []
+    return [f"ridden before the code was changed ({ledger.changed})"]
 
 
 def _say(title: str, report: Report, folder: Path, *, whole: bool) -> None:
@@ -88,7 +162,7 @@ def _say(title: str, report: Report, folder: Path, *, whole: bool) -> None:
     for note in report.notes:
         OUTPUT.print(note, markup=False)
     if not whole:
-        OUTPUT.print("interrupted: this is what was done by then", style="yellow")
+        OUTPUT.print("interrupted: this is what was done by then; --resume goes on", style="yellow")
     names = ["rows.csv", "summary.json", *(file.name for file in report.files)]
     OUTPUT.print(f"written to {folder}: {', '.join(names)}", markup=False, soft_wrap=True)
 
@@ -100,39 +174,3 @@ def _table(sheet: Sheet) -> Table:
     for row in sheet.rows:
         table.add_row(*row)
     return table
-
-
-class _Bar:
-    """The progress of a benchmark on a terminal."""
-
-    def __init__(self, title: str) -> None:
-        self.done = 0
-        self._bar = Bar(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[left]}"),
-            console=ERRORS,
-            transient=True,
-            disable=not ERRORS.is_terminal,
-        )
-        self._task = self._bar.add_task(title, total=None, left="")
-
-    def __enter__(self) -> _Bar:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *what: Any) -> None:
-        self._bar.stop()
-
-    def __call__(self, progress: Progress) -> None:
-        self.done = progress.done
-        left = progress.left
-        says = "compiling, riding …" if math.isnan(left) else f"about {_span(left)} left"
-        self._bar.update(
-            self._task, total=progress.total, completed=progress.done, left=says, refresh=True
-        )
-
-
-def _span(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"

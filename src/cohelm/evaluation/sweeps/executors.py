@@ -71,6 +71,28 @@ def in_processes(workers: int) -> Executor:
     return run
 
 
+@contextmanager
+def executor_for(cluster: str | None, workers: int) -> Iterator[Executor]:
+    """What does the tasks: processes here, or where ``cluster`` says.
+
+    Args:
+        cluster: ``local`` for a Dask cluster of so many workers here, or the address of a Dask
+            scheduler; None: no Dask.
+        workers: processes; at a scheduler, those that are there count.
+
+    Raises:
+        ConfigError: if Dask is not installed.
+        WorkersFailed: if the scheduler does not answer, or has no workers.
+    """
+    if cluster is None:
+        yield in_processes(workers)
+        return
+    from cohelm.evaluation.sweeps.dask_cluster import on_dask  # noqa: PLC0415 # an extra
+
+    with on_dask(cluster, workers) as executor:
+        yield executor
+
+
 class _Worker:
     """A process that does one task after the other."""
 

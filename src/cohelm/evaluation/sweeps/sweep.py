@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps.executors import Executor, fault_of, in_processes
 from cohelm.evaluation.sweeps.identity import keys_of
 from cohelm.evaluation.sweeps.ledger import Ledger, Record
@@ -72,6 +73,12 @@ def sweep(
     keys = keys_of(tasks) if ledger else []
     records = _known(keys, ledger)
     missing = [(i, task) for i, task in enumerate(tasks) if _is_open(records.get(i), ledger)]
+    if missing and ledger and ledger.changed:
+        raise ConfigError(
+            f"{folder} was begun with other code ({ledger.changed}), and {len(missing)} of "
+            f"{len(tasks)} tasks are left: go on with the code of then, or begin in another folder",
+            key="--resume",
+        )
     file = _Rows(folder / "rows.csv")
     began, before = time.monotonic(), len(tasks) - len(missing)
 
