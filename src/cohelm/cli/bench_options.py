@@ -107,6 +107,18 @@ OWN: Mapping[str, Option] = {
             typer.Option(metavar="A,B", help="Scenarios by name or file; unset, the usual ones."),
         ]
     ),
+    "riders": Option(
+        Annotated[
+            str | None,
+            typer.Option(metavar="A,B", help="Riders; unset, all who steer somewhere."),
+        ]
+    ),
+    "modes": Option(
+        Annotated[
+            str | None,
+            typer.Option(metavar="A,B", help="manual, assisted, shared, autonomous; unset, all."),
+        ]
+    ),
     "blind": Option(_flag("--blind", "No one sees the chair."), False),
     "both": Option(_flag("--both", "Ride as the scenarios are, and --blind."), False),
     "seeing": Option(

@@ -32,6 +32,10 @@ BENCHES = {
         "cohelm.evaluation.benches.paper_global",
         "Global planners by how near they come to the rider's own way (Xu et al., Table 2).",
     ),
+    "paper-static": (
+        "cohelm.evaluation.benches.paper_static",
+        "Riders in the paper's corridors by hand, assisted, shared and alone (Xu et al., Fig. 13).",
+    ),
     "perception": (
         "cohelm.evaluation.benches.perception",
         "People in recordings and in crowds: found, followed, foreseen, and at what cost.",
@@ -39,6 +43,10 @@ BENCHES = {
     "planning": (
         "cohelm.evaluation.benches.planning",
         "Time and memory of global planning beside scikit-image and SciPy.",
+    ),
+    "riders": (
+        "cohelm.evaluation.benches.riders",
+        "Riders of all kinds by hand, assisted, shared and alone, in five scenes.",
     ),
     "rides": (
         "cohelm.evaluation.benches.rides",
@@ -59,7 +67,9 @@ OPTIONS: dict[str, tuple[str, ...]] = {
         "driver_settings",
     ),
     "paper-dynamic": ("planners", "settings"),
+    "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),
     "planning": ("map_file", "size"),
+    "riders": ("riders", "modes", "scenes", "true_people", "settings"),
     "rides": ("planners", "scenes", "blind", "both", "true_people", "tuned", "settings"),
     "solver": ("part", "share"),
 }
