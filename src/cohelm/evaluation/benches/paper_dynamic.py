@@ -75,7 +75,7 @@ class PaperDynamicBench:
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """The tables, the verdict cell by cell, and the paper's claims."""
-        return make_report(results, folder)
+        return make_report(results, folder, TITLE)
 
 
 def preset() -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +26,9 @@ from cohelm.evaluation.benches.paper_table3 import (
     median,
     values_of,
 )
-from cohelm.evaluation.benches.rides_report import Group, faults, groups_of, picture, sources
+from cohelm.evaluation.benches.rides_report import Group, faults, groups_of, sources
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, few
+from cohelm.evaluation.results import PaperTable, write_results
 
 SLOW = "as the paper's means"
 """The pace of the first table: the one speed that is chosen for all scenes."""
@@ -45,17 +47,16 @@ _DEFINITIONS = (
 Groups = Mapping[str, Mapping[str, Group]]
 
 
-def make_report(results: Sequence[Result], folder: Path) -> Report:
+def make_report(results: Sequence[Result], folder: Path, title: str) -> Report:
     """Tables for each pace, the verdicts on ours, the claims at the chosen speed, and pictures."""
     rows = [result.row for result in results]
     by_pace = {
         pace: groups_of([row for row in rows if row["pace"] == pace])
         for pace in dict.fromkeys(row["pace"] for row in rows)
     }
-    sheets, files = [], []
+    sheets = []
     for pace, groups in by_pace.items():
         sheets += [scene_sheet(f"{pace}, {scene}", scene, groups[scene]) for scene in groups]
-        files.append(picture(groups, folder / f"paper-dynamic-{len(files) + 1}.png"))
     slow = by_pace.get(SLOW, {})
     if slow:
         sheets += [
@@ -64,7 +65,7 @@ def make_report(results: Sequence[Result], folder: Path) -> Report:
         sheets += [cell_sheet(slow)]
     found = list(judged(slow)) if slow else []
     says = verdicts(by_pace)
-    return Report(
+    report = Report(
         sheets=tuple(sheets),
         notes=(
             *_DEFINITIONS,
@@ -84,8 +85,30 @@ def make_report(results: Sequence[Result], folder: Path) -> Report:
             ],
             "seeds": sorted({int(row["seed"]) for row in rows}),
         },
-        files=tuple(files),
     )
+    written = write_results(
+        results,
+        folder,
+        by=("pace", "scene", "planner"),
+        title=title,
+        base=OURS if any(row["planner"] == OURS for row in rows) else None,
+        measures=("reached", "hit_moving", "hit_wall", *(each.key for each in COLUMNS)),
+        paper=_paper(by_pace),
+        report=report,
+        limitations=_DEFINITIONS,
+    )
+    return replace(report, files=written)
+
+
+def _paper(paces: Iterable[str]) -> PaperTable:
+    """The paper's rows, which are the same at every pace."""
+    rows = {
+        (pace, scene, planner): dict(zip((each.key for each in COLUMNS), figures, strict=True))
+        for pace in paces
+        for scene, by_planner in TABLE3.items()
+        for planner, figures in by_planner.items()
+    }
+    return PaperTable("Xu et al., Table 3", rows)
 
 
 def scene_sheet(
