@@ -105,6 +105,11 @@ class Scenario(Model):
     """A name, or a YAML file; a relative name is looked for beside the scenario."""
     mode: Mode = Mode.SHARED
     rider: Spec = named(PARTS["rider"][1])
+    rider_goal: Spot | None = None
+    """Where the rider wants to go; none: where the chair goes."""
+    rider_route: tuple[Point, ...] = ()
+    """By which way from the start, m; none: the chair's where they go to the same place, else the
+    way that is planned there without any wish."""
     profile: RiderProfile = RiderProfile()
     people: Crowding = Crowding()
     companion: int | None = Field(None, ge=0)

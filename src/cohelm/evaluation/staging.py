@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
 from cohelm.errors import MapError, PluginError, ScenarioError
 from cohelm.evaluation.building import floor_plan
 from cohelm.evaluation.furnishing import changes, with_heights, with_obstacles
+from cohelm.evaluation.laying import laid
 from cohelm.evaluation.people import make_crowd
 from cohelm.evaluation.scenario import PARTS, Scenario, robot_of
 from cohelm.maps import (
@@ -25,7 +27,7 @@ from cohelm.maps import (
 )
 from cohelm.messages import Path, Request, Wish
 from cohelm.navigation import NavigatorSetup
-from cohelm.planning import RouteProblem
+from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
 from cohelm.simulation import WorldSetup, generator
 
@@ -57,8 +59,9 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
 
     Raises:
         ConfigError, MapError, PluginError: if the scenario names what there is not.
-        PlanningError: if no way leads from start to goal.
+        PlanningError: if no way leads from start to goal, or to the rider's own.
     """
+    scenario = laid(scenario, set_stage)
     robot = robot_of(scenario)
     grid, places, heights = _floor(scenario)
     parts = {key: _part(scenario, key) for key in PARTS}
@@ -95,7 +98,14 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         request=request,
         prefer=np.array([point for each in scenario.prefer for point in each]).reshape(-1, 2),
         route=route,
-        world=_world(scenario, seed, (grid, heights), robot, (start, route), parts["rider"]),
+        world=_world(
+            scenario,
+            seed,
+            (grid, heights),
+            robot,
+            (start, route, _wanted_way(scenario, problem, parts["global_planner"], places, route)),
+            parts["rider"],
+        ),
         navigator=NavigatorSetup(
             grid=grid,
             robot=robot,
@@ -178,16 +188,34 @@ def _heading(points: Floats) -> float:
     return math.atan2(ahead[1] - points[0, 1], ahead[0] - points[0, 0])
 
 
+def _wanted_way(
+    scenario: Scenario,
+    problem: RouteProblem,
+    planner: GlobalPlanner,
+    places: Places,
+    route: Path,
+) -> Floats:
+    """The rider's own way (k, 2) from the start to where they want to go, m."""
+    if scenario.rider_goal is None and not scenario.rider_route:
+        return route.points
+    goal = problem.goal
+    if scenario.rider_goal is not None:
+        goal = _point(scenario, "rider_goal", places)[:2]
+    if scenario.rider_route:
+        return np.vstack([problem.start, np.array(scenario.rider_route), goal])
+    return planner.plan(replace(problem, goal=goal, wishes=())).points
+
+
 def _world(
     scenario: Scenario,
     seed: int,
     floor: tuple[OccupancyGrid, Floats32 | None],
     robot: Robot,
-    way: tuple[Floats, Path],
+    way: tuple[Floats, Path, Floats],
     rider: Any,
 ) -> WorldSetup:
-    """The true world; ``floor``: map and heights, ``way``: the start pose and the route."""
-    (grid, heights), (start, route) = floor, way
+    """The true world; ``floor``: map and heights, ``way``: start pose, route, the rider's way."""
+    (grid, heights), (start, route, wanted) = floor, way
     open_ = with_obstacles(grid, scenario.obstacles)
     first, *later = changes(open_, scenario.doors)
     truth = first.grid
@@ -207,8 +235,8 @@ def _world(
             scenario, "pedestrian_models", scenario.people.model, "people.model"
         ),
         rider=rider,
-        rider_goal=route.points[-1],
-        rider_route=route.points,
+        rider_goal=wanted[-1],
+        rider_route=wanted,
         localisation=scenario.localisation,
         odometry=scenario.odometry,
         give_people=scenario.tracker["use"] == "given",

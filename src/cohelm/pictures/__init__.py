@@ -11,6 +11,7 @@ from cohelm.pictures.plan import PlanRecord, draw_plan
 from cohelm.pictures.proposed import draw_routes
 from cohelm.pictures.ride import RideRecord, draw_ride
 from cohelm.pictures.routes import RoutePanel, draw_error_plot, draw_route_panels
+from cohelm.pictures.scene import SceneRecord, draw_scene
 from cohelm.pictures.strips import Strip, StripPanel, draw_strips
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "PlanRecord",
     "RideRecord",
     "RoutePanel",
+    "SceneRecord",
     "Strip",
     "StripPanel",
     "animate_people",
@@ -35,5 +37,6 @@ __all__ = [
     "draw_ride",
     "draw_route_panels",
     "draw_routes",
+    "draw_scene",
     "draw_strips",
 ]

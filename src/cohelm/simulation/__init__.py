@@ -19,6 +19,7 @@ from cohelm.simulation.riders import (
     Reluctant,
     Tremor,
     Uncooperative,
+    Watchful,
 )
 from cohelm.simulation.sensors import Localisation, Odometry
 from cohelm.simulation.world import Truth, World, WorldSetup, is_standing
@@ -49,6 +50,7 @@ __all__ = [
     "Tremor",
     "Truth",
     "Uncooperative",
+    "Watchful",
     "World",
     "WorldSetup",
     "generator",
