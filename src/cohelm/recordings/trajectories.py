@@ -13,6 +13,7 @@ differently in each of them.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +88,19 @@ class Trajectories:
         position, velocity = self._between(time, a[there], b[there])
         return self.id[there], position, velocity
 
+    def only(self, who: Booleans) -> Trajectories:
+        """Those of the people (n,) who are asked for."""
+        count = np.diff(self.first)
+        rows = np.repeat(who, count)
+        return replace(
+            self,
+            id=self.id[who],
+            first=np.append(0, np.cumsum(count[who])),
+            time=self.time[rows],
+            position=self.position[rows],
+            velocity=self.velocity[rows],
+        )
+
     def _between(self, time: float, a: Integers, b: Integers) -> tuple[Floats, Floats]:
         """On the curve from sightings ``a`` to ``b``, the same where it is the last."""
         h = np.where(b > a, self.time[b] - self.time[a], 1.0)[:, None]
@@ -129,19 +143,48 @@ def read_trajectories(
     seconds = usual if step is None else step
     unit = seconds / _most_common(steps if len(steps) else np.ones(1))
     time = (frame - frame.min()) * unit
-    ids, first = np.unique(who, return_index=True)
     beside = file.with_name(file.name.replace("obsmat", "groups"))
     if groups is None and beside != file and beside.is_file():
         groups = beside
-    return Trajectories(
+    return trajectories_of(
         name=file.name,
         step=seconds,
+        who=who,
+        time=time,
+        position=position,
+        groups=() if groups is None else read_groups(groups),
+    )
+
+
+def trajectories_of(
+    *,
+    name: str,
+    step: float,
+    who: Integers,
+    time: Floats,
+    position: Floats,
+    groups: tuple[tuple[int, ...], ...] = (),
+) -> Trajectories:
+    """Walks from sightings, those of each person together and in order of time.
+
+    Args:
+        name: of the file, for people.
+        step: between two annotated frames, s.
+        who: (k,) ids.
+        time: (k,), s.
+        position: (k, 2), m.
+        groups: ids of those who walk together.
+    """
+    ids, first = np.unique(who, return_index=True)
+    return Trajectories(
+        name=name,
+        step=step,
         id=ids,
         first=np.append(first, len(who)),
         time=time,
         position=position,
-        velocity=_tangents(time, position, same),
-        groups=() if groups is None else read_groups(groups),
+        velocity=_tangents(time, position, who[1:] == who[:-1]),
+        groups=groups,
     )
 
 

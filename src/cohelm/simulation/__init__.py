@@ -3,7 +3,7 @@
 from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, RiderView, Scene
 from cohelm.simulation.chance import generator
 from cohelm.simulation.changes import Change
-from cohelm.simulation.crowds import Orca
+from cohelm.simulation.crowds import Aggressive, Distracted, Inattentive, Orca, SocialForce, entered
 from cohelm.simulation.faults import Fault
 from cohelm.simulation.riders import (
     Biased,
@@ -25,14 +25,17 @@ from cohelm.simulation.sensors import Localisation, Odometry
 from cohelm.simulation.world import Truth, World, WorldSetup, is_standing
 
 __all__ = [
+    "Aggressive",
     "Biased",
     "Change",
     "Crowd",
     "Delayed",
+    "Distracted",
     "Dropout",
     "Fault",
     "Ideal",
     "Idle",
+    "Inattentive",
     "Laggy",
     "Localisation",
     "NoRider",
@@ -47,12 +50,14 @@ __all__ = [
     "RiderAct",
     "RiderView",
     "Scene",
+    "SocialForce",
     "Tremor",
     "Truth",
     "Uncooperative",
     "Watchful",
     "World",
     "WorldSetup",
+    "entered",
     "generator",
     "is_standing",
 ]

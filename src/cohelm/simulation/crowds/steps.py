@@ -43,4 +43,5 @@ def turned_towards(heading: Floats, velocity: Floats, dt: float, turn_time: floa
     """
     walks: Booleans = np.hypot(velocity[:, 0], velocity[:, 1]) > _WALKING
     turn = wrap_angle(np.arctan2(velocity[:, 1], velocity[:, 0]) - heading)
-    return wrap_angle(heading + np.where(walks, turn * (1.0 - math.exp(-dt / turn_time)), 0.0))
+    turned = heading + np.where(walks, turn * (1.0 - math.exp(-dt / turn_time)), 0.0)
+    return np.asarray(wrap_angle(turned))

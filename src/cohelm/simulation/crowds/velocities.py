@@ -38,7 +38,7 @@ def velocities(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
     out = np.empty((n, 2))
     for i in range(n):
         reach = body[i] + max_speed[i] * horizon_walls + 2.0 * half
-        walls = _wall_planes(
+        walls = wall_planes(
             cells, start, tiles, half, X_MG, position[i], body[i], reach, horizon_walls
         )
         others = _neighbours(position, i, sees_robot[i], neighbor_dist, max_neighbors)
@@ -50,7 +50,7 @@ def velocities(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
             share = robot_share if j == n else 0.5
             planes[hard + k] = _plane(position, velocity, radius, i, j, horizon, dt, share)
         vx, vy = best_velocity(planes, hard, max_speed[i], wanted[i, 0], wanted[i, 1])
-        keep = _within(walls, vx, vy)
+        keep = within(walls, vx, vy)
         out[i, 0], out[i, 1] = keep * vx, keep * vy
     return out
 
@@ -124,7 +124,7 @@ def _plane(  # noqa: PLR0917  # a kernel takes arrays and scalars
 
 
 @njit(cache=True)
-def _wall_planes(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
+def wall_planes(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
     cells: Floats,
     start: Integers,
     tiles: Integers,
@@ -153,7 +153,7 @@ def _wall_planes(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
 
 
 @njit(cache=True)
-def _within(planes: Floats, vx: float, vy: float) -> float:
+def within(planes: Floats, vx: float, vy: float) -> float:
     """The share of a velocity that half-planes about 0 allow; 1 but for rounding."""
     keep = 1.0
     for k in range(planes.shape[0]):

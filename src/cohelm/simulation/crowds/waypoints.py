@@ -93,3 +93,14 @@ def waypoint_count(waypoints: Floats, i: int) -> int:
     while count < waypoints.shape[1] and not math.isnan(waypoints[i, count, 0]):
         count += 1
     return count
+
+
+@njit(cache=True)
+def last_of(waypoints: Floats, target: Integers) -> Floats:
+    """The last way-point (n, 2) of those who are done; NaN for the others."""
+    out = np.full((target.shape[0], 2), np.nan)
+    for i in range(target.shape[0]):
+        count = waypoint_count(waypoints, i)
+        if 0 < count <= target[i]:
+            out[i] = waypoints[i, count - 1]
+    return out
