@@ -29,7 +29,7 @@ from cohelm.messages import Path, Request, Wish
 from cohelm.navigation import NavigatorSetup
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
-from cohelm.simulation import WorldSetup, generator
+from cohelm.simulation import WorldSetup, entered, generator
 
 
 @value
@@ -206,6 +206,13 @@ def _wanted_way(
     return planner.plan(replace(problem, goal=goal, wishes=())).points
 
 
+def _walkers(scenario: Scenario) -> dict[str, Any]:
+    """The pedestrian model; a film that it names is looked for beside the scenario first."""
+    spec = scenario.people.model
+    film = scenario.beside(str(spec.get("file", "")))
+    return {**spec, "file": str(film)} if film.is_file() else spec
+
+
 def _world(
     scenario: Scenario,
     seed: int,
@@ -219,7 +226,10 @@ def _world(
     open_ = with_obstacles(grid, scenario.obstacles)
     first, *later = changes(open_, scenario.doors)
     truth = first.grid
+    walkers = _built(scenario, "pedestrian_models", _walkers(scenario), "people.model")
     crowd = make_crowd(scenario.people, truth, route.points, generator(seed, "crowd"))
+    if scenario.people.count != 0:
+        crowd = entered(walkers, crowd)
     storey, stature = scenario.storey, scenario.people.stature
     return WorldSetup(
         grid=truth,
@@ -231,9 +241,7 @@ def _world(
         start=start,
         crowd=crowd,
         statures=generator(seed, "statures").uniform(*stature, size=len(crowd.radius)),
-        pedestrian_model=_built(
-            scenario, "pedestrian_models", scenario.people.model, "people.model"
-        ),
+        pedestrian_model=walkers,
         rider=rider,
         rider_goal=wanted[-1],
         rider_route=wanted,
