@@ -56,6 +56,10 @@ BENCHES = {
         "cohelm.testing.benches.solver",
         "The local planner's solver: time over people, optima and failures, beside IPOPT.",
     ),
+    "speed": (
+        "cohelm.evaluation.benches.speed",
+        "How many times faster than the clock rides are simulated, perceived and planned.",
+    ),
 }
 """Name → the module, which is a ``Bench``, and what it measures."""
 
@@ -72,6 +76,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "riders": ("riders", "modes", "scenes", "true_people", "settings"),
     "rides": ("planners", "scenes", "blind", "both", "true_people", "tuned", "settings"),
     "solver": ("part", "share"),
+    "speed": ("planners", "scenes", "settings"),
 }
 """Those that take options of their own, by the names in ``bench_options.OWN``."""
 
