@@ -19,22 +19,34 @@ from cohelm.pictures.film import INTERVAL, WIDTH, check_animation, write_film
 from cohelm.pictures.ride import RideRecord, hulls_of, marks, ride_window, space_outlines
 
 
-def animate_ride(ride: RideRecord, file: Path, title: str = "") -> None:
+def animate_ride(
+    ride: RideRecord, file: Path, title: str = "", *, width: int = WIDTH, most: int | None = None
+) -> None:
     """Write a ride as .gif or .mp4.
+
+    Args:
+        ride: to be shown.
+        file: to be written.
+        title: above it.
+        width: of a frame, px.
+        most: frames at most; of a longer ride fewer instants are shown, so that it plays faster.
 
     Raises:
         ConfigError: if the file cannot be written as an animation.
     """
     check_animation(file)
-    middle = next(_frames(ride, title, [len(ride.time) // 2]))
+    middle = next(_frames(ride, title, [len(ride.time) // 2], width))
     shades = canvas.ETA(np.linspace(0.0, 1.0, 256))[:, :3]
-    write_film(_frames(ride, title, _moments(ride)), file, sample=middle, shades=shades)
+    shown = _moments(ride)
+    if most is not None and len(shown) > most:
+        shown = shown[np.linspace(0, len(shown) - 1, most).astype(int)]
+    write_film(_frames(ride, title, shown, width), file, sample=middle, shades=shades)
 
 
-def _frames(ride: RideRecord, title: str, moments: Iterable[int]) -> Iterator[Bytes]:
+def _frames(ride: RideRecord, title: str, moments: Iterable[int], width: int) -> Iterator[Bytes]:
     """RGB images (height, width, 3) of some instants, the still parts drawn once."""
     figure, axes = canvas.sheet(ride_window(ride), title)
-    figure.set_dpi(WIDTH / figure.get_figwidth())
+    figure.set_dpi(width / figure.get_figwidth())
     canvas.draw_floor(axes, ride.grid, ride.world)
     canvas.draw_places(axes, ride.places, marks(ride))
     if ride.path is not None:

@@ -10,8 +10,11 @@ from cohelm.evaluation.results.markup import Content, Markup, folded, table, tag
 from cohelm.evaluation.results.measures import SHOWN
 from cohelm.evaluation.results.page import page, section
 from cohelm.evaluation.results.rides import Rides
+from cohelm.evaluation.results.summary import case_name
 from cohelm.evaluation.results.tables import PaperTable, case_tables, proxies, ratings
 
+UNFOLDED = 12
+"""Cases whose tables lie open; of more, each is behind its name."""
 ALWAYS = (
     "These are simulated rides: no person was carried, and simulated people stand in for walking "
     "ones.",
@@ -61,10 +64,18 @@ def _whole(rides: Rides) -> str:
 
 
 def _tables(rides: Rides, base: str, told: Told) -> list[Markup]:
-    return [
-        case_tables(case, by_name, base, told.measures, told.paper)
-        for case, by_name in rides.split().items()
-    ]
+    """All cases together, then each; folded where they are many."""
+    split = rides.split()
+    out = []
+    if len(split) > 1:
+        title = f"all {len(split)} cases together"
+        out.append(case_tables(title, rides.together(), base, told.measures))
+    for case, by_name in split.items():
+        title = case_name(case, rides.by) or "all rides"
+        theirs = {k[-1]: row for k, row in told.paper.rows.items() if k[:-1] == case}
+        inside = case_tables(title, by_name, base, told.measures, theirs, told.paper.says)
+        out.append(folded(title, inside) if len(split) > UNFOLDED else inside)
+    return out
 
 
 def _opinions(rides: Rides) -> list[Markup]:

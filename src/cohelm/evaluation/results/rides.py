@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,11 +26,15 @@ class Rides:
         rows: as ``ride_row`` gives them; a column that a row lacks has no value in it.
         by: the columns that say what was compared; the last of them names what is contrasted,
             those before it the case in which it is.
+        curves: (j, 8) of each ride, as ``series_of`` gives it; None: it has none.
     """
 
-    def __init__(self, rows: Sequence[Row], by: Sequence[str]) -> None:
+    def __init__(
+        self, rows: Sequence[Row], by: Sequence[str], curves: Sequence[Floats | None] = ()
+    ) -> None:
         self.rows = tuple(rows)
         self.by = tuple(by)
+        self.curves = tuple(curves) or (None,) * len(self.rows)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -55,24 +59,32 @@ class Rides:
 
     def of(self, case: Key | None = None, contender: str | None = None) -> Rides:
         """Those of a case, or of all; those of a contender, or of all."""
-        rows = [
-            row
-            for row in self.rows
+        kept = (
+            i
+            for i, row in enumerate(self.rows)
             if (case is None or _key(row, self.by[:-1]) == case)
             and (contender is None or _text(row.get(self.by[-1])) == contender)
-        ]
-        return Rides(rows, self.by)
+        )
+        return self.take(kept)
 
     def split(self) -> dict[Key, dict[str, Rides]]:
         """Case → contender → rides, in the order of the rows."""
-        found: dict[Key, dict[str, list[Row]]] = {}
-        for row in self.rows:
+        found: dict[Key, dict[str, list[int]]] = {}
+        for i, row in enumerate(self.rows):
             contender = _text(row.get(self.by[-1]))
-            found.setdefault(_key(row, self.by[:-1]), {}).setdefault(contender, []).append(row)
+            found.setdefault(_key(row, self.by[:-1]), {}).setdefault(contender, []).append(i)
         return {
-            case: {name: Rides(rows, self.by) for name, rows in each.items()}
-            for case, each in found.items()
+            case: {name: self.take(at) for name, at in each.items()} for case, each in found.items()
         }
+
+    def together(self) -> dict[str, Rides]:
+        """Contender → its rides of all cases."""
+        return {name: self.of(contender=name) for name in self.contenders}
+
+    def take(self, indices: Iterable[int]) -> Rides:
+        """Some of them."""
+        at = list(indices)
+        return Rides([self.rows[i] for i in at], self.by, [self.curves[i] for i in at])
 
     def has(self, name: str) -> bool:
         """Whether any ride says something of a measure."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from cohelm.evaluation.results.contrasts import RESAMPLES, Contrast
 from cohelm.evaluation.results.markup import Content, Markup, table, tag
 from cohelm.evaluation.results.measures import PROXIES, Measure, measure
 from cohelm.evaluation.results.rides import Key, Rides
-from cohelm.evaluation.results.summary import case_name, centre, contrasts
+from cohelm.evaluation.results.summary import centre, contrasts
 
 
 @dataclass(frozen=True)
@@ -27,18 +28,32 @@ class PaperTable:
 
 
 def case_tables(
-    case: Key, by_name: Mapping[str, Rides], base: str, shown: Sequence[str], paper: PaperTable
+    title: str,
+    by_name: Mapping[str, Rides],
+    base: str,
+    shown: Sequence[str],
+    theirs: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+    source: str = "",
 ) -> Markup:
-    """Of one case: the groups, and how they differ from the base."""
-    some = next(iter(by_name.values()))
-    title = case_name(case, some.by) or "all rides"
-    everyone = Rides([row for each in by_name.values() for row in each], some.by)
-    theirs = {key[-1]: row for key, row in paper.rows.items() if key[:-1] == case}
-    names = [n for n in shown if everyone.has(n) or any(n in row for row in theirs.values())]
+    """Of one case: the groups, and how they differ from the base.
+
+    Args:
+        title: above them.
+        by_name: contender → rides.
+        base: that the others are compared with.
+        shown: measures; those that no ride has are left out.
+        theirs: contender → measure → a paper's number.
+        source: which paper.
+    """
+    names = [
+        key
+        for key in shown
+        if any(each.has(key) for each in by_name.values()) or any(key in r for r in theirs.values())
+    ]
     return tag(
         "div",
         tag("h3", title),
-        _groups(by_name, names, theirs, paper.says),
+        _groups(by_name, names, theirs, source),
         differences(by_name, base, names),
     )
 

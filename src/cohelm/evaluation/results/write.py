@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cohelm.evaluation.benches.bench import Report, Result
+from cohelm.evaluation.results.chosen import shown
+from cohelm.evaluation.results.figures import drawn
 from cohelm.evaluation.results.measures import SHOWN
 from cohelm.evaluation.results.report import Told, report_page
 from cohelm.evaluation.results.rides import Rides
@@ -13,6 +16,7 @@ from cohelm.evaluation.results.store import EPISODES, has_arrow, write_episodes
 from cohelm.evaluation.results.summary import base_of, write_summary
 from cohelm.evaluation.results.tables import PaperTable
 
+_LOG = logging.getLogger("cohelm.results")
 SUMMARY, PAGE = "summary.csv", "report.html"
 
 
@@ -28,7 +32,7 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     report: Report | None = None,
     limitations: Sequence[str] = (),
     seconds: float = 40.0,
-    say: Callable[[str], None] = lambda text: None,
+    say: Callable[[str], None] = _LOG.info,
 ) -> tuple[Path, ...]:
     """Write ``episodes.parquet``, ``summary.csv`` and ``report.html``; whatever rides there are.
 
@@ -46,7 +50,7 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
         report: the bench's own tables and sentences, for the page.
         limitations: of this bench, in sentences; those of all simulations are there anyway.
         seconds: that may be spent on riding again for pictures; 0: none are.
-        say: is told what is being done, where that takes time.
+        say: is told what is being done, where that takes time; else the log ``cohelm.results`` is.
 
     Returns:
         What was written. ``episodes.parquet`` is left out where pyarrow is not installed.
@@ -54,7 +58,11 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     Raises:
         ConfigError: if a file cannot be written.
     """
-    rides = Rides([result.row for result in results], by)
+    rides = Rides(
+        [result.row for result in results],
+        by,
+        [result.arrays.get("series") for result in results],
+    )
     if not len(rides):
         return ()
     chosen = base_of(rides, base)
@@ -62,6 +70,7 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     if has_arrow():
         write_episodes(rides, folder / EPISODES, title)
         written.insert(0, folder / EPISODES)
+    say(f"summing up {len(rides)} rides")
     write_summary(rides, chosen, folder / SUMMARY)
     told = Told(
         title=title or folder.name,
@@ -71,5 +80,6 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
         paper=paper or PaperTable("", {}),
         measures=measures,
     )
-    (folder / PAGE).write_text(report_page(rides, chosen, told), encoding="utf-8")
+    pictures = [drawn(rides, chosen, say), shown(rides, chosen, seconds, say)]
+    (folder / PAGE).write_text(report_page(rides, chosen, told, pictures), encoding="utf-8")
     return tuple(written)
