@@ -150,6 +150,10 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
     animate: Annotated[
         Path | None, typer.Option(metavar="FILE.gif|mp4", help="A moving picture.")
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.mcap", help="Record the ride, for viewers and cohelm replay."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table.")] = False,
 ) -> int:
     """Ride a scenario, and say how it went."""
@@ -171,8 +175,54 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
         seed=seed,
         settings=tuple(set_ or ()),
     )
-    outputs = command.Outputs(out=out, json=json, plot=plot, animate=animate, quiet=quiet)
+    outputs = command.Outputs(
+        out=out, json=json, plot=plot, animate=animate, record=record, quiet=quiet
+    )
     return command.run(asked, outputs)
+
+
+@app.command()
+def replay(
+    recording: Annotated[
+        Path, typer.Argument(help="A ride that cohelm run --record has written, .mcap.")
+    ],
+    planner: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Another local planner.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Another parameter of the navigator, dotted: local_planner.steps=20.",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0,
+            help="What commands may differ by, m/s and rad/s; unset: nothing, or 0.001 where it "
+            "was recorded with other versions.",
+        ),
+    ] = None,
+    json: options.Json = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="A picture of both commands.")
+    ] = None,
+) -> int:
+    """Ride a recorded ride again, and say where the commands differ."""
+    compiled_code.place()
+    from cohelm.cli import replay as command  # noqa: PLC0415 # lazy
+
+    asked = command.Asked(
+        file=recording,
+        settings=tuple(set_ or ()),
+        planner=planner,
+        tolerance=tolerance,
+        json=json,
+        plot=plot,
+    )
+    return command.replay(asked)
 
 
 @app.command()

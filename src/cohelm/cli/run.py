@@ -52,6 +52,7 @@ class Outputs:
     json: bool = False
     plot: Path | None = None
     animate: Path | None = None
+    record: Path | None = None
     quiet: bool = False
 
 
@@ -68,7 +69,7 @@ def run(asked: Asked, outputs: Outputs) -> int:
     title = f"{scenario.name}{where}, seed {seed}"
     began = time.monotonic()
     with RideProgress(title, scenario.time_limit, shown=not outputs.quiet) as progress:
-        ride = ride_out(scenario, seed, progress)
+        ride = _ridden(scenario, seed, progress, outputs.record)
     wall_time = time.monotonic() - began
     report = summary(ride, wall_time)
     _write_pictures(ride, report, title, outputs)
@@ -76,6 +77,14 @@ def run(asked: Asked, outputs: Outputs) -> int:
         _write_folder(ride, report, outputs.out)
     _say(ride, report, title, outputs)
     return 0 if ride.outcome is Outcome.REACHED else 1
+
+
+def _ridden(scenario: Scenario, seed: int, progress: RideProgress, record: Path | None) -> Ride:
+    if record is None:
+        return ride_out(scenario, seed, progress)
+    from cohelm.evaluation.recorded import run_recorded  # noqa: PLC0415 # lazy
+
+    return run_recorded(scenario, seed, record, progress)
 
 
 def scenario_of(asked: Asked) -> Scenario:
@@ -176,6 +185,8 @@ def _check_outputs(outputs: Outputs) -> None:
             check_picture(outputs.plot)
         if outputs.animate is not None:
             check_animation(outputs.animate)
+    if outputs.record is not None:
+        _check_record(outputs.record)
     if outputs.out is not None:
         try:
             outputs.out.mkdir(parents=True, exist_ok=True)
@@ -185,6 +196,16 @@ def _check_outputs(outputs: Outputs) -> None:
             raise ConfigError(
                 f"{outputs.out} is no folder to write to ({cause.strerror})", key="--out"
             ) from None
+
+
+def _check_record(file: Path) -> None:
+    """Refuse to write over a ride that somebody has, or where nothing can be written."""
+    if file.suffix.lower() != ".mcap":
+        raise ConfigError(f"{file}: write a recording as FILE.mcap", key="--record")
+    if file.exists():
+        raise ConfigError(f"{file} exists already; name another file", key="--record")
+    if not file.absolute().parent.is_dir():
+        raise ConfigError(f"{file.parent} is no folder to write to", key="--record")
 
 
 def _write_pictures(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) -> None:
@@ -243,7 +264,7 @@ def _say(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) ->
             OUTPUT.print(f"at {stop.time:.1f} s, for {stop.duration:.2f} s: {what}", markup=False)
         for replan in ride.replans:
             OUTPUT.print(f"at {replan.time:.1f} s: a new path ({replan.why.value})", markup=False)
-        for file in (outputs.plot, outputs.animate, outputs.out):
+        for file in (outputs.plot, outputs.animate, outputs.record, outputs.out):
             if file is not None:
                 OUTPUT.print(f"written: {file}", markup=False)
     sys.stdout.write(f"outcome: {ride.outcome.value}\n")

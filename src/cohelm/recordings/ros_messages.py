@@ -35,8 +35,8 @@ class Decoder:
     """
 
     def __init__(self, version: int) -> None:
-        store = _store(version)
-        self._decode = store.deserialize_ros1 if version == 1 else store.deserialize_cdr
+        types = store(version)
+        self._decode = types.deserialize_ros1 if version == 1 else types.deserialize_cdr
 
     def decode(self, data: bytes, type_: str) -> Any:
         """The message.
@@ -51,7 +51,8 @@ class Decoder:
 
 
 @functools.cache
-def _store(version: int) -> Typestore:
+def store(version: int) -> Typestore:
+    """The types of ROS 1 or 2, as they are defined."""
     from rosbags.typesys import (  # noqa: PLC0415  # wanted only where a bag is read
         Stores,
         get_types_from_msg,
@@ -60,11 +61,11 @@ def _store(version: int) -> Typestore:
 
     if version == 2:
         return get_typestore(Stores.ROS2_HUMBLE)
-    store = get_typestore(Stores.ROS1_NOETIC)
+    types = get_typestore(Stores.ROS1_NOETIC)
     for type_ in (TRANSFORMS, OLD_TRANSFORMS):
         text = "geometry_msgs/TransformStamped[] transforms"
-        store.register(get_types_from_msg(text, type_))
-    return store
+        types.register(get_types_from_msg(text, type_))
+    return types
 
 
 def stamp(header: Any) -> float:
