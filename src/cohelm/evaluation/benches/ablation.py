@@ -8,7 +8,7 @@ who steers, beside the same rides in which the stick counts for nothing.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -18,14 +18,22 @@ from cohelm.evaluation.benches.rides_rows import row_of
 from cohelm.evaluation.benches.rides_scenes import Contender, Scene, scenario_of, scenes_of
 from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.presets import tuned_settings
+from cohelm.evaluation.results import write_results
 from cohelm.evaluation.scenario import PARTS
 
 TITLE = "What each idea is worth: one at a time left out"
 SEEDS = 20
 WORKERS = None
+WHOLE, STEERED = "whole", "whole, a rider steers"
+LIMITATIONS = (
+    "One idea is left out at a time, with all other parameters as they were found with it: what is "
+    "left could be tuned to do without.",
+    f"Differences on the page are from {WHOLE!r}, that of 'η = 0' too; the bench's own tables "
+    "compare it with the same rides in which the chair listens.",
+)
+"""In words, for the page."""
 
 SCENES = ("crossing", "aggressive", "distracted", "talking", "hospital")
-WHOLE, STEERED = "whole", "whole, a rider steers"
 _MARGINS = ("wall", "people", "squeezing", "squeezing_wall")
 _RIDER = ("rider.use=ideal", "mode=shared")
 
@@ -115,7 +123,11 @@ class AblationBench:
         """Each variant less what it is compared with."""
         bases = {name: each.base for name, each in VARIANTS.items()}
         says = {name: each.says for name, each in VARIANTS.items()}
-        return make_report([result.row for result in results], bases, says, folder)
+        made = make_report([result.row for result in results], bases, says, folder)
+        written = write_results(
+            results, folder, title=TITLE, base=WHOLE, report=made, limitations=LIMITATIONS
+        )
+        return replace(made, files=(*made.files, *written))
 
 
 def on(
