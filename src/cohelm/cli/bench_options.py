@@ -107,6 +107,32 @@ OWN: Mapping[str, Option] = {
             typer.Option(metavar="A,B", help="Scenarios by name or file; unset, the usual ones."),
         ]
     ),
+    "cards": Option(
+        Annotated[
+            str | None,
+            typer.Option(metavar="A,B", help="Cards by name or file; unset, all there are."),
+        ]
+    ),
+    "card_map": Option(
+        Annotated[
+            Path | None,
+            typer.Option(
+                "--map",
+                metavar="FILE.yaml",
+                help="Lay the cards on this map, where it is most like their floors.",
+            ),
+        ],
+        into=lambda given: {"map_file": given},
+    ),
+    "vary": Option(
+        Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="KEY=A,B,C",
+                help="Ride with each of these values, a column of its own; again for another key.",
+            ),
+        ]
+    ),
     "riders": Option(
         Annotated[
             str | None,
@@ -117,6 +143,12 @@ OWN: Mapping[str, Option] = {
         Annotated[
             str | None,
             typer.Option(metavar="A,B", help="manual, assisted, shared, autonomous; unset, all."),
+        ]
+    ),
+    "films": Option(
+        Annotated[
+            str | None,
+            typer.Option(metavar="A,B", help="zara01, eth, or files of walks; unset, those two."),
         ]
     ),
     "blind": Option(_flag("--blind", "No one sees the chair."), False),

@@ -20,9 +20,17 @@ BENCHES = {
         "cohelm.evaluation.benches.barn",
         "The 300 BARN worlds in this 2-D simulator: success, collisions, score.",
     ),
+    "cards": (
+        "cohelm.evaluation.benches.cards",
+        "Social navigation cards, every local planner on each (Francis et al. 2023).",
+    ),
     "crowdnav": (
         "cohelm.evaluation.benches.crowdnav",
         "CrowdNav's circle crossing past people who do not see the robot.",
+    ),
+    "crowds": (
+        "cohelm.evaluation.benches.crowds",
+        "Every local planner across filmed crowds, who do not react.",
     ),
     "paper-dynamic": (
         "cohelm.evaluation.benches.paper_dynamic",
@@ -66,10 +74,12 @@ BENCHES = {
 OPTIONS: dict[str, tuple[str, ...]] = {
     "ablation": ("scenes", "seeing", "true_people", "tuned", "settings"),
     "barn": ("barn_planners", "worlds", "settings"),
+    "cards": ("planners", "cards", "card_map", "vary", "true_people", "tuned", "settings"),
     "crowdnav": (
         *("replay", "kinematics", "planner", "layout", "people", "caution"),
         "driver_settings",
     ),
+    "crowds": ("planners", "films", "true_people", "settings"),
     "paper-dynamic": ("planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),
     "planning": ("map_file", "size"),

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
 app = typer.Typer()
 
 
+Plot = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Draw each of them to a picture in this folder.")
+]
+
+
 @app.command()
-def scenarios() -> int:
+def scenarios(plot: Plot = None) -> int:
     """The scenarios that come with cohelm."""
-    return _listing("scenarios")
+    from cohelm.cli import listings  # noqa: PLC0415 # lazy
+
+    return listings.scenarios(plot)
 
 
 @app.command()

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from rich.table import Table
 
 from cohelm import plugins as parts
 from cohelm.cli.report import OUTPUT
+from cohelm.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from cohelm.evaluation.scenario import Scenario
 
 
 class DataSet(NamedTuple):
@@ -71,18 +76,42 @@ DATA_SETS = (
 )
 
 
-def scenarios() -> int:
-    """List the scenarios."""
+def scenarios(plot: Path | None = None) -> int:
+    """List the scenarios under their headings, and draw each where a folder is given."""
+    from cohelm.evaluation.collection import Collection  # noqa: PLC0415 # lazy
+    from cohelm.evaluation.people import people_of  # noqa: PLC0415 # lazy
     from cohelm.evaluation.scenario import load_scenario, scenario_names  # noqa: PLC0415 # lazy
 
+    found = [load_scenario(name) for name in scenario_names()]
     table = _table("scenario", "floor", "people", "what happens")
-    for name in scenario_names():
-        scenario = load_scenario(name)
-        count = scenario.people.count
-        people = len(scenario.people.ways) if count is None else count
-        table.add_row(name, scenario.floor or scenario.map, str(people), scenario.description)
+    for collection in Collection:
+        members = [each for each in found if each.collection is collection]
+        if not members:
+            continue
+        table.add_section()
+        table.add_row("", "", "", f"[bold]{collection.title}[/]")
+        for each in members:
+            floor = each.floor or Path(each.map or "").stem
+            table.add_row(each.name, floor, str(people_of(each.people)), each.description)
     OUTPUT.print(table)
+    if plot is not None:
+        _draw(found, plot)
     return 0
+
+
+def _draw(found: Sequence[Scenario], folder: Path) -> None:
+    from cohelm.evaluation.gallery import draw_stage  # noqa: PLC0415 # lazy
+    from cohelm.evaluation.staging import set_stage  # noqa: PLC0415 # lazy
+
+    drawn = 0
+    for each in found:
+        try:
+            draw_stage(set_stage(each, each.seed), folder / f"{each.name}.png")
+        except ScenarioError as cause:  # it wants a file of the user's
+            OUTPUT.print(f"not drawn: {cause}", markup=False, soft_wrap=True)
+        else:
+            drawn += 1
+    OUTPUT.print(f"written: {drawn} pictures to {folder}", markup=False)
 
 
 def robots() -> int:

@@ -15,6 +15,7 @@ class Collection(StrEnum):
     STATIC = "paper-static"
     DYNAMIC = "paper-dynamic"
     CARDS = "cards"
+    CROWDS = "crowds"
     RIDER = "rider"
     CHANGING = "changing"
 
@@ -31,6 +32,7 @@ _TITLES = {
     Collection.STATIC: "Narrow corridors (Xu et al., static)",
     Collection.DYNAMIC: "Among a few people (Xu et al., Table 3)",
     Collection.CARDS: "Social navigation cards (Francis et al. 2023)",
+    Collection.CROWDS: "In other crowds",
     Collection.RIDER: "What the rider adds",
     Collection.CHANGING: "When the way is not as the map has it",
 }

@@ -12,22 +12,27 @@ from cohelm.geometry import arc_length
 
 APART = 0.8
 """Between the starts of two people of a flow, m at least, as long as there is room."""
+OFF_CHAIR = 1.8
+"""Between the start of one and the chair, m."""
 _TRIES = 30
 
 
-def flow_ways(flows: Sequence[Flow], count: int, rng: np.random.Generator) -> list[Way]:
+def flow_ways(
+    flows: Sequence[Flow], count: int, chair: Floats, rng: np.random.Generator
+) -> list[Way]:
     """A way for each person of the flows.
 
     Args:
         flows: the lanes.
         count: people in all of them; shared in proportion to what each asks for.
+        chair: (2,) where it starts, m.
         rng: places and who comes first are drawn from it; nothing is where there are no flows.
     """
     if not flows or count <= 0:
         return []
     ways: list[Way] = []
     for flow, share in zip(flows, _shares([flow.count for flow in flows], count), strict=True):
-        ways += _ways(flow, share, rng)
+        ways += _ways(flow, share, chair, rng)
     return ways
 
 
@@ -40,7 +45,7 @@ def _shares(wanted: Sequence[int], count: int) -> list[int]:
     return [int(part) for part in parts]
 
 
-def _ways(flow: Flow, count: int, rng: np.random.Generator) -> list[Way]:
+def _ways(flow: Flow, count: int, chair: Floats, rng: np.random.Generator) -> list[Way]:
     lane = np.array(flow.lane)
     if flow.loop:
         lane = np.vstack([lane, lane[:1]])
@@ -55,7 +60,8 @@ def _ways(flow: Flow, count: int, rng: np.random.Generator) -> list[Way]:
             s = reach * (i + rng.random()) / count
             aside = flow.width * (rng.random() - 0.5)
             at = _point(lane + aside * sideways, along, s)
-            apart = min((float(np.hypot(*(at - other))) for other in starts), default=np.inf)
+            apart = float(np.hypot(*(at - chair))) + APART - OFF_CHAIR
+            apart = min((apart, *(float(np.hypot(*(at - other))) for other in starts)))
             if apart > room:
                 best, room = (s, aside, at), apart
             if apart >= APART:

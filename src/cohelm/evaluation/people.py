@@ -33,6 +33,12 @@ CHAIR_SPEED = 0.65
 """At which the chair is expected along its route, m/s: 0.8 with slowing (Xu et al.: 0.60–0.73)."""
 
 
+def people_of(crowding: Crowding) -> int:
+    """How many people a scenario has."""
+    usual = len(crowding.ways) + sum(flow.count for flow in crowding.flows)
+    return usual if crowding.count is None else crowding.count
+
+
 def make_crowd(
     crowding: Crowding, grid: OccupancyGrid, route: Floats, rng: np.random.Generator
 ) -> Crowd:
@@ -48,10 +54,9 @@ def make_crowd(
         ScenarioError: if there is no room for so many.
     """
     ways = list(crowding.ways)
-    usual = len(ways) + sum(flow.count for flow in crowding.flows)
-    count = usual if crowding.count is None else crowding.count
+    count = people_of(crowding)
     ways = ways[:count]
-    ways += flow_ways(crowding.flows, count - len(ways), rng)
+    ways += flow_ways(crowding.flows, count - len(ways), route[0], rng)
     speeds = rng.uniform(*crowding.speed, size=count)
     if count > len(ways):
         ways += _drawn_ways(grid, route, crowding.radius, speeds[len(ways) :], ways, rng)

@@ -21,6 +21,8 @@ from cohelm.simulation import Crowd
 
 SMALL = 0.5
 """Times the usual size: a picture that is one of many."""
+STANDING = 0.5
+"""Who goes no farther than this stands, m."""
 
 
 class SceneRecord(Protocol):
@@ -90,6 +92,8 @@ def ways_of(crowd: Crowd) -> list[Floats]:
     for i, at in enumerate(crowd.position):
         ahead = crowd.waypoints[i, crowd.target[i] :]
         line = np.vstack([at, ahead[np.isfinite(ahead).all(axis=1)]])
+        if np.hypot(*(line - at).T).max() < STANDING:
+            line = line[:1]
         ways.append(np.vstack([line, at]) if crowd.loop[i] and len(line) > 1 else line)
     return ways
 

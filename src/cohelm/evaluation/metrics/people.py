@@ -12,6 +12,10 @@ ENCOUNTER = 2.0
 INTRUSION_LEVEL = 0.5
 """A person's Gaussian, 1 at the person, above this at the chair is an intrusion; our choice."""
 
+ABREAST, SIDE_BY_SIDE = 1.0, 1.5
+"""A companion is beside the chair no farther ahead or behind than this, and at most this gap away,
+m; our choice."""
+
 
 def encounters(ride: Ride) -> int:
     """People who came within 2 m."""
@@ -60,6 +64,20 @@ def social_space_intrusion(ride: Ride) -> float:
 def social_space_intrusion_share(ride: Ride) -> float:
     """Share of time in which some person's Gaussian at the drive axle exceeds one half."""
     return float((_gaussian(ride).max(axis=1, initial=0.0) > INTRUSION_LEVEL).mean())
+
+
+def beside_share(ride: Ride) -> float:
+    """Share of time in which the scenario's companion is beside the chair; NaN where it has none.
+
+    Beside: at most 1 m ahead of the drive axle or behind it, with a gap of at most 1.5 m.
+    """
+    who = ride.scenario.companion
+    if who is None or who >= ride.people.shape[1]:
+        return float("nan")
+    away = ride.people[:, who, :2] - ride.pose[:, :2]
+    along = np.cos(ride.pose[:, 2]) * away[:, 0] + np.sin(ride.pose[:, 2]) * away[:, 1]
+    beside = (np.abs(along) <= ABREAST) & (ride.gap_people[:, who] <= SIDE_BY_SIDE)
+    return float(beside.mean())
 
 
 def _gaussian(ride: Ride) -> Floats:

@@ -27,6 +27,7 @@ MEASURES: dict[str, Callable[[Ride], float]] = {
     "proxemics_social": lambda ride: people.proxemics(ride, 1.2, 3.6),
     "social_space_intrusion": people.social_space_intrusion,
     "social_space_intrusion_share": people.social_space_intrusion_share,
+    "beside_share": people.beside_share,
     "linear_velocity_variance": lambda ride: float(np.var(ride.twist[:, 0])),
     "angular_velocity_variance": lambda ride: float(np.var(ride.twist[:, 2])),
     "linear_velocity_variance_underway": lambda ride: float(np.var(motion.underway(ride)[:, 0])),

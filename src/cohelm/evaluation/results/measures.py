@@ -16,6 +16,7 @@ class Family(StrEnum):
     COMFORT = "comfort"
     RIDER = "stand-ins for the rider's opinion"
     """Computed from stick and wheels: nobody was asked."""
+    ASKED = "what people said"
     PROGRAM = "the program"
 
 
@@ -93,6 +94,7 @@ KNOWN: Mapping[str, Measure] = {
     "proxemics_social": _safe("share of time from 1.2 to 3.6 m", "", 0, 3),
     "social_space_intrusion": _safe("in personal space, depth × time", "s", -1),
     "social_space_intrusion_share": _safe("share of time deep in personal space", "", -1, 3),
+    "beside_share": _safe("share of time beside the companion", "", 1, 3),
     "linear_velocity_variance": _comfort("variance of speed", "m²/s²", digits=4),
     "angular_velocity_variance": _comfort("variance of turn rate", "rad²/s²", digits=4),
     "linear_velocity_variance_underway": _comfort(
@@ -113,6 +115,7 @@ KNOWN: Mapping[str, Measure] = {
     "fight_rate": _rider("share of time they turn against each other", "", -1),
     "rider_effort": _rider("movement of the stick", "deflections", -1),
     "rider_reversals": _rider("stick reversals", "1/min", -1),
+    "rating": Measure("rating by a person, 1 to 5", "", 1, Family.ASKED),
     "solve_median_ms": _milliseconds("a plan's time, median"),
     "solve_p99_ms": _milliseconds("a plan's time, 99 %"),
     "tick_median_ms": _milliseconds("a tick's time, median"),

@@ -1,0 +1,67 @@
+"""What a sweep varies besides its planners: any key of the scenarios over a list of values."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import yaml
+
+from cohelm.errors import ConfigError
+
+OPTION = "--vary"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One choice of a value for every key that is varied."""
+
+    columns: tuple[tuple[str, str], ...] = ()
+    """(key, value) of each, as the rows name them."""
+    settings: tuple[str, ...] = ()
+    """``dotted.key=value`` of each."""
+
+
+def variants_of(given: Sequence[str]) -> tuple[Variant, ...]:
+    """Every combination of the values that ``key=a,b,c`` lists for each key.
+
+    Values are YAML, so that a range is one value: ``people.speed=[0.4,0.6],[1.0,1.2]``. Nothing
+    given is one variant without columns.
+
+    Raises:
+        ConfigError: if one is not ``key=value,value``, lists a value twice or a key is there twice.
+    """
+    keys: dict[str, tuple[str, ...]] = {}
+    for text in given:
+        key, equals, listed = text.partition("=")
+        key = key.strip()
+        if not equals or not key or not listed.strip():
+            raise ConfigError("write key=a,b,c, as in people.count=1,3,5", key=f"{OPTION} {text}")
+        if key in keys:
+            raise ConfigError("is there twice; list all its values once", key=f"{OPTION} {key}")
+        keys[key] = _values(key, listed)
+    return tuple(
+        Variant(
+            columns=tuple(zip(keys, chosen, strict=True)),
+            settings=tuple(f"{key}={each}" for key, each in zip(keys, chosen, strict=True)),
+        )
+        for chosen in itertools.product(*keys.values())
+    )
+
+
+def columns_of(variants: Sequence[Variant]) -> tuple[str, ...]:
+    """The keys that are varied."""
+    return tuple(key for key, _ in variants[0].columns) if variants else ()
+
+
+def _values(key: str, listed: str) -> tuple[str, ...]:
+    """The values of a list, each as YAML again."""
+    try:
+        values = yaml.safe_load(f"[{listed}]")
+    except yaml.YAMLError:
+        raise ConfigError(f"{listed!r} is no list of values", key=f"{OPTION} {key}") from None
+    texts = [yaml.safe_dump(each, default_flow_style=True).splitlines()[0] for each in values]
+    if len(set(texts)) < len(texts):
+        raise ConfigError(f"{listed!r} has a value twice", key=f"{OPTION} {key}")
+    return tuple(texts)
