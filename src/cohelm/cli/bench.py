@@ -16,6 +16,7 @@ from rich.text import Text
 
 from cohelm.cli.bench_progress import Bar
 from cohelm.cli.report import ERRORS, OUTPUT, as_json, versions, write_json
+from cohelm.cli.said import said
 from cohelm.errors import ConfigError
 from cohelm.evaluation.benches.bench import Bench, Report, Sheet, Task
 from cohelm.evaluation.sweeps.executors import executor_for
@@ -128,7 +129,8 @@ def _report(chosen: Bench, done: Sweep, folder: Path) -> Report | None:
     if not done.results:
         return None
     try:
-        return chosen.report(done.results, folder)
+        with said():
+            return chosen.report(done.results, folder)
     except Exception as failure:
         if done.whole and not done.faults:
             raise

@@ -173,8 +173,7 @@ def as_svg(figure: Figure, says: str, *, own_colours: bool = False) -> str:
         own_colours: ink and grid keep their colour, whatever the page's is.
     """
     out = io.StringIO()
-    settings = {"svg.hashsalt": "cohelm", "svg.fonttype": "none", "font.family": "sans-serif"}
-    with rc_context(settings):
+    with rc_context({"svg.hashsalt": "cohelm", "svg.fonttype": "none"}):
         figure.savefig(out, format="svg", metadata={"Date": None}, transparent=not own_colours)
     whole = out.getvalue()
     svg = whole[whole.index("<svg") :]

@@ -18,7 +18,7 @@ from cohelm.evaluation.episode import run
 from cohelm.evaluation.results.again import task_of
 from cohelm.evaluation.results.markup import Content, Markup, folded, table, tag
 from cohelm.evaluation.results.page import section
-from cohelm.evaluation.results.rides import Rides, Row, number
+from cohelm.evaluation.results.rides import Rides, Row, ended_badly, number
 from cohelm.evaluation.results.summary import case_name
 from cohelm.evaluation.ride import Ride
 from cohelm.pictures import animate_ride, draw_ride
@@ -29,7 +29,6 @@ WIDTH, FILM_WIDTH, FRAMES = 720, 480, 90
 """Of a picture and of a film, px, and the frames of a film at most."""
 FILMS = 3_500_000
 """Bytes of all films after which no other is begun."""
-_BADNESS = {"reached": 0, "timeout": 1, "stopped": 1, "collision": 2}
 
 Say = Callable[[str], None]
 
@@ -53,7 +52,7 @@ def choices(rides: Rides) -> list[Choice]:
     """
     out = []
     for name, group in rides.together().items():
-        rows = sorted((row for row in group.rows if row.get("outcome") in _BADNESS), key=badness)
+        rows = sorted((row for row in group.rows if ended_badly(row) < 3), key=badness)
         at = {"best": 0, "median": (len(rows) - 1) // 2, "worst": len(rows) - 1}
         taken: set[int] = set()
         for which in ("worst", "best", "median"):  # of one ride or two, the worst is shown
@@ -67,12 +66,11 @@ def choices(rides: Rides) -> list[Choice]:
 
 def badness(row: Row) -> tuple[float, ...]:
     """A ride's place from best to worst."""
-    ended = _BADNESS.get(str(row.get("outcome")), 3)
     ratio = number(row.get("time")) / (number(row.get("time_alone")) or math.nan)
     ratio = number(row.get("time")) if math.isnan(ratio) else ratio
     touch = np.nan_to_num(number(row.get("collision_speed")))
     gap = np.nan_to_num(-number(row.get("min_distance")))
-    return (ended, touch, float(np.nan_to_num(ratio)), gap, number(row.get("seed")))
+    return (ended_badly(row), touch, float(np.nan_to_num(ratio)), gap, number(row.get("seed")))
 
 
 def shown(rides: Rides, base: str, seconds: float, say: Say) -> Markup:

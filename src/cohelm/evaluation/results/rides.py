@@ -16,7 +16,7 @@ Key = tuple[str, ...]
 """Values of the columns that say what was compared, in their order."""
 
 _DERIVED = ("reached", "hit_moving", "hit_standing", "hit_wall", "broke_off", "time_ratio")
-_BY_HAND = ("map", "floor", "people_from")
+_ENDS = {"reached": 0, "timeout": 1, "stopped": 1, "collision": 2}
 
 
 class Rides:
@@ -124,10 +124,15 @@ def number(content: Any) -> float:
         return math.nan
 
 
+def ended_badly(row: Row) -> int:
+    """How badly a ride ended: 0 reached, 1 not reached, 2 a collision, 3 a fault of the program."""
+    return _ENDS.get(str(row.get("outcome")), 3)
+
+
 def measures_of(rides: Rides) -> list[str]:
     """Every measure of which the rides say something: those known first, in their order."""
     columns = dict.fromkeys(key for row in rides.rows for key in row)
-    skip = {*rides.by, "seed", "success", *_BY_HAND}
+    skip = {*rides.by, "seed", "success", "raters"}
     others = [key for key in columns if key not in KNOWN and key not in skip]
     others = [key for key in others if _is_measure(rides, key)]
     return [name for name in (*KNOWN, *others) if rides.has(name)]

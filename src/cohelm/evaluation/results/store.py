@@ -32,7 +32,7 @@ def has_arrow() -> bool:
     return True
 
 
-def write_episodes(rides: Rides, file: Path, title: str = "") -> None:
+def write_episodes(rides: Rides, file: Path) -> None:
     """All rides with all their columns; one row each, in their order.
 
     Columns of numbers are doubles or 64-bit integers, others text; NaN stays NaN, and what a row
@@ -48,7 +48,7 @@ def write_episodes(rides: Rides, file: Path, title: str = "") -> None:
 
     columns = list(dict.fromkeys(key for row in rides.rows for key in row))
     table = pa.table({key: _typed([row.get(key) for row in rides.rows]) for key in columns})
-    notes = json.dumps({"by": rides.by, "title": title}).encode()
+    notes = json.dumps({"by": rides.by}).encode()
     beside = file.with_suffix(".part")
     pq.write_table(table.replace_schema_metadata({_NOTES: notes}), beside, compression="zstd")
     beside.replace(file)

@@ -6,10 +6,12 @@ import logging
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from cohelm.errors import ConfigError
 from cohelm.evaluation.benches.bench import Report, Result
 from cohelm.evaluation.results.chosen import shown
 from cohelm.evaluation.results.figures import drawn
 from cohelm.evaluation.results.measures import SHOWN
+from cohelm.evaluation.results.ratings import read_ratings, with_ratings
 from cohelm.evaluation.results.report import Told, report_page
 from cohelm.evaluation.results.rides import Rides
 from cohelm.evaluation.results.store import EPISODES, has_arrow, write_episodes
@@ -65,16 +67,21 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     )
     if not len(rides):
         return ()
+    notes = list(report.notes) if report else []
+    try:
+        rides = with_ratings(rides, read_ratings(folder))
+    except ConfigError as cause:  # the rides stand without them
+        notes.append(f"no ratings: {cause}")
     chosen = base_of(rides, base)
     written = [folder / SUMMARY, folder / PAGE]
     if has_arrow():
-        write_episodes(rides, folder / EPISODES, title)
+        write_episodes(rides, folder / EPISODES)
         written.insert(0, folder / EPISODES)
     say(f"summing up {len(rides)} rides")
     write_summary(rides, chosen, folder / SUMMARY)
     told = Told(
         title=title or folder.name,
-        notes=report.notes if report else (),
+        notes=notes,
         sheets=report.sheets if report else (),
         limitations=limitations,
         paper=paper or PaperTable("", {}),
