@@ -10,21 +10,22 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.errors import ConfigError, PluginError, ScenarioError
 from cohelm.evaluation import Outcome
-from cohelm.evaluation.benches import rides, rides_rows
+from cohelm.evaluation.benches import rides
 from cohelm.evaluation.benches.bench import Result, run_tasks
 from cohelm.evaluation.benches.rides_report import Group, groups_of, make_report, paired, signed
-from cohelm.evaluation.benches.rides_rows import row_of, speed_at_touch, time_alone
 from cohelm.evaluation.benches.rides_scenes import (
     OWN_SETTINGS,
     TURNS,
     Contender,
     Scene,
-    replay_of,
+    ride_of,
     scenario_of,
     scenes_of,
 )
 from cohelm.evaluation.benches.rides_verdicts import OURS, verdicts
 from cohelm.evaluation.bootstrap import Estimate, estimate, share
+from cohelm.evaluation.sweeps import ride_row, ride_task
+from cohelm.evaluation.sweeps.ride_task import ride_figures, speed_at_touch
 
 PLAIN = Contender("ss_mpc_dcbf", "ss_mpc_dcbf")
 
@@ -78,9 +79,10 @@ def test_a_setting_of_the_scenario_wins_over_the_scene():
 
 def test_a_row_can_be_ridden_again():
     contender = Contender("slow", "ss_mpc_dcbf", ("local_planner.iterations=1",))
-    words = shlex.split(replay_of(Scene("distracted"), contender, 4))
-    assert words[:7] == ["cohelm", "run", "distracted", "--planner", "ss_mpc_dcbf", "--seed", "4"]
-    settings = words[8::2]
+    words = shlex.split(ride_of(Scene("distracted"), contender, 4).replay)
+    assert words[:5] == ["cohelm", "run", "distracted", "--seed", "4"]
+    planner, *settings = words[6::2]
+    assert planner == "local_planner.use=ss_mpc_dcbf"
     assert settings == list(Scene("distracted").settings_for(contender, 4))
 
 
@@ -110,8 +112,13 @@ def test_what_does_not_exist_is_said_before_anything_is_ridden(options, error, s
 
 def test_tasks_keep_the_planners_of_a_seed_together():
     chosen = rides.on(planners="ss_mpc_dcbf, path_follower", scenes="crossing,aggressive")
-    assert chosen.tasks(range(2)) == [(0, 0), (0, 1), (1, 0), (1, 1)]
-    assert [each.name for each in chosen.planners] == ["ss_mpc_dcbf", "path_follower"]
+    tasks = chosen.tasks(range(2))
+    assert [(task[0].seed, task[0].scenario) for task in tasks] == [
+        (0, "crossing"), (0, "aggressive"), (1, "crossing"), (1, "aggressive"),
+    ]  # fmt: skip
+    for task in tasks:
+        assert [dict(ride.columns)["planner"] for ride in task] == ["ss_mpc_dcbf", "path_follower"]
+        assert len({(ride.seed, ride.scenario) for ride in task}) == 1
 
 
 # ---------------------------------------------------------------------------- rows
@@ -127,7 +134,7 @@ def test_the_speed_at_a_touch_is_the_greater_of_both_ticks(made_ride):
         outcome=Outcome.COLLISION,
     )
     assert speed_at_touch(ride) == 0.5
-    row = rides_rows.measured(ride)
+    row = ride_figures(ride)
     assert row["outcome"] == "collision"
     assert row["collisions_person"] == 1
     assert math.isnan(row["time"])
@@ -143,12 +150,12 @@ def test_a_ride_that_breaks_off_is_a_row(monkeypatch, made_ride):
             raise ZeroDivisionError("no way\nat all")
         return made_ride(np.zeros((2, 3)))
 
-    monkeypatch.setattr(rides_rows, "run", run)
-    time_alone.cache_clear()
-    good, bad = (row_of(Scene("crossing"), PLAIN, seed) for seed in (0, 1))
+    monkeypatch.setattr(ride_task, "run", run)
+    ride_task._time_alone.cache_clear()
+    good, bad = (ride_row(ride_of(Scene("crossing"), PLAIN, seed)).row for seed in (0, 1))
     assert (bad["outcome"], bad["error"]) == ("error", "ZeroDivisionError: no way")
     assert list(good) == list(bad)
-    time_alone.cache_clear()
+    ride_task._time_alone.cache_clear()
 
 
 def test_the_ride_alone_is_the_same_scene_with_nobody(monkeypatch, made_ride):
@@ -158,12 +165,12 @@ def test_the_ride_alone_is_the_same_scene_with_nobody(monkeypatch, made_ride):
         asked.append((scenario.people.count, seed))
         return made_ride([[0, 0, 0], [5, 0, 0], [10, 0, 0]])
 
-    monkeypatch.setattr(rides_rows, "run", run)
-    time_alone.cache_clear()
-    rows = [row_of(Scene("crossing"), PLAIN, seed) for seed in (3, 4)]
+    monkeypatch.setattr(ride_task, "run", run)
+    ride_task._time_alone.cache_clear()
+    rows = [ride_row(ride_of(Scene("crossing"), PLAIN, seed)).row for seed in (3, 4)]
     assert [row["time_alone"] for row in rows] == [1.0, 1.0]  # two steps of 0.5 s
     assert asked == [(None, 3), (0, 0), (None, 4)]  # alone once
-    time_alone.cache_clear()
+    ride_task._time_alone.cache_clear()
 
 
 # ---------------------------------------------------------------------------- report
@@ -306,12 +313,12 @@ def test_a_baseline_that_is_a_straw_man_is_named():
 
 
 def test_an_interrupt_keeps_whole_comparisons(monkeypatch, tmp_path):
-    def ridden(scene, contender, seed):
-        if seed == 2:
+    def ridden(task):
+        if task.seed == 2:
             raise KeyboardInterrupt
-        return row(contender.name, seed, scene=scene.label)
+        return Result(row(seed=task.seed, **dict(task.columns)))
 
-    monkeypatch.setattr(rides, "row_of", ridden)
+    monkeypatch.setattr(rides, "ride_row", ridden)
     chosen = rides.on(planners="ss_mpc_dcbf,path_follower", scenes="crossing")
     done = run_tasks(chosen, chosen.tasks(range(4)), tmp_path, workers=1)
     assert [(each.row["planner"], each.row["seed"]) for each in done] == [
@@ -332,6 +339,6 @@ def test_a_small_sweep(tmp_path):
     assert blind["outcome"] == "collision"  # it sees nobody, and nobody sees it
     assert blind["collision_speed"] > 0.5
     again = rides.on(planners="ss_mpc_dcbf", scenes="aggressive", true_people=True)
-    (same,) = again.work((0, 0), tmp_path)
-    timing = {"solve_median_ms", "solve_p99_ms"}
+    (same,) = again.work(again.tasks(range(1))[0], tmp_path)
+    timing = set(ride_task.TIMINGS)
     assert all(identical(each, same.row[key]) for key, each in ours.items() if key not in timing)

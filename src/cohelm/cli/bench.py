@@ -24,7 +24,7 @@ from cohelm.evaluation.sweeps.identity import check_plain, code, options_of
 from cohelm.evaluation.sweeps.ledger import Header, Ledger, discard, is_begun
 from cohelm.evaluation.sweeps.sweep import Sweep, sweep
 
-INTERRUPTED = 130
+FAILED, INTERRUPTED = 1, 130
 
 
 class Asked(NamedTuple):
@@ -52,17 +52,17 @@ def bench(name: str, module: str, asked: Asked) -> int:
             with nor to be thrown away, or is of another sweep.
         WorkersFailed: if there are no workers, or not the right ones.
     """
-    done, summary = run_bench(name, module, asked)
-    if summary and asked.json:
-        write_json(summary)
-    return INTERRUPTED if not done.whole else int(bool(done.faults))
+    done, report = run_bench(name, module, asked)
+    if report is not None and asked.json:
+        write_json(_summary(name, done, report))
+    return INTERRUPTED if not done.whole else FAILED if done.faults or report is None else 0
 
 
-def run_bench(name: str, module: str, asked: Asked) -> tuple[Sweep, Mapping[str, Any]]:
-    """Run a benchmark, write what it found and, but for JSON, say it; as :func:`bench`.
+def run_bench(name: str, module: str, asked: Asked) -> tuple[Sweep, Report | None]:
+    """Run a benchmark, write what it found and, but for JSON, say it; raises as :func:`bench`.
 
     Returns:
-        what came of the tasks, and the summary; that is empty where nothing is to be summed up.
+        what came of the tasks, and what it says; None where it is too little to say anything.
     """
     chosen, tasks, workers = _planned(module, asked)
     folder = _folder(asked.out or Path("benches") / name, asked)
@@ -72,14 +72,22 @@ def run_bench(name: str, module: str, asked: Asked) -> tuple[Sweep, Mapping[str,
             discard(folder)
         with Ledger(folder, header, resume=asked.resume) as ledger, Bar(name) as bar:
             done = sweep(chosen, tasks, folder, executor=executor, ledger=ledger, watch=bar)
-    notes = [*_faults(done), *_changed(ledger)]
+    notes = (*_faults(done), *_changed(ledger))
     report = _report(chosen, done, folder)
     if report is None:
         for note in notes:
             ERRORS.print(note, markup=False, soft_wrap=True)
-        return done, {}
+        return done, None
     report = replace(report, notes=(*report.notes, *notes))
-    summary = {
+    text = as_json(_summary(name, done, report), indent=2)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    if not asked.json:
+        _say(chosen.TITLE, report, folder, whole=done.whole)
+    return done, report
+
+
+def _summary(name: str, done: Sweep, report: Report) -> Mapping[str, Any]:
+    return {
         **report.summary,
         "bench": name,
         "complete": done.whole,
@@ -87,10 +95,6 @@ def run_bench(name: str, module: str, asked: Asked) -> tuple[Sweep, Mapping[str,
         "rows": [result.row for result in done.results],
         "versions": versions(),
     }
-    (folder / "summary.json").write_text(as_json(summary, indent=2) + "\n", encoding="utf-8")
-    if not asked.json:
-        _say(chosen.TITLE, report, folder, whole=done.whole)
-    return done, summary
 
 
 def _planned(module: str, asked: Asked) -> tuple[Bench, Sequence[Task], int]:

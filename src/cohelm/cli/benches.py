@@ -106,11 +106,24 @@ def _command(name: str, module: str) -> Callable[..., int]:
         common = {option: given[option] for option in COMMON}
         return bench.bench(name, module, bench.Asked(**common, options=for_bench(given)))
 
-    signature = inspect.Signature(parameters(OPTIONS.get(name, ())), return_annotation=int)
-    vars(command)["__signature__"] = signature  # what the options are made from
-    command.__annotations__ = {each: p.annotation for each, p in signature.parameters.items()}
+    return _taking(OPTIONS.get(name, ()), command)
+
+
+def _taking(own: tuple[str, ...], command: Callable[..., int]) -> Callable[..., int]:
+    """The command with the signature that typer makes its options from."""
+    signature = inspect.Signature(parameters(own), return_annotation=int)
+    vars(command)["__signature__"] = signature
+    command.__annotations__ = {name: p.annotation for name, p in signature.parameters.items()}
     return command
+
+
+def _all(**given: Any) -> int:
+    compiled_code.place()
+    from cohelm.cli import bench, bench_all  # noqa: PLC0415 # lazy
+
+    return bench_all.bench_all(BENCHES, bench.Asked(**given))
 
 
 for _name, (_module, _help) in BENCHES.items():
     app.command(_name, help=_help)(_command(_name, _module))
+app.command("all", help="Every benchmark in turn, with little of each.")(_taking((), _all))

@@ -21,11 +21,11 @@ from scipy.stats import qmc
 from cohelm import plugins
 from cohelm.config import Model, read_yaml, validate
 from cohelm.errors import ConfigError
-from cohelm.evaluation.benches.rides_rows import measured
 from cohelm.evaluation.benches.rides_scenes import Contender, Scene, scenario_of
 from cohelm.evaluation.episode import run
 from cohelm.evaluation.presets import as_settings, nested
 from cohelm.evaluation.ride import Outcome, Ride
+from cohelm.evaluation.sweeps.ride_task import ride_figures
 
 FIRST_SEED = 1009
 """Of training: 1000 and beyond is for search, below is for results. From 1009 on the first rides
@@ -180,7 +180,7 @@ def cost_parts(ride: Ride) -> dict[str, float]:
     - ``intimate``: twice the share of time nearer than 0.45 m to somebody
     - ``smoothness``: 0.05 × RMS jerk (m/s³) + 0.5 × variance of the turn rate (rad²/s²)
     """
-    row = measured(ride)
+    row = ride_figures(ride)
     reached = ride.outcome is Outcome.REACHED
     touched = ride.outcome is Outcome.COLLISION
     speed = np.nan_to_num(row["collision_speed"]) / ride.robot.max_speed

@@ -14,12 +14,12 @@ from pathlib import Path
 
 from cohelm.evaluation.benches.ablation_report import make_report
 from cohelm.evaluation.benches.bench import Report, Result, Task, parted
-from cohelm.evaluation.benches.rides_rows import row_of
-from cohelm.evaluation.benches.rides_scenes import Contender, Scene, scenario_of, scenes_of
+from cohelm.evaluation.benches.rides_scenes import Contender, Scene, ride_of, scenario_of, scenes_of
 from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.presets import tuned_settings
 from cohelm.evaluation.results import write_results
 from cohelm.evaluation.scenario import PARTS
+from cohelm.evaluation.sweeps import ride_row
 
 TITLE = "What each idea is worth: one at a time left out"
 SEEDS = 20
@@ -112,12 +112,15 @@ class AblationBench:
 
     def tasks(self, seeds: range) -> Sequence[Task]:
         """One for each seed and scene, so that an interrupt leaves whole comparisons."""
-        return [(seed, scene) for seed in seeds for scene in range(len(self.scenes))]
+        return [
+            tuple(ride_of(scene, each, seed) for each in self.variants)
+            for seed in seeds
+            for scene in self.scenes
+        ]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """The ride of every variant."""
-        seed, scene = task
-        return [Result(row_of(self.scenes[scene], each, seed)) for each in self.variants]
+        return [ride_row(each) for each in task]
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """Each variant less what it is compared with."""

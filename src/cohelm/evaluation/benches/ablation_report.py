@@ -55,7 +55,7 @@ def make_report(
     """Tables, sentences, a summary and the picture.
 
     Args:
-        rows: as ``rides_rows`` gives them, the variants in place of planners.
+        rows: as ``ride_row`` gives them, the variants in place of planners.
         bases: variant → what it is compared with; itself where it is such a base.
         says: variant → what is done instead.
         folder: for the picture.

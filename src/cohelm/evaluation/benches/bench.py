@@ -71,7 +71,6 @@ def parted(names: str | None, key: str) -> tuple[str, ...]:
 class Bench(Protocol):
     """A benchmark; a module is one.
 
-    It may have ``failed(task, fault)`` too: the rows of a task that raised or whose process died.
     What its options say are fields of a frozen dataclass: they tell one sweep from another.
     """
 

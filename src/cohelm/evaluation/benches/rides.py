@@ -15,18 +15,19 @@ from pathlib import Path
 from cohelm import plugins
 from cohelm.evaluation.benches.bench import Report, Result, Task, parted
 from cohelm.evaluation.benches.rides_report import make_report
-from cohelm.evaluation.benches.rides_rows import row_of
 from cohelm.evaluation.benches.rides_scenes import (
     DYNAMIC,
     OWN_SETTINGS,
     Contender,
     Scene,
+    ride_of,
     scenario_of,
     scenes_of,
 )
 from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.presets import tuned_settings
 from cohelm.evaluation.results import write_results
+from cohelm.evaluation.sweeps import ride_row
 
 TITLE = "Local planners in the same scenes, ride by ride (Xu et al., Table 3)"
 SEEDS = 20
@@ -52,12 +53,15 @@ class RidesBench:
 
     def tasks(self, seeds: range) -> Sequence[Task]:
         """One for each seed and scene, so that an interrupt leaves whole comparisons."""
-        return [(seed, scene) for seed in seeds for scene in range(len(self.scenes))]
+        return [
+            tuple(ride_of(scene, each, seed) for each in self.planners)
+            for seed in seeds
+            for scene in self.scenes
+        ]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """The ride of every planner."""
-        seed, scene = task
-        return [Result(row_of(self.scenes[scene], each, seed)) for each in self.planners]
+        return [ride_row(each) for each in task]
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """A table for each scene, paired differences, and what was asked for."""

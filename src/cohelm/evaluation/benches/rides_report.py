@@ -30,7 +30,7 @@ class Group:
     """The rides of one planner in one scene, by seed.
 
     Args:
-        rows: as ``rides_rows`` gives them.
+        rows: as ``ride_row`` gives them.
     """
 
     def __init__(self, rows: Sequence[Row]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cohelm.evaluation.scenario import Scenario, load_scenario
+from cohelm.evaluation.sweeps import RideTask
 
 DYNAMIC = ("crossing", "aggressive", "distracted")
 """The paper's dynamic scenes."""
@@ -90,12 +90,17 @@ def scenario_of(
     return load_scenario(scene.scenario, settings, {"local_planner": contender.planner})
 
 
-def replay_of(scene: Scene, contender: Contender, seed: int) -> str:
-    """The command that rides it again."""
-    words = ["cohelm", "run", scene.scenario, "--planner", contender.planner, "--seed", str(seed)]
-    for setting in scene.settings_for(contender, seed):
-        words += ["--set", setting]
-    return shlex.join(words)
+def ride_of(scene: Scene, contender: Contender, seed: int) -> RideTask:
+    """The ride of one planner, compared by ``scene`` and ``planner``."""
+    return RideTask(
+        columns=(("scene", scene.label), ("planner", contender.name)),
+        scenario=scene.scenario,
+        settings=(
+            f"local_planner.use={contender.planner}",
+            *scene.settings_for(contender, seed),
+        ),
+        seed=seed,
+    )
 
 
 def scenes_of(

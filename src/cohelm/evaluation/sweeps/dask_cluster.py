@@ -93,7 +93,7 @@ class _Dask:
         job, digest = pickle.dumps(work), code_digest()
         waiting = iter(tasks)
         running: dict[Any, int] = {}
-        ended = distributed.as_completed()
+        ended = distributed.as_completed(loop=self.client.loop)
         try:
             while True:
                 for index, task in islice(waiting, max(self._workers() - len(running), 0)):

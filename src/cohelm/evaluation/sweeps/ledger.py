@@ -29,6 +29,7 @@ LEDGER, ARRAYS = "ledger.jsonl", "arrays"
 OURS = (LEDGER, "rows.csv", "summary.json")
 """Files in a folder that are of a sweep."""
 _FORMAT = 1
+_MEGABYTE = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,14 @@ class Ledger:
 
 
 def is_begun(folder: Path) -> bool:
-    """Whether a folder holds results."""
-    return any((folder / name).exists() for name in OURS)
+    """Whether a folder holds results; a ledger without a task is none."""
+    if any((folder / name).exists() for name in OURS if name != LEDGER):
+        return True
+    try:
+        with (folder / LEDGER).open("rb") as stream:
+            return len(stream.readlines(_MEGABYTE)) > 1
+    except FileNotFoundError:
+        return False
 
 
 def discard(folder: Path) -> None:

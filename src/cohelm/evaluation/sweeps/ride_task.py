@@ -12,7 +12,7 @@ import json
 import math
 import shlex
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -25,7 +25,7 @@ from cohelm.evaluation.episode import run
 from cohelm.evaluation.metrics.table import MEASURES
 from cohelm.evaluation.ride import Outcome, Ride
 from cohelm.evaluation.scenario import Scenario, load_scenario
-from cohelm.evaluation.sweeps.tasks import Result
+from cohelm.evaluation.sweeps.tasks import Fault, Result
 
 ERROR = "error"
 """The outcome of a ride that broke off: a fault of the program."""
@@ -80,24 +80,7 @@ def ride_row(task: RideTask) -> Result:
     A ride that raises gives a row that says so, with its traceback and the command that rides it
     again: one fault is not to end a night's sweep.
     """
-    row: dict[str, Any] = {
-        **dict(task.columns),
-        "seed": task.seed,
-        "outcome": ERROR,
-        "time_alone": math.nan,
-        "collision_speed": math.nan,
-        "collision_speed_wall": math.nan,
-        "stops": math.nan,
-        **dict.fromkeys(MEASURES, math.nan),
-        **dict.fromkeys(TIMINGS, math.nan),
-        "people_from": "",
-        "replan_count": math.nan,
-        "config": "",
-        "version": version("cohelm"),
-        "error": "",
-        "traceback": "",
-        "replay": task.replay,
-    }
+    row = _empty(task)
     try:
         scenario = task.load()
         row["config"] = config_hash(scenario)
@@ -109,6 +92,36 @@ def ride_row(task: RideTask) -> Result:
         row["traceback"] = traceback.format_exc()[-4000:]
         return Result(row)
     return Result(row, {"series": series_of(ride)})
+
+
+def failed_rides(task: Sequence[Any], fault: Fault) -> Sequence[Result]:
+    """The rows of a task of rides of which nothing came, as where its process died; else none."""
+    rides = [each for each in task if isinstance(each, RideTask)]
+    said = {"error": fault.error, "traceback": fault.traceback}
+    return [Result({**_empty(each), **said}) for each in rides]
+
+
+def _empty(task: RideTask) -> dict[str, Any]:
+    """The row of a ride of which nothing is known."""
+    return {
+        **dict(task.columns),
+        "seed": task.seed,
+        "outcome": ERROR,
+        "time_alone": math.nan,
+        "collision_speed": math.nan,
+        "collision_speed_wall": math.nan,
+        "stops": math.nan,
+        **dict.fromkeys(MEASURES, math.nan),
+        **dict.fromkeys(TIMINGS, math.nan),
+        "people_from": "",
+        "people_react": math.nan,
+        "replan_count": math.nan,
+        "config": "",
+        "version": version("cohelm"),
+        "error": "",
+        "traceback": "",
+        "replay": task.replay,
+    }
 
 
 def ride_figures(ride: Ride) -> Mapping[str, Any]:
@@ -127,8 +140,15 @@ def ride_figures(ride: Ride) -> Mapping[str, Any]:
         "solve_p99_ms": float(np.percentile(solve, 99.0)),
         "tick_median_ms": float(np.median(tick)) if len(tick) else math.nan,
         "people_from": ride.ticks[-1].people.source if ride.ticks else "",
+        "people_react": react_share(ride),
         "replan_count": len(ride.replans),
     }
+
+
+def react_share(ride: Ride) -> float:
+    """Share of the people who may react to the chair; 0: replayed or blind ones, NaN: nobody."""
+    see = ride.people_see
+    return float(see.mean()) if see is not None and len(see) else math.nan
 
 
 def series_of(ride: Ride) -> Floats:
@@ -141,7 +161,7 @@ def series_of(ride: Ride) -> Floats:
 
 def speed_at_touch(ride: Ride) -> float:
     """How fast the chair moved when it touched a person, the worst, m/s; NaN: it never did."""
-    return speed_where(ride, ride.hit_moving.any(axis=1))
+    return speed_where(ride, np.asarray(ride.hit_moving.any(axis=1)))
 
 
 def speed_where(ride: Ride, touched: Booleans) -> float:

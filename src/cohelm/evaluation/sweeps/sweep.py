@@ -6,7 +6,7 @@ import csv
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,6 +15,7 @@ from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps.executors import Executor, fault_of, in_processes
 from cohelm.evaluation.sweeps.identity import keys_of
 from cohelm.evaluation.sweeps.ledger import Ledger, Record
+from cohelm.evaluation.sweeps.ride_task import failed_rides
 from cohelm.evaluation.sweeps.tasks import Done, Fault, Progress, Result, Task
 
 Watch = Callable[[Progress], None]
@@ -24,10 +25,7 @@ _RARELY = 1.0  # s
 
 
 class Worker(Protocol):
-    """The part of a benchmark that a sweep needs.
-
-    Where it has ``failed(task, fault)``, that gives the rows of a task of which nothing came.
-    """
+    """The part of a benchmark that a sweep needs."""
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """Do one task."""
@@ -62,9 +60,9 @@ def sweep(
 ) -> Sweep:
     """Do those tasks that the ledger does not have; ``rows.csv`` in the folder grows.
 
-    Tasks that failed before are tried again. An interrupt ends it: what is done by then is
-    returned. The results are those the ledger gives back, so that a sweep that went on is the same
-    as one that was never interrupted.
+    Tasks that failed before are tried again; a ride that failed is a row all the same. An
+    interrupt ends it: what is done by then is returned. The results are those the ledger gives
+    back, so that a sweep that went on is the same as one that was never interrupted.
 
     Raises:
         ConfigError: if the ledger cannot be written to.
@@ -89,13 +87,16 @@ def sweep(
     watch(progress(before))
     try:
         for count, done in enumerate(_done(bench, missing, folder, executor), before + 1):
-            records[done.index] = _kept(bench, tasks, keys, ledger, done)
+            records[done.index] = _kept(tasks, keys, ledger, done)
             file.write_now_and_then(records)
             watch(progress(count))
     except KeyboardInterrupt:
         pass
-    finally:
-        file.write(records)
+    except BaseException:
+        with suppress(OSError):  # it is told what came before
+            file.write(records)
+        raise
+    file.write(records)
     faults = {i: each.fault for i, each in sorted(records.items()) if each.fault is not None}
     return Sweep(_in_order(records), faults, len(records), len(tasks))
 
@@ -149,17 +150,10 @@ def _done(
             yield from each
 
 
-def _kept(
-    bench: Worker,
-    tasks: Sequence[Task],
-    keys: Sequence[str],
-    ledger: Ledger | None,
-    done: Done,
-) -> Record:
+def _kept(tasks: Sequence[Task], keys: Sequence[str], ledger: Ledger | None, done: Done) -> Record:
     results, fault = done.results, done.fault
-    rows_of = getattr(bench, "failed", None)
-    if fault is not None and rows_of is not None:
-        results = rows_of(tasks[done.index], fault)
+    if fault is not None:
+        results = failed_rides(tasks[done.index], fault)
     if ledger is None:
         return Record(tuple(results), fault)
     try:
