@@ -41,6 +41,26 @@ class Way(Model):
     """m/s; none: drawn like everybody's."""
     see_robot: bool | None = None
     """None: like everybody."""
+    facing_deg: float | None = Field(None, ge=-360.0, le=360.0)
+    """Direction faced at first; none: along the way."""
+
+
+class Group(Model):
+    """People who walk together, or stand and talk."""
+
+    points: tuple[Point, ...] = Field(min_length=1)
+    """Way-points of their middle, m; a single one: they stand round it and face it."""
+    size: int = Field(2, ge=2, le=12)
+    """People."""
+    spacing: float = Field(0.85, ge=0.5, le=3.0)
+    """From neighbour to neighbour, m (assumed: a little more than Moussaïd et al.'s d₀ of 0.8 m,
+    under which members of a group keep off each other)."""
+    loop: bool = False
+    """They walk to the first point again after the last, and so on for ever."""
+    speed: float | None = Field(None, gt=0.0, le=3.0)
+    """m/s; none: drawn, once for all of them."""
+    see_robot: bool | None = None
+    """None: like everybody."""
 
 
 class Flow(Model):
@@ -66,10 +86,12 @@ class Crowding(Model):
     """Who walks there."""
 
     count: int | None = Field(None, ge=0, le=300)
-    """People; beyond the explicit ways those in the flows, and where there are none, ways are drawn
-    that cross the robot's. None: as many as ways and flows have."""
+    """People; beyond explicit ways and groups those in the flows, and where there are none, ways
+    are drawn that cross the robot's. None: as many as ways, groups and flows have."""
     ways: tuple[Way, ...] = ()
     """Explicit ways, one for each person."""
+    groups: tuple[Group, ...] = ()
+    """Who walk or stand together; ``social_force`` keeps them so."""
     flows: tuple[Flow, ...] = ()
     """Streams of people along lanes."""
     model: Spec = named(WALKERS)

@@ -49,7 +49,7 @@ def _ways(flow: Flow, count: int, chair: Floats, rng: np.random.Generator) -> li
     lane = np.array(flow.lane)
     if flow.loop:
         lane = np.vstack([lane, lane[:1]])
-    sideways = _sideways(lane, closed=flow.loop)
+    sideways = sideways_of(lane, closed=flow.loop)
     along = arc_length(lane)
     reach = min(flow.spread or along[-1], along[-1])
     starts: list[Floats] = []
@@ -85,7 +85,7 @@ def _way(flow: Flow, line: Floats, along: Floats, s: float) -> Way:
     )
 
 
-def _sideways(lane: Floats, *, closed: bool) -> Floats:
+def sideways_of(lane: Floats, *, closed: bool) -> Floats:
     """By what each corner (k, 2) of a lane moves that is moved one metre to the left."""
     way = np.diff(lane, axis=0)
     left = np.stack([-way[:, 1], way[:, 0]], axis=-1) / np.hypot(*way.T)[:, None]

@@ -9,6 +9,7 @@ Nobody walks far along the route where it is too narrow for a chair and a person
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from cohelm.arrays import Floats
 from cohelm.errors import ScenarioError
 from cohelm.evaluation.company import Crowding, Way
 from cohelm.evaluation.flows import flow_ways
+from cohelm.evaluation.parties import group_ways
 from cohelm.evaluation.walkable import CELL, Walkable, pulled_tight, spread, trace, walkable
 from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.maps import OccupancyGrid
@@ -35,7 +37,8 @@ CHAIR_SPEED = 0.65
 
 def people_of(crowding: Crowding) -> int:
     """How many people a scenario has."""
-    usual = len(crowding.ways) + sum(flow.count for flow in crowding.flows)
+    usual = len(crowding.ways) + sum(group.size for group in crowding.groups)
+    usual += sum(flow.count for flow in crowding.flows)
     return usual if crowding.count is None else crowding.count
 
 
@@ -56,11 +59,17 @@ def make_crowd(
     ways = list(crowding.ways)
     count = people_of(crowding)
     ways = ways[:count]
-    ways += flow_ways(crowding.flows, count - len(ways), route[0], rng)
+    grouped = min(sum(group.size for group in crowding.groups), count - len(ways))
+    in_flows = flow_ways(crowding.flows, count - len(ways) - grouped, route[0], rng)
     speeds = rng.uniform(*crowding.speed, size=count)
+    together, numbers = group_ways(crowding.groups, grouped, speeds[len(ways) :])
+    group = np.full(count, -1, dtype=np.int64)
+    group[len(ways) : len(ways) + grouped] = numbers
+    ways += [*together, *in_flows]
     if count > len(ways):
         ways += _drawn_ways(grid, route, crowding.radius, speeds[len(ways) :], ways, rng)
-    return _crowd(crowding, ways, speeds[: len(ways)], rng)
+    crowd = _crowd(crowding, ways, speeds[: len(ways)], rng)
+    return replace(crowd, group=group[: len(ways)]) if grouped else crowd
 
 
 def _drawn_ways(
@@ -214,7 +223,8 @@ def _crowd(crowding: Crowding, ways: list[Way], speeds: Floats, rng: np.random.G
     angle, radius = rng.uniform(-np.pi, np.pi, n), crowding.jitter * np.sqrt(rng.random(n))
     start = waypoints[:, 0] + radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     towards = (waypoints[:, 1] if most > 1 else waypoints[:, 0]) - start
-    heading = np.arctan2(towards[:, 1], towards[:, 0])
+    facing = [np.nan if way.facing_deg is None else math.radians(way.facing_deg) for way in ways]
+    heading = np.where(np.isnan(facing), np.arctan2(towards[:, 1], towards[:, 0]), facing)
     return Crowd(
         position=start,
         velocity=np.zeros((n, 2)),
