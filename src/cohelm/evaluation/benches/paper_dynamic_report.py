@@ -127,7 +127,7 @@ def scene_sheet(
     ]
     for name, figures in TABLE3.get(scene, {}).items():
         hit = "yes" if figures[0] == 0.0 else "no"
-        printed = [f"{x:.{c.digits}f}" for x, c in zip(figures, columns, strict=True)]
+        printed = [f"{each:.5g}" for each in figures]
         rows.append((f"paper: {METHODS[name]}", "–", "–", hit, *printed))
     return Sheet(
         title=f"{title}: median [95 % interval]; worst",
@@ -148,7 +148,7 @@ def cell_sheet(groups: Groups) -> Sheet:
         rows.append(
             (
                 f"{cell.scene}, {cell.column.head}",
-                f"{cell.paper:.{digits}f}",
+                f"{cell.paper:.5g}",
                 f"{cell.ours:.{digits}f}",
                 "better" if cell.won else "LOST",
                 f"{other.ours:.{digits}f}" if other else "–",

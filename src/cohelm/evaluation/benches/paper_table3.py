@@ -115,9 +115,8 @@ class Cell:
         return bool(self.column.better * (self.ours.mean - self.paper) > 0.0)
 
     def __str__(self) -> str:
-        digits = self.column.digits
-        paper = f"{self.paper:.{digits}f}"
-        return f"{self.scene}, {self.column.title} ({self.ours.mean:.{digits}f} against {paper})"
+        ours = f"{self.ours.mean:.{self.column.digits}f}"
+        return f"{self.scene}, {self.column.title} ({ours} against {self.paper:.5g})"
 
 
 def values_of(group: Group, column: Column) -> Floats:
