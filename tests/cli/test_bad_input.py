@@ -33,6 +33,7 @@ def refused(cohelm):
         (("run", "empty", "--people", "1.5"), "--people"),
         (("run", "empty", "--mode", "automatic"), "autonomous"),
         (("run", "empty", "--planner", "ss_mpc"), "did you mean 'ss_mpc_dcbf'"),
+        (("run", "empty", "--planner", "dwaa"), "error: --planner: "),
         (("run", "empty", "--method", "a*"), "astar"),
         (("run", "empty", "--rider", "nudg"), "did you mean 'nudge'"),
         (("run", "empty", "--robot", "quantum_q6"), "did you mean 'quantum_q6_edge'"),

@@ -17,9 +17,12 @@ import numpy as np
 from cohelm.cli import words
 from cohelm.cli.progress import RideProgress
 from cohelm.cli.report import ERRORS, OUTPUT, as_json, metrics_table, versions, write_json
+from cohelm.config import nearest
 from cohelm.errors import ConfigError
 from cohelm.evaluation import Outcome, Ride, Scenario, load_scenario, measure, timing
 from cohelm.evaluation import run as ride_out
+from cohelm.evaluation.scenario import PARTS
+from cohelm.plugins import names
 
 PEOPLE_ON_A_MAP = 12
 """On a map of one's own, where the scenario has nobody to bring along."""
@@ -106,12 +109,13 @@ def scenario_of(asked: Asked) -> Scenario:
     if asked.mode is not None:
         changes["mode"] = asked.mode
     parts = {
-        "local_planner": asked.planner,
-        "global_planner": asked.method,
-        "rider": asked.rider,
+        "local_planner": ("--planner", asked.planner),
+        "global_planner": ("--method", asked.method),
+        "rider": ("--rider", asked.rider),
     }
-    for key, name in parts.items():
+    for key, (option, name) in parts.items():
         if name is not None and name != getattr(base, key)["use"]:
+            _check_installed(PARTS[key][0], name, option)
             changes[key] = {"use": name}
     settings = [] if asked.people is None else [f"people.count={asked.people}"]
     return load_scenario(asked.scenario, [*settings, *asked.settings], changes)
@@ -169,6 +173,14 @@ def _onto_map(base: Scenario, asked: Asked) -> dict[str, Any]:
         "people": people,
         "time_limit": 600.0,
     }
+
+
+def _check_installed(group: str, name: str, option: str) -> None:
+    """Refuse a part that there is not, by the option that asks for it."""
+    known = names(group)
+    if name not in known:
+        what = group.replace("_", " ").removesuffix("s")
+        raise ConfigError(f"no {what} is called {name!r}{nearest(name, known)}", key=option)
 
 
 def _robot(name_or_file: str) -> str:

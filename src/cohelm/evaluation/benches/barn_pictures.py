@@ -33,8 +33,14 @@ def draw_difficulty(classes: Mapping[str, Sequence[float]], file: Path) -> Path:
     axes = figure.subplots()
     for k, (planner, shares) in enumerate(classes.items()):
         at = np.arange(len(shares)) + 0.8 * (k + 0.5) / len(classes) - 0.4
-        axes.bar(at, shares, 0.74 / len(classes), label=planner, color=_COLOURS[k % len(_COLOURS)])
+        there, colour = np.isfinite(shares), _COLOURS[k % len(_COLOURS)]
+        axes.bar(
+            at[there], np.array(shares)[there], 0.74 / len(classes), label=planner, color=colour
+        )
     count = len(next(iter(classes.values())))
+    for k in range(count):
+        if not any(np.isfinite(shares[k]) for shares in classes.values()):
+            axes.annotate("none ridden", (k, 0.02), ha="center", fontsize=7, color=canvas.INK)
     words = ["straightest", *[""] * (count - 2), "most winding"]
     axes.set(ylim=(0.0, 1.0), xticks=range(count), xticklabels=words)
     axes.set_ylabel("success")
@@ -42,7 +48,7 @@ def draw_difficulty(classes: Mapping[str, Sequence[float]], file: Path) -> Path:
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title("BARN worlds, 2-D port: success by reference path, in fifths", fontsize=9)
-    axes.legend(fontsize=8, loc="lower left")
+    figure.legend(loc="outside lower center", ncols=min(len(classes), 4), fontsize=8)
     canvas.save(figure, file)
     return file
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -116,7 +117,10 @@ def _class_table(classes: Mapping[str, Sequence[float]]) -> Sheet:
     return Sheet(
         title="success by how much longer than straight the reference path is, in fifths",
         columns=("planner", "straightest", *(f"{k}." for k in range(2, CLASSES)), "most winding"),
-        rows=tuple((name, *(f"{v:.3f}" for v in each)) for name, each in classes.items()),
+        rows=tuple(
+            (name, *("–" if math.isnan(v) else f"{v:.3f}" for v in each))
+            for name, each in classes.items()
+        ),
     )
 
 

@@ -24,6 +24,7 @@ from cohelm.evaluation.benches.bench import Report, Result, Task
 from cohelm.messages import Status
 from cohelm.testing.benches import solver_proofs, solver_report, solver_speed
 from cohelm.testing.benches.solver_pictures import draw_speed
+from cohelm.testing.benches.solver_states import TICKS
 from cohelm.testing.comparison import Verdict
 
 TITLE = "The local planner's solver beside CasADi + IPOPT"
@@ -35,6 +36,8 @@ PEOPLE = (0, 1, 5, 10, 20, 30, 50)
 HORIZONS = (25, 10, 40)
 RIDES, EVERY = 8, 16
 """Rides of each crowd and horizon; IPOPT solves every so many-th state."""
+STATES = RIDES * TICKS
+"""Of each crowd and horizon."""
 PROBLEMS, SOLVES = 500, 21_000
 """Random problems for the optima; solves that may not fail."""
 
@@ -71,13 +74,14 @@ class SolverBench:
 
     def _all(self, seed: int) -> list[Task]:
         rides = max(round(RIDES * self.share), 1)
+        states = max(round(STATES * self.share), 1)
         chunks = max(round(PROBLEMS * self.share / _CHUNK), 1)
         problems = max(round(PROBLEMS * self.share / chunks), 1)
         kinds = solver_proofs.KINDS
         runs = max(round(SOLVES * self.share / _SOLVES / len(kinds)), 1)
         solves = max(round(SOLVES * self.share / runs / len(kinds)), 1)
         return [
-            *(("speed", n, horizon, rides, seed) for horizon in HORIZONS for n in PEOPLE),
+            *(("speed", n, horizon, states, seed) for horizon in HORIZONS for n in PEOPLE),
             *(("optima", problems, 1000 * seed + k) for k in range(chunks)),
             *(("commands", n, max(rides // 2, 1), seed) for n in PEOPLE if n <= MOST),
             *(("failures", kind, solves, 1000 * seed + k) for kind in kinds for k in range(runs)),
@@ -116,9 +120,9 @@ def on(parts: Sequence[str] = (), share: float = 1.0) -> SolverBench:
 def _rows(task: Task) -> Iterable[Mapping[str, Any]]:
     part, *rest = task
     if part == "speed":
-        people, horizon, rides, seed = rest
-        solver_speed.warm_up(horizon)
-        return solver_speed.rows(people, horizon, seed, rides=rides, every=EVERY)
+        people, horizon, states, seed = rest
+        solver_speed.warm_up(horizon, min(states, TICKS))
+        return solver_speed.rows(people, horizon, seed, count=states, every=EVERY)
     if part == "failures":
         return [solver_proofs.failures(*rest)]
     if not find_spec("casadi"):

@@ -7,6 +7,7 @@ import importlib
 import time
 from collections.abc import Callable, Iterator, Mapping
 from importlib.util import find_spec
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from cohelm.control import LocalProblem, Motion, SsMpcDcbf
 from cohelm.control.quadratic import Multipliers, QuadraticProgram, minimise
 from cohelm.errors import ControlError
 from cohelm.testing import oracle
-from cohelm.testing.benches.solver_states import State, ride, with_futures
+from cohelm.testing.benches.solver_states import TICKS, State, ride, with_futures
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
 
@@ -32,8 +33,12 @@ _NONE = 1e5
 
 
 @functools.cache
-def warm_up(horizon: int) -> None:
+def warm_up(horizon: int, ticks: int = TICKS) -> None:
     """Ride and solve where every branch is taken, so that no compilation is counted.
+
+    Args:
+        horizon: N.
+        ticks: of each ride; fewer may leave a branch to be compiled while it is timed.
 
     Compiled code is one for arrays of one layout: nobody, one and many are three of them, and so
     is a horizon as long as the lookahead.
@@ -44,7 +49,7 @@ def warm_up(horizon: int) -> None:
         drawn = random_problem(
             rng, (0, 1, 5)[k % 3], steps=planner.steps, step=planner.step, hopeless=k < 3
         )
-        for state in ride(planner, drawn, horizon):
+        for state in islice(ride(planner, drawn, horizon), ticks):
             near = state.problem.within(horizon)
             planner.control.solve(near, state.seed, iterations=1)
             _two_of_three(planner, with_futures(near), state.seed)
@@ -60,21 +65,21 @@ def planner_of(horizon: int, candidates: int) -> SsMpcDcbf:
     return SsMpcDcbf(SsMpcDcbf.Parameters(steps=horizon, candidates=candidates))
 
 
-def rows(people: int, horizon: int, seed: int, *, rides: int, every: int) -> Iterator[Any]:
+def rows(people: int, horizon: int, seed: int, *, count: int, every: int) -> Iterator[Any]:
     """A row for each kind of solver.
 
     Args:
         people: how many there are.
         horizon: N; the planner looks further ahead for ways.
         seed: of the states.
-        rides: how many.
+        count: how many states, 40 a ride.
         every: IPOPT solves every so many-th state, from the same start.
     """
     planner, states = planner_of(horizon, 1), list[State]()
     rng = np.random.default_rng((seed, people))
-    for _ in range(rides):
+    while len(states) < count:
         drawn = random_problem(rng, people, steps=planner.steps, step=planner.step)
-        states += ride(planner, drawn, horizon)
+        states += islice(ride(planner, drawn, horizon), count - len(states))
     near = [(state.problem.within(horizon), state.seed) for state in states]
     three = [(with_futures(problem), start) for problem, start in near]
     budget = planner.parameters.iterations
