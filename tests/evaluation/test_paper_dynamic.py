@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cohelm.errors import ConfigError, PluginError
-from cohelm.evaluation.benches import paper_dynamic
+from cohelm.evaluation.benches import paper_dynamic, paper_dynamic_report
 from cohelm.evaluation.benches.bench import Result
 from cohelm.evaluation.benches.paper_claims import (
     AGREES,
@@ -201,7 +201,17 @@ def test_rougher_compares_a_planner_with_itself():
 # ---------------------------------------------------------------------------- report
 
 
-def test_the_report_has_three_tables_the_cells_and_every_claim(tmp_path):
+@pytest.fixture
+def written(monkeypatch):
+    """What the writer of results was asked for, which is tested elsewhere."""
+    asked = {}
+    monkeypatch.setattr(
+        paper_dynamic_report, "write_results", lambda *what, **how: asked.update(how) or ()
+    )
+    return asked
+
+
+def test_the_report_has_three_tables_the_cells_and_every_claim(tmp_path, written):
     rows = [*papers_own(2), *[row(SENSED, s, k) for s in SCENES for k in range(2)]]
     rows += [{**each, "pace": "1.2 m/s"} for each in rows]
     made = make_report([Result(each) for each in rows], tmp_path, "a title")
@@ -214,12 +224,16 @@ def test_the_report_has_three_tables_the_cells_and_every_claim(tmp_path):
     told = [note for note in made.notes if note.startswith("the paper: ")]
     assert len(told) == len(CLAIMS) == len(made.summary["claims"])
     assert any("too few" in note for note in made.notes)
-    assert all(file.stat().st_size for file in made.files)
+    assert written["by"] == ("pace", "scene", "planner")
+    theirs = written["paper"].rows
+    assert theirs["1.2 m/s", "crossing", "mpc"]["time"] == 57.9
+    assert len(theirs) == 2 * 12
     json.dumps(made.summary)
 
 
-def test_part_of_a_sweep_is_a_report_too(tmp_path):
+def test_part_of_a_sweep_is_a_report_too(tmp_path, written):
     made = make_report([Result(row("dwa", "crossing", 3))], tmp_path, "a title")
+    assert written["base"] is None
     assert made.summary["cells"][SLOW] == {OURS: [], SENSED: []}
 
 

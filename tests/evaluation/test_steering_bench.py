@@ -1,0 +1,221 @@
+"""Riders in modes: pairs, verdicts, tables and options, on rows that are made up."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from cohelm.errors import ConfigError, PluginError, ScenarioError
+from cohelm.evaluation.benches import paper_static, riders, steering_report
+from cohelm.evaluation.benches.bench import Result
+from cohelm.evaluation.benches.steering import MODES, NO_RIVALS, known_riders
+from cohelm.evaluation.benches.steering_report import make_report
+from cohelm.evaluation.benches.steering_rows import Rides, differences
+from cohelm.evaluation.benches.steering_verdicts import limits, paper
+
+
+def row(mode, seed, *, rider="ideal", scene="corridor-1", outcome="reached", time=20.0, **changes):
+    hit = outcome == "collision"
+    return {
+        "scene": scene,
+        "rider": rider,
+        "mode": mode,
+        "seed": seed,
+        "outcome": outcome,
+        "time": time if outcome == "reached" else math.nan,
+        "time_alone": 18.0,
+        "collision_speed": math.nan,
+        "collision_speed_wall": 0.5 if hit else math.nan,
+        "collisions_person": 0,
+        "collisions_wall": int(hit),
+        "standing_contacts": 0,
+        "path_length": 12.0,
+        "heading_change": 2.0,
+        "rider_effort": 5.0,
+        "agreement": 0.9,
+        "fight_rate": 0.05,
+        "people_from": "tracker",
+        "error": "",
+        "replay": f"cohelm run {scene} --seed {seed}",
+        **changes,
+    }
+
+
+def every(count=20, **changes):
+    return [row(mode, seed, **changes) for mode in MODES for seed in range(count)]
+
+
+def says(judge, rows, word):
+    return [line for line in judge(Rides(rows)) if word in line]
+
+
+# ---------------------------------------------------------------------------- pairs
+
+
+def test_riders_of_one_scene_and_seed_count_as_one():
+    one = Rides(
+        [row("shared", s, rider=r, time=t + s) for s in (0, 1) for r, t in (("a", 10), ("b", 14))]
+    )
+    other = Rides([row("manual", s, rider=r, time=9.0) for s in (0, 1) for r in ("a", "b")])
+    # seed 0: (10 − 9 + 14 − 9) / 2 = 3; seed 1: 4
+    assert differences(one, other, "time").tolist() == [3.0, 4.0]
+
+
+def test_only_rides_that_both_had_are_paired():
+    one = Rides([row("shared", 0), row("shared", 1), row("shared", 2, scene="corridor-2")])
+    other = Rides([row("manual", 1, time=25.0), row("manual", 2)])
+    assert differences(one, other, "time").tolist() == [-5.0]
+
+
+def test_a_time_is_that_of_who_arrives_and_a_touch_that_of_anything():
+    rides = Rides([row("shared", 0), row("shared", 1, outcome="collision")])
+    assert np.isnan(rides.column("time")).tolist() == [False, True]
+    assert rides.column("touched").tolist() == [0.0, 1.0]
+    assert rides.touch_speed.tolist()[1] == 0.5
+    person = Rides([row("shared", 0, collisions_person=1, collision_speed=0.7)])
+    assert person.touch_speed.tolist() == [0.7]
+
+
+# ---------------------------------------------------------------------------- limits
+
+
+def test_a_soft_touch_is_none_and_a_hard_one_is_named_with_its_ride():
+    soft = row("assisted", 20, outcome="collision", collision_speed_wall=0.19)
+    assert says(limits, [*every(), soft], "MISSED") == []
+    hard = row("assisted", 21, outcome="collision", rider="tremor")
+    (missed,) = says(limits, [*every(), soft, hard], "MISSED")
+    assert missed.startswith("assisted: touches at more than 0.2 m/s in 1 of 22 rides")
+    (named,) = says(limits, [*every(), soft, hard], "assisted, tremor")
+    assert named == "assisted, tremor: 1 of 1, up to 0.50 m/s: cohelm run corridor-1 --seed 21"
+
+
+def test_nineteen_of_twenty_shared_rides_are_enough():
+    rides = every()
+    rides[2 * 20] = row("shared", 0, outcome="stopped")
+    assert says(limits, rides, "95 % asked: met")
+    rides[2 * 20 + 1] = row("shared", 1, outcome="timeout")
+    assert says(limits, rides, "95 % asked: MISSED")
+    assert says(limits, rides, "shared, ideal: 18 of 20")
+
+
+def test_the_median_time_is_held_against_the_ride_alone():
+    assert says(limits, every(time=25.0), "1.39")[0].endswith("met")  # 25 / 18
+    assert says(limits, every(time=25.3), "1.41")[0].endswith("MISSED")
+
+
+def test_manual_may_touch():
+    rides = [*every(), row("manual", 20, outcome="collision")]
+    assert says(limits, rides, "MISSED") == []
+
+
+def test_few_rides_are_called_few():
+    assert says(limits, every(3), "too few")
+    assert not says(limits, every(20), "too few")
+
+
+# ---------------------------------------------------------------------------- the paper's corridors
+
+
+def test_shared_collides_less_than_manual_where_it_clearly_does():
+    rides = [each for each in every() if each["mode"] != "manual"]
+    rides += [row("manual", s, outcome="collision" if s % 2 else "reached") for s in range(20)]
+    (told,) = says(paper, rides, "shared collides less")
+    assert "so here; 0 of 20 rides against 10 of 20" in told
+    (same,) = says(paper, every(), "shared collides less")
+    assert "not clear here" in same
+
+
+@pytest.mark.parametrize(
+    ("alone", "shared", "here"),
+    [
+        ({"outcome": "stopped"}, {}, ": so here"),
+        ({"time": 25.0}, {}, ": so here"),
+        ({}, {"time": 25.0}, "not so here"),
+        ({}, {"outcome": "timeout"}, "not so here"),
+    ],
+)
+def test_better_is_to_arrive_more_often_or_as_often_and_sooner(alone, shared, here):
+    rides = [row("autonomous", s, **alone) for s in range(20)]
+    rides += [row("shared", s, **shared) for s in range(20)]
+    (told,) = says(paper, rides, "better than the chair alone")
+    assert here in told
+    assert ("neither fails nor freezes" in told) == (here == "not so here")
+
+
+# ---------------------------------------------------------------------------- report
+
+
+def test_the_tables_are_whole(tmp_path, monkeypatch):
+    asked = {}
+    monkeypatch.setattr(
+        steering_report, "write_results", lambda *what, **how: asked.update(how) or ()
+    )
+    rows = [*every(2), *every(2, rider="tremor", scene="corridor-2")]
+    made = make_report([Result(each) for each in rows], tmp_path, "limits", "a title")
+    titles = [sheet.title.partition(":")[0] for sheet in made.sheets]
+    assert titles[0] == "all riders in all scenes"
+    assert {f"{mode}, all scenes" for mode in MODES} <= set(titles)
+    assert {"corridor-1, all riders", "corridor-2, all riders"} <= set(titles)
+    assert all(len(line) == len(s.columns) for s in made.sheets for line in s.rows)
+    assert made.summary["modes"]["shared"]["reached"] == 4
+    assert made.summary["riders"]["tremor"]["manual"]["rides"] == 2
+    assert asked["by"] == ("scene", "rider", "mode")
+    assert asked["base"] == "shared"
+    json.dumps(made.summary)
+
+
+def test_part_of_a_sweep_is_a_report_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(steering_report, "write_results", lambda *what, **how: ())
+    for asks in ("paper", "limits"):
+        broken = row("manual", 0, outcome="error", error="KeyError: 1")
+        made = make_report([Result(broken)], tmp_path, asks, "a title")
+        assert any("ideal, manual broke off in 1 rides" in note for note in made.notes)
+
+
+# ---------------------------------------------------------------------------- what is ridden
+
+
+def test_every_rider_rides_every_mode_with_the_same_seed():
+    bench = riders.on(riders="ideal,tremor", scenes="corridor-1,distracted")
+    tasks = bench.tasks(range(3))
+    assert len(tasks) == 3 * 2 * 2
+    for task in tasks:
+        assert [dict(ride.columns)["mode"] for ride in task] == list(MODES)
+        assert len({(ride.scenario, ride.seed, dict(ride.columns)["rider"]) for ride in task}) == 1
+    scenario = tasks[1][0].load()
+    assert (scenario.mode.value, scenario.rider["use"]) == ("manual", "tremor")
+    turns = {tasks[k][0].load().people.ways[0].points[0] for k in (2, 6, 10)}
+    assert len(turns) == 3  # swept over the seeds
+
+
+def test_ten_riders_ride_by_default():
+    names = known_riders()
+    assert names[0] == "ideal"
+    assert not set(names) & set(NO_RIVALS)
+    assert set(riders.on().riders) == set(paper_static.on().riders) == set(names)
+    assert len(riders.on().scenes) == 5
+    assert len(paper_static.on().scenes) == 4
+
+
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ({"riders": "no_such"}, PluginError),
+        ({"modes": "hand"}, ConfigError),
+        ({"scenes": "no_such"}, ScenarioError),
+        ({"riders": ","}, ConfigError),
+    ],
+)
+def test_what_does_not_exist_is_said_before_anything_is_ridden(options, error):
+    with pytest.raises(error):
+        paper_static.on(**options)
+
+
+@pytest.mark.slow
+def test_a_small_sweep_gives_whole_tables(tmp_path):
+    bench = paper_static.on(riders="ideal", scenes="corridor-1", modes="shared,autonomous")
+    results = [each for task in bench.tasks(range(1)) for each in bench.work(task, tmp_path)]
+    assert [result.row["mode"] for result in results] == ["shared", "autonomous"]
+    assert {result.row["error"] for result in results} == {""}
+    assert bench.report(results, tmp_path).sheets[0].rows
