@@ -170,48 +170,56 @@ class _Pages(mmap.mmap):
 class _Field:
     """What one array field declares: its element type and its axes."""
 
-    __slots__ = ("axes", "dtype", "name", "optional")
+    __slots__ = ("axes", "dtype", "leading", "lengths", "name", "optional")
 
     def __init__(self, name: str, dtype: type[np.generic], axes: str, *, optional: bool) -> None:
         self.name = name
-        self.dtype = dtype
+        self.dtype = np.dtype(dtype)
         self.axes = tuple(axes.split())
         self.optional = optional
+        self.leading = self.axes[:1] == ("...",)
+        self.lengths = tuple(_length(axis) for axis in self.axes[self.leading :])
+
+
+def _length(axis: str) -> tuple[int, str]:
+    """(exact length, "") of an axis, or (extra, name); ("*" for any length)."""
+    if axis.isdigit():
+        return int(axis), ""
+    name, _, extra = axis.partition("+")
+    return int(extra or 0), name
 
 
 def _check(self: Any) -> None:
+    """Every value that is made passes here, some fifty of them in a tick: it must be quick."""
     lengths: dict[str, int] = {}
-    for field in _fields(type(self)):
+    for field in _KNOWN.get(type(self)) or _fields(type(self)):
         given = getattr(self, field.name)
         if given is None and field.optional:
             continue
-        array = np.asarray(given, dtype=field.dtype)
+        as_declared = type(given) is np.ndarray and given.dtype is field.dtype
+        array = given if as_declared else np.asarray(given, dtype=field.dtype)
         if array.flags.writeable:
             array = array.copy() if array is given or array.base is not None else array
-            array.flags.writeable = False
-        object.__setattr__(self, field.name, array)
-        if not _fits(array.shape, field.axes, lengths):
+            array.setflags(write=False)
+        if array is not given:
+            object.__setattr__(self, field.name, array)
+        if not _fits(array.shape, field, lengths):
             raise ValueError(
                 f"{type(self).__name__}.{field.name} has shape {array.shape}, "
                 f"declared ({', '.join(field.axes)}) with {lengths}"
             )
 
 
-def _fits(shape: tuple[int, ...], axes: tuple[str, ...], lengths: dict[str, int]) -> bool:
-    if axes and axes[0] == "...":
-        axes = axes[1:]
-        shape = shape[max(0, len(shape) - len(axes)) :]
-    if len(shape) != len(axes):
+def _fits(shape: tuple[int, ...], field: _Field, lengths: dict[str, int]) -> bool:
+    if field.leading:
+        shape = shape[max(0, len(shape) - len(field.lengths)) :]
+    if len(shape) != len(field.lengths):
         return False
-    for length, axis in zip(shape, axes, strict=True):
-        if axis == "*":
-            continue
-        if axis.isdigit():
-            if length != int(axis):
+    for length, (least, name) in zip(shape, field.lengths, strict=True):
+        if not name:
+            if length != least:
                 return False
-            continue
-        name, _, extra = axis.partition("+")
-        if lengths.setdefault(name, length - int(extra or 0)) != length - int(extra or 0):
+        elif name != "*" and lengths.setdefault(name, length - least) != length - least:
             return False
     return True
 

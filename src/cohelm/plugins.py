@@ -12,7 +12,9 @@ moment of use, an unknown name lists the choices, and a part that does not impor
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Protocol
@@ -106,8 +108,16 @@ def build(
     return part(parameters)
 
 
-def _entries(group: str) -> dict[str, EntryPoint]:
-    return {entry.name: entry for entry in entry_points(group=f"cohelm.{group}")}
+def _entries(group: str) -> Mapping[str, EntryPoint]:
+    return _found(entry_points, f"cohelm.{group}", tuple(sys.path))
+
+
+@lru_cache(maxsize=64)
+def _found(
+    search: Callable[..., Any], group: str, path: tuple[str, ...]
+) -> Mapping[str, EntryPoint]:
+    """Entry points by name, looked for once on a path: that reads every distribution's files."""
+    return {entry.name: entry for entry in search(group=group)}
 
 
 def _entry(group: str, name: str) -> EntryPoint:

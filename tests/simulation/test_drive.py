@@ -5,7 +5,7 @@ import pytest
 
 from cohelm.messages import Decision
 from cohelm.robots import Robot
-from cohelm.simulation.drive import at_rest, drive
+from cohelm.simulation.drive import at_rest, drive, ordered
 
 DT = 0.001
 
@@ -13,7 +13,7 @@ DT = 0.001
 def run(robot, wheels, decision, seconds):
     states = [wheels]
     for _ in range(round(seconds / DT)):
-        states.append(drive(robot, states[-1], decision, DT))
+        states.append(drive(robot, states[-1], ordered(robot, decision), DT))
     return states
 
 
@@ -67,5 +67,6 @@ def test_who_moves_any_way_is_no_faster_aslant(robot):
 
 def test_a_command_that_is_not_a_number_moves_nothing(robot):
     for bad in (np.nan, np.inf, -np.inf):
-        after = drive(robot, at_rest(robot, np.zeros(3)), Decision(twist=np.full(3, bad)), DT)
+        order = ordered(robot, Decision(twist=np.full(3, bad)))
+        after = drive(robot, at_rest(robot, np.zeros(3)), order, DT)
         np.testing.assert_array_equal(after.pose, 0.0)

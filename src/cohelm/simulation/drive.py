@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.messages import Decision
@@ -32,34 +34,73 @@ def at_rest(robot: Robot, pose: Floats) -> Wheels:
     return Wheels(pose=pose, setpoint=nothing, inputs=nothing, twist=np.zeros(3))
 
 
-def drive(robot: Robot, wheels: Wheels, decision: Decision, dt: float) -> Wheels:
-    """The drive ``dt`` later.
+@dataclass(frozen=True, slots=True)
+class Ordered:
+    """A decision as the motor controller takes it, (m,) each; the same until the next one."""
 
-    The command is cut to the robot's speed limits, the set-point follows it within the acceleration
-    limits, and the wheels follow the set-point with a first-order lag; the pose moves on an exact
-    arc. An emergency brakes as hard as the chair can. A command that is not a number counts as
-    zero.
+    wanted: Floats
+    """Inputs within the robot's speed limits."""
+    rise: Floats
+    """Greatest rise a second."""
+    fall: Floats
+    """Greatest fall a second."""
+    braking: Floats | None
+    """How hard an emergency brakes; None: there is none."""
+
+
+def ordered(robot: Robot, decision: Decision) -> Ordered:
+    """What a decision asks of the drive.
+
+    The command is cut to the robot's speed limits; one that is not a number counts as zero. An
+    emergency brakes as hard as the chair can.
     """
     lower, upper, rise, fall = robot.motion.bounds(robot.limits)
     wanted = np.nan_to_num(robot.motion.input(decision.twist), posinf=0.0, neginf=0.0)
     wanted = np.clip(wanted, lower, upper)
     wanted = slowed(wanted, robot.max_speed, robot.motion.translating)
-    if decision.emergency:
-        wanted = np.zeros_like(wanted)
-        hardest = _hardest_braking(robot)
+    if not decision.emergency:
+        return Ordered(wanted, rise, fall, None)
+    return Ordered(np.zeros_like(wanted), rise, fall, _hardest_braking(robot))
+
+
+def drive(robot: Robot, wheels: Wheels, order: Ordered, dt: float) -> Wheels:
+    """The drive ``dt`` later.
+
+    The set-point follows the order within the acceleration limits, and the wheels follow the
+    set-point with a first-order lag; the pose moves on an exact arc.
+    """
+    rise, fall, hardest = order.rise, order.fall, order.braking
+    if hardest is not None:
         rise = np.where(wheels.setpoint < 0.0, np.maximum(rise, hardest), rise)
         fall = np.where(wheels.setpoint > 0.0, np.maximum(fall, hardest), fall)
-    setpoint = wheels.setpoint + np.clip(wanted - wheels.setpoint, -fall * dt, rise * dt)
     lag = robot.actuation_lag
     follow = 1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0
-    inputs = wheels.inputs + follow * (setpoint - wheels.inputs)
-    inputs = np.where((setpoint == 0.0) & (np.abs(inputs) < _STILL), 0.0, inputs)
+    setpoint, inputs = _followed(
+        wheels.setpoint, wheels.inputs, order.wanted, -fall * dt, rise * dt, follow
+    )
     twist = robot.motion.twist(inputs)
     return Wheels(pose=move(wheels.pose, twist, dt), setpoint=setpoint, inputs=inputs, twist=twist)
 
 
 _STILL = 1e-4
 """Below this an input that is to be zero is zero (the brakes hold), m/s or rad/s."""
+
+
+@njit(cache=True)
+def _followed(
+    setpoint: Floats, inputs: Floats, wanted: Floats, least: Floats, most: Floats, follow: float
+) -> tuple[Floats, Floats]:
+    """The next set-point and inputs, (m,) each; least and most: by how much the first may change.
+
+    follow: by what share of their difference the inputs come nearer to it.
+    """
+    to, do = np.empty(len(wanted)), np.empty(len(wanted))
+    for i in range(len(wanted)):
+        to[i] = setpoint[i] + min(max(wanted[i] - setpoint[i], least[i]), most[i])
+        do[i] = inputs[i] + follow * (to[i] - inputs[i])
+        if to[i] == 0.0 and abs(do[i]) < _STILL:
+            do[i] = 0.0
+    return to, do
 
 
 def _hardest_braking(robot: Robot) -> Floats:

@@ -24,7 +24,7 @@ from cohelm.simulation.chance import generator
 from cohelm.simulation.changes import Change, present
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
 from cohelm.simulation.crowds.steps import between, went
-from cohelm.simulation.drive import Wheels, at_rest, drive
+from cohelm.simulation.drive import Wheels, at_rest, drive, ordered
 from cohelm.simulation.eyes import GLANCES, look
 from cohelm.simulation.faults import Fault, with_faults
 from cohelm.simulation.senses import Sensed, Senses
@@ -159,13 +159,14 @@ class World:
             before, self._scene(), setup.control_step, self._random["people"]
         )
         sensed = Sensed()
+        order = ordered(setup.robot, decision)
         touched = nobody_touched(before)
         touched_wall = False
         clearance = self._truth.gap_wall if self.grid is stood else 0.0
         there = before.there & after.there
         for k in range(1, steps + 1):
             old = self._wheels
-            self._wheels = drive(setup.robot, old, decision, dt)
+            self._wheels = drive(setup.robot, old, order, dt)
             gaps = self._gaps(between(before, after, k / steps), before.radius, there)
             touched[int(is_standing(self._wheels.twist))] |= gaps <= 0.0
             clearance -= _swept(setup.robot, old, self._wheels)

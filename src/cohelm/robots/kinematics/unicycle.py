@@ -28,7 +28,10 @@ class Unicycle:
     def twist(self, u: Floats) -> Floats:
         """(v, 0, ω)."""
         u = np.asarray(u)
-        return np.stack([u[..., 0], np.zeros_like(u[..., 0]), u[..., 1]], axis=-1)
+        out = np.zeros((*u.shape[:-1], 3), dtype=u.dtype)
+        out[..., 0] = u[..., 0]
+        out[..., 2] = u[..., 1]
+        return out
 
     def input(self, twist: Floats) -> Floats:
         """(v_x, ω); a unicycle cannot move sideways."""
