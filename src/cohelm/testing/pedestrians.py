@@ -10,7 +10,9 @@ from numpy.typing import ArrayLike
 
 from cohelm.arrays import Floats, identical
 from cohelm.maps import OccupancyGrid
+from cohelm.simulation import entered
 from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, RiderView, Scene
+from cohelm.simulation.crowds.steps import far_away, went
 from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
 from cohelm.testing.scenes import BODY, room
 
@@ -22,6 +24,9 @@ _SPRINT = 2.0
 def check_pedestrian_model(model: PedestrianModel, *, within: float = 1.0) -> None:
     """Check a pedestrian model in a room: alone, two head-on, with a wall and a robot in the way.
 
+    Where it has ``enter``, that must keep the people it is given, first and as they are placed, and
+    is called before they walk.
+
     Raises:
         ConformanceError: saying what it does wrong.
     """
@@ -30,7 +35,9 @@ def check_pedestrian_model(model: PedestrianModel, *, within: float = 1.0) -> No
     require(
         len(_step(model, nobody, _scene(bare), within).position) == 0, "nobody must stay nobody"
     )
+    _check_enter(model, within)
     _check_unseen_robot(model, bare)
+    _check_absent(model, bare, within)
     _check_arrives(model, bare, within)
     _check_head_on(model, bare, within)
     _check_wall(model, within)
@@ -38,14 +45,15 @@ def check_pedestrian_model(model: PedestrianModel, *, within: float = 1.0) -> No
 
 def _check_arrives(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
     """9 m at 1.2 m/s take 7.5 s; twice that is allowed."""
-    crowd = _walk(model, _crowd([[1.5, 4.0]], [[10.5, 4.0]]), _scene(grid), 15.0, within)
+    crowd = entered(model, _crowd([[1.5, 4.0]], [[10.5, 4.0]]))
+    crowd = _walk(model, crowd, _scene(grid), 15.0, within)
     require(crowd.target[0] == 1, "alone in a room a pedestrian must reach the way-point")
     off = np.hypot(*(crowd.position[0] - (10.5, 4.0)))
     require(off < 1.0, f"a pedestrian who is done must stay there, is {off:.2f} m away")
 
 
 def _check_head_on(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
-    crowd = _crowd([[2.0, 4.0], [10.0, 4.05]], [[10.0, 4.0], [2.0, 4.05]])
+    crowd = entered(model, _crowd([[2.0, 4.0], [10.0, 4.05]], [[10.0, 4.0], [2.0, 4.05]]))
     closest = np.inf
     for k in range(200):
         crowd = _step(model, crowd, _scene(grid, time=k * _STEP), within, verify=k % 50 == 0)
@@ -56,17 +64,45 @@ def _check_head_on(model: PedestrianModel, grid: OccupancyGrid, within: float) -
 
 def _check_wall(model: PedestrianModel, within: float) -> None:
     grid = room(boxes=[(6.0, 0.0, 6.2, 8.0)])
-    crowd = _walk(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]), _scene(grid), 8.0, within)
+    crowd = entered(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]))
+    crowd = _walk(model, crowd, _scene(grid), 8.0, within)
     beyond = float(crowd.position[0, 0]) + BODY - 6.0
     require(beyond < 0.05, f"nobody walks through a wall, got {beyond:.2f} m into it")
 
 
 def _check_unseen_robot(model: PedestrianModel, grid: OccupancyGrid) -> None:
-    crowd = _crowd([[3.0, 4.0]], [[9.0, 4.0]])
+    crowd = entered(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]))
     far = _scene(grid)
     near = dataclasses.replace(far, robot_position=np.array([4.2, 4.1]))
     blind = [model.step(crowd, scene, _STEP, np.random.default_rng(0)) for scene in (far, near)]
     require(identical(*blind), "who does not see the robot must not react to it")
+
+
+def _check_absent(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
+    """Somebody in another's way who is not there, and is put far away as such people are."""
+    start, goal = np.array([[3.0, 4.0], [4.0, 4.0]]), np.array([[9.0, 4.0], [3.0, 4.0]])
+    there = np.array([True, False])
+    both = dataclasses.replace(
+        _crowd(np.where(there[:, None], start, far_away(2)), goal), present=there
+    )
+    alone = _crowd(start[:1], goal[:1])
+    with_absent, without = (
+        _walk(model, entered(model, crowd), _scene(grid), 3.0, within) for crowd in (both, alone)
+    )
+    off = float(np.hypot(*(with_absent.position[0] - without.position[0])))
+    require(off <= TOLERANCE, f"who is not there must change nobody's way, did by {off:.3f} m")
+    require(not with_absent.there[1], "who is not there must not come of themselves")
+
+
+def _check_enter(model: PedestrianModel, within: float) -> None:
+    given = _crowd([[2.0, 4.0], [10.0, 4.05]], [[10.0, 4.0], [2.0, 4.05]])
+    crowd = steady(lambda: entered(model, given), inputs=given, what="enter", within=within)
+    n = len(given.radius)
+    require(len(crowd.radius) >= n, "enter must keep the people it is given")
+    for name in ("position", "radius", "preferred_speed", "target", "loop"):
+        kept = identical(getattr(given, name), getattr(crowd, name)[:n])
+        require(kept, f"enter must keep everybody's {name}")
+    require_finite({"positions": crowd.position, "velocities": crowd.velocity})
 
 
 def _walk(
@@ -94,7 +130,8 @@ def _step(
     for name in ("radius", "preferred_speed", "waypoints", "loop", "sees_robot"):
         kept = identical(getattr(crowd, name), getattr(after, name))
         require(kept, f"step must keep everybody's {name}")
-    gone = np.hypot(*(after.position - crowd.position).T)
+    require(identical(crowd.group, after.group), "step must keep everybody's group")
+    gone = np.hypot(*went(crowd, after).T)
     require(
         gone <= _SPRINT * crowd.preferred_speed * _STEP + TOLERANCE,
         f"nobody walks {_SPRINT} times as fast as preferred",
