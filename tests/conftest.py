@@ -29,3 +29,11 @@ def rng() -> np.random.Generator:
 @pytest.fixture(scope="session")
 def chair() -> Robot:
     return load_robot("quantum_q6_edge")
+
+
+@pytest.fixture
+def toys(monkeypatch) -> Path:
+    """The folder of modules that processes of their own can import by name."""
+    folder = Path(__file__).parent / "toys"
+    monkeypatch.syspath_prepend(folder)
+    return folder

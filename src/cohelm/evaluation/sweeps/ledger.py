@@ -231,7 +231,7 @@ def _read_arrays(file: Path, said: Mapping[str, Any]) -> list[dict[str, Any]] | 
     if not said["arrays"]:
         return out
     try:
-        with np.load(file, allow_pickle=False) as content:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as content:
             for name in content:
                 i, _, key = name.partition("/")
                 out[int(i)][key] = content[name]
