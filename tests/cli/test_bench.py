@@ -7,6 +7,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from cohelm.cli import bench
 from cohelm.cli.benches import BENCHES
@@ -111,3 +112,14 @@ def test_wrong_options(cohelm, options):
     code, out, err = cohelm("bench", "paper-global", *options)
     assert (code, out) == (2, "")
     assert options[0] in err
+
+
+def test_no_word_of_a_heading_is_cut_in_two_where_there_is_room():
+    columns = ("planner", "hit moving, %", "wall/still", "time, s", "tortuousness", "smoothness")
+    row = ("ss_mpc_dcbf", "100 [99, 100]", "0 / 0", "13.2 [13.2, 13.2]", "1.02 [1, 2]", "0.44")
+    sheet = Sheet(title="sum", columns=columns, rows=(row,))
+    for width in (120, 88):
+        with (console := Console(width=width)).capture() as drawn:
+            console.print(bench._table(sheet, width))
+        head = drawn.get().split("┡")[0]
+        assert [w for column in columns for w in column.split() if w not in head] == []

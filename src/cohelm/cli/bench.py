@@ -173,10 +173,23 @@ def _say(title: str, report: Report, folder: Path, *, whole: bool) -> None:
     OUTPUT.print(f"written to {folder}: {', '.join(names)}", markup=False, soft_wrap=True)
 
 
-def _table(sheet: Sheet) -> Table:
+def _table(sheet: Sheet, width: int | None = None) -> Table:
+    """A sheet of which no column cuts a word of its head in two, where ``width`` has room for it.
+
+    A table that is too wide is cut off at its right, which is worse.
+    """
+    longest = [max(map(len, column.split()), default=0) for column in sheet.columns]
+    longest[0] = max(len(row[0]) for row in (sheet.columns, *sheet.rows))  # is never folded
+    has_room = sum(longest) + 3 * len(longest) + 1 <= (width or OUTPUT.width)
     table = Table(title=Text(sheet.title), title_justify="left", header_style="dim")
     for i, column in enumerate(sheet.columns):
-        table.add_column(column, justify="right" if i else "left", overflow="fold", no_wrap=not i)
+        table.add_column(
+            column,
+            justify="right" if i else "left",
+            overflow="fold",
+            no_wrap=not i,
+            min_width=longest[i] if has_room else None,
+        )
     for row in sheet.rows:
         table.add_row(*row)
     return table
