@@ -33,7 +33,7 @@ class Ideal:
         """Deflection aside for each radian of bearing, 1/rad."""
         slowing: float = Field(1.0, gt=0.0, le=5.0)
         """Distance from the goal at which the rider begins to let go, m."""
-        arrived: float = Field(0.2, gt=0.0, le=1.0)
+        arrived: float = Field(0.15, gt=0.0, le=1.0)
         """Distance from the goal at which the stick is let go, m."""
         looks: bool = True
         """Whether the rider minds who and what is in the way."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -54,22 +55,25 @@ class OneSwitch:
         """See :meth:`cohelm.simulation.api.Rider.act`."""
         p, now = self.parameters, view.time
         before: _Memory = memory or _Memory(
-            of=None, scanned=now, held=_STOP, wanted=_STOP, since=now
+            of=None, scanned=now, held=_STOP, wanted=_STOP, since=now, right=now
         )
-        act = self.of.act(view, before.of, rng)
+        act = self.of.act(_when_pressed(view, p.reaction), before.of, rng)
         if act.command is None:
             return act
         wanted = self._wanted(act.command.deflection, before.wanted)
         since = before.since if wanted == before.wanted else now
         held, scanned = before.held, before.scanned
+        right = now if held == wanted else before.right
         lit, lit_since = self._lit(now - scanned)
         may = now - max(since, scanned + lit_since) >= p.reaction - _ROUNDING
         if held == _STOP and wanted == lit and may:
-            held = wanted
-        elif held not in {_STOP, wanted} and now - since >= p.reaction - _ROUNDING:
+            held, right = wanted, now
+        elif held != _STOP and now - right > p.reaction + _ROUNDING:
             held, scanned = _STOP, now
         push = np.zeros(2) if held == _STOP else DIRECTIONS[held] * np.array([p.drive, p.spin])
-        kept = _Memory(of=act.memory, scanned=scanned, held=held, wanted=wanted, since=since)
+        kept = _Memory(
+            of=act.memory, scanned=scanned, held=held, wanted=wanted, since=since, right=right
+        )
         return steered(view, push, kept)
 
     def _lit(self, scanning: float) -> tuple[int, float]:
@@ -89,6 +93,16 @@ class OneSwitch:
         return side if turns_on or abs(aside) > p.off else _FORWARD
 
 
+def _when_pressed(view: RiderView, reaction: float) -> RiderView:
+    """Where the chair will be when the hand has done what is wanted now, as practice tells."""
+    x, y, heading = view.pose
+    gone, half = view.twist[0] * reaction, heading + view.twist[2] * reaction / 2.0
+    pose = np.array(
+        [x + gone * math.cos(half), y + gone * math.sin(half), heading + view.twist[2] * reaction]
+    )
+    return replace(view, pose=pose)
+
+
 @value
 class _Memory:
     of: Any
@@ -99,3 +113,5 @@ class _Memory:
     wanted: int
     since: float
     """Since when it is wanted, s."""
+    right: float
+    """When the driven direction was last the wanted one, s."""

@@ -33,7 +33,7 @@ class Reluctant:
         suffers: float = Field(1.0, ge=0.0, le=30.0)
         """… for this long, s."""
         waits: float = Field(5.0, ge=0.0, le=300.0)
-        """How long a chair may stand short of the goal, s."""
+        """How long a chair may stand short of the goal, and how long they drive it then, s."""
         content: float = Field(0.5, gt=0.0, le=1.0)
         """The stick is let go when distance and angle are within this share of those."""
         lookahead: float = Field(1.0, gt=0.0, le=5.0)
@@ -46,7 +46,9 @@ class Reluctant:
     def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
         """See :meth:`cohelm.simulation.api.Rider.act`."""
         p, now = self.parameters, view.time
-        before: _Memory = memory or _Memory(of=None, right=now, moved=now, steers=False)
+        before: _Memory = memory or _Memory(
+            of=None, right=now, moved=now, steers=False, until=-math.inf
+        )
         act = self.of.act(view, before.of, rng)
         if act.command is None:
             return act
@@ -54,12 +56,14 @@ class Reluctant:
         astray = self._astray(view, moves=moves)
         right = now if astray <= (p.content if before.steers else 1.0) else before.right
         moved = now if moves else before.moved
+        stood = now - moved > p.waits
+        until = now + p.waits if stood else before.until
         if before.steers:
-            steers = not (moves and right == now)
+            steers = now < until or not (moves and right == now)
         else:
-            steers = now - right > p.suffers or now - moved > p.waits
+            steers = stood or now - right > p.suffers
         push = act.command.deflection if steers else np.zeros(2)
-        kept = _Memory(of=act.memory, right=right, moved=moved, steers=steers)
+        kept = _Memory(of=act.memory, right=right, moved=moved, steers=steers, until=until)
         return steered(view, push, kept)
 
     def _astray(self, view: RiderView, *, moves: bool) -> float:
@@ -84,3 +88,5 @@ class _Memory:
     moved: float
     """When it last moved, s."""
     steers: bool
+    until: float
+    """Until when they steer a chair that had stood, however right it goes, s."""
