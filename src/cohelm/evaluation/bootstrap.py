@@ -34,9 +34,7 @@ class Estimate:
         return f"{self.mean:{spec}} [{self.low:{spec}}, {self.high:{spec}}]"
 
 
-def estimate(
-    values: Floats, of: Callable[..., Floats] = np.mean, *, resamples: int = RESAMPLES
-) -> Estimate:
+def estimate(values: Floats, of: Callable[..., Floats] = np.mean) -> Estimate:
     """Mean of values (n,), or what else ``of(values, axis)`` says, with its 95 % interval.
 
     NaN are left out.
@@ -46,7 +44,7 @@ def estimate(
     given = values[np.isfinite(values)]
     if not len(given):
         return Estimate(mean=np.nan, low=np.nan, high=np.nan, count=0)
-    picks = np.random.default_rng(_SEED).integers(len(given), size=(resamples, len(given)))
+    picks = np.random.default_rng(_SEED).integers(len(given), size=(RESAMPLES, len(given)))
     low, high = np.quantile(of(given[picks], axis=1), [0.5 - LEVEL / 2.0, 0.5 + LEVEL / 2.0])
     mean = float(of(given, axis=0))
     return Estimate(mean=mean, low=float(low), high=float(high), count=len(given))

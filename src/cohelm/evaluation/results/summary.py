@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.evaluation.bootstrap import Estimate, estimate, share
-from cohelm.evaluation.results.contrasts import RESAMPLES, Contrast, contrast, corrected
+from cohelm.evaluation.bootstrap import Estimate, share
+from cohelm.evaluation.results.contrasts import Contrast, contrast, corrected
+from cohelm.evaluation.results.intervals import mean_of, median_of
 from cohelm.evaluation.results.measures import Measure, measure
 from cohelm.evaluation.results.rides import Key, Rides, measures_of
 
@@ -28,7 +29,7 @@ def centre(rides: Rides, name: str, how: Measure) -> Estimate:
     values = rides.column(name)
     if how.share:
         return share(values > 0.0)
-    return estimate(values, np.median, resamples=RESAMPLES)
+    return median_of(values)
 
 
 def contrasts(
@@ -83,7 +84,7 @@ def write_summary(rides: Rides, base: str, file: Path) -> None:
 def _figures(group: Rides, name: str) -> dict[str, Any]:
     how, values = measure(name), group.column(name)
     there = values[np.isfinite(values)]
-    middle, mean = centre(group, name, how), estimate(values, resamples=RESAMPLES)
+    middle, mean = centre(group, name, how), mean_of(values)
     spread = np.percentile(there, [0, 25, 75, 100]) if len(there) else np.full(4, math.nan)
     return {
         "measure": name,

@@ -9,8 +9,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from cohelm.evaluation.bootstrap import Estimate, estimate
-from cohelm.evaluation.results.contrasts import RESAMPLES, Contrast
+from cohelm.evaluation.bootstrap import Estimate
+from cohelm.evaluation.results.contrasts import Contrast
+from cohelm.evaluation.results.intervals import mean_of
 from cohelm.evaluation.results.markup import Content, Markup, table, tag
 from cohelm.evaluation.results.measures import PROXIES, Measure, measure
 from cohelm.evaluation.results.rides import Key, Rides
@@ -124,7 +125,7 @@ def ratings(rides: Rides) -> Markup:
         given = rides.of(contender=name).column("rating")
         given = given[np.isfinite(given)]
         if len(given):
-            mean = estimate(given, resamples=RESAMPLES)
+            mean = mean_of(given)
             rows.append([name, str(len(given)), _estimate(mean, Measure("rating"))])
     return table([rides.by[-1], "rides rated", "mean [95 % interval]"], rows)
 
