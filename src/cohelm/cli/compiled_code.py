@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 VARIABLE = "NUMBA_CACHE_DIR"
+COMPILING = "compiling for this machine, once; it takes a minute or more"
 
 
 def place() -> None:
@@ -23,6 +24,19 @@ def place() -> None:
     folder = tempfile.mkdtemp(prefix="cohelm-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     os.environ[VARIABLE] = folder
+
+
+def is_there() -> bool:
+    """Whether the local planner's inner loop has been compiled for this machine before.
+
+    Where it has not, a ride begins with a minute or more of compiling. Code that has changed since,
+    or another numba, is not noticed.
+    """
+    own = Path(__file__).parents[1] / "control"
+    kept = os.environ.get(VARIABLE)
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "numba"
+    places = [Path(kept)] if kept else [own, home]
+    return any(next(place.rglob("quadratic.*.nbi"), None) is not None for place in places)
 
 
 def _takes_files(folder: Path) -> bool:

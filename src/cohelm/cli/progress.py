@@ -22,6 +22,7 @@ from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
 from rich.text import Text
 
+from cohelm.cli import compiled_code
 from cohelm.cli.report import ERRORS
 from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.messages import Reason
@@ -62,12 +63,15 @@ class RideProgress:
         self._spinner = Spinner("dots")
         self._last: tuple[Tick, Truth] | None = None
         self._reason: Reason | None = None
-        self._live = _live(self._render)
         self._shown = shown and ERRORS.is_terminal
+        self._compiles = shown and not compiled_code.is_there()
+        self._live = _live(self._render)
 
     def __enter__(self) -> Self:
         if self._shown:
             self._live.start()
+        elif self._compiles:
+            ERRORS.print(f"{compiled_code.COMPILING} …")
         return self
 
     def __exit__(
@@ -88,7 +92,8 @@ class RideProgress:
     def _render(self) -> Group | Spinner:
         if self._last is None:
             waited = time.monotonic() - self._began
-            what = "compiling (first run only)" if waited > COMPILING else "setting the stage"
+            compiles = self._compiles or waited > COMPILING
+            what = compiled_code.COMPILING if compiles else "setting the stage"
             self._spinner.update(text=Text(f"{self._title}: {what} …"))
             return self._spinner
         tick, truth = self._last

@@ -1,0 +1,31 @@
+"""Whether code is compiled already: said before a ride that begins with a minute of compiling."""
+
+import pytest
+
+from cohelm.cli import compiled_code, progress
+
+
+@pytest.fixture
+def cache(monkeypatch, tmp_path):
+    monkeypatch.setenv(compiled_code.VARIABLE, str(tmp_path))
+    return tmp_path
+
+
+def test_code_is_there_once_its_cache_is(cache):
+    assert not compiled_code.is_there()
+    (cache / "control_0").mkdir()
+    (cache / "control_0" / "quadratic._solve-94.py311.nbi").write_bytes(b"")
+    assert compiled_code.is_there()
+
+
+def test_compiling_is_said_where_there_is_no_terminal_to_show_it(cache, capsys):
+    with progress.RideProgress("a ride", 1.0, shown=True):
+        pass
+    assert compiled_code.COMPILING in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("cache")
+def test_who_wants_quiet_has_it(capsys):
+    with progress.RideProgress("a ride", 1.0, shown=False):
+        pass
+    assert capsys.readouterr().err == ""
