@@ -52,8 +52,6 @@ class SsMpcDcbf:
         """N, the steps that are polished and planned."""
         step: float = Field(0.16, gt=0.0, le=1.0)
         """Δt, s; longer than a tick, which is why the last plan is shifted by interpolation."""
-        lookahead: float = Field(6.0, ge=0.0, le=20.0)
-        """How far ahead ways are sampled and judged, s; never less than N Δt."""
         candidates: int = Field(2, ge=1, le=8)
         """Ways that are polished. With one it is the last plan, as in the paper: ways are sampled
         only where there is none, it is not verified, the ride is stalled, or it became ``poor``."""
@@ -92,7 +90,7 @@ class SsMpcDcbf:
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
-        self.steps, self.step = max(p.steps, round(p.lookahead / p.step)), p.step
+        self.steps, self.step = max(p.steps, round(p.arcs.horizon / p.step)), p.step
         self.arcs = Arcs(p.arcs)
         self.control = OptimalControl(
             costs=(

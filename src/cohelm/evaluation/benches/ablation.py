@@ -80,7 +80,7 @@ VARIANTS: Mapping[str, Variant] = {
     ),
     "short look": Variant(
         "ways are judged no farther ahead than they are planned",
-        ("local_planner.lookahead=0", "local_planner.arcs.horizon=0.1"),
+        ("local_planner.arcs.horizon=0.1",),
     ),
     "thin verification": Variant(
         "plans are checked without margins, for the moment only",
