@@ -108,9 +108,10 @@ def _bodies(axes: Axes, ride: RideRecord, at: int) -> CircleCollection:
     """The people's discs; sizes of a CircleCollection are areas in points²."""
     box = axes.get_window_extent()
     points_per_metre = box.width / np.ptp(axes.get_xlim()) * 72.0 / axes.figure.dpi
+    there = np.isfinite(ride.people[at, :, 0])
     return CircleCollection(
-        sizes=np.pi * (ride.people_radius * points_per_metre) ** 2,
-        offsets=ride.people[at, :, :2], transOffset=axes.transData,
+        sizes=np.pi * (ride.people_radius[there] * points_per_metre) ** 2,
+        offsets=ride.people[at, there, :2], transOffset=axes.transData,
         facecolors=canvas.PERSON, edgecolors="white", linewidths=0.6,
     )  # fmt: skip
 

@@ -126,7 +126,8 @@ def marks(ride: RideRecord) -> Floats:
     """Points (j, 2) that names keep off: the track, the goal, people at the closest moment; m."""
     points = [ride.pose[::5, :2], ride.goal[None], ride.prefer]
     if ride.gap_people.size:
-        points.append(ride.people[int(np.argmin(ride.gap_people.min(axis=1))), :, :2])
+        people = ride.people[int(np.argmin(ride.gap_people.min(axis=1))), :, :2]
+        points.append(people[np.isfinite(people[:, 0])])
     return np.concatenate(points)
 
 
@@ -197,6 +198,8 @@ def _draw_closest(axes: Axes, ride: RideRecord) -> None:
     if hulls:
         axes.plot([], [], color=canvas.GROUP, linestyle=canvas.HULL, label="who belong together")
     for i, radius in enumerate(ride.people_radius):
+        if np.isnan(ride.people[at, i, 0]):
+            continue  # not there
         axes.add_patch(
             Circle(
                 tuple(ride.people[at, i, :2]), radius, facecolor=canvas.PERSON,

@@ -87,9 +87,10 @@ def draw_scene(scene: SceneRecord, file: Path, title: str = "") -> None:
 
 
 def ways_of(crowd: Crowd) -> list[Floats]:
-    """The line (k, 2) that each wants to walk, from where they are; who walks round comes back."""
+    """The line (k, 2) that each who is there wants to walk; who walks round comes back."""
     ways = []
-    for i, at in enumerate(crowd.position):
+    for i in np.flatnonzero(crowd.there):
+        at = crowd.position[i]
         ahead = crowd.waypoints[i, crowd.target[i] :]
         line = np.vstack([at, ahead[np.isfinite(ahead).all(axis=1)]])
         if np.hypot(*(line - at).T).max() < STANDING:
@@ -100,7 +101,7 @@ def ways_of(crowd: Crowd) -> list[Floats]:
 
 def _draw_ways(axes: Axes, crowd: Crowd) -> None:
     """Each person's way, dotted, with a head where it leads, and their body."""
-    for line, radius in zip(ways_of(crowd), crowd.radius, strict=True):
+    for line, radius in zip(ways_of(crowd), crowd.radius[crowd.there], strict=True):
         axes.plot(
             *line.T, color=canvas.PERSON, linewidth=1.1, linestyle=(0, (1, 2)), alpha=0.8, zorder=6
         )
