@@ -11,7 +11,6 @@ radius of the goal.
 from __future__ import annotations
 
 import os
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
@@ -19,7 +18,8 @@ from typing import Literal, Protocol
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
-from cohelm.errors import ConfigError
+from cohelm.errors import ConfigError, RecordingError
+from cohelm.recordings.crowdnav import read_cases
 
 DT = 0.25
 """s."""
@@ -99,17 +99,9 @@ def recorded(file: Path | None = None) -> Floats:
             )
         file = Path(root) / REPLAY
     try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-            states = np.asarray(data["pos_vel"], dtype=float)
-    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as cause:
-        raise ConfigError(
-            f"is no recording of people ({cause})", file=file, key="--replay"
-        ) from None
-    if states.ndim != 4 or states.shape[3] != 4 or not states.shape[1]:
-        raise ConfigError(f"has states of shape {states.shape}", file=file, key="--replay")
-    if not np.isfinite(states).all():
-        raise ConfigError("has states that are not finite numbers", file=file, key="--replay")
-    return states
+        return read_cases(file)
+    except RecordingError as cause:
+        raise ConfigError(cause.problem, file=file, key="--replay") from None
 
 
 def run(people: Floats, driver: Driver, model: Model) -> Outcome:
