@@ -31,8 +31,8 @@ class OneSwitch:
     class Parameters(Model):
         """The scan, the hand and what it would do with a stick."""
 
-        of: Underlying = Field(default_factory=lambda: dict(IDEAL))
-        """Who would steer, if there were a stick."""
+        of: Underlying = Field(default_factory=lambda: {**IDEAL, "slowing": 0.2})
+        """Who would steer, if there were a stick; a button does not slow down before the goal."""
         scan: float = Field(1.0, gt=0.0, le=10.0)
         """How long each direction is lit, s: the time to press over 0.65 (Simpson, Koester and
         LoPresti, 2006)."""
