@@ -15,6 +15,7 @@ from cohelm.geometry import transform
 from cohelm.maps import FREE, OccupancyGrid
 from cohelm.messages import Decision
 from cohelm.recordings import read_trajectories
+from cohelm.recordings.crowdnav import read_cases
 from cohelm.recordings.replay import Replay
 from cohelm.simulation import Crowd, Scene, World, entered
 
@@ -218,3 +219,16 @@ def test_a_replay_goes_on_from_any_step(film):
     for field in dataclasses.fields(again):
         a, b = getattr(again, field.name), getattr(crowds[61], field.name)
         np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.data
+def test_crowdnavs_people_are_reproduced_at_their_steps():
+    name = "crowdnav/crowdnav_replay_circle_crossing_5.npz"
+    root = os.environ.get("COHELM_DATA")
+    if not root or not (Path(root) / name).is_file():
+        pytest.skip("COHELM_DATA has no recorded people of CrowdNav")
+    states = read_cases(Path(root) / name)[7]
+    crowds = replayed(name, case=7, seconds=10.0)
+    assert len(crowds[0].radius) == 5
+    for k in range(41):
+        np.testing.assert_allclose(crowds[5 * k].position, states[k, :, :2], atol=1e-9)
