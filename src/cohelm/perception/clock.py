@@ -113,4 +113,6 @@ def _last(reading: _Reading, clocks: Clocks) -> Heard | None:
 def _is_from(reading: _Reading, heard: Heard) -> bool:
     if len(heard.mount) != len(reading.mount) or heard.range_max != reading.range_max:
         return False
+    if np.array_equal(heard.mount, reading.mount):  # nearly always, and several times as quick
+        return True
     return np.allclose(heard.mount, reading.mount, rtol=0.0, atol=_SAME, equal_nan=True)

@@ -134,13 +134,17 @@ class Affinity:
         together = (held[:, None] == held) & (held[:, None] >= 0)
         label = clusters(log_odds + p.credit * together - p.least, p.chain)
         group, next_id = inherit(label, held, before.next_id)
-        waits = (group < 0) & np.isin(held, np.delete(before.group, here)) & (held >= 0)
-        kept = np.where(waits, held, group)  # the others of the group are only out of view
+        kept = group
+        if len(here) < len(before.id):  # the others of a group may only be out of view
+            waits = (group < 0) & np.isin(held, np.delete(before.group, here)) & (held >= 0)
+            kept = np.where(waits, held, group)
         time = max(people.time, before.time)
         state = _with(before, here, time, kept, next_id, (log_odds, drift, weight))
-        ids, member = np.unique(group[group >= 0], return_inverse=True)
+        grouped = group >= 0
         told = np.full(len(people), -1)
-        told[order[group >= 0]] = member
+        ids = group[grouped]
+        if len(ids):
+            ids, told[order[grouped]] = np.unique(ids, return_inverse=True)
         return Groups(id=ids, member=told), state
 
 

@@ -85,7 +85,7 @@ def gate(
     if not np.isfinite(wanted).all():
         return stop(Reason.NOT_FINITE)
     allowed = _within_limits(wanted, robot, request.speed_limit)
-    bounded = not np.allclose(allowed, wanted, rtol=0.0, atol=1e-6)
+    bounded = not bool((np.abs(allowed - wanted) <= 1e-6).all())
     reason = Reason.OVER_LIMITS if bounded else None
     now = robot.motion.input(observation.twist)
     stands = not (allowed.any() or now.any())
