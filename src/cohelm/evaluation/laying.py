@@ -127,8 +127,8 @@ def _lines(home: Stage) -> tuple[Floats, Lines]:
 
 def _ways(scenario: Scenario) -> Iterator[Floats]:
     """The lines (k, 2) that people walk, of a flow its lane and both borders."""
-    for way in scenario.people.ways:
-        yield np.array(way.points)
+    for walk in (*scenario.people.ways, *scenario.people.groups):
+        yield np.array(walk.points)
     for flow in scenario.people.flows:
         lane = np.array(flow.lane)
         left = np.diff(lane, axis=0, prepend=2.0 * lane[:1] - lane[1:2])
@@ -162,6 +162,7 @@ def _same_route(asked: _Asked, home: Stage, X_MH: Floats, file: Path) -> bool:
 
 def _moved(home: Scenario, X_MH: Floats, stage: Stage, file: Path) -> Scenario:
     """The scenario with everything that lies somewhere moved by X_MH (3,)."""
+    turn = math.degrees(X_MH[2])
 
     def point(given: Any) -> tuple[float, float]:
         x, y = transform(X_MH, np.array(given, dtype=float)[:2])
@@ -171,13 +172,20 @@ def _moved(home: Scenario, X_MH: Floats, stage: Stage, file: Path) -> Scenario:
         return tuple(point(p) for p in points)
 
     def turned(thing: Any) -> Any:
-        angle = thing.angle_deg + math.degrees(X_MH[2])
+        angle = thing.angle_deg + turn
         return thing.model_copy(update={"at": point(thing.at), "angle_deg": angle})
+
+    def walked(way: Any) -> Any:
+        facing = way.facing_deg
+        facing = None if facing is None else math.remainder(facing + turn, 360.0)
+        return way.model_copy(update={"points": each(way.points), "facing_deg": facing})
 
     people = home.people.model_copy(
         update={
-            "ways": tuple(
-                way.model_copy(update={"points": each(way.points)}) for way in home.people.ways
+            "ways": tuple(walked(way) for way in home.people.ways),
+            "groups": tuple(
+                group.model_copy(update={"points": each(group.points)})
+                for group in home.people.groups
             ),
             "flows": tuple(
                 flow.model_copy(update={"lane": each(flow.lane)}) for flow in home.people.flows

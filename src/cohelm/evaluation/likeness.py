@@ -22,16 +22,19 @@ SPACING = 0.25
 """Between the points at which the room is compared, m."""
 OPEN = 1.5
 """Room beyond which more of it makes no difference, m."""
+NARROW, LOOSE = 1.0, 0.25
+"""Where the scene's own floor has less room than the first, another place has no more than the
+second beyond that, m: a narrow place is to be narrow."""
 LATTICE, HEADINGS = 0.3, 24
 """Between the places that are looked at first, m, and in how many headings."""
 KEPT = 60
 """Of those, so many are looked at closely, each 1 m or a quarter turn away from the others."""
 _WITHIN = 0.02
-"""Lack of room that a route may make up for beside the line, root mean square, m."""
+"""Lack of room, or too much of it where it is narrow, that is let pass, root mean square, m."""
 _STEPS = ((0.15, 0.12), (0.08, 0.06), (0.04, 0.03), (0.02, 0.015), (0.01, 0.008))
 """By how much a close look moves and turns, m and rad."""
 _TIGHT = 30.0
-"""How much more a lack of room counts than a difference."""
+"""How much more that counts than a difference."""
 
 
 @value
@@ -140,7 +143,10 @@ def _closely(distance: Floats32, frame: Floats, pose: Floats, m: Floats, steps: 
 def _unlike(
     distance: Floats32, frame: Floats, pose: Floats, m: Floats, most: float
 ) -> tuple[float, float]:
-    """(mean square difference of room, mean square lack of it), m²; (+inf, +inf) past ``most``.
+    """How a place differs: (mean square difference of room, mean square of a fault of it), m².
+
+    A fault is a lack of room, or too much of it where the scene is narrow. (+inf, +inf) past
+    ``most``.
 
     Args:
         distance: (rows, cols), m.
@@ -159,8 +165,11 @@ def _unlike(
         there = -OPEN
         if frame[4] <= x <= frame[6] and frame[5] <= y <= frame[7]:
             there = sample(distance, frame[0], frame[1:4], x, y)[0]
-        away += (min(max(there, -OPEN), OPEN) - m[k, 3]) ** 2
+        there = min(max(there, -OPEN), OPEN)
+        away += (there - m[k, 3]) ** 2
         lack += max(m[k, 2] - there, 0.0) ** 2
+        if m[k, 3] < NARROW:
+            lack += max(there - m[k, 3] - LOOSE, 0.0) ** 2
         if away > most * count:
             return np.inf, np.inf
     return away / count, lack / count
