@@ -33,6 +33,7 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     paper: PaperTable | None = None,
     report: Report | None = None,
     limitations: Sequence[str] = (),
+    panels: bool = True,
     seconds: float = 40.0,
     say: Callable[[str], None] = _LOG.info,
 ) -> tuple[Path, ...]:
@@ -51,6 +52,7 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
         paper: what a paper says of the same cases.
         report: the bench's own tables and sentences, for the page.
         limitations: of this bench, in sentences; those of all simulations are there anyway.
+        panels: draw boxes, tracks and curves; the tables are there without them too.
         seconds: that may be spent on riding again for pictures; 0: none are.
         say: is told what is being done, where that takes time; else the log ``cohelm.results`` is.
 
@@ -87,6 +89,6 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
         paper=paper or PaperTable("", {}),
         measures=measures,
     )
-    pictures = [drawn(rides, chosen, say), shown(rides, chosen, seconds, say)]
+    pictures = [drawn(rides, chosen, say) if panels else "", shown(rides, chosen, seconds, say)]
     (folder / PAGE).write_text(report_page(rides, chosen, told, pictures), encoding="utf-8")
     return tuple(written)

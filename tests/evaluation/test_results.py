@@ -1,0 +1,338 @@
+"""What a bench of rides leaves behind: files, intervals, tests of differences, and the page."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy import stats
+
+from cohelm.errors import ConfigError
+from cohelm.evaluation.benches.bench import Report, Sheet
+from cohelm.evaluation.results import PaperTable, Rides, read_rides, write_results
+from cohelm.evaluation.results.again import task_of
+from cohelm.evaluation.results.chosen import choices
+from cohelm.evaluation.results.contrasts import (
+    contrast,
+    exact_mcnemar,
+    holm_corrected,
+    signed_ranks,
+)
+from cohelm.evaluation.results.figures import some_of, typical
+from cohelm.evaluation.results.intervals import mean_of, median_of
+from cohelm.evaluation.results.markup import table, tag
+from cohelm.evaluation.results.measures import KNOWN, measure
+from cohelm.evaluation.results.store import _read_csv
+from cohelm.evaluation.sweeps.ride_task import RideTask
+from cohelm.evaluation.sweeps.sweep import write_rows
+
+from .sweep_rows import PLANNERS, result, sweep
+
+BY = ("scene", "planner")
+HOSTILE = "<script>alert('x')</script> & \"quotes\" $\\frac{1}{2}$"
+
+
+class _Elements(HTMLParser):
+    """Names of elements, those left open, and what attributes point to."""
+
+    VOID = frozenset({"meta", "img", "br"})
+
+    def __init__(self, page):
+        super().__init__()
+        self.names, self.open, self.sources, self.text = [], [], [], []
+        self.feed(page)
+
+    def handle_starttag(self, name, attributes):
+        self.names.append(name)
+        self.sources += [v for k, v in attributes if k in {"src", "href", "xlink:href"}]
+        if name not in self.VOID:
+            self.open.append(name)
+
+    def handle_startendtag(self, name, attributes):
+        self.sources += [v for k, v in attributes if k in {"src", "href", "xlink:href"}]
+
+    def handle_endtag(self, name):
+        assert self.open.pop() == name
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def _rides(results):
+    return Rides(
+        [each.row for each in results], BY, [each.arrays.get("series") for each in results]
+    )
+
+
+def _page(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_parquet_gives_back_what_was_written_bit_for_bit(tmp_path):
+    pq = pytest.importorskip("pyarrow.parquet")
+    results = [*sweep(3), result(planner="apf", outcome="error", time=np.nan, error="it broke")]
+    write_results(results, tmp_path, seconds=0.0, panels=False)
+
+    back = read_rides(tmp_path)
+    assert back.by == BY
+    assert len(back) == len(results)
+    for row, one in zip(back, results, strict=True):
+        for key, cell in one.row.items():
+            same = row[key] == cell or (np.isnan(row[key]) and np.isnan(cell))
+            assert same, key
+    types = {field.name: str(field.type) for field in pq.read_schema(tmp_path / "episodes.parquet")}
+    assert types["seed"] == "int64"
+    assert types["time"] == "double"
+    assert types["outcome"] == "string"
+
+
+def test_rows_csv_says_the_same_where_there_is_no_parquet(tmp_path):
+    results = sweep(3)
+    write_rows([each.row for each in results], tmp_path / "rows.csv")
+    back = _read_csv(tmp_path / "rows.csv")
+    assert back.by == list(BY) or back.by == BY
+    assert np.allclose(back.column("time"), _rides(results).column("time"), rtol=1e-5)
+    assert np.isnan(back.column("agreement")).all()
+    assert [row["config"] for row in back] == ["c0ffee"] * len(results)
+
+
+@pytest.mark.parametrize("content", ["", "scene,planner\na,b\n", "seed,outcome\n1,reached\n"])
+def test_what_is_no_table_of_rides_is_refused(tmp_path, content):
+    (tmp_path / "rows.csv").write_text(content)
+    with pytest.raises(ConfigError):
+        read_rides(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["rows.csv", "episodes.parquet"])
+def test_damaged_files_are_refused(tmp_path, name):
+    (tmp_path / name).write_bytes(b"PAR1\xff\xfe\x00garbage")
+    with pytest.raises(ConfigError):
+        read_rides(tmp_path)
+
+
+def test_folders_without_rides_are_refused(tmp_path):
+    with pytest.raises(ConfigError, match=r"neither episodes\.parquet nor rows\.csv"):
+        read_rides(tmp_path)
+    with pytest.raises(ConfigError, match="does not exist"):
+        read_rides(tmp_path / "nowhere")
+
+
+def test_intervals_agree_with_scipy():
+    values = np.random.default_rng(3).exponential(size=60)
+    for ours, of in ((mean_of, np.mean), (median_of, np.median)):
+        found = ours(values)
+        theirs = stats.bootstrap(
+            (values,), of, n_resamples=4000, method="percentile", rng=np.random.default_rng(1)
+        ).confidence_interval
+        width = theirs.high - theirs.low
+        assert found.mean == pytest.approx(of(values))
+        # Two draws of some thousand resamples: bounds within a tenth of the width.
+        assert found.low == pytest.approx(theirs.low, abs=0.1 * width)
+        assert found.high == pytest.approx(theirs.high, abs=0.1 * width)
+
+
+@given(arrays(float, st.integers(1, 12), elements=st.floats(-5, 5)))
+@settings(max_examples=25, deadline=None)
+def test_intervals_hold_their_value_and_no_order(values):
+    for of in (mean_of, median_of):
+        found, turned = of(values), of(values[::-1])
+        assert found.low - 1e-12 <= found.mean <= found.high + 1e-12
+        assert (found.low, found.high) == (turned.low, turned.high)
+
+
+@pytest.mark.parametrize("n", [3, 8, 25, 50])
+def test_signed_ranks_agree_with_scipy_where_it_is_exact(n):
+    less = np.random.default_rng(n).normal(0.3, 1.0, n)
+    theirs = stats.wilcoxon(less, method="exact").pvalue
+    assert signed_ranks(less) == pytest.approx(theirs, abs=1e-12)
+
+
+def test_signed_ranks_of_many_are_scipys():
+    less = np.random.default_rng(0).normal(0.1, 1.0, 200)
+    assert signed_ranks(less) == pytest.approx(stats.wilcoxon(less).pvalue)
+
+
+@pytest.mark.parametrize("less", [[1, 1, -2, 3, 1], [2, 2, 2, 2, 2, 2], [1, -1, 2, -2, 3]])
+def test_signed_ranks_with_ties_count_every_sign(less):
+    """Under no difference each sign is a coin: 2^n rank sums, as extreme ones of them counted."""
+    less = np.array(less, dtype=float)
+    ranks = stats.rankdata(np.abs(less))
+    sums = [ranks[np.array(s)].sum() for s in itertools.product([False, True], repeat=len(less))]
+    middle, seen = ranks.sum() / 2.0, ranks[less > 0].sum()
+    extreme = np.mean(np.abs(np.array(sums) - middle) >= abs(seen - middle) - 1e-9)
+    assert signed_ranks(less) == pytest.approx(extreme)
+
+
+def test_mcnemar_is_a_coin_thrown_for_each_discordant_pair():
+    # 7 of 8: 2 × (1 + 8) / 2^8
+    less = np.array([1.0] * 7 + [-1.0] + [0.0] * 20)
+    assert exact_mcnemar(less) == pytest.approx(2 * 9 / 256)
+    assert exact_mcnemar(np.zeros(5)) == 1.0
+    assert np.isnan(exact_mcnemar(np.empty(0)))
+
+
+def test_holm_is_what_holm_writes():
+    # Sorted .01 .02 .04 times 3 2 1, never falling; NaN is no test.
+    found = holm_corrected(np.array([0.04, np.nan, 0.01, 0.02]))
+    assert np.allclose(found, [0.04, np.nan, 0.03, 0.04], equal_nan=True)
+
+
+def test_differences_are_of_equal_seeds_and_cases_only():
+    ours = _rides([result("a", seed=0, time=10.0), result("a", seed=1, time=20.0)])
+    theirs = _rides([result("a", "dwa", 1, time=21.0), result("b", "dwa", 0, time=99.0)])
+    i, j = theirs.pairs(ours)
+    found = contrast(theirs.column("time")[i], ours.column("time")[j], measure("time"))
+    assert (found.less.count, found.less.mean) == (1, 1.0)
+
+
+def test_summary_says_what_is_worse(tmp_path):
+    write_results(sweep(20), tmp_path, base="ours", seconds=0.0, panels=False)
+    with (tmp_path / "summary.csv").open(newline="") as stream:
+        rows = {(r["scene"], r["planner"], r["measure"]): r for r in csv.DictReader(stream)}
+    slow = rows["crossing", "teb", "time"]
+    assert slow["verdict"] == "worse"
+    assert slow["pairs"] == "20"
+    assert float(slow["less"]) == pytest.approx(1.6, abs=0.1)
+    assert rows["crossing", "teb", "path_length"]["verdict"] == ""
+    assert rows["crossing", "ours", "time"]["base"] == ""
+    assert float(rows["crossing", "ours", "reached"]["low"]) == pytest.approx(0.8389, abs=1e-3)
+
+
+def test_the_page_stands_by_itself_and_is_well_formed(tmp_path):
+    paper = PaperTable("A paper, Table 3", {("crossing", "ours"): {"time": 16.89}})
+    report = Report((Sheet("own", ("a",), (("b",),)),), ("it reached: met", "x: MISSED"), {})
+    written = write_results(
+        sweep(3), tmp_path, title="All", paper=paper, report=report, limitations=("One floor.",),
+        seconds=0.0,
+    )  # fmt: skip
+    assert {file.name for file in written} >= {"summary.csv", "report.html"}
+    page = _page(tmp_path)
+    found = _Elements(page)
+    assert not found.open
+    assert not re.search(r"https?:|//[a-z]", page.replace("//www.w3.org", "//"))
+    assert all(each.startswith(("#", "data:")) for each in found.sources)
+    assert "script" not in found.names
+    text = "".join(found.text)
+    for words in ("16.89", "A paper, Table 3", "One floor.", "ours, paper", "Limitations", "teb"):
+        assert words in text
+    assert found.names.count("svg") > 6
+    assert "prefers-color-scheme:dark" in page
+    assert 'name="viewport"' in page
+
+
+def test_hostile_text_stays_text(tmp_path):
+    results = [
+        result(HOSTILE, planner, seed, error=HOSTILE, traceback=HOSTILE, replay=HOSTILE,
+               outcome="error" if seed else "reached")
+        for seed in range(2) for planner in (HOSTILE, "dwa")
+    ]  # fmt: skip
+    report = Report((Sheet(HOSTILE, (HOSTILE,), ((HOSTILE,),)),), (HOSTILE,), {})
+    write_results(results, tmp_path, title=HOSTILE, report=report, limitations=(HOSTILE,))
+    page = _page(tmp_path)
+    assert "<script" not in page
+    found = _Elements(page)
+    assert not found.open
+    assert HOSTILE in "".join(found.text)
+
+
+@given(st.text(), st.text())
+@settings(max_examples=60, deadline=None)
+def test_markup_escapes_whatever_it_is_given(words, value):
+    html = tag("p", words, tag("i", words), title=value)
+    found = _Elements(html)
+    assert found.names == ["p", "i"]
+    assert not found.open
+    assert _Elements(table([words], [[words]])).names.count("td") == 0
+
+
+@pytest.mark.parametrize(
+    "results",
+    [
+        pytest.param([result()], id="one ride"),
+        pytest.param(sweep(1), id="one seed"),
+        pytest.param(sweep(5, planners=("ours",)), id="one planner"),
+        pytest.param([result(outcome="error", time=np.nan, error="x")] * 3, id="all broke off"),
+        pytest.param(
+            [result(seed=s, outcome="collision", time=np.nan) for s in range(4)], id="no success"
+        ),
+        pytest.param(sweep(3)[:7], id="interrupted"),
+        pytest.param([result(scene=str(c), seed=0) for c in range(15)], id="many cases"),
+    ],
+)
+def test_whatever_rides_there_are_make_a_report(tmp_path, results):
+    write_results(results, tmp_path, seconds=0.0, panels=len(results) < 6)
+    assert not _Elements(_page(tmp_path)).open
+    assert len(read_rides(tmp_path)) == len(results)
+
+
+def test_no_rides_make_no_report(tmp_path):
+    assert write_results([], tmp_path) == ()
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_same_rides_make_the_same_files(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        write_results(sweep(4, scenes=("a",)), tmp_path / name, title="x", seconds=0.0)
+    for file in sorted((tmp_path / "a").iterdir()):
+        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes(), file.name
+
+
+def test_best_median_and_worst_are_by_how_it_ended_and_then_by_time():
+    rides = _rides(
+        [
+            result(seed=0, time=14.0),
+            result(seed=1, time=12.0),
+            result(seed=2, outcome="timeout", time=np.nan),
+            result(seed=3, outcome="collision", time=np.nan, collision_speed=0.1),
+            result(seed=4, outcome="error", time=np.nan),
+        ]
+    )
+    found = {each.which: each.row["seed"] for each in choices(rides)}
+    assert found == {"best": 1, "median": 0, "worst": 3}
+
+
+def test_a_ride_that_stands_for_all_is_of_one_seed():
+    rides = _rides([r for r in sweep(5) if (r.row["planner"], r.row["seed"]) != ("teb", 4)])
+    shown = typical(rides.split()["crossing",], "ours")
+    assert set(shown) == set(PLANNERS)
+    assert len({each.seeds[0] for each in shown.values()}) == 1
+
+
+def test_cases_that_are_drawn_are_spread_evenly():
+    assert some_of([(str(i),) for i in range(11)], 3) == [("0",), ("5",), ("10",)]
+
+
+def test_a_replay_command_is_the_ride_again():
+    task = RideTask((), "crossing", ("local_planner.use=dwa", "people.ways=[{a: b c}]"), 7)
+    assert task_of({"replay": task.replay}) == task
+    short = task_of({"replay": "cohelm run hospital --planner dwa --seed 3 --set mode=manual"})
+    assert short == RideTask((), "hospital", ("local_planner.use=dwa", "mode=manual"), 3)
+    for no in ("", "rm -rf x", "cohelm run 'x", "cohelm run x --seed", None):
+        assert task_of({"replay": no}) is None
+
+
+@pytest.mark.slow
+def test_rides_are_ridden_again_for_pictures(tmp_path):
+    task = RideTask((), "empty", ("local_planner.use=path_follower", "time_limit=3"), 0)
+    again = [result("empty", p, replay=task.replay, outcome="timeout") for p in ("ours", "dwa")]
+    said = []
+    write_results(again, tmp_path, seconds=300.0, say=said.append, panels=False)
+    sources = [s for s in _Elements(_page(tmp_path)).sources if s.startswith("data:image")]
+    assert any(s.startswith("data:image/gif") for s in sources)
+    assert any("pictures of rides" in words for words in said)
+    json.dumps(said)
+
+
+def test_every_measure_of_a_ride_is_explained():
+    from cohelm.evaluation.metrics.table import MEASURES
+
+    assert set(MEASURES) - {"success"} <= set(KNOWN)
