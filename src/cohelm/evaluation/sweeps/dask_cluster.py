@@ -56,8 +56,8 @@ def on_dask(address: str, workers: int) -> Iterator[Executor]:
         WorkersFailed: if there is no such scheduler, or no worker that can do the tasks.
     """
     try:
-        import dask  # noqa: PLC0415 # an extra
-        import distributed  # noqa: PLC0415
+        distributed = import_module("distributed")
+        config = import_module("dask").config
     except ImportError:
         raise ConfigError(
             "Dask distributed is not installed: pip install 'cohelm[cluster]'", key="--cluster"
@@ -65,7 +65,7 @@ def on_dask(address: str, workers: int) -> Iterator[Executor]:
     quiet = logging.getLogger("distributed")
     quiet.setLevel(logging.CRITICAL)  # workers may die and come back
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": RETRIES}),
+        config.set({"distributed.scheduler.allowed-failures": RETRIES}),
         closing(_connect(distributed, address, workers)) as connection,
     ):
         _check(connection.client, address)
@@ -113,12 +113,10 @@ class _Dask:
         return max(len(self.client.nthreads()), 1)
 
     def _done(self, future: Any, index: int, folder: Path) -> Done:
-        from distributed import KilledWorker  # noqa: PLC0415 # an extra
-
         if future.status == "cancelled":
             raise WorkersFailed(f"{self._address}: the scheduler went away; --resume goes on")
         failure = future.exception()
-        if isinstance(failure, KilledWorker):
+        if isinstance(failure, import_module("distributed").KilledWorker):
             return Done(index, (), Fault(f"its worker died, {RETRIES + 1} times"))
         if failure is not None:
             raise WorkersFailed(f"{self._address}: a worker cannot do the tasks: {failure}")
