@@ -121,7 +121,7 @@ def _ride(
     """One method in one scene; ``against`` (k, 3) is how the rider's own way was ridden."""
     row: dict[str, Any] = {"seed": scene.seed, "method": method, "outcome": "", "left": False}
     row |= dict.fromkeys(MEASURES, float("nan"))
-    row["replay"] = _replay(file, method, spec)
+    row["replay"] = _replay(f"{file.parent.name}/{file.name}", method, spec)
     scenario = load_scenario(file, changes={"global_planner": dict(spec)})
     try:
         stage = set_stage(scenario, scene.seed)
@@ -216,8 +216,8 @@ def _write_scene(scene: OfficeScene, folder: Path) -> Path:
     return file
 
 
-def _replay(file: Path, method: str, spec: Mapping[str, Any]) -> str:
-    """The command that rides it again; none where a drawn line is the planner."""
+def _replay(file: str, method: str, spec: Mapping[str, Any]) -> str:
+    """The command that rides it again, in the folder of the results; none of a drawn line."""
     if method == DESIRED:
         return ""
     settings = "".join(f" --set global_planner.{key}={each}" for key, each in _flat(spec))

@@ -20,7 +20,14 @@ from pathlib import Path
 from typing import Any
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.sweeps.executors import RETRIES, Executor, Numbered, WorkersFailed, do
+from cohelm.evaluation.sweeps.executors import (
+    RETRIES,
+    Executor,
+    Numbered,
+    WorkersFailed,
+    do,
+    without_interrupts,
+)
 from cohelm.evaluation.sweeps.identity import code, code_digest, differences
 from cohelm.evaluation.sweeps.tasks import Done, Fault, Task, Work
 
@@ -132,9 +139,14 @@ class _Dask:
 
 def _connect(distributed: Any, address: str, workers: int) -> _Dask:
     if address == LOCAL:
-        cluster = distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0
-        )
+        with without_interrupts():  # else its workers hear what is for this process
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                dashboard_address=None,
+                memory_limit=0,
+                silence_logs=logging.CRITICAL,
+            )
         return _Dask(distributed.Client(cluster, set_as_default=False), cluster, "local cluster")
     try:
         client = distributed.Client(address, timeout=ANSWER, set_as_default=False)

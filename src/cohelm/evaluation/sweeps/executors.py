@@ -93,6 +93,19 @@ def executor_for(cluster: str | None, workers: int) -> Iterator[Executor]:
         yield executor
 
 
+@contextmanager
+def without_interrupts() -> Iterator[None]:
+    """Processes and threads that begin now never hear an interrupt; this one does afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class _Worker:
     """A process that does one task after the other."""
 
@@ -103,7 +116,7 @@ class _Worker:
         self.process: BaseProcess = _spawn.Process(
             target=_serve, args=(theirs, work, folder), daemon=True
         )
-        with _no_interrupt():
+        with without_interrupts():
             self.process.start()
         theirs.close()
 
@@ -210,19 +223,6 @@ def _serve(pipe: Connection, work: Work, folder: Path) -> None:
                 pipe.send(Done(index, (), fault_of(failure)))
     except (EOFError, OSError):
         return
-
-
-@contextmanager
-def _no_interrupt() -> Iterator[None]:
-    """Who is born now never hears an interrupt; this process hears it afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _end_of(code: int | None) -> str:
