@@ -194,13 +194,13 @@ def _draw_dots(axes: Axes, x: Floats, y: Floats, colour: str) -> None:
     if not len(x):
         return
     points = np.repeat(np.column_stack([x, y]), 2, axis=0)
-    codes = np.tile([Path.MOVETO, Path.LINETO], len(x))
+    path = Path(points, np.tile([Path.MOVETO, Path.LINETO], len(x)))
+    path.should_simplify = False  # else segments without length are dropped
     axes.add_patch(
         PathPatch(
-            Path(points, codes), facecolor="none", edgecolor=colour, alpha=0.75, linewidth=2.6,
-            capstyle="round",
+            path, facecolor="none", edgecolor=colour, alpha=0.75, linewidth=2.6, capstyle="round"
         )
-    )  # fmt: skip
+    )
 
 
 def _attribute(words: str) -> str:
