@@ -49,8 +49,15 @@ class _Count:
     different: int = 0
     greatest: float = 0.0
     first: Compared | None = None
+    parted: float | None = None
+    """When what led to a command first differed, s; None: never."""
     reasons: int = 0
     last: float = 0.0
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing differs that is not to differ."""
+        return self.first is None and not (self.exact and self.parted is not None)
 
     def add(self, each: Compared) -> None:
         self.ticks += 1
@@ -59,6 +66,8 @@ class _Count:
         if not same:
             self.different += 1
             self.first = self.first or each
+        if self.parted is None and not each.same_way:
+            self.parted = each.time
         self.greatest = max(self.greatest, each.difference)
         self.reasons += each.then.reason is not each.now.reason
         if self.commands is not None:
@@ -96,7 +105,7 @@ def replay(asked: Asked) -> int:
         _say(count, report, asked)
     for text in ride.warnings:
         streams.say(f"warning: {text}")
-    return 0 if settings or count.first is None else 1
+    return 0 if settings or count.agrees else 1
 
 
 def _shown(ticks: Iterator[Compared], asked: Asked) -> Iterator[Compared]:
@@ -128,7 +137,8 @@ def _report(
         "different_reasons": count.reasons,
         "greatest_difference": count.greatest,
         "tolerance": count.tolerance,
-        "same_to_the_bit": count.exact and first is None,
+        "same_to_the_bit": count.different == 0 and count.exact and count.parted is None,
+        "first_other_way": count.parted,
         "first_difference": None
         if first is None
         else {
@@ -174,6 +184,10 @@ def _verdict(count: _Count) -> str:
     until = f"{count.ticks} ticks, {count.last:.1f} s"
     if count.first is not None:
         return f"different: {count.different} of {until}"
+    if not count.agrees:
+        return (
+            f"the same commands, but seen or planned otherwise from {count.parted:.2f} s: {until}"
+        )
     if count.exact:
         return f"the same to the bit: {until}"
     return f"the same within {count.tolerance:g} m/s and rad/s: {until}"

@@ -20,7 +20,7 @@ from cohelm.errors import ScenarioError
 from cohelm.evaluation.scenario import PARTS, Scenario, robot_of
 from cohelm.messages import Decision, Request
 from cohelm.navigation import Navigator, NavigatorSetup, Tick
-from cohelm.recordings import RecordedRide, RideFacts, RideTick
+from cohelm.recordings import RecordedRide, RideFacts, RideTick, made_of
 
 _OF_THE_NAVIGATOR = (
     *(key for key in PARTS if key != "rider"),
@@ -53,6 +53,8 @@ class Compared:
     now: Decision
     tick: Tick
     """All of it, as of now."""
+    same_way: bool
+    """Whether what led to the decision agrees, too, to the bit: what was seen and planned."""
 
     @property
     def same(self) -> bool:
@@ -140,6 +142,7 @@ def _ticks(
             then=each.decision,
             now=last.decision,
             tick=last,
+            same_way=each.made == made_of(last),
         )
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from typing import Any
+
+import numpy as np
 
 from cohelm.arrays import value
 from cohelm.maps import CostmapFilter, OccupancyGrid
 from cohelm.messages import Crowding, Decision, Observation, Request
+from cohelm.navigation import Tick
 from cohelm.robots import Robot
 
 FORMAT = 1
@@ -47,3 +51,28 @@ class RideTick:
     request: Request | None = None
     """None: that of the tick before."""
     decision: Decision
+    made: str
+    """See :func:`made_of`."""
+
+
+def made_of(tick: Tick) -> str:
+    """A digest of what led to a decision: people, futures, route, references, η and the plan.
+
+    Two equal commands may come of different things seen; two equal digests hardly do.
+    """
+    people, plan, seen = tick.people, tick.plan, tick.predictions
+    arrays = [people.id, people.mean, people.covariance, people.heading]
+    if seen is not None:
+        arrays += [seen.weight, seen.mean]
+    if tick.path is not None:
+        arrays.append(tick.path.points)
+    arrays += [each.poses for each in (tick.reference, tick.shared, plan) if each is not None]
+    if plan is not None:
+        arrays += [plan.inputs, plan.command]
+    if tick.authority is not None:
+        arrays += [np.array(tick.authority.eta), tick.authority.twist]
+    digest = hashlib.blake2b(digest_size=8)
+    for array in arrays:
+        digest.update(repr(array.shape).encode())
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()

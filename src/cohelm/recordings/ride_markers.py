@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,7 +70,7 @@ def futures(time: float, predicted: Predictions | None) -> Any:
     out = [_clear(time)]
     if predicted is not None and predicted.mean.size:
         best = predicted.weight.argmax(axis=1)
-        ways = predicted.mean[np.arange(len(best)), best, ::2]
+        ways = predicted.mean[np.arange(len(best)), best, ::3]
         out += [_line(time, "future", k, way, _FUTURE, 0.04) for k, way in enumerate(ways)]
     return ros.markers(out)
 
@@ -126,39 +128,44 @@ def footprint(time: float, robot: Robot) -> Any:
 
 def _marker(time: float, shape: str, names: tuple[str, int], **given: Any) -> Any:
     """A marker of which all is as it comes but what is given."""
-    kind = ros.of("visualization_msgs/msg/Marker")
-    plain = {
-        "action": kind.ADD,
-        "pose": ros.pose(np.zeros(3)),
-        "scale": ros.vector(1.0, 1.0, 1.0),
-        "color": ros.of("std_msgs/msg/ColorRGBA")(r=0.0, g=0.0, b=0.0, a=1.0),
-        "lifetime": ros.of("builtin_interfaces/msg/Duration")(sec=0, nanosec=0),
-        "frame_locked": False,
-        "points": [],
-        "colors": [],
-        "texture_resource": "",
-        "texture": _no_texture(),
-        "uv_coordinates": [],
-        "text": "",
-        "mesh_resource": "",
-        "mesh_file": ros.of("visualization_msgs/msg/MeshFile")(
-            filename="", data=np.empty(0, np.uint8)
-        ),
-        "mesh_use_embedded_materials": False,
-    }
     ns, id_ = names
+    marker = copy(_template())
+    marker.header = ros.header(time, MAP)
+    marker.ns = ns
+    marker.id = (id_ + 2**31) % 2**32 - 2**31
+    marker.type = getattr(marker, shape)
+    for name, content in given.items():
+        setattr(marker, name, content)
+    return marker
+
+
+@functools.cache
+def _template() -> Any:
+    """A marker of which nothing is said."""
+    kind = ros.of("visualization_msgs/msg/Marker")
+    nothing = np.empty(0, np.uint8)
     return kind(
-        header=ros.header(time, MAP),
-        ns=ns,
-        id=(id_ + 2**31) % 2**32 - 2**31,
-        type=getattr(kind, shape),
-        **(plain | given),
-    )
-
-
-def _no_texture() -> Any:
-    return ros.of("sensor_msgs/msg/CompressedImage")(
-        header=ros.header(0.0, ""), format="", data=np.empty(0, np.uint8)
+        header=ros.header(0.0, MAP),
+        ns="",
+        id=0,
+        type=kind.SPHERE,
+        action=kind.ADD,
+        pose=ros.pose(np.zeros(3)),
+        scale=ros.vector(1.0, 1.0, 1.0),
+        color=ros.of("std_msgs/msg/ColorRGBA")(r=0.0, g=0.0, b=0.0, a=1.0),
+        lifetime=ros.of("builtin_interfaces/msg/Duration")(sec=0, nanosec=0),
+        frame_locked=False,
+        points=[],
+        colors=[],
+        texture_resource="",
+        texture=ros.of("sensor_msgs/msg/CompressedImage")(
+            header=ros.header(0.0, ""), format="", data=nothing
+        ),
+        uv_coordinates=[],
+        text="",
+        mesh_resource="",
+        mesh_file=ros.of("visualization_msgs/msg/MeshFile")(filename="", data=nothing),
+        mesh_use_embedded_materials=False,
     )
 
 
@@ -168,6 +175,7 @@ def _clear(time: float) -> Any:
     return _marker(time, "SPHERE", ("", 0), action=action)
 
 
+@functools.cache
 def _colour(paint: _Paint) -> Any:
     return ros.of("std_msgs/msg/ColorRGBA")(**paint._asdict())
 
@@ -207,11 +215,12 @@ def _disc(time: float, ns: str, id_: int, spot: list[float], radius: float, pain
 
 
 def _line(time: float, ns: str, id_: int, points: Floats, paint: _Paint, width: float) -> Any:
+    point = ros.of("geometry_msgs/msg/Point")
     return _marker(
         time,
         "LINE_STRIP",
         (ns, id_),
-        points=[ros.point(x, y) for x, y in points.tolist()],
+        points=[point(x, y, 0.0) for x, y in points.tolist()],
         scale=ros.vector(width, 0.0, 0.0),
         color=_colour(paint),
     )

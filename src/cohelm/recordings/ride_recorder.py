@@ -10,14 +10,16 @@ from typing import Any, Self
 import numpy as np
 
 from cohelm.arrays import Floats, identical
+from cohelm.errors import RecordingError
 from cohelm.messages import Observation, PointCloud, Request, Scan
 from cohelm.navigation import Tick
 from cohelm.recordings import ride_markers as draw
 from cohelm.recordings import ros_writing as ros
 from cohelm.recordings.exact import pack
-from cohelm.recordings.ride import RIDE_TOPIC, TICK_TOPIC, RideFacts, RideTick
+from cohelm.recordings.ride import RIDE_TOPIC, TICK_TOPIC, RideFacts, RideTick, made_of
 from cohelm.recordings.ride_file import RideFile
 from cohelm.recordings.ride_topics import DRAWN, MAP, ROBOT
+from cohelm.recordings.undisturbed import undisturbed
 from cohelm.robots import Robot
 from cohelm.simulation import Truth
 
@@ -65,13 +67,12 @@ class RideRecorder:
         trace: TracebackType | None,
     ) -> None:
         """Write what is left; an error that comes of it does not hide the first one."""
-        if kind is None:
-            self._file.close()
-            return
-        try:
-            self._file.close()
-        except Exception as also:  # the ride's own error goes on
-            if error is not None:
+        with undisturbed():
+            try:
+                self._file.close()
+            except RecordingError as also:
+                if error is None:
+                    raise
                 error.add_note(str(also))
 
     def __call__(self, tick: Tick, truth: Truth) -> None:
@@ -80,6 +81,10 @@ class RideRecorder:
         Raises:
             RecordingError: if the disk takes no more.
         """
+        with undisturbed():
+            self._add(tick, truth)
+
+    def _add(self, tick: Tick, truth: Truth) -> None:
         last, now = self._last, tick.observation.time
         asked = None if _same_request(tick, last) else tick.request
         exact = RideTick(
@@ -87,6 +92,7 @@ class RideRecorder:
             observation=tick.observation,
             request=asked,
             decision=tick.decision,
+            made=made_of(tick),
         )
         self._write(TICK_TOPIC, ros.octets(pack(exact)), now)
         self._write_numbers(tick, now)

@@ -1,4 +1,7 @@
-"""What cohelm knows, as messages of ROS 2."""
+"""What cohelm knows, as messages of ROS 2.
+
+Messages share their parts (stamps, headers): nobody is to change one that is part of another.
+"""
 
 from __future__ import annotations
 
@@ -41,12 +44,14 @@ def nanoseconds(time: float) -> int:
     return max(round(1e9 * time), 0) if math.isfinite(time) else 0
 
 
+@functools.lru_cache(maxsize=16)
 def stamp(time: float) -> Any:
     """A time in s."""
     sec, nanosec = divmod(nanoseconds(time), 1_000_000_000)
     return of("builtin_interfaces/msg/Time")(sec=min(sec, 2**31 - 1), nanosec=nanosec)
 
 
+@functools.lru_cache(maxsize=16)
 def header(time: float, frame: str) -> Any:
     """Of a message about ``frame`` at ``time``."""
     return of("std_msgs/msg/Header")(stamp=stamp(time), frame_id=frame)
@@ -64,6 +69,10 @@ def vector(x: float, y: float, z: float = 0.0) -> Any:
 
 def turned(yaw: float, roll: float = 0.0, pitch: float = 0.0) -> Any:
     """The Quaternion of angles about the fixed axes (REP-103), rad."""
+    if roll == pitch == 0.0:
+        return of("geometry_msgs/msg/Quaternion")(
+            0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+        )
     cr, sr = math.cos(0.5 * roll), math.sin(0.5 * roll)
     cp, sp = math.cos(0.5 * pitch), math.sin(0.5 * pitch)
     cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
