@@ -127,8 +127,10 @@ def _lines(home: Stage) -> tuple[Floats, Lines]:
 
 def _ways(scenario: Scenario) -> Iterator[Floats]:
     """The lines (k, 2) that people walk, of a flow its lane and both borders."""
-    for walk in (*scenario.people.ways, *scenario.people.groups):
-        yield np.array(walk.points)
+    for way in scenario.people.ways:
+        yield np.array(way.points)
+    for group in scenario.people.groups:
+        yield np.array(group.points)
     for flow in scenario.people.flows:
         lane = np.array(flow.lane)
         left = np.diff(lane, axis=0, prepend=2.0 * lane[:1] - lane[1:2])

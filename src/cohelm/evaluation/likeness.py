@@ -63,7 +63,7 @@ def places_like(lines: Lines, grid: OccupancyGrid) -> list[Place]:
     anchors = _anchors(field, grid, lines)
     if not len(anchors):
         return []
-    turns = np.arange(HEADINGS) * (2.0 * math.pi / HEADINGS)
+    turns = np.linspace(0.0, 2.0 * math.pi, HEADINGS, endpoint=False, dtype=np.float64)
     frame = np.array([field.resolution, *field.X_MG, *grid.bounds])
     marks = np.column_stack([lines.point, lines.need, lines.room])
     rough = _rough(field.distance, frame, anchors, turns, marks)
@@ -84,7 +84,8 @@ def _anchors(field: DistanceField, grid: OccupancyGrid, lines: Lines) -> Floats:
     middle = int(np.argmin(np.hypot(*lines.point.T)))
     slack = 0.75 * LATTICE  # a point of the lattice lies so near to where it should
     enough = field.at(points) > lines.need[middle] - slack
-    return points[enough & grid.contains(points)]
+    inside: Floats = points[enough & grid.contains(points)]
+    return inside
 
 
 def _distinct(rough: Floats, anchors: Floats, turns: Floats) -> list[Floats]:

@@ -40,11 +40,9 @@ class Watchful:
         threats = view.people[self._threatens(view)]
         if not len(threats):
             return steered(view, (0.0, 0.0))
-        x, y, _, across, _ = threats[int(np.argmin(np.hypot(threats[:, 0], threats[:, 1])))]
-        comes_from = -across if abs(across) > _CROSSES else -y
-        if abs(across) <= _CROSSES and math.hypot(x, y) == 0.0:
-            comes_from = 1.0
-        return steered(view, (p.forward, math.copysign(p.aside, comes_from)))
+        _, y, _, across, _ = threats[int(np.argmin(np.hypot(threats[:, 0], threats[:, 1])))]
+        behind_them = -across if abs(across) > _CROSSES else -y
+        return steered(view, (p.forward, math.copysign(p.aside, behind_them)))
 
     def _threatens(self, view: RiderView) -> Booleans:
         """Who (n,) comes too near within the time, if both went on as they go."""
@@ -69,4 +67,5 @@ def _nearest_to_come(place: Floats, velocity: Floats, within: float) -> Floats:
     squared = np.maximum((velocity**2).sum(axis=1), 1e-9)
     moment = np.clip(-(place * velocity).sum(axis=1) / squared, 0.0, within)
     nearest = place + moment[:, None] * velocity
-    return np.hypot(nearest[:, 0], nearest[:, 1])
+    distance: Floats = np.hypot(nearest[:, 0], nearest[:, 1])
+    return distance
