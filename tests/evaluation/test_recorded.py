@@ -384,8 +384,8 @@ def test_of_a_file_that_is_cut_off_the_beginning_is_replayed(copy, kept, back):
     read = list(replayed(ride))
     assert all(each.same for each in read)
     began = round(20 * 1e-9 * chunk.message_start_time)
-    assert began - 1 <= len(read) < len(kept.ticks)
-    assert len(read) > 0
+    # the last chunk may hold no more than what the last tick draws
+    assert max(began - 1, 1) <= len(read) <= len(kept.ticks) - (back > 1)
     (warning,) = ride.warnings
     assert "cut off" in warning
     assert f"read until {read[-1].time:.2f} s" in warning
