@@ -261,6 +261,18 @@ def test_all_ride_at_both_paces_and_ours_with_sensors_too():
         assert told == [True, False, True]
 
 
+def test_the_speed_that_the_text_names_is_ridden_on_fewer_seeds():
+    bench = paper_dynamic.on(planners="dwa")
+
+    def rides(seeds):
+        paces = [dict(task[0].columns)["pace"] for task in bench.tasks(seeds)]
+        return [paces.count(pace) for pace in bench.paces]
+
+    assert rides(range(7, 17)) == [30, 30]
+    assert rides(range(40)) == [3 * 40, 3 * 20]  # a quarter, but 20 at least
+    assert rides(range(100)) == [3 * 100, 3 * 25]
+
+
 def test_the_chosen_speed_is_one_that_the_paper_s_means_imply():
     everyone, _ours = paper_dynamic.preset()
     (speed,) = [float(e.split("=")[1]) for e in everyone if "preferred_speed" in e]
