@@ -22,7 +22,10 @@ def view(time, pose=(0.0, 0.0, 0.0), speed=0.0, **more):
 def swaying(count):
     """Views from a chair that sways, so that a good hand never does the same twice."""
     times = STEP * np.arange(count)
-    return [view(t, (2.0 + np.sin(0.05 * t), 0.3 * np.sin(0.9 * t), 0.4 * np.cos(1.1 * t))) for t in times]
+    return [
+        view(t, (2.0 + np.sin(0.05 * t), 0.3 * np.sin(0.9 * t), 0.4 * np.cos(1.1 * t)))
+        for t in times
+    ]
 
 
 def acts(spec, views, seed=0):

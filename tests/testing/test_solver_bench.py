@@ -103,7 +103,7 @@ def test_piqp_and_daqp_agree(people):
 
 def test_a_share_of_the_times_is_a_share_of_their_states():
     whole, tenth = (
-        [t for t in solver.SolverBench(("speed",), share).tasks(range(1))] for share in (1.0, 0.01)
+        list(solver.SolverBench(("speed",), share).tasks(range(1))) for share in (1.0, 0.01)
     )
     assert len(tenth) == len(whole)
     assert sum(t[3] for t in tenth) == pytest.approx(0.01 * sum(t[3] for t in whole), rel=0.1)

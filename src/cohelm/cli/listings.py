@@ -89,7 +89,7 @@ def scenarios(plot: Path | None = None) -> int:
         if not members:
             continue
         table.add_section()
-        table.add_row("", "", "", f"[bold]{collection.title}[/]")
+        table.add_row("", "", "", f"[bold]{collection.heading}[/]")
         for each in members:
             floor = each.floor or Path(each.map or "").stem
             table.add_row(each.name, floor, str(people_of(each.people)), each.description)

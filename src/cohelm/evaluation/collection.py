@@ -20,7 +20,7 @@ class Collection(StrEnum):
     CHANGING = "changing"
 
     @property
-    def title(self) -> str:
+    def heading(self) -> str:
         """For people."""
         return _TITLES[self]
 

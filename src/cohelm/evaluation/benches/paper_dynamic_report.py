@@ -102,7 +102,7 @@ def make_report(results: Sequence[Result], folder: Path, title: str) -> Report:
 
 def _paper(paces: Iterable[str]) -> PaperTable:
     """The paper's rows, which are the same at every pace."""
-    rows = {
+    rows: dict[tuple[str, ...], dict[str, float]] = {
         (pace, scene, planner): dict(zip((each.key for each in COLUMNS), figures, strict=True))
         for pace in paces
         for scene, by_planner in TABLE3.items()

@@ -53,7 +53,7 @@ def path_length_short(ride: Ride) -> float:
 
 
 def underway(ride: Ride) -> Floats:
-    """Twists until the first entry into 0.2 m of the goal, (j, 3); all where it is never entered."""
+    """Twists until the first entry into 0.2 m of the goal, (j, 3); all where there is none."""
     at = arrival(ride)
     return ride.twist if at is None else ride.twist[: at + 1]
 
