@@ -350,7 +350,7 @@ def test_a_scenario_of_ones_own_is_listed_as_such(tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text(yaml.safe_dump({"floor": "hall", "start": [2, 7], "goal": [12, 7]}))
     assert load_scenario(file).collection is Collection.OWN
-    assert all(each.title for each in Collection)
+    assert all(each.heading for each in Collection)
 
 
 def test_beside_is_level_with_and_near(made_ride):
