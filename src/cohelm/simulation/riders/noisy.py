@@ -21,8 +21,8 @@ class Noisy:
         of: Underlying = Field(default_factory=lambda: dict(IDEAL))
         """Who steers."""
         jerks: float = Field(0.15, ge=0.0, le=1.0)
-        """Probability that one axis of a command is random, for each of 20 a second (0.15 to 0.3
-        in programs after Reddy, Dragan and Levine, 2018)."""
+        """Probability that one axis of a command is random, for each of 20 a second (0.15 in
+        programs after Reddy, Dragan and Levine, 2018)."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
