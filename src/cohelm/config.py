@@ -10,7 +10,7 @@ import difflib
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_origin
 
 import pydantic
 import yaml
@@ -171,8 +171,10 @@ def _shortened(given: Any) -> Any:
 def _keys_at(model: type[Model], location: list[str]) -> Iterable[str]:
     """The keys that the model at ``location`` knows; none where that is not a model."""
     here: Any = model
+    named = False
     for part in location:
-        if part.isdigit():  # an index; what the list holds was looked up with its field
+        if named or part.isdigit():  # of a mapping or a list: what it holds was looked up with it
+            named = False
             continue
         if not (isinstance(here, type) and issubclass(here, pydantic.BaseModel)):
             return ()
@@ -180,6 +182,7 @@ def _keys_at(model: type[Model], location: list[str]) -> Iterable[str]:
         if field is None:
             return ()
         here = _model_in(field.annotation)
+        named = get_origin(field.annotation) in {dict, Mapping}
     if isinstance(here, type) and issubclass(here, pydantic.BaseModel):
         return here.model_fields.keys()
     return ()

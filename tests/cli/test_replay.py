@@ -49,7 +49,7 @@ def test_other_parameters_are_told_apart_with_the_first_tick(cohelm, recorded, t
 
 
 def test_json_says_where_the_commands_part(cohelm, recorded):
-    code, out, _ = cohelm("replay", recorded, "--planner", "path_follower", "--json")
+    code, out, _ = cohelm("replay", recorded, "--planner", "apf", "--json")
     assert code == 0
     report = json.loads(out)
     first = report["first_difference"]
@@ -57,7 +57,7 @@ def test_json_says_where_the_commands_part(cohelm, recorded):
     assert not report["same_to_the_bit"]
     assert first["time"] == pytest.approx(0.05 * first["tick"])
     assert first["recorded"]["twist"] != first["replayed"]["twist"]
-    assert report["settings"] == ["local_planner=path_follower"]
+    assert report["settings"] == ["local_planner=apf"]
 
 
 def test_other_versions_are_named_and_a_tolerance_is_taken(cohelm, recorded, monkeypatch):

@@ -208,14 +208,15 @@ def test_the_office_files_are_what_the_bench_draws(name):
 
 def test_a_flow_keeps_to_its_lane_and_its_people_apart():
     flow = Flow(lane=((0, 0), (10, 0), (10, 10)), width=2.0, spread=8.0, count=8)
-    ways = flow_ways([flow], 8, np.array([5.0, 0.0]), generator(3, "crowd"))
+    chair = np.array([5.0, 1.5])  # beside the lane's middle: on it nobody has room for as much
+    ways = flow_ways([flow], 8, chair, generator(3, "crowd"))
     starts = np.array([way.points[0] for way in ways])
     assert len(ways) == 8
     assert (np.abs(starts[:, 1]) <= 1.0 + 1e-9).all()
     assert (starts[:, 0] <= 8.8 + 1e-9).all()  # the outer border of the first leg is 11 m for 10
     apart = np.hypot(*(starts[:, None] - starts).transpose(2, 0, 1)) + 99 * np.eye(8)
     assert apart.min() >= APART
-    assert np.hypot(*(starts - [5.0, 0.0]).T).min() >= OFF_CHAIR
+    assert np.hypot(*(starts - chair).T).min() >= OFF_CHAIR
     for start, each in zip(starts, ways, strict=True):
         corner, end = np.array(each.points[-2:])  # offset along both legs by the same amount
         assert np.allclose(corner, [10.0 - start[1], start[1]])

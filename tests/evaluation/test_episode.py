@@ -66,11 +66,11 @@ def test_a_lidar_that_fails_stops_the_chair_and_the_ride_says_why(kind, reason):
 
 
 def test_driving_blind_into_a_person_is_a_collision():
-    # The rider alone, with nobody checking: manual is allowed to collide.
+    # A rider who does not look, with nobody checking: manual is allowed to collide.
     settings = [
         "people={ways: [{points: [[6, 7]]}], see_robot: false}",
         "mode=manual",
-        "rider=ideal",
+        "rider={use: ideal, looks: false}",
     ]
     ride = run(load_scenario("empty", settings), 0)
     assert ride.outcome is Outcome.COLLISION

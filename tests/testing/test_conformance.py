@@ -50,6 +50,13 @@ def replace(**fields):
     )
 
 
+def sent(**fields):
+    """The same for what a rider sends."""
+    return lambda act, *args: dataclasses.replace(
+        act, command=replace(**fields)(act.command, *args)
+    )
+
+
 def first(change):
     """The same for a part that returns (output, memory)."""
     return lambda result, *args: (change(result[0], *args), result[1])
@@ -65,7 +72,7 @@ SOUND = {
     "predict": ("predictors", "constant_velocity", "predict"),
     "shape": ("social_models", "personal_space", "spaces"),
     "walk": ("pedestrian_models", "orca", "step"),
-    "steer": ("riders", "ideal", "command"),
+    "steer": ("riders", "ideal", "act"),
     "derive": ("kinematics", "unicycle", "sensitivity"),
     "roll out": ("kinematics", "unicycle", "rollout"),
 }
@@ -113,8 +120,8 @@ FAULTS = [
     ("walk", replace(position=lambda crowd, *_: crowd.position + 1.0), "as fast as preferred"),
     ("walk", replace(target=lambda crowd, *_: 0 * crowd.target), "reach the way-point"),
     ("walk", SEES, "does not see the robot"),
-    ("steer", replace(deflection=lambda command, *_: 2.0 + command.deflection), "deflection"),
-    ("steer", replace(heartbeat=lambda _, view, __: view.time + 1.0), "later than now"),
+    ("steer", sent(deflection=lambda command, *_: 2.0 + command.deflection), "deflection"),
+    ("steer", sent(heartbeat=lambda _, view, *__: view.time + 1.0), "later than now"),
     ("derive", lambda sensitivity, *_: 1.001 * sensitivity, "finite differences"),
     ("roll out", lambda poses, *_: poses + 0.01, "begin at"),
 ]
