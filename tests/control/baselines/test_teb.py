@@ -133,3 +133,12 @@ def test_a_robot_that_moves_any_way_may_step_aside():
     assert plan.inputs.shape[1] == 3
     assert np.abs(plan.inputs[:, 1]).max() > 0.02
     assert np.hypot(*plan.inputs[:, :2].T).max() <= 1.0 + 1e-6
+
+
+def test_a_band_of_two_poses_is_begun_anew():
+    """Near the goal, late in a ride, a band may have shrunk to that."""
+    here = problem(pose=(3.0, 4.0, 0.1), speed=0.4)
+    rows = module._drawn(here, 0.2)
+    for count in range(1, module._FEWEST):
+        old = module.Band(time=here.time, rows=rows[-count:], side=0.0, other=np.empty((0, 4)))
+        assert module._shifted(here, old, old.rows) is None

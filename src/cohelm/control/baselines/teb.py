@@ -255,7 +255,7 @@ def _shifted(problem: LocalProblem, old: Band, rows: Floats) -> Floats | None:
     if not 0.0 <= problem.time - old.time <= _STALE:
         return None
     rows, goal = rows.copy(), problem.reference.poses[-1]
-    if np.hypot(*(rows[-1, :2] - goal[:2])) > 1.0:
+    if len(rows) < _FEWEST or np.hypot(*(rows[-1, :2] - goal[:2])) > 1.0:
         return None
     near = np.hypot(*(rows[: min(4, len(rows) - _FEWEST + 1), :2] - problem.pose[:2]).T)
     rows = rows[int(np.argmin(near)) :]
