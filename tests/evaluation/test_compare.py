@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from cohelm.cli.app import status
 from cohelm.evaluation.benches.bench import Result
 from cohelm.evaluation.results import Rides, read_rides, write_results
-from cohelm.evaluation.results.compare import compare
+from cohelm.evaluation.results.compare import as_dict, compare
 from cohelm.evaluation.results.ratings import read_ratings
 from cohelm.evaluation.sweeps.sweep import write_rows
 
@@ -77,6 +78,19 @@ def test_only_equal_seeds_are_compared():
     before, after = sweep(4), [r for r in sweep(6) if r.row["seed"] >= 2]
     found = compare(_rides(before), _rides(after))
     assert (found.pairs, found.only_before, found.only_after) == (12, 12, 12)
+
+
+def test_what_has_no_number_is_left_out_without_a_warning():
+    """The nearest person of a ride with nobody near is at infinity, in A as in B."""
+    far, odd = {"min_distance": math.inf, "time": 10.0}, {"time_alone": 0.0, "time": math.inf}
+    results = [result(seed=k, **(odd if k % 2 else far)) for k in range(6)]
+    found = compare(_rides(results), _rides(results))
+    assert (found.pairs, found.identical, found.regressions) == (6, 6, ())
+    assert _rides(results).column("time_ratio").tolist() == pytest.approx(
+        [10.0 / r.row["time_alone"] if r.row["time_alone"] else math.nan for r in results],
+        nan_ok=True,
+    )
+    json.dumps(as_dict(found))
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cohelm.errors import ConfigError
+from cohelm.evaluation.sweeps import executors
 from cohelm.evaluation.sweeps import ledger as ledgers
 from cohelm.evaluation.sweeps.executors import RETRIES, WorkersFailed, in_processes, serially
 from cohelm.evaluation.sweeps.ledger import Header, Ledger, is_begun, read_records
@@ -116,6 +117,22 @@ def test_a_ride_whose_process_died_is_a_row(tmp_path):
     assert list(done.faults) == [0, 1]
 
 
+@pytest.mark.parametrize("executor", [serially, in_processes(1)])
+def test_a_task_that_leaves_the_program_ends_itself_alone(toy, tmp_path, executor):
+    done = kept(toy.on([(1, "leaves")]), tmp_path, 3, executor=executor)
+    assert {i: each.error for i, each in done.faults.items()} == {1: "SystemExit: 4"}
+    assert done.whole
+    assert len(done.results) == 4
+
+
+@pytest.mark.parametrize(
+    ("status", "says"),
+    [(3, "exit status 3"), (-9, "killed by SIGKILL"), (-45, "killed by signal 45")],
+)
+def test_how_a_process_ended_is_said_of_every_signal(status, says):
+    assert executors._end_of(status) == says
+
+
 # ---------------------------------------------------------------------------- going on
 
 
@@ -176,7 +193,9 @@ def test_a_ledger_that_was_cut_before_its_first_line_ended_begins_anew(toy, tmp_
     assert len(kept(toy.on(), tmp_path, 1, resume=True).results) == 2
 
 
-@pytest.mark.parametrize("what", ["a byte", "zeros", "arrays"])
+@pytest.mark.parametrize(
+    "what", ["a byte", "zeros", "arrays", "no arrays", "other arrays", "compressed otherwise"]
+)
 def test_what_is_damaged_is_done_again(toy, tmp_path, what):
     whole = plain(kept(toy.on(), tmp_path, 3).results)
     file = tmp_path / ledgers.LEDGER
@@ -186,9 +205,32 @@ def test_what_is_damaged_is_done_again(toy, tmp_path, what):
     elif what == "zeros":  # as a file system leaves them that lost its power
         lines[2] = bytes(len(lines[2]) - 1) + b"\n"
     else:
-        next(iter((tmp_path / "arrays").glob("*.npz"))).write_bytes(b"PK\x03\x04 no more")
+        _damage(next(iter((tmp_path / "arrays").glob("*.npz"))), what)
     file.write_bytes(b"".join(lines))
     assert len(read_records(tmp_path)) == 2
+    assert plain(kept(toy.on(), tmp_path, 3, resume=True).results) == whole
+
+
+def _damage(file, what):
+    content = bytearray(file.read_bytes())
+    match what:
+        case "arrays":
+            file.write_bytes(b"PK\x03\x04 no more")
+        case "no arrays":
+            file.unlink()
+        case "other arrays":
+            np.savez(file, **{"7/noise": np.ones(2)})
+        case _:  # a method of compression that no zip file has
+            content[content.rindex(b"PK\x01\x02") + 10] ^= 0xFF
+            file.write_bytes(content)
+
+
+def test_a_line_of_another_sweep_among_the_records_does_not_count(toy, tmp_path):
+    whole = plain(kept(toy.on(), tmp_path, 3).results)
+    file = tmp_path / ledgers.LEDGER
+    lines = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(b"".join([*lines[:2], lines[0], b"\n", b"\xff\xfe no line\n", *lines[2:]]))
+    assert len(read_records(tmp_path)) == 3
     assert plain(kept(toy.on(), tmp_path, 3, resume=True).results) == whole
 
 
@@ -234,6 +276,40 @@ def test_two_do_not_write_the_same_folder(tmp_path):
         Ledger(tmp_path, HEADER)
     with Ledger(tmp_path, HEADER):
         pass
+
+
+def test_nobody_throws_away_what_another_is_writing(toy, tmp_path):
+    with Ledger(tmp_path, HEADER) as ledger:
+        ledger.add("k", [Result({"a": 1}, {"b": np.ones(2)})])
+        with pytest.raises(ConfigError, match="another process"):
+            Ledger(tmp_path, HEADER, overwrite=True)
+        ledger.add("l", [])
+    assert set(read_records(tmp_path)) == {"k", "l"}
+
+
+def test_results_that_came_while_one_waited_are_not_lost(toy, tmp_path):
+    """Between the first look at the folder and the ledger, a cluster may take seconds to start."""
+    kept(toy.on(), tmp_path, 1)
+    with pytest.raises(ConfigError, match="has results"):
+        Ledger(tmp_path, HEADER)
+    assert len(read_records(tmp_path)) == 1
+
+
+def test_what_is_made_of_older_rows_does_not_outlive_them(toy, tmp_path):
+    """A sweep may be killed before it writes its report; programs read the Parquet file first."""
+    kept(toy.on(), tmp_path, 2)
+    for name in ("episodes.parquet", "report.html", "ratings.csv"):
+        (tmp_path / name).write_text("of older rows")
+    kept(toy.on(), tmp_path, 2, resume=True)
+    assert (tmp_path / "episodes.parquet").exists()  # nothing is new
+    kept(toy.on(), tmp_path, 3, resume=True)
+    assert not (tmp_path / "episodes.parquet").exists()
+    with Ledger(tmp_path, HEADER, overwrite=True):
+        names = {each.name for each in tmp_path.iterdir()}
+    assert {"ratings.csv", "file-1.txt"} <= names
+    assert not {"report.html", "rows.csv"} & names
+    assert read_records(tmp_path) == {}
+    assert not list((tmp_path / "arrays").iterdir())
 
 
 # ---------------------------------------------------------------------------- writing

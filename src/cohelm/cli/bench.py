@@ -21,7 +21,7 @@ from cohelm.errors import ConfigError
 from cohelm.evaluation.benches.bench import Bench, Report, Sheet, Task
 from cohelm.evaluation.sweeps.executors import executor_for
 from cohelm.evaluation.sweeps.identity import check_plain, code, options_of
-from cohelm.evaluation.sweeps.ledger import Header, Ledger, discard, is_begun
+from cohelm.evaluation.sweeps.ledger import Header, Ledger, check_new
 from cohelm.evaluation.sweeps.sweep import Sweep, sweep
 
 FAILED, INTERRUPTED = 1, 130
@@ -68,9 +68,8 @@ def run_bench(name: str, module: str, asked: Asked) -> tuple[Sweep, Report | Non
     folder = _folder(asked.out or Path("benches") / name, asked)
     header = Header(bench=name, options=options_of(chosen), code=code())
     with executor_for(asked.cluster, workers) as executor:
-        if asked.overwrite:
-            discard(folder)
-        with Ledger(folder, header, resume=asked.resume) as ledger, Bar(name) as bar:
+        begun = Ledger(folder, header, resume=asked.resume, overwrite=asked.overwrite)
+        with begun as ledger, Bar(name) as bar:
             done = sweep(chosen, tasks, folder, executor=executor, ledger=ledger, watch=bar)
     notes = (*_faults(done), *_changed(ledger))
     report = _report(chosen, done, folder)
@@ -119,12 +118,8 @@ def _folder(folder: Path, asked: Asked) -> Path:
         raise ConfigError(
             f"{folder} is no folder to write to ({cause.strerror})", key="--out"
         ) from None
-    if not (asked.resume or asked.overwrite) and is_begun(folder):
-        raise ConfigError(
-            f"{folder} has results; --resume goes on with them, --overwrite throws them away, "
-            "or name another folder",
-            key="--out",
-        )
+    if not (asked.resume or asked.overwrite):
+        check_new(folder)  # and once more when nobody else can write to it
     return folder
 
 

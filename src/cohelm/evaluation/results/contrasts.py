@@ -45,8 +45,8 @@ def contrast(ours: Floats, theirs: Floats, how: Measure) -> Contrast:
 
     Shares are tested by McNemar's exact test (1947), all else by Wilcoxon's signed ranks (1945).
     """
-    less = ours - theirs
-    less = less[np.isfinite(less)]
+    both = np.isfinite(ours) & np.isfinite(theirs)  # inf: nobody was ever near
+    less = ours[both] - theirs[both]
     test = exact_mcnemar if how.share else signed_ranks
     return Contrast(less=mean_of(less), p=test(less), better=how.better)
 

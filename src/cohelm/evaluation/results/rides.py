@@ -93,7 +93,9 @@ class Rides:
     def column(self, name: str) -> Floats:
         """A measure, (k,), NaN where a ride has none; shares as 0 or 1."""
         if name == "time_ratio":
-            return self.column("time") / self.column("time_alone")
+            time, alone = self.column("time"), self.column("time_alone")
+            there = np.isfinite(time) & (alone > 0.0)
+            return np.divide(time, alone, out=np.full(len(self), np.nan), where=there)
         if name in _DERIVED:
             found: Booleans = np.array([_is(name, row) for row in self.rows], dtype=bool)
             return found.astype(float)

@@ -42,7 +42,7 @@ def do(work: Work, folder: Path, index: int, task: Task) -> Done:
     """Do one task; what it raises is a fault."""
     try:
         return Done(index, tuple(work(task, folder)))
-    except Exception as failure:  # whatever it is, the others go on
+    except (Exception, SystemExit) as failure:  # whatever it is, the others go on
         return Done(index, (), fault_of(failure))
 
 
@@ -226,9 +226,10 @@ def _serve(pipe: Connection, work: Work, folder: Path) -> None:
 
 
 def _end_of(code: int | None) -> str:
-    if code is not None and code < 0:
-        return f"killed by {signal.Signals(-code).name}"
-    return f"exit status {code}"
+    if code is None or code >= 0:
+        return f"exit status {code}"
+    names = {int(each): each.name for each in signal.Signals}
+    return f"killed by {names.get(-code, f'signal {-code}')}"
 
 
 def _compiled() -> bool:

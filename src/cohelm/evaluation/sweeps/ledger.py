@@ -28,7 +28,11 @@ from cohelm.evaluation.sweeps.tasks import Fault, Result
 LEDGER, ARRAYS = "ledger.jsonl", "arrays"
 OURS = (LEDGER, "rows.csv", "summary.json")
 """Files in a folder that are of a sweep."""
+EPISODES = "episodes.parquet"
+"""The rows once more, for programs; where it is older than they are, it is worse than none."""
+_REPORTS = (EPISODES, "summary.csv", "report.html")
 _FORMAT = 1
+_BAD_ZIP = (zipfile.BadZipFile, zlib.error)
 _MEGABYTE = 1 << 20
 
 
@@ -57,35 +61,42 @@ class Ledger:
         folder: of the sweep; there.
         header: what is swept.
         resume: go on with what is there, instead of beginning.
+        overwrite: throw away what is there, once nobody else is found to write to it.
 
     Attributes:
         records: what is there, by the key of the task.
         changed: what of the code is not as it was when the sweep began; empty: nothing.
 
     Raises:
-        ConfigError: if the folder is of another sweep, cannot be written to, or is being written.
+        ConfigError: if the folder is of another sweep, cannot be written to, is being written, or
+            has results that are neither to be gone on with nor to be thrown away.
     """
 
-    def __init__(self, folder: Path, header: Header, *, resume: bool = False) -> None:
+    def __init__(
+        self, folder: Path, header: Header, *, resume: bool = False, overwrite: bool = False
+    ) -> None:
         self.folder = folder
         self.records: dict[str, Record] = {}
         self.changed = ""
-        file = folder / LEDGER
-        there = read_header(folder) if resume else None
-        if there is not None:
-            _same_sweep(there, header, folder)
-            self.changed = differences(there.code, header.code)
-            self.records = read_records(folder)
+        if resume:
+            read_header(folder)  # what is refused stays as it is
         try:
-            self._stream = os.open(file, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+            flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
+            self._stream = os.open(folder / LEDGER, flags, 0o644)
         except OSError as cause:
             raise _unwritable(folder, cause) from None
-        _lock(self._stream, folder)
-        if there is None:
-            os.ftruncate(self._stream, 0)
-            self._append(json.dumps(asdict(header), sort_keys=True))
-        else:
-            os.ftruncate(self._stream, _whole_lines(file))
+        try:
+            _lock(self._stream, folder)  # only now it is certain what is there
+            if overwrite:
+                _discard(folder)
+            elif not resume:
+                check_new(folder)
+            self._begin(header, resume=resume)
+        except BaseException as cause:
+            os.close(self._stream)
+            if isinstance(cause, OSError):
+                raise _unwritable(folder, cause) from None
+            raise
 
     def add(self, key: str, results: Sequence[Result], fault: Fault | None = None) -> Record:
         """Keep what came of a task; returns it as it will be read again.
@@ -112,6 +123,17 @@ class Ledger:
         kept = tuple(Result(row, each) for row, each in zip(rows, arrays, strict=True))
         self.records[key] = Record(kept, fault)
         return self.records[key]
+
+    def _begin(self, header: Header, *, resume: bool) -> None:
+        there = read_header(self.folder) if resume else None
+        if there is None:
+            os.ftruncate(self._stream, 0)
+            self._append(json.dumps(asdict(header), sort_keys=True))
+            return
+        _same_sweep(there, header, self.folder)
+        self.changed = differences(there.code, header.code)
+        self.records = read_records(self.folder)
+        os.ftruncate(self._stream, _whole_lines(self.folder / LEDGER))
 
     def __enter__(self) -> Ledger:
         return self
@@ -145,12 +167,22 @@ def is_begun(folder: Path) -> bool:
             return len(stream.readlines(_MEGABYTE)) > 1
     except FileNotFoundError:
         return False
+    except OSError:  # there is something that cannot be read
+        return True
 
 
-def discard(folder: Path) -> None:
-    """Remove the results of a sweep from a folder; whatever else is there stays."""
-    for file in [*(folder / name for name in OURS), *(folder / ARRAYS).glob("*.npz")]:
-        file.unlink(missing_ok=True)
+def check_new(folder: Path) -> None:
+    """Whether a sweep may begin in a folder.
+
+    Raises:
+        ConfigError: if it holds results.
+    """
+    if is_begun(folder):
+        raise ConfigError(
+            f"{folder} has results; --resume goes on with them, --overwrite throws them away, "
+            "or name another folder",
+            key="--out",
+        )
 
 
 def read_header(folder: Path) -> Header | None:
@@ -189,7 +221,7 @@ def read_records(folder: Path) -> dict[str, Record]:
         next(stream, None)
         for line in stream:
             said = _parsed(line)
-            if said is None:
+            if said is None or "task" not in said:
                 continue
             arrays = _read_arrays(folder / ARRAYS / f"{said['task']}.npz", said)
             if arrays is not None:
@@ -197,6 +229,16 @@ def read_records(folder: Path) -> dict[str, Record]:
                 fault = None if said["fault"] is None else Fault(**said["fault"])
                 out[said["task"]] = Record(tuple(Result(*each) for each in results), fault)
     return out
+
+
+def _discard(folder: Path) -> None:
+    """Remove the results of a sweep, all but the ledger's file, which is the lock.
+
+    Whatever else is there stays, ratings too: each says which ride it is of.
+    """
+    names = [name for name in (*OURS, *_REPORTS) if name != LEDGER]
+    for file in [*(folder / name for name in names), *(folder / ARRAYS).glob("*.npz")]:
+        file.unlink(missing_ok=True)
 
 
 def _same_sweep(there: Header, asked: Header, folder: Path) -> None:
@@ -235,7 +277,7 @@ def _read_arrays(file: Path, said: Mapping[str, Any]) -> list[dict[str, Any]] | 
             for name in content:
                 i, _, key = name.partition("/")
                 out[int(i)][key] = content[name]
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
+    except (OSError, ValueError, EOFError, LookupError, RuntimeError, *_BAD_ZIP):
         return None
     return out
 
@@ -286,7 +328,6 @@ def _lock(stream: int, folder: Path) -> None:
     try:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        os.close(stream)
         raise ConfigError(f"another process writes to {folder}", key="--out") from None
     except OSError:  # a network folder without locks
         return

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps.executors import Executor, fault_of, in_processes
 from cohelm.evaluation.sweeps.identity import keys_of
-from cohelm.evaluation.sweeps.ledger import Ledger, Record
+from cohelm.evaluation.sweeps.ledger import EPISODES, Ledger, Record
 from cohelm.evaluation.sweeps.ride_task import failed_rides
 from cohelm.evaluation.sweeps.tasks import Done, Fault, Progress, Result, Task
 
@@ -88,6 +88,7 @@ def sweep(
     try:
         for count, done in enumerate(_done(bench, missing, folder, executor), before + 1):
             records[done.index] = _kept(tasks, keys, ledger, done)
+            (folder / EPISODES).unlink(missing_ok=True)  # it lacks this one
             file.write_now_and_then(records)
             watch(progress(count))
     except KeyboardInterrupt:
@@ -124,11 +125,14 @@ def write_rows(rows: Sequence[Mapping[str, Any]], file: Path) -> None:
     """Rows as a table that replaces the one there at once; the columns are those of any row."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
     beside = file.with_suffix(".part")
-    with beside.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
-    beside.replace(file)
+    try:
+        with beside.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(columns)
+            writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
+        beside.replace(file)
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def _known(keys: Sequence[str], ledger: Ledger | None) -> dict[int, Record]:
