@@ -17,7 +17,9 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
+
+from pydantic import BeforeValidator
 
 from cohelm.config import Model, nearest, validate
 from cohelm.errors import ConfigError, PluginError
@@ -36,6 +38,15 @@ GROUPS = (
     "kinematics",
 )
 """The kinds of parts; each is the entry-point group ``cohelm.<kind>``."""
+
+
+def spelt_out(given: Any) -> Any:
+    """A part that is named by a word, as the mapping that names it."""
+    return {"use": given} if isinstance(given, str) else given
+
+
+Spec = Annotated[dict[str, Any], BeforeValidator(spelt_out)]
+"""How a file names a part: a word, or ``{use: word, parameter: value, …}``."""
 
 
 class Part(Protocol):
@@ -99,7 +110,7 @@ def build(
         PluginError: if the name is unknown or does not import.
         ConfigError: (or ``error``) if the parameters do not fit.
     """
-    given = {"use": spec} if isinstance(spec, str) else dict(spec)
+    given = dict(spelt_out(spec))
     name = given.pop("use", None)
     if not isinstance(name, str):
         raise error("say which one with 'use'" + nearest("", names(group)), file=file, key=key)

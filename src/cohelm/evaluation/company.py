@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from cohelm.config import Model
 from cohelm.maps import FARTHEST
+from cohelm.plugins import Spec
 
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
 Point = tuple[Coordinate, Coordinate]
@@ -15,14 +16,6 @@ Length = Annotated[float, Field(gt=0.0, le=1000.0)]
 
 WALKERS = "orca"
 """How people walk by default."""
-
-
-def spelt_out(given: Any) -> Any:
-    """A part is named by a word or by ``{use: word, parameter: value, …}``."""
-    return {"use": given} if isinstance(given, str) else given
-
-
-Spec = Annotated[dict[str, Any], BeforeValidator(spelt_out)]
 
 
 def named(name: str) -> Any:

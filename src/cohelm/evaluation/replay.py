@@ -17,25 +17,19 @@ from cohelm import plugins
 from cohelm.arrays import identical, value
 from cohelm.config import nearest, override, validate
 from cohelm.errors import ScenarioError
-from cohelm.evaluation.scenario import PARTS, Scenario, robot_of
+from cohelm.evaluation.scenario import (
+    NAVIGATOR_PARAMETERS,
+    NAVIGATOR_PARTS,
+    PARTS,
+    Scenario,
+    robot_of,
+)
 from cohelm.messages import Decision, Request
 from cohelm.navigation import Navigator, NavigatorSetup, Tick
 from cohelm.recordings import RecordedRide, RideFacts, RideTick, made_of
 
-_OF_THE_NAVIGATOR = (
-    *(key for key in PARTS if key != "rider"),
-    "novelty",
-    "obstacle_layer",
-    "authority",
-    "replanning",
-    "progress",
-    "recovery",
-    "gate",
-    "comfort",
-    "robot",
-)
 _OF_THE_REQUEST = ("mode", "profile")
-CHANGEABLE = (*_OF_THE_NAVIGATOR, *_OF_THE_REQUEST)
+CHANGEABLE = (*NAVIGATOR_PARTS, *NAVIGATOR_PARAMETERS, "robot", *_OF_THE_REQUEST)
 """Keys of a scenario that a replay can set; all others made what was recorded."""
 _PLACE = ("name", "floor", "map", "start", "goal")
 """Keys that a scenario must have, though a replay asks for none of them."""
@@ -96,7 +90,7 @@ def scenario_of(facts: RideFacts, settings: Iterable[str] = ()) -> Scenario:
         ScenarioError: if a setting does not fit, or concerns what was recorded.
     """
     settings = tuple(settings)
-    for key in _keys(settings) - set(CHANGEABLE):
+    for key in sorted(_keys(settings) - set(CHANGEABLE)):
         problem = "made what was recorded, and cannot be changed afterwards"
         if key not in Scenario.model_fields:
             problem = f"unknown{nearest(key, CHANGEABLE)}"
@@ -116,16 +110,16 @@ def navigator_setup(
     """
     robot = robot_of(scenario) if "robot" in _keys(settings) else facts.robot
     parts = {
-        key: plugins.build(group, getattr(scenario, key), key=key, error=ScenarioError)
-        for key, (group, _) in PARTS.items()
-        if key != "rider"
+        key: plugins.build(PARTS[key][0], getattr(scenario, key), key=key, error=ScenarioError)
+        for key in NAVIGATOR_PARTS
     }
-    given = {key: getattr(scenario, key) for key in _OF_THE_NAVIGATOR if key not in PARTS}
     return NavigatorSetup(
         grid=facts.grid,
+        robot=robot,
         filters=facts.filters,
         heat=facts.heat,
-        **(given | parts | {"robot": robot}),
+        **parts,
+        **{key: getattr(scenario, key) for key in NAVIGATOR_PARAMETERS},
     )
 
 

@@ -34,9 +34,7 @@ from cohelm.evaluation.company import (
     WALKERS,
     Crowding,
     Point,
-    Spec,
     named,
-    spelt_out,
 )
 from cohelm.evaluation.things import Door, Mask, Obstacle, Onto, Preferred, Storey, Zone
 from cohelm.maps import FARTHEST
@@ -44,6 +42,7 @@ from cohelm.messages import Mode, RiderProfile
 from cohelm.navigation import ProgressParameters, RecoveryParameters, ReplanningParameters
 from cohelm.perception import NoveltyParameters, ObstacleLayerParameters
 from cohelm.planning import Comfort
+from cohelm.plugins import Spec, spelt_out
 from cohelm.robots import Robot, load_robot
 from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters
@@ -61,6 +60,19 @@ PARTS = {
     "rider": ("riders", "none"),
 }
 """The replaceable parts: key of the scenario → (kind of plugin, the one used by default)."""
+NAVIGATOR_PARTS = tuple(key for key in PARTS if key != "rider")
+"""Those that the navigator is made of."""
+NAVIGATOR_PARAMETERS = (
+    "novelty",
+    "obstacle_layer",
+    "authority",
+    "replanning",
+    "progress",
+    "recovery",
+    "gate",
+    "comfort",
+)
+"""Parameter sets of the navigator that a scenario has under the same name."""
 
 
 def _place(given: Any) -> Any:

@@ -15,7 +15,13 @@ from cohelm.evaluation.building import floor_plan
 from cohelm.evaluation.furnishing import changes, with_heights, with_obstacles
 from cohelm.evaluation.laying import laid
 from cohelm.evaluation.people import make_crowd
-from cohelm.evaluation.scenario import PARTS, Scenario, robot_of
+from cohelm.evaluation.scenario import (
+    NAVIGATOR_PARAMETERS,
+    NAVIGATOR_PARTS,
+    PARTS,
+    Scenario,
+    robot_of,
+)
 from cohelm.maps import (
     CostmapFilter,
     OccupancyGrid,
@@ -109,17 +115,10 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         navigator=NavigatorSetup(
             grid=grid,
             robot=robot,
-            **{key: parts[key] for key in PARTS if key != "rider"},
             filters=filters,
             heat=heat,
-            novelty=scenario.novelty,
-            obstacle_layer=scenario.obstacle_layer,
-            authority=scenario.authority,
-            replanning=scenario.replanning,
-            progress=scenario.progress,
-            recovery=scenario.recovery,
-            gate=scenario.gate,
-            comfort=scenario.comfort,
+            **{key: parts[key] for key in NAVIGATOR_PARTS},
+            **{key: getattr(scenario, key) for key in NAVIGATOR_PARAMETERS},
         ),
     )
 

@@ -9,17 +9,14 @@ from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from cohelm import plugins
 from cohelm.arrays import Booleans, Floats
 from cohelm.simulation.api import Crowd, PedestrianModel, Scene
 
-Walk = Annotated[
-    dict[str, Any],
-    BeforeValidator(lambda given: {"use": given} if isinstance(given, str) else given),
-]
-"""Another pedestrian model: a name, or ``{use: name, parameter: value, …}``."""
+Walk = plugins.Spec
+"""Another pedestrian model."""
 
 WALKERS: dict[str, Any] = {"use": "orca"}
 """How people walk whose behaviour is changed, where nothing is said."""

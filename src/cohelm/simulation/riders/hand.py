@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from pydantic import BeforeValidator
 
 from cohelm.arrays import Floats
 from cohelm.messages import RiderCommand
-from cohelm.plugins import build
+from cohelm.plugins import Spec, build
 from cohelm.simulation.api import Rider, RiderAct, RiderView
 
-
-def _spelt_out(given: Any) -> Any:
-    return {"use": given} if isinstance(given, str) else given
-
-
-Underlying = Annotated[dict[str, Any], BeforeValidator(_spelt_out)]
-"""The rider whose hand is spoilt: a name, or ``{use: name, parameter: value, …}``."""
+Underlying = Spec
+"""The rider whose hand is spoilt."""
 
 IDEAL = {"use": "ideal"}
 
