@@ -332,6 +332,14 @@ def test_settings_that_do_not_fit_are_refused(kept, setting, problem):
         replayed(RecordedRide(kept.file), [setting])
 
 
+def test_of_several_settings_that_do_not_fit_the_first_by_name_is_told(kept):
+    facts = RecordedRide(kept.file).facts
+    for settings in itertools.permutations(["start=[1,1]", "people.count=2", "goal=[2,2]"]):
+        with pytest.raises(ScenarioError) as caught:
+            scenario_of(facts, settings)
+        assert caught.value.key == "goal"
+
+
 def test_every_part_and_parameter_of_the_navigator_can_be_set():
     stage = set_stage(load_scenario("empty"), 0)
     own = {*stage.navigator.__dataclass_fields__} & {*type(stage.scenario).model_fields}
@@ -518,6 +526,21 @@ def test_a_recording_is_never_written_over(kept):
     with pytest.raises(RecordingError, match="exists already"):
         RideRecorder(kept.file, RecordedRide(kept.file).facts)
     assert kept.file.read_bytes() == before
+
+
+def test_a_recording_that_cannot_begin_leaves_no_file_open(kept, tmp_path, monkeypatch):
+    streams, opened = [], Path.open
+
+    def watched(*args, **options):
+        streams.append(opened(*args, **options))
+        return streams[-1]
+
+    facts = RecordedRide(kept.file).facts
+    monkeypatch.setattr(Path, "open", watched)
+    spoilt = replace(facts, scenario={"start": object()})
+    with pytest.raises(TypeError), RideRecorder(tmp_path / "ride.mcap", spoilt):
+        pass
+    assert [each.closed for each in streams] == [True]
 
 
 def test_a_disk_that_takes_no_more_ends_the_ride_in_words_and_keeps_what_it_took(tmp_path):

@@ -97,7 +97,7 @@ def replay(asked: Asked) -> int:
     for each in _shown(replayed(ride, settings), asked):
         count.add(each)
     if asked.plot is not None:
-        _draw(count, asked, settings)
+        _draw(count, asked.plot, settings)
     report = _report(ride, count, changes, settings)
     if asked.json:
         write_json(report)
@@ -113,13 +113,13 @@ def _shown(ticks: Iterator[Compared], asked: Asked) -> Iterator[Compared]:
         yield from counting(ticks)
 
 
-def _draw(count: _Count, asked: Asked, settings: tuple[str, ...]) -> None:
+def _draw(count: _Count, file: Path, settings: tuple[str, ...]) -> None:
     from cohelm.pictures.replay import draw_replay  # noqa: PLC0415 # lazy
 
     rows = np.array(count.commands).reshape(-1, 7)
     first = None if count.first is None else count.first.time
     names = ", ".join(settings) if settings else "replayed"
-    draw_replay(rows, Path(str(asked.plot)), _verdict(count), first=first, names=names[:80])
+    draw_replay(rows, file, _verdict(count), first=first, names=names[:80])
 
 
 def _report(

@@ -64,7 +64,7 @@ def unpack(data: bytes, kind: type[_T]) -> _T:
     try:
         tree = json.loads(data[_HEAD.size : _HEAD.size + length])
         built: _T = _built(tree, kind, memoryview(data)[_HEAD.size + length :])
-    except (ValueError, TypeError, KeyError, LookupError, AttributeError, RecursionError) as fault:
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as fault:
         raise ValueError(f"is no {kind.__name__}: {fault}") from None
     return built
 

@@ -136,9 +136,8 @@ class Replay:
         n = len(who)
         states = np.hstack([far_away(n), np.zeros((n, 2))])
         ids, position, velocity = film.at(p.begin + time)
-        at = np.searchsorted(film.id[who], ids)
-        at = at[np.isin(ids, film.id[who])]
         known = np.isin(ids, film.id[who])
+        at = np.searchsorted(film.id[who], ids[known])
         X_MF = np.array([*p.at, math.radians(p.angle_deg)])
         states[at, :2] = transform(X_MF, position[known])
         states[at, 2:] = transform(np.array([0.0, 0.0, X_MF[2]]), velocity[known])

@@ -60,10 +60,10 @@ def made_of(tick: Tick) -> str:
 
     Two equal commands may come of different things seen; two equal digests hardly do.
     """
-    people, plan, seen = tick.people, tick.plan, tick.predictions
+    people, plan, futures = tick.people, tick.plan, tick.predictions
     arrays = [people.id, people.mean, people.covariance, people.heading]
-    if seen is not None:
-        arrays += [seen.weight, seen.mean]
+    if futures is not None:
+        arrays += [futures.weight, futures.mean]
     if tick.path is not None:
         arrays.append(tick.path.points)
     arrays += [each.poses for each in (tick.reference, tick.shared, plan) if each is not None]

@@ -40,7 +40,11 @@ class RideFile:
         self._channels: dict[str, int] = {}
         self._flushed = 0
         self._now = 0
-        self._call(self._writer.start, profile="ros2", library="cohelm")
+        try:
+            self._call(self._writer.start, profile="ros2", library="cohelm")
+        except RecordingError:
+            self._stream.close()
+            raise
 
     def write(self, topic: str, message: Any, time: float) -> None:
         """One message, at a time that never runs back, s.

@@ -49,15 +49,12 @@ class RideRecorder:
         self._facts = facts
 
     def __enter__(self) -> Self:
-        """Write what is known before the ride."""
-        facts = self._facts
-        scenario = json.dumps(dict(facts.scenario), indent=1).encode()
-        self._file.note("cohelm", _for_people(facts))
-        self._file.attach("scenario.json", "application/json", scenario)
-        self._file.write(RIDE_TOPIC, ros.octets(pack(facts)), 0.0)
-        self._file.write("/map", ros.grid(0.0, MAP, facts.grid), 0.0)
-        self._file.write("/robot", draw.footprint(0.0, facts.robot), 0.0)
-        self._file.flush()
+        """Write what is known before the ride; the file is closed where that fails."""
+        try:
+            self._begin(self._facts)
+        except BaseException as error:
+            self.__exit__(type(error), error, error.__traceback__)
+            raise
         return self
 
     def __exit__(
@@ -83,6 +80,15 @@ class RideRecorder:
         """
         with undisturbed():
             self._add(tick, truth)
+
+    def _begin(self, facts: RideFacts) -> None:
+        scenario = json.dumps(dict(facts.scenario), indent=1).encode()
+        self._file.note("cohelm", _for_people(facts))
+        self._file.attach("scenario.json", "application/json", scenario)
+        self._file.write(RIDE_TOPIC, ros.octets(pack(facts)), 0.0)
+        self._file.write("/map", ros.grid(0.0, MAP, facts.grid), 0.0)
+        self._file.write("/robot", draw.footprint(0.0, facts.robot), 0.0)
+        self._file.flush()
 
     def _add(self, tick: Tick, truth: Truth) -> None:
         last, now = self._last, tick.observation.time

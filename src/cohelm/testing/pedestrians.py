@@ -200,7 +200,7 @@ def _ride_along(rider: Rider, within: float) -> list[RiderAct]:
         require_finite({"deflection": sent, "heartbeat": beat})
         require(np.abs(sent) <= 1.0, "deflection must be within −1…1")
         require(beat <= view.time, "a device cannot have been heard later than now")
-        require(beat >= heard, "a device cannot be heard the less the later it is")
+        require(beat >= heard, "a device's heartbeat must never run back")
         heard = beat
     return acts
 

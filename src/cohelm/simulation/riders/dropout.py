@@ -40,7 +40,8 @@ class Dropout:
 
     def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
         """See :meth:`cohelm.simulation.api.Rider.act`."""
-        p, before = self.parameters, memory if isinstance(memory, _Memory) else None
+        p = self.parameters
+        before: _Memory | None = memory
         act = self.of.act(view, before.of if before else None, rng)
         silence = spell(
             view.time, before.silence if before else None, rng, every=p.every, lasts=p.lasts

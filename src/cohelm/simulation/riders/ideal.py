@@ -43,7 +43,6 @@ class Ideal:
         """How far ahead it should be free, m."""
         near: float = Field(0.9, gt=0.0, le=5.0)
         """At this distance from what is in the way the rider stands, m from the chair's origin."""
-
         pace: float = Field(0.5, gt=0.0, le=3.0)
         """At which the rider reckons to get on at least, m/s."""
 

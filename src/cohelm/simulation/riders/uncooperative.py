@@ -44,7 +44,8 @@ class Uncooperative:
 
     def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
         """See :meth:`cohelm.simulation.api.Rider.act`."""
-        p, before = self.parameters, memory if isinstance(memory, _Memory) else None
+        p = self.parameters
+        before: _Memory | None = memory
         act = self.of.act(view, before.of if before else None, rng)
         mood = spell(view.time, before.mood if before else None, rng, every=p.every, lasts=p.lasts)
         if act.command is None:
