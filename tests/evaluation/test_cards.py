@@ -1,5 +1,6 @@
 """The scenario library: cards that pose what they are called, flows, floors and laid scenes."""
 
+import json
 import math
 import os
 from functools import lru_cache
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
+from cohelm.config import override
 from cohelm.errors import ConfigError, ScenarioError
 from cohelm.evaluation import load_scenario, run, scenario_names, set_stage
 from cohelm.evaluation.benches import cards as bench
@@ -18,6 +20,7 @@ from cohelm.evaluation.collection import Collection
 from cohelm.evaluation.company import Flow
 from cohelm.evaluation.flows import APART, OFF_CHAIR, flow_ways
 from cohelm.evaluation.gallery import draw_stage
+from cohelm.evaluation.laying import _Asked
 from cohelm.evaluation.metrics.people import beside_share
 from cohelm.evaluation.ride import Outcome
 from cohelm.evaluation.sweeps.vary import columns_of, variants_of
@@ -25,7 +28,7 @@ from cohelm.geometry import arc_length, nearest_on_polyline, transform
 from cohelm.maps import distance_field, write_map
 from cohelm.simulation import generator
 
-CARDS = bench.cards()
+CARDS = bench.known_cards()
 OFFICES = tuple(f"office-{i}" for i in range(10))
 PAGE = Path(__file__).parents[2] / "docs" / "scenarios.md"
 FAR = np.array([-50.0, -50.0])  # a chair in nobody's way
@@ -296,6 +299,20 @@ def test_laying_is_the_same_each_time_and_does_not_depend_on_the_seed(own_map):
     assert one.scenario == other.scenario
 
 
+def test_places_are_looked_for_anew_where_what_they_hang_on_is_otherwise():
+    def asked(*settings):
+        return _Asked(load_scenario("narrow-hallway", settings), set_stage)
+
+    same = ("local_planner=dwa", "profile.preferred_speed=0.5", "time_limit=10")
+    assert asked(*same) == asked()
+    for each in (
+        "global_planner=astar",
+        "profile.clearance=0.2",
+        "avoid=[{points: [[1, 1]], radius: 0.3}]",
+    ):
+        assert asked(each) != asked()
+
+
 @pytest.mark.parametrize("name", ["perpendicular-flow", "intersection"])
 def test_a_scene_is_not_laid_where_nothing_is_like_its_floor(own_map, name):
     file, _ = own_map
@@ -311,6 +328,12 @@ def test_variants_are_every_combination():
     assert found[1].columns == (("people.count", "1"), ("people.speed", "[1.0, 1.2]"))
     assert found[1].settings == ("people.count=1", "people.speed=[1.0, 1.2]")
     assert variants_of([])[0].settings == ()
+
+
+def test_a_long_value_is_varied_as_it_is():
+    ways = [{"points": [[1.125 + k, 2.0] for k in range(20)]}]
+    (found,) = variants_of([f"people.ways={json.dumps(ways)}"])
+    assert override({}, found.settings) == {"people": {"ways": ways}}
 
 
 @pytest.mark.parametrize("text", ["people.count", "=1,2", "a=", "a=[1", "a=1,1"])

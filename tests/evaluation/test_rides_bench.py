@@ -66,6 +66,18 @@ def test_who_is_blind_anyway_is_not_ridden_twice():
     assert [s.label for s in scenes] == ["crossing", "crossing, blind", "aggressive"]
 
 
+def test_who_walks_in_a_flow_or_a_group_can_be_blind_too():
+    group = ("people.groups=[{points: [[7, 7]]}]", "people.ways=[]")
+    for name, settings in (("parallel-flow", ()), ("crossing", group)):
+        (scene,) = scenes_of([name], blind=True, both=False, true_people=False, settings=settings)
+        assert scene.blind
+        (again,) = scenes_of(
+            [name], blind=True, both=False, true_people=False,
+            settings=(*settings, "people.see_robot=false"),
+        )  # fmt: skip
+        assert not again.blind
+
+
 def test_the_gate_does_not_save_who_is_blind_to_people():
     follower = Contender("path_follower", "path_follower")
     assert not scenario_of(Scene("crossing"), follower, 0).gate.separation

@@ -66,13 +66,21 @@ def laid(scenario: Scenario, stage: Stager) -> Scenario:
     return _moved(home, places[onto.place], stage(home, 0), file)
 
 
+_DECIDES: dict[str, Any] = {
+    **dict.fromkeys(("floor", "map", "plan", "robot", "people", "obstacles", "doors"), True),
+    **dict.fromkeys(("start", "goal", "prefer", "stroke", "avoid", "global_planner"), True),
+    **dict.fromkeys(("rider_goal", "rider_route"), True),
+    "profile": {"clearance"},
+}
+"""What of a scenario its floor, its people and its routes come of."""
+
+
 class _Asked:
-    """A scene whose places are looked for; equal where everything but the people's draw is."""
+    """A scene whose places are looked for; equal where all that decides on them is."""
 
     def __init__(self, home: Scenario, stage: Stager) -> None:
         self.home, self.stage = home, stage
-        keys = {"start", "goal", "floor", "map", "plan", "people", "robot", "stroke", "prefer"}
-        self._key = (home.model_dump_json(include=keys), home.file)
+        self._key = (home.model_dump_json(include=_DECIDES), home.file)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Asked) and self._key == other._key

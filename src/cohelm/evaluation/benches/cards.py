@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from cohelm import plugins
 from cohelm.errors import ConfigError
 from cohelm.evaluation.benches.bench import Report, Result, Task, parted
 from cohelm.evaluation.benches.cards_report import make_report
@@ -20,7 +19,7 @@ from cohelm.evaluation.benches.rides_scenes import OWN_SETTINGS
 from cohelm.evaluation.collection import Collection
 from cohelm.evaluation.presets import tuned_settings
 from cohelm.evaluation.scenario import load_scenario, scenario_names
-from cohelm.evaluation.sweeps import RideTask, ride_row
+from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.evaluation.sweeps.vary import Variant, columns_of, variants_of
 
 TITLE = "Social navigation cards, every local planner (Francis et al. 2023)"
@@ -77,7 +76,7 @@ class CardsBench:
         return make_report(results, folder, (CARD, *columns_of(self.variants), PLANNER), TITLE)
 
 
-def cards() -> tuple[str, ...]:
+def known_cards() -> tuple[str, ...]:
     """The cards that come with cohelm."""
     return tuple(
         name for name in scenario_names() if load_scenario(name).collection is Collection.CARDS
@@ -106,18 +105,13 @@ def on(
     told = ("tracker.use=given",) if true_people else ()
     bench = CardsBench(
         planners=parted(planners, "--planners") or installed(),
-        cards=parted(cards, "--cards") or _all(),
+        cards=parted(cards, "--cards") or known_cards(),
         variants=variants_of(vary),
         settings=(*laid, *told, *settings),
         tuned=tuned,
     )
-    for task in bench.tasks(range(1)):
-        for ride in task:
-            plugins.build("local_planners", ride.load().local_planner, key="local_planner")
+    check_rides(bench.tasks(range(1)), "local_planner")
     return bench
-
-
-_all = cards
 
 
 @cache

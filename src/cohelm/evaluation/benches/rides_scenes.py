@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cohelm.evaluation.company import Flow, Group, Way
+from cohelm.evaluation.people import people_of
 from cohelm.evaluation.scenario import Scenario, load_scenario
 from cohelm.evaluation.sweeps import RideTask
 
@@ -130,6 +132,7 @@ def scenes_of(
 
 def _anyone_sees(scenario: Scenario) -> bool:
     people = scenario.people
-    drawn = people.count is not None and people.count > len(people.ways)
-    sees = [people.see_robot if w.see_robot is None else w.see_robot for w in people.ways]
+    named: tuple[Way | Group | Flow, ...] = (*people.ways, *people.groups, *people.flows)
+    drawn = people_of(people) > people_of(people.model_copy(update={"count": None}))
+    sees = [people.see_robot if each.see_robot is None else each.see_robot for each in named]
     return any(sees) or (drawn and people.see_robot)

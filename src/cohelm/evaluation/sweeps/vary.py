@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import yaml
 
@@ -61,7 +63,12 @@ def _values(key: str, listed: str) -> tuple[str, ...]:
         values = yaml.safe_load(f"[{listed}]")
     except yaml.YAMLError:
         raise ConfigError(f"{listed!r} is no list of values", key=f"{OPTION} {key}") from None
-    texts = [yaml.safe_dump(each, default_flow_style=True).splitlines()[0] for each in values]
+    texts = [_in_a_line(each) for each in values]
     if len(set(texts)) < len(texts):
         raise ConfigError(f"{listed!r} has a value twice", key=f"{OPTION} {key}")
     return tuple(texts)
+
+
+def _in_a_line(content: Any) -> str:
+    """YAML of a value, never folded; a bare word is followed by the end of its document."""
+    return yaml.safe_dump(content, default_flow_style=True, width=math.inf).splitlines()[0]
