@@ -9,7 +9,7 @@ import pytest
 from cohelm.errors import ConfigError, PluginError, ScenarioError
 from cohelm.evaluation.benches import paper_static, riders, steering_report
 from cohelm.evaluation.benches.bench import Result
-from cohelm.evaluation.benches.steering import MODES, NO_RIVALS, known_riders
+from cohelm.evaluation.benches.steering import MODES, STEER_NOWHERE, known_riders
 from cohelm.evaluation.benches.steering_report import make_report
 from cohelm.evaluation.benches.steering_rows import Rides, differences
 from cohelm.evaluation.benches.steering_verdicts import limits, paper
@@ -192,7 +192,8 @@ def test_every_rider_rides_every_mode_with_the_same_seed():
 def test_ten_riders_ride_by_default():
     names = known_riders()
     assert names[0] == "ideal"
-    assert not set(names) & set(NO_RIVALS)
+    assert len(names) == 10
+    assert not set(names) & set(STEER_NOWHERE)
     assert set(riders.on().riders) == set(paper_static.on().riders) == set(names)
     assert len(riders.on().scenes) == 5
     assert len(paper_static.on().scenes) == 4

@@ -336,6 +336,18 @@ def test_a_full_disk_ends_it_and_keeps_what_was_written(toy, tmp_path, monkeypat
     assert plain(kept(toy.on(), tmp_path, resume=True).results) == plain(whole)
 
 
+def test_a_disk_that_is_full_from_the_first_is_told(tmp_path, monkeypatch):
+    def full(stream, line):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", full)
+        with pytest.raises(ConfigError, match="No space left"):
+            Ledger(tmp_path, HEADER)
+    with Ledger(tmp_path, HEADER) as ledger:  # nobody holds its lock
+        assert not ledger.records
+
+
 def test_a_short_write_is_gone_on_with(toy, tmp_path, monkeypatch):
     write = os.write
     monkeypatch.setattr(os, "write", lambda stream, line: write(stream, line[:11]))

@@ -50,6 +50,12 @@ def estimate(values: Floats, of: Callable[..., Floats] = np.mean) -> Estimate:
     return Estimate(mean=mean, low=float(low), high=float(high), count=len(given))
 
 
+def median_of(values: Floats) -> float:
+    """The median of values (n,) without an interval; NaN are left out, NaN of none."""
+    there = values[np.isfinite(values)]
+    return float(np.median(there)) if len(there) else math.nan
+
+
 def share(met: Booleans) -> Estimate:
     """The share of (n,) that is met with its 95 % score interval (Wilson 1927).
 

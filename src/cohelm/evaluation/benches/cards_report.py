@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, few
+from cohelm.evaluation.bootstrap import median_of
 from cohelm.evaluation.results import write_results
 from cohelm.evaluation.sweeps.ride_task import ERROR
 
@@ -47,14 +49,10 @@ def make_report(results: Sequence[Result], folder: Path, by: Sequence[str], titl
         summary={"cards": _summary(rows, by)},
     )
     files = write_results(
-        results, folder, by=by, title=title, base=_base(rows), measures=MEASURES, report=report,
+        results, folder, by=by, title=title, base=OURS, measures=MEASURES, report=report,
         limitations=LIMITATIONS,
     )  # fmt: skip
-    return Report(report.sheets, report.notes, report.summary, files)
-
-
-def _base(rows: Rows) -> str | None:
-    return OURS if any(row["planner"] == OURS for row in rows) else None
+    return replace(report, files=files)
 
 
 def _groups(rows: Rows, by: Sequence[str]) -> dict[tuple[str, ...], dict[str, list[Row]]]:
@@ -100,9 +98,7 @@ def _median(key: str, digits: int) -> Callable[[Rows], str]:
 
 
 def _middle(rides: Rows, key: str) -> float:
-    values = np.array([ride.get(key, math.nan) for ride in rides], dtype=float)
-    values = values[np.isfinite(values)]
-    return float(np.median(values)) if len(values) else math.nan
+    return median_of(np.array([ride.get(key, math.nan) for ride in rides], dtype=float))
 
 
 _CELLS: Mapping[str, Callable[[Rows], str]] = {

@@ -12,7 +12,7 @@ from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
 from cohelm.evaluation.benches.rides_report import Group, differences, faults, groups_of, sources
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, as_percent, few
-from cohelm.evaluation.bootstrap import estimate, share
+from cohelm.evaluation.bootstrap import estimate, median_of, share
 from cohelm.evaluation.results import write_results
 
 REACHED, MOVING = 0.95, 0.01
@@ -54,7 +54,7 @@ def make_report(results: Sequence[Result], folder: Path, title: str) -> Report:
         results,
         folder,
         title=title,
-        base=OURS if any(row["planner"] == OURS for row in rows) else None,
+        base=OURS,
         report=report,
         limitations=_LIMITS,
     )
@@ -120,14 +120,9 @@ def _figures(group: Group) -> dict[str, float | int]:
         "reached": float(group.reached.mean()),
         "hit_moving": float(group.hit_moving.mean()),
         "walked_into": float(walked_into(group).mean()),
-        "time": _median(group.column("time")),
-        "delay": _median(delay(group)),
-        "social_space_intrusion": _median(group.column("social_space_intrusion")),
-        "min_distance": _median(group.column("min_distance")),
-        "stalled_time": _median(group.column("stalled_time")),
+        "time": median_of(group.column("time")),
+        "delay": median_of(delay(group)),
+        "social_space_intrusion": median_of(group.column("social_space_intrusion")),
+        "min_distance": median_of(group.column("min_distance")),
+        "stalled_time": median_of(group.column("stalled_time")),
     }
-
-
-def _median(values: Floats) -> float:
-    there = values[np.isfinite(values)]
-    return float(np.median(there)) if len(there) else float("nan")

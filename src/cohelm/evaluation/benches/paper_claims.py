@@ -9,8 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.benches.paper_table3 import COLUMNS, OURS, Column, median, values_of
+from cohelm.evaluation.benches.paper_table3 import COLUMNS, Column, median, values_of
 from cohelm.evaluation.benches.rides_report import Group
+from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.bootstrap import estimate
 
 Groups = Mapping[str, Mapping[str, Group]]

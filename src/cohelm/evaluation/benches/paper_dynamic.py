@@ -15,15 +15,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from cohelm import plugins
 from cohelm.config import read_yaml
 from cohelm.evaluation.benches.bench import Report, Result, Task, parted
 from cohelm.evaluation.benches.paper_dynamic_report import SENSED, SLOW, make_report
-from cohelm.evaluation.benches.paper_table3 import OURS
 from cohelm.evaluation.benches.rides import installed
 from cohelm.evaluation.benches.rides_scenes import DYNAMIC, OWN_SETTINGS, Contender, Scene
+from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.presets import as_settings, tuned_settings
-from cohelm.evaluation.sweeps import RideTask, ride_row
+from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 
 TITLE = "The paper's dynamic scenes, every local planner beside the paper's figures (Table 3)"
 SEEDS = 20
@@ -125,9 +124,7 @@ def on(planners: str | None = None, settings: Sequence[str] = ()) -> PaperDynami
         paces={SLOW: everyone, f"{NAMED:g} m/s": (*everyone, f"profile.preferred_speed={NAMED}")},
         settings=tuple(settings),
     )
-    for task in bench.tasks(range(1)):
-        for ride in task:
-            plugins.build("local_planners", ride.load().local_planner, key="local_planner")
+    check_rides(bench.tasks(range(1)), "local_planner")
     return bench
 
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Booleans
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
 from cohelm.evaluation.benches.paper_claims import AGREES, Finding, in_words, judged
 from cohelm.evaluation.benches.paper_table3 import (
@@ -17,7 +16,6 @@ from cohelm.evaluation.benches.paper_table3 import (
     CUT,
     ENOUGH_CELLS,
     METHODS,
-    OURS,
     TABLE3,
     WHOLE,
     Cell,
@@ -27,7 +25,7 @@ from cohelm.evaluation.benches.paper_table3 import (
     values_of,
 )
 from cohelm.evaluation.benches.rides_report import Group, faults, groups_of, sources
-from cohelm.evaluation.benches.rides_verdicts import ENOUGH, few
+from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, few
 from cohelm.evaluation.results import PaperTable, write_results
 
 SLOW = "as the paper's means"
@@ -120,7 +118,7 @@ def scene_sheet(
             name,
             str(len(group)),
             str(int(group.reached.sum())),
-            str(int(_touched(group).sum())),
+            str(int(group.touched.sum())),
             *(_median_and_worst(group, column) for column in columns),
         )
         for name, group in by_planner.items()
@@ -181,7 +179,7 @@ def verdicts(by_pace: Mapping[str, Groups]) -> list[str]:
 
 
 def _safety(where: str, groups: Sequence[Group], *, judge: bool) -> list[str]:
-    hits = np.concatenate([_touched(group) for group in groups])
+    hits = np.concatenate([group.touched for group in groups])
     reached = np.concatenate([group.reached for group in groups])
     standing = sum(int((group.column("standing_contacts") > 0).sum()) for group in groups)
     text = f"{where}: collisions in {int(hits.sum())} of {len(hits)} rides"
@@ -237,12 +235,6 @@ def _cells_of(groups: Groups) -> dict[str, list[dict[str, Any]]]:
 
 def _rides_of(groups: Groups, name: str) -> dict[str, Group]:
     return {scene: each[name] for scene, each in groups.items() if name in each}
-
-
-def _touched(group: Group) -> Booleans:
-    """Rides in which the moving chair touched somebody, or it touched something, (k,)."""
-    touched: Booleans = group.hit_moving | (group.column("collisions_wall") > 0)
-    return touched
 
 
 def _median_and_worst(group: Group, column: Column) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.benches.bench import Report, Sheet
 from cohelm.evaluation.benches.rides_verdicts import OURS, as_percent, verdicts
-from cohelm.evaluation.bootstrap import Estimate, estimate, share
+from cohelm.evaluation.bootstrap import Estimate, estimate, median_of, share
 from cohelm.pictures import Strip, StripPanel, draw_strips
 
 Row = Mapping[str, Any]
@@ -60,6 +60,12 @@ class Group:
     def hit_moving(self) -> Booleans:
         """Rides in which the moving chair and a person touched, (k,)."""
         return self.column("collisions_person") > 0
+
+    @property
+    def touched(self) -> Booleans:
+        """Rides in which the moving chair touched somebody, or it touched something, (k,)."""
+        touched: Booleans = self.hit_moving | (self.column("collisions_wall") > 0)
+        return touched
 
     @property
     def ratio(self) -> Floats:
@@ -155,15 +161,10 @@ def _cells(group: Group) -> tuple[str, ...]:
         f"{(group.column('collisions_wall') > 0).sum()} / "
         f"{(group.column('standing_contacts') > 0).sum()}",
         median(group.column("time"), 1),
-        f"{_median(group.ratio):.2f}",
+        f"{median_of(group.ratio):.2f}",
         median(group.column("min_distance")),
-        f"{_median(solve):.1f}, {_median(p99):.1f}",
+        f"{median_of(solve):.1f}, {median_of(p99):.1f}",
     )
-
-
-def _median(values: Floats) -> float:
-    there = values[np.isfinite(values)]
-    return float(np.median(there)) if len(there) else float("nan")
 
 
 def _figures(group: Group) -> dict[str, Any]:

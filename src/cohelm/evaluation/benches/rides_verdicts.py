@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans
 from cohelm.evaluation.benches.rides_scenes import OWN_SETTINGS
-from cohelm.evaluation.bootstrap import Estimate
+from cohelm.evaluation.bootstrap import Estimate, median_of
 
 if TYPE_CHECKING:
     from cohelm.evaluation.benches.rides_report import Group
@@ -68,16 +68,16 @@ def _scene(scene: str, by_planner: Mapping[str, Group]) -> Iterator[str]:
         return
     if scene in _FLAWLESS:
         yield _says(scene, f"{_count(ours.reached)} reached", ours.reached.all())
-        hits = _touched(ours)
+        hits = ours.touched
         yield _says(scene, f"collisions in {_count(hits)}, none asked", not hits.any())
     if scene == "distracted":
         yield from _distracted(ours, by_planner)
     if scene in _FLAWLESS or scene == "distracted":
-        ratio = _median(ours.ratio)
+        ratio = median_of(ours.ratio)
         text = f"median time {ratio:.2f} × the ride alone, at most {SLOWEST:g} asked"
         yield _says(scene, text, ratio <= SLOWEST)
     if scene.startswith("corridor-") and not _is_blind(scene):
-        touched = _touched(ours) | (ours.column("standing_contacts") > 0)
+        touched = ours.touched | (ours.column("standing_contacts") > 0)
         text = f"{_count(ours.reached)} reached, touched in {_count(touched)}, all and none asked"
         yield _says(scene, text, bool(ours.reached.all() and not touched.any()))
 
@@ -112,7 +112,7 @@ def _blind(groups: Groups) -> Iterator[str]:
     if not names:
         return
     hits = {
-        name: float(np.concatenate([_touched(each[name]) for each in groups.values()]).mean())
+        name: float(np.concatenate([each[name].touched for each in groups.values()]).mean())
         for name in (OURS, *names)
     }
     least = min(hits[name] for name in names)
@@ -136,7 +136,7 @@ def _slower(groups: Groups, name: str) -> float:
         theirs = dict(zip(each[name].seeds, each[name].column("time"), strict=True))
         ours = zip(each[OURS].seeds, each[OURS].column("time"), strict=True)
         ratios += [time / theirs.get(seed, np.nan) for seed, time in ours]
-    return _median(np.array(ratios))
+    return median_of(np.array(ratios))
 
 
 def _floors(groups: Groups) -> Iterator[str]:
@@ -149,12 +149,12 @@ def _floors(groups: Groups) -> Iterator[str]:
 
 
 def _without_hit(group: Group) -> tuple[str, bool]:
-    hits = _touched(group)
+    hits = group.touched
     return f"hits in {_count(hits)}", not hits.any()
 
 
 def _wide_berths(group: Group) -> tuple[str, bool]:
-    gap = _median(group.column("min_distance"))
+    gap = median_of(group.column("min_distance"))
     return f"{gap:.2f} m", gap >= WIDE
 
 
@@ -169,19 +169,8 @@ def _rivals(by_planner: Mapping[str, Group]) -> Sequence[str]:
     return [name for name in by_planner if name != OURS and name not in OWN_SETTINGS]
 
 
-def _touched(group: Group) -> Booleans:
-    """Rides in which the moving chair touched somebody, or it touched something, (k,)."""
-    touched: Booleans = group.hit_moving | (group.column("collisions_wall") > 0)
-    return touched
-
-
 def _count(met: Booleans) -> str:
     return f"{int(met.sum())} of {len(met)}"
-
-
-def _median(values: Floats) -> float:
-    there = values[np.isfinite(values)]
-    return float(np.median(there)) if len(there) else float("nan")
 
 
 def _says(where: str, text: str, met: object) -> str:

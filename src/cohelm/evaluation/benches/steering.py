@@ -10,15 +10,15 @@ from typing import Literal
 from cohelm import plugins
 from cohelm.errors import ConfigError
 from cohelm.evaluation.benches.bench import Report, Result, Task, parted
-from cohelm.evaluation.benches.paper_table3 import OURS
 from cohelm.evaluation.benches.rides_scenes import Contender, Scene, scenes_of
+from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.benches.steering_report import make_report
-from cohelm.evaluation.sweeps import RideTask, ride_row
+from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.messages import Mode
 
 MODES = tuple(each.value for each in (Mode.MANUAL, Mode.ASSISTED, Mode.SHARED, Mode.AUTONOMOUS))
-NO_RIVALS = ("none", "idle", "nudge")
-"""Riders who steer nowhere: nobody, who does nothing, and who only nudges."""
+STEER_NOWHERE = ("none", "idle", "nudge", "watchful")
+"""Riders with no way of their own: nobody, who does nothing, who nudges once, who looks out."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class SteeringBench:
 
 def known_riders() -> tuple[str, ...]:
     """The installed riders who steer somewhere; ``ideal`` first."""
-    names = [name for name in plugins.names("riders") if name not in NO_RIVALS]
+    names = [name for name in plugins.names("riders") if name not in STEER_NOWHERE]
     return tuple(sorted(names, key=lambda name: (name != "ideal", name)))
 
 
@@ -92,7 +92,5 @@ def chosen(
         scenes, blind=False, both=False, true_people=true_people, settings=tuple(settings)
     )
     trial = SteeringBench(riders=names, modes=ways[:1], scenes=where, asks="limits")
-    for task in trial.tasks(range(1)):
-        for ride in task:
-            plugins.build("riders", ride.load().rider, key="rider")
+    check_rides(trial.tasks(range(1)), "rider")
     return names, ways, where

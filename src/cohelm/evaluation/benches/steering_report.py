@@ -104,7 +104,7 @@ def make_report(results: Sequence[Result], folder: Path, asks: str, title: str) 
             folder,
             by=("scene", "rider", "mode"),
             title=title,
-            base=BASE if BASE in modes else None,
+            base=BASE,
             measures=("reached", "hit_moving", "hit_wall", *SHOWN),
             report=report,
             limitations=_NOTES,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Floats
 from cohelm.evaluation.benches.rides_report import Group, Row
 
 _WHOLE_RIDES = ("time", "path_length", "heading_change")
@@ -25,12 +25,6 @@ class Rides(Group):
             return self.touched.astype(float)
         values = super().column(key)
         return np.where(self.reached, values, np.nan) if key in _WHOLE_RIDES else values
-
-    @property
-    def touched(self) -> Booleans:
-        """Rides in which the moving chair touched somebody, or it touched something, (k,)."""
-        touched: Booleans = self.hit_moving | (super().column("collisions_wall") > 0)
-        return touched
 
     @property
     def touch_speed(self) -> Floats:

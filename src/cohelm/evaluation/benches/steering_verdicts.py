@@ -8,7 +8,7 @@ import numpy as np
 
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, as_percent, few
 from cohelm.evaluation.benches.steering_rows import Rides, differences, in_order
-from cohelm.evaluation.bootstrap import estimate, share
+from cohelm.evaluation.bootstrap import Estimate, estimate, share
 
 SOFT = 0.2
 """A touch at no more than this is none, m/s."""
@@ -79,18 +79,24 @@ def _less_touched(one: Rides, other: Rides, mine: str, theirs: str) -> Iterator[
     if not (len(one) and len(other)):
         return
     less = estimate(differences(one, other, "touched"))
-    here = "so here" if less.high < 0.0 else "not so here" if less.low > 0.0 else "not clear here"
     yield (
-        f"{mine} collides less than {theirs}: {here}; {int(one.touched.sum())} of {len(one)} rides "
-        f"against {int(other.touched.sum())} of {len(other)}, paired {100 * less.mean:+.1f} "
-        f"[{100 * less.low:.1f}, {100 * less.high:.1f}] %"
+        f"{mine} collides less than {theirs}: {_is_less(less)}; {int(one.touched.sum())} of "
+        f"{len(one)} rides against {int(other.touched.sum())} of {len(other)}, paired "
+        f"{100 * less.mean:+.1f} [{100 * less.low:.1f}, {100 * less.high:.1f}] %"
     )
 
 
 def _compared(one: Rides, other: Rides, key: str, unit: str, theirs: str) -> str:
     less = estimate(differences(one, other, key))
-    here = "so here" if less.high < 0.0 else "not so here" if less.low > 0.0 else "not clear here"
+    here = _is_less(less)
     return f"shared is smoother than {theirs}: {here}; turning {less:+.2f} {unit} less it, paired"
+
+
+def _is_less(less: Estimate) -> str:
+    """Whether a difference is clearly below 0, as the paper has it."""
+    if less.high < 0.0:
+        return "so here"
+    return "not so here" if less.low > 0.0 else "not clear here"
 
 
 def _better(scene: str, shared: Rides, alone: Rides) -> str:

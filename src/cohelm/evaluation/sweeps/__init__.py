@@ -1,5 +1,5 @@
 """Sweeps: many rides, each a task of its own, and what is kept of them."""
 
-from cohelm.evaluation.sweeps.ride_task import SERIES, RideTask, config_hash, ride_row
+from cohelm.evaluation.sweeps.ride_task import SERIES, RideTask, check_rides, config_hash, ride_row
 
-__all__ = ["SERIES", "RideTask", "config_hash", "ride_row"]
+__all__ = ["SERIES", "RideTask", "check_rides", "config_hash", "ride_row"]

@@ -69,14 +69,24 @@ def on_dask(address: str, workers: int) -> Iterator[Executor]:
         raise ConfigError(
             "Dask distributed is not installed: pip install 'cohelm[cluster]'", key="--cluster"
         ) from None
-    quiet = logging.getLogger("distributed")
-    quiet.setLevel(logging.CRITICAL)  # workers may die and come back
     with (
+        _quiet(logging.getLogger("distributed")),
         config.set({"distributed.scheduler.allowed-failures": RETRIES}),
         closing(_connect(distributed, address, workers)) as connection,
     ):
         _check(connection.client, address)
         yield connection.run
+
+
+@contextmanager
+def _quiet(log: logging.Logger) -> Iterator[None]:
+    """Workers may die and come back without a word in the log."""
+    level = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
 
 
 class _Dask:

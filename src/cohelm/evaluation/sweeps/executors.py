@@ -9,7 +9,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
@@ -43,14 +42,7 @@ def do(work: Work, folder: Path, index: int, task: Task) -> Done:
     try:
         return Done(index, tuple(work(task, folder)))
     except (Exception, SystemExit) as failure:  # whatever it is, the others go on
-        return Done(index, (), fault_of(failure))
-
-
-def fault_of(failure: BaseException) -> Fault:
-    """What was raised, in a line, and where."""
-    said = (str(failure).splitlines() or [""])[0]
-    where = "".join(traceback.format_exception(failure))
-    return Fault(f"{type(failure).__name__}: {said}"[:300], where[-4000:])
+        return Done(index, (), Fault.of(failure))
 
 
 def serially(work: Work, folder: Path, tasks: Sequence[Numbered]) -> Generator[Done, None, None]:
@@ -220,7 +212,7 @@ def _serve(pipe: Connection, work: Work, folder: Path) -> None:
             try:
                 pipe.send(done)
             except (TypeError, AttributeError, ValueError) as failure:  # not to be pickled
-                pipe.send(Done(index, (), fault_of(failure)))
+                pipe.send(Done(index, (), Fault.of(failure)))
     except (EOFError, OSError):
         return
 

@@ -11,8 +11,7 @@ import hashlib
 import json
 import math
 import shlex
-import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -20,11 +19,12 @@ from typing import Any
 
 import numpy as np
 
+from cohelm import plugins
 from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.episode import run
 from cohelm.evaluation.metrics.table import MEASURES
 from cohelm.evaluation.ride import Outcome, Ride
-from cohelm.evaluation.scenario import Scenario, load_scenario
+from cohelm.evaluation.scenario import PARTS, Scenario, load_scenario
 from cohelm.evaluation.sweeps.tasks import Fault, Result
 
 ERROR = "error"
@@ -88,17 +88,34 @@ def ride_row(task: RideTask) -> Result:
         row |= ride_figures(ride)
         row["time_alone"] = time_alone(task)
     except Exception as failure:  # whatever it is, the row says it and the others go on
-        row["error"] = f"{type(failure).__name__}: {failure}".splitlines()[0][:200]
-        row["traceback"] = traceback.format_exc()[-4000:]
-        return Result(row)
+        return Result({**row, **_said(Fault.of(failure))})
     return Result(row, {"series": series_of(ride)})
+
+
+def check_rides(tasks: Iterable[Sequence[RideTask]], key: str) -> None:
+    """Try all that can be tried without riding: every scenario, and its part ``key``.
+
+    Args:
+        tasks: rides.
+        key: of a scenario, as in ``scenario.PARTS``: what the bench compares.
+
+    Raises:
+        ScenarioError, PluginError, ConfigError: if something does not exist or does not fit.
+    """
+    for task in tasks:
+        for ride in task:
+            plugins.build(PARTS[key][0], getattr(ride.load(), key), key=key)
 
 
 def failed_rides(task: Sequence[Any], fault: Fault) -> Sequence[Result]:
     """The rows of a task of rides of which nothing came, as where its process died; else none."""
     rides = [each for each in task if isinstance(each, RideTask)]
-    said = {"error": fault.error, "traceback": fault.traceback}
-    return [Result({**_empty(each), **said}) for each in rides]
+    return [Result({**_empty(each), **_said(fault)}) for each in rides]
+
+
+def _said(fault: Fault) -> Mapping[str, str]:
+    """A fault as columns of a row."""
+    return {"error": fault.error, "traceback": fault.traceback}
 
 
 def _empty(task: RideTask) -> dict[str, Any]:

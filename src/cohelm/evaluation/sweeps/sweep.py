@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.sweeps.executors import Executor, fault_of, in_processes
+from cohelm.evaluation.sweeps.executors import Executor, in_processes
 from cohelm.evaluation.sweeps.identity import keys_of
 from cohelm.evaluation.sweeps.ledger import EPISODES, Ledger, Record
 from cohelm.evaluation.sweeps.ride_task import failed_rides
@@ -163,7 +163,7 @@ def _kept(tasks: Sequence[Task], keys: Sequence[str], ledger: Ledger | None, don
     try:
         return ledger.add(keys[done.index], results, fault)
     except TypeError as failure:  # a row of things that no file holds
-        return ledger.add(keys[done.index], (), fault_of(failure))
+        return ledger.add(keys[done.index], (), Fault.of(failure))
 
 
 def _in_order(records: Mapping[int, Record]) -> list[Result]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -32,6 +33,13 @@ class Fault:
     """In one line: what was raised, or how the process ended."""
     traceback: str = ""
     """Where it was raised; empty where a process died."""
+
+    @classmethod
+    def of(cls, failure: BaseException) -> Fault:
+        """What was raised, in a line, and where; both cut to what a table can hold."""
+        said = (str(failure).splitlines() or [""])[0]
+        where = "".join(traceback.format_exception(failure))
+        return cls(f"{type(failure).__name__}: {said}"[:300], where[-4000:])
 
 
 Work = Callable[[Any, Path], Sequence[Result]]
