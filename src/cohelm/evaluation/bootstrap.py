@@ -50,7 +50,7 @@ def estimate(values: Floats, of: Callable[..., Floats] = np.mean) -> Estimate:
     return Estimate(mean=mean, low=float(low), high=float(high), count=len(given))
 
 
-def median_of(values: Floats) -> float:
+def middle_of(values: Floats) -> float:
     """The median of values (n,) without an interval; NaN are left out, NaN of none."""
     there = values[np.isfinite(values)]
     return float(np.median(there)) if len(there) else math.nan

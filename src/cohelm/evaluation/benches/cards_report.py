@@ -12,7 +12,7 @@ import numpy as np
 
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, few
-from cohelm.evaluation.bootstrap import median_of
+from cohelm.evaluation.bootstrap import middle_of
 from cohelm.evaluation.results import write_results
 from cohelm.evaluation.sweeps.ride_task import ERROR
 
@@ -98,7 +98,7 @@ def _median(key: str, digits: int) -> Callable[[Rows], str]:
 
 
 def _middle(rides: Rows, key: str) -> float:
-    return median_of(np.array([ride.get(key, math.nan) for ride in rides], dtype=float))
+    return middle_of(np.array([ride.get(key, math.nan) for ride in rides], dtype=float))
 
 
 _CELLS: Mapping[str, Callable[[Rows], str]] = {

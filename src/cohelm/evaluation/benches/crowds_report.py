@@ -12,7 +12,7 @@ from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
 from cohelm.evaluation.benches.rides_report import Group, differences, faults, groups_of, sources
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, as_percent, few
-from cohelm.evaluation.bootstrap import estimate, median_of, share
+from cohelm.evaluation.bootstrap import estimate, middle_of, share
 from cohelm.evaluation.results import write_results
 
 REACHED, MOVING = 0.95, 0.01
@@ -120,9 +120,9 @@ def _figures(group: Group) -> dict[str, float | int]:
         "reached": float(group.reached.mean()),
         "hit_moving": float(group.hit_moving.mean()),
         "walked_into": float(walked_into(group).mean()),
-        "time": median_of(group.column("time")),
-        "delay": median_of(delay(group)),
-        "social_space_intrusion": median_of(group.column("social_space_intrusion")),
-        "min_distance": median_of(group.column("min_distance")),
-        "stalled_time": median_of(group.column("stalled_time")),
+        "time": middle_of(group.column("time")),
+        "delay": middle_of(delay(group)),
+        "social_space_intrusion": middle_of(group.column("social_space_intrusion")),
+        "min_distance": middle_of(group.column("min_distance")),
+        "stalled_time": middle_of(group.column("stalled_time")),
     }

@@ -11,7 +11,7 @@ import numpy as np
 from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.benches.bench import Report, Sheet
 from cohelm.evaluation.benches.rides_verdicts import OURS, as_percent, verdicts
-from cohelm.evaluation.bootstrap import Estimate, estimate, median_of, share
+from cohelm.evaluation.bootstrap import Estimate, estimate, middle_of, share
 from cohelm.pictures import Strip, StripPanel, draw_strips
 
 Row = Mapping[str, Any]
@@ -161,9 +161,9 @@ def _cells(group: Group) -> tuple[str, ...]:
         f"{(group.column('collisions_wall') > 0).sum()} / "
         f"{(group.column('standing_contacts') > 0).sum()}",
         median(group.column("time"), 1),
-        f"{median_of(group.ratio):.2f}",
+        f"{middle_of(group.ratio):.2f}",
         median(group.column("min_distance")),
-        f"{median_of(solve):.1f}, {median_of(p99):.1f}",
+        f"{middle_of(solve):.1f}, {middle_of(p99):.1f}",
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from cohelm.arrays import Booleans
 from cohelm.evaluation.benches.rides_scenes import OWN_SETTINGS
-from cohelm.evaluation.bootstrap import Estimate, median_of
+from cohelm.evaluation.bootstrap import Estimate, middle_of
 
 if TYPE_CHECKING:
     from cohelm.evaluation.benches.rides_report import Group
@@ -73,7 +73,7 @@ def _scene(scene: str, by_planner: Mapping[str, Group]) -> Iterator[str]:
     if scene == "distracted":
         yield from _distracted(ours, by_planner)
     if scene in _FLAWLESS or scene == "distracted":
-        ratio = median_of(ours.ratio)
+        ratio = middle_of(ours.ratio)
         text = f"median time {ratio:.2f} × the ride alone, at most {SLOWEST:g} asked"
         yield _says(scene, text, ratio <= SLOWEST)
     if scene.startswith("corridor-") and not _is_blind(scene):
@@ -136,7 +136,7 @@ def _slower(groups: Groups, name: str) -> float:
         theirs = dict(zip(each[name].seeds, each[name].column("time"), strict=True))
         ours = zip(each[OURS].seeds, each[OURS].column("time"), strict=True)
         ratios += [time / theirs.get(seed, np.nan) for seed, time in ours]
-    return median_of(np.array(ratios))
+    return middle_of(np.array(ratios))
 
 
 def _floors(groups: Groups) -> Iterator[str]:
@@ -154,7 +154,7 @@ def _without_hit(group: Group) -> tuple[str, bool]:
 
 
 def _wide_berths(group: Group) -> tuple[str, bool]:
-    gap = median_of(group.column("min_distance"))
+    gap = middle_of(group.column("min_distance"))
     return f"{gap:.2f} m", gap >= WIDE
 
 
