@@ -19,6 +19,7 @@ from cohelm.testing.benches.solver_states import with_futures
 from cohelm.testing.comparison import Verdict, along, compare
 from cohelm.testing.oracle import solve
 from cohelm.testing.problems import field_of, random_problem
+from cohelm.testing.scenes import local_problem, walkers
 
 pytest.importorskip("casadi", reason="the oracle needs CasADi: pip install cohelm[bench]")
 
@@ -96,6 +97,20 @@ def test_several_futures_bind_in_the_oracle_as_they_do_here():
         for each in one_wall
     ]
     assert sum(met) >= 2
+
+
+def test_margins_about_who_hardly_walks_grow_as_little_in_the_oracle():
+    planner, nowhere = SsMpcDcbf(), np.array([[1.0, 0.0, -1e3]] * 2)
+    for speed in (0.0, 0.2, 0.45, 0.9):
+        here = local_problem(
+            steps=25,
+            step=planner.step,
+            people=walkers([[5.6, 4.2, -speed, 0.0]]),
+            pose=(4.0, 4.0, 0.0),
+            speed=0.6,
+        )
+        problem = dataclasses.replace(here, walls=field_of(nowhere, here.pose))
+        assert check_account(problem, planner.control, nowhere)
 
 
 def test_groups_comfort_and_pace_cost_in_the_oracle_what_they_cost_here():

@@ -23,6 +23,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.control import LocalProblem, OptimalControl
+from cohelm.robots.contact import BRISK
 from cohelm.testing.oracle_terms import Crowd, Footprint, Terms, barriers, cost_of
 
 _FREE = np.inf
@@ -155,6 +156,7 @@ def _values(problem: LocalProblem, now: Floats, half_planes: Floats) -> Floats:
         spaces.side,
         spaces.rear,
     )
+    walks = np.minimum(np.hypot(*np.moveaxis(predictions.velocity[:, :, 0], -1, 0)) / BRISK, 1.0)
     groups = [] if spaces.groups is None else [spaces.groups.direction, spaces.groups.support]
     return np.concatenate(
         [
@@ -164,6 +166,7 @@ def _values(problem: LocalProblem, now: Floats, half_planes: Floats) -> Floats:
             problem.reference.speeds,
             *(a.ravel() for a in futures),
             problem.people.radius,
+            walks.ravel(),
             [spaces.floor, spaces.robot_floor, problem.profile.clearance, spaces.scale],
             spaces.robot,
             half_planes.ravel(),
@@ -180,6 +183,7 @@ def _symbols(ca: Any, n: int, crowd: Crowd, walls: int) -> dict[str, Any]:
     for name in ("x", "y", "deviation", "axis", "front", "side", "rear"):
         out[name] = ca.SX.sym(name, n + 1, crowd.people * crowd.hypotheses)
     out["radius"] = ca.SX.sym("radius", crowd.people)
+    out["walks"] = ca.SX.sym("walks", crowd.people * crowd.hypotheses)
     out["floor"] = ca.SX.sym("floor")
     out["robot_floor"] = ca.SX.sym("robot_floor")
     out["clearance"] = ca.SX.sym("clearance")

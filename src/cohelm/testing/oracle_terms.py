@@ -173,12 +173,12 @@ def barriers(
         i = q // crowd.hypotheses
         d, away, ahead = _seen(ca, body, poses, p["x"][:, q], p["y"][:, q])
         gap = d - body.capsule[4] - p["radius"][i]
-        b, s = w.bodies, w.social_space
+        b, s, aged = w.bodies, w.social_space, p["walks"][q] * age
         if b is not None and crowd.bodies[q]:
-            margin = b.margin + b.growth * age + b.deviations * p["deviation"][:, q]
+            margin = b.margin + b.growth * aged + b.deviations * p["deviation"][:, q]
             bodies[i].append(gap - ca.fmin(margin, b.greatest))
         if s is not None and crowd.social[q]:
-            margin = s.growth * age + s.deviations * p["deviation"][:, q]
+            margin = s.growth * aged + s.deviations * p["deviation"][:, q]
             if s.distance == "printed":  # between the centres
                 gap, away, ahead = _seen(ca, _POINT, poses, p["x"][:, q], p["y"][:, q])
             sigmas = (p["front"][:, q], p["side"][:, q], p["rear"][:, q])
