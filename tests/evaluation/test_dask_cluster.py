@@ -1,5 +1,6 @@
 """Sweeps on Dask: the same results as here though workers die; what is said if it cannot be."""
 
+import concurrent.futures
 import json
 import math
 import os
@@ -13,6 +14,7 @@ import pytest
 
 from cohelm.arrays import identical
 from cohelm.errors import ConfigError
+from cohelm.evaluation.sweeps import dask_cluster
 from cohelm.evaluation.sweeps.executors import WorkersFailed, executor_for, serially
 from cohelm.evaluation.sweeps.ride_task import TIMINGS
 from cohelm.evaluation.sweeps.sweep import sweep
@@ -91,6 +93,8 @@ def test_dask_is_an_extra(monkeypatch):
 
 def start(*words, **changes):
     environment = {**os.environ, "DASK_DISTRIBUTED__WORKER__DAEMON": "True", **changes}
+    paths = [*changes.get("PYTHONPATH", "").split(os.pathsep), *sys.path]
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, paths))  # the same code as here
     return subprocess.Popen(
         [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]],
         env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -126,8 +130,6 @@ def worker(scheduler):
 
 @pytest.fixture
 def patient(monkeypatch):
-    from cohelm.evaluation.sweeps import dask_cluster
-
     monkeypatch.setattr(dask_cluster, "ANSWER", 60.0)  # a busy machine starts it slowly
     monkeypatch.setattr(dask_cluster, "FIRST_WORKER", 120.0)
     return dask_cluster
@@ -159,6 +161,28 @@ def test_workers_that_come_later_and_a_scheduler_that_goes(
         on_cluster(bench, bench.tasks(range(400)), tmp_path / "o", where=scheduler[0], watch=watch)
     with (tmp_path / "o" / "rows.csv").open() as rows:
         assert len(list(rows)) >= 1 + 2 * 6
+
+
+class Gone:
+    """What is left of a client and its future whose scheduler has just died."""
+
+    status, loop = "finished", None
+
+    def nthreads(self):
+        raise OSError("Connection reset by peer")
+
+    def exception(self):
+        return None
+
+    def result(self):
+        raise concurrent.futures.CancelledError
+
+
+def test_a_scheduler_that_goes_between_two_questions_is_told(tmp_path):
+    dask = dask_cluster._Dask(Gone(), None, "tcp://there")
+    for ask in (dask._workers, lambda: dask._done(Gone(), 0, tmp_path)):
+        with pytest.raises(WorkersFailed, match=r"tcp://there: the scheduler went away"):
+            ask()
 
 
 @quiet

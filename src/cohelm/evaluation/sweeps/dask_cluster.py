@@ -7,6 +7,8 @@ code than this process is told so instead of being given tasks.
 
 from __future__ import annotations
 
+import asyncio
+import concurrent.futures
 import logging
 import pickle
 import tempfile
@@ -127,17 +129,25 @@ class _Dask:
 
     def _workers(self) -> int:
         """How many there are; one where all have just died."""
-        return max(len(self.client.nthreads()), 1)
+        try:
+            return max(len(self.client.nthreads()), 1)
+        except (OSError, TimeoutError):
+            raise self._gone() from None
 
     def _done(self, future: Any, index: int, folder: Path) -> Done:
         if future.status == "cancelled":
-            raise WorkersFailed(f"{self._address}: the scheduler went away; --resume goes on")
-        failure = future.exception()
+            raise self._gone()
+        try:
+            failure = future.exception()
+            back: _Back | None = None if failure else future.result()
+        except (OSError, TimeoutError, asyncio.CancelledError, concurrent.futures.CancelledError):
+            raise self._gone() from None
         if isinstance(failure, import_module("distributed").KilledWorker):
             return Done(index, (), Fault(f"its worker died, {RETRIES + 1} times"))
         if failure is not None:
             raise WorkersFailed(f"{self._address}: a worker cannot do the tasks: {failure}")
-        back: _Back = future.result()
+        if back is None:
+            raise self._gone()
         if back.done is None:
             other = differences(code(), back.code)
             raise WorkersFailed(f"{self._address}: a worker runs other code ({other})")
@@ -145,6 +155,9 @@ class _Dask:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(content)
         return back.done
+
+    def _gone(self) -> WorkersFailed:
+        return WorkersFailed(f"{self._address}: the scheduler went away; --resume goes on")
 
 
 def _connect(distributed: Any, address: str, workers: int) -> _Dask:
