@@ -11,7 +11,9 @@ from rich.console import Console
 
 from cohelm.cli import bench
 from cohelm.cli.benches import BENCHES
-from cohelm.evaluation.benches.bench import Report, Result, Sheet
+from cohelm.errors import ConfigError
+from cohelm.evaluation.benches.bench import Report, Result, Sheet, parted
+from cohelm.evaluation.sweeps import RideTask
 
 
 def count(seeds):
@@ -112,6 +114,21 @@ def test_wrong_options(cohelm, options):
     code, out, err = cohelm("bench", "paper-global", *options)
     assert (code, out) == (2, "")
     assert options[0] in err
+
+
+def test_a_name_that_is_there_twice_is_taken_once():
+    assert parted("apf, dwa,,apf", "--planners") == ("apf", "dwa")
+
+
+def test_two_files_of_one_name_are_refused_before_anything_is_ridden(squares, tmp_path):
+    def both(seeds):
+        columns = (("scene", "mine"),)
+        return [tuple(RideTask(columns, f"{d}/mine.yaml", (), s) for d in "ab") for s in seeds]
+
+    squares.tasks = both
+    with pytest.raises(ConfigError, match="two different rides are called 'mine', seed 0"):
+        bench.bench("squares", "squares", asked(out=tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
 
 
 def test_no_word_of_a_heading_is_cut_in_two_where_there_is_room():

@@ -29,10 +29,13 @@ from cohelm.evaluation.results.contrasts import (
 from cohelm.evaluation.results.figures import some_of, typical
 from cohelm.evaluation.results.intervals import mean_of, median_of
 from cohelm.evaluation.results.markup import table, tag
-from cohelm.evaluation.results.measures import KNOWN, measure
+from cohelm.evaluation.results.measures import KNOWN, Measure, measure
 from cohelm.evaluation.results.store import _read_csv
+from cohelm.evaluation.results.summary import case_name
+from cohelm.evaluation.results.tables import _number
 from cohelm.evaluation.sweeps.ride_task import RideTask
 from cohelm.evaluation.sweeps.sweep import write_rows
+from cohelm.pictures import panels
 
 from .sweep_rows import PLANNERS, result, sweep
 
@@ -271,6 +274,41 @@ def test_whatever_rides_there_are_make_a_report(tmp_path, results):
     write_results(results, tmp_path, seconds=0.0, panels=len(results) < 6)
     assert not _Elements(_page(tmp_path)).open
     assert len(read_rides(tmp_path)) == len(results)
+
+
+def test_a_case_is_named_by_its_words_and_its_numbers_with_their_key():
+    by = ("pace", "card", "people.count", "speed", "planner")
+    assert case_name(("1.2 m/s", "frontal", "2", "1.2"), by) == (
+        "1.2 m/s, frontal, people.count=2, speed=1.2"
+    )
+    assert case_name(("true", ""), ("blind", "scene", "planner")) == "blind=true, no scene"
+
+
+@pytest.mark.parametrize(
+    ("rides", "says"),
+    [
+        ([result()], "1 ride: 1 planner in 1 case, seed 0"),
+        (sweep(2), "12 rides: 3 planners in 2 cases, seeds 0 to 1"),
+    ],
+)
+def test_the_page_counts_what_was_ridden(tmp_path, rides, says):
+    write_results(rides, tmp_path, seconds=0.0, panels=False)
+    assert says in _page(tmp_path)
+
+
+def test_ticks_of_a_panel_are_told_apart():
+    values = panels.Values(panels.look(0), np.array([0.9912, 0.9987]), np.zeros(2, dtype=bool))
+    svg = panels.box_panel("box", "time ÷ time alone", {"ours": values})
+    ticks = re.findall(r"<text[^>]*>\s*(\d\.\d+)\s*</text>", svg)
+    assert len(set(ticks)) == len(ticks) > 2
+    assert not re.search(r"<[^>]*\d\.\d{3}", svg)  # coordinates are short
+
+
+@pytest.mark.parametrize(
+    ("x", "says"), [(-0.004, "0.00"), (0.004, "0.00"), (-0.006, "-0.01"), (np.nan, "–")]
+)
+def test_nothing_has_no_sign(x, says):
+    assert _number(x, Measure("time")) == says
 
 
 def test_no_rides_make_no_report(tmp_path):

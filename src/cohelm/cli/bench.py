@@ -22,6 +22,7 @@ from cohelm.evaluation.benches.bench import Bench, Report, Sheet, Task
 from cohelm.evaluation.sweeps.executors import executor_for
 from cohelm.evaluation.sweeps.identity import check_plain, code, options_of
 from cohelm.evaluation.sweeps.ledger import Header, Ledger, check_new
+from cohelm.evaluation.sweeps.ride_task import RideTask
 from cohelm.evaluation.sweeps.sweep import Sweep, sweep
 
 FAILED, INTERRUPTED = 1, 130
@@ -103,7 +104,25 @@ def _planned(module: str, asked: Asked) -> tuple[Bench, Sequence[Task], int]:
     seeds = chosen.SEEDS if asked.seeds is None else asked.seeds
     tasks = chosen.tasks(range(asked.first, asked.first + seeds))
     check_plain(tasks)
+    _check_apart(tasks)
     return chosen, tasks, asked.workers or chosen.WORKERS or os.cpu_count() or 1
+
+
+def _check_apart(tasks: Sequence[Task]) -> None:
+    """Of two files of one name the tables would make one; they are refused.
+
+    Raises:
+        ConfigError: if two rides differ in nothing that their rows say.
+    """
+    known: dict[tuple[object, int], RideTask] = {}
+    for ride in (each for task in tasks for each in task if isinstance(each, RideTask)):
+        other = known.setdefault((ride.columns, ride.seed), ride)
+        if other.scenario != ride.scenario or other.settings != ride.settings:
+            name = ", ".join(word for _, word in ride.columns)
+            raise ConfigError(
+                f"two different rides are called {name!r}, seed {ride.seed}; give files names "
+                "that differ"
+            )
 
 
 def _folder(folder: Path, asked: Asked) -> Path:

@@ -180,13 +180,18 @@ def as_svg(figure: Figure, says: str, *, own_colours: bool = False) -> str:
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
     svg = re.sub(r'\s+xmlns(:\w+)?="[^"]*"', "", svg)
     svg = re.sub(r"<style.*?</style>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r"(\d\.\d\d)\d+", r"\1", svg)
+    svg = re.sub(r"<[^>]*>", _shortened, svg)
     svg = re.sub(r"font-family: [^;\"]*", "font-family: inherit", svg)
     svg = re.sub(r"\s*\n\s*", " ", svg)
     if not own_colours:
         svg = svg.replace(canvas.INK, "currentColor").replace(canvas.UNKNOWN, "var(--line)")
     label = f'role="img" aria-label="{_attribute(says)}"' if says else 'aria-hidden="true"'
     return svg.replace("<svg ", f'<svg {label} stroke-linejoin="round" ', 1)
+
+
+def _shortened(tag: re.Match[str]) -> str:
+    """A tag with its coordinates to two digits; what is written between tags is left alone."""
+    return re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0])
 
 
 def _draw_dots(axes: Axes, x: Floats, y: Floats, colour: str) -> None:

@@ -241,7 +241,7 @@ def _numbers(file: Path) -> Floats:
             row = [np.nan]
         if not np.isfinite(row).all():
             raise RecordingError(
-                f"line {number}: wants {width} numbers and has {' '.join(words)[:60]!r}", file=file
+                f"line {number}: wants numbers only and has {' '.join(words)[:60]!r}", file=file
             )
         rows.append(row)
     return np.array(rows, dtype=float).reshape(len(rows), width)

@@ -53,7 +53,7 @@ class Report:
 
 
 def parted(names: str | None, key: str) -> tuple[str, ...]:
-    """Names that an option lists with commas; none where it is not given.
+    """Names that an option lists with commas, each once; none where it is not given.
 
     Args:
         names: what was written; None: nothing was.
@@ -62,7 +62,7 @@ def parted(names: str | None, key: str) -> tuple[str, ...]:
     Raises:
         ConfigError: if it is given and names nothing: it does not mean everything then.
     """
-    found = tuple(name.strip() for name in (names or "").split(",") if name.strip())
+    found = tuple(dict.fromkeys(filter(None, map(str.strip, (names or "").split(",")))))
     if names is not None and not found:
         raise ConfigError(f"names nothing ({names!r}); leave it out for the usual ones", key=key)
     return found

@@ -21,6 +21,7 @@ from cohelm.evaluation.presets import tuned_settings
 from cohelm.evaluation.scenario import load_scenario, scenario_names
 from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.evaluation.sweeps.vary import Variant, columns_of, variants_of
+from cohelm.maps import read_map
 
 TITLE = "Social navigation cards, every local planner (Francis et al. 2023)"
 SEEDS = 5
@@ -96,11 +97,13 @@ def on(
     """The benchmark as options ask for it; names are parted by commas.
 
     Raises:
-        ScenarioError, PluginError, ConfigError: if a card, a planner, a key or the map does not
-            exist, before anything is ridden.
+        ScenarioError, PluginError, ConfigError, MapError: if a card, a planner, a key or the map
+            does not exist or cannot be read, before anything is ridden.
     """
-    if map_file is not None and not map_file.is_file():
-        raise ConfigError(f"{map_file}: no such file", key="--map")
+    if map_file is not None:
+        if not map_file.is_file():
+            raise ConfigError(f"{map_file}: no such file", key="--map")
+        read_map(map_file)  # what no ride could lay a card on
     laid = () if map_file is None else (f"onto.map={map_file.absolute()}",)
     told = ("tracker.use=given",) if true_people else ()
     bench = CardsBench(

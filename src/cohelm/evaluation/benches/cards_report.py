@@ -14,6 +14,7 @@ from cohelm.evaluation.benches.bench import Report, Result, Sheet
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, few
 from cohelm.evaluation.bootstrap import middle_of
 from cohelm.evaluation.results import write_results
+from cohelm.evaluation.results.summary import case_name
 from cohelm.evaluation.sweeps.ride_task import ERROR
 
 Row = Mapping[str, Any]
@@ -119,24 +120,20 @@ def _notes(rows: Rows, by: Sequence[str]) -> list[str]:
         failed = [ride for ride in ours if ride["outcome"] != "reached"]
         if failed:
             seeds = ", ".join(str(ride["seed"]) for ride in failed)
-            where, count = ", ".join(case), f"{len(failed)} of {len(ours)}"
+            where, count = case_name(case, by), f"{len(failed)} of {len(ours)}"
             out.append(f"{where}, {OURS}: {count} not reached (seeds {seeds})")
-    beside = {
-        planner: _middle(rides, "beside_share")
-        for case in groups.values()
-        for planner, rides in case.items()
-        if math.isfinite(_middle(rides, "beside_share"))
-    }
-    if beside:
-        shares = ", ".join(f"{planner} {100 * share:.0f} %" for planner, share in beside.items())
-        out.append(f"time side by side in accompanying: {shares}")
+    for case, each in groups.items():
+        beside = {planner: _middle(rides, "beside_share") for planner, rides in each.items()}
+        shares = [f"{name} {100 * x:.0f} %" for name, x in beside.items() if math.isfinite(x)]
+        if shares:
+            out.append(f"{case_name(case, by)}, time side by side: {', '.join(shares)}")
     broken = {row["error"] for row in rows if row["outcome"] == ERROR}
     return [*out, *(f"rides broke off: {error}" for error in sorted(broken))]
 
 
 def _summary(rows: Rows, by: Sequence[str]) -> dict[str, Any]:
     return {
-        ", ".join(case): {
+        case_name(case, by): {
             planner: {
                 "rides": len(rides),
                 "reached": sum(ride["outcome"] == "reached" for ride in rides),

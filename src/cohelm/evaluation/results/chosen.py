@@ -25,7 +25,7 @@ from cohelm.pictures import animate_ride, draw_ride
 
 SECONDS_EACH = 0.5
 """That riding again may take for every ride of the sweep: a short sweep has a short report."""
-WIDTH, FILM_WIDTH, FRAMES = 720, 480, 90
+WIDTH, FILM_WIDTH, FRAMES = 960, 640, 90
 """Of a picture and of a film, px, and the frames of a film at most."""
 FILMS = 3_500_000
 """Bytes of all films after which no other is begun."""
@@ -97,7 +97,7 @@ def shown(rides: Rides, base: str, seconds: float, say: Say) -> Markup:
         "rides", "Best, median and worst",
         tag("p", f"{why}{_HOW}", class_="soft"), table(columns, rows),
         folded("Commands that ride them again", tag("ul", listed)) if listed else "",
-        tag("div", films, panels, class_="panels") if drawn else "",
+        tag("div", films, panels, class_="panels large") if drawn else "",
     )  # fmt: skip
 
 

@@ -131,7 +131,7 @@ def _boxes(title: str, by_name: Mapping[str, Rides], looks: Mapping[str, panels.
             for name, each in by_name.items()
         }
         figures.append(_figure(panels.box_panel(title, measure(key).label, values)))
-    return tag("div", figures, class_="panels") if figures else Markup("")
+    return tag("div", figures, class_="panels large") if figures else Markup("")
 
 
 def _tracks(title: str, shown: Mapping[str, Rides], looks: Mapping[str, panels.Look]) -> Markup:

@@ -44,7 +44,7 @@ def table(
         tag("tr", [tag("th" if not i else "td", each) for i, each in enumerate(row)])
         for row in rows
     ]
-    says = tag("caption", caption) if caption else ""
+    says = tag("caption", tag("span", caption)) if caption else ""
     inner = tag("table", says, tag("thead", head), tag("tbody", body))
     return tag("div", inner, class_="wide", tabindex="0")
 

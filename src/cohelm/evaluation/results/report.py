@@ -58,9 +58,13 @@ def _whole(rides: Rides) -> str:
     made = f"; cohelm {', '.join(versions)}" if versions else ""
     span = f"seeds {seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else f"seed {seeds[0]}"
     return (
-        f"{len(rides)} rides, {len(rides.cases)} cases, {len(rides.contenders)} "
-        f"compared by {rides.by[-1]}, {span}{made}"
+        f"{_count(len(rides), 'ride')}: {_count(len(rides.contenders), rides.by[-1])} in "
+        f"{_count(len(rides.cases), 'case')}, {span}{made}"
     )
+
+
+def _count(many: int, what: str) -> str:
+    return f"{many} {what}" if many == 1 else f"{many} {what}s"
 
 
 def _tables(rides: Rides, base: str, told: Told) -> list[Markup]:

@@ -14,7 +14,7 @@ from cohelm.evaluation.bootstrap import Estimate, share
 from cohelm.evaluation.results.contrasts import Contrast, contrast, corrected
 from cohelm.evaluation.results.intervals import mean_of, median_of
 from cohelm.evaluation.results.measures import Measure, measure
-from cohelm.evaluation.results.rides import Key, Rides, measures_of
+from cohelm.evaluation.results.rides import Key, Rides, measures_of, number
 
 COLUMNS = (
     "measure", "unit", "rides", "count", "value", "low", "high", "mean", "mean_low", "mean_high",
@@ -129,5 +129,12 @@ def base_of(rides: Rides, wanted: str | None) -> str:
 
 
 def case_name(case: Key, by: Sequence[str]) -> str:
-    """A case in words: its values, parted by commas."""
-    return ", ".join(each or f"no {name}" for name, each in zip(by[:-1], case, strict=True))
+    """A case in words: its values, parted by commas; those that are no words with their name."""
+    return ", ".join(_told(name, each) for name, each in zip(by[:-1], case, strict=True))
+
+
+def _told(name: str, content: str) -> str:
+    if not content:
+        return f"no {name}"
+    bare = "." in name or content in {"true", "false"} or not math.isnan(number(content))
+    return f"{name}={content}" if bare else content

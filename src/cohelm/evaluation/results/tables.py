@@ -131,7 +131,7 @@ def ratings(rides: Rides) -> Markup:
 
 
 def _heads(names: Sequence[str]) -> list[Content]:
-    arrows = {1: " ↑", -1: " ↓", 0: ""}
+    arrows = {1: "\N{NO-BREAK SPACE}↑", -1: "\N{NO-BREAK SPACE}↓", 0: ""}
     return [measure(name).label + arrows[measure(name).better] for name in names]
 
 
@@ -148,10 +148,11 @@ def _contrast(each: Contrast, how: Measure) -> Content:
     kind = {"better": "good", "worse": "bad"}.get(each.verdict)
     sign = "+" if each.less.mean > 0.0 else ""
     interval = f"[{_number(each.less.low, how)}, {_number(each.less.high, how)}]"
-    p = "" if math.isnan(each.corrected) else f" p {as_p(each.corrected)}"
+    p = "" if math.isnan(each.corrected) else tag("small", f"p {as_p(each.corrected)}")
     return [
         tag("span", f"{sign}{_number(each.less.mean, how)} {each.verdict}".strip(), class_=kind),
-        tag("small", interval + p),
+        tag("small", interval),
+        p,
     ]
 
 
@@ -163,4 +164,5 @@ def as_p(p: float) -> str:
 def _number(x: float, how: Measure) -> str:
     if not math.isfinite(x):
         return "–"
-    return f"{100.0 * x:.{how.digits}f}" if how.share else f"{x + 0.0:.{how.digits}f}"
+    text = f"{100.0 * x if how.share else x:.{how.digits}f}"
+    return text if float(text) else text.removeprefix("-")

@@ -1,0 +1,56 @@
+"""What ``cohelm bench cards`` says of its rides, and of input that no ride could take."""
+
+import numpy as np
+import pytest
+
+from cohelm.errors import CohelmError
+from cohelm.evaluation.benches import cards
+from cohelm.evaluation.sweeps.vary import variants_of
+
+from .sweep_rows import result
+
+
+def rides(count, **changes):
+    """A ride of one planner in the card ``accompanying`` with so many people."""
+    given = {"people.count": str(count), "planner": "apf", "beside_share": np.nan, **changes}
+    made = result(seed=0, **given)
+    row = {"card": "accompanying", "people.count": str(count), **made.row}
+    del row["scene"]
+    return type(made)(row, made.arrays)
+
+
+@pytest.fixture
+def bench():
+    return cards.CardsBench(("apf",), ("accompanying",), variants_of(["people.count=1,2"]))
+
+
+def test_cards_make_a_whole_report_and_name_what_is_varied(bench, tmp_path):
+    told = bench.report([rides(1, beside_share=0.2), rides(2, beside_share=0.6)], tmp_path)
+    assert {file.name for file in told.files} >= {"summary.csv", "report.html"}
+    assert set(told.summary["cards"]) == {
+        "accompanying, people.count=1",
+        "accompanying, people.count=2",
+    }
+    assert "accompanying, people.count=2" in (tmp_path / "report.html").read_text()
+    assert told.sheets[0].rows == (("accompanying", "1", "1/1"), ("accompanying", "2", "1/1"))
+
+
+def test_time_beside_a_companion_is_told_for_every_variant(bench, tmp_path):
+    told = bench.report([rides(1, beside_share=0.2), rides(2, beside_share=0.6)], tmp_path)
+    beside = [note for note in told.notes if "side by side" in note]
+    assert beside == [
+        "accompanying, people.count=1, time side by side: apf 20 %",
+        "accompanying, people.count=2, time side by side: apf 60 %",
+    ]
+
+
+def test_cards_that_all_broke_off_are_a_report_too(bench, tmp_path):
+    told = bench.report([rides(1, outcome="error", error="x", time=np.nan)], tmp_path)
+    assert "rides broke off: x" in told.notes
+
+
+def test_a_map_that_is_none_is_refused_before_anything_is_ridden(tmp_path):
+    file = tmp_path / "map.yaml"
+    file.write_text("hello")
+    with pytest.raises(CohelmError, match=r"map\.yaml"):
+        cards.on("apf", "frontal", map_file=file)
