@@ -5,6 +5,8 @@ import errno
 import json
 import math
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -123,6 +125,24 @@ def test_a_task_that_leaves_the_program_ends_itself_alone(toy, tmp_path, executo
     assert {i: each.error for i, each in done.faults.items()} == {1: "SystemExit: 4"}
     assert done.whole
     assert len(done.results) == 4
+
+
+_FIRST_PROCESS = """
+import signal
+from multiprocessing import resource_tracker
+from cohelm.evaluation.sweeps.executors import without_interrupts
+with without_interrupts():
+    resource_tracker.getfd()  # as the first process of a program does before it begins
+    assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+"""
+
+
+def test_the_first_process_of_a_program_hears_no_interrupt_either():
+    path = os.pathsep.join(sys.path)
+    subprocess.run(
+        [sys.executable, "-c", _FIRST_PROCESS], check=True, env={**os.environ, "PYTHONPATH": path}
+    )
 
 
 @pytest.mark.parametrize(
