@@ -140,3 +140,13 @@ def test_no_word_of_a_heading_is_cut_in_two_where_there_is_room():
             console.print(bench._table(sheet, width))
         head = drawn.get().split("┡")[0]
         assert [w for column in columns for w in column.split() if w not in head] == []
+
+
+def test_a_table_that_has_room_is_no_wider_than_its_page():
+    heads = ("reached, %", "collided, %", "m/s", "walked into", "time, s", "length, m")
+    more = ("turning, rad", "effort", "agreement", "fights, %")
+    cells = ("0 [0, 79]", "0 [0, 79]", "", "0", "–", "–", "–", "–", "–", "–")
+    sheet = Sheet("all", ("mode", "rides", *heads, *more), (("shared", "1", *cells),))
+    with (console := Console(width=120)).capture() as drawn:
+        console.print(bench._table(sheet, 120))
+    assert all(line.rstrip()[-1] in "┓┃┩│┘" for line in drawn.get().splitlines()[1:])

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.sweeps import executors
+from cohelm.evaluation.sweeps import executors, ride_task
 from cohelm.evaluation.sweeps import ledger as ledgers
 from cohelm.evaluation.sweeps.executors import RETRIES, WorkersFailed, in_processes, serially
 from cohelm.evaluation.sweeps.ledger import Header, Ledger, is_begun, read_records
@@ -407,3 +407,12 @@ def test_the_time_left_counts_what_was_done_now():
     # 10 of 100 in 20 s, 30 were there before: 60 are left at 2 s
     assert Progress(done=40, total=100, seconds=20.0, before=30).left == 120.0
     assert math.isnan(Progress(done=30, total=100, seconds=20.0, before=30).left)
+
+
+def test_an_interrupt_of_compiled_code_is_no_fault_of_the_ride(monkeypatch):
+    def interrupted(scenario, seed):
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr(ride_task, "run", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        ride_task.ride_row(RideTask((), "empty", (), 0))

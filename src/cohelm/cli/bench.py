@@ -194,7 +194,8 @@ def _table(sheet: Sheet, width: int | None = None) -> Table:
     """
     longest = [max(map(len, column.split()), default=0) for column in sheet.columns]
     longest[0] = max(len(row[0]) for row in (sheet.columns, *sheet.rows))  # is never folded
-    has_room = sum(longest) + 3 * len(longest) + 1 <= (width or OUTPUT.width)
+    spare = (width or OUTPUT.width) - sum(longest) - 3 * len(longest) - 1
+    widths = _widths(sheet, longest, spare)
     table = Table(title=Text(sheet.title), title_justify="left", header_style="dim")
     for i, column in enumerate(sheet.columns):
         table.add_column(
@@ -202,8 +203,20 @@ def _table(sheet: Sheet, width: int | None = None) -> Table:
             justify="right" if i else "left",
             overflow="fold",
             no_wrap=not i,
-            min_width=longest[i] if has_room else None,
+            width=widths[i] if spare >= 0 else None,
         )
     for row in sheet.rows:
         table.add_row(*row)
     return table
+
+
+def _widths(sheet: Sheet, least: Sequence[int], spare: int) -> list[int]:
+    """The least widths, and what is spare given to whole cells, then to whole heads."""
+    widths = list(least)
+    for lines in (sheet.rows, (sheet.columns,)):
+        for i in range(len(widths)):
+            whole = max((len(row[i]) for row in lines), default=0)
+            more = max(0, min(spare, whole - widths[i]))
+            widths[i] += more
+            spare -= more
+    return widths

@@ -36,7 +36,14 @@ class Fault:
 
     @classmethod
     def of(cls, failure: BaseException) -> Fault:
-        """What was raised, in a line, and where; both cut to what a table can hold."""
+        """What was raised, in a line, and where; both cut to what a table can hold.
+
+        Raises:
+            KeyboardInterrupt: if that led to it: compiled code that is interrupted raises a
+                ``SystemError``, and the task is not done.
+        """
+        if isinstance(failure.__cause__, KeyboardInterrupt):
+            raise KeyboardInterrupt from failure
         said = (str(failure).splitlines() or [""])[0]
         where = "".join(traceback.format_exception(failure))
         return cls(f"{type(failure).__name__}: {said}"[:300], where[-4000:])
