@@ -95,7 +95,9 @@ class Rides:
         if name == "time_ratio":
             time, alone = self.column("time"), self.column("time_alone")
             there = np.isfinite(time) & (alone > 0.0)
-            return np.divide(time, alone, out=np.full(len(self), np.nan), where=there)
+            ratio: Floats = np.full(len(self), np.nan)
+            np.divide(time, alone, out=ratio, where=there)
+            return ratio
         if name in _DERIVED:
             found: Booleans = np.array([_is(name, row) for row in self.rows], dtype=bool)
             return found.astype(float)
