@@ -1,0 +1,1 @@
+"""The page: cohelm.driving over HTTP and one WebSocket, and the built front end."""
