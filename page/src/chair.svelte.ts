@@ -1,0 +1,81 @@
+// The newest of everything that the chair told, for whoever shows it.
+
+import type { Link, Status } from "./link";
+import type {
+  Ended,
+  Limits,
+  Notice,
+  RiderSettings,
+  Route,
+  Scene,
+  State,
+  ToPage,
+  Welcome,
+} from "./messages";
+
+const NO_ROUTE: Route = {
+  type: "route",
+  version: 0,
+  points: [],
+  without: [],
+  length: 0,
+  extra: 0,
+  wishes: [],
+  trouble: "",
+};
+
+export class Chair {
+  status = $state<Status>("connecting");
+  /** This page's own name among the pages. */
+  client = $state("");
+  role = $state<Welcome["role"]>("driver");
+  scene = $state.raw<Scene | null>(null);
+  limits = $state.raw<Limits | null>(null);
+  rider = $state.raw<RiderSettings | null>(null);
+  state = $state.raw<State | null>(null);
+  route = $state.raw<Route>(NO_ROUTE);
+  ended = $state.raw<Ended | null>(null);
+  notice = $state.raw<Notice | null>(null);
+  /** Whether this page is the one that drives. */
+  driving = $derived(this.client !== "" && this.state?.driver === this.client);
+  readonly goal = $derived(this.state?.goal ?? null);
+
+  follow(link: Link): void {
+    link.watch((status) => {
+      this.status = status;
+      if (status !== "open") this.state = null;
+    });
+    link.listen((message) => this.heard(message));
+  }
+
+  heard(message: ToPage): void {
+    switch (message.type) {
+      case "welcome":
+        this.client = message.client;
+        this.role = message.role;
+        this.scene = message.scene;
+        this.limits = message.limits;
+        this.rider = message.rider;
+        break;
+      case "configured":
+        this.limits = message.limits;
+        this.rider = message.rider;
+        break;
+      case "state":
+        this.state = message;
+        break;
+      case "route":
+        this.route = message;
+        break;
+      case "notice":
+        this.notice = message;
+        break;
+      case "ended":
+        this.ended = message;
+        break;
+      default:
+    }
+  }
+}
+
+export const chair = new Chair();
