@@ -22,6 +22,7 @@ CODES = {
     "ScenarioError": "scenario",
     "SolverFailed": "solver_failed",
     "StartBlocked": "start_blocked",
+    "StoreError": "store",
     "TooManyWishes": "too_many_wishes",
 }
 """Codes cross the wire: one that changes breaks whoever listens."""

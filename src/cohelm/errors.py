@@ -6,6 +6,7 @@
     ├─ PluginError              an unknown part, or one that does not import
     ├─ MapError                 a map that cannot be read, written or believed
     ├─ RecordingError           a bag or a cloud that cannot be read
+    ├─ StoreError               what is kept on this machine cannot be read or written
     ├─ PlanningError            no path, and why
     │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point and what is needed there
     │  ├─ NoPath
@@ -95,6 +96,22 @@ class RecordingError(CohelmError):
         self.offset = offset
         where = "" if offset is None else f" at byte {offset}"
         super().__init__(f"{file}{where}: {problem}")
+
+
+class StoreError(CohelmError):
+    """What is kept on this machine cannot be read or written, or is not there.
+
+    Args:
+        problem: what is wrong, and what to do, in one line.
+        file: the file or folder at fault, where there is one.
+    """
+
+    code = "store"
+
+    def __init__(self, problem: str, *, file: Path | str | None = None) -> None:
+        self.problem = problem
+        self.file = file
+        super().__init__(f"{file}: {problem}" if file is not None else problem)
 
 
 class PlanningError(CohelmError):

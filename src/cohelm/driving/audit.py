@@ -1,0 +1,184 @@
+"""Who did what, and when: one JSON object a line, only ever appended to.
+
+It outlives the sessions' data: deleting that is itself an entry. Its size is bounded: a full file
+is set aside under a number, and the oldest of :data:`FILES` goes; the file after it says so.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import threading
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+from cohelm.config import Model
+from cohelm.driving.files import own_folder, unwritable
+from cohelm.errors import StoreError
+
+What = Literal[
+    "started", "closed", "signed_in", "sign_in_refused", "signed_out", "joined", "left",
+    "took", "released", "stop", "resume", "limits", "limits_refused", "rider", "mode", "pace",
+    "goal", "simulated", "restarted", "navigator_lost", "refused", "deleted", "exported",
+    "dropped",
+]  # fmt: skip
+"""What happened; stable words."""
+LARGEST = 1_000_000
+"""Bytes of one file at most."""
+FILES = 10
+"""Files kept, the one that is written included: 10 MB."""
+WAITING = 10_000
+"""Entries that wait for the disk at most; what comes then is counted and said."""
+
+
+class Entry(Model):
+    """One line."""
+
+    at: str
+    """ISO 8601, UTC."""
+    who: str
+    """A connection, ``therapist``, or ``chair``."""
+    what: What
+    said: Mapping[str, Any] = {}
+    """What belongs to it: the limits before and after, a mode, an address."""
+
+
+class Audit:
+    """The log in a folder. :meth:`note` never waits for the disk, and may be called anywhere.
+
+    Args:
+        folder: where; made where it is missing.
+
+    Raises:
+        StoreError: if it cannot be written to.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.file = own_folder(folder) / "audit.jsonl"
+        self._lock = threading.Lock()
+        self._trouble = ""
+        self._lost = 0
+        self._waiting: queue.Queue[Entry | None] = queue.Queue(WAITING)
+        self._append([])
+        self._writer = threading.Thread(target=self._write, name="audit", daemon=True)
+        self._writer.start()
+
+    def note(self, who: str, what: What, **said: Any) -> None:
+        """One more entry, of now.
+
+        Args:
+            who: see :attr:`Entry.who`.
+            what: see :data:`What`.
+            said: what JSON can say.
+        """
+        entry = Entry(at=_now(), who=who, what=what, said=said)
+        try:
+            self._waiting.put_nowait(entry)
+        except queue.Full:
+            with self._lock:
+                self._lost += 1
+
+    def entries(self, most: int = 1000) -> tuple[Entry, ...]:
+        """The newest, newest first; a line that is damaged is left out."""
+        self.settle()
+        out: list[Entry] = []
+        for file in (self.file, *(self._aside(k) for k in range(1, FILES))):
+            if len(out) >= most or not file.is_file():
+                break
+            out += _read(file, most - len(out))
+        return tuple(out)
+
+    def delete(self) -> None:
+        """Forget everything. Nothing else does: deleting sessions leaves the log.
+
+        Raises:
+            StoreError: if a file stays.
+        """
+        self.settle()
+        with self._lock:
+            try:
+                for k in range(FILES):
+                    self._aside(k).unlink(missing_ok=True)
+            except OSError as cause:
+                raise unwritable(self.file, cause) from None
+
+    def settle(self) -> None:
+        """Wait until everything noted so far is on the disk, or could not be written."""
+        self._waiting.join()
+
+    def close(self) -> None:
+        """Write what waits, and nothing more."""
+        if self._writer.is_alive():
+            self._waiting.put(None)
+            self._writer.join()
+
+    @property
+    def trouble(self) -> str:
+        """Why the last entries could not be written; empty: they are."""
+        return self._trouble
+
+    def _write(self) -> None:
+        """Of the writer's thread: all that waits at once, then the disk."""
+        going = True
+        while going:
+            batch = [self._waiting.get()]
+            while not self._waiting.empty():
+                batch.append(self._waiting.get_nowait())
+            going = batch[-1] is not None
+            try:
+                self._append([each for each in batch if each is not None])
+                self._trouble = ""
+            except StoreError as fault:
+                self._trouble = str(fault)
+                with self._lock:
+                    self._lost += sum(each is not None for each in batch)
+            finally:
+                for _ in batch:
+                    self._waiting.task_done()
+
+    def _append(self, entries: list[Entry]) -> None:
+        with self._lock:
+            if self._lost and entries:
+                dropped = Entry(at=_now(), who="chair", what="dropped", said={"count": self._lost})
+                entries = [dropped, *entries]
+            lines = "".join(f"{each.model_dump_json()}\n" for each in entries).encode()
+            try:
+                if self.file.is_file() and self.file.stat().st_size + len(lines) > LARGEST:
+                    self._rotate()
+                handle = os.open(self.file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+                try:
+                    os.write(handle, lines)
+                    os.fsync(handle)
+                finally:
+                    os.close(handle)
+            except OSError as cause:
+                raise unwritable(self.file, cause) from None
+            self._lost = 0 if entries else self._lost
+
+    def _rotate(self) -> None:
+        for k in range(FILES - 1, 0, -1):
+            if self._aside(k - 1).is_file():
+                self._aside(k - 1).replace(self._aside(k))
+
+    def _aside(self, number: int) -> Path:
+        return self.file if number == 0 else self.file.with_name(f"audit.{number}.jsonl")
+
+
+def _read(file: Path, most: int) -> list[Entry]:
+    """The last ``most`` of a file, the last first."""
+    out: list[Entry] = []
+    for line in reversed(file.read_text(encoding="utf-8", errors="replace").splitlines()):
+        if len(out) == most:
+            break
+        try:
+            out.append(Entry.model_validate(json.loads(line)))
+        except ValueError:
+            continue
+    return out
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
