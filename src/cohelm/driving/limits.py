@@ -18,18 +18,16 @@ from pydantic import ValidationError
 from cohelm.config import Model
 from cohelm.driving.files import own_folder, write_whole
 from cohelm.driving.messages import Limits, Pace, RiderSettings
+from cohelm.driving.setup import PACES
 from cohelm.errors import CohelmError, StoreError
 from cohelm.messages import RiderProfile
 from cohelm.robots import Robot
 
-PACES: dict[Pace, float] = {"slow": 0.4, "normal": 0.7, "brisk": 1.0}
-"""m/s, assumed; a walk is 1.2."""
 
+class LimitsRise(CohelmError):
+    """A limit would become looser while the chair moves; says which, and nothing was changed."""
 
-class LimitsRefused(CohelmError):
-    """Limits that are not to be, now or ever; says which and why."""
-
-    code: ClassVar[str] = "limits"
+    code: ClassVar[str] = "limits_rise"
 
 
 class Settings(Model):
@@ -44,21 +42,32 @@ class InForce:
     """What is in force now. Reading waits for nobody; a change is on the disk before it counts.
 
     Args:
-        folder: keeps ``settings.json``.
+        folder: keeps ``settings.json``; None: nothing is kept.
         robot: bounds what is possible.
         profile: where nothing is kept yet, the rider's; see :func:`defaults`.
+        limits, rider: in force at first; None: those that are kept, else the defaults.
 
     Raises:
         StoreError: if the file is there and does not read.
     """
 
-    def __init__(self, folder: Path, robot: Robot, profile: RiderProfile | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path | None,
+        robot: Robot,
+        profile: RiderProfile | None = None,
+        *,
+        limits: Limits | None = None,
+        rider: RiderSettings | None = None,
+    ) -> None:
         self._robot = robot
-        self._file = own_folder(folder) / "settings.json"
+        self._file = own_folder(folder) / "settings.json" if folder is not None else None
         self._lock = threading.Lock()
-        kept = _read(self._file)
-        self._now = kept or defaults(robot, profile or RiderProfile())
-        self._now = self._now.model_copy(update={"limits": bounded(self._now.limits, robot)})
+        kept = _read(self._file) if self._file is not None else None
+        first = kept or defaults(robot, profile or RiderProfile())
+        self._now = Settings(
+            limits=bounded(limits or first.limits, robot), rider=rider or first.rider
+        )
 
     @property
     def limits(self) -> Limits:
@@ -81,14 +90,14 @@ class InForce:
             those before.
 
         Raises:
-            LimitsRefused: if one would be loosened while the chair moves; names it.
+            LimitsRise: if one would be loosened while the chair moves; names it.
             StoreError: if they cannot be kept; those before stay in force.
         """
         with self._lock:
             before, wanted = self._now.limits, bounded(limits, self._robot)
             looser = loosened(before, wanted)
             if looser and not standing():
-                raise LimitsRefused(
+                raise LimitsRise(
                     f"{' and '.join(looser)} can be loosened only while the chair stands"
                 )
             self._put(self._now.model_copy(update={"limits": wanted}))
@@ -106,7 +115,8 @@ class InForce:
             return before
 
     def _put(self, settings: Settings) -> None:
-        write_whole(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
+        if self._file is not None:
+            write_whole(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
         self._now = settings
 
 

@@ -5,10 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from cohelm.config import read_yaml, validate
 from cohelm.errors import ScenarioError
 from cohelm.evaluation.scenario import Scenario, floor_file
 from cohelm.maps import FloorPlan
+from cohelm.simulation import Doorway
+
+WIDEST = 2.5
+"""An opening that is wider has no door, m."""
 
 
 def floor_plan(scenario: Scenario) -> FloorPlan:
@@ -26,6 +32,13 @@ def floor_plan(scenario: Scenario) -> FloorPlan:
     named = scenario.file if scenario.plan else file
     plan = validate(FloorPlan, data, file=named, prefix="plan", error=ScenarioError)
     return plan.model_copy(update={"source": str(named)})
+
+
+def doorways(plan: FloorPlan) -> tuple[Doorway, ...]:
+    """Where a floor has doors that can be shut; a leaf is as thick as the wall."""
+    wide = [door.width <= WIDEST for door in plan.doors]
+    ends = plan.openings[np.array(wide, dtype=bool)]
+    return tuple(Doorway(a=a, b=b, depth=plan.wall) for a, b in ends)
 
 
 def _merged(there: Any, other: Any, scenario: Scenario, key: str) -> Any:

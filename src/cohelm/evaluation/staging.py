@@ -11,7 +11,7 @@ import numpy as np
 from cohelm import plugins
 from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
 from cohelm.errors import MapError, PluginError, ScenarioError
-from cohelm.evaluation.building import floor_plan
+from cohelm.evaluation.building import doorways, floor_plan
 from cohelm.evaluation.furnishing import changes, with_heights, with_obstacles
 from cohelm.evaluation.laying import laid
 from cohelm.evaluation.people import make_crowd
@@ -35,7 +35,7 @@ from cohelm.messages import Path, Request, Wish
 from cohelm.navigation import NavigatorSetup
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
-from cohelm.simulation import WorldSetup, entered, generator
+from cohelm.simulation import Doorway, WorldSetup, entered, generator
 
 
 @value
@@ -69,7 +69,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     """
     scenario = laid(scenario, set_stage)
     robot = robot_of(scenario)
-    grid, places, heights = _floor(scenario)
+    grid, places, heights, doors = _floor(scenario)
     parts = {key: _part(scenario, key) for key in PARTS}
     start = _point(scenario, "start", places)
     goal = _point(scenario, "goal", places)[:2]
@@ -107,7 +107,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         world=_world(
             scenario,
             seed,
-            (grid, heights),
+            (grid, heights, doors),
             robot,
             (start, route, _wanted_way(scenario, problem, parts["global_planner"], places, route)),
             parts["rider"],
@@ -123,13 +123,15 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     )
 
 
-def _floor(scenario: Scenario) -> tuple[OccupancyGrid, Places, Floats32 | None]:
-    """The map, its places, and how high what stands there is; None where nobody knows."""
+def _floor(
+    scenario: Scenario,
+) -> tuple[OccupancyGrid, Places, Floats32 | None, tuple[Doorway, ...]]:
+    """The map, its places, how high what stands there is (None: nobody knows), and its doors."""
     if scenario.floor is not None:
         plan = floor_plan(scenario)
-        return *plan.draw(), plan.heights()
+        return *plan.draw(), plan.heights(), doorways(plan)
     file = scenario.beside(scenario.map or "")
-    return read_map(file), places_beside(file), None
+    return read_map(file), places_beside(file), None, ()
 
 
 def _wishes(scenario: Scenario) -> tuple[Wish, ...]:
@@ -215,13 +217,13 @@ def _walkers(scenario: Scenario) -> dict[str, Any]:
 def _world(
     scenario: Scenario,
     seed: int,
-    floor: tuple[OccupancyGrid, Floats32 | None],
+    floor: tuple[OccupancyGrid, Floats32 | None, tuple[Doorway, ...]],
     robot: Robot,
     way: tuple[Floats, Path, Floats],
     rider: Any,
 ) -> WorldSetup:
-    """The true world; ``floor``: map and heights, ``way``: start pose, route, the rider's way."""
-    (grid, heights), (start, route, wanted) = floor, way
+    """The true world; ``floor``: map, heights, doors; ``way``: start pose, route, the rider's."""
+    (grid, heights, doors), (start, route, wanted) = floor, way
     open_ = with_obstacles(grid, scenario.obstacles)
     first, *later = changes(open_, scenario.doors)
     truth = first.grid
@@ -248,4 +250,5 @@ def _world(
         odometry=scenario.odometry,
         give_people=scenario.tracker["use"] == "given",
         faults=scenario.faults,
+        doors=doors,
     )

@@ -151,6 +151,17 @@ class FloorPlan(config.Model):
         """Rooms and corridors by name."""
         return {**self.rooms, **self.corridors}
 
+    @property
+    def openings(self) -> Floats:
+        """Ends (doors, 2, 2) of the openings, on the middles of their walls, m."""
+        out = np.empty((len(self.doors), 2, 2))
+        for k, door in enumerate(self.doors):
+            a, b = _nearest_wall(self, door)
+            along = (b - a) / np.hypot(*(b - a))
+            middle = a + along * np.dot(np.array(door.at) - a, along)
+            out[k] = middle - along * door.width / 2.0, middle + along * door.width / 2.0
+        return out
+
     def draw(self) -> tuple[OccupancyGrid, Places]:
         """The floor as a grid, and its named places.
 

@@ -4,7 +4,9 @@ from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, Rider
 from cohelm.simulation.chance import generator
 from cohelm.simulation.changes import Change
 from cohelm.simulation.crowds import Aggressive, Distracted, Inattentive, Orca, SocialForce, entered
+from cohelm.simulation.doorways import Doorway
 from cohelm.simulation.faults import Fault
+from cohelm.simulation.newcomers import Newcomer
 from cohelm.simulation.riders import (
     Biased,
     Delayed,
@@ -22,7 +24,8 @@ from cohelm.simulation.riders import (
     Watchful,
 )
 from cohelm.simulation.sensors import Localisation, Odometry
-from cohelm.simulation.world import Truth, World, WorldSetup, is_standing
+from cohelm.simulation.setting import WorldSetup
+from cohelm.simulation.world import Truth, World, is_standing
 
 __all__ = [
     "Aggressive",
@@ -31,6 +34,7 @@ __all__ = [
     "Crowd",
     "Delayed",
     "Distracted",
+    "Doorway",
     "Dropout",
     "Fault",
     "Ideal",
@@ -38,6 +42,7 @@ __all__ = [
     "Inattentive",
     "Laggy",
     "Localisation",
+    "Newcomer",
     "NoRider",
     "Noisy",
     "Nudge",

@@ -40,11 +40,11 @@ def present(
     due = [change.grid for change in changes if change.time <= time + 1e-9]
     if not due or due[-1] is now:
         return now
-    return due[-1] if _is_clear(due[-1], now, outline, bodies) else now
+    return due[-1] if is_clear(due[-1], now, outline, bodies) else now
 
 
-def _is_clear(then: OccupancyGrid, now: OccupancyGrid, outline: Floats, bodies: Floats) -> bool:
-    """Whether nobody is near the cells that are to become occupied."""
+def is_clear(then: OccupancyGrid, now: OccupancyGrid, outline: Floats, bodies: Floats) -> bool:
+    """Whether nobody is near the cells that are to become occupied; see :func:`present`."""
     new = np.argwhere(then.occupied() & ~now.occupied())
     if not len(new):
         return True

@@ -14,23 +14,26 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision, Observation, People
 from cohelm.robots import Robot
-from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, RiderView, Scene
+from cohelm.simulation.api import Crowd, RiderAct, RiderView, Scene
 from cohelm.simulation.chance import generator
-from cohelm.simulation.changes import Change, present
+from cohelm.simulation.changes import is_clear, present
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
 from cohelm.simulation.crowds.steps import between, went
+from cohelm.simulation.doorways import on_the_way, with_shut
 from cohelm.simulation.drive import Wheels, at_rest, drive, ordered
 from cohelm.simulation.eyes import GLANCES, look
-from cohelm.simulation.faults import Fault, with_faults
+from cohelm.simulation.faults import with_faults
+from cohelm.simulation.newcomers import Newcomer, joined
 from cohelm.simulation.senses import Sensed, Senses
 from cohelm.simulation.sensors.figures import STEP_LENGTH, Bodies
-from cohelm.simulation.sensors.localisation import Localisation, Odometry, with_error
+from cohelm.simulation.sensors.localisation import with_error
 from cohelm.simulation.sensors.scenery import Scenery
+from cohelm.simulation.setting import WorldSetup
 
 STANDING = 0.02
 """A chair slower than this stands, m/s …"""
@@ -38,44 +41,6 @@ STANDING_TURN = 0.05
 """… if it does not turn faster than this either, rad/s."""
 STATURE = 1.7
 """Height of people of whom nothing is said, m."""
-
-
-@value
-class WorldSetup:
-    """Everything that makes a world, but for chance."""
-
-    grid: OccupancyGrid
-    """What truly stands there at time 0."""
-    changes: tuple[Change, ...] = ()
-    """What stands there later, in the order of their times."""
-    heights: Annotated[Floats32, Shape("rows cols")] | None = None
-    """Of what stands or will stand on the grid's cells, m, for 3-D sensors; see ``Scenery``."""
-    wall_height: float = 2.5
-    """m."""
-    ceiling: float = math.inf
-    """Its height, m; +inf: there is none."""
-    robot: Robot
-    start: Annotated[Floats, Shape("3")]
-    """X_MR at time 0."""
-    crowd: Crowd
-    """The people at time 0."""
-    statures: Annotated[Floats, Shape("n")] | None = None
-    """Their heights, m, for 3-D sensors; None: 1.7 m each."""
-    pedestrian_model: PedestrianModel
-    rider: Rider
-    rider_goal: Annotated[Floats, Shape("2")]
-    """Where the rider wants to go, m."""
-    rider_route: Annotated[Floats, Shape("k 2")]
-    """By which way, m; empty: straight."""
-    localisation: Localisation = Localisation()
-    odometry: Odometry = Odometry()
-    control_step: float = 0.05
-    """From decision to decision, s."""
-    physics_step: float = 0.01
-    """At most; a whole number of them makes a control step, s."""
-    give_people: bool = False
-    """Whether the observation says where people truly are."""
-    faults: tuple[Fault, ...] = ()
 
 
 @value
@@ -113,9 +78,13 @@ class World:
         self.setup = setup
         self._random = {
             purpose: generator(seed, purpose)
-            for purpose in ("people", "localisation", "odometry", "rider", "strides")
-        }
+            for purpose in (
+                "people", "localisation", "odometry", "rider", "strides", "newcomers"
+            )
+        }  # fmt: skip
         self._ticks = 0
+        self._shut: frozenset[int] = frozenset()
+        self._open = setup.grid
         self._scenery = Scenery(
             grid=setup.grid,
             heights=setup.heights,
@@ -126,6 +95,8 @@ class World:
         self._walked = self._random["strides"].uniform(
             0.0, 2.0 * STEP_LENGTH * STATURE, len(setup.crowd.radius)
         )
+        statures = setup.statures
+        self._statures = np.full_like(self._walked, STATURE) if statures is None else statures
         self._wheels = at_rest(setup.robot, setup.start)
         self._act: RiderAct | None = None
         self._error = setup.localisation.first(self._random["localisation"])
@@ -182,12 +153,65 @@ class World:
         )
         self._observation = self._told(sensed, last=self._observation)
 
+    def admit(self, newcomer: Newcomer) -> int:
+        """Let somebody come in now, between two steps; their number, behind everybody else's.
+
+        Without it a ride is what it was before; with it, from here on another one, and the same
+        again for the same newcomers at the same times.
+        """
+        truth, crowd = self._truth, joined(self._truth.crowd, newcomer)
+        phase = self._random["newcomers"].uniform(0.0, 2.0 * STEP_LENGTH * newcomer.stature)
+        self._walked = np.append(self._walked, phase)
+        self._statures = np.append(self._statures, newcomer.stature)
+        self._truth = replace(
+            truth,
+            crowd=crowd,
+            gap_people=self._gaps(crowd.position, crowd.radius, crowd.there),
+            hit_moving=np.append(truth.hit_moving, np.False_),
+            hit_standing=np.append(truth.hit_standing, np.False_),
+        )
+        return len(crowd.radius) - 1
+
+    def set_door(self, door: int, *, shut: bool) -> bool:
+        """Shut or open one of the set-up's doors, from the next step on.
+
+        Returns:
+            whether it is so; a door stays open whose leaf would come within 0.1 m of a person, of
+            the chair, or of where the chair could still stop.
+
+        Raises:
+            IndexError: if there is no such door.
+        """
+        if not 0 <= door < len(self.setup.doors):
+            raise IndexError(f"there are {len(self.setup.doors)} doors, and none is {door}")
+        wanted = self._shut | {door} if shut else self._shut - {door}
+        if wanted != self._shut and shut:
+            robot, wheels, bodies = self.setup.robot, self._wheels, self._bodies()
+            way = on_the_way(robot.outline, wheels.pose, wheels.twist, robot.max_deceleration)
+            then, now = self._with_doors(wanted), self._with_doors(self._shut)
+            if not all(is_clear(then, now, outline, bodies) for outline in way):
+                return False
+        self._shut = wanted
+        return True
+
+    @property
+    def shut(self) -> frozenset[int]:
+        """The set-up's doors that are shut."""
+        return self._shut
+
+    def _with_doors(self, shut: frozenset[int]) -> OccupancyGrid:
+        return with_shut(self._open, tuple(self.setup.doors[door] for door in sorted(shut)))
+
     def _standing(self) -> OccupancyGrid:
-        """What stands there now; a door waits for whoever is in it."""
-        crowd = self._truth.crowd
+        """What stands there now; a timed door waits for whoever is in it."""
         outline = transform(self._wheels.pose, self.setup.robot.outline)
-        bodies = np.column_stack([crowd.position, crowd.radius])[crowd.there]
-        return present(self.setup.changes, self.grid, self._now, outline, bodies)
+        self._open = present(self.setup.changes, self._open, self._now, outline, self._bodies())
+        return self._with_doors(self._shut)
+
+    def _bodies(self) -> Floats:
+        """People who are there, (n, 3) as (x, y, radius), m."""
+        crowd = self._truth.crowd
+        return np.column_stack([crowd.position, crowd.radius])[crowd.there]
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -238,13 +262,12 @@ class World:
             return Sensed()
         there = before.there & after.there
         way = np.hypot(*went(before, after).T)
-        heights = self.setup.statures
         bodies = Bodies(
             position=between(before, after, share)[there],
             heading=after.heading[there],
             walked=(self._walked + share * way)[there],
             speed=way[there] / self.setup.control_step,
-            height=(np.full_like(way, STATURE) if heights is None else heights)[there],
+            height=self._statures[there],
             radius=before.radius[there],
         )
         return self._senses.sense(time, self._scenery, bodies, self._wheels.pose)
