@@ -34,6 +34,14 @@ CODES = {
     "backing_up",
     "creeping",
     "ask_rider",
+    "nobody_drives",
+    "page_silent",
+    "let_go",
+    "confirm",
+    "navigator_silent",
+    "collision",
+    "paused",
+    "getting_ready",
 }
 """They cross the wire: one may be added here, none renamed."""
 

@@ -281,6 +281,14 @@ HARD = {
     Reason.OVER_LIMITS,
     Reason.TOO_CLOSE,
     Reason.BLOCKED,
+    Reason.NOBODY_DRIVES,
+    Reason.PAGE_SILENT,
+    Reason.LET_GO,
+    Reason.CONFIRM,
+    Reason.NAVIGATOR_SILENT,
+    Reason.COLLISION,
+    Reason.PAUSED,
+    Reason.GETTING_READY,
 }
 
 

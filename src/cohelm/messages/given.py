@@ -71,7 +71,7 @@ class Request:
     """What is wanted; may change in mid-ride."""
 
     goal: Annotated[Floats, Shape("2")]
-    """(x, y), m."""
+    """(x, y), m; NaN: nowhere, so that only the rider alone can move the chair."""
     wishes: tuple[Wish, ...] = ()
     mode: Mode = Mode.SHARED
     profile: RiderProfile = RiderProfile()

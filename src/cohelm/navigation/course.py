@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
+import numpy as np
+
 from cohelm.arrays import identical
 from cohelm.errors import GoalBlocked, PlanningError
 from cohelm.messages import Authority, Mode, Observation, Reason, Reference, Request
@@ -52,6 +54,8 @@ def lay_course(
 ) -> Course:
     """The path to follow now and the reference along it; a planning error is its reason.
 
+    With nowhere to go there is none of it.
+
     Args:
         setup: the parts.
         observation: where the robot is.
@@ -62,6 +66,8 @@ def lay_course(
         remedy: what is done where the ride does not get on.
         rests: the chair is not to get on.
     """
+    if np.isnan(request.goal).any():
+        return Course()
     before, pace = (memory.route, memory.progress) if memory else (None, None)
     refused = memory.refusal if memory else None
     if refused is not None and _still(refused, request, observation.time, setup):
