@@ -59,7 +59,7 @@ def test_it_says_where_the_worlds_are_not_there(tmp_path, monkeypatch):
         read_barn(str(tmp_path))
     monkeypatch.delenv("COHELM_DATA", raising=False)
     with pytest.raises(ConfigError, match="outside data"):
-        bench.tasks(range(1))
+        bench.on().tasks(range(1))
 
 
 def test_worlds_are_asked_for_by_number_or_spread_evenly():

@@ -192,7 +192,7 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path):
 def test_no_data_is_said_so(monkeypatch, tmp_path):
     monkeypatch.delenv("COHELM_DATA", raising=False)
     with pytest.raises(ConfigError, match="COHELM_DATA is not set"):
-        bench.tasks(range(1))
+        bench.on().tasks(range(1))
     other = tmp_path / "people.npz"
     np.savez(other, something=np.zeros(3))
     with pytest.raises(ConfigError, match="no recording"):

@@ -233,7 +233,7 @@ def test_the_time_left_is_in_proportion():
 
 
 def test_one_scene_from_end_to_end(tmp_path):
-    rows = {each.row["method"]: each.row for each in paper_global.work((0,), tmp_path)}
+    rows = {each.row["method"]: each.row for each in paper_global.on().work((0,), tmp_path)}
     assert rows["desired"]["left"]
     assert rows["soft_via"]["left"]
     assert set(rows) == {paper_global_report.DESIRED, *paper_global.METHODS}

@@ -59,10 +59,10 @@ def test_what_is_not_there_is_said_and_not_passed_over(part, monkeypatch, tmp_pa
 
 
 def test_each_seed_is_a_window_and_windows_lie_side_by_side():
-    crowds = [task for task in perception.tasks(range(3, 7)) if task[0] == "crowd"]
+    crowds = [task for task in perception.on().tasks(range(3, 7)) if task[0] == "crowd"]
     assert len(crowds) == 4
     assert all(task[-2:] == (3, 4) for task in crowds)
-    assert len(set(perception.tasks(range(1)))) == len(perception.tasks(range(1)))
+    assert len(set(perception.on().tasks(range(1)))) == len(perception.on().tasks(range(1)))
 
 
 def test_the_report_counts_and_names_what_is_missed(tmp_path):
@@ -73,7 +73,7 @@ def test_the_report_counts_and_names_what_is_missed(tmp_path):
         row("b", "four", 2.0),
     ]
     (tmp_path / "who.png").write_bytes(b"")
-    report = perception.report([Result(each) for each in rows], tmp_path)
+    report = perception.on().report([Result(each) for each in rows], tmp_path)
     assert report.summary == {MET: 1, MISSED: 1, NOT_RUN: 1}
     assert [sheet.title for sheet in report.sheets] == ["a", "b"]
     assert report.sheets[0].rows[1] == ("two", "1 m", "≤ 0.5", MISSED, "")
@@ -86,7 +86,7 @@ def test_the_report_counts_and_names_what_is_missed(tmp_path):
 def test_every_task_has_its_rows(monkeypatch, tmp_path):
     monkeypatch.delenv("COHELM_DATA", raising=False)
     for task in [("legs",), ("crowd", "zara01", True, 0, 1), ("groups",)]:
-        results = perception.work(task, tmp_path)
+        results = perception.on().work(task, tmp_path)
         assert [result.row["met"] for result in results].count(NOT_RUN) == len(results) > 0
 
 

@@ -19,7 +19,7 @@ def test_sizes_are_taken_once_each_in_their_order():
 
 
 def test_all_sizes_where_none_is_given():
-    assert planning.on(None, []).tasks(range(1)) == planning.tasks(range(1))
+    assert planning.on(None, []) == planning.on()
 
 
 def test_a_map_is_measured_once_for_all_seeds_and_warned_of_once(tmp_path):

@@ -94,9 +94,9 @@ def test_processes_that_do_not_start_are_told(toy, tmp_path):
 
 
 def test_without_a_ledger_a_failure_is_raised(toy, tmp_path):
-    assert len(run_tasks(toy.on(), toy.tasks(range(2)), tmp_path, workers=1)) == 4
+    assert len(run_tasks(toy.on(), toy.on().tasks(range(2)), tmp_path, workers=1)) == 4
     with pytest.raises(RuntimeError, match="task 1: ZeroDivisionError"):
-        run_tasks(toy.on([(1, "raises")]), toy.tasks(range(2)), tmp_path, workers=1)
+        run_tasks(toy.on([(1, "raises")]), toy.on().tasks(range(2)), tmp_path, workers=1)
 
 
 def test_a_ride_whose_process_died_is_a_row(tmp_path):

@@ -17,7 +17,7 @@ from cohelm.testing.problems import random_problem
 
 
 def test_its_parts_can_be_asked_for_alone():
-    whole = solver.tasks(range(1))
+    whole = solver.on().tasks(range(1))
     assert {task[0] for task in whole} == set(solver.PARTS)
     assert [t for t in whole if t[0] == "optima"] == solver.on(["optima"]).tasks(range(1))
     with pytest.raises(ConfigError, match="no part"):
@@ -25,7 +25,7 @@ def test_its_parts_can_be_asked_for_alone():
 
 
 def test_the_whole_has_the_sizes_that_are_asked():
-    whole = solver.tasks(range(1))
+    whole = solver.on().tasks(range(1))
     assert sum(task[1] for task in whole if task[0] == "optima") == 500
     assert sum(task[2] for task in whole if task[0] == "failures") >= 20_000
     small = solver.on(share=0.01).tasks(range(1))
@@ -49,14 +49,14 @@ def test_speed_is_drawn_and_judged(tmp_path):
 
     ours = [row(PLAN, n, ms) for n, ms in ((1, 1.0), (20, 2.0), (50, 4.0))]
     theirs = [row("CasADi + IPOPT", n, ms) for n, ms in ((1, 9.0), (20, 100.0))]
-    report = solver.report([*ours, *theirs], tmp_path)
+    report = solver.on().report([*ours, *theirs], tmp_path)
     assert "a plan among 1 person: 9 times IPOPT, 10 asked: MISSED" in report.notes
     assert "a plan among 20 people: 50 times IPOPT, 30 asked: met" in report.notes
     # through 1 ms and 2 ms: 1 + 49/19 = 3.58 ms, 3.94 ms with a tenth more
     [said] = [note for note in report.notes if note.startswith("at most linear")]
     assert "3.58 ms among 50" in said
     assert said.endswith("it takes 4.00: MISSED")
-    report = solver.report([*ours[:2], row(PLAN, 50, 3.9), *theirs], tmp_path)
+    report = solver.on().report([*ours[:2], row(PLAN, 50, 3.9), *theirs], tmp_path)
     assert any(note.endswith("it takes 3.90: met") for note in report.notes)
     assert report.files[0].stat().st_size > 1000
 

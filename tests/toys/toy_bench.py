@@ -72,9 +72,6 @@ class Toy:
         return times
 
 
-tasks, work, report = Toy().tasks, Toy().work, Toy().report
-
-
 def on(fails=(), marks=None, takes=0.0):
     return Toy(tuple(fails), marks, takes)
 

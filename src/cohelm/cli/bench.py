@@ -99,8 +99,7 @@ def _summary(name: str, done: Sweep, report: Report) -> Mapping[str, Any]:
 
 def _planned(module: str, asked: Asked) -> tuple[Bench, Sequence[Task], int]:
     """The benchmark as asked for, its tasks, and how many processes do them."""
-    found = import_module(module)
-    chosen: Bench = found.on(**asked.options) if hasattr(found, "on") else found
+    chosen: Bench = import_module(module).on(**asked.options)
     seeds = chosen.SEEDS if asked.seeds is None else asked.seeds
     tasks = chosen.tasks(range(asked.first, asked.first + seeds))
     check_plain(tasks)

@@ -69,7 +69,7 @@ BENCHES = {
         "How many times faster than the clock rides are simulated, perceived and planned.",
     ),
 }
-"""Name → the module, which is a ``Bench``, and what it measures."""
+"""Name → the module, whose ``on`` makes a ``Bench``, and what it measures."""
 
 OPTIONS: dict[str, tuple[str, ...]] = {
     "ablation": ("scenes", "seeing", "true_people", "tuned", "settings"),

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 from cohelm.evaluation.benches.ablation_report import make_report
@@ -102,7 +101,7 @@ VARIANTS: Mapping[str, Variant] = {
 
 @dataclass(frozen=True)
 class AblationBench:
-    """The benchmark with some variants in some scenes; the module itself is that with all."""
+    """The benchmark with some variants in some scenes."""
 
     variants: tuple[Contender, ...]
     scenes: tuple[Scene, ...]
@@ -169,23 +168,3 @@ def on(
 def _is_usual(variant: Variant) -> bool:
     """Whether it names just the predictor that is used anyway."""
     return variant.settings == (f"predictor.use={PARTS['predictor'][1]}",)
-
-
-@cache
-def _usual() -> AblationBench:
-    return on()
-
-
-def tasks(seeds: range) -> Sequence[Task]:
-    """See :meth:`AblationBench.tasks`."""
-    return _usual().tasks(seeds)
-
-
-def work(task: Task, folder: Path) -> Sequence[Result]:
-    """See :meth:`AblationBench.work`."""
-    return _usual().work(task, folder)
-
-
-def report(results: Sequence[Result], folder: Path) -> Report:
-    """See :meth:`AblationBench.report`."""
-    return _usual().report(results, folder)

@@ -31,7 +31,7 @@ WORLDS = 300
 
 @dataclass(frozen=True)
 class BarnBench:
-    """The benchmark with some planners in some worlds; the module itself is that of all worlds."""
+    """The benchmark with some planners in some worlds."""
 
     planners: tuple[str, ...] = PLANNERS
     worlds: tuple[int, ...] = tuple(range(WORLDS))
@@ -57,9 +57,6 @@ class BarnBench:
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """A row for each planner, success by difficulty, a gallery."""
         return make_report(results, read_barn(_data()), folder)
-
-
-tasks, work, report = BarnBench().tasks, BarnBench().work, BarnBench().report
 
 
 def on(

@@ -1,8 +1,8 @@
 """What a benchmark is: tasks from seeds, rows from each task, a report from the rows.
 
-A benchmark is a module with the names of :class:`Bench`; one line in
-``cohelm.cli.benches.BENCHES`` makes it a command. How its tasks are done and kept is the matter of
-``cohelm.evaluation.sweeps``.
+Its module has a function ``on(**options)`` that makes a :class:`Bench` of what is asked for, the
+usual one where nothing is; one line in ``cohelm.cli.benches.BENCHES`` makes it a command. How its
+tasks are done and kept is the matter of ``cohelm.evaluation.sweeps``.
 """
 
 from __future__ import annotations
@@ -69,9 +69,9 @@ def parted(names: str | None, key: str) -> tuple[str, ...]:
 
 
 class Bench(Protocol):
-    """A benchmark; a module is one.
+    """A benchmark: a frozen dataclass, whose fields are what its options say.
 
-    What its options say are fields of a frozen dataclass: they tell one sweep from another.
+    They tell one sweep from another.
     """
 
     TITLE: str

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 from cohelm.errors import ConfigError
@@ -32,7 +31,7 @@ CARD, PLANNER = "card", "planner"
 
 @dataclass(frozen=True)
 class CardsBench:
-    """The benchmark with some planners on some cards; the module itself is that with all."""
+    """The benchmark with some planners on some cards."""
 
     planners: tuple[str, ...]
     cards: tuple[str, ...]
@@ -115,23 +114,3 @@ def on(
     )
     check_rides(bench.tasks(range(1)), "local_planner")
     return bench
-
-
-@cache
-def _usual() -> CardsBench:
-    return on()
-
-
-def tasks(seeds: range) -> Sequence[Task]:
-    """See :meth:`CardsBench.tasks`."""
-    return _usual().tasks(seeds)
-
-
-def work(task: Task, folder: Path) -> Sequence[Result]:
-    """See :meth:`CardsBench.work`."""
-    return _usual().work(task, folder)
-
-
-def report(results: Sequence[Result], folder: Path) -> Report:
-    """See :meth:`CardsBench.report`."""
-    return _usual().report(results, folder)

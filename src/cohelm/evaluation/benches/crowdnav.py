@@ -115,21 +115,6 @@ class CrowdNav:
         return setup.model_copy(update={"planner": {**setup.planner, "use": self.planner}})
 
 
-def tasks(seeds: range) -> Sequence[Task]:
-    """Of ours in the recorded cases."""
-    return CrowdNav().tasks(seeds)
-
-
-def work(task: Task, folder: Path) -> Sequence[Result]:
-    """One case."""
-    return CrowdNav().work(task, folder)
-
-
-def report(results: Sequence[Result], folder: Path) -> Report:
-    """The table."""
-    return CrowdNav().report(results, folder)
-
-
 def on(  # each is an option
     *,
     planner: str = PLANNER,

@@ -10,7 +10,7 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +38,7 @@ MIDDLE = np.array([16.0, 16.0])
 
 @dataclass(frozen=True)
 class CrowdsBench:
-    """The benchmark with some planners and films; the module itself is that with all."""
+    """The benchmark with some planners and films."""
 
     contenders: tuple[Contender, ...]
     films: tuple[str, ...]
@@ -152,23 +152,3 @@ def on(
     for film in bench.films:
         _film(film)
     return bench
-
-
-@cache
-def _usual() -> CrowdsBench:
-    return on()
-
-
-def tasks(seeds: range) -> Sequence[Task]:
-    """See :meth:`CrowdsBench.tasks`."""
-    return _usual().tasks(seeds)
-
-
-def work(task: Task, folder: Path) -> Sequence[Result]:
-    """See :meth:`CrowdsBench.work`."""
-    return _usual().work(task, folder)
-
-
-def report(results: Sequence[Result], folder: Path) -> Report:
-    """See :meth:`CrowdsBench.report`."""
-    return _usual().report(results, folder)

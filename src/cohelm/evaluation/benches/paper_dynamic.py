@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -36,7 +35,7 @@ FEWER, LEAST = 0.25, 20
 
 @dataclass(frozen=True)
 class PaperDynamicBench:
-    """The benchmark with some planners; the module itself is that with all."""
+    """The benchmark with some planners."""
 
     contenders: tuple[Contender, ...]
     """Who rides; ``SENSED`` with its own sensors, all others told of people."""
@@ -126,23 +125,3 @@ def on(planners: str | None = None, settings: Sequence[str] = ()) -> PaperDynami
     )
     check_rides(bench.tasks(range(1)), "local_planner")
     return bench
-
-
-@cache
-def _usual() -> PaperDynamicBench:
-    return on()
-
-
-def tasks(seeds: range) -> Sequence[Task]:
-    """See :meth:`PaperDynamicBench.tasks`."""
-    return _usual().tasks(seeds)
-
-
-def work(task: Task, folder: Path) -> Sequence[Result]:
-    """See :meth:`PaperDynamicBench.work`."""
-    return _usual().work(task, folder)
-
-
-def report(results: Sequence[Result], folder: Path) -> Report:
-    """See :meth:`PaperDynamicBench.report`."""
-    return _usual().report(results, folder)

@@ -6,8 +6,8 @@ ridden in simulation on the otherwise empty floor, the chair alone steering.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -58,34 +58,45 @@ STEP = 0.05
 """Between the times at which two rides are compared, s."""
 
 
-def tasks(seeds: range) -> Sequence[Task]:
-    """One for each scene."""
-    return [(seed,) for seed in seeds]
+@dataclass(frozen=True)
+class PaperGlobalBench:
+    """The benchmark; it has no options."""
+
+    TITLE: str = TITLE
+    SEEDS: int = SEEDS
+    WORKERS: int | None = WORKERS
+
+    def tasks(self, seeds: range) -> Sequence[Task]:
+        """One for each scene."""
+        return [(seed,) for seed in seeds]
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """Ride the rider's own way through a scene, then each installed method's."""
+        (seed,) = task
+        scene = office(seed, load_robot(ROBOT))
+        file = _write_scene(scene, folder / "scenes")
+        known = plugins.names("global_planners")
+        methods = {name: spec for name, spec in METHODS.items() if spec["use"] in known}
+        desired = _ride(file, scene, DESIRED, METHODS["astar"], None)
+        against = desired.arrays["track"]
+        return [
+            desired,
+            *(_ride(file, scene, name, spec, against) for name, spec in methods.items()),
+        ]
+
+    def report(self, results: Sequence[Result], folder: Path) -> Report:
+        """Table 2 beside the paper's, paired differences, and the pictures of Fig. 12."""
+        wanting = [name for name in METHODS if name not in {r.row["method"] for r in results}]
+        by_seed: dict[int, list[Result]] = {}
+        for each in results:
+            by_seed.setdefault(each.row["seed"], []).append(each)
+        panels = [_panel(seed, group) for seed, group in sorted(by_seed.items())]
+        return make_report(results, panels, folder, wanting)
 
 
-def work(task: Task, folder: Path) -> Sequence[Result]:
-    """Ride the rider's own way through one scene, then what every installed method makes of it."""
-    (seed,) = task
-    scene = office(seed, load_robot(ROBOT))
-    file = _write_scene(scene, folder / "scenes")
-    known = plugins.names("global_planners")
-    methods = {name: spec for name, spec in METHODS.items() if spec["use"] in known}
-    desired = _ride(file, scene, DESIRED, METHODS["astar"], None)
-    against = desired.arrays["track"]
-    return [
-        desired,
-        *(_ride(file, scene, name, spec, against) for name, spec in methods.items()),
-    ]
-
-
-def report(results: Sequence[Result], folder: Path) -> Report:
-    """Table 2 beside the paper's, paired differences, and the pictures of Fig. 12."""
-    wanting = [name for name in METHODS if name not in {r.row["method"] for r in results}]
-    by_seed: dict[int, list[Result]] = {}
-    for each in results:
-        by_seed.setdefault(each.row["seed"], []).append(each)
-    panels = [_panel(seed, group) for seed, group in sorted(by_seed.items())]
-    return make_report(results, panels, folder, wanting)
+def on() -> PaperGlobalBench:
+    """The benchmark."""
+    return PaperGlobalBench()
 
 
 def synchronised_error(track: Floats, desired: Floats) -> Floats:
@@ -166,8 +177,8 @@ def _along(line: Floats, stage: Stage) -> Stage:
     problem = RouteProblem(
         grid=stage.grid, robot=stage.robot, start=line[0], goal=stage.request.goal
     )
-    navigator = dataclasses.replace(stage.navigator, global_planner=drawn)
-    return dataclasses.replace(stage, navigator=navigator, route=drawn.plan(problem))
+    navigator = replace(stage.navigator, global_planner=drawn)
+    return replace(stage, navigator=navigator, route=drawn.plan(problem))
 
 
 class Drawn:

@@ -59,7 +59,7 @@ _SCIPY_BYTES = 4 * 100.0  # a cell: four steps, their entries, the graph both wa
 
 @dataclass(frozen=True)
 class PlanningBench:
-    """The benchmark on one map or on seeded floors; the module itself is that on floors."""
+    """The benchmark on one map or on seeded floors."""
 
     map_file: Path | None = None
     sizes: tuple[int, ...] = SIZES
@@ -88,9 +88,6 @@ class PlanningBench:
             for size, which in dict.fromkeys((row["size"], row["map"]) for row in rows)
         )
         return Report(sheets=sheets, notes=tuple(dict.fromkeys(notes)), summary={})
-
-
-tasks, work, report = PlanningBench().tasks, PlanningBench().work, PlanningBench().report
 
 
 def on(map_file: Path | None = None, sizes: Sequence[int] = ()) -> PlanningBench:

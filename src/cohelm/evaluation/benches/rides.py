@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 from cohelm import plugins
@@ -43,7 +42,7 @@ LIMITATIONS = (
 
 @dataclass(frozen=True)
 class RidesBench:
-    """The benchmark with some planners in some scenes; the module itself is that with all."""
+    """The benchmark with some planners in some scenes."""
 
     planners: tuple[Contender, ...]
     scenes: tuple[Scene, ...]
@@ -113,23 +112,3 @@ def installed() -> tuple[str, ...]:
     """The local planners there are: ours first, those that are no rivals last."""
     names = plugins.names("local_planners")
     return tuple(sorted(names, key=lambda name: (name in OWN_SETTINGS, name != OURS, name)))
-
-
-@cache
-def _usual() -> RidesBench:
-    return on()
-
-
-def tasks(seeds: range) -> Sequence[Task]:
-    """See :meth:`RidesBench.tasks`."""
-    return _usual().tasks(seeds)
-
-
-def work(task: Task, folder: Path) -> Sequence[Result]:
-    """See :meth:`RidesBench.work`."""
-    return _usual().work(task, folder)
-
-
-def report(results: Sequence[Result], folder: Path) -> Report:
-    """See :meth:`RidesBench.report`."""
-    return _usual().report(results, folder)

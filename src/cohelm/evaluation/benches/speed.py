@@ -12,7 +12,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +57,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class SpeedBench:
-    """The benchmark with some planners in some scenes; the module itself is that with all."""
+    """The benchmark with some planners in some scenes."""
 
     planners: tuple[str, ...]
     scenes: tuple[str, ...]
@@ -188,23 +187,3 @@ def _report(rows: Sequence[Mapping[str, Any]]) -> Report:
 
 def _mean(rows: Sequence[Mapping[str, Any]], column: str) -> float:
     return float(np.mean([row[column] for row in rows]))
-
-
-@cache
-def _usual() -> SpeedBench:
-    return SpeedBench(planners=installed(), scenes=SCENES)
-
-
-def tasks(seeds: range) -> Sequence[Task]:
-    """See :meth:`SpeedBench.tasks`."""
-    return _usual().tasks(seeds)
-
-
-def work(task: Task, folder: Path) -> Sequence[Result]:
-    """See :meth:`SpeedBench.work`."""
-    return _usual().work(task, folder)
-
-
-def report(results: Sequence[Result], folder: Path) -> Report:
-    """See :meth:`SpeedBench.report`."""
-    return _usual().report(results, folder)

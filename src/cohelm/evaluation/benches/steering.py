@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from cohelm import plugins
 from cohelm.errors import ConfigError
@@ -21,6 +21,16 @@ STEER_NOWHERE = ("none", "idle", "nudge", "watchful")
 """Riders with no way of their own: nobody, who does nothing, who nudges once, who looks out."""
 
 
+class Experiment(NamedTuple):
+    """What is asked, and of which rides where nobody asks for others."""
+
+    title: str
+    asks: Literal["paper", "limits"]
+    """What is judged: what the paper concludes, or what any rider may ask for."""
+    scenes: tuple[str, ...]
+    seeds: int
+
+
 @dataclass(frozen=True)
 class SteeringBench:
     """The benchmark with some riders in some scenes."""
@@ -29,7 +39,7 @@ class SteeringBench:
     modes: tuple[str, ...]
     scenes: tuple[Scene, ...]
     asks: Literal["paper", "limits"]
-    """What is judged: what the paper concludes, or what any rider may ask for."""
+    """See :class:`Experiment`."""
     TITLE: str = ""
     SEEDS: int = 10
     WORKERS: int | None = None
@@ -68,18 +78,20 @@ def known_riders() -> tuple[str, ...]:
     return tuple(sorted(names, key=lambda name: (name != "ideal", name)))
 
 
-def chosen(
-    scenes: Iterable[str],
-    riders: str | None,
-    modes: str | None,
-    settings: Sequence[str],
+def steered(
+    usual: Experiment,
+    riders: str | None = None,
+    modes: str | None = None,
+    scenes: str | None = None,
+    settings: Sequence[str] = (),
     *,
-    true_people: bool,
-) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Scene, ...]]:
-    """(Riders, modes, scenes) as options ask for them, each tried before anything is ridden.
+    true_people: bool = False,
+) -> SteeringBench:
+    """The benchmark as options ask for it; names are parted by commas.
 
     Raises:
-        ScenarioError, PluginError, ConfigError: if something does not exist.
+        ScenarioError, PluginError, ConfigError: if something does not exist, before anything is
+            ridden.
     """
     names = parted(riders, "--riders") or known_riders()
     ways = parted(modes, "--modes") or MODES
@@ -89,8 +101,12 @@ def chosen(
                 f"no mode is called {mode!r}; there are {', '.join(MODES)}", key="--modes"
             )
     where = scenes_of(
-        scenes, blind=False, both=False, true_people=true_people, settings=tuple(settings)
+        parted(scenes, "--scenes") or usual.scenes,
+        blind=False,
+        both=False,
+        true_people=true_people,
+        settings=tuple(settings),
     )
-    trial = SteeringBench(riders=names, modes=ways[:1], scenes=where, asks="limits")
-    check_rides(trial.tasks(range(1)), "rider")
-    return names, ways, where
+    bench = SteeringBench(names, ways, where, usual.asks, usual.title, usual.seeds)
+    check_rides(replace(bench, modes=ways[:1]).tasks(range(1)), "rider")
+    return bench

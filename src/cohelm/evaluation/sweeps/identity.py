@@ -15,7 +15,6 @@ from functools import cache
 from importlib.metadata import entry_points, version
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from cohelm.errors import ConfigError
 
 LIBRARIES = ("cohelm", "daqp", "numba", "numpy", "opencv-python-headless", "scipy")
 """Those whose versions decide the numbers; and Python's."""
-_ONLY_SHOWS = ("cli", "pictures", "evaluation/results")
+_ONLY_SHOWS = ("cli", "driving", "evaluation/results", "pictures", "web")
 """Parts of the package that no row comes of."""
 _NOT_ASKED = ("TITLE", "SEEDS", "WORKERS")
 _FILES = (".yaml", ".yml", ".npz", ".txt", ".csv", ".pgm", ".png", ".json", ".geojson", ".mcap")
@@ -67,8 +66,8 @@ def keys_of(tasks: Sequence[Any]) -> list[str]:
 
 
 def options_of(bench: Any) -> dict[str, str]:
-    """What a benchmark was asked for, in words, by name; nothing of one that is a module."""
-    if isinstance(bench, ModuleType) or not dataclasses.is_dataclass(bench):
+    """What a benchmark was asked for, in words, by name; nothing of one that asks nothing."""
+    if not dataclasses.is_dataclass(bench):
         return {}
     return {
         each.name: words_of(getattr(bench, each.name))

@@ -57,7 +57,7 @@ _CHUNK, _SOLVES = 50, 1500  # problems, solves a task: what an interrupt loses
 
 @dataclass(frozen=True)
 class SolverBench:
-    """The benchmark, or a share of some of its parts; the module itself is the whole of it."""
+    """The benchmark, or a share of some of its parts."""
 
     parts: tuple[str, ...] = PARTS
     share: float = 1.0
@@ -100,9 +100,6 @@ class SolverBench:
         files = (draw_speed(speed, HORIZONS[0], folder / "solver.png"),) if speed else ()
         said = solver_report.report(rows)
         return Report(said.sheets, said.notes, said.summary, files)
-
-
-tasks, work, report = SolverBench().tasks, SolverBench().work, SolverBench().report
 
 
 def on(parts: Sequence[str] = (), share: float = 1.0) -> SolverBench:
