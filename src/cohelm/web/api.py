@@ -1,0 +1,230 @@
+"""The HTTP API: small, JSON, and the therapist's where it changes what the chair may do."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Depends, Path, Request, Response
+from pydantic import Field
+
+from cohelm.config import Model
+from cohelm.driving.audit import Entry
+from cohelm.driving.messages import Limits, RiderSettings, Role
+from cohelm.driving.records import SessionSummary
+from cohelm.web.problems import Problem, Refused
+from cohelm.web.schema import messages_schema
+from cohelm.web.serving import Serving, address_of
+from cohelm.web.signin import LASTS, Locked, Session, WrongToken
+
+EXPORT_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
+"""An exported session is a page of its own, without any script."""
+_PROBLEMS: dict[int | str, dict[str, Any]] = {
+    status: {"model": Problem} for status in (400, 401, 403, 404, 405, 408, 409, 413, 421, 422)
+}
+
+router = APIRouter(prefix="/api", responses=_PROBLEMS)
+
+
+class Token(Model):
+    """What signs in."""
+
+    token: Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class Me(Model):
+    """Who asks."""
+
+    role: Role
+    needs_token: bool
+    """Driving needs one here."""
+
+
+class Signed(Model):
+    """Who has just signed in."""
+
+    role: Role
+
+
+class Healthy(Model):
+    """The server answers."""
+
+    status: Literal["ok"] = "ok"
+
+
+class Deleted(Model):
+    """How many sessions are gone."""
+
+    deleted: int
+
+
+def serving(request: Request) -> Serving:
+    """The server that is asked."""
+    found: Serving = request.app.state.serving
+    return found
+
+
+Here = Annotated[Serving, Depends(serving)]
+
+
+def signed_in(request: Request, here: Here) -> Session:
+    """Who asks, if they may drive."""
+    session = here.session(request)
+    if session is None:
+        raise Refused(401, "sign_in", "sign in with the token that was printed at the start")
+    return session
+
+
+def therapist(session: Annotated[Session, Depends(signed_in)]) -> Session:
+    """Who asks, if it is the therapist."""
+    if session.role != "therapist":
+        raise Refused(403, "therapist_only", "only the therapist may do this; sign in with theirs")
+    return session
+
+
+SignedIn = Annotated[Session, Depends(signed_in)]
+Therapist = Annotated[Session, Depends(therapist)]
+SessionId = Annotated[str, Path(pattern=r"^[0-9A-Za-z-]{1,60}$")]
+
+
+@router.get("/health")
+async def health() -> Healthy:
+    """That the server answers."""
+    return Healthy()
+
+
+@router.get("/schema")
+async def schema() -> dict[str, Any]:
+    """The JSON Schema of what goes over the socket."""
+    return messages_schema()
+
+
+@router.get("/me")
+async def me(session: SignedIn, here: Here) -> Me:
+    """Who asks."""
+    return Me(role=session.role, needs_token=not here.open_to_drivers)
+
+
+@router.post("/sign-in", responses={429: {"model": Problem}})
+async def sign_in(given: Token, request: Request, response: Response, here: Here) -> Signed:
+    """Open a session with a token."""
+    where = address_of(request)
+    try:
+        cookie, session = here.sign_ins.sign_in(given.token, where, time.monotonic())
+    except WrongToken:
+        here.note(where, "sign_in_refused", address=where)
+        raise Refused(401, "wrong_token", "that token does not open anything here") from None
+    except Locked as locked:
+        wait = {"Retry-After": f"{locked.wait + 1.0:.0f}"}
+        raise Refused(429, "locked", str(locked), wait) from None
+    here.note(session.name, "signed_in", address=where, role=session.role)
+    tls = here.origins.tls
+    response.set_cookie(
+        here.cookie, cookie, max_age=int(LASTS), httponly=True, samesite="strict", secure=tls
+    )
+    return Signed(role=session.role)
+
+
+@router.post("/sign-out", status_code=204)
+async def sign_out(request: Request, response: Response, here: Here) -> None:
+    """End the session, and close its pages."""
+    session = here.sign_ins.sign_out(here.cookie_of(request))
+    if session is not None:
+        request.app.state.pages.end(session)
+        here.note(session.name, "signed_out", address=address_of(request))
+    response.delete_cookie(here.cookie, httponly=True, samesite="strict", secure=here.origins.tls)
+
+
+@router.get("/floor/{digest}.png", response_class=Response)
+def floor(digest: Annotated[str, Path(max_length=100)], _: SignedIn, here: Here) -> Response:
+    """The map's picture; its path changes with it, so that it may be kept."""
+    if here.drive.scene().floor.image != f"/api/floor/{digest}.png":
+        raise Refused(404, "no_floor", "that is not the map that is driven on")
+    kept = {"Cache-Control": "private, max-age=31536000, immutable"}
+    return Response(here.drive.floor_png(), media_type="image/png", headers=kept)
+
+
+@router.get("/limits")
+async def limits(_: SignedIn, here: Here) -> Limits:
+    """What the chair may do at most."""
+    return here.drive.limits
+
+
+@router.put("/limits")
+def set_limits(given: Limits, who: Therapist, here: Here) -> Limits:
+    """Change what the chair may do; more only while it stands."""
+    here.drive.set_limits(given, who.name)
+    return here.drive.limits
+
+
+@router.get("/rider")
+async def rider(_: SignedIn, here: Here) -> RiderSettings:
+    """How the rider's hand and switch are understood."""
+    return here.drive.rider
+
+
+@router.put("/rider")
+def set_rider(given: RiderSettings, who: Therapist, here: Here) -> RiderSettings:
+    """Change how the rider's hand and switch are understood."""
+    here.drive.set_rider(given, who.name)
+    return here.drive.rider
+
+
+@router.get("/audit")
+def audit(_: Therapist, here: Here) -> tuple[Entry, ...]:
+    """Who drove and who changed what, the newest first."""
+    entries: tuple[Entry, ...] = here.drive.audit.entries()
+    return entries
+
+
+@router.get("/sessions")
+def sessions(_: Therapist, here: Here) -> tuple[SessionSummary, ...]:
+    """Sessions with a ride that has ended, the newest first."""
+    kept: tuple[SessionSummary, ...] = here.drive.sessions.list()
+    return kept
+
+
+@router.delete("/sessions")
+def delete_sessions(who: Therapist, here: Here) -> Deleted:
+    """Delete all of them, and what belongs to them."""
+    count: int = here.drive.sessions.delete_all()
+    here.note(who.name, "deleted", sessions=count)
+    return Deleted(deleted=count)
+
+
+@router.get("/sessions/{session}.html", response_class=Response)
+def session_html(session: SessionId, who: Therapist, here: Here) -> Response:
+    """A session as a document that needs nothing else."""
+    text: str = here.drive.sessions.html(session)
+    return _export(here, who, session, text.encode(), "text/html; charset=utf-8", "html")
+
+
+@router.get("/sessions/{session}.csv", response_class=Response)
+def session_csv(session: SessionId, who: Therapist, here: Here) -> Response:
+    """A session's rides as a table."""
+    text: str = here.drive.sessions.csv(session)
+    return _export(here, who, session, text.encode(), "text/csv; charset=utf-8", "csv")
+
+
+@router.get("/sessions/{session}.png", response_class=Response)
+def session_png(session: SessionId, _: Therapist, here: Here) -> Response:
+    """The map of a session's last ride, or of a ride."""
+    return Response(here.drive.sessions.png(session), media_type="image/png")
+
+
+@router.get("/sessions/{session}")
+def session_summary(session: SessionId, _: Therapist, here: Here) -> SessionSummary:
+    """A session and its rides."""
+    kept: SessionSummary = here.drive.sessions.summary(session)
+    return kept
+
+
+def _export(
+    here: Serving, who: Session, session: str, body: bytes, kind: str, ending: str
+) -> Response:
+    here.note(who.name, "exported", session=session, form=ending)
+    headers = {
+        "Content-Disposition": f'attachment; filename="cohelm-{session}.{ending}"',
+        "Content-Security-Policy": EXPORT_POLICY,
+    }
+    return Response(body, media_type=kind, headers=headers)

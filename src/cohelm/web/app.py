@@ -1,0 +1,87 @@
+"""The server's application: the guard, the API, the socket and the page."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import APIRouter, FastAPI, Request, Response, WebSocket
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+
+from cohelm.errors import CohelmError
+from cohelm.web import api, problems
+from cohelm.web.guard import Guard
+from cohelm.web.origins import Refusal
+from cohelm.web.pages import Pages
+from cohelm.web.serving import Serving, address_of
+
+_FOR_EVER = "public, max-age=31536000, immutable"
+_SIGN_IN = Refusal(status=401, code="sign_in", text="sign in first")
+
+router = APIRouter()
+
+
+def create_app(serving: Serving) -> FastAPI:
+    """The application of one server; the drive is begun and closed by whoever made it."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        app.state.pages = Pages(serving.drive)
+        yield
+
+    app = FastAPI(
+        title="cohelm",
+        lifespan=lifespan,
+        openapi_url="/api/openapi.json",
+        docs_url=None,  # it loads its scripts from elsewhere
+        redoc_url=None,
+        redirect_slashes=False,
+    )
+    app.state.serving = serving
+    app.add_exception_handler(problems.Refused, problems.refused)
+    app.add_exception_handler(RequestValidationError, problems.invalid)
+    app.add_exception_handler(CohelmError, problems.failed)
+    app.add_exception_handler(HTTPException, problems.unknown)
+    app.include_router(api.router)
+    app.include_router(router)
+    app.add_middleware(Guard, origins=serving.origins)
+    return app
+
+
+@router.websocket("/ws")
+async def socket(websocket: WebSocket) -> None:
+    """A page's socket; refused before it is open where nobody has signed in or there is no room."""
+    serving: Serving = websocket.app.state.serving
+    pages: Pages = websocket.app.state.pages
+    session = serving.session(websocket)
+    address = address_of(websocket)
+    refusal = _SIGN_IN if session is None else pages.refusal(address, time.monotonic())
+    if session is None or refusal is not None:
+        why = refusal or _SIGN_IN
+        answer = JSONResponse({"code": why.code, "text": why.text}, why.status)
+        await websocket.send_denial_response(answer)
+        return
+    await pages.serve(websocket, session, address)
+
+
+@router.get("/{path:path}", include_in_schema=False)
+async def page(path: str, request: Request) -> Response:
+    """A file of the built page."""
+    asset = request.app.state.serving.page.get(path)
+    if asset is None:
+        raise HTTPException(404)
+    headers = {
+        "ETag": asset.tag,
+        "Cache-Control": _FOR_EVER if asset.lasting else "no-cache",
+        "Vary": "Accept-Encoding",
+    }
+    if asset.tag in request.headers.get("if-none-match", ""):
+        return Response(status_code=304, headers=headers)
+    body = asset.body
+    if asset.zipped is not None and "gzip" in request.headers.get("accept-encoding", ""):
+        headers["Content-Encoding"] = "gzip"
+        body = asset.zipped
+    return Response(body, media_type=asset.kind, headers=headers)

@@ -1,0 +1,72 @@
+"""The page as it was built: read once, compressed once; nothing else of the disk is served."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+from pathlib import Path
+
+from cohelm.arrays import value
+from cohelm.errors import ConfigError
+
+FOLDER = Path(__file__).with_name("page")
+_ENTRIES = {"": "index.html", "therapist": "therapist.html"}
+_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".json": "application/json",
+    ".webmanifest": "application/manifest+json",
+    ".png": "image/png",
+    ".ico": "image/x-icon",
+}
+"""What a page may consist of; other files are not served."""
+_COMPRESSED = frozenset({".png", ".ico"})
+
+
+@value
+class Asset:
+    """One file: what it holds, and the same compressed where that is shorter."""
+
+    body: bytes
+    zipped: bytes | None
+    kind: str
+    tag: str
+    lasting: bool
+    """Its name changes with what it holds, so that it may be kept for ever."""
+
+
+BuiltPage = dict[str, Asset]
+"""By path, without a leading slash."""
+
+
+def read_page(folder: Path = FOLDER) -> BuiltPage:
+    """All of the built page.
+
+    Raises:
+        ConfigError: if it has not been built.
+    """
+    if not (folder / "index.html").is_file():
+        raise ConfigError(
+            "the page has not been built; 'make page' builds it (it needs Node), "
+            "and an installed wheel brings it along",
+            file=folder,
+        )
+    files = (file for file in sorted(folder.rglob("*")) if file.is_file() and file.suffix in _TYPES)
+    page = {file.relative_to(folder).as_posix(): _asset(file, folder) for file in files}
+    for path, name in _ENTRIES.items():
+        page[path] = page.get(name, page["index.html"])
+    return page
+
+
+def _asset(file: Path, folder: Path) -> Asset:
+    body = file.read_bytes()
+    zipped = None if file.suffix in _COMPRESSED else gzip.compress(body, mtime=0)
+    return Asset(
+        body=body,
+        zipped=zipped if zipped is not None and len(zipped) < len(body) else None,
+        kind=_TYPES[file.suffix],
+        tag=f'"{hashlib.sha256(body).hexdigest()[:20]}"',
+        lasting=file.relative_to(folder).parts[0] == "assets",
+    )

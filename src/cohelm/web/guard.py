@@ -1,0 +1,158 @@
+"""What every request and every socket goes through first: own name, own page, small, and on time.
+
+And what every answer carries: the headers that keep a page from loading or being loaded by others.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import MutableMapping
+from typing import Any
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from cohelm.web.origins import Origins, Refusal, name_of
+
+LARGEST_BODY = 16_384
+"""Of a request, bytes."""
+SENT_WITHIN = 10.0
+"""The body of a request, s."""
+_TOO_LARGE = Refusal(status=413, code="too_large", text="that is more than anybody has to say")
+_TOO_SLOW = Refusal(status=408, code="too_slow", text="the request did not come in time")
+_SAFE = (
+    ("x-content-type-options", "nosniff"),
+    ("x-frame-options", "DENY"),
+    ("referrer-policy", "no-referrer"),
+    ("cross-origin-opener-policy", "same-origin"),
+    ("cross-origin-resource-policy", "same-origin"),
+    (
+        "permissions-policy",
+        "camera=(), geolocation=(), microphone=(), payment=(), usb=(), gamepad=(self)",
+    ),
+)
+
+
+def content_policy(host: str, *, tls: bool) -> str:
+    """What the page may load: its own files; no script in the page's text, nothing from elsewhere.
+
+    host: as the request names it; an odd one is left out.
+    """
+    socket = f" {'wss' if tls else 'ws'}://{host}" if name_of(host) else ""
+    return "; ".join(
+        (
+            "default-src 'none'",
+            "script-src 'self'",
+            "style-src 'self'",
+            "img-src 'self' data: blob:",
+            "font-src 'self'",
+            "manifest-src 'self'",
+            f"connect-src 'self'{socket}",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'none'",
+        )
+    )
+
+
+class Guard:
+    """The outermost layer of the server."""
+
+    def __init__(self, app: ASGIApp, origins: Origins) -> None:
+        self._app = app
+        self._origins = origins
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer, refuse, or let through."""
+        if scope["type"] not in {"http", "websocket"}:
+            await self._app(scope, receive, send)
+            return
+        guarded = self._with_headers(scope, send)
+        refusal = self._origins.refusal(
+            scope["headers"],
+            method=scope.get("method", "GET"),
+            path=scope["path"],
+            socket=scope["type"] == "websocket",
+            local=(scope.get("server") or ("",))[0],
+        )
+        if refusal is not None:
+            await deny(scope, guarded, refusal)
+            return
+        if scope["type"] == "websocket":
+            await self._app(scope, receive, guarded)
+            return
+        try:
+            async with asyncio.timeout(SENT_WITHIN):
+                body = await _body(receive)
+        except TimeoutError:
+            await deny(scope, guarded, _TOO_SLOW)
+            return
+        if body is None:
+            await deny(scope, guarded, _TOO_LARGE)
+            return
+        await self._app(scope, _once(body, receive), guarded)
+
+    def _with_headers(self, scope: Scope, send: Send) -> Send:
+        host = next((text for name, text in scope["headers"] if name == b"host"), b"")
+        policy = content_policy(host.decode("latin-1"), tls=self._origins.tls)
+
+        async def guarded(message: Message) -> None:
+            if message["type"] in {"http.response.start", "websocket.http.response.start"}:
+                _add(message, [*_SAFE, ("content-security-policy", policy)])
+                _add(message, [("cache-control", "no-store")])
+            await send(message)
+
+        return guarded
+
+
+async def deny(scope: Scope, send: Send, refusal: Refusal) -> None:
+    """Answer with why not; a socket is refused before it is open."""
+    body = json.dumps({"code": refusal.code, "text": refusal.text}).encode()
+    prefix = "websocket." if scope["type"] == "websocket" else ""
+    headers = [
+        (b"content-type", b"application/json"),
+        (b"content-length", str(len(body)).encode()),
+        (b"connection", b"close"),
+    ]
+    await send(
+        {"type": f"{prefix}http.response.start", "status": refusal.status, "headers": headers}
+    )
+    await send({"type": f"{prefix}http.response.body", "body": body})
+
+
+def _add(message: MutableMapping[str, Any], headers: list[tuple[str, str]]) -> None:
+    """Put headers in that the answer does not have itself."""
+    present = {name.lower() for name, _ in message.get("headers", ())}
+    fresh = [(k.encode(), v.encode("latin-1")) for k, v in headers if k.encode() not in present]
+    message["headers"] = [*message.get("headers", ()), *fresh]
+
+
+async def _body(receive: Receive) -> bytes | None:
+    """All of it; None if there is too much."""
+    parts: list[bytes] = []
+    size = 0
+    while True:
+        message = await receive()
+        if message["type"] == "http.disconnect":
+            return b""
+        part = message.get("body", b"")
+        size += len(part)
+        if size > LARGEST_BODY:
+            return None
+        parts.append(part)
+        if not message.get("more_body", False):
+            return b"".join(parts)
+
+
+def _once(body: bytes, receive: Receive) -> Receive:
+    """Gives the body, and then what comes after it."""
+    given = False
+
+    async def _receive() -> Message:
+        nonlocal given
+        if given:
+            return await receive()
+        given = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return _receive

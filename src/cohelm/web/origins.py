@@ -1,0 +1,138 @@
+"""Whom the server answers: requests to a name of its own, from a page of its own.
+
+A page elsewhere may point its own name at this machine (DNS rebinding); its ``Host`` gives it away.
+A page elsewhere may call this machine by its right name; its ``Origin`` gives it away. Both are
+looked at in every request and at every socket's beginning.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Iterable
+
+from cohelm.arrays import value
+
+LOOPBACK = ("localhost", "127.0.0.1", "::1")
+_CHANGING = frozenset({"POST", "PUT", "PATCH", "DELETE"})
+_OWN_SITES = frozenset({"same-origin", "none"})
+_PAGES = frozenset({"/", "/therapist"})
+"""What a link on another site may lead to."""
+
+Headers = Iterable[tuple[bytes, bytes]]
+
+
+@value
+class Refusal:
+    """Why a request is not answered."""
+
+    status: int
+    code: str
+    text: str
+
+
+@value
+class Origins:
+    """The names under which the server answers.
+
+    names: lower case, without brackets and port.  any_address: listens on all of the machine's
+    addresses, so that the one a request came in by is a name as well.
+    """
+
+    names: frozenset[str]
+    tls: bool = False
+    any_address: bool = False
+
+    def refusal(
+        self,
+        headers: Headers,
+        *,
+        method: str = "GET",
+        path: str = "/",
+        socket: bool = False,
+        local: str = "",
+    ) -> Refusal | None:
+        """Why a request with these headers is refused; None: it is not.
+
+        headers: as ASGI gives them, names in lower case.  local: the address it came in by.
+        """
+        given = _by_name(headers)
+        hosts = given.get("host", [])
+        if len(hosts) != 1:
+            return Refusal(status=400, code="host", text="a request names one host")
+        if not self._is_own(hosts[0], local):
+            text = "this server does not go by that name; use the address that it printed"
+            return Refusal(status=421, code="host", text=text)
+        foreign = Refusal(status=403, code="origin", text="only the chair's own page may do this")
+        origins = given.get("origin", [])
+        if len(origins) > 1 or (not origins and (socket or method in _CHANGING)):
+            return foreign
+        scheme = "https" if self.tls else "http"
+        if origins and origins[0].lower() != f"{scheme}://{hosts[0].lower()}":
+            return foreign
+        site = given.get("sec-fetch-site", ["none"])
+        if site[0] not in _OWN_SITES and path not in _PAGES:
+            return foreign
+        return None
+
+    def _is_own(self, host: str, local: str) -> bool:
+        name = name_of(host)
+        return name in self.names or (self.any_address and bool(name) and name == plain(local))
+
+
+def origins_for(host: str, *, tls: bool, names: Iterable[str] = ()) -> Origins:
+    """The names of a server that listens on ``host``; ``names``: others that lead to it."""
+    everywhere = is_everywhere(host)
+    own = {*LOOPBACK, *(name.lower() for name in names)}
+    if not everywhere:
+        own.add(plain(host))
+    return Origins(names=frozenset(own), tls=tls, any_address=everywhere)
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host to listen on is this machine's alone."""
+    if host.lower() == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(plain(host)).is_loopback
+    except ValueError:
+        return False
+
+
+def is_everywhere(host: str) -> bool:
+    """Whether a host to listen on stands for every address of the machine."""
+    try:
+        return ipaddress.ip_address(plain(host)).is_unspecified
+    except ValueError:
+        return False
+
+
+def plain(host: str) -> str:
+    """A bare name in lower case; an IPv4 address in IPv6 form becomes IPv4."""
+    bare = host.strip("[]").lower()
+    try:
+        address = ipaddress.ip_address(bare)
+    except ValueError:
+        return bare
+    mapped = getattr(address, "ipv4_mapped", None)
+    return str(mapped or address)
+
+
+def name_of(host: str) -> str:
+    """The name in a ``Host`` header; empty if there is none or its port is no number."""
+    if host.startswith("["):
+        name, bracket, rest = host[1:].partition("]")
+        colon, port = rest[:1], rest[1:]
+        if not bracket or (rest and colon != ":"):
+            return ""
+    else:
+        name, colon, port = host.partition(":")
+    if colon and not (port.isascii() and port.isdigit()):
+        return ""
+    return plain(name)
+
+
+def _by_name(headers: Headers) -> dict[str, list[str]]:
+    given: dict[str, list[str]] = {}
+    for name, text in headers:
+        given.setdefault(name.decode("latin-1").lower(), []).append(text.decode("latin-1"))
+    return given

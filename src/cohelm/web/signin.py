@@ -1,0 +1,178 @@
+"""Who may come in: tokens, sessions, and doors that stay shut for a while after wrong tokens.
+
+Tokens and sessions are kept as digests only. Times are of a steady clock, s, and come from outside.
+All of it belongs to one thread, the server's.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import ipaddress
+import secrets
+from collections import OrderedDict
+from collections.abc import Callable
+
+from cohelm.arrays import value
+from cohelm.driving.messages import Role
+
+LASTS = 12 * 3600.0
+"""A session, s."""
+MOST_SESSIONS = 64
+"""At once; a new one ends the one that is oldest."""
+LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
+"""Of a token: none that looks like another."""
+_GROUPS, _GROUP = 4, 5
+
+
+def new_token() -> str:
+    """A token that a person can type: four groups of five letters, 99 bits."""
+    return "-".join("".join(secrets.choice(LETTERS) for _ in range(_GROUP)) for _ in range(_GROUPS))
+
+
+@value
+class Session:
+    """Somebody who is signed in.
+
+    name: for the audit log, as ``therapist 1``.  ends: s.
+    """
+
+    role: Role
+    name: str
+    ends: float
+
+
+class WrongToken(Exception):
+    """No such token."""
+
+
+class Locked(Exception):
+    """Too many wrong tokens; not even a right one is looked at for ``wait`` more seconds."""
+
+    def __init__(self, wait: float) -> None:
+        self.wait = wait
+        super().__init__(f"too many wrong tokens; try again in {wait:.0f} s")
+
+
+class Lockout:
+    """Shuts the door after failures, for each time twice as long.
+
+    free: failures that cost nothing.  longest: of the delays, s.  forgets: after that long without
+    a failure, s.
+    """
+
+    def __init__(self, *, free: int, longest: float, forgets: float = 900.0) -> None:
+        self._free, self._longest, self._forgets = free, longest, forgets
+        self._failures = 0
+        self._last = 0.0
+        self.until = 0.0
+
+    def failed(self, now: float) -> None:
+        """One more failure."""
+        if now - self._last > self._forgets:
+            self._failures = 0
+        self._failures += 1
+        self._last = now
+        beyond = self._failures - self._free
+        if beyond > 0:
+            self.until = now + min(self._longest, 2.0 ** min(beyond - 1, 30))
+
+    def wait(self, now: float) -> float:
+        """How long the door stays shut, s."""
+        return max(0.0, self.until - now)
+
+
+class SignIns:
+    """Tokens that open, sessions that are open, and who has tried in vain.
+
+    Args:
+        tokens: of each role that has one.
+        secret: makes the text of a cookie.
+    """
+
+    _MOST_ADDRESSES = 1024
+
+    def __init__(
+        self,
+        tokens: dict[Role, str],
+        secret: Callable[[], str] = lambda: secrets.token_urlsafe(32),
+    ) -> None:
+        self._tokens = {role: _digest(_plain(token)) for role, token in tokens.items()}
+        self._secret = secret
+        self._sessions: OrderedDict[bytes, Session] = OrderedDict()
+        self._count = 0
+        self._all = Lockout(free=30, longest=60.0)
+        self._each: OrderedDict[str, Lockout] = OrderedDict()
+
+    def sign_in(self, token: str, address: str, now: float) -> tuple[str, Session]:
+        """The text of a new cookie, and its session.
+
+        Raises:
+            WrongToken: if it is none of the tokens; every one is compared, in constant time.
+            Locked: if there have been too many of those, from this address or in all.
+        """
+        where = self._lockout(address)
+        wait = max(where.wait(now), self._all.wait(now))
+        if wait > 0.0:
+            raise Locked(wait)
+        given = _digest(_plain(token))
+        fits = [role for role, own in self._tokens.items() if hmac.compare_digest(own, given)]
+        if not fits:
+            where.failed(now)
+            self._all.failed(now)
+            raise WrongToken
+        self._each.pop(_network(address), None)
+        return self._open(fits[0], now)
+
+    def session(self, cookie: str | None, now: float) -> Session | None:
+        """The session of a cookie; None if there is none, or it has ended."""
+        if not cookie:
+            return None
+        key = _digest(cookie)
+        found = self._sessions.get(key)
+        if found is not None and found.ends <= now:
+            del self._sessions[key]
+            return None
+        return found
+
+    def sign_out(self, cookie: str | None) -> Session | None:
+        """End the session of a cookie; returns it if there was one."""
+        return self._sessions.pop(_digest(cookie), None) if cookie else None
+
+    def _open(self, role: Role, now: float) -> tuple[str, Session]:
+        self._count += 1
+        session = Session(role=role, name=f"{role} {self._count}", ends=now + LASTS)
+        cookie = self._secret()
+        self._sessions[_digest(cookie)] = session
+        while len(self._sessions) > MOST_SESSIONS:
+            self._sessions.popitem(last=False)
+        return cookie, session
+
+    def _lockout(self, address: str) -> Lockout:
+        """Of an address; where too many are known, the one that failed longest ago is forgotten."""
+        key = _network(address)
+        found = self._each.pop(key, None) or Lockout(free=3, longest=600.0)
+        self._each[key] = found
+        while len(self._each) > self._MOST_ADDRESSES:
+            self._each.popitem(last=False)
+        return found
+
+
+def _plain(token: str) -> str:
+    """A token as it was meant: no difference between cases, nor with or without hyphens."""
+    return "".join(letter for letter in token.lower() if letter.isalnum())
+
+
+def _digest(text: str) -> bytes:
+    return hashlib.sha256(text.encode("utf-8", errors="surrogatepass")).digest()
+
+
+def _network(address: str) -> str:
+    """What counts as one address: an IPv6 network of /64, which is what one machine may have."""
+    try:
+        found = ipaddress.ip_address(address)
+    except ValueError:
+        return address
+    if found.version == 6:
+        return str(ipaddress.ip_network((found, 64), strict=False))
+    return str(found)
