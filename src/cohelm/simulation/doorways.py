@@ -39,15 +39,20 @@ def with_shut(grid: OccupancyGrid, doors: tuple[Doorway, ...]) -> OccupancyGrid:
     if not doors:
         return grid
     data = grid.data.copy()
-    rows, cols = np.indices(grid.shape)
-    centres = grid.centres(np.stack([rows, cols], axis=-1))
     for door in doors:
         length = float(np.hypot(*(door.b - door.a)))
         ahead = (door.b - door.a) / length
-        away = centres - (door.a + door.b) / 2.0
-        along = np.abs(away @ ahead) <= (length + grid.resolution) / 2.0
-        aside = np.abs(away @ np.array([-ahead[1], ahead[0]]))
-        data[along & (aside <= max(door.depth / 2.0, grid.resolution))] = OCCUPIED
+        aside = np.array([-ahead[1], ahead[0]])
+        half = np.array([(length + grid.resolution) / 2, max(door.depth / 2, grid.resolution)])
+        middle = (door.a + door.b) / 2.0
+        row, col = grid.cells(middle)
+        reach = int(np.ceil(np.hypot(*half) / grid.resolution)) + 1
+        rows = np.arange(max(row - reach, 0), min(row + reach + 1, grid.shape[0]))
+        cols = np.arange(max(col - reach, 0), min(col + reach + 1, grid.shape[1]))
+        cells = np.stack(np.meshgrid(rows, cols, indexing="ij"), axis=-1).reshape(-1, 2)
+        away = grid.centres(cells) - middle
+        leaf = cells[(np.abs(np.stack([away @ ahead, away @ aside], axis=-1)) <= half).all(axis=-1)]
+        data[leaf[:, 0], leaf[:, 1]] = OCCUPIED
     return OccupancyGrid(data=data, resolution=grid.resolution, X_MG=grid.X_MG)
 
 
