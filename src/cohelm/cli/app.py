@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cohelm.cli import benches, choosing, compiled_code, listing, options, results, streams
+from cohelm.cli import benches, choosing, compiled_code, listing, live, options, results, streams
 from cohelm.errors import CohelmError
 
 FAILED, BAD_INPUT = 1, 2
@@ -33,6 +33,7 @@ app = typer.Typer(
 app.add_typer(benches.app)
 app.add_typer(choosing.app)
 app.add_typer(listing.app)
+app.add_typer(live.app)
 app.add_typer(results.app)
 
 _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException, whoever ships it

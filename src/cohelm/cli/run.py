@@ -121,6 +121,20 @@ def scenario_of(asked: Asked) -> Scenario:
     return load_scenario(asked.scenario, [*settings, *asked.settings], changes)
 
 
+def check_record(file: Path) -> None:
+    """Refuse to write over a ride that somebody has, or where nothing can be written.
+
+    Raises:
+        ConfigError: saying which.
+    """
+    if file.suffix.lower() != ".mcap":
+        raise ConfigError(f"{file}: write a recording as FILE.mcap", key="--record")
+    if file.exists():
+        raise ConfigError(f"{file} exists already; name another file", key="--record")
+    if not file.absolute().parent.is_dir():
+        raise ConfigError(f"{file.parent} is no folder to write to", key="--record")
+
+
 def summary(ride: Ride, wall_time: float) -> dict[str, Any]:
     """What ``--json`` says: metrics by name, the outcome, every duration under ``timing``."""
     scenario = ride.scenario
@@ -198,7 +212,7 @@ def _check_outputs(outputs: Outputs) -> None:
         if outputs.animate is not None:
             check_animation(outputs.animate)
     if outputs.record is not None:
-        _check_record(outputs.record)
+        check_record(outputs.record)
     if outputs.out is not None:
         try:
             outputs.out.mkdir(parents=True, exist_ok=True)
@@ -208,16 +222,6 @@ def _check_outputs(outputs: Outputs) -> None:
             raise ConfigError(
                 f"{outputs.out} is no folder to write to ({cause.strerror})", key="--out"
             ) from None
-
-
-def _check_record(file: Path) -> None:
-    """Refuse to write over a ride that somebody has, or where nothing can be written."""
-    if file.suffix.lower() != ".mcap":
-        raise ConfigError(f"{file}: write a recording as FILE.mcap", key="--record")
-    if file.exists():
-        raise ConfigError(f"{file} exists already; name another file", key="--record")
-    if not file.absolute().parent.is_dir():
-        raise ConfigError(f"{file.parent} is no folder to write to", key="--record")
 
 
 def _write_pictures(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) -> None:
