@@ -2,42 +2,29 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from types import MappingProxyType
 
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.ride import GOAL_RADIUS, Outcome, Replan, Ride, Stop
+from cohelm.evaluation.noting import Stops, row_of, states_of
+from cohelm.evaluation.ride import GOAL_RADIUS, Outcome, Replan, Ride
 from cohelm.evaluation.scenario import Scenario
 from cohelm.evaluation.staging import Stage, set_stage
-from cohelm.messages import Path, Reason
+from cohelm.messages import Path
 from cohelm.navigation import Navigator, Tick
-from cohelm.simulation import Crowd, Truth, World, is_standing
+from cohelm.simulation import Truth, World, is_standing
 
 SETTLING = 2.0
 """After coming within the goal's radius the chair must stand still within this, s."""
 PATIENCE = 20.0
 """A chair that has stood for longer, whatever the reason, has stopped, s."""
-ONE_STOP = 1.0
-"""Between the end of a stop and the beginning of another, s; less is the same stop."""
 KEPT = 0.5
 """Between the ticks that are kept for pictures, s."""
 
 Watcher = Callable[[Tick, Truth], None]
 """Called after every tick with what was decided and how things were."""
-
-_NOT_A_STOP = frozenset(
-    {
-        Reason.OVER_LIMITS,
-        Reason.TOO_CLOSE,
-        Reason.ARRIVED,
-        Reason.BACKING_UP,
-        Reason.CREEPING,
-    }
-)
-"""Reasons with which the chair goes on, or rightly stands: no stop is noted."""
 
 
 def run(scenario: Scenario, seed: int, on_tick: Watcher | None = None) -> Ride:
@@ -87,17 +74,16 @@ class _Log:
         self.durations: list[dict[str, float]] = []
         self.kept: list[Tick] = []
         self.closest: tuple[float, Tick] | None = None
-        self.stops: list[Stop] = []
+        self.stops = Stops()
         self.replans: list[Replan] = []
         self._path: Path | None = None
         self.first: Tick | None = None
         self._entered: float | None = None
-        self._stood_since: float | None = None
 
     def add(self, truth: Truth, tick: Tick) -> None:
         """One tick: how things were, and what the navigator made of what it was told."""
         self.truths.append(truth)
-        self.rows.append(_row(tick))
+        self.rows.append(row_of(tick))
         self.durations.append(dict(tick.durations))
         self.first = self.first or tick
         if not self.kept or truth.time - self.kept[-1].observation.time > KEPT - 1e-9:
@@ -105,28 +91,8 @@ class _Log:
         gap = float(truth.gap_people.min(initial=np.inf))
         if np.isfinite(gap) and (self.closest is None or gap < self.closest[0]):
             self.closest = gap, tick
-        self._note_stop(truth, tick)
-        self._note_standing(truth, tick)
+        self.stops.add(truth, tick)
         self._note_path(truth, tick)
-
-    def _note_stop(self, truth: Truth, tick: Tick) -> None:
-        """Two stops less than a second apart are one, with the first's reason."""
-        reason = tick.decision.reason
-        if reason is None or reason in _NOT_A_STOP:
-            return
-        last = self.stops[-1] if self.stops else None
-        if last is None or truth.time - (last.time + last.duration) > ONE_STOP:
-            begun = Stop(time=truth.time, duration=0.0, reason=reason, detail=tick.trouble)
-            self.stops.append(begun)
-        else:
-            self.stops[-1] = dataclasses.replace(last, duration=truth.time - last.time)
-
-    def _note_standing(self, truth: Truth, tick: Tick) -> None:
-        """Since when the chair stands; at its goal it may."""
-        if not bool(is_standing(truth.twist)) or tick.decision.reason is Reason.ARRIVED:
-            self._stood_since = None
-        elif self._stood_since is None:
-            self._stood_since = truth.time
 
     def _note_path(self, truth: Truth, tick: Tick) -> None:
         """A path that is not the last one replaces it, but for the first of all."""
@@ -150,7 +116,7 @@ class _Log:
             in_time = truth.time - self._entered <= SETTLING + 1e-9
             if in_time and bool(is_standing(truth.twist)):
                 return Outcome.REACHED
-        if self._stood_since is not None and truth.time - self._stood_since > PATIENCE:
+        if self.stops.standing(truth.time) > PATIENCE:
             return Outcome.STOPPED
         if truth.time >= stage.scenario.time_limit - 1e-9:
             return Outcome.TIMEOUT
@@ -160,7 +126,7 @@ class _Log:
         """All of it as one value."""
         truths, rows = self.truths, np.array(self.rows)
         k, n = len(truths), len(truths[0].crowd.radius)
-        people = [_states(t.crowd) for t in truths]
+        people = [states_of(t.crowd) for t in truths]
         return Ride(
             scenario=stage.scenario,
             seed=stage.seed,
@@ -189,33 +155,13 @@ class _Log:
             people_target=np.array([t.crowd.target for t in truths]).reshape(k, n),
             people_radius=truths[0].crowd.radius,
             people_see=truths[0].crowd.sees_robot,
-            stops=tuple(self.stops),
+            stops=tuple(self.stops.all),
             path=self.first.path if self.first is not None else None,
             replans=tuple(self.replans),
             ticks=tuple(self.kept),
             closest=self.closest[1] if self.closest is not None else None,
             durations=_by_stage(self.durations),
         )
-
-
-def _states(crowd: Crowd) -> Floats:
-    """(x, y, v_x, v_y) of each, (n, 4); NaN for who is not there."""
-    states = np.column_stack([crowd.position, crowd.velocity])
-    return np.where(crowd.there[:, None], states, np.nan)
-
-
-def _row(tick: Tick) -> Floats:
-    """(command 3, asked 3, stick 2, η) of one tick; NaN where there is no device."""
-    authority, rider = tick.authority, tick.observation.rider
-    there = authority is not None and rider is not None
-    return np.concatenate(
-        [
-            tick.decision.twist,
-            authority.twist if authority is not None and there else np.full(3, np.nan),
-            rider.deflection if rider is not None else np.full(2, np.nan),
-            [authority.eta if authority is not None else 0.0],
-        ]
-    )
 
 
 def _by_stage(durations: list[dict[str, float]]) -> MappingProxyType[str, Floats]:
