@@ -1,22 +1,96 @@
-// Tells the chair ten times a second that this page is alive, and where the stick is.
+import { CENTRE, type Deflection } from "./deflection";
+import type { Device } from "./arbiter";
 
-import type { Link } from "../link";
-import { deflection } from "./arbiter";
+/** As `Beat` of the messages. */
+export interface BeatOut {
+  type: "beat";
+  seq: number;
+  sent: number;
+  forward: number;
+  left: number;
+  device: Device;
+  visible: boolean;
+}
 
-const EVERY = 100;
+/** Between beats while nothing changes, ms. */
+export const STEADY = 100;
+/** Least time between two beats, ms: thirty a second; only a stick let go does not wait. */
+export const QUICKEST = 1000 / 30;
+/** A smaller change than this waits for the steady beat, share of full deflection. */
+const CHANGE = 0.01;
 
-/** Begins it; returns what ends it. */
-export function beat(link: Link): () => void {
-  let seq = 0;
-  const send = (): void => {
-    link.send({
-      type: "beat",
-      seq: seq++,
-      sent: performance.now(),
-      ...deflection(),
-      visible: document.visibilityState === "visible" && document.hasFocus(),
-    });
-  };
-  const timer = setInterval(send, EVERY);
-  return () => clearInterval(timer);
+/** Tells the chair that the page is alive and where its stick is.
+ *
+ * Steadily ten times a second and soon after every change. It runs on the page's own thread on
+ * purpose: a page that hangs falls silent, and the chair stops. */
+export class Heartbeat {
+  private seq = 0;
+  private open = false;
+  private visible = true;
+  private at: Deflection = CENTRE;
+  private device: Device = "none";
+  private told: { at: Deflection; device: Device } = { at: CENTRE, device: "none" };
+  private last = -Infinity;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(
+    private readonly send: (beat: BeatOut) => void,
+    private readonly now: () => number = () => performance.now(),
+  ) {}
+
+  /** A new connection: numbers begin anew. */
+  connected(): void {
+    this.open = true;
+    this.seq = 0;
+    this.beat();
+  }
+
+  disconnected(): void {
+    this.open = false;
+    clearTimeout(this.timer);
+  }
+
+  /** Where the stick is now. */
+  put(at: Deflection, device: Device): void {
+    this.at = at;
+    this.device = device;
+    if (!this.open || !this.visible || !this.differs()) return;
+    const letGo = at.forward === 0 && at.left === 0;
+    const wait = this.last + QUICKEST - this.now();
+    if (letGo || wait <= 0) this.beat();
+    else this.arm(wait);
+  }
+
+  /** The page is looked at, or no longer: then one last beat says so, and there are no more. */
+  present(visible: boolean): void {
+    if (visible === this.visible) return;
+    this.visible = visible;
+    if (!visible) {
+      this.at = CENTRE;
+      this.device = "none";
+    }
+    if (this.open) this.beat();
+  }
+
+  private beat(): void {
+    const { at, device, visible } = this;
+    this.last = this.now();
+    this.told = { at, device };
+    const stick = { forward: at.forward, left: at.left, device };
+    this.send({ type: "beat", seq: this.seq++, sent: this.last, ...stick, visible });
+    if (visible) this.arm(STEADY);
+    else clearTimeout(this.timer);
+  }
+
+  private arm(wait: number): void {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.beat(), wait);
+  }
+
+  private differs(): boolean {
+    const { at, device, told } = this;
+    const moved = Math.hypot(at.forward - told.at.forward, at.left - told.at.left);
+    const letGo = moved > 0 && at.forward === 0 && at.left === 0;
+    return device !== told.device || letGo || moved >= CHANGE;
+  }
 }

@@ -1,0 +1,36 @@
+/** Where a stick is: shares of full deflection, −1…1, forward and to the left (REP-103). */
+export interface Deflection {
+  readonly forward: number;
+  readonly left: number;
+}
+
+export const CENTRE: Deflection = { forward: 0, left: 0 };
+
+/** A deflection within the unit circle, whatever the device said; what is no number is 0. */
+export function deflection(forward: number, left: number): Deflection {
+  const f = Number.isFinite(forward) ? forward : 0;
+  const l = Number.isFinite(left) ? left : 0;
+  const scale = 1 / Math.max(1, Math.hypot(f, l));
+  return { forward: bounded(f * scale), left: bounded(l * scale) };
+}
+
+export function size(d: Deflection): number {
+  return Math.hypot(d.forward, d.left);
+}
+
+/** Whether the stick counts as let go: within the dead zone, whose edge belongs to it. */
+export function isCentred(d: Deflection, deadZone: number): boolean {
+  return size(d) <= deadZone;
+}
+
+/** What the chair makes of a deflection: it starts from 0 at the dead zone's edge. For display. */
+export function beyondDeadZone(d: Deflection, deadZone: number): Deflection {
+  const length = size(d);
+  if (length <= deadZone) return CENTRE;
+  const scale = (length - deadZone) / ((1 - deadZone) * length);
+  return deflection(d.forward * scale, d.left * scale);
+}
+
+function bounded(x: number): number {
+  return Math.min(1, Math.max(-1, x)) + 0; // no −0 on the wire
+}

@@ -1,0 +1,195 @@
+// Everything that a hand can do, brought together: devices in, one deflection out.
+
+import { Chair, chair as theChair } from "../chair.svelte";
+import type { FromPage } from "../messages";
+import { dropped, gone, NOBODY, read, steering, type Arbiter, type Source, type Steering } from "./arbiter";
+import { CENTRE, type Deflection } from "./deflection";
+import { Heartbeat } from "./heartbeat";
+import { isControl, isTyped, keyed, NO_KEYS, pressed, released, steers, type Keys } from "./keys";
+import { connectedPads, newlyPressed, padButtons, padDeflection, type PadButtons } from "./pads";
+import { watchPresence } from "./presence";
+import { Scanner } from "./scanner.svelte";
+import { isOver, pushed, type Direction, type Push } from "./switches";
+
+/** How often gamepads, ramps and switches are looked at, ms. */
+const EVERY = 20;
+/** Until the chair says otherwise. */
+const DEAD_ZONE = 0.08;
+
+/** What the inputs need of the link. */
+export interface Line {
+  send(message: FromPage): boolean;
+  watch(watcher: (status: string) => void): () => void;
+}
+
+export class Inputs {
+  /** What goes to the chair, and who is waiting for its centre. */
+  steering = $state.raw<Steering>({ at: CENTRE, device: "none", waiting: [] });
+  /** Whether the page is in front and has the keyboard. */
+  present = $state(true);
+  /** How many gamepads there are. */
+  pads = $state(0);
+  /** A direction that a switch drives. */
+  push = $state.raw<Push | null>(null);
+  readonly scanner: Scanner;
+
+  #arbiter: Arbiter = NOBODY;
+  #keys: Keys = NO_KEYS;
+  #buttons = new Map<number, PadButtons>();
+  #pulse: Heartbeat;
+
+  constructor(
+    readonly line: Line,
+    readonly chair: Chair = theChair,
+  ) {
+    this.#pulse = new Heartbeat((beat) => line.send(beat));
+    this.scanner = new Scanner(this);
+  }
+
+  get deadZone(): number {
+    return this.chair.rider?.dead_zone ?? DEAD_ZONE;
+  }
+
+  /** Listens from now on; returns what ends it. */
+  start(): () => void {
+    const timer = setInterval(() => this.look(), EVERY);
+    const ends = [
+      () => clearInterval(timer),
+      this.line.watch((status) => this.#linked(status === "open")),
+      watchPresence(window, (present) => this.#seen(present)),
+      heard("keydown", (event) => this.#keyDown(event)),
+      heard("keyup", (event) => this.#keyUp(event)),
+    ];
+    return () => {
+      ends.forEach((end) => end());
+      this.#pulse.disconnected();
+    };
+  }
+
+  /** The on-screen stick is pulled so far; its centre when it is let go. */
+  pull(at: Deflection): void {
+    this.#arbitrate("joystick", at);
+  }
+
+  stop(): void {
+    this.push = null;
+    this.line.send({ type: "stop" });
+    this.look();
+  }
+
+  resume(): void {
+    this.line.send({ type: "resume" });
+  }
+
+  /** A switch drives in this direction, until it is pressed again or for as long as it may. */
+  drive(direction: Direction): void {
+    if (!this.chair.driving || this.chair.state?.link !== "ready") return;
+    this.push = { direction, since: performance.now() };
+    this.look();
+  }
+
+  /** What the switch drives ends. */
+  letGo(): void {
+    this.push = null;
+    this.look();
+  }
+
+  /** Reads every device that does not speak up by itself. */
+  look(): void {
+    const now = performance.now();
+    this.#lookAtPads();
+    this.#arbitrate("keys", keyed(this.#keys, now));
+    if (this.push && (isOver(this.push, now) || this.chair.state?.link !== "ready")) {
+      this.push = null;
+    }
+    this.#arbitrate("switch", pushed(this.push, now));
+    this.scanner.tick(now);
+  }
+
+  #lookAtPads(): void {
+    const pads = connectedPads(navigator);
+    if (pads.length !== this.pads) this.pads = pads.length;
+    for (const index of this.#buttons.keys()) {
+      if (pads.some((pad) => pad.index === index)) continue;
+      this.#buttons.delete(index);
+      this.#arbiter = gone(this.#arbiter, `gamepad:${index}`);
+      this.#tell();
+    }
+    for (const pad of pads) {
+      const pressed = newlyPressed(pad, this.#buttons.get(pad.index));
+      this.#buttons.set(pad.index, padButtons(pad));
+      this.#arbitrate(`gamepad:${pad.index}`, padDeflection(pad));
+      if (pressed.stop) this.line.send({ type: "stop" });
+      else if (pressed.resume && this.present) this.resume();
+    }
+  }
+
+  #arbitrate(source: Source, at: Deflection): void {
+    this.#arbiter = read(this.#arbiter, source, at, this.deadZone);
+    this.#tell();
+  }
+
+  #tell(): void {
+    const now = steering(this.#arbiter, this.deadZone);
+    if (!isSame(now, this.steering)) this.steering = now;
+    if (this.present) this.#pulse.put(now.at, now.device);
+  }
+
+  #linked(open: boolean): void {
+    this.push = null;
+    if (open) this.#pulse.connected();
+    else this.#pulse.disconnected();
+  }
+
+  #seen(present: boolean): void {
+    if (present === this.present) return;
+    if (!present) {
+      this.#keys = NO_KEYS;
+      this.push = null;
+      this.#arbiter = dropped(this.#arbiter);
+    }
+    this.present = present;
+    this.#pulse.present(present);
+    for (const source of ["joystick", "keys", "switch"] as const) this.#arbitrate(source, CENTRE);
+  }
+
+  #keyDown(event: KeyboardEvent): void {
+    if (event.code === "Escape") {
+      this.scanner.learning = null;
+      if (!event.repeat) this.stop();
+      return;
+    }
+    if (this.scanner.keyDown(event)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || !this.chair.driving) return;
+    if (event.code === "Space" && !isControl(event.target)) {
+      event.preventDefault();
+      if (!event.repeat) this.stop();
+    } else if (steers(event.code) && !isTyped(event.target)) {
+      event.preventDefault();
+      if (event.repeat) return;
+      this.#keys = pressed(this.#keys, event.code, performance.now());
+      this.look();
+    }
+  }
+
+  #keyUp(event: KeyboardEvent): void {
+    this.scanner.keyUp(event);
+    if (!this.#keys.has(event.code)) return;
+    this.#keys = released(this.#keys, event.code);
+    this.look();
+  }
+}
+
+function isSame(a: Steering, b: Steering): boolean {
+  return (
+    a.device === b.device &&
+    a.at.forward === b.at.forward &&
+    a.at.left === b.at.left &&
+    a.waiting.join() === b.waiting.join()
+  );
+}
+
+function heard(name: "keydown" | "keyup", act: (event: KeyboardEvent) => void): () => void {
+  window.addEventListener(name, act, { capture: true });
+  return () => window.removeEventListener(name, act, { capture: true });
+}

@@ -1,0 +1,56 @@
+import type { Choice } from "./scan";
+
+/** A choice and what it stands for on the page. */
+export interface Reached extends Choice {
+  readonly element: HTMLElement;
+  readonly items?: readonly Reached[];
+}
+
+const RANK: Readonly<Record<string, number>> = { first: 0, drive: 1, last: 3 };
+const keys = new WeakMap<Element, string>();
+let made = 0;
+
+/** What switches can reach on the page now, in the order in which it lights up.
+ *
+ * Elements with `data-scan`, those in one `data-scan-group` together. `data-scan="first"` comes
+ * before `"drive"`, and that before the rest. Behind an open dialog nothing is reached. */
+export function reach(document: Document): Reached[] {
+  const dialogs = document.querySelectorAll<HTMLElement>("dialog[open]");
+  const root = dialogs[dialogs.length - 1] ?? document;
+  const found = new Map<Element, Reached & { items?: Reached[] }>();
+  for (const element of root.querySelectorAll<HTMLElement>("[data-scan]")) {
+    if (!isThere(element)) continue;
+    const choice = { key: keyOf(element), label: labelOf(element), element };
+    const group = element.closest<HTMLElement>("[data-scan-group]");
+    const of = group && root.contains(group) ? group : null;
+    if (!of) found.set(element, choice);
+    else if (found.has(of)) found.get(of)?.items?.push(choice);
+    else found.set(of, { key: keyOf(of), label: labelOf(of), element: of, items: [choice] });
+  }
+  return [...found.values()].map(single).sort((a, b) => rank(a) - rank(b));
+}
+
+/** A group of one is not worth a press of its own. */
+function single(choice: Reached): Reached {
+  return choice.items?.length === 1 ? (choice.items[0] ?? choice) : choice;
+}
+
+function rank(choice: Reached): number {
+  return RANK[choice.element.dataset["scan"] ?? ""] ?? 2;
+}
+
+function isThere(element: HTMLElement): boolean {
+  const shown = element.checkVisibility?.({ visibilityProperty: true }) ?? !element.hidden;
+  return shown && !element.matches(":disabled, [aria-disabled=true]");
+}
+
+function labelOf(element: HTMLElement): string {
+  const named = element.dataset["scanGroup"] ?? element.getAttribute("aria-label");
+  return (named || element.textContent || "").replace(/\s+/g, " ").trim();
+}
+
+function keyOf(element: Element): string {
+  const kept = keys.get(element) ?? `scan-${made++}`;
+  keys.set(element, kept);
+  return kept;
+}

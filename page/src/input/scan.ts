@@ -1,0 +1,93 @@
+/** Something that a switch can choose; one with `items` opens them. */
+export interface Choice {
+  readonly key: string;
+  readonly label: string;
+  readonly items?: readonly Choice[];
+}
+
+/** Where the light is. */
+export interface Scan {
+  /** The group that is open; null: none. */
+  readonly group: string | null;
+  /** What is lit; null: the scan rests until a switch is pressed. */
+  readonly lit: string | null;
+  /** From when on it is lit, ms; later than now after a choice, which is a pause. */
+  readonly since: number;
+  /** How often the light came to the end without a choice. */
+  readonly rounds: number;
+}
+
+/** Of one switch: the light goes by itself, and rests this long on each, ms. */
+export interface Pace {
+  readonly dwell: number;
+}
+
+export const RESTING: Scan = { group: null, lit: null, since: 0, rounds: 0 };
+/** The last choice of an open group. */
+export const BACK: Choice = { key: "back", label: "Back" };
+/** After so many rounds without a choice a group closes, and the whole scan rests (assumed). */
+const GROUP_ROUNDS = 2;
+const ROUNDS = 5;
+
+/** What can be chosen now. */
+export function open(scan: Scan, all: readonly Choice[]): readonly Choice[] {
+  const items = scan.group === null ? undefined : find(all, scan.group)?.items;
+  return items && items.length > 0 ? [...items, BACK] : all;
+}
+
+/** The choice that is lit. */
+export function litOf(scan: Scan, all: readonly Choice[]): Choice | null {
+  if (scan.lit === null) return null;
+  const choices = open(scan, all);
+  return find(choices, scan.lit) ?? choices[0] ?? null;
+}
+
+/** From the first choice; `pause` (ms) later where something was just chosen. */
+export function begun(all: readonly Choice[], now: number, pause = 0): Scan {
+  return { group: null, lit: all[0]?.key ?? null, since: now + pause, rounds: 0 };
+}
+
+/** Time goes by: with one switch the light wanders. */
+export function ticked(scan: Scan, all: readonly Choice[], pace: Pace, now: number): Scan {
+  if (scan.lit === null || now - scan.since < pace.dwell) return scan;
+  return moved(scan, all, now);
+}
+
+/** To the next choice; with two switches the first one does that. */
+export function stepped(scan: Scan, all: readonly Choice[], now: number): Scan {
+  return scan.lit === null ? begun(all, now) : { ...moved(scan, all, now), rounds: 0 };
+}
+
+/** The lit one is taken: a group opens or closes; anything else is to be done by the caller. */
+export function selected(
+  scan: Scan,
+  all: readonly Choice[],
+  now: number,
+  pause: number,
+): { readonly scan: Scan; readonly chosen: Choice | null } {
+  const choice = litOf(scan, all);
+  if (!choice) return { scan: begun(all, now), chosen: null };
+  if (choice.key === BACK.key) return { scan: begun(all, now, pause), chosen: null };
+  if (choice.items) return { scan: opened(choice, now, pause), chosen: null };
+  return { scan: begun(all, now, pause), chosen: choice };
+}
+
+function opened(group: Choice, now: number, pause: number): Scan {
+  const first = group.items?.[0] ?? BACK;
+  return { group: group.key, lit: first.key, since: now + pause, rounds: 0 };
+}
+
+function moved(scan: Scan, all: readonly Choice[], now: number): Scan {
+  const choices = open(scan, all);
+  const at = choices.findIndex((choice) => choice.key === scan.lit);
+  const next = choices[at + 1];
+  if (next) return { ...scan, lit: next.key, since: now };
+  const rounds = at < 0 ? scan.rounds : scan.rounds + 1;
+  if (choices !== all && rounds >= GROUP_ROUNDS) return begun(all, now);
+  if (rounds >= ROUNDS) return RESTING;
+  return { ...scan, lit: choices[0]?.key ?? null, since: now, rounds };
+}
+
+function find(choices: readonly Choice[], key: string): Choice | undefined {
+  return choices.find((choice) => choice.key === key);
+}

@@ -1,0 +1,171 @@
+// One or two switches: what is lit on the page, and what a press does to it.
+
+import type { Inputs } from "./inputs.svelte";
+import { isTyped } from "./keys";
+import { reach, type Reached } from "./reach";
+import { begun, litOf, RESTING, selected, stepped, ticked, type Choice, type Scan } from "./scan";
+import { keepSwitches, keptSwitches, mayBeSwitch, meaning, type SwitchSettings } from "./switches";
+
+export type Switch = "choose" | "step";
+
+/** A press so soon after one that let go is the same shaking hand, ms (assumed). */
+const BOUNCE = 150;
+/** Dwell until the chair says the rider's, s. */
+const DWELL = 1.2;
+/** How often the page is searched for what can be reached, ms. */
+const SEARCH = 200;
+
+export class Scanner {
+  settings = $state.raw<SwitchSettings>(keptSwitches(localStorage));
+  /** What is lit; null: the scan rests. */
+  lit = $state.raw<Choice | null>(null);
+  /** The next key becomes this switch. */
+  learning = $state<Switch | null>(null);
+
+  #scan: Scan = RESTING;
+  #choices: readonly Reached[] = [];
+  #searched = -Infinity;
+  #letGo = -Infinity;
+  #marked: HTMLElement | null = null;
+
+  constructor(readonly inputs: Inputs) {}
+
+  get dwell(): number {
+    return 1000 * (this.inputs.chair.rider?.dwell ?? DWELL);
+  }
+
+  /** What a press of a switch means now. */
+  get meaning(): "choose" | "let-go" | "stop" {
+    const { chair, push } = this.inputs;
+    return meaning(chair.state, push, chair.driving);
+  }
+
+  change(settings: Partial<SwitchSettings>): void {
+    this.settings = { ...this.settings, ...settings };
+    keepSwitches(localStorage, this.settings);
+    this.#scan = RESTING;
+    this.#show();
+  }
+
+  tick(now: number): void {
+    if (this.settings.count === 0) return;
+    if (now - this.#searched >= SEARCH) {
+      this.#searched = now;
+      this.#choices = reach(document);
+    }
+    if (this.meaning !== "choose") {
+      this.#scan = begun(this.#choices, now, this.dwell);
+    } else if (this.settings.count === 1 && this.inputs.present) {
+      this.#scan = ticked(this.#scan, this.#choices, { dwell: this.dwell }, now);
+    }
+    this.#show();
+  }
+
+  /** A switch goes down. While the chair moves any of them stops it. */
+  down(which: Switch): void {
+    const now = performance.now();
+    const { inputs } = this;
+    const means = this.meaning;
+    if (means === "let-go") {
+      this.#letGo = now;
+      inputs.letGo();
+    } else if (now - this.#letGo < BOUNCE) {
+      return;
+    } else if (means === "stop") {
+      inputs.stop();
+    } else {
+      this.#choices = reach(document);
+      if (which === "step" && this.settings.count === 2) {
+        this.#scan = stepped(this.#scan, this.#choices, now);
+      } else {
+        this.#choose(now);
+      }
+    }
+    this.#show();
+  }
+
+  /** A switch comes up: where it drives only while it is held, that ends. */
+  up(): void {
+    if (this.settings.hold && this.inputs.push) this.inputs.letGo();
+  }
+
+  /** Whether the key was a switch's, or is now. */
+  keyDown(event: KeyboardEvent): boolean {
+    if (this.learning) return this.#learn(event);
+    const which = this.#switchOf(event);
+    if (!which) return false;
+    event.preventDefault();
+    event.stopPropagation();
+    if (!event.repeat) this.down(which);
+    return true;
+  }
+
+  keyUp(event: KeyboardEvent): void {
+    if (!this.#switchOf(event)) return;
+    event.preventDefault(); // else a focused button is clicked as the key comes up
+    this.up();
+  }
+
+  #choose(now: number): void {
+    const pause = this.settings.count === 1 ? this.dwell : 0;
+    const { scan, chosen } = selected(this.#scan, this.#choices, now, pause);
+    this.#scan = scan;
+    const element = chosen && elementOf(this.#choices, chosen.key);
+    if (!element) return;
+    element.click();
+    this.#searched = -Infinity;
+  }
+
+  /** Letters and spaces that are typed stay typed, and the switches' own settings keep their
+   * keys, but only while the chair stands. */
+  #switchOf(event: KeyboardEvent): Switch | null {
+    const { count, choose, step } = this.settings;
+    if (count === 0 || (event.code !== choose && event.code !== step)) return null;
+    if (event.code === step && count === 1) return null;
+    const { target } = event;
+    const own = target instanceof Element && target.closest("[data-own-keys]") !== null;
+    const typed = isTyped(target) && !inDialogButton(target);
+    if ((own || typed) && this.meaning === "choose") return null;
+    return event.code === choose ? "choose" : "step";
+  }
+
+  #learn(event: KeyboardEvent): boolean {
+    event.preventDefault();
+    event.stopPropagation();
+    const { learning } = this;
+    if (event.repeat || !learning) return true;
+    this.learning = null;
+    if (!mayBeSwitch(event.code)) return true;
+    const other = learning === "choose" ? "step" : "choose";
+    const before = this.settings[learning];
+    const swapped = this.settings[other] === event.code ? { [other]: before } : {};
+    this.change({ [learning]: event.code, ...swapped });
+    return true;
+  }
+
+  /** Marks on the page what is lit. */
+  #show(): void {
+    const on = this.settings.count > 0 && this.meaning === "choose";
+    const lit = on ? litOf(this.#scan, this.#choices) : null;
+    if (lit?.key !== this.lit?.key || lit?.label !== this.lit?.label) this.lit = lit;
+    const element = lit && elementOf(this.#choices, lit.key);
+    if (element === this.#marked) return;
+    this.#marked?.removeAttribute("data-scanned");
+    element?.setAttribute("data-scanned", "");
+    element?.scrollIntoView?.({ block: "nearest" });
+    this.#marked = element ?? null;
+  }
+}
+
+function inDialogButton(target: EventTarget | null): boolean {
+  return target instanceof Element && target.closest("button") !== null;
+}
+
+function elementOf(choices: readonly Reached[], key: string): HTMLElement | null {
+  for (const choice of choices) {
+    if (choice.key === key) return choice.element;
+    const inside = elementOf(choice.items ?? [], key);
+    if (inside) return inside;
+  }
+  return null;
+}

@@ -1,0 +1,111 @@
+import type { State } from "../messages";
+import { CENTRE, type Deflection } from "./deflection";
+
+/** How this device's switches work; kept on this device only. */
+export interface SwitchSettings {
+  /** How many; 0: no scanning. */
+  readonly count: 0 | 1 | 2;
+  /** Drive only while the switch is held; else until it is pressed again. */
+  readonly hold: boolean;
+  /** `KeyboardEvent.code` of the switch that chooses, and of the one that steps. */
+  readonly choose: string;
+  readonly step: string;
+}
+
+export const NO_SWITCH: SwitchSettings = { count: 0, hold: false, choose: "Space", step: "Enter" };
+
+export type Direction = "forward" | "left" | "right" | "back";
+
+/** What each direction means, share of full deflection (assumed), and the longest that one press
+ * drives it, ms (assumed): somebody who cannot press any more does not drive on. */
+export const PUSHES: Readonly<Record<Direction, { at: Deflection; longest: number }>> = {
+  forward: { at: { forward: 0.6, left: 0 }, longest: 15_000 },
+  left: { at: { forward: 0, left: 0.4 }, longest: 8_000 },
+  right: { at: { forward: 0, left: -0.4 }, longest: 8_000 },
+  back: { at: { forward: -0.6, left: 0 }, longest: 6_000 },
+};
+
+/** A direction that a switch drives, and since when, ms. */
+export interface Push {
+  readonly direction: Direction;
+  readonly since: number;
+}
+
+export function pushed(push: Push | null, now: number): Deflection {
+  return push && !isOver(push, now) ? PUSHES[push.direction].at : CENTRE;
+}
+
+export function isOver(push: Push, now: number): boolean {
+  return now - push.since >= PUSHES[push.direction].longest;
+}
+
+/** Below these the chair counts as standing, m/s and rad/s. */
+const STANDING = 0.03;
+const NOT_TURNING = 0.05;
+
+export function isMoving(state: Pick<State, "speed" | "turn"> | null): boolean {
+  return state !== null && (Math.abs(state.speed) > STANDING || Math.abs(state.turn) > NOT_TURNING);
+}
+
+/** Whether the chair drives by itself, now or as soon as the way is free. */
+export function isFollowing(state: State | null): boolean {
+  return (
+    state !== null &&
+    state.link === "ready" &&
+    (state.mode === "shared" || state.mode === "autonomous") &&
+    Boolean(state.goal) &&
+    !state.arrived &&
+    !state.paused
+  );
+}
+
+/** What any press of any switch means now.
+ *
+ * While the chair moves, or may set off by itself, a press never chooses. Where only the switch
+ * moves it, letting go is enough: it stands, and the next choice needs no confirming. */
+export function meaning(
+  state: State | null,
+  push: Push | null,
+  driving: boolean,
+): "choose" | "let-go" | "stop" {
+  if (driving && isFollowing(state)) return "stop";
+  if (push !== null) return "let-go";
+  return isMoving(state) ? "stop" : "choose";
+}
+
+const KEPT = "cohelm.switches";
+/** These never become a switch's: they stop, move the focus or change other keys. */
+const RESERVED = /^(Escape|Tab|(Shift|Control|Alt|Meta)(Left|Right))$/;
+
+export function mayBeSwitch(code: string): boolean {
+  return code !== "" && !RESERVED.test(code);
+}
+
+export function keptSwitches(storage: Pick<Storage, "getItem">): SwitchSettings {
+  try {
+    const kept = JSON.parse(storage.getItem(KEPT) ?? "{}") as Record<string, unknown>;
+    const key = (x: unknown, otherwise: string) =>
+      typeof x === "string" && mayBeSwitch(x) ? x : otherwise;
+    return {
+      count: kept["count"] === 1 || kept["count"] === 2 ? kept["count"] : 0,
+      hold: kept["hold"] === true,
+      choose: key(kept["choose"], NO_SWITCH.choose),
+      step: key(kept["step"], NO_SWITCH.step),
+    };
+  } catch {
+    return NO_SWITCH;
+  }
+}
+
+export function keepSwitches(storage: Pick<Storage, "setItem">, settings: SwitchSettings): void {
+  try {
+    storage.setItem(KEPT, JSON.stringify(settings));
+  } catch {
+    // A browser that keeps nothing: they hold until the page is closed.
+  }
+}
+
+/** A key's name as it stands on it, more or less. */
+export function keyName(code: string): string {
+  return code.replace(/^(Key|Digit)/, "").replace(/([a-z])([A-Z0-9])/g, "$1 $2");
+}
