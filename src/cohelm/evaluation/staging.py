@@ -69,7 +69,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     """
     scenario = laid(scenario, set_stage)
     robot = robot_of(scenario)
-    grid, places, heights, doors = _floor(scenario)
+    grid, places, heights, doors = floor_of(scenario)
     parts = {key: _part(scenario, key) for key in PARTS}
     start = _point(scenario, "start", places)
     goal = _point(scenario, "goal", places)[:2]
@@ -123,7 +123,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     )
 
 
-def _floor(
+def floor_of(
     scenario: Scenario,
 ) -> tuple[OccupancyGrid, Places, Floats32 | None, tuple[Doorway, ...]]:
     """The map, its places, how high what stands there is (None: nobody knows), and its doors."""

@@ -139,7 +139,7 @@ class _Crew:
         self._waiting = deque(tasks)
         self._deaths: Counter[int] = Counter()
         self._false_starts = 0
-        self._cold = not _compiled()
+        self._cold = not compiled()
         self._workers: list[_Worker] = []
 
     def run(self, count: int) -> Generator[Done, None, None]:
@@ -226,7 +226,7 @@ def _end_of(code: int | None) -> str:
     return f"killed by {names.get(-code, f'signal {-code}')}"
 
 
-def _compiled() -> bool:
+def compiled() -> bool:
     """Whether numba has kept anything of ours."""
     folder = os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parents[2]
     return any(Path(folder).rglob("*.nbi"))
