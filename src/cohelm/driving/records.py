@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path as File
 from typing import Literal
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
 from cohelm.driving.messages import Limits
-from cohelm.messages import Mode
+from cohelm.messages import Mode, Path
 
 Outcome = Literal["arrived", "left", "collision"]
 """``left``: the ride was given up, by a new destination, none any more, or the end of the session.
 """
 
 
-def default_folder() -> Path:
+def default_folder() -> File:
     """Where everything is kept: ``$XDG_DATA_HOME/cohelm/sessions``."""
     data = os.environ.get("XDG_DATA_HOME", "")
-    root = Path(data) if Path(data).is_absolute() else Path.home() / ".local" / "share"
+    root = File(data) if File(data).is_absolute() else File.home() / ".local" / "share"
     return root / "cohelm" / "sessions"
 
 
@@ -101,20 +101,21 @@ class RideLog:
     """What the navigator's process hands over when a ride ends; small, the rows stay in a file."""
 
     ride: str
-    file: Path
+    file: File
     """Holds the rows of the ride; see :mod:`.logbook`."""
     outcome: Outcome
     time: float
     """s."""
     length: float
     """m."""
+    step: float
+    """Between ticks, s; on the whole, for a navigator that is late leaves some out."""
     goal: Annotated[Floats, Shape("2")]
     """NaN: driven without one."""
     modes: Mapping[Mode, float]
     wishes: int
     stops: tuple[StopNote, ...]
-    path: Annotated[Floats, Shape("k 2")]
-    """The first route, m; empty: none."""
-    without_wishes: Annotated[Floats, Shape("j 2")]
+    path: Path | None
+    """The first route; None: there never was one."""
     prefer: Annotated[Floats, Shape("w 2")]
-    """The points that should attract the first route, m."""
+    """The points that should have attracted the first route, m."""

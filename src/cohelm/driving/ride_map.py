@@ -1,0 +1,126 @@
+"""A ride as a small picture: the floor, the way that was planned, and the track that was driven.
+
+Drawn with Pillow alone, so that nothing that is driven with needs a library for drawing.
+"""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from cohelm.arrays import Floats
+from cohelm.evaluation.ride import Ride
+from cohelm.geometry import inverse, transform
+
+WIDEST = 1200
+"""Side of the picture at most, pixels."""
+MARGIN = 3.0
+"""About what was driven, m."""
+_FINE = 2
+"""Times larger that it is drawn than it becomes."""
+_SAMPLES = 4000
+"""Points of a track that are drawn at most."""
+
+_FLOOR, _WALL, _UNKNOWN = (255, 255, 255), (52, 60, 71), (226, 229, 233)
+_ROUTE, _WITHOUT, _PEOPLE = (90, 140, 220), (170, 176, 184), (205, 140, 120)
+_CHAIR_STEERS, _RIDER_STEERS = np.array([36, 84, 160]), np.array([222, 120, 20])
+_START, _GOAL, _TOUCH = (40, 130, 70), (150, 40, 120), (200, 30, 30)
+
+
+def ride_map(ride: Ride) -> bytes:
+    """A PNG: the track in blue where the chair steered and in orange where the rider did.
+
+    Besides it the first route, in grey the one without wishes, people's tracks as dots, start
+    (green), goal (purple) and where something was touched (red).
+    """
+    X_GM = inverse(ride.grid.X_MG)
+    track = transform(X_GM, _thin(ride.pose[:, :2]))
+    lines = [track]
+    if ride.path is not None:
+        lines += [transform(X_GM, ride.path.points), transform(X_GM, ride.path.without_wishes)]
+    low, high = _window(ride, lines)
+    scale = _FINE * min(40.0, WIDEST / float((high - low).max()))
+    image = _floor(ride, low, high, scale)
+    sheet = _Sheet(ImageDraw.Draw(image), low, scale, image.height)
+    for person in range(ride.people.shape[1]):
+        sheet.dots(transform(X_GM, _thin(ride.people[:, person, :2])), _PEOPLE, 0.04)
+    if ride.path is not None:
+        sheet.line(lines[2], _WITHOUT, 0.06)
+        sheet.line(lines[1], _ROUTE, 0.08)
+    _draw_track(sheet, track, _thin(ride.eta[:, None])[:, 0])
+    touched = ride.hit_moving.any(axis=1) | ride.hit_wall
+    for point in transform(X_GM, ride.pose[touched, :2])[:50]:
+        sheet.disc(point, _TOUCH, 0.3)
+    sheet.disc(track[0], _START, 0.25)
+    if np.isfinite(ride.goal).all():
+        sheet.disc(transform(X_GM, ride.goal), _GOAL, 0.3)
+    small = image.resize((image.width // _FINE, image.height // _FINE), Image.Resampling.LANCZOS)
+    out = io.BytesIO()
+    small.quantize(64).save(out, "PNG", optimize=True)
+    return out.getvalue()
+
+
+def _window(ride: Ride, lines: list[Floats]) -> tuple[Floats, Floats]:
+    """Corners (2,) of what is shown, in the grid's frame, m."""
+    points = np.concatenate(lines)
+    size = np.array(ride.grid.size)
+    low = np.clip(points.min(axis=0) - MARGIN, 0.0, size)
+    return low, np.maximum(np.clip(points.max(axis=0) + MARGIN, 0.0, size), low + 1.0)
+
+
+def _floor(ride: Ride, low: Floats, high: Floats, scale: float) -> Image.Image:
+    grid = ride.grid
+    r0, c0 = (max(int(v / grid.resolution), 0) for v in low[::-1])
+    r1, c1 = (int(np.ceil(v / grid.resolution)) for v in high[::-1])
+    data = grid.data[r0:r1, c0:c1]
+    pixels = np.full((*data.shape, 3), _FLOOR, dtype=np.uint8)
+    pixels[data < 0] = _UNKNOWN
+    pixels[grid.occupied()[r0:r1, c0:c1]] = _WALL
+    width, height = (max(round(float(side) * scale), 1) for side in high - low)
+    return Image.fromarray(pixels[::-1]).resize((width, height), Image.Resampling.BOX)
+
+
+def _draw_track(sheet: _Sheet, track: Floats, eta: Floats) -> None:
+    for a, b, share in zip(track, track[1:], eta, strict=False):
+        mixed = (1.0 - share) * _CHAIR_STEERS + share * _RIDER_STEERS
+        sheet.line(np.array([a, b]), (int(mixed[0]), int(mixed[1]), int(mixed[2])), 0.14)
+
+
+def _thin(points: Floats) -> Floats:
+    """Every so many points (k, d), the last among them."""
+    every = max(int(np.ceil(len(points) / _SAMPLES)), 1)
+    return points[np.unique(np.append(np.arange(0, len(points), every), len(points) - 1))]
+
+
+class _Sheet:
+    """Where points of the grid's frame, m, come to lie, pixels."""
+
+    def __init__(self, draw: ImageDraw.ImageDraw, low: Floats, scale: float, height: int) -> None:
+        self._draw, self._low, self._scale, self._height = draw, low, scale, height
+
+    def line(self, points: Floats, colour: tuple[int, int, int], width: float) -> None:
+        """A polyline (k, 2), ``width`` in m."""
+        pixels = self._pixels(points)
+        self._draw.line(pixels, fill=colour, width=self._size(width), joint="curve")
+
+    def dots(self, points: Floats, colour: tuple[int, int, int], radius: float) -> None:
+        """Points (k, 2) half a metre apart or more; those that are NaN are left out."""
+        last: Floats | None = None
+        for point in points[np.isfinite(points).all(axis=1)]:
+            if last is None or float(np.hypot(*(point - last))) >= 0.5:
+                self.disc(point, colour, radius)
+                last = point
+
+    def disc(self, point: Floats, colour: tuple[int, int, int], radius: float) -> None:
+        """A disc about a point (2,)."""
+        (x, y), r = self._pixels(point[None])[0], self._size(radius)
+        self._draw.ellipse((x - r, y - r, x + r, y + r), fill=colour)
+
+    def _pixels(self, points: Floats) -> list[tuple[float, float]]:
+        away = (points - self._low) * self._scale
+        return [(float(x), self._height - float(y)) for x, y in away]
+
+    def _size(self, metres: float) -> int:
+        return max(round(metres * self._scale), 2)
