@@ -10,9 +10,10 @@ export function watchPresence(window: Window, tell: (present: boolean) => void):
   const look = () => tell(shown() && document.hasFocus());
   const leave = () => tell(false);
   const touched = () => tell(shown());
-  const blurred = () => {
+  const blurred = (event: Event) => {
+    if (event.target !== window) return; // focus wanders within the page
     const inFrame = document.activeElement?.tagName === "IFRAME";
-    if (!(shown() && (document.hasFocus() || inFrame))) leave();
+    if (!(inFrame && shown() && document.hasFocus())) leave();
   };
   const ends = [
     on(document, "visibilitychange", look),
@@ -29,7 +30,7 @@ export function watchPresence(window: Window, tell: (present: boolean) => void):
   return () => ends.forEach((end) => end());
 }
 
-function on(target: EventTarget, name: string, act: () => void): () => void {
+function on(target: EventTarget, name: string, act: (event: Event) => void): () => void {
   target.addEventListener(name, act, { capture: true });
   return () => target.removeEventListener(name, act, { capture: true });
 }

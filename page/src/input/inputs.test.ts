@@ -1,0 +1,316 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { Chair } from "../chair.svelte";
+import type { Beat, FromPage, State } from "../messages";
+import { Inputs } from "./inputs.svelte";
+import type { Pad } from "./pads";
+
+let sent: FromPage[];
+let tell: (status: string) => void;
+let chair: Chair;
+let inputs: Inputs;
+let end: () => void;
+let pads: Pad[];
+let focused: boolean;
+
+const READY = { link: "ready", driver: "me", mode: "shared", pace: "normal" } as const;
+
+function state(now: Partial<State> = {}): void {
+  const standing = { seq: 0, time: 0, pose: [0, 0, 0], speed: 0, turn: 0, command: [0, 0], eta: 0 };
+  chair.heard({ type: "state", ...standing, ...READY, ...now } as State);
+}
+
+beforeEach(() => {
+  vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout", "setInterval", "clearInterval", "performance"] });
+  localStorage.clear();
+  focused = true;
+  vi.spyOn(document, "visibilityState", "get").mockReturnValue("visible");
+  vi.spyOn(document, "hasFocus").mockImplementation(() => focused);
+  pads = [];
+  Object.assign(navigator, { getGamepads: () => pads });
+  sent = [];
+  chair = new Chair();
+  chair.client = "me";
+  chair.rider = { dead_zone: 0.1, dwell: 1, tremor_filter: 0 };
+  state();
+  inputs = new Inputs(
+    {
+      send: (message) => sent.push(message) > 0,
+      watch: (watcher) => {
+        tell = watcher;
+        watcher("open");
+        return () => undefined;
+      },
+    },
+    chair,
+  );
+  end = inputs.start();
+});
+afterEach(() => {
+  end();
+  vi.restoreAllMocks();
+  vi.useRealTimers();
+  document.body.innerHTML = "";
+});
+
+const key = (name: "keydown" | "keyup", code: string, more: KeyboardEventInit = {}) => {
+  const event = new KeyboardEvent(name, { code, bubbles: true, cancelable: true, ...more });
+  (document.activeElement ?? document.body).dispatchEvent(event);
+  return event;
+};
+const last = () => sent.filter((message): message is Beat => message.type === "beat").at(-1)!;
+const count = (type: string) => sent.filter((message) => message.type === type).length;
+const pass = (time: number) => vi.advanceTimersByTime(time);
+const pad = (forward: number, down: number[] = []): Pad => ({
+  index: 0,
+  connected: true,
+  mapping: "standard",
+  axes: [0, -forward],
+  buttons: Array.from({ length: 17 }, (_, n) => ({ pressed: down.includes(n) })),
+});
+
+describe("keys", () => {
+  it("drive, and stop at once when they are let go", () => {
+    key("keydown", "ArrowUp");
+    pass(1000);
+    expect(last()).toMatchObject({ forward: 1, left: 0, device: "keys" });
+    key("keyup", "ArrowUp");
+    expect(last()).toMatchObject({ forward: 0, left: 0, device: "none" });
+  });
+
+  it("are nothing to a page that does not drive, and not while something is typed", () => {
+    document.body.innerHTML = "<input>";
+    document.querySelector("input")!.focus();
+    expect(key("keydown", "KeyW").defaultPrevented).toBe(false);
+    document.querySelector("input")!.blur();
+    chair.client = "other";
+    expect(key("keydown", "ArrowUp").defaultPrevented).toBe(false);
+    pass(500);
+    expect(last().forward).toBe(0);
+  });
+
+  it("let go when the window does, and a key held since then does not count", () => {
+    key("keydown", "ArrowUp");
+    pass(600);
+    window.dispatchEvent(new Event("blur"));
+    expect(last()).toMatchObject({ forward: 0, visible: false });
+    const beats = sent.length;
+    pass(2000);
+    expect(sent).toHaveLength(beats);
+    window.dispatchEvent(new Event("focus"));
+    key("keydown", "ArrowUp", { repeat: true });
+    pass(500);
+    expect(last()).toMatchObject({ forward: 0, visible: true });
+  });
+
+  it("stop: Escape anywhere, Space where no control has the focus, both once", () => {
+    document.body.innerHTML = "<button>x</button><input>";
+    document.querySelector("input")!.focus();
+    key("keydown", "Escape");
+    key("keydown", "Escape", { repeat: true });
+    expect(count("stop")).toBe(1);
+    expect(key("keydown", "Space").defaultPrevented).toBe(false);
+    document.querySelector("button")!.focus();
+    key("keydown", "Space");
+    expect(count("stop")).toBe(1);
+    document.querySelector("button")!.blur();
+    expect(key("keydown", "Space").defaultPrevented).toBe(true);
+    expect(count("stop")).toBe(2);
+  });
+
+  it("tell the chair truly that they are still held after STOP", () => {
+    key("keydown", "ArrowUp");
+    pass(600);
+    key("keydown", "Space");
+    pass(200);
+    expect(last().forward).toBe(1);
+  });
+});
+
+describe("stick and gamepad", () => {
+  it("one at a time: a gamepad at rest leaves keys alone, one that is pulled waits", () => {
+    pads = [pad(0.02)];
+    key("keydown", "ArrowUp");
+    pass(700);
+    expect(last()).toMatchObject({ forward: 1, device: "keys" });
+    pads = [pad(-1)];
+    pass(100);
+    expect(last()).toMatchObject({ forward: 1, device: "keys" });
+    expect(inputs.steering.waiting).toEqual(["gamepad:0"]);
+    key("keyup", "ArrowUp");
+    pass(200);
+    expect(last()).toMatchObject({ forward: 0, device: "none" });
+    pads = [pad(0)];
+    pass(40);
+    pads = [pad(-1)];
+    pass(100);
+    expect(last()).toMatchObject({ forward: -1, device: "gamepad" });
+  });
+
+  it("a gamepad that comes deflected has to show its centre", () => {
+    pads = [pad(1)];
+    pass(500);
+    expect(last().forward).toBe(0);
+    expect(inputs.pads).toBe(1);
+  });
+
+  it("a gamepad that is unplugged stops", () => {
+    pads = [pad(0)];
+    pass(40);
+    pads = [pad(1)];
+    pass(100);
+    expect(last().forward).toBe(1);
+    pads = [];
+    pass(40);
+    expect(last()).toMatchObject({ forward: 0, device: "none" });
+  });
+
+  it("a gamepad's buttons stop and go on, once a press", () => {
+    pads = [pad(0)];
+    pass(40);
+    pads = [pad(0, [1])];
+    pass(400);
+    expect(count("stop")).toBe(1);
+    pads = [pad(0, [9])];
+    pass(400);
+    expect(count("resume")).toBe(1);
+  });
+
+  it("a stick drives and springs back", () => {
+    inputs.pull({ forward: 0.5, left: 0.5 });
+    pass(50);
+    expect(last()).toMatchObject({ forward: 0.5, left: 0.5, device: "joystick" });
+    inputs.pull({ forward: 0, left: 0 });
+    expect(last()).toMatchObject({ forward: 0, device: "none" });
+  });
+});
+
+describe("link", () => {
+  it("lost and found again: numbers begin anew, what a switch drove does not go on", () => {
+    inputs.drive("forward");
+    pass(500);
+    expect(last()).toMatchObject({ forward: 0.6, device: "switch" });
+    tell("lost");
+    const beats = sent.length;
+    pass(1000);
+    expect(sent).toHaveLength(beats);
+    tell("open");
+    expect(sent[beats]).toMatchObject({ type: "beat", seq: 0 });
+    expect(last().forward).toBe(0);
+  });
+});
+
+describe("one switch", () => {
+  const lit = () => document.querySelector("[data-scanned]")?.textContent;
+  const press = () => (key("keydown", "Space"), key("keyup", "Space"));
+
+  beforeEach(() => {
+    document.body.innerHTML = `<button data-scan="drive">Forward</button>
+      <div data-scan-group="Places"><button data-scan>A</button><button data-scan>B</button></div>
+      <button data-scan="last">Help</button>`;
+    document.querySelector("button")!.onclick = () => inputs.drive("forward");
+    inputs.scanner.change({ count: 1 });
+    pass(40);
+  });
+
+  it("begins with a press and dwells as the therapist says", () => {
+    expect(lit()).toBeUndefined();
+    press();
+    expect(lit()).toBe("Forward");
+    pass(1040);
+    expect(inputs.scanner.lit?.label).toBe("Places");
+    chair.rider = { dead_zone: 0.1, dwell: 3, tremor_filter: 0 };
+    pass(1500);
+    expect(inputs.scanner.lit?.label).toBe("Places");
+  });
+
+  it("drives what is chosen until it is pressed again", () => {
+    press();
+    press();
+    pass(100);
+    state({ speed: 0.3 });
+    pass(2000);
+    expect(last()).toMatchObject({ forward: 0.6, device: "switch" });
+    expect(lit()).toBeUndefined();
+    press();
+    expect(last().forward).toBe(0);
+    expect(count("stop")).toBe(0);
+    pass(100);
+    press(); // the same shaking hand
+    expect(count("stop")).toBe(0);
+  });
+
+  it("drives only while held where that is wanted", () => {
+    inputs.scanner.change({ hold: true });
+    press();
+    key("keydown", "Space");
+    pass(500);
+    expect(last().forward).toBe(0.6);
+    key("keyup", "Space");
+    expect(last().forward).toBe(0);
+  });
+
+  it("ends by itself when the chair is stopped or taken over", () => {
+    inputs.drive("forward");
+    pass(100);
+    state({ link: "stopped" });
+    pass(40);
+    expect(last().forward).toBe(0);
+    inputs.drive("forward");
+    pass(100);
+    expect(last().forward).toBe(0);
+  });
+
+  it("is STOP at every press while the chair follows its way, even with a field in focus", () => {
+    state({ speed: 0.5, goal: { name: "A", x: 0, y: 0 } });
+    document.body.insertAdjacentHTML("beforeend", "<input>");
+    document.querySelector("input")!.focus();
+    press();
+    expect(count("stop")).toBe(1);
+  });
+
+  it("opens groups, and clicks what is chosen in them", () => {
+    const chosen = vi.fn();
+    document.querySelectorAll("button")[2]!.onclick = chosen;
+    press();
+    pass(1040);
+    press(); // Places opens: a pause and its own dwell on A
+    expect(inputs.scanner.lit?.label).toBe("A");
+    pass(2040);
+    expect(lit()).toBe("B");
+    press();
+    expect(chosen).toHaveBeenCalledOnce();
+  });
+
+  it("takes the key that is pressed to learn, but never Escape", () => {
+    inputs.scanner.learning = "choose";
+    key("keydown", "KeyM");
+    expect(inputs.scanner.settings).toMatchObject({ choose: "KeyM", step: "Enter" });
+    inputs.scanner.learning = "choose";
+    key("keydown", "Enter");
+    expect(inputs.scanner.settings).toMatchObject({ choose: "Enter", step: "KeyM" });
+    inputs.scanner.learning = "choose";
+    key("keydown", "Escape");
+    expect(inputs.scanner.settings.choose).toBe("Enter");
+    expect(count("stop")).toBe(1);
+  });
+});
+
+describe("two switches", () => {
+  it("one steps, one chooses, and either stops", () => {
+    document.body.innerHTML = `<button data-scan>A</button><button data-scan>B</button>`;
+    const chosen = vi.fn();
+    document.querySelectorAll("button")[1]!.onclick = chosen;
+    inputs.scanner.change({ count: 2 });
+    pass(40);
+    key("keydown", "Enter");
+    key("keydown", "Enter");
+    expect(inputs.scanner.lit?.label).toBe("B");
+    pass(20_000);
+    expect(inputs.scanner.lit?.label).toBe("B");
+    key("keydown", "Space");
+    expect(chosen).toHaveBeenCalledOnce();
+    state({ speed: 0.4 });
+    key("keydown", "Enter");
+    expect(count("stop")).toBe(1);
+  });
+});

@@ -1,0 +1,41 @@
+import { beforeEach, describe, expect, it } from "vitest";
+import { reach } from "./reach";
+
+beforeEach(() => (document.body.innerHTML = ""));
+
+describe("reach", () => {
+  it("lists what is marked, groups in one, the first ones first", () => {
+    document.body.innerHTML = `
+      <button data-scan>Mode</button>
+      <button>not marked</button>
+      <ul data-scan-group="Places"><li><button data-scan>Ward  A</button></li>
+        <li><button data-scan aria-label="Ward B, 12 m">B</button></li></ul>
+      <button data-scan="drive">Forward</button>
+      <button data-scan="last">Stop</button>
+      <button data-scan="first">Go on</button>`;
+    const all = reach(document);
+    expect(all.map((each) => each.label)).toEqual(["Go on", "Forward", "Mode", "Places", "Stop"]);
+    expect(all[3]?.items?.map((each) => each.label)).toEqual(["Ward A", "Ward B, 12 m"]);
+  });
+
+  it("passes over what is hidden or cannot be used, and groups of one", () => {
+    document.body.innerHTML = `
+      <button data-scan disabled>a</button><button data-scan hidden>b</button>
+      <button data-scan aria-disabled="true">c</button>
+      <div data-scan-group="Alone"><button data-scan>d</button></div>`;
+    expect(reach(document).map((each) => each.label)).toEqual(["d"]);
+  });
+
+  it("reaches nothing behind an open dialog", () => {
+    document.body.innerHTML = `<button data-scan>behind</button>
+      <dialog open><button data-scan>in it</button></dialog>`;
+    expect(reach(document).map((each) => each.label)).toEqual(["in it"]);
+  });
+
+  it("knows an element again", () => {
+    document.body.innerHTML = `<button data-scan>a</button>`;
+    const [before] = reach(document);
+    document.body.insertAdjacentHTML("afterbegin", `<button data-scan>b</button>`);
+    expect(reach(document)[1]?.key).toBe(before?.key);
+  });
+});
