@@ -11,7 +11,7 @@ export function watchPresence(window: Window, tell: (present: boolean) => void):
   const leave = () => tell(false);
   const touched = () => tell(shown());
   const blurred = (event: Event) => {
-    if (event.target !== window) return; // focus wanders within the page
+    if (event.target instanceof Node) return; // focus wanders within the page
     const inFrame = document.activeElement?.tagName === "IFRAME";
     if (!(inFrame && shown() && document.hasFocus())) leave();
   };
