@@ -11,8 +11,8 @@ from cohelm.errors import ConfigError, PluginError, RecordingError
 from cohelm.evaluation import load_scenario
 from cohelm.evaluation.benches import crowds
 from cohelm.evaluation.benches.crowds_report import verdicts
-from cohelm.evaluation.benches.rides_report import Group
 from cohelm.evaluation.crossings import ASIDE, NEAR, SHORTEST, WHILE, crossing
+from cohelm.evaluation.results.rides import Rides
 from cohelm.evaluation.staging import set_stage
 from cohelm.evaluation.sweeps import ride_row
 from cohelm.geometry import wrap_angle
@@ -95,7 +95,7 @@ def test_the_verdicts_count_rides(hits, stops, says):
     rows = [row(i, outcome="collision", person=1) for i in range(hits)]
     rows += [row(i, outcome="stopped", standing=1) for i in range(hits, hits + stops)]
     rows += [row(i) for i in range(hits + stops, 200)]
-    reached, moving = verdicts("zara01, replayed", {crowds.installed()[0]: Group(rows)})
+    reached, moving = verdicts("zara01, replayed", {crowds.installed()[0]: Rides(rows)})
     assert reached.endswith("MISSED" if hits + stops > 10 else "met")
     assert moving.endswith("MISSED" if hits > 2 else "met")
     assert says in (reached + moving)

@@ -18,6 +18,8 @@ from cohelm.evaluation.benches.paper_claims import (
     Ordering,
     Rougher,
     Touching,
+    in_words,
+    judged,
 )
 from cohelm.evaluation.benches.paper_dynamic_report import (
     SENSED,
@@ -36,8 +38,9 @@ from cohelm.evaluation.benches.paper_table3 import (
     cells,
     median,
 )
-from cohelm.evaluation.benches.rides_report import Group, groups_of
+from cohelm.evaluation.benches.rides_report import groups_of
 from cohelm.evaluation.metrics.motion import path_length_short, underway
+from cohelm.evaluation.results.rides import Rides
 
 SCENES = tuple(TABLE3)
 
@@ -198,6 +201,18 @@ def test_rougher_compares_a_planner_with_itself():
     assert judge(groups_of(rows[:3])).verdict == UNKNOWN
 
 
+def test_a_claim_about_who_was_not_ridden_says_who():
+    rows = [row(OURS, scene, k) for scene in SCENES for k in range(3)]
+    says = {claim.says: in_words(claim, found) for claim, found in judged(groups_of(rows))}
+    widest = says["Socially-aware MPC keeps the largest distance in crossing"]
+    assert widest.endswith("Here: not ridden; it takes rides of social_mpc, mpc, mpc_dcbf")
+    rough = says["Socially-aware MPC hits who is aggressive"]
+    assert rough.endswith("Here: not ridden; it takes rides of social_mpc")
+    rows += [row("mpc", scene, k) for scene in SCENES for k in range(3)]
+    shortest = next(iter(judged(groups_of(rows))))[1]
+    assert shortest.evidence.endswith("mpc_dcbf not ridden, social_mpc not ridden")
+
+
 # ---------------------------------------------------------------------------- report
 
 
@@ -327,5 +342,5 @@ def test_a_small_sweep_gives_whole_tables(tmp_path):
 
 
 def test_a_group_without_rides_that_arrive_has_no_time():
-    group = Group([row("mpc", "crossing", 0, outcome="collision")])
+    group = Rides([row("mpc", "crossing", 0, outcome="collision")])
     assert median(group, COLUMNS[1]).count == 0

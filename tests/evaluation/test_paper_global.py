@@ -15,7 +15,7 @@ from cohelm.evaluation.benches.office import (
     on_the_left,
     taut,
 )
-from cohelm.evaluation.bootstrap import estimate
+from cohelm.evaluation.bootstrap import mean_of
 from cohelm.geometry import arc_length
 from cohelm.maps import distance_field
 from cohelm.planning import RouteProblem
@@ -151,17 +151,17 @@ def test_a_command_replays_a_row():
 
 def test_bootstrap_intervals():
     values = np.array([1.0, 2.0, 3.0, np.nan])
-    each = estimate(values)
+    each = mean_of(values)
     assert (each.mean, each.count) == (2.0, 3)
     assert 1.0 <= each.low < 2.0 < each.high <= 3.0
-    assert estimate(values).low == each.low
+    assert mean_of(values).low == each.low
     assert f"{each:.1f}".startswith("2.0 [")
     # Of many values the interval is that of the normal distribution, ±1.96 σ/√n.
     many = np.random.default_rng(0).normal(size=2000)
-    assert estimate(many).high - estimate(many).low == pytest.approx(
+    assert mean_of(many).high - mean_of(many).low == pytest.approx(
         2 * 1.96 / np.sqrt(2000), rel=0.1
     )
-    assert f"{estimate(np.array([np.nan])):.2f}" == "–"
+    assert f"{mean_of(np.array([np.nan])):.2f}" == "–"
 
 
 # ---------------------------------------------------------------------------- report

@@ -17,6 +17,7 @@ from scipy import stats
 
 from cohelm.errors import ConfigError
 from cohelm.evaluation.benches.bench import Report, Sheet
+from cohelm.evaluation.bootstrap import mean_of, median_of
 from cohelm.evaluation.results import PaperTable, Rides, read_rides, write_results
 from cohelm.evaluation.results.again import task_of
 from cohelm.evaluation.results.chosen import choices
@@ -27,7 +28,6 @@ from cohelm.evaluation.results.contrasts import (
     signed_ranks,
 )
 from cohelm.evaluation.results.figures import some_of, typical
-from cohelm.evaluation.results.intervals import mean_of, median_of
 from cohelm.evaluation.results.markup import table, tag
 from cohelm.evaluation.results.measures import KNOWN, Measure, measure
 from cohelm.evaluation.results.store import _read_csv

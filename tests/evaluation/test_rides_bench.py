@@ -12,7 +12,7 @@ from cohelm.errors import ConfigError, PluginError, ScenarioError
 from cohelm.evaluation import Outcome
 from cohelm.evaluation.benches import rides
 from cohelm.evaluation.benches.bench import Result, run_tasks
-from cohelm.evaluation.benches.rides_report import Group, groups_of, make_report, paired, signed
+from cohelm.evaluation.benches.rides_report import groups_of, make_report, signed
 from cohelm.evaluation.benches.rides_scenes import (
     OWN_SETTINGS,
     TURNS,
@@ -23,7 +23,8 @@ from cohelm.evaluation.benches.rides_scenes import (
     scenes_of,
 )
 from cohelm.evaluation.benches.rides_verdicts import OURS, verdicts
-from cohelm.evaluation.bootstrap import Estimate, estimate, share
+from cohelm.evaluation.bootstrap import Estimate, median_of, share
+from cohelm.evaluation.results.rides import Rides
 from cohelm.evaluation.sweeps import ride_row, ride_task
 from cohelm.evaluation.sweeps.ride_task import ride_figures, speed_at_touch
 
@@ -215,7 +216,7 @@ def row(planner, seed, *, scene="crossing", outcome="reached", time=12.0, **chan
 
 
 def test_a_median_and_a_share_have_intervals():
-    assert estimate(np.array([1.0, 2.0, 9.0]), np.median).mean == 2.0
+    assert median_of(np.array([1.0, 2.0, 9.0])).mean == 2.0
     none = share(np.zeros(100, dtype=bool))
     assert (none.mean, none.low) == (0.0, 0.0)
     # Wilson: z² / (n + z²) = 3.8416 / 103.8416
@@ -243,11 +244,10 @@ def test_the_table_says_what_the_rows_say(tmp_path):
 
 
 def test_differences_are_taken_on_the_seeds_that_both_rode():
-    ours = Group([row(OURS, seed, time=10.0) for seed in (0, 1, 2)])
-    other = Group([row("dwa", seed, time=10.0 + seed) for seed in (2, 1, 5)])
-    less = paired(other, ours)
-    assert less["time"].tolist() == [1.0, 2.0]
-    assert less["reached"].tolist() == [0.0, 0.0]
+    ours = Rides([row(OURS, seed, time=10.0) for seed in (0, 1, 2)])
+    other = Rides([row("dwa", seed, time=10.0 + seed) for seed in (2, 1, 5)])
+    assert other.less(ours, "time").tolist() == [2.0, 1.0]
+    assert other.less(ours, "reached").tolist() == [0.0, 0.0]
     assert signed(Estimate(mean=0.012, low=-0.0, high=0.02, count=9), 100.0, 1) == "+1.2 [0.0, 2.0]"
 
 

@@ -11,8 +11,9 @@ from cohelm.evaluation.benches import paper_static, riders, steering_report
 from cohelm.evaluation.benches.bench import Result
 from cohelm.evaluation.benches.steering import MODES, STEER_NOWHERE, known_riders
 from cohelm.evaluation.benches.steering_report import make_report
-from cohelm.evaluation.benches.steering_rows import Rides, differences
+from cohelm.evaluation.benches.steering_rows import BY, differences, measured, touch_speed
 from cohelm.evaluation.benches.steering_verdicts import limits, paper
+from cohelm.evaluation.results.rides import Rides
 
 
 def row(mode, seed, *, rider="ideal", scene="corridor-1", outcome="reached", time=20.0, **changes):
@@ -46,35 +47,39 @@ def every(count=20, **changes):
     return [row(mode, seed, **changes) for mode in MODES for seed in range(count)]
 
 
+def rides_of(rows):
+    return Rides(rows, BY)
+
+
 def says(judge, rows, word):
-    return [line for line in judge(Rides(rows)) if word in line]
+    return [line for line in judge(rides_of(rows)) if word in line]
 
 
 # ---------------------------------------------------------------------------- pairs
 
 
 def test_riders_of_one_scene_and_seed_count_as_one():
-    one = Rides(
+    one = rides_of(
         [row("shared", s, rider=r, time=t + s) for s in (0, 1) for r, t in (("a", 10), ("b", 14))]
     )
-    other = Rides([row("manual", s, rider=r, time=9.0) for s in (0, 1) for r in ("a", "b")])
+    other = rides_of([row("manual", s, rider=r, time=9.0) for s in (0, 1) for r in ("a", "b")])
     # seed 0: (10 − 9 + 14 − 9) / 2 = 3; seed 1: 4
     assert differences(one, other, "time").tolist() == [3.0, 4.0]
 
 
 def test_only_rides_that_both_had_are_paired():
-    one = Rides([row("shared", 0), row("shared", 1), row("shared", 2, scene="corridor-2")])
-    other = Rides([row("manual", 1, time=25.0), row("manual", 2)])
+    one = rides_of([row("shared", 0), row("shared", 1), row("shared", 2, scene="corridor-2")])
+    other = rides_of([row("manual", 1, time=25.0), row("manual", 2)])
     assert differences(one, other, "time").tolist() == [-5.0]
 
 
 def test_a_time_is_that_of_who_arrives_and_a_touch_that_of_anything():
-    rides = Rides([row("shared", 0), row("shared", 1, outcome="collision")])
-    assert np.isnan(rides.column("time")).tolist() == [False, True]
+    rides = rides_of([row("shared", 0), row("shared", 1, outcome="collision")])
+    assert np.isnan(measured(rides, "time")).tolist() == [False, True]
     assert rides.column("touched").tolist() == [0.0, 1.0]
-    assert rides.touch_speed.tolist()[1] == 0.5
-    person = Rides([row("shared", 0, collisions_person=1, collision_speed=0.7)])
-    assert person.touch_speed.tolist() == [0.7]
+    assert touch_speed(rides).tolist()[1] == 0.5
+    person = rides_of([row("shared", 0, collisions_person=1, collision_speed=0.7)])
+    assert touch_speed(person).tolist() == [0.7]
 
 
 # ---------------------------------------------------------------------------- limits

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.bootstrap import estimate
+from cohelm.evaluation.bootstrap import mean_of
 from cohelm.maps import read_map
 from cohelm.planning import choices
 from cohelm.planning.choices import Rider, Shown, read_rider, write_rider
@@ -115,7 +115,7 @@ def test_a_hidden_rider_is_learned_from_twenty_choices(route_pool):
 
 
 def report(shares):
-    return f"{estimate(shares):.3f}, least {shares.min():.3f}"
+    return f"{mean_of(shares):.3f}, least {shares.min():.3f}"
 
 
 @pytest.mark.data

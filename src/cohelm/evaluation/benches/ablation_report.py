@@ -11,18 +11,16 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.evaluation.benches.bench import Report, Sheet
 from cohelm.evaluation.benches.rides_report import (
-    Group,
-    Row,
     faults,
     groups_of,
-    paired,
     picture,
     scene_sheet,
     signed,
     sources,
 )
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, few
-from cohelm.evaluation.bootstrap import Estimate, estimate
+from cohelm.evaluation.bootstrap import Estimate, mean_of
+from cohelm.evaluation.results.rides import Rides, Row
 
 
 class Shown(NamedTuple):
@@ -82,14 +80,14 @@ def make_report(
     )
 
 
-def _less(by_variant: Mapping[str, Group], bases: Mapping[str, str]) -> Less:
+def _less(by_variant: Mapping[str, Rides], bases: Mapping[str, str]) -> Less:
     return {
-        name: {key: estimate(each) for key, each in values.items()}
+        name: {key: mean_of(each) for key, each in values.items()}
         for name, values in _values(by_variant, bases).items()
     }
 
 
-def _together(groups: Mapping[str, Mapping[str, Group]], bases: Mapping[str, str]) -> Less:
+def _together(groups: Mapping[str, Mapping[str, Rides]], bases: Mapping[str, str]) -> Less:
     """Over the rides of all scenes."""
     found: dict[str, dict[str, list[Floats]]] = {}
     for by_variant in groups.values():
@@ -97,20 +95,20 @@ def _together(groups: Mapping[str, Mapping[str, Group]], bases: Mapping[str, str
             for key, each in values.items():
                 found.setdefault(name, {}).setdefault(key, []).append(each)
     return {
-        name: {key: estimate(np.concatenate(each)) for key, each in values.items()}
+        name: {key: mean_of(np.concatenate(each)) for key, each in values.items()}
         for name, values in found.items()
     }
 
 
 def _values(
-    by_variant: Mapping[str, Group], bases: Mapping[str, str]
+    by_variant: Mapping[str, Rides], bases: Mapping[str, str]
 ) -> dict[str, dict[str, Floats]]:
     """Variant → measure → its value less that of what it is compared with, by ride."""
     out = {}
     for name, group in by_variant.items():
         base = bases.get(name, name)
         if base != name and base in by_variant:
-            out[name] = paired(group, by_variant[base], SHOWN)
+            out[name] = {key: group.less(by_variant[base], key) for key in SHOWN}
     return out
 
 

@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
-from cohelm.evaluation.benches.rides_report import Group, differences, faults, groups_of, sources
+from cohelm.evaluation.benches.rides_report import differences, faults, groups_of, sources
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, as_percent, few
-from cohelm.evaluation.bootstrap import estimate, middle_of, share
+from cohelm.evaluation.bootstrap import median_of, middle_of, share
 from cohelm.evaluation.results import write_results
+from cohelm.evaluation.results.rides import Rides
 
 REACHED, MOVING = 0.95, 0.01
 """Least share of crossings that arrive, and greatest of those with a moving collision."""
@@ -61,7 +60,7 @@ def make_report(results: Sequence[Result], folder: Path, title: str) -> Report:
     return replace(report, files=written)
 
 
-def verdicts(scene: str, by_planner: Mapping[str, Group]) -> Iterator[str]:
+def verdicts(scene: str, by_planner: Mapping[str, Rides]) -> Iterator[str]:
     """Sentences on ours in one film, each ending in met or MISSED."""
     ours = by_planner.get(OURS)
     if ours is None:
@@ -76,7 +75,7 @@ def verdicts(scene: str, by_planner: Mapping[str, Group]) -> Iterator[str]:
         yield f"{scene}: {what}: {'met' if met else 'MISSED'}"
 
 
-def film_sheet(scene: str, by_planner: Mapping[str, Group]) -> Sheet:
+def film_sheet(scene: str, by_planner: Mapping[str, Rides]) -> Sheet:
     """A line for each planner: shares with score intervals, medians with bootstrap intervals."""
     return Sheet(
         title=f"{scene}: share or median [95 % interval]",
@@ -85,19 +84,19 @@ def film_sheet(scene: str, by_planner: Mapping[str, Group]) -> Sheet:
     )
 
 
-def delay(group: Group) -> Floats:
+def delay(group: Rides) -> Floats:
     """Time over that of the same way with nobody there, (k,), s; NaN where it was not reached."""
     return group.column("time") - group.column("time_alone")
 
 
-def walked_into(group: Group) -> Booleans:
+def walked_into(group: Rides) -> Booleans:
     """Rides in which somebody walked into the standing chair, (k,)."""
     return group.column("standing_contacts") > 0
 
 
-def _cells(group: Group) -> tuple[str, ...]:
+def _cells(group: Rides) -> tuple[str, ...]:
     def median(values: Floats, digits: int) -> str:
-        return f"{estimate(values, np.median):.{digits}f}"
+        return f"{median_of(values):.{digits}f}"
 
     return (
         str(len(group)),
@@ -113,7 +112,7 @@ def _cells(group: Group) -> tuple[str, ...]:
     )
 
 
-def _figures(group: Group) -> dict[str, float | int]:
+def _figures(group: Rides) -> dict[str, float | int]:
     """The table's figures for programs."""
     return {
         "rides": len(group),

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
 from cohelm.arrays import Floats
 from cohelm.evaluation.benches.paper_table3 import COLUMNS, Column, median, values_of
-from cohelm.evaluation.benches.rides_report import Group
 from cohelm.evaluation.benches.rides_verdicts import OURS
-from cohelm.evaluation.bootstrap import estimate
+from cohelm.evaluation.bootstrap import mean_of
+from cohelm.evaluation.results.rides import Rides
 
-Groups = Mapping[str, Mapping[str, Group]]
+Groups = Mapping[str, Mapping[str, Rides]]
 """Scene → planner → rides."""
 
 AGREES, OPPOSES, UNCLEAR, UNKNOWN = "agrees", "does not agree", "no clear difference", "not ridden"
@@ -69,6 +67,10 @@ class Ordering:
                 sides.append(side)
                 text = f"{_median(by_planner[name], self.column)} {name}"
                 says.append(text if side else f"{text} (not apart)")
+        wanting = _wanting(groups, (self.one, *self.others), self.scenes)
+        if not sides:
+            return _not_ridden(wanting or (self.one, *self.others))
+        says += [f"{name} not ridden" for name in wanting]
         return Finding(_verdict(sides), f"{self.column.head}: {', '.join(says)}")
 
 
@@ -87,8 +89,10 @@ class Touching:
             for scene in self.scenes
             if self.planner in groups.get(scene, {})
         }
+        if not found:
+            return _not_ridden((self.planner,))
         as_said = [bool(group.hit_moving.any()) == self.touches for group in found.values()]
-        verdict = UNKNOWN if not found else AGREES if all(as_said) else OPPOSES
+        verdict = AGREES if all(as_said) else OPPOSES
         says = [f"{s}: {int(g.hit_moving.sum())} of {len(g)}" for s, g in found.items()]
         return Finding(verdict, f"rides with a collision: {', '.join(says)}")
 
@@ -106,8 +110,8 @@ class Rougher:
         """See :class:`Judge`."""
         other = groups.get(self.than, {}).get(self.planner)
         sides, says = [], []
-        if other is None:
-            return Finding(UNKNOWN, f"no rides of {self.planner} in {self.than}")
+        if other is None or _wanting(groups, (self.planner,), self.scenes):
+            return _not_ridden((self.planner,))
         for column in self.columns:
             says.append(f"{column.title}: {self.than} {_median(other, column)}")
             for scene in self.scenes:
@@ -170,29 +174,35 @@ def in_words(claim: Claim, finding: Finding) -> str:
     return f"the paper: {claim.says}. Here: {finding.verdict}; {finding.evidence}"
 
 
-def _less(one: Group, other: Group, column: Column) -> Floats:
+def _wanting(groups: Groups, planners: tuple[str, ...], scenes: tuple[str, ...]) -> list[str]:
+    """Planners without a ride in any of the scenes."""
+    return [name for name in planners if not any(name in groups.get(s, {}) for s in scenes)]
+
+
+def _not_ridden(planners: Iterable[str]) -> Finding:
+    return Finding(UNKNOWN, f"it takes rides of {', '.join(planners)}")
+
+
+def _less(one: Rides, other: Rides, column: Column) -> Floats:
     """One's values less the other's, on the seeds that both rode; NaN where one did not arrive."""
-    theirs = dict(zip(other.seeds, values_of(other, column), strict=True))
-    mine = zip(one.seeds, values_of(one, column), strict=True)
-    return np.array([value - theirs[seed] for seed, value in mine if seed in theirs])
+    i, j = one.pairs(other)
+    return values_of(one, column)[i] - values_of(other, column)[j]
 
 
 def _side(less: Floats) -> int:
     """The sign of a mean that is clearly on one side of 0, else 0."""
-    found = estimate(less)
+    found = mean_of(less)
     if found.count < 2 or found.low <= 0.0 <= found.high:
         return 0
     return 1 if found.mean > 0.0 else -1
 
 
 def _verdict(sides: list[int]) -> str:
-    if not sides:
-        return UNKNOWN
     if min(sides) < 0:
         return OPPOSES
     return AGREES if min(sides) > 0 else UNCLEAR
 
 
-def _median(group: Group, column: Column) -> str:
+def _median(group: Rides, column: Column) -> str:
     found = median(group, column)
     return f"{found.mean:.{column.digits}f}" if found.count else "–"

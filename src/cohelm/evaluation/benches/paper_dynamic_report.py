@@ -24,9 +24,10 @@ from cohelm.evaluation.benches.paper_table3 import (
     median,
     values_of,
 )
-from cohelm.evaluation.benches.rides_report import Group, faults, groups_of, sources
+from cohelm.evaluation.benches.rides_report import faults, groups_of, sources
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, few
 from cohelm.evaluation.results import PaperTable, write_results
+from cohelm.evaluation.results.rides import Rides
 
 SLOW = "as the paper's means"
 """The pace of the first table: the one speed that is chosen for all scenes."""
@@ -42,7 +43,7 @@ _DEFINITIONS = (
     "definitions differ from ours, and our gate brakes for people whichever planner drives",
 )
 
-Groups = Mapping[str, Mapping[str, Group]]
+Groups = Mapping[str, Mapping[str, Rides]]
 
 
 def make_report(results: Sequence[Result], folder: Path, title: str) -> Report:
@@ -110,7 +111,7 @@ def _paper(paces: Iterable[str]) -> PaperTable:
 
 
 def scene_sheet(
-    title: str, scene: str, by_planner: Mapping[str, Group], columns: Sequence[Column] = COLUMNS
+    title: str, scene: str, by_planner: Mapping[str, Rides], columns: Sequence[Column] = COLUMNS
 ) -> Sheet:
     """A line for each planner, and the paper's below them."""
     rows = [
@@ -178,7 +179,7 @@ def verdicts(by_pace: Mapping[str, Groups]) -> list[str]:
     return out
 
 
-def _safety(where: str, groups: Sequence[Group], *, judge: bool) -> list[str]:
+def _safety(where: str, groups: Sequence[Rides], *, judge: bool) -> list[str]:
     hits = np.concatenate([group.touched for group in groups])
     reached = np.concatenate([group.reached for group in groups])
     standing = sum(int((group.column("standing_contacts") > 0).sum()) for group in groups)
@@ -233,11 +234,11 @@ def _cells_of(groups: Groups) -> dict[str, list[dict[str, Any]]]:
     }
 
 
-def _rides_of(groups: Groups, name: str) -> dict[str, Group]:
+def _rides_of(groups: Groups, name: str) -> dict[str, Rides]:
     return {scene: each[name] for scene, each in groups.items() if name in each}
 
 
-def _median_and_worst(group: Group, column: Column) -> str:
+def _median_and_worst(group: Rides, column: Column) -> str:
     found = median(group, column)
     if not found.count:
         return "–"

@@ -10,7 +10,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
-from cohelm.evaluation.bootstrap import Estimate, estimate
+from cohelm.evaluation.bootstrap import Estimate, mean_of
 from cohelm.pictures import RoutePanel, draw_error_plot, draw_route_panels
 
 
@@ -62,7 +62,7 @@ def make_report(
 ) -> Report:
     """Tables, sentences, a summary and the pictures; ``wanting`` names what is not installed."""
     columns = _columns(results)
-    means = {m: {k: estimate(v) for k, v in each.items()} for m, each in columns.items()}
+    means = {m: {k: mean_of(v) for k, v in each.items()} for m, each in columns.items()}
     verdicts = _verdicts(means, columns)
     notes = [f"{name} is not installed and was left out" for name in wanting]
     scenes = len({r.row["seed"] for r in results})
@@ -140,7 +140,7 @@ def _differences(columns: Mapping[str, Mapping[str, Floats]]) -> Sheet:
 
 
 def _less(columns: Mapping[str, Mapping[str, Floats]], key: str, ours: str, other: str) -> Estimate:
-    return estimate(columns[ours][key] - columns[other][key])
+    return mean_of(columns[ours][key] - columns[other][key])
 
 
 def _verdicts(

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.benches.rides_report import Group
 from cohelm.evaluation.benches.rides_verdicts import OURS
-from cohelm.evaluation.bootstrap import Estimate, estimate
+from cohelm.evaluation.bootstrap import Estimate, median_of
+from cohelm.evaluation.results.rides import Rides
 
 METHODS: Mapping[str, str] = {
     "mpc": "MPC",
@@ -121,7 +121,7 @@ class Cell:
         return f"{self.scene}, {self.column.title} ({ours} against {self.paper:.5g})"
 
 
-def values_of(group: Group, column: Column) -> Floats:
+def values_of(group: Rides, column: Column) -> Floats:
     """Of each ride, (k,).
 
     The gap is that of all rides, 0 where a person was touched; all else NaN of who did not arrive.
@@ -132,13 +132,13 @@ def values_of(group: Group, column: Column) -> Floats:
     return np.where(group.reached, values, np.nan)
 
 
-def median(group: Group, column: Column) -> Estimate:
+def median(group: Rides, column: Column) -> Estimate:
     """Of a measure, with its 95 % bootstrap interval."""
-    return estimate(values_of(group, column), np.median)
+    return median_of(values_of(group, column))
 
 
 def cells(
-    rides: Mapping[str, Group], columns: Sequence[Column] = COLUMNS, paper: str = OURS
+    rides: Mapping[str, Rides], columns: Sequence[Column] = COLUMNS, paper: str = OURS
 ) -> list[Cell]:
     """Every cell of the paper's table, scene by scene.
 

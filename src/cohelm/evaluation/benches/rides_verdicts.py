@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cohelm.arrays import Booleans
 from cohelm.evaluation.benches.rides_scenes import OWN_SETTINGS
 from cohelm.evaluation.bootstrap import Estimate, middle_of
-
-if TYPE_CHECKING:
-    from cohelm.evaluation.benches.rides_report import Group
+from cohelm.evaluation.results.rides import Rides
 
 OURS = "ss_mpc_dcbf"
 SLOWEST = 1.4
@@ -30,7 +27,7 @@ ENOUGH = 20
 WIDE = 0.6
 """Least median gap that ``social_mpc`` is to keep in ``crossing``, m."""
 
-Groups = Mapping[str, Mapping[str, "Group"]]
+Groups = Mapping[str, Mapping[str, Rides]]
 
 
 def verdicts(groups: Groups) -> list[str]:
@@ -62,7 +59,7 @@ def _is_blind(scene: str) -> bool:
     return scene.endswith(BLIND) or scene in {"aggressive", "distracted"}
 
 
-def _scene(scene: str, by_planner: Mapping[str, Group]) -> Iterator[str]:
+def _scene(scene: str, by_planner: Mapping[str, Rides]) -> Iterator[str]:
     ours = by_planner.get(OURS)
     if ours is None:
         return
@@ -73,7 +70,7 @@ def _scene(scene: str, by_planner: Mapping[str, Group]) -> Iterator[str]:
     if scene == "distracted":
         yield from _distracted(ours, by_planner)
     if scene in _FLAWLESS or scene == "distracted":
-        ratio = middle_of(ours.ratio)
+        ratio = middle_of(ours.column("time_ratio"))
         text = f"median time {ratio:.2f} × the ride alone, at most {SLOWEST:g} asked"
         yield _says(scene, text, ratio <= SLOWEST)
     if scene.startswith("corridor-") and not _is_blind(scene):
@@ -82,7 +79,7 @@ def _scene(scene: str, by_planner: Mapping[str, Group]) -> Iterator[str]:
         yield _says(scene, text, bool(ours.reached.all() and not touched.any()))
 
 
-def _distracted(ours: Group, by_planner: Mapping[str, Group]) -> Iterator[str]:
+def _distracted(ours: Rides, by_planner: Mapping[str, Rides]) -> Iterator[str]:
     scene, hits = "distracted", ours.hit_moving
     text = f"moving collisions in {_count(hits)}, at most {100 * FEW_HITS:g} % asked"
     yield _says(scene, text, hits.mean() <= FEW_HITS)
@@ -133,10 +130,9 @@ def _slower(groups: Groups, name: str) -> float:
     """Median of our time over ``name``'s, on the seeds on which both arrive."""
     ratios = []
     for each in groups.values():
-        theirs = dict(zip(each[name].seeds, each[name].column("time"), strict=True))
-        ours = zip(each[OURS].seeds, each[OURS].column("time"), strict=True)
-        ratios += [time / theirs.get(seed, np.nan) for seed, time in ours]
-    return middle_of(np.array(ratios))
+        i, j = each[OURS].pairs(each[name])
+        ratios.append(each[OURS].column("time")[i] / each[name].column("time")[j])
+    return middle_of(np.concatenate(ratios))
 
 
 def _floors(groups: Groups) -> Iterator[str]:
@@ -148,24 +144,24 @@ def _floors(groups: Groups) -> Iterator[str]:
             yield f"{scene}, {name}: {found}, {wanted} asked of it: {_word(met)}"
 
 
-def _without_hit(group: Group) -> tuple[str, bool]:
+def _without_hit(group: Rides) -> tuple[str, bool]:
     hits = group.touched
     return f"hits in {_count(hits)}", not hits.any()
 
 
-def _wide_berths(group: Group) -> tuple[str, bool]:
+def _wide_berths(group: Rides) -> tuple[str, bool]:
     gap = middle_of(group.column("min_distance"))
     return f"{gap:.2f} m", gap >= WIDE
 
 
-_FLOORS: Mapping[tuple[str, str], tuple[str, Callable[[Group], tuple[str, bool]]]] = {
+_FLOORS: Mapping[tuple[str, str], tuple[str, Callable[[Rides], tuple[str, bool]]]] = {
     ("mpc_dcbf", "aggressive"): ("no hit", _without_hit),
     ("social_mpc", "crossing"): (f"median gap of {WIDE:g} m or more", _wide_berths),
 }
 """(planner, scene) → what is asked of it there, or it is a straw man; and who judges."""
 
 
-def _rivals(by_planner: Mapping[str, Group]) -> Sequence[str]:
+def _rivals(by_planner: Mapping[str, Rides]) -> Sequence[str]:
     return [name for name in by_planner if name != OURS and name not in OWN_SETTINGS]
 
 

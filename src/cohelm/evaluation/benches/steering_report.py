@@ -10,12 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cohelm.evaluation.benches.bench import Report, Result, Sheet
-from cohelm.evaluation.benches.rides_report import Row, faults, signed, sources
+from cohelm.evaluation.benches.rides_report import faults, signed, sources
 from cohelm.evaluation.benches.rides_verdicts import as_percent
-from cohelm.evaluation.benches.steering_rows import Rides, differences, in_order
+from cohelm.evaluation.benches.steering_rows import (
+    BY,
+    differences,
+    in_order,
+    measured,
+    touch_speed,
+)
 from cohelm.evaluation.benches.steering_verdicts import SOFT, limits, paper
-from cohelm.evaluation.bootstrap import Estimate, estimate, share
+from cohelm.evaluation.bootstrap import Estimate, mean_of, median_of, share
 from cohelm.evaluation.results import write_results
+from cohelm.evaluation.results.rides import Rides, Row
 
 
 class Shown(NamedTuple):
@@ -67,7 +74,7 @@ def make_report(results: Sequence[Result], folder: Path, asks: str, title: str) 
         title: of the page.
     """
     rows = [result.row for result in results]
-    rides = Rides(rows)
+    rides = Rides(rows, BY)
     scenes, riders, modes = (in_order(rows, key) for key in ("scene", "rider", "mode"))
     sheets = [
         _sheet("all riders in all scenes", "mode", [(m, rides.only(mode=m)) for m in modes]),
@@ -102,7 +109,7 @@ def make_report(results: Sequence[Result], folder: Path, asks: str, title: str) 
         files=write_results(
             results,
             folder,
-            by=("scene", "rider", "mode"),
+            by=BY,
             title=title,
             base=BASE,
             measures=("reached", "hit_moving", "hit_wall", *SHOWN),
@@ -131,7 +138,7 @@ def _sheet(title: str, head: str, groups: Iterable[tuple[str, Rides]]) -> Sheet:
 
 
 def _cells(rides: Rides) -> tuple[str, ...]:
-    speed = rides.touch_speed
+    speed = touch_speed(rides)
     return (
         str(len(rides)),
         as_percent(share(rides.reached)),
@@ -139,7 +146,7 @@ def _cells(rides: Rides) -> tuple[str, ...]:
         f"{np.nanmax(speed):.2f}" if np.isfinite(speed).any() else "",
         str(int((rides.column("standing_contacts") > 0).sum())),
         *(
-            f"{_scaled(estimate(rides.column(key), np.median), how.factor):.{how.digits}f}"
+            f"{_scaled(median_of(measured(rides, key)), how.factor):.{how.digits}f}"
             for key, how in SHOWN.items()
         ),
     )
@@ -152,7 +159,7 @@ def _less(where: str, rides: Rides, modes: Iterable[str]) -> Sheet:
     for mode in modes if len(base) else ():
         other = rides.only(mode=mode)
         if mode != BASE and len(other):
-            less = {key: estimate(differences(other, base, key)) for key in COMPARED}
+            less = {key: mean_of(differences(other, base, key)) for key in COMPARED}
             cells = (signed(less[k], how.factor, how.digits) for k, how in COMPARED.items())
             rows.append((mode, *cells))
     return Sheet(
@@ -163,12 +170,12 @@ def _less(where: str, rides: Rides, modes: Iterable[str]) -> Sheet:
 
 
 def _figures(rides: Rides) -> dict[str, Any]:
-    medians = {key: estimate(rides.column(key), np.median) for key in SHOWN}
+    medians = {key: median_of(measured(rides, key)) for key in SHOWN}
     return {
         "rides": len(rides),
         "reached": int(rides.reached.sum()),
         "touched": int(rides.touched.sum()),
-        "touched_fast": int((rides.touch_speed > SOFT).sum()),
+        "touched_fast": int((touch_speed(rides) > SOFT).sum()),
         "medians": {k: {"value": e.mean, "low": e.low, "high": e.high} for k, e in medians.items()},
     }
 

@@ -8,35 +8,22 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.benches.rides_report import Group, Row
+from cohelm.evaluation.results.rides import Rides, Row
 
+BY = ("scene", "rider", "mode")
+"""What tells the rides of one seed apart."""
 _WHOLE_RIDES = ("time", "path_length", "heading_change")
 
 
-class Rides(Group):
-    """Rides of any riders, modes and scenes together, by seed."""
+def measured(rides: Rides, key: str) -> Floats:
+    """A measure, (k,), NaN where a ride has none; time, length and turning of who arrived."""
+    values = rides.column(key)
+    return np.where(rides.reached, values, np.nan) if key in _WHOLE_RIDES else values
 
-    def column(self, key: str) -> Floats:
-        """(k,), NaN where a ride has none; ``touched`` as 0 or 1.
 
-        Time, length and turning are those of rides that arrived.
-        """
-        if key == "touched":
-            return self.touched.astype(float)
-        values = super().column(key)
-        return np.where(self.reached, values, np.nan) if key in _WHOLE_RIDES else values
-
-    @property
-    def touch_speed(self) -> Floats:
-        """The chair's speed at its fastest touch, of a person or a thing, (k,), m/s; NaN: none."""
-        person, wall = (
-            super(Rides, self).column(key) for key in ("collision_speed", "collision_speed_wall")
-        )
-        return np.fmax(person, wall)
-
-    def only(self, **what: Any) -> Rides:
-        """Those whose columns are as given: ``only(mode="shared")``."""
-        return Rides([r for r in self.rows if all(r[key] == each for key, each in what.items())])
+def touch_speed(rides: Rides) -> Floats:
+    """The chair's speed at its fastest touch, of a person or a thing, (k,), m/s; NaN: none."""
+    return np.fmax(rides.column("collision_speed"), rides.column("collision_speed_wall"))
 
 
 def in_order(rows: Sequence[Row], key: str) -> list[Any]:
@@ -50,17 +37,12 @@ def differences(one: Rides, other: Rides, key: str) -> Floats:
     The riders of one scene and seed meet the same people, and ``autonomous`` rides the same ride
     with each: they are no independent rides, so that they count as one. NaN: no rider has both.
     """
-    theirs = dict(zip(map(_ride_of, other.rows), other.column(key), strict=True))
+    i, j = one.pairs(other)
     found: dict[tuple[str, int], list[float]] = {}
-    for row, value in zip(one.rows, one.column(key), strict=True):
-        if _ride_of(row) in theirs:
-            less = float(value - theirs[_ride_of(row)])
-            found.setdefault((row["scene"], row["seed"]), []).append(less)
+    for at, less in zip(i, measured(one, key)[i] - measured(other, key)[j], strict=True):
+        row = one.rows[at]
+        found.setdefault((row["scene"], row["seed"]), []).append(float(less))
     return np.array([_mean(each) for each in found.values()])
-
-
-def _ride_of(row: Row) -> tuple[str, str, int]:
-    return row["scene"], row["rider"], int(row["seed"])
 
 
 def _mean(values: list[float]) -> float:

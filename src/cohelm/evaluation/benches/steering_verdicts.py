@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, as_percent, few
-from cohelm.evaluation.benches.steering_rows import Rides, differences, in_order
-from cohelm.evaluation.bootstrap import Estimate, estimate, share
+from cohelm.evaluation.benches.steering_rows import differences, in_order, touch_speed
+from cohelm.evaluation.bootstrap import Estimate, mean_of, median_of, share
+from cohelm.evaluation.results.rides import Rides
 
 SOFT = 0.2
 """A touch at no more than this is none, m/s."""
@@ -27,12 +28,12 @@ def limits(rides: Rides) -> Iterator[str]:
         found = rides.only(mode=mode)
         if not len(found):
             continue
-        fast = found.touch_speed > SOFT
+        fast = touch_speed(found) > SOFT
         text = f"{mode}: touches at more than {SOFT:g} m/s in {int(fast.sum())} of {len(found)}"
         yield f"{text} rides, none asked: {_word(not fast.any())}"
         for rider in in_order(found.rows, "rider"):
             mine = found.only(rider=rider)
-            speed = mine.touch_speed
+            speed = touch_speed(mine)
             if (speed > SOFT).any():
                 worst = mine.rows[int(np.nanargmax(speed))]
                 yield (
@@ -54,7 +55,7 @@ def _shared(shared: Rides) -> Iterator[str]:
         mine = shared.only(rider=rider).reached
         if mine.mean() < REACHED:
             yield f"shared, {rider}: {int(mine.sum())} of {len(mine)} reached"
-    ratio = estimate(shared.ratio, np.median)
+    ratio = median_of(shared.column("time_ratio"))
     yield (
         f"shared: median time {ratio:.2f} × the same ride with nobody there, at most {SLOWEST:g} "
         f"asked: {_word(ratio.mean <= SLOWEST)}"
@@ -78,7 +79,7 @@ def paper(rides: Rides) -> Iterator[str]:
 def _less_touched(one: Rides, other: Rides, mine: str, theirs: str) -> Iterator[str]:
     if not (len(one) and len(other)):
         return
-    less = estimate(differences(one, other, "touched"))
+    less = mean_of(differences(one, other, "touched"))
     yield (
         f"{mine} collides less than {theirs}: {_is_less(less)}; {int(one.touched.sum())} of "
         f"{len(one)} rides against {int(other.touched.sum())} of {len(other)}, paired "
@@ -87,7 +88,7 @@ def _less_touched(one: Rides, other: Rides, mine: str, theirs: str) -> Iterator[
 
 
 def _compared(one: Rides, other: Rides, key: str, unit: str, theirs: str) -> str:
-    less = estimate(differences(one, other, key))
+    less = mean_of(differences(one, other, key))
     here = _is_less(less)
     return f"shared is smoother than {theirs}: {here}; turning {less:+.2f} {unit} less it, paired"
 
@@ -101,7 +102,7 @@ def _is_less(less: Estimate) -> str:
 
 def _better(scene: str, shared: Rides, alone: Rides) -> str:
     """Whether shared control is better than the chair alone: more arrive, or as many and sooner."""
-    more, later = (estimate(differences(shared, alone, key)) for key in ("reached", "time"))
+    more, later = (mean_of(differences(shared, alone, key)) for key in ("reached", "time"))
     arrive = f"{int(shared.reached.sum())} of {len(shared)} arrive"
     beside = f"alone {int(alone.reached.sum())} of {len(alone)}"
     if more.low > 0.0 or (more.low >= 0.0 and later.count and later.high < 0.0):

@@ -8,8 +8,7 @@ import numpy as np
 from scipy import stats
 
 from cohelm.arrays import Floats, value
-from cohelm.evaluation.bootstrap import Estimate
-from cohelm.evaluation.results.intervals import mean_of
+from cohelm.evaluation.bootstrap import Estimate, mean_of
 from cohelm.evaluation.results.measures import Measure
 
 ALPHA = 0.05

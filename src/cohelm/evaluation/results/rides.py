@@ -15,7 +15,7 @@ Row = Mapping[str, Any]
 Key = tuple[str, ...]
 """Values of the columns that say what was compared, in their order."""
 
-_DERIVED = ("reached", "hit_moving", "hit_standing", "hit_wall", "broke_off", "time_ratio")
+_YES_OR_NO = ("reached", "hit_moving", "hit_standing", "hit_wall", "touched", "broke_off")
 _ENDS = {"reached": 0, "timeout": 1, "stopped": 1, "collision": 2}
 
 
@@ -30,7 +30,10 @@ class Rides:
     """
 
     def __init__(
-        self, rows: Sequence[Row], by: Sequence[str], curves: Sequence[Floats | None] = ()
+        self,
+        rows: Sequence[Row],
+        by: Sequence[str] = ("planner",),
+        curves: Sequence[Floats | None] = (),
     ) -> None:
         self.rows = tuple(rows)
         self.by = tuple(by)
@@ -81,6 +84,14 @@ class Rides:
         """Contender → its rides of all cases."""
         return {name: self.of(contender=name) for name in self.contenders}
 
+    def only(self, **what: Any) -> Rides:
+        """Those whose columns are as given: ``only(mode="shared")``."""
+        return self.take(
+            i
+            for i, row in enumerate(self.rows)
+            if all(row.get(key) == each for key, each in what.items())
+        )
+
     def take(self, indices: Iterable[int]) -> Rides:
         """Some of them."""
         at = list(indices)
@@ -98,10 +109,30 @@ class Rides:
             ratio: Floats = np.full(len(self), np.nan)
             np.divide(time, alone, out=ratio, where=there)
             return ratio
-        if name in _DERIVED:
+        if name in _YES_OR_NO:
             found: Booleans = np.array([_is(name, row) for row in self.rows], dtype=bool)
             return found.astype(float)
         return np.array([number(row.get(name)) for row in self.rows], dtype=float)
+
+    @property
+    def reached(self) -> Booleans:
+        """Rides that arrived, (k,)."""
+        return self.column("reached") > 0.0
+
+    @property
+    def hit_moving(self) -> Booleans:
+        """Rides in which the moving chair and a person touched, (k,)."""
+        return self.column("hit_moving") > 0.0
+
+    @property
+    def touched(self) -> Booleans:
+        """Rides in which the moving chair touched somebody, or it touched something, (k,)."""
+        return self.column("touched") > 0.0
+
+    def less(self, other: Rides, name: str) -> Floats:
+        """A measure less the other's, pair by pair in the order of the rows, (c,); NaN: none."""
+        i, j = self.pairs(other)
+        return self.column(name)[i] - other.column(name)[j]
 
     def pairs(self, other: Rides) -> tuple[list[int], list[int]]:
         """Indices of rides here and there that share case and seed: the first of each."""
@@ -158,6 +189,8 @@ def _is(name: str, row: Row) -> bool:
             return bool(row.get("outcome") == "error")
         case "hit_moving":
             return number(row.get("collisions_person")) > 0
+        case "touched":
+            return _is("hit_moving", row) or _is("hit_wall", row)
         case "hit_standing":
             return number(row.get("standing_contacts")) > 0
         case _:

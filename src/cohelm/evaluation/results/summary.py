@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.evaluation.bootstrap import Estimate, share
+from cohelm.evaluation.bootstrap import Estimate, mean_of, median_of, share
 from cohelm.evaluation.results.contrasts import Contrast, contrast, corrected
-from cohelm.evaluation.results.intervals import mean_of, median_of
 from cohelm.evaluation.results.measures import Measure, measure
 from cohelm.evaluation.results.rides import Key, Rides, measures_of, number
 

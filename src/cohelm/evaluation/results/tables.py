@@ -9,9 +9,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from cohelm.evaluation.bootstrap import Estimate
+from cohelm.evaluation.bootstrap import Estimate, mean_of
 from cohelm.evaluation.results.contrasts import Contrast
-from cohelm.evaluation.results.intervals import mean_of
 from cohelm.evaluation.results.markup import Content, Markup, table, tag
 from cohelm.evaluation.results.measures import PROXIES, Measure, measure
 from cohelm.evaluation.results.rides import Key, Rides
