@@ -27,7 +27,7 @@ from cohelm.evaluation.scenario import Scenario
 from cohelm.maps import OccupancyGrid
 from cohelm.robots import Robot
 
-PATIENCE = 300.0
+PATIENCE = 60.0
 """For a ride to be measured, s; then it has no measures."""
 _NOWHERE = frozenset({"success", "spl", "stalled_time"})
 """Measures that have no meaning where the ride had no goal."""
@@ -132,7 +132,7 @@ def _write_measures(
         answer = measures_of(ride)
         write_whole(into.with_suffix(".png"), ride_map(ride))
     except (CohelmError, ValueError, MemoryError) as fault:
-        answer = f"the ride was not measured: {fault or type(fault).__name__}"
+        answer = f"the ride was not measured: {type(fault).__name__} {fault}".strip()
     try:
         write_whole(into, json.dumps(answer).encode())
     except StoreError:  # deleted meanwhile, and nobody waits for it

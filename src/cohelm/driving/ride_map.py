@@ -91,7 +91,8 @@ def _draw_track(sheet: _Sheet, track: Floats, eta: Floats) -> None:
 def _thin(points: Floats) -> Floats:
     """Every so many points (k, d), the last among them."""
     every = max(int(np.ceil(len(points) / _SAMPLES)), 1)
-    return points[np.unique(np.append(np.arange(0, len(points), every), len(points) - 1))]
+    kept = np.unique(np.append(np.arange(0, len(points), every), len(points) - 1))
+    return np.asarray(points[kept])
 
 
 class _Sheet:
