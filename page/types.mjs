@@ -6,13 +6,24 @@ import { compile } from "json-schema-to-typescript";
 const schema = new URL("../src/cohelm/web/messages.schema.json", import.meta.url);
 const types = new URL("src/messages.ts", import.meta.url);
 
-const made = await compile(JSON.parse(await readFile(schema, "utf8")), "Messages", {
+/** Without the least length of lists, which TypeScript would have everybody prove. */
+function withoutLengths(part) {
+  if (part === null || typeof part !== "object") return part;
+  if (Array.isArray(part)) return part.map(withoutLengths);
+  const entries = Object.entries(part).map(([key, value]) => [key, withoutLengths(value)]);
+  const list = part.type === "array" && !Array.isArray(part.items);
+  return Object.fromEntries(entries.filter(([key]) => !(list && key === "minItems")));
+}
+
+const made = await compile(withoutLengths(JSON.parse(await readFile(schema, "utf8"))), "Messages", {
   bannerComment: "// Made by types.mjs from ../src/cohelm/web/messages.schema.json; do not edit.",
   maxItems: -1,
 });
+// Points and poses are values: nobody changes them in place.
+const text = made.replace(/\[(number(?:, number)+)\]/g, "(readonly [$1])");
 await writeFile(
   types,
-  `${made}
+  `${text}
 export type FromPage = Messages["fromPage"];
 export type ToPage = Messages["toPage"];
 `,

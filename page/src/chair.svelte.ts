@@ -13,6 +13,9 @@ import type {
   Welcome,
 } from "./messages";
 
+/** Twenty states a second come; without one for this long something is wrong, ms. */
+const STALE = 600;
+
 const NO_ROUTE: Route = {
   type: "route",
   version: 0,
@@ -36,6 +39,10 @@ export class Chair {
   route = $state.raw<Route>(NO_ROUTE);
   ended = $state.raw<Ended | null>(null);
   notice = $state.raw<Notice | null>(null);
+  /** When the newest state came, by the page's own clock, ms. */
+  came = 0;
+  /** Connected, and yet no state comes. */
+  stale = $state(false);
   /** Whether this page is the one that drives. */
   driving = $derived(this.client !== "" && this.state?.driver === this.client);
   readonly goal = $derived(this.state?.goal ?? null);
@@ -46,6 +53,11 @@ export class Chair {
       if (status !== "open") this.state = null;
     });
     link.listen((message) => this.heard(message));
+  }
+
+  /** Looks whether states still come. */
+  look(now: number): void {
+    this.stale = this.state !== null && now - this.came > STALE;
   }
 
   heard(message: ToPage): void {
@@ -63,6 +75,8 @@ export class Chair {
         break;
       case "state":
         this.state = message;
+        this.came = performance.now();
+        this.stale = false;
         break;
       case "route":
         this.route = message;

@@ -1,0 +1,247 @@
+// What changes seldom, drawn once: the floor, doors, wishes and the ways. Frames only copy it.
+
+import type { Preview, Route, Scene } from "../messages";
+import type { Colours } from "./palette";
+import { farthestFrom } from "./strokes";
+import { toScreen, type Point, type View } from "./view";
+
+/** So much more than the screen is drawn on each side, as a share of it. */
+const MARGIN = 0.2;
+
+export interface Ground {
+  readonly scene: Scene;
+  readonly floor: HTMLCanvasElement | null;
+  readonly colours: Colours;
+  readonly route: Route;
+  readonly preview: Preview | null;
+  readonly shut: readonly number[];
+  /** Whether doors carry their numbers. */
+  readonly numbered: boolean;
+}
+
+export class Backdrop {
+  #canvas = document.createElement("canvas");
+  #view: View | null = null;
+  #ground: Ground | null = null;
+  #pad: Point = [0, 0];
+  #size = "";
+
+  /** Copies itself to the screen; draws itself anew where it does not serve any more. */
+  show(to: CanvasRenderingContext2D, ground: Ground, view: View, width: number, height: number, ratio: number): void {
+    const size = `${width} ${height} ${ratio}`;
+    let shift = this.#size === size && same(this.#ground, ground) ? this.#shift(view) : null;
+    if (!shift) {
+      // While the map turns, no copy serves twice: then no more is drawn than is seen.
+      const turning = this.#view !== null && this.#view.turn !== view.turn;
+      this.#pad = turning ? [0, 0] : [Math.ceil(MARGIN * width), Math.ceil(MARGIN * height)];
+      this.#draw(ground, view, width, height, ratio);
+      this.#size = size;
+      shift = [0, 0];
+    }
+    to.setTransform(1, 0, 0, 1, 0, 0);
+    const [x, y] = this.#pad;
+    to.drawImage(
+      this.#canvas,
+      Math.round((shift[0] - x) * ratio),
+      Math.round((shift[1] - y) * ratio),
+    );
+  }
+
+  /** By how much the copy has to be moved, px; null: it does not reach so far. */
+  #shift(view: View): Point | null {
+    const was = this.#view;
+    if (!was || was.scale !== view.scale || was.turn !== view.turn) return null;
+    const [x, y] = toScreen(view, ...was.at);
+    const dx = x - was.middle[0];
+    const dy = y - was.middle[1];
+    const near = Math.abs(dx) <= this.#pad[0] && Math.abs(dy) <= this.#pad[1];
+    return near ? [dx, dy] : null;
+  }
+
+  #draw(ground: Ground, view: View, width: number, height: number, ratio: number): void {
+    this.#view = view;
+    this.#ground = ground;
+    const canvas = this.#canvas;
+    const [px, py] = this.#pad;
+    const wide = Math.ceil((width + 2 * px) * ratio);
+    const high = Math.ceil((height + 2 * py) * ratio);
+    if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high];
+    const context = canvas.getContext("2d", { alpha: false })!;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.fillStyle = ground.colours.unknown;
+    context.fillRect(0, 0, wide, high);
+    context.setTransform(ratio, 0, 0, ratio, px * ratio, py * ratio);
+    drawFloor(context, ground, view);
+    drawDoors(context, ground, view);
+    drawWishes(context, ground, view);
+    drawWays(context, ground, view);
+  }
+}
+
+function same(a: Ground | null, b: Ground): boolean {
+  return (
+    a !== null &&
+    a.scene === b.scene &&
+    a.floor === b.floor &&
+    a.colours === b.colours &&
+    a.route === b.route &&
+    a.preview === b.preview &&
+    a.numbered === b.numbered &&
+    a.shut.join() === b.shut.join()
+  );
+}
+
+function drawFloor(context: CanvasRenderingContext2D, { scene, floor }: Ground, view: View): void {
+  if (!floor) return;
+  const { x, y, width, height, resolution } = scene.floor;
+  const wide = width * resolution;
+  const high = height * resolution;
+  context.save();
+  const [left, top] = toScreen(view, x, y + high);
+  context.translate(left, top);
+  context.rotate(-view.turn);
+  context.imageSmoothingQuality = "medium";
+  context.drawImage(floor, 0, 0, wide * view.scale, high * view.scale);
+  context.restore();
+}
+
+function drawDoors(context: CanvasRenderingContext2D, ground: Ground, view: View): void {
+  const { colours, shut, numbered } = ground;
+  for (const door of ground.scene.doors) {
+    const closed = shut.includes(door.id);
+    if (!closed && !numbered) continue;
+    context.strokeStyle = closed ? colours.unwish : colours.door;
+    context.lineWidth = closed ? 6 : 3;
+    context.setLineDash(closed ? [] : [4, 4]);
+    traced(context, [door.a, door.b], view);
+    context.stroke();
+    if (!numbered) continue;
+    const [x, y] = toScreen(view, (door.a[0] + door.b[0]) / 2, (door.a[1] + door.b[1]) / 2);
+    badge(context, `${door.id + 1}`, x, y, colours.door, colours.free);
+  }
+  context.setLineDash([]);
+}
+
+function drawWishes(context: CanvasRenderingContext2D, ground: Ground, view: View): void {
+  const { colours } = ground;
+  for (const wish of ground.route.wishes) {
+    const avoided = wish.kind === "avoid";
+    const colour = avoided ? colours.unwish : colours.wish;
+    context.strokeStyle = colour;
+    context.fillStyle = colour;
+    context.lineWidth = 2;
+    context.setLineDash(avoided ? [6, 4] : []);
+    if (avoided && wish.points.length > 2) {
+      traced(context, wish.points, view);
+      context.closePath();
+    } else if (avoided) {
+      around(context, wish.points, wish.radius, view);
+    } else if (wish.kind === "stroke") {
+      context.lineWidth = 10;
+      context.globalAlpha = 0.35;
+      traced(context, wish.points, view);
+    } else {
+      context.beginPath();
+    }
+    if (avoided) {
+      context.globalAlpha = 0.14;
+      context.fill();
+      context.globalAlpha = 1;
+    }
+    context.stroke();
+    context.globalAlpha = 1;
+    context.setLineDash([]);
+    if (wish.kind === "attract") for (const point of wish.points) flag(context, point, colour, view);
+  }
+}
+
+function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View): void {
+  const { colours, route, preview } = ground;
+  context.lineJoin = context.lineCap = "round";
+  if (route.without.length > 1) {
+    dashed(context, route.without, colours.without, 3, [2, 8], view);
+  }
+  if (route.points.length > 1) {
+    traced(context, route.points, view);
+    context.strokeStyle = colours.free;
+    context.lineWidth = 9;
+    context.stroke();
+    context.strokeStyle = colours.route;
+    context.lineWidth = 5;
+    context.stroke();
+  }
+  if (preview && preview.points.length > 1) {
+    dashed(context, preview.points, colours.preview, 5, [12, 9], view);
+  }
+  context.lineCap = "butt";
+  const [of, from, extra, colour] = preview
+    ? [preview.points, route.points, preview.extra, colours.preview]
+    : [route.points, route.without, route.extra, colours.route];
+  const where = farthestFrom(of, from);
+  if (!where || Math.abs(extra) < 0.05) return;
+  const [x, y] = toScreen(view, ...where);
+  badge(context, `${extra > 0 ? "+" : "−"}${Math.abs(extra).toFixed(extra < 9.5 ? 1 : 0)} m`, x, y, colour, colours.free);
+}
+
+export function traced(context: CanvasRenderingContext2D, line: readonly Point[], view: View): void {
+  context.beginPath();
+  for (const point of line) context.lineTo(...toScreen(view, ...point));
+}
+
+function dashed(
+  context: CanvasRenderingContext2D,
+  line: readonly Point[],
+  colour: string,
+  width: number,
+  dash: number[],
+  view: View,
+): void {
+  traced(context, line, view);
+  context.setLineDash(dash);
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** A band about one point or a line of two. */
+function around(context: CanvasRenderingContext2D, points: readonly Point[], radius: number, view: View): void {
+  const a = toScreen(view, ...points[0]!);
+  const b = toScreen(view, ...points[points.length - 1]!);
+  const r = Math.max(4, radius * view.scale);
+  const angle = Math.atan2(b[1] - a[1], b[0] - a[0]);
+  context.beginPath();
+  context.arc(a[0], a[1], r, angle + Math.PI / 2, angle - Math.PI / 2);
+  context.arc(b[0], b[1], r, angle - Math.PI / 2, angle + Math.PI / 2);
+  context.closePath();
+}
+
+function flag(context: CanvasRenderingContext2D, point: Point, colour: string, view: View): void {
+  const [x, y] = toScreen(view, ...point);
+  context.fillStyle = colour;
+  context.beginPath();
+  context.arc(x, y - 18, 9, 0.8 * Math.PI, 0.2 * Math.PI);
+  context.lineTo(x, y);
+  context.closePath();
+  context.fill();
+}
+
+export function badge(
+  context: CanvasRenderingContext2D,
+  text: string,
+  x: number,
+  y: number,
+  ground: string,
+  colour: string,
+): void {
+  context.font = "600 14px system-ui, sans-serif";
+  const wide = context.measureText(text).width + 14;
+  context.fillStyle = ground;
+  context.beginPath();
+  context.roundRect(x - wide / 2, y - 12, wide, 24, 12);
+  context.fill();
+  context.fillStyle = colour;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillText(text, x, y + 0.5);
+}

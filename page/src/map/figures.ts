@@ -1,0 +1,189 @@
+// What moves: people in their social spaces, the plan, the chair.
+
+import type { Chair, Goal, Person, State } from "../messages";
+import { traced } from "./backdrop";
+import type { Shown } from "./motion";
+import type { Colours } from "./palette";
+import { toScreen, type Point, type View } from "./view";
+
+export interface Moving {
+  readonly shown: Shown;
+  readonly state: State;
+  readonly chair: Chair;
+  readonly colours: Colours;
+}
+
+export function drawFigures(context: CanvasRenderingContext2D, moving: Moving, view: View): void {
+  const { shown, state, colours } = moving;
+  context.fillStyle = colours.group;
+  context.globalAlpha = 0.22;
+  for (const outline of state.groups) {
+    traced(context, outline, view);
+    context.fill();
+  }
+  drawSpaces(context, shown.people, colours, view);
+  drawBodies(context, shown.bodies, colours, view);
+  drawPlan(context, state, colours, view);
+  for (const person of shown.people) drawPerson(context, person, colours, view);
+  drawChair(context, shown, moving, view);
+  if (state.goal) drawGoal(context, state.goal, colours, view);
+}
+
+/** Half an ellipse ahead and half a one behind. */
+function drawSpaces(
+  context: CanvasRenderingContext2D,
+  people: readonly Person[],
+  colours: Colours,
+  view: View,
+): void {
+  context.fillStyle = colours.space;
+  context.strokeStyle = colours.space;
+  context.lineWidth = 1;
+  for (const { x, y, axis, front, side, rear } of people) {
+    const [sx, sy] = toScreen(view, x, y);
+    const ahead = -(axis + view.turn);
+    const quarter = Math.PI / 2;
+    context.beginPath();
+    context.ellipse(sx, sy, front * view.scale, side * view.scale, ahead, -quarter, quarter);
+    context.ellipse(sx, sy, rear * view.scale, side * view.scale, ahead, quarter, 3 * quarter);
+    context.closePath();
+    context.globalAlpha = 0.2;
+    context.fill();
+    context.globalAlpha = 0.55;
+    context.stroke();
+  }
+  context.globalAlpha = 1;
+}
+
+/** Who is truly there, seen by the chair or not: thin rings. */
+function drawBodies(
+  context: CanvasRenderingContext2D,
+  bodies: State["bodies"],
+  colours: Colours,
+  view: View,
+): void {
+  context.strokeStyle = colours.person;
+  context.lineWidth = 1.5;
+  context.setLineDash([3, 3]);
+  context.beginPath();
+  for (const [x, y, radius] of bodies) {
+    const [sx, sy] = toScreen(view, x, y);
+    const r = Math.max(2, radius * view.scale);
+    context.moveTo(sx + r, sy);
+    context.arc(sx, sy, r, 0, 2 * Math.PI);
+  }
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function drawPerson(
+  context: CanvasRenderingContext2D,
+  person: Person,
+  colours: Colours,
+  view: View,
+): void {
+  const [x, y] = toScreen(view, person.x, person.y);
+  const r = Math.max(3, person.radius * view.scale);
+  context.fillStyle = colours.person;
+  context.beginPath();
+  context.arc(x, y, r, 0, 2 * Math.PI);
+  context.fill();
+  if (Math.hypot(person.vx, person.vy) < 0.15) return;
+  const ahead = -(Math.atan2(person.vy, person.vx) + view.turn);
+  context.save();
+  context.translate(x, y);
+  context.rotate(ahead);
+  context.fillStyle = colours.free;
+  context.beginPath();
+  context.moveTo(0.75 * r, 0);
+  context.lineTo(-0.25 * r, 0.5 * r);
+  context.lineTo(-0.25 * r, -0.5 * r);
+  context.closePath();
+  context.fill();
+  context.restore();
+}
+
+function drawPlan(
+  context: CanvasRenderingContext2D,
+  { plan }: State,
+  colours: Colours,
+  view: View,
+): void {
+  if (plan.length < 2) return;
+  const line = plan.map(([x, y]): Point => [x, y]);
+  context.lineCap = context.lineJoin = "round";
+  context.strokeStyle = colours.plan;
+  context.lineWidth = Math.max(5, 0.22 * view.scale);
+  context.globalAlpha = 0.45;
+  traced(context, line, view);
+  context.stroke();
+  context.globalAlpha = 1;
+  context.lineCap = "butt";
+}
+
+function drawChair(
+  context: CanvasRenderingContext2D,
+  { pose }: Shown,
+  { chair, colours }: Moving,
+  view: View,
+): void {
+  const [x, y] = toScreen(view, pose[0], pose[1]);
+  const outline = chair.outline;
+  const front = Math.max(...outline.map((corner) => corner[0]));
+  const half = Math.max(...outline.map((corner) => Math.abs(corner[1])));
+  // Far away it is drawn larger than it is, so that it is found.
+  const k = Math.max(view.scale, 9 / half);
+  context.save();
+  context.translate(x, y);
+  context.rotate(-(pose[2] + view.turn));
+  context.beginPath();
+  for (const [ahead, left] of outline) context.lineTo(k * ahead, -k * left);
+  context.closePath();
+  context.fillStyle = colours.chair;
+  context.strokeStyle = colours.onChair;
+  context.lineWidth = 2;
+  context.lineJoin = "round";
+  context.fill();
+  context.stroke();
+  context.fillStyle = colours.onChair;
+  context.beginPath();
+  context.moveTo(k * front * 0.75, 0);
+  context.lineTo(k * (front * 0.75 - half), k * half * 0.62);
+  context.lineTo(k * (front * 0.75 - half), -k * half * 0.62);
+  context.closePath();
+  context.fill();
+  context.restore();
+}
+
+function drawGoal(
+  context: CanvasRenderingContext2D,
+  goal: Goal,
+  colours: Colours,
+  view: View,
+): void {
+  const [x, y] = toScreen(view, goal.x, goal.y);
+  pin(context, x, y, colours.route, colours.free);
+}
+
+/** A pin whose tip is at (x, y), px. */
+export function pin(
+  context: CanvasRenderingContext2D,
+  x: number,
+  y: number,
+  colour: string,
+  hole: string,
+): void {
+  context.beginPath();
+  context.arc(x, y - 26, 13, 0.85 * Math.PI, 0.15 * Math.PI);
+  context.lineTo(x, y);
+  context.closePath();
+  context.fillStyle = colour;
+  context.strokeStyle = hole;
+  context.lineWidth = 2;
+  context.fill();
+  context.stroke();
+  context.beginPath();
+  context.arc(x, y - 26, 5, 0, 2 * Math.PI);
+  context.fillStyle = hole;
+  context.fill();
+}

@@ -1,0 +1,60 @@
+// The map's picture in the page's colours, with smooth edges however near one looks.
+
+import type { Floor } from "../messages";
+import { rgbOf, type Colours, type Rgb } from "./palette";
+
+/** The tinted picture has at most so many pixels. */
+const MOST = 6_000_000;
+/** Finer than this nobody sees, pixels a cell. */
+const FINEST = 3;
+
+export async function loadFloor(floor: Floor): Promise<HTMLImageElement> {
+  const image = new Image();
+  image.src = floor.image;
+  await image.decode();
+  return image;
+}
+
+/** 0 is a wall, 128 unknown, 255 free; enlarged smoothly, edges lie where the grey is half. */
+export function tinted(image: HTMLImageElement, colours: Colours): HTMLCanvasElement {
+  const { naturalWidth: width, naturalHeight: height } = image;
+  const fine = Math.max(1, Math.min(FINEST, Math.floor(Math.sqrt(MOST / (width * height)))));
+  const canvas = document.createElement("canvas");
+  canvas.width = width * fine;
+  canvas.height = height * fine;
+  const context = canvas.getContext("2d", { willReadFrequently: true })!;
+  context.imageSmoothingQuality = "high";
+  context.drawImage(image, 0, 0, canvas.width, canvas.height);
+  const pixels = context.getImageData(0, 0, canvas.width, canvas.height);
+  tint(pixels.data, colours);
+  context.putImageData(pixels, 0, 0);
+  return canvas;
+}
+
+function tint(data: Uint8ClampedArray, colours: Colours): void {
+  const shades = shadesOf(rgbOf(colours.wall), rgbOf(colours.unknown), rgbOf(colours.free));
+  for (let k = 0; k < data.length; k += 4) {
+    const at = 3 * data[k]!;
+    data[k] = shades[at]!;
+    data[k + 1] = shades[at + 1]!;
+    data[k + 2] = shades[at + 2]!;
+  }
+}
+
+/** For each grey its colour: three flats, with steep ramps between them. */
+export function shadesOf(wall: Rgb, unknown: Rgb, free: Rgb): Uint8ClampedArray {
+  const shades = new Uint8ClampedArray(3 * 256);
+  for (let grey = 0; grey < 256; grey++) {
+    const toUnknown = ramp(grey, 52, 76);
+    const toFree = ramp(grey, 140, 190);
+    for (let c = 0; c < 3; c++) {
+      const dark = wall[c]! + toUnknown * (unknown[c]! - wall[c]!);
+      shades[3 * grey + c] = dark + toFree * (free[c]! - dark);
+    }
+  }
+  return shades;
+}
+
+function ramp(x: number, from: number, to: number): number {
+  return Math.min(1, Math.max(0, (x - from) / (to - from)));
+}

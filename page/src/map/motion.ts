@@ -1,0 +1,79 @@
+// Between two states of the chair, twenty a second, the picture moves on evenly.
+
+import type { Person, State } from "../messages";
+
+/** What of a state moves. */
+export interface Shown {
+  readonly pose: State["pose"];
+  readonly people: readonly Person[];
+  readonly bodies: State["bodies"];
+}
+
+/** A longer way in one state is a jump, which is not drawn as a movement, m. */
+const JUMP = 1;
+const SHORTEST = 25;
+const LONGEST = 120;
+
+const mixed = (a: number, b: number, share: number): number => a + share * (b - a);
+
+export function mixedAngle(a: number, b: number, share: number): number {
+  const turn = Math.atan2(Math.sin(b - a), Math.cos(b - a));
+  return a + share * turn;
+}
+
+/** `share` of the way from one to the next; who was not there before is where they are. */
+export function between(a: Shown, b: Shown, share: number): Shown {
+  if (share >= 1 || far(a.pose, b.pose)) return b;
+  const before = new Map(a.people.map((person) => [person.id, person]));
+  return {
+    pose: [
+      mixed(a.pose[0], b.pose[0], share),
+      mixed(a.pose[1], b.pose[1], share),
+      mixedAngle(a.pose[2], b.pose[2], share),
+    ],
+    people: b.people.map((now) => moved(before.get(now.id), now, share)),
+    bodies: b.bodies,
+  };
+}
+
+function moved(was: Person | undefined, now: Person, share: number): Person {
+  if (!was || far([was.x, was.y], [now.x, now.y])) return now;
+  return {
+    ...now,
+    x: mixed(was.x, now.x, share),
+    y: mixed(was.y, now.y, share),
+    axis: mixedAngle(was.axis, now.axis, share),
+    front: mixed(was.front, now.front, share),
+    side: mixed(was.side, now.side, share),
+    rear: mixed(was.rear, now.rear, share),
+  };
+}
+
+function far(a: readonly number[], b: readonly number[]): boolean {
+  return Math.hypot((a[0] ?? 0) - (b[0] ?? 0), (a[1] ?? 0) - (b[1] ?? 0)) > JUMP;
+}
+
+/** Moves from what was shown when a state came to that state, in as long as states take. */
+export class Motion {
+  #from: Shown | null = null;
+  #to: Shown | null = null;
+  #came = 0;
+  #span = 50;
+
+  put(state: Shown, now: number): void {
+    this.#from = this.at(now);
+    if (this.#to) this.#span = Math.min(LONGEST, Math.max(SHORTEST, now - this.#came));
+    this.#to = state;
+    this.#came = now;
+  }
+
+  at(now: number, still = false): Shown | null {
+    if (!this.#to || !this.#from || still) return this.#to;
+    return between(this.#from, this.#to, (now - this.#came) / this.#span);
+  }
+
+  /** Whether the picture would still change without another state. */
+  moving(now: number): boolean {
+    return this.#to !== null && now - this.#came < this.#span;
+  }
+}

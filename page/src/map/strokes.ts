@@ -1,0 +1,87 @@
+// What a finger draws, as the chair wants to hear it.
+
+import type { Point } from "./view";
+
+/** The longest line that a wish may have. */
+export const MOST_POINTS = 60;
+
+/** Without the points that are nearer than `tolerance` to the line of the others (Ramer 1972). */
+export function simplified(line: readonly Point[], tolerance: number): Point[] {
+  if (line.length < 3) return [...line];
+  const first = line[0]!;
+  const last = line[line.length - 1]!;
+  let worst = 0;
+  let farthest = 0;
+  for (let k = 1; k < line.length - 1; k++) {
+    const d = distanceToSegment(line[k]!, first, last);
+    if (d > farthest) [worst, farthest] = [k, d];
+  }
+  if (farthest <= tolerance) return [first, last];
+  const head = simplified(line.slice(0, worst + 1), tolerance);
+  return [...head.slice(0, -1), ...simplified(line.slice(worst), tolerance)];
+}
+
+/** As few points as a message may carry. */
+export function drawn(line: readonly Point[], tolerance = 0.1): Point[] {
+  let points = simplified(line, tolerance);
+  for (let t = 2 * tolerance; points.length > MOST_POINTS; t *= 2) points = simplified(line, t);
+  return points;
+}
+
+export function lengthOf(line: readonly Point[]): number {
+  let sum = 0;
+  for (let k = 1; k < line.length; k++) sum += distance(line[k]!, line[k - 1]!);
+  return sum;
+}
+
+/** The zone that a drawn line keeps free: what it encloses, or a band about it.
+ *
+ * Three points and more are an outline to the chair, so an open line becomes the outline of its
+ * band. Returns the points and how far the zone reaches beyond them, m. */
+export function zoneOf(line: readonly Point[], aside = 0.4): { points: Point[]; radius: number } {
+  const points = drawn(line, 0.15);
+  const first = points[0]!;
+  const last = points[points.length - 1]!;
+  if (points.length < 3) return { points, radius: aside };
+  const closed = distance(first, last) < 0.25 * lengthOf(points);
+  if (closed) return { points, radius: 0 };
+  const half = Math.floor(MOST_POINTS / 2);
+  const spine = points.length > half ? drawn(line, 0.3).slice(0, half) : points;
+  const left = spine.map((_, k) => besides(spine, k, aside));
+  const right = spine.map((_, k) => besides(spine, k, -aside)).reverse();
+  return { points: [...left, ...right], radius: 0 };
+}
+
+function besides(line: readonly Point[], k: number, aside: number): Point {
+  const a = line[Math.max(0, k - 1)]!;
+  const b = line[Math.min(line.length - 1, k + 1)]!;
+  const p = line[k]!;
+  const length = distance(a, b) || 1;
+  return [p[0] - (aside * (b[1] - a[1])) / length, p[1] + (aside * (b[0] - a[0])) / length];
+}
+
+export function distance(a: Point, b: Point): number {
+  return Math.hypot(a[0] - b[0], a[1] - b[1]);
+}
+
+export function distanceToSegment(p: Point, a: Point, b: Point): number {
+  const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+  const square = dx * dx + dy * dy;
+  const along = square > 0 ? ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / square : 0;
+  const t = Math.min(1, Math.max(0, along));
+  return distance(p, [a[0] + t * dx, a[1] + t * dy]);
+}
+
+/** The point of one line that lies farthest from the other: where a detour shows best. */
+export function farthestFrom(line: readonly Point[], other: readonly Point[]): Point | null {
+  let best: Point | null = null;
+  let most = 0.5;
+  for (const p of line) {
+    let nearest = Infinity;
+    for (let k = 1; k < other.length; k++) {
+      nearest = Math.min(nearest, distanceToSegment(p, other[k - 1]!, other[k]!));
+    }
+    if (nearest < Infinity && nearest > most) [best, most] = [p, nearest];
+  }
+  return best;
+}

@@ -1,0 +1,97 @@
+// Where the map lies on the screen. The map is in metres, y up (REP-103); the screen in CSS
+// pixels, y down.
+
+export type Point = readonly [x: number, y: number];
+
+export interface View {
+  /** The map's point that lies at `middle`, m. */
+  readonly at: Point;
+  /** Where that is on the screen, px. */
+  readonly middle: Point;
+  /** Pixels a metre. */
+  readonly scale: number;
+  /** By how much the map is turned, counter-clockwise, rad; 0 is north up. */
+  readonly turn: number;
+}
+
+export interface Box {
+  readonly x: number;
+  readonly y: number;
+  readonly width: number;
+  readonly height: number;
+}
+
+export const CLOSEST = 160;
+export const FARTHEST = 4;
+
+export function toScreen(view: View, x: number, y: number): Point {
+  const dx = x - view.at[0];
+  const dy = y - view.at[1];
+  const c = Math.cos(view.turn);
+  const s = Math.sin(view.turn);
+  return [
+    view.middle[0] + view.scale * (c * dx - s * dy),
+    view.middle[1] - view.scale * (s * dx + c * dy),
+  ];
+}
+
+export function toMap(view: View, x: number, y: number): Point {
+  const u = (x - view.middle[0]) / view.scale;
+  const v = (view.middle[1] - y) / view.scale;
+  const c = Math.cos(view.turn);
+  const s = Math.sin(view.turn);
+  return [view.at[0] + c * u + s * v, view.at[1] - s * u + c * v];
+}
+
+/** The same view with a point of the map moved to a place on the screen. */
+export function pinned(view: View, point: Point, screen: Point): View {
+  const [x, y] = toScreen(view, ...point);
+  return panned(view, screen[0] - x, screen[1] - y);
+}
+
+export function panned(view: View, dx: number, dy: number): View {
+  const [x, y] = view.middle;
+  return { ...view, at: toMap(view, x - dx, y - dy) };
+}
+
+/** Zoomed about a place on the screen, which stays where it is. */
+export function zoomed(view: View, factor: number, x: number, y: number): View {
+  const point = toMap(view, x, y);
+  const scale = Math.min(CLOSEST, Math.max(FARTHEST, view.scale * factor));
+  return pinned({ ...view, scale }, point, [x, y]);
+}
+
+/** North up, with all of a box of the map on the screen. */
+export function fitted(box: Box, width: number, height: number, margin = 16): View {
+  const scale = Math.min((width - 2 * margin) / box.width, (height - 2 * margin) / box.height);
+  return {
+    at: [box.x + box.width / 2, box.y + box.height / 2],
+    middle: [width / 2, height / 2],
+    scale: Math.min(CLOSEST, Math.max(1, scale)),
+    turn: 0,
+  };
+}
+
+/** North up, moved no more than it takes to have the chair within the middle of the screen. */
+export function followed(view: View, x: number, y: number, width: number, height: number): View {
+  const north = { ...view, turn: 0, middle: [width / 2, height / 2] as const };
+  const [sx, sy] = toScreen(north, x, y);
+  const over = (s: number, full: number): number =>
+    Math.max(0, s - 0.62 * full) + Math.min(0, s - 0.38 * full);
+  return panned(north, -over(sx, width), -over(sy, height));
+}
+
+/** The chair in the lower part of the screen, its heading up. */
+export function headed(
+  view: View,
+  pose: readonly [number, number, number],
+  width: number,
+  height: number,
+): View {
+  return {
+    ...view,
+    at: [pose[0], pose[1]],
+    middle: [width / 2, 0.66 * height],
+    turn: Math.PI / 2 - pose[2],
+  };
+}

@@ -1,0 +1,42 @@
+// STOP: said until the chair has heard it, and what came of it in words.
+
+import { chair } from "./chair.svelte";
+import { inputs } from "./input/live";
+
+/** Until it is said again, ms. */
+const AGAIN = 150;
+const TIMES = 10;
+
+class Stopping {
+  /** For the rider; empty while nothing is to be said. */
+  words = $state("");
+
+  press(): void {
+    inputs.stop();
+    if (chair.status !== "open") {
+      this.words = "The link is lost. The chair stops by itself.";
+      return;
+    }
+    this.words = "STOP was pressed.";
+    this.#check(TIMES);
+  }
+
+  /** The chair drives again. */
+  over(): void {
+    this.words = "";
+  }
+
+  #check(left: number): void {
+    setTimeout(() => {
+      if (chair.state?.link !== "ready") return;
+      if (left === 0) {
+        this.words = "The chair has not heard STOP. Leave this page: then it stops by itself.";
+        return;
+      }
+      inputs.stop();
+      this.#check(left - 1);
+    }, AGAIN);
+  }
+}
+
+export const stopping = new Stopping();
