@@ -1,5 +1,4 @@
 import json
-import os
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from cohelm.evaluation.barn import (
 )
 from cohelm.evaluation.benches import barn as bench
 from cohelm.evaluation.benches.barn_report import difficulty
+from cohelm.recordings.outside import outside_data
 from cohelm.robots import load_robot
 
 
@@ -47,16 +47,16 @@ def test_the_score_is_clipped_between_twice_and_eight_times_the_optimal_time():
 
 
 def test_the_optimal_time_is_the_reference_path_at_two_metres_a_second(data):
-    worlds = read_barn(str(data))
+    worlds = read_barn(data)
     assert worlds.optimal_time(1) == pytest.approx(5.2)
     assert difficulty(worlds) == pytest.approx([1.0, 1.04])
 
 
 def test_it_says_where_the_worlds_are_not_there(tmp_path, monkeypatch):
     with pytest.raises(ConfigError, match="COHELM_DATA"):
-        read_barn("")
+        read_barn(None)
     with pytest.raises(ConfigError, match="barn_worlds"):
-        read_barn(str(tmp_path))
+        read_barn(tmp_path)
     monkeypatch.delenv("COHELM_DATA", raising=False)
     with pytest.raises(ConfigError, match="outside data"):
         bench.on().tasks(range(1))
@@ -83,7 +83,7 @@ def test_the_robot_is_the_benchmarks_and_its_scanner_sees_three_quarters():
 
 
 def test_the_true_world_has_the_cylinders_and_the_map_has_nothing(data, tmp_path):
-    worlds = read_barn(str(data))
+    worlds = read_barn(data)
     stage = barn_stage(worlds, 0, "dwa", tmp_path)
     assert not stage.grid.blocked().any()
     truth = stage.world.grid
@@ -94,7 +94,7 @@ def test_the_true_world_has_the_cylinders_and_the_map_has_nothing(data, tmp_path
 
 @pytest.mark.slow
 def test_a_ride_ends_within_a_metre_of_the_goal_past_what_it_sees(data, tmp_path):
-    worlds = read_barn(str(data))
+    worlds = read_barn(data)
     ride = ride_barn(worlds, 1, barn_stage(worlds, 1, "dwa", tmp_path))
     assert ride.outcome is BarnOutcome.SUCCESS
     assert np.hypot(*(ride.pose[-1, :2] - worlds.goal)) <= 1.0
@@ -117,9 +117,8 @@ def test_the_bench_rides_and_reports(data, tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.data
 def test_worlds_as_they_are_can_be_ridden(tmp_path):
-    data = os.environ.get("COHELM_DATA", "")
     try:
-        worlds = read_barn(data)
+        worlds = read_barn(outside_data())
     except ConfigError as missing:
         pytest.skip(str(missing))
     assert len(worlds.cylinders) == len(worlds.length) == 300

@@ -16,8 +16,8 @@ from rosbags.highlevel import AnyReader
 from cohelm.arrays import identical
 from cohelm.errors import RecordingError, ScenarioError
 from cohelm.evaluation import Episode, load_scenario, run
+from cohelm.evaluation.open_loop import CHANGEABLE, replayed, scenario_of
 from cohelm.evaluation.recorded import facts_of, run_recorded
-from cohelm.evaluation.replay import CHANGEABLE, replayed, scenario_of
 from cohelm.evaluation.scenario import PARTS
 from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Mode

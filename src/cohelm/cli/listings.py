@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,6 +12,7 @@ from rich.table import Table
 from cohelm import plugins as parts
 from cohelm.cli.report import OUTPUT
 from cohelm.errors import ScenarioError
+from cohelm.recordings.outside import outside_data
 
 if TYPE_CHECKING:
     from cohelm.evaluation.scenario import Scenario
@@ -146,8 +146,7 @@ def plugins() -> int:
 
 def data() -> int:
     """List the outside data sets: present or absent, with their public sources and licences."""
-    given = os.environ.get("COHELM_DATA", "")
-    root = Path(given) if given else None
+    root = outside_data()
     for each in DATA_SETS:
         folder = root / each.folder if root is not None else None
         present = folder is not None and folder.is_dir() and any(folder.iterdir())
@@ -156,7 +155,9 @@ def data() -> int:
         for source, licence in each.sources:
             OUTPUT.print(f"[dim]{'':21}github.com/{source}  ({licence})[/]")
     OUTPUT.print(
-        f"COHELM_DATA is {given}" if given else "COHELM_DATA is not set; it names their folder",
+        "COHELM_DATA is not set; it names their folder"
+        if root is None
+        else f"COHELM_DATA is {root}",
         markup=False,
     )
     return 0

@@ -14,8 +14,8 @@ import numpy as np
 from cohelm.cli import streams
 from cohelm.cli.progress import Counting
 from cohelm.cli.report import OUTPUT, write_json
+from cohelm.evaluation.open_loop import Compared, replayed
 from cohelm.evaluation.recorded import ride_versions
-from cohelm.evaluation.replay import Compared, replayed
 from cohelm.evaluation.sweeps.identity import differences
 from cohelm.messages import Decision
 from cohelm.recordings import RecordedRide

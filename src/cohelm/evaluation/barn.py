@@ -124,21 +124,21 @@ class BarnRide:
     """Cells of the obstacle layer at the end, m."""
 
 
-def read_barn(data: str) -> BarnWorlds:
+def read_barn(data: Path | None) -> BarnWorlds:
     """The worlds in the folder of the outside data.
 
     Args:
-        data: what ``COHELM_DATA`` says; may be empty.
+        data: that folder; None: nobody says where it is.
 
     Raises:
         ConfigError: if they are not there, saying what to do.
     """
-    if not data:
+    if data is None:
         raise ConfigError(
             "the BARN worlds are outside data: set COHELM_DATA to the folder that holds "
             f"{FILE} (cohelm data)"
         )
-    file = Path(data) / FILE
+    file = data / FILE
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
     except OSError as cause:

@@ -10,7 +10,6 @@ radius of the goal.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
@@ -20,6 +19,7 @@ import numpy as np
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.errors import ConfigError, RecordingError
 from cohelm.recordings.crowdnav import read_cases
+from cohelm.recordings.outside import outside_data
 
 DT = 0.25
 """s."""
@@ -90,14 +90,14 @@ def recorded(file: Path | None = None) -> Floats:
         ConfigError: if it is not there or is no such recording.
     """
     if file is None:
-        root = os.environ.get("COHELM_DATA")
-        if not root:
+        folder = outside_data()
+        if folder is None:
             raise ConfigError(
                 "needs the recorded people; COHELM_DATA is not set (or give --layout for cases of "
                 "our own)",
                 key="--replay",
             )
-        file = Path(root) / REPLAY
+        file = folder / REPLAY
     try:
         return read_cases(file)
     except RecordingError as cause:

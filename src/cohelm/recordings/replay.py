@@ -8,7 +8,6 @@ see them.
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -21,6 +20,7 @@ from cohelm.config import Model
 from cohelm.errors import RecordingError
 from cohelm.geometry import transform
 from cohelm.recordings.crowdnav import STEP, read_cases
+from cohelm.recordings.outside import outside_data
 from cohelm.recordings.trajectories import Trajectories, read_trajectories, trajectories_of
 from cohelm.simulation.api import Crowd, Scene
 from cohelm.simulation.crowds.moods import (
@@ -159,10 +159,10 @@ class Replay:
 
 def _found(name: str) -> Path:
     """The file that is named, or the one of that name in COHELM_DATA."""
-    file, root = Path(name), os.environ.get("COHELM_DATA")
-    if file.is_file() or not root or file.is_absolute():
+    file, folder = Path(name), outside_data()
+    if file.is_file() or folder is None:
         return file
-    return Path(root) / file
+    return folder / file
 
 
 @lru_cache(maxsize=16)

@@ -6,7 +6,6 @@ benchmark, the robot is this simulator's. Nothing of it is to be laid beside fig
 
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from cohelm.errors import ConfigError
 from cohelm.evaluation.barn import BarnOutcome, barn_stage, read_barn, ride_barn, score
 from cohelm.evaluation.benches.barn_report import make_report
 from cohelm.evaluation.benches.bench import Report, Result, Task, parted
+from cohelm.recordings.outside import outside_data
 
 TITLE = "BARN worlds, a 2-D port (not to be compared with the original in Gazebo)"
 SEEDS = 1
@@ -42,7 +42,7 @@ class BarnBench:
 
     def tasks(self, seeds: range) -> Sequence[Task]:
         """One for each world, planner and seed of the sensors' noise."""
-        read_barn(_data())  # says at once where the worlds are not there
+        read_barn(outside_data())  # says at once where the worlds are not there
         return [
             (world, planner, seed, self.settings)
             for world in self.worlds
@@ -56,7 +56,7 @@ class BarnBench:
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """A row for each planner, success by difficulty, a gallery."""
-        return make_report(results, read_barn(_data()), folder)
+        return make_report(results, read_barn(outside_data()), folder)
 
 
 def on(
@@ -105,12 +105,8 @@ def _numbers(text: str | None) -> tuple[int, ...]:
     return tuple(dict.fromkeys(numbers))
 
 
-def _data() -> str:
-    return os.environ.get("COHELM_DATA", "")
-
-
 def _ride(world: int, planner: str, seed: int, settings: tuple[str, ...]) -> Result:
-    worlds = read_barn(_data())
+    worlds = read_barn(outside_data())
     with tempfile.TemporaryDirectory() as folder:
         stage = barn_stage(worlds, world, planner, Path(folder), settings, seed=seed)
         ride = ride_barn(worlds, world, stage)

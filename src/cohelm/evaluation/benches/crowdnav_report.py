@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from cohelm.evaluation.benches.bench import Report, Sheet
+from cohelm.recordings.outside import outside_file
 
 Row = Mapping[str, Any]
 
@@ -104,8 +104,8 @@ def _of(rows: Sequence[Row], caution: float, model: str) -> list[Row]:
 
 def _others() -> list[Line]:
     """The references measured by CrowdNav's own code where they are there, and the rest."""
-    file = Path(os.environ.get("COHELM_DATA", "")) / "crowdnav" / RECORDED
-    measured = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else []
+    file = outside_file("crowdnav", RECORDED)
+    measured = [] if file is None else json.loads(file.read_text(encoding="utf-8"))
     names = {"linear": "straight ahead", "orca": "ORCA"}
     found = [
         Line(

@@ -7,7 +7,6 @@ planners ride the same crossings on an open floor. All the avoiding is the chair
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -25,6 +24,7 @@ from cohelm.evaluation.crossings import crossing
 from cohelm.evaluation.presets import tuned_settings
 from cohelm.evaluation.sweeps import RideTask, ride_row
 from cohelm.recordings import Trajectories, read_trajectories
+from cohelm.recordings.outside import outside_data
 
 TITLE = "Local planners across filmed crowds, who do not react"
 SEEDS = 20
@@ -112,14 +112,14 @@ def film_file(film: str) -> str:
 @lru_cache(maxsize=8)
 def _film(film: str) -> Trajectories:
     file = Path(film_file(film))
-    root = os.environ.get("COHELM_DATA")
     if film in FILMS and not file.is_file():
-        if not root:
+        folder = outside_data()
+        if folder is None:
             raise ConfigError(
                 f"{film} is outside data, and COHELM_DATA is not set (or name a file)",
                 key="--films",
             )
-        file = Path(root) / file
+        file = folder / file
     try:
         return read_trajectories(file)
     except RecordingError as cause:

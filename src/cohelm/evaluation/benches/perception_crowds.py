@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cohelm.errors import PluginError
-from cohelm.evaluation.benches.perception_rows import Row, absent, data_file, not_run, row
+from cohelm.evaluation.benches.perception_rows import Row, absent, not_run, row
 from cohelm.evaluation.changes_of_mind import SOON, changes, noticed
 from cohelm.evaluation.foresight import alarms, foresee, likelihoods
 from cohelm.evaluation.grouping import group_scores
@@ -20,6 +20,7 @@ from cohelm.evaluation.watched import Watched, watch
 from cohelm.evaluation.watching import parts_of
 from cohelm.perception import Predictor
 from cohelm.recordings import read_trajectories
+from cohelm.recordings.outside import outside_file
 
 FILMS = {"ETH": "eth_obsmat.txt", "zara01": "zara01_obsmat.txt"}
 CROWDS = tuple((name, drive) for name in FILMS for drive in (False, True))
@@ -136,4 +137,4 @@ def maneuvers() -> Iterator[Row]:
 
 
 def _film(name: str) -> Path | None:
-    return data_file("pedestrians", FILMS[name])
+    return outside_file("pedestrians", FILMS[name])

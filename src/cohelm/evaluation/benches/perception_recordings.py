@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from cohelm.evaluation.benches.perception_rows import Row, absent, data_file, not_run, row
+from cohelm.evaluation.benches.perception_rows import Row, absent, not_run, row
 from cohelm.evaluation.filming import Filming
 from cohelm.evaluation.labelled import Own, Scoring, Truth, read_truth
 from cohelm.evaluation.perceived_scores import WITHIN
 from cohelm.evaluation.watching import SPACING, Tracks, parts_of, perception_of, watch
 from cohelm.recordings import open_recording
+from cohelm.recordings.outside import outside_file
 
 LEGS = ("legtracker_positive_1_extracted.bag", "legtracker_positive_2_extracted.bag")
 DEMO = "legtracker_demo_stationary_simple.bag"
@@ -23,7 +24,7 @@ LEAST_FOUND, MOST_UNLABELLED, NEAREST = 0.95, 1.0, 0.3
 def legs(folder: Path) -> Iterator[Row]:
     """The labelled legs of two bags."""
     for name in LEGS:
-        part, file = "labelled legs", data_file("lidar", name)
+        part, file = "labelled legs", outside_file("lidar", name)
         if file is None:
             yield not_run(part, name, absent("lidar", name))
             continue
@@ -43,7 +44,7 @@ def legs(folder: Path) -> Iterator[Row]:
 
 def demo(folder: Path) -> Iterator[Row]:
     """The long bag, which nobody has labelled: how many tracks, and how steady their ids."""
-    part, file = "demo bag", data_file("lidar", DEMO)
+    part, file = "demo bag", outside_file("lidar", DEMO)
     if file is None:
         yield not_run(part, DEMO, absent("lidar", DEMO))
         return
@@ -64,8 +65,8 @@ def demo(folder: Path) -> Iterator[Row]:
 
 def kitti(folder: Path) -> Iterator[Row]:
     """The labelled pedestrian of one frame, from this frame alone."""
-    part, file = "KITTI", data_file("lidar", f"{KITTI}.bin")
-    labels = data_file("lidar", f"{KITTI}.label.txt")
+    part, file = "KITTI", outside_file("lidar", f"{KITTI}.bin")
+    labels = outside_file("lidar", f"{KITTI}.label.txt")
     if file is None or labels is None:
         yield not_run(part, "frame 000000", absent("lidar", f"{KITTI}.bin"))
         return

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
-from pathlib import Path
 from typing import Any
+
+from cohelm.recordings.outside import outside_data
 
 MET, MISSED, NOT_RUN, SAID = "met", "MISSED", "not run", ""
 Row = dict[str, Any]
@@ -52,15 +52,8 @@ def not_run(part: str, what: str, why: str) -> Row:
     return {**row(part, what, math.nan), "met": NOT_RUN, "remark": why}
 
 
-def data_file(*names: str) -> Path | None:
-    """A file of the outside data; None where it is absent."""
-    root = os.environ.get("COHELM_DATA", "")
-    file = Path(root).joinpath(*names) if root else None
-    return file if file is not None and file.exists() else None
-
-
 def absent(*names: str) -> str:
     """Why a file of the outside data is not read."""
-    if not os.environ.get("COHELM_DATA"):
+    if outside_data() is None:
         return "COHELM_DATA is not set; it names the folder of the outside data (cohelm data)"
     return f"{'/'.join(names)} is not in COHELM_DATA"
