@@ -104,9 +104,9 @@ class Sessions:
             log: of the navigator's process; None: it is lost, and there are no measures.
             stage: that was driven in.
         """
-        if log is None:
-            trouble = "the navigator was lost, and its log with it"
-            record = record.model_copy(update={"trouble": trouble})
+        trouble = "" if log is not None else "the navigator was lost, and its log with it"
+        session = self._file(record.id, "").parent.name
+        record = record.model_copy(update={"session": session, "trouble": trouble})
         self._kept.add(record.id)
         self._do(self._writer, lambda: self._put(record))
         if log is not None:
