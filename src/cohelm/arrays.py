@@ -16,6 +16,7 @@ the type that the annotation says; one that the caller could still write to is c
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import mmap
 import os
@@ -191,21 +192,41 @@ def _length(axis: str) -> tuple[int, str]:
 
 def _check(self: Any) -> None:
     """Every value that is made passes here, some fifty of them in a tick: it must be quick."""
-    lengths: dict[str, int] = {}
-    for field in _KNOWN.get(type(self)) or _fields(type(self)):
-        given = getattr(self, field.name)
-        if given is None and field.optional:
-            continue
-        as_declared = type(given) is np.ndarray and given.dtype is field.dtype
-        array = given if as_declared else np.asarray(given, dtype=field.dtype)
-        if array.flags.writeable:
-            array = array.copy() if array is given or array.base is not None else array
-            array.setflags(write=False)
-        if array is not given:
+    cls = type(self)
+    shapes: list[tuple[int, ...] | None] = []
+    for field in _KNOWN.get(cls) or _fields(cls):
+        array = getattr(self, field.name)
+        if type(array) is not np.ndarray or array.dtype is not field.dtype or array.flags.writeable:
+            if array is None and field.optional:
+                shapes.append(None)
+                continue
+            array = _sealed(array, field.dtype)
             object.__setattr__(self, field.name, array)
-        if not _fits(array.shape, field, lengths):
+        shapes.append(array.shape)
+    _agree(cls, tuple(shapes))
+
+
+def _sealed(given: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """A read-only array of that type, ``given`` itself where nobody else can write to it."""
+    array = np.asarray(given, dtype=dtype)
+    if array.flags.writeable:
+        array = array.copy() if array is given or array.base is not None else array
+        array.setflags(write=False)
+    return array
+
+
+@functools.lru_cache(maxsize=4096)
+def _agree(cls: type, shapes: tuple[tuple[int, ...] | None, ...]) -> None:
+    """Refuse arrays of ``cls`` whose shapes are not as declared; the same ones come all the time.
+
+    Raises:
+        ValueError: naming the first that does not fit.
+    """
+    lengths: dict[str, int] = {}
+    for field, shape in zip(_fields(cls), shapes, strict=True):
+        if shape is not None and not _fits(shape, field, lengths):
             raise ValueError(
-                f"{type(self).__name__}.{field.name} has shape {array.shape}, "
+                f"{cls.__name__}.{field.name} has shape {shape}, "
                 f"declared ({', '.join(field.axes)}) with {lengths}"
             )
 

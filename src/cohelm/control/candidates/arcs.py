@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape
@@ -159,8 +160,7 @@ class Outlook:
         if len(old):
             ways = _joined(self._judged(old[None].copy()), ways)
         order = np.argsort(ways.score, kind="stable")
-        _, first = np.unique(ways.signature[order], axis=0, return_index=True)
-        return _picked(ways, order[np.sort(first)[: p.keep]])
+        return _picked(ways, _different(ways.signature, order, p.keep))
 
     def score(self, inputs: Floats) -> Ways:
         """Any ways judged by the same score, in the order given.
@@ -220,6 +220,23 @@ def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
         wall=p.wall,
         clearance=p.clearance + problem.profile.clearance,
     )
+
+
+@njit(cache=True)
+def _different(signature: Integers, order: Integers, most: int) -> Integers:
+    """The first ``most`` of ``order`` whose rows of ``signature`` (k, 1 + n) all differ."""
+    chosen = np.empty(most, np.int64)
+    count = 0
+    for way in order:
+        if count == most:
+            break
+        known = False
+        for c in range(count):
+            known |= np.array_equal(signature[way], signature[chosen[c]])
+        if not known:
+            chosen[count] = way
+            count += 1
+    return chosen[:count]
 
 
 def _picked(ways: Ways, which: Integers) -> Ways:
