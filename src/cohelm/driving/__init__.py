@@ -6,7 +6,8 @@
 It serves nothing and draws nothing; ``cohelm.web`` carries its messages to a page.
 """
 
-from cohelm.driving.drive import Drive, Health, LimitsRise, Listener
+from cohelm.driving.drive import Drive, Health, Listener
+from cohelm.driving.limits import LimitsRise
 from cohelm.driving.setup import PACES, DriveSetup
 
 __all__ = ["PACES", "Drive", "DriveSetup", "Health", "LimitsRise", "Listener"]

@@ -81,7 +81,8 @@ class Answer:
     log: RideLog | None = None
     """Of the ride that ended with the question."""
     surroundings: bytes | None = None
-    """A pickled ``Surroundings``; whoever holds the chair does not open it."""
+    """A pickled ``Surroundings``, empty where the chair goes nowhere; None: nobody asked. Whoever
+    holds the chair does not open it."""
     taken: float = 0.0
     """Thread CPU time of the step, s."""
 

@@ -10,7 +10,7 @@ from cohelm.arrays import Floats
 from cohelm.driving.limits import profile_under
 from cohelm.driving.messages import Goal, Limits, Pace, RiderSettings, Want, Wanted
 from cohelm.driving.setup import PACES
-from cohelm.errors import MapError
+from cohelm.errors import InvalidProblem
 from cohelm.maps import Places
 from cohelm.messages import Mode, Request, RiderProfile, Wish
 
@@ -59,6 +59,14 @@ class Errand:
             left = tuple(each for each in self.wishes if each.id != wish)
         return replace(self, wishes=left, version=self.version + 1)
 
+    def steered(self, mode: Mode) -> Errand:
+        """In another mode."""
+        return replace(self, mode=mode)
+
+    def paced(self, pace: Pace) -> Errand:
+        """At another pace."""
+        return replace(self, pace=pace)
+
 
 def goal_of(place: str | None, point: tuple[float, float] | None, places: Places) -> Goal | None:
     """The destination that a page named.
@@ -78,12 +86,12 @@ def wish_of(want: Want, number: int) -> Wanted:
     """A wish as the chair keeps it.
 
     Raises:
-        MapError: if it encloses nothing or leads nowhere.
+        InvalidProblem: if it encloses nothing or leads nowhere.
     """
     if want.kind == "stroke" and len(want.points) < 2:
-        raise MapError("a line to follow needs two points or more")
+        raise InvalidProblem("a line to follow needs two points or more")
     if want.kind == "avoid" and len(want.points) < 3 and want.radius <= 0.0:
-        raise MapError("what is to be avoided has no size")
+        raise InvalidProblem("what is to be avoided has no size")
     return Wanted(id=number, kind=want.kind, points=want.points, radius=want.radius)
 
 

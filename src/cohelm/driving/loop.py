@@ -1,0 +1,226 @@
+"""The chair's thread: absolute deadlines, what pages said in between, processes looked after."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import logging
+import queue
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cohelm.driving.chair import STEP, Chair
+from cohelm.driving.crew import Crew
+from cohelm.driving.hearing import Hearing, Note, Tell
+from cohelm.driving.messages import Notice, Simulate, Want
+from cohelm.driving.pricing import Pricing
+from cohelm.driving.sessions import Sessions
+from cohelm.errors import CohelmError
+from cohelm.evaluation.sweeps.executors import compiled
+from cohelm.reasons import Reason
+
+_log = logging.getLogger(__name__)
+Said = Callable[[Hearing], None]
+
+
+class NotNow(CohelmError):
+    """What cannot be done as things are just now."""
+
+    code = "not_now"
+
+
+@dataclass(slots=True)
+class Counts:
+    """Of deadlines."""
+
+    missed: int = 0
+    streak: int = 0
+    longest: int = 0
+
+    def note(self, *, missed: bool) -> None:
+        """One more."""
+        self.missed += missed
+        self.streak = self.streak + 1 if missed else 0
+        self.longest = max(self.longest, self.streak)
+
+
+class Loop:
+    """What happens 20 times a second, and whoever works for it aside.
+
+    Args:
+        chair, hearing: see there; they belong to this thread once it runs.
+        crew: whoever works aside.
+        seed: of the first world.
+        tell, note: listeners, audit log.
+    """
+
+    def __init__(
+        self,
+        chair: Chair,
+        hearing: Hearing,
+        crew: Crew,
+        *,
+        seed: int,
+        tell: Tell,
+        note: Note,
+    ) -> None:
+        self.chair, self._hearing = chair, hearing
+        self._thinking, self._pricing, self._playing = crew.thinking, crew.pricing, crew.playing
+        self._outings, self._seed, self._tell, self._note = crew.outings, seed, tell, note
+        self._said: queue.SimpleQueue[Said] = queue.SimpleQueue()
+        self._ends = threading.Event()
+        self._ready = False
+        self.counts = Counts()
+        self.broken = ""
+        """Why the loop ended by itself; empty: it did not."""
+        self._thread = threading.Thread(target=self._run, name="chair", daemon=True)
+
+    @property
+    def ready(self) -> bool:
+        """Whether the chair could drive."""
+        return self._thinking.ready and self.chair.play is not None
+
+    def start(self) -> None:
+        """Begin."""
+        cold = not compiled()  # two processes that compile the same may spoil what is kept of it
+        self._playing.make(self._seed, lambda: self._thinking.ready or not cold)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End, all processes too."""
+        self._ends.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._outings.lost()
+        self._thinking.close()
+        self._pricing.close()
+
+    def say(self, said: Said) -> None:
+        """Let something take effect in the chair's thread."""
+        self._said.put(said)
+
+    def begin_anew(self, seed: int | None) -> None:
+        """Another world, when it is made.
+
+        Raises:
+            NotNow: if one is being made.
+        """
+        if self._playing.busy:
+            raise NotNow("The simulation is beginning anew already.")
+        self._seed = self._seed if seed is None else seed
+        self.chair.hold(Reason.GETTING_READY)
+        self._playing.make(self._seed)
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while not self._ends.is_set():
+            try:
+                self._look_after(time.monotonic())
+                self.chair.step(due, self._attend)
+            except Exception:
+                _log.exception("the chair's loop has failed")
+                self.broken = "the chair's loop has failed"
+                self._tell(Notice(code="broken", text="Something in me broke. I stand."), None)
+                return
+            due += STEP
+            now = time.monotonic()
+            if self._ready:
+                self.counts.note(missed=now > due)
+            if now > due + STEP:  # what is lost is lost: no rush to catch up
+                due = now
+            self._ends.wait(max(due - now, 0.0))
+
+    def _attend(self) -> None:
+        """Let what was said take effect, in its order."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._said.get_nowait()(self._hearing)
+
+    def _look_after(self, now: float) -> None:
+        """Processes that become ready or are gone, and worlds that are made."""
+        if self._thinking.attend(now):
+            self.chair.forgets()
+            self._pricing.begin()
+            if self._thinking.begun > 1:
+                self.chair.hold(Reason.NAVIGATOR_SILENT)
+                self._tell(Notice(code="navigator_back", text="I can think again."), None)
+        self._lost()
+        self._pricing.attend()
+        self._world()
+        if self.ready and not self._ready:
+            self._ready = True
+            gc.collect()
+            gc.freeze()  # what there is now stays: it need not be looked through again
+
+    def _lost(self) -> None:
+        lost, self._thinking.lost = self._thinking.lost, ""
+        if not lost:
+            return
+        self._outings.lost()
+        self.chair.hold(Reason.NAVIGATOR_SILENT)
+        self._note("chair", "navigator_lost", why=lost)
+        self._tell(Notice(code="navigator_lost", text="I stopped thinking. I begin anew."), None)
+
+    def _world(self) -> None:
+        try:
+            made = self._playing.made()
+        except CohelmError as trouble:
+            _log.error("no world: %s", trouble)
+            self._tell(Notice(code=trouble.code, text=str(trouble)), None)
+            return
+        if made is None:
+            return
+        again = self.chair.play is not None
+        self.chair.put(made)
+        if again:
+            text = f"The simulation has begun anew, with seed {made.stage.seed}."
+            self._note("chair", "restarted", seed=made.stage.seed)
+            self._tell(Notice(code="restarted", text=text), None)
+
+
+class LoopEffects:
+    """What pages ask of the loop; see ``hearing.Effects``.
+
+    Args:
+        sessions: keeps ratings.
+    """
+
+    def __init__(self, sessions: Sessions) -> None:
+        self._sessions = sessions
+        self.loop: Loop
+        self.pricing: Pricing
+
+    def simulate(self, asked: Simulate) -> None:
+        """What only a simulation can.
+
+        Raises:
+            CohelmError: why not.
+        """
+        chair = self.loop.chair
+        if asked.what == "restart":
+            self.loop.begin_anew(asked.seed)
+            return
+        if chair.play is None:
+            raise NotNow("I am getting ready.")
+        if asked.what == "pause":
+            chair.pause(on=asked.on)
+            return
+        way = chair.view.way
+        points = np.array(way.points if way is not None else ()).reshape(-1, 2)
+        chair.play.do(asked, points)
+
+    def preview(self, client: str, want: Want) -> None:
+        """The price of a wish comes later."""
+        self.pricing.ask(client, want)
+
+    def rate(self, ride: str, rating: int) -> None:
+        """How a ride was.
+
+        Raises:
+            StoreError: if there is no such ride.
+        """
+        self._sessions.rate(ride, rating)

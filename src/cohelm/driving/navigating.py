@@ -1,0 +1,200 @@
+"""The navigator in a process of its own: a question comes through a pipe, an answer goes back.
+
+What decides comes first: an answer is on its way before log and recorder are told of it, and the
+rubbish of a step is cleared away while the chair is not waiting.
+"""
+
+from __future__ import annotations
+
+import copy
+import gc
+import signal
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from multiprocessing.connection import Connection
+
+import numpy as np
+
+from cohelm.arrays import identical
+from cohelm.driving.asking import Answer, Ask, Charge, Ready, Way
+from cohelm.driving.logbook import Logbook
+from cohelm.driving.previews import surroundings_of
+from cohelm.driving.recording import Recording
+from cohelm.driving.records import RideLog
+from cohelm.driving.shown import (
+    eta_of,
+    groups_of,
+    people_of,
+    plan_of,
+    remaining_of,
+    way_of,
+)
+from cohelm.evaluation import Stage
+from cohelm.evaluation.staging import set_stage
+from cohelm.messages import Mode, Path, Request, RiderCommand, Wish
+from cohelm.navigation import Navigator, Tick
+from cohelm.simulation import World
+
+_TICKS = 12
+"""Steps of each way of driving that are tried before the chair is ready."""
+_CLEARED = 20
+"""Steps between two thorough clearings of rubbish."""
+
+
+def serve(pipe: Connection, charge: Charge) -> None:
+    """What the process does, until the other end of the pipe is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is for the process that this belongs to
+    stage = set_stage(charge.scenario, charge.seed)
+    mind = Mind(stage)
+    try:
+        for what in warm(stage):
+            pipe.send(Ready(done=False, what=what))
+        with Recording(charge.record, stage) as recording:
+            gc.collect()
+            gc.freeze()
+            gc.disable()
+            pipe.send(Ready(done=True))
+            while True:
+                ask = pipe.recv()
+                pipe.send(mind.answer(ask))
+                mind.note(ask, recording)
+                gc.collect(2 if ask.number % _CLEARED == 0 else 0)
+    except (EOFError, OSError):
+        return
+
+
+class Mind:
+    """A navigator with its last tick.
+
+    Args:
+        stage: floor, chair and parts.
+    """
+
+    def __init__(self, stage: Stage) -> None:
+        self._plain = Navigator(stage.navigator)
+        self._navigator, self._distance = self._plain, 0.0
+        self._last: Tick | None = None
+        self._path: Path | None = None
+        self._logbook = Logbook()
+        self._logs = False
+        self._log: RideLog | None = None
+
+    def answer(self, ask: Ask) -> Answer:
+        """One step."""
+        began = time.thread_time()
+        if ask.afresh:
+            self._last = None
+        if ask.distance != self._distance:
+            self._navigator = farther_from_people(self._plain, ask.distance)
+            self._distance = ask.distance
+        tick = self._navigator.step(ask.observation, self._same(ask.request), self._last)
+        self._last = tick
+        log, self._log = self._log, None
+        return Answer(
+            number=ask.number,
+            errand=ask.errand,
+            heard=ask.heard,
+            decision=tick.decision,
+            eta=eta_of(tick),
+            arrived=tick.arrived,
+            remaining=remaining_of(tick),
+            trouble=tick.trouble,
+            way=self._way(tick, afresh=ask.afresh),
+            plan=plan_of(tick),
+            people=people_of(tick),
+            groups=groups_of(tick),
+            log=log,
+            surroundings=surroundings_of(tick) if ask.surroundings else None,
+            taken=time.thread_time() - began,
+        )
+
+    def note(self, ask: Ask, recording: Recording) -> None:
+        """Put the step that was just answered down."""
+        if ask.afresh:
+            recording.afresh()
+        if ask.end is not None and self._logs:
+            self._log = self._logbook.end(ask.end)
+            self._logs = False
+        if ask.begin is not None:
+            self._logbook.begin(*ask.begin)
+            self._logs = True
+        if self._last is None:
+            return
+        if self._logs:
+            self._logbook.add(self._last, ask.truth)
+        recording.add(self._last, ask.truth)
+
+    def _same(self, request: Request) -> Request:
+        """The request of before where it says the same, for whoever compares by identity."""
+        last = self._last.request if self._last is not None else None
+        return last if last is not None and identical(last, request) else request
+
+    def _way(self, tick: Tick, *, afresh: bool) -> Way | None:
+        """The route, where it is another one than was told last."""
+        if tick.path is self._path and not afresh:
+            return None
+        self._path = tick.path
+        if tick.path is None:
+            return Way(points=(), without=(), length=0.0, extra=0.0)
+        return way_of(tick.path)
+
+
+def farther_from_people(navigator: Navigator, distance: float) -> Navigator:
+    """The same navigator, whose gate takes people to reach ``distance`` farther, m."""
+    if distance <= 0.0:
+        return navigator
+    other = copy.copy(navigator)
+    own = navigator.setup.gate
+    margin = min(own.people_margin + distance, 1.0)
+    gate = own.model_copy(update={"people_margin": margin})
+    other.setup = replace(navigator.setup, gate=gate)
+    return other
+
+
+def warm(stage: Stage) -> Iterator[str]:
+    """Drive a little in every way, in a world that nobody sees, so that all is compiled and read.
+
+    Yields what comes next, in words.
+    """
+    yield "world"
+    world, mind = World(stage.world, stage.seed), Mind(stage)
+    number = 0
+    for what, request, stick in _ways_of_driving(stage):
+        yield what
+        for _ in range(_TICKS):
+            seen = world.observe()
+            hand = RiderCommand(heartbeat=seen.time, deflection=np.array(stick))
+            ask = Ask(
+                number=number,
+                errand=0,
+                observation=replace(seen, rider=hand),
+                request=request,
+                truth=world.truth,
+                heard=0,
+                distance=0.1 * (number % 2),
+                surroundings=number % _TICKS == 0,
+            )
+            world.advance(mind.answer(ask).decision)
+            number += 1
+
+
+def _ways_of_driving(stage: Stage) -> Iterator[tuple[str, Request, tuple[float, float]]]:
+    """(what it is, request, stick) each."""
+    asked = replace(stage.request, wishes=(), mode=Mode.SHARED, speed_limit=0.7)
+    nowhere = np.full(2, np.nan)
+    middle = stage.route.points[len(stage.route.points) // 2]
+    aside = middle + np.array([0.5, 0.5])
+    wishes = (
+        Wish(points=middle[None]),
+        Wish(kind="stroke", points=np.array([middle, aside])),
+        Wish(kind="avoid", points=middle[None], radius=0.5),
+    )
+    yield "route", asked, (0.0, 0.0)
+    yield "hand", asked, (0.5, 0.3)
+    for wish in wishes:
+        yield wish.kind, replace(asked, wishes=(wish,)), (0.0, 0.0)
+    yield "alone", replace(asked, mode=Mode.AUTONOMOUS), (0.0, 0.0)
+    yield "held", replace(asked, speed_limit=0.0), (0.0, 0.0)
+    for mode in (Mode.ASSISTED, Mode.MANUAL):
+        yield mode.value, replace(asked, goal=nowhere, mode=mode), (0.4, -0.3)
