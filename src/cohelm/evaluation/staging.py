@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -72,26 +73,16 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     grid, places, heights, doors = floor_of(scenario)
     parts = {key: _part(scenario, key) for key in PARTS}
     start = _point(scenario, "start", places)
-    goal = _point(scenario, "goal", places)[:2]
-    filters = _filters(scenario)
-    heat = read_crowding(scenario.beside(scenario.crowding)) if scenario.crowding else None
     request = Request(
-        goal=goal,
+        goal=_point(scenario, "goal", places)[:2],
         wishes=_wishes(scenario),
         mode=scenario.mode,
         profile=scenario.profile,
     )
-    problem = RouteProblem(
-        grid=grid,
-        robot=robot,
-        start=start[:2],
-        goal=goal,
-        wishes=request.wishes,
-        filters=filters,
-        crowding=heat,
-        clearance=scenario.profile.clearance,
-    )
-    route: Path = parts["global_planner"].plan(problem)
+    navigator = _navigator(scenario, grid, robot, parts)
+    problem = _problem(navigator, start, request)
+    planner = navigator.global_planner
+    route = planner.plan(problem)
     if math.isnan(start[2]):
         start = np.array([*start[:2], _heading(route.points)])
     return Stage(
@@ -109,17 +100,10 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
             seed,
             (grid, heights, doors),
             robot,
-            (start, route, _wanted_way(scenario, problem, parts["global_planner"], places, route)),
+            (start, route, _wanted_way(scenario, problem, planner, places, route)),
             parts["rider"],
         ),
-        navigator=NavigatorSetup(
-            grid=grid,
-            robot=robot,
-            filters=filters,
-            heat=heat,
-            **{key: parts[key] for key in NAVIGATOR_PARTS},
-            **{key: getattr(scenario, key) for key in NAVIGATOR_PARAMETERS},
-        ),
+        navigator=navigator,
     )
 
 
@@ -154,6 +138,33 @@ def _filters(scenario: Scenario) -> tuple[CostmapFilter, ...]:
             multiplier=mask.multiplier,
         )
         for mask in scenario.filters
+    )
+
+
+def _navigator(
+    scenario: Scenario, grid: OccupancyGrid, robot: Robot, parts: Mapping[str, Any]
+) -> NavigatorSetup:
+    return NavigatorSetup(
+        grid=grid,
+        robot=robot,
+        filters=_filters(scenario),
+        heat=read_crowding(scenario.beside(scenario.crowding)) if scenario.crowding else None,
+        **{key: parts[key] for key in NAVIGATOR_PARTS},
+        **{key: getattr(scenario, key) for key in NAVIGATOR_PARAMETERS},
+    )
+
+
+def _problem(navigator: NavigatorSetup, start: Floats, request: Request) -> RouteProblem:
+    """The way from the start to the goal, as it is known before anything is seen."""
+    return RouteProblem(
+        grid=navigator.grid,
+        robot=navigator.robot,
+        start=start[:2],
+        goal=request.goal,
+        wishes=request.wishes,
+        filters=navigator.filters,
+        crowding=navigator.heat,
+        clearance=request.profile.clearance,
     )
 
 

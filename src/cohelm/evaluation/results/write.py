@@ -62,18 +62,9 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     Raises:
         ConfigError: if a file cannot be written.
     """
-    rides = Rides(
-        [result.row for result in results],
-        by,
-        [result.arrays.get("series") for result in results],
-    )
+    rides, notes = _rated(results, by, folder)
     if not len(rides):
         return ()
-    notes = list(report.notes) if report else []
-    try:
-        rides = with_ratings(rides, read_ratings(folder))
-    except ConfigError as cause:  # the rides stand without them
-        notes.append(f"no ratings: {cause}")
     chosen = base_of(rides, base)
     written = [folder / SUMMARY, folder / PAGE]
     if has_arrow():
@@ -83,7 +74,7 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     write_summary(rides, chosen, folder / SUMMARY)
     told = Told(
         title=title or folder.name,
-        notes=notes,
+        notes=(*(report.notes if report else ()), *notes),
         sheets=report.sheets if report else (),
         limitations=limitations,
         paper=paper or PaperTable("", {}),
@@ -92,3 +83,18 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     pictures = [drawn(rides, chosen, say) if panels else "", shown(rides, chosen, seconds, say)]
     (folder / PAGE).write_text(report_page(rides, chosen, told, pictures), encoding="utf-8")
     return tuple(written)
+
+
+def _rated(
+    results: Sequence[Result], by: Sequence[str], folder: Path
+) -> tuple[Rides, Sequence[str]]:
+    """The rides with what people said of them, and why, where nothing can be read of it."""
+    rides = Rides(
+        [result.row for result in results],
+        by,
+        [result.arrays.get("series") for result in results],
+    )
+    try:
+        return with_ratings(rides, read_ratings(folder)), ()
+    except ConfigError as cause:  # the rides stand without them
+        return rides, (f"no ratings: {cause}",)

@@ -78,19 +78,16 @@ def sweep(
             key="--resume",
         )
     file = _Rows(folder / "rows.csv")
-    began, before = time.monotonic(), len(tasks) - len(missing)
-
-    def progress(done: int) -> Progress:
-        failed = sum(each.fault is not None for each in records.values())
-        return Progress(done, len(tasks), time.monotonic() - began, before, failed)
-
-    watch(progress(before))
+    tally = _Tally(records, len(tasks), before=len(tasks) - len(missing))
+    watch(tally.progress())
     try:
-        for count, done in enumerate(_done(bench, missing, folder, executor), before + 1):
-            records[done.index] = _kept(tasks, keys, ledger, done)
+        for done in _done(bench, missing, folder, executor):
+            record = _kept(tasks, keys, ledger, done)
+            tally.count(records.get(done.index), record)
+            records[done.index] = record
             (folder / EPISODES).unlink(missing_ok=True)  # it lacks this one
             file.write_now_and_then(records)
-            watch(progress(count))
+            watch(tally.progress())
     except KeyboardInterrupt:
         pass
     except BaseException:
@@ -168,6 +165,25 @@ def _kept(tasks: Sequence[Task], keys: Sequence[str], ledger: Ledger | None, don
 
 def _in_order(records: Mapping[int, Record]) -> list[Result]:
     return [result for index in sorted(records) for result in records[index].results]
+
+
+class _Tally:
+    """How many tasks are done and failed, counted as they come; ``before``: at the begin."""
+
+    def __init__(self, records: Mapping[int, Record], total: int, *, before: int) -> None:
+        self._failed = sum(each.fault is not None for each in records.values())
+        self._total, self._before, self._done = total, before, before
+        self._began = time.monotonic()
+
+    def count(self, old: Record | None, new: Record) -> None:
+        """One more is done; ``old`` is what came of it before."""
+        self._done += 1
+        self._failed += new.fault is not None
+        self._failed -= old is not None and old.fault is not None
+
+    def progress(self) -> Progress:
+        seconds = time.monotonic() - self._began
+        return Progress(self._done, self._total, seconds, self._before, self._failed)
 
 
 class _Rows:
