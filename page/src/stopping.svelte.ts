@@ -6,10 +6,13 @@ import { inputs } from "./input/live";
 /** Until it is said again, ms. */
 const AGAIN = 150;
 const TIMES = 10;
+const PRESSED = "STOP was pressed.";
 
 class Stopping {
-  /** For the rider; empty while nothing is to be said. */
+  /** For who does not see it; empty while nothing is to be said. */
   words = $state("");
+  /** What went wrong; empty: nothing. */
+  readonly trouble = $derived(this.words === PRESSED ? "" : this.words);
 
   press(): void {
     inputs.stop();
@@ -17,7 +20,7 @@ class Stopping {
       this.words = "The link is lost. The chair stops by itself.";
       return;
     }
-    this.words = "STOP was pressed.";
+    this.words = PRESSED;
     this.#check(TIMES);
   }
 

@@ -6,6 +6,9 @@ import type { Shown } from "./motion";
 import type { Colours } from "./palette";
 import { toScreen, type Point, type View } from "./view";
 
+/** A body this near to where the chair sees somebody is the same person, m. */
+const SEEN = 0.5;
+
 export interface Moving {
   readonly shown: Shown;
   readonly state: State;
@@ -22,7 +25,7 @@ export function drawFigures(context: CanvasRenderingContext2D, moving: Moving, v
     context.fill();
   }
   drawSpaces(context, shown.people, colours, view);
-  drawBodies(context, shown.bodies, colours, view);
+  drawBodies(context, unseen(shown), colours, view);
   drawPlan(context, state, colours, view);
   for (const person of shown.people) drawPerson(context, person, colours, view);
   drawChair(context, shown, moving, view);
@@ -55,7 +58,12 @@ function drawSpaces(
   context.globalAlpha = 1;
 }
 
-/** Who is truly there, seen by the chair or not: thin rings. */
+/** Who is truly there and is not one of the people whom the chair sees. */
+export function unseen({ bodies, people }: Pick<Shown, "bodies" | "people">): State["bodies"] {
+  return bodies.filter(([x, y]) => !people.some((p) => Math.hypot(p.x - x, p.y - y) < SEEN));
+}
+
+/** Whom the chair does not see: thin rings. */
 function drawBodies(
   context: CanvasRenderingContext2D,
   bodies: State["bodies"],

@@ -72,16 +72,34 @@ export function distanceToSegment(p: Point, a: Point, b: Point): number {
   return distance(p, [a[0] + t * dx, a[1] + t * dy]);
 }
 
-/** The point of one line that lies farthest from the other: where a detour shows best. */
+/** The middle of where one line is far from the other: a detour shows best there. */
 export function farthestFrom(line: readonly Point[], other: readonly Point[]): Point | null {
-  let best: Point | null = null;
-  let most = 0.5;
-  for (const p of line) {
-    let nearest = Infinity;
-    for (let k = 1; k < other.length; k++) {
-      nearest = Math.min(nearest, distanceToSegment(p, other[k - 1]!, other[k]!));
-    }
-    if (nearest < Infinity && nearest > most) [best, most] = [p, nearest];
+  if (other.length < 2) return null;
+  const points = sampled(line, 0.5);
+  const apart = points.map((p) => distanceToLine(p, other));
+  const most = Math.max(...apart);
+  if (most < 0.5) return null;
+  const far = points.filter((_, k) => apart[k]! > 0.8 * most);
+  return far[Math.floor(far.length / 2)] ?? null;
+}
+
+/** Points on a line, no farther from each other than `step`. */
+function sampled(line: readonly Point[], step: number): Point[] {
+  return line.flatMap((b, k) => {
+    const a = line[Math.max(0, k - 1)]!;
+    const n = Math.max(1, Math.ceil(distance(a, b) / step));
+    const share = (i: number): number => (i + 1) / n;
+    return Array.from({ length: n }, (_, i): Point => [
+      a[0] + share(i) * (b[0] - a[0]),
+      a[1] + share(i) * (b[1] - a[1]),
+    ]);
+  });
+}
+
+function distanceToLine(p: Point, line: readonly Point[]): number {
+  let nearest = Infinity;
+  for (let k = 1; k < line.length; k++) {
+    nearest = Math.min(nearest, distanceToSegment(p, line[k - 1]!, line[k]!));
   }
-  return best;
+  return nearest;
 }

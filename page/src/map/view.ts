@@ -81,6 +81,20 @@ export function followed(view: View, x: number, y: number, width: number, height
   return panned(north, -over(sx, width), -over(sy, height));
 }
 
+/** Moved so that no more emptiness about a box of the map is seen than must be; north up only. */
+export function within(view: View, box: Box, width: number, height: number): View {
+  if (view.turn !== 0) return view;
+  const [left, bottom] = toScreen(view, box.x, box.y);
+  const [right, top] = toScreen(view, box.x + box.width, box.y + box.height);
+  return panned(view, inside(left, right, width), inside(top, bottom, height));
+}
+
+/** By how much a stretch has to be moved to fill a screen, or to lie in its middle if shorter. */
+function inside(from: number, to: number, full: number): number {
+  if (to - from <= full) return (full - from - to) / 2;
+  return Math.min(0, -from) || Math.max(0, full - to);
+}
+
 /** The chair in the lower part of the screen, its heading up. */
 export function headed(
   view: View,
