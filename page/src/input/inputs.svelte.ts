@@ -74,7 +74,7 @@ export class Inputs {
   stop(): void {
     this.push = null;
     this.line.send({ type: "stop" });
-    this.look();
+    this.#arbitrate("switch", CENTRE);
   }
 
   resume(): void {

@@ -1,7 +1,10 @@
 import { mount } from "svelte";
+import { chair } from "../chair.svelte";
+import { link } from "../link";
 import "../theme.css";
 import { applyTheme } from "../theme";
 import Therapist from "./Therapist.svelte";
 
 applyTheme();
+chair.follow(link);
 mount(Therapist, { target: document.querySelector("#page")! });

@@ -1,0 +1,49 @@
+import { describe, expect, it } from "vitest";
+import type { State } from "../messages";
+import { destination, details, doing, driver, duration, measuresOf, moment, shares, what } from "./words";
+
+describe("words", () => {
+  it("say measures in their units, only those that are there", () => {
+    const measures = { min_distance: 0.512, authority: 0.334, collisions_wall: 0, jerk_rms: 0.1, odd: 3 };
+    expect(measuresOf({ measures }).map(({ value }) => value)).toEqual(["0.51 m", "0", "0.10 m/s³", "33 %"]);
+    expect(measuresOf({ measures: {} })).toEqual([]);
+  });
+
+  it("say times", () => {
+    expect(duration(59.4)).toBe("59 s");
+    expect(duration(59.6)).toBe("1 min 0 s");
+    expect(duration(125)).toBe("2 min 5 s");
+    expect(moment("2026-01-31T14:25:30+00:00", "en-GB", "UTC")).toBe("31 Jan 2026, 14:25:30");
+    expect(moment("some day")).toBe("some day");
+  });
+
+  it("say what was used, the longest first", () => {
+    expect(shares({ manual: 12, shared: 125, assisted: 0.2 })).toBe("shared 2 min 5 s, by hand 12 s");
+    expect(shares({})).toBe("none");
+    expect(destination({ destination: "" })).toBe("no destination");
+  });
+
+  it("say what differs where there is a before and an after", () => {
+    const before = { max_speed: 1, min_distance: 0.45 };
+    expect(details({ before, after: { ...before, max_speed: 0.6 } })).toBe("max speed: 1 → 0.6");
+    expect(details({ role: "therapist", address: "::1" })).toBe("role: therapist, address: ::1");
+    expect(details({ goal: { x: 1.23456, y: 2 }, point: [1, null] })).toBe("goal: x 1.235, y 2, point: (1, none)");
+    expect(details({ before, after: before })).not.toBe("");
+    expect(details({})).toBe("");
+  });
+
+  it("say every kind of entry, and one that is not known yet", () => {
+    expect(what({ what: "sign_in_refused" })).toBe("Tried to sign in with a wrong token");
+    expect(what({ what: "something_new" })).toBe("something new");
+  });
+
+  it("say who drives and why the chair stands", () => {
+    const state = { driver: "a", device: "keys", link: "confirm", why: null, paused: false } as State;
+    expect(driver(state)).toBe("The rider, with the keys");
+    expect(driver({ ...state, device: "none" })).toBe("The rider, hands off");
+    expect(driver({ ...state, driver: null })).toBe("Nobody drives");
+    expect(doing(state)).toBe("Stands until the rider goes on");
+    expect(doing({ ...state, why: { code: "x", text: "Somebody is near." } })).toBe("Somebody is near.");
+    expect(doing(null)).toBe("—");
+  });
+});
