@@ -85,7 +85,7 @@ def test_they_outlive_the_program_and_only_the_owner_reads_them(tmp_path):
 @pytest.mark.parametrize("damage", ["", "{", '{"version": 1}', '{"limits": 3, "rider": 4}'])
 def test_a_file_that_does_not_read_is_refused_and_not_replaced_by_looser_limits(tmp_path, damage):
     (tmp_path / "settings.json").write_text(damage)
-    with pytest.raises(StoreError, match="settings.json"):
+    with pytest.raises(StoreError, match=r"settings\.json"):
         InForce(tmp_path, ROBOT)
     assert (tmp_path / "settings.json").read_text() == damage
 

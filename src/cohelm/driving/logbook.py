@@ -80,11 +80,16 @@ class Logbook:
 
     def end(self, outcome: Outcome) -> RideLog | None:
         """Close the ride; None where there is none, or it had no tick."""
-        ride, self._ride = self._ride, None
-        if ride is None or ride.ticks == 0:
+        if self._ride is None or self._ride.ticks == 0:
+            self._drop()
             return None
+        ride, self._ride = self._ride, None
         self._close(ride)
         return ride.log(outcome)
+
+    def close(self) -> None:
+        """Throw away what goes on."""
+        self._drop()
 
     def _drop(self) -> None:
         ride, self._ride = self._ride, None

@@ -124,9 +124,8 @@ class Sessions:
 
     def list(self) -> tuple[SessionSummary, ...]:
         """All sessions that have a ride, the newest first."""
-        folders = sorted(
-            (f for f in self.folder.iterdir() if _SESSION.fullmatch(f.name)), reverse=True
-        )
+        folders = [f for f in self.folder.iterdir() if _SESSION.fullmatch(f.name)]
+        folders.sort(key=lambda folder: _age(folder.name), reverse=True)
         found = []
         for each in folders:
             with contextlib.suppress(StoreError):  # deleted meanwhile, or damaged
@@ -290,6 +289,11 @@ class Sessions:
 
     def _file(self, ride: str, suffix: str) -> Path:
         return self.folder / ride.rpartition("-r")[0] / f"{ride}{suffix}"
+
+
+def _age(session: str) -> tuple[str, int]:
+    """By which sessions are in order."""
+    return session[:15], int(session[16:] or 1)
 
 
 def _rides(folder: Path) -> Iterator[RideRecord]:

@@ -1,0 +1,333 @@
+"""What is kept of sessions: whole, private, and gone by one action."""
+
+import csv
+import io
+import re
+import stat
+from html.parser import HTMLParser
+from types import SimpleNamespace
+
+import pytest
+from PIL import Image
+
+from cohelm.driving import measuring
+from cohelm.driving import sessions as module
+from cohelm.driving.logbook import Logbook
+from cohelm.driving.messages import Limits
+from cohelm.driving.records import InForceAt, RideRecord, StopNote, default_folder
+from cohelm.driving.sessions import Sessions
+from cohelm.errors import StoreError
+from cohelm.evaluation import load_scenario
+from cohelm.evaluation.metrics.table import MEASURES
+from cohelm.evaluation.staging import set_stage
+from cohelm.navigation import Navigator
+from cohelm.simulation import World
+
+LIMITS = Limits(max_speed=0.7, max_acceleration=0.5, min_distance=0.45)
+
+
+@pytest.fixture(scope="module")
+def stage():
+    return set_stage(load_scenario("distracted"), 1)
+
+
+@pytest.fixture(scope="module")
+def ticks(stage):
+    """Two seconds of a ride."""
+    world, navigator, out, last = World(stage.world, 1), Navigator(stage.navigator), [], None
+    for _ in range(40):
+        last = navigator.step(world.observe(), stage.request, last)
+        out.append((last, world.truth))
+        world.advance(last.decision)
+    return out
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Rides are measured in this process, which is quicker for so short ones."""
+
+    class Here:
+        exitcode = 0
+
+        def __init__(self, target, args, daemon):
+            assert daemon
+            self._target, self._args = target, args
+
+        def start(self):
+            self._target(*self._args)
+
+        def join(self, patience):
+            pass
+
+        def is_alive(self):
+            return False
+
+    monkeypatch.setattr(
+        measuring.multiprocessing, "get_context", lambda _: SimpleNamespace(Process=Here)
+    )
+    monkeypatch.setattr(measuring.os, "nice", lambda _: 19)
+
+
+@pytest.fixture
+def store(tmp_path, here):
+    store = Sessions(tmp_path / "data")
+    yield store
+    store.close()
+
+
+def record(ride, session="", **changes):
+    fields = {
+        "id": ride,
+        "session": session or ride.rpartition("-r")[0],
+        "began": "2026-01-31T14:25:30+00:00",
+        "seed": 3,
+        "destination": "Ward 4",
+        "outcome": "arrived",
+        "time": 12.5,
+        "length": 8.25,
+        "modes": {"shared": 10.0, "assisted": 2.5},
+        "devices": {"joystick": 4.0},
+        "limits": (InForceAt(time=0.0, limits=LIMITS),),
+    }
+    return RideRecord(**{**fields, **changes})
+
+
+def driven(store, stage, ticks=(), **changes):
+    """A ride that is kept, with a log where there are ticks; its id."""
+    ride, file = store.begin_ride()
+    log = None
+    if ticks:
+        book = Logbook()
+        book.begin(ride, file)
+        for tick, truth in ticks:
+            book.add(tick, truth)
+        log = book.end("arrived")
+    store.keep(record(ride, **changes), log, stage)
+    return ride
+
+
+def test_a_ride_is_measured_and_mapped_in_a_process_aside(tmp_path, stage, ticks):
+    store = Sessions(tmp_path)
+    facts = store.begin(stage)
+    ride = driven(store, stage, ticks)
+    store.settle()
+    (kept,) = store.summary(facts.id).rides
+    assert kept.id == ride
+    assert not kept.trouble
+    assert kept.measures["path_length"] > 0.0
+    assert kept.measures.keys() <= MEASURES.keys()
+    with Image.open(io.BytesIO(store.png(ride))) as picture:
+        assert picture.format == "PNG"
+        assert max(picture.size) <= 1200
+    assert store.png(facts.id) == store.png(ride)
+    left = {file.name for file in (store.folder / facts.id).iterdir()}
+    assert left == {"session.json", f"{ride}.json", f"{ride}.png"}
+    assert not store.trouble
+    store.close()
+
+
+def test_the_newest_session_comes_first_and_empty_ones_are_not_there(tmp_path, stage):
+    ids = []
+    for _ in range(3):
+        store = Sessions(tmp_path)
+        facts = store.begin(stage)
+        if len(ids) != 1:
+            driven(store, stage)
+            driven(store, stage)
+        store.close()
+        ids.append(facts.id)
+    listed = Sessions(tmp_path).list()
+    assert [each.facts.id for each in listed] == [ids[2], ids[0]]
+    assert [[ride.id for ride in each.rides] for each in listed] == [
+        [f"{id_}-r1", f"{id_}-r2"] for id_ in (ids[2], ids[0])
+    ]
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_rating_stays_beside_measures_that_come_later(store, stage, ticks):
+    facts = store.begin(stage)
+    ride = driven(store, stage, ticks)
+    store.rate(ride, 4)
+    store.settle()
+    store.rate(ride, 5)
+    store.settle()
+    (kept,) = store.summary(facts.id).rides
+    assert kept.rating == 5
+    assert kept.measures
+
+
+@pytest.mark.parametrize(
+    "name", ["20260101-000000-r1", "../settings", "/etc/passwd", "", "a\0b", "x" * 3000]
+)
+def test_what_is_not_there_is_not_found_wherever_it_points(store, name):
+    for ask in (store.summary, store.html, store.csv, store.png):
+        with pytest.raises(StoreError, match="there is no"):
+            ask(name)
+    with pytest.raises(StoreError, match="there is no such ride"):
+        store.rate(name, 3)
+
+
+def test_only_the_owner_reads_it(store, stage, ticks):
+    store.begin(stage)
+    driven(store, stage, ticks)
+    store.settle()
+    for file in (store.folder, *store.folder.rglob("*")):
+        assert stat.S_IMODE(file.stat().st_mode) == (0o700 if file.is_dir() else 0o600), file
+
+
+def test_one_action_deletes_it_all_but_not_audit_and_settings(store, stage, ticks):
+    store.begin(stage)
+    (store.folder / "audit.jsonl").write_text("")
+    (store.folder / "settings.json").write_text("")
+    driven(store, stage, ticks)
+    assert store.delete_all() == 1
+    store.settle()
+    assert {file.name for file in store.folder.iterdir()} == {"audit.jsonl", "settings.json"}
+    assert store.list() == ()
+
+
+def test_a_ride_that_was_going_on_when_all_was_deleted_is_not_kept_and_the_next_one_is(
+    store, stage
+):
+    first = store.begin(stage)
+    ride, _ = store.begin_ride()
+    store.delete_all()
+    store.keep(record(ride), None, stage)
+    store.settle()
+    assert store.list() == ()
+    later = driven(store, stage)
+    store.settle()
+    (session,) = store.list()
+    assert [each.id for each in session.rides] == [later]
+    assert session.facts.scene == first.scene
+
+
+def test_a_ride_whose_log_is_lost_is_kept_and_says_so(store, stage):
+    facts = store.begin(stage)
+    driven(store, stage)
+    store.settle()
+    (kept,) = store.summary(facts.id).rides
+    assert "navigator was lost" in kept.trouble
+    assert "navigator was lost" in store.html(facts.id)
+    with pytest.raises(StoreError, match="there is no map"):
+        store.png(facts.id)
+
+
+def test_rows_that_cannot_be_measured_leave_the_ride_and_say_why(store, stage, ticks, monkeypatch):
+    facts = store.begin(stage)
+    ride, file = store.begin_ride()
+    book = Logbook()
+    book.begin(ride, file)
+    book.add(*ticks[0])
+    log = book.end("left")
+    file.write_bytes(b"")
+    store.keep(record(ride), log, stage)
+    store.settle()
+    (kept,) = store.summary(facts.id).rides
+    assert "holds no tick" in kept.trouble
+    assert not file.exists()
+
+
+def test_a_full_disk_is_said_and_what_was_there_stays(store, stage, monkeypatch):
+    facts = store.begin(stage)
+    ride = driven(store, stage)
+    store.settle()
+    before = store.summary(facts.id)
+    with monkeypatch.context() as broken:
+        broken.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
+        store.rate(ride, 1)
+        store.settle()
+    assert "cannot be written" in store.trouble
+    assert store.summary(facts.id) == before
+    assert not [f for f in (store.folder / facts.id).iterdir() if f.name.startswith(".")]
+
+
+def test_a_damaged_ride_does_not_hide_the_others(store, stage):
+    facts = store.begin(stage)
+    one, two = driven(store, stage), driven(store, stage)
+    store.settle()
+    (store.folder / facts.id / f"{one}.json").write_text("{")
+    assert [ride.id for ride in store.summary(facts.id).rides] == [two]
+
+
+def test_what_a_killed_program_left_is_swept_after_a_day(tmp_path, stage, monkeypatch):
+    store = Sessions(tmp_path)
+    store.begin(stage)
+    _, file = store.begin_ride()
+    file.write_bytes(b"rows")
+    store.close = None  # it was killed
+    Sessions(tmp_path).close()
+    assert file.exists()
+    now = file.stat().st_mtime
+    monkeypatch.setattr(module.clock, "time", lambda: now + 90_000.0)
+    Sessions(tmp_path).close()
+    assert not file.exists()
+
+
+class _Page(HTMLParser):
+    """Everything that a page refers to, and its text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.text, self.tags = [], "", []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [value for name, value in attrs if name in {"src", "href", "srcset"}]
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def test_the_page_needs_nothing_else_and_says_what_happened(store, stage, ticks):
+    facts = store.begin(stage)
+    driven(store, stage, ticks, rating=4, stops=(
+        StopNote(time=3.0, duration=1.5, code="blocked", text="Something stands in the way."),
+    ))  # fmt: skip
+    store.settle()
+    html = store.html(facts.id)
+    page = _Page(html)
+    assert page.links
+    assert all(link.startswith("data:image/png;base64,") for link in page.links)
+    assert "script" not in page.tags
+    assert not re.search(r"url\(|@import|https?:", html)
+    for said in ("Ward 4", "arrived", "4 of 5", "Something stands in the way.", "0.7 m/s"):
+        assert said in page.text, said
+    assert "prefers-color-scheme:dark" in html
+    assert "@media print" in html
+
+
+def test_names_are_text_in_page_and_table(store, stage):
+    facts = store.begin(stage)
+    driven(store, stage, destination='=HYPERLINK("x")<script>alert(1)</script>')
+    store.settle()
+    assert "<script>" not in store.html(facts.id)
+    (row,) = csv.DictReader(io.StringIO(store.csv(facts.id)))
+    assert row["destination"].startswith("'=HYPERLINK")
+
+
+def test_the_table_has_a_row_for_each_ride_with_every_measure(store, stage, ticks):
+    facts = store.begin(stage)
+    one = driven(store, stage, ticks)
+    driven(store, stage, rating=2)
+    store.settle()
+    rows = list(csv.DictReader(io.StringIO(store.csv(facts.id))))
+    assert [row["ride"] for row in rows] == [one, f"{facts.id}-r2"]
+    assert MEASURES.keys() <= rows[0].keys()
+    measures = store.summary(facts.id).rides[0].measures
+    assert float(rows[0]["path_length"]) == pytest.approx(measures["path_length"], rel=1e-5)
+    assert rows[1]["path_length"] == ""
+    assert (rows[1]["rating"], rows[1]["limit_max_speed"]) == ("2", "0.7")
+
+
+def test_a_ride_begins_only_in_a_session(store):
+    with pytest.raises(StoreError, match="begin one first"):
+        store.begin_ride()
+
+
+def test_it_lies_where_the_desktop_keeps_data(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    assert default_folder() == tmp_path / "cohelm" / "sessions"
+    monkeypatch.setenv("XDG_DATA_HOME", "not/absolute")
+    assert default_folder().is_absolute()
