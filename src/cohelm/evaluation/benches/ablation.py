@@ -13,7 +13,13 @@ from pathlib import Path
 
 from cohelm.evaluation.benches.ablation_report import make_report
 from cohelm.evaluation.benches.bench import Report, Result, Task, parted
-from cohelm.evaluation.benches.rides_scenes import Contender, Scene, ride_of, scenario_of, scenes_of
+from cohelm.evaluation.benches.rides_scenes import (
+    Contender,
+    Scene,
+    comparisons,
+    scenario_of,
+    scenes_of,
+)
 from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.presets import tuned_settings
 from cohelm.evaluation.results import write_results
@@ -111,11 +117,7 @@ class AblationBench:
 
     def tasks(self, seeds: range) -> Sequence[Task]:
         """One for each seed and scene, so that an interrupt leaves whole comparisons."""
-        return [
-            tuple(ride_of(scene, each, seed) for each in self.variants)
-            for seed in seeds
-            for scene in self.scenes
-        ]
+        return comparisons(self.scenes, self.variants, seeds)
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """The ride of every variant."""

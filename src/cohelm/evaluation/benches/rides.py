@@ -19,7 +19,7 @@ from cohelm.evaluation.benches.rides_scenes import (
     OWN_SETTINGS,
     Contender,
     Scene,
-    ride_of,
+    comparisons,
     scenario_of,
     scenes_of,
 )
@@ -52,11 +52,7 @@ class RidesBench:
 
     def tasks(self, seeds: range) -> Sequence[Task]:
         """One for each seed and scene, so that an interrupt leaves whole comparisons."""
-        return [
-            tuple(ride_of(scene, each, seed) for each in self.planners)
-            for seed in seeds
-            for scene in self.scenes
-        ]
+        return comparisons(self.scenes, self.planners, seeds)
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """The ride of every planner."""

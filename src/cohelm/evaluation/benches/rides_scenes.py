@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -103,6 +103,17 @@ def ride_of(scene: Scene, contender: Contender, seed: int) -> RideTask:
         ),
         seed=seed,
     )
+
+
+def comparisons(
+    scenes: Sequence[Scene], contenders: Sequence[Contender], seeds: range
+) -> list[tuple[RideTask, ...]]:
+    """A task for each seed and scene, so that an interrupt leaves whole comparisons."""
+    return [
+        tuple(ride_of(scene, each, seed) for each in contenders)
+        for seed in seeds
+        for scene in scenes
+    ]
 
 
 def scenes_of(

@@ -66,10 +66,9 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     if not len(rides):
         return ()
     chosen = base_of(rides, base)
-    written = [folder / SUMMARY, folder / PAGE]
-    if has_arrow():
-        write_episodes(rides, folder / EPISODES)
-        written.insert(0, folder / EPISODES)
+    table = [folder / EPISODES] if has_arrow() else []
+    for file in table:
+        write_episodes(rides, file)
     say(f"summing up {len(rides)} rides")
     write_summary(rides, chosen, folder / SUMMARY)
     told = Told(
@@ -82,7 +81,7 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
     )
     pictures = [drawn(rides, chosen, say) if panels else "", shown(rides, chosen, seconds, say)]
     (folder / PAGE).write_text(report_page(rides, chosen, told, pictures), encoding="utf-8")
-    return tuple(written)
+    return (*table, folder / SUMMARY, folder / PAGE)
 
 
 def _rated(
