@@ -72,6 +72,8 @@ class Chair:
         self._told_route = -1
         self.order = stop(Reason.GETTING_READY)
         """What is at the wheels."""
+        self.preparing = ""
+        """What to say besides while the chair gets ready."""
         self._heard = -1
         self._scans: tuple[Scan, ...] = ()
         self._clouds: tuple[PointCloud, ...] = ()
@@ -265,6 +267,7 @@ class Chair:
             self._hearing,
             self.view,
             self.order,
+            preparing=self.preparing,
             now=now,
             seq=self.ticks,
             heard=self._heard,

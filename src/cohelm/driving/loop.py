@@ -24,6 +24,7 @@ from cohelm.evaluation.sweeps.executors import compiled
 from cohelm.reasons import Reason
 
 _log = logging.getLogger(__name__)
+FIRST_TIME = "The first time this takes a minute or two."
 Said = Callable[[Hearing], None]
 
 
@@ -73,7 +74,7 @@ class Loop:
         self._outings, self._seed, self._tell, self._note = crew.outings, seed, tell, note
         self._said: queue.SimpleQueue[Said] = queue.SimpleQueue()
         self._ends = threading.Event()
-        self._ready = False
+        self._ready = self._cold = False
         self.counts = Counts()
         self.broken = ""
         """Why the loop ended by itself; empty: it did not."""
@@ -82,12 +83,15 @@ class Loop:
     @property
     def ready(self) -> bool:
         """Whether the chair could drive."""
-        return self._thinking.ready and self.chair.play is not None
+        return self._thinking.ready and self._pricing.settled and self.chair.play is not None
 
     def start(self) -> None:
         """Begin."""
-        cold = not compiled()  # two processes that compile the same may spoil what is kept of it
-        self._playing.make(self._seed, lambda: self._thinking.ready or not cold)
+        self._cold = not compiled()
+        if self._cold:
+            _log.warning("compiling for this machine, once; it takes a minute or two")
+        self.chair.preparing = FIRST_TIME if self._cold else ""
+        self._playing.make(self._seed, self._compiled)
         self._thread.start()
 
     def close(self) -> None:
@@ -114,6 +118,10 @@ class Loop:
         self._seed = self._seed if seed is None else seed
         self.chair.hold(Reason.GETTING_READY)
         self._playing.make(self._seed)
+
+    def _compiled(self) -> bool:
+        """Two processes that compile the same may spoil what is kept of it: all wait for one."""
+        return self._thinking.ready or not self._cold
 
     def _run(self) -> None:
         due = time.monotonic()
@@ -144,17 +152,19 @@ class Loop:
         """Processes that become ready or are gone, and worlds that are made."""
         if self._thinking.attend(now):
             self.chair.forgets()
-            self._pricing.begin()
             if self._thinking.begun > 1:
                 self.chair.hold(Reason.NAVIGATOR_SILENT)
                 self._tell(Notice(code="navigator_back", text="I can think again."), None)
         self._lost()
+        if self._compiled():
+            self._pricing.begin()
         self._pricing.attend()
         self._world()
         if self.ready and not self._ready:
             self._ready = True
             gc.collect()
             gc.freeze()  # what there is now stays: it need not be looked through again
+            self.chair.forgets()
 
     def _lost(self) -> None:
         lost, self._thinking.lost = self._thinking.lost, ""

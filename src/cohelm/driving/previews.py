@@ -5,6 +5,7 @@ It plans twice among the same things, with the wish and without it, and tells th
 
 from __future__ import annotations
 
+import os
 import pickle
 import signal
 from dataclasses import dataclass, replace
@@ -21,6 +22,9 @@ from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
 from cohelm.navigation import Tick
 from cohelm.planning import GlobalPlanner, RouteProblem
+
+_YIELDS = 10
+"""How much more willingly than the navigator this process waits for a processor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +97,7 @@ def serve_previews(pipe: Connection, charge: Charge) -> None:
     stage = set_stage(charge.scenario, charge.seed)
     try:
         pipe.send(Ready(done=True))
+        os.nice(_YIELDS)
         while True:
             pipe.send(price(pipe.recv(), stage))
     except (EOFError, OSError):

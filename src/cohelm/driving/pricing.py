@@ -13,6 +13,8 @@ from cohelm.driving.wanted import wish_of, wishes_of
 
 WAITING = 8
 """Questions that wait at most; the oldest is refused where more come."""
+MOST_LOST = 5
+"""Processes that may fail before no more are begun."""
 
 
 class Pricing:
@@ -27,6 +29,7 @@ class Pricing:
         self._charge, self._tell = charge, tell
         self._remote: Remote | None = None
         self._ready = False
+        self._lost_ones = 0
         self._asked: WhatIf | None = None
         self._waiting: deque[tuple[str, Want]] = deque()
 
@@ -35,8 +38,16 @@ class Pricing:
         """Whether a question waits for what the chair's surroundings are now."""
         return self._ready and self._asked is None and bool(self._waiting)
 
+    @property
+    def settled(self) -> bool:
+        """Whether the process is ready, or there is no waiting for it."""
+        return self._ready or self._lost_ones > 0
+
     def ask(self, client: str, want: Want) -> None:
         """What a wish would cost; a newer question of the same page takes an older one's place."""
+        if self._lost_ones >= MOST_LOST:
+            self._refuse(client, want.id)
+            return
         others = [each for each in self._waiting if each[0] != client]
         for mine in [each for each in self._waiting if each[0] == client]:
             self._refuse(mine[0], mine[1].id)
@@ -62,8 +73,8 @@ class Pricing:
             self._lost()
 
     def begin(self) -> None:
-        """Start the process, where there is none."""
-        if self._remote is None:
+        """Start the process, where there is none and it does not fail again and again."""
+        if self._remote is None and self._lost_ones < MOST_LOST:
             self._remote = Remote(serve_previews, self._charge, "cohelm-previews")
 
     def attend(self) -> None:
@@ -95,14 +106,14 @@ class Pricing:
         self._remote, self._ready = None, False
 
     def _lost(self) -> None:
-        """Begin another one; what was asked is refused."""
+        """Let another one be begun; what was asked is refused."""
         if self._remote is not None:
             self._remote.kill()
         self._remote, self._ready = None, False
+        self._lost_ones += 1
         asked, self._asked = self._asked, None
         if asked is not None:
             self._refuse(asked.client, asked.id)
-        self.begin()
 
     def _refuse(self, client: str, number: int) -> None:
         text = "I did not find out what that would cost."

@@ -79,6 +79,7 @@ def state_of(
     view: View,
     order: Decision,
     *,
+    preparing: str,
     now: float,
     **said: Any,
 ) -> State:
@@ -89,6 +90,7 @@ def state_of(
         hearing: who drives, and what they want.
         view: what the navigator showed last.
         order: what is at the wheels.
+        preparing: what to say besides while the chair gets ready.
         now: s of the chair's clock.
         said: further fields.
     """
@@ -111,7 +113,7 @@ def state_of(
         mode=errand.mode,
         pace=errand.pace,
         eta=view.eta,
-        why=why_of(order, resume=status == "confirm"),
+        why=why_of(order, preparing=preparing, resume=status == "confirm"),
         goal=errand.goal,
         remaining=view.remaining if errand.goal is not None else None,
         route=view.version,
@@ -124,18 +126,21 @@ def state_of(
     )
 
 
-def why_of(decision: Decision, *, resume: bool) -> Why | None:
+def why_of(decision: Decision, *, preparing: str, resume: bool) -> Why | None:
     """Why the chair does not do as wished, for the rider.
 
     Args:
         decision: at the wheels.
+        preparing: what to say besides while the chair gets ready.
         resume: the driver has only to say to go on.
     """
     reason = decision.reason
     if reason is None or reason in _QUIET:
         return None
     text = reason.sentence
-    if resume and reason is not Reason.CONFIRM:
+    if reason is Reason.GETTING_READY:
+        text = f"{text} {preparing}".strip()
+    elif resume and reason is not Reason.CONFIRM:
         text = f"{text} {Reason.CONFIRM.sentence}"
     return Why.model_construct(code=reason.value, text=text)
 
