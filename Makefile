@@ -17,6 +17,16 @@ WORKERS ?= 2
 COHELM_DATA ?= $(wildcard $(abspath ../shared/data))
 export COHELM_DATA
 
+# The rider's page: what npm brings, what it is built from, and what comes out.
+PACKAGES := page/node_modules/.package-lock.json
+SOURCES = $(shell find page -path page/node_modules -prune -o -type f \
+    ! -name messages.ts ! -name '*.test.ts' ! -name '*.md' ! -name '*.local' -print)
+PAGE := src/cohelm/web/page/index.html
+CHROMIUM := /usr/bin/chromium
+
+# Options of "make run", as in: make run DRIVE="crossing --seed 3 --open"
+DRIVE ?=
+
 RIDES := rides
 BENCHMARKS := $(wildcard $(addprefix benchmarks/,orca.py lidar.py prediction.py))
 
@@ -26,28 +36,34 @@ help: ## this list
 	@sed -nE 's/^([a-z-]+):.*## (.*)$$/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
 
 .PHONY: run
-run: demo ## a ride across a hospital floor (the same as demo)
+run: setup page ## drive the chair yourself, in the browser
+	@$(BIN)/cohelm drive $(DRIVE)
 
 .PHONY: demo
-demo: setup ## a ride across a hospital floor, with a picture and an animation of it
+demo: setup ## a ride across a hospital floor in the terminal, with a picture and an animation
 	@mkdir -p $(RIDES)
 	$(BIN)/cohelm run hospital --rider nudge \
 	    --plot $(RIDES)/hospital.png --animate $(RIDES)/hospital.gif
 
+.PHONY: page
+page: $(PAGE) ## the rider's page, built where its sources have changed
+
 .PHONY: test
-test: setup ## the tests, without the slow ones
+test: setup page chromium ## the tests, without the slow ones
+	cd page && npm run --silent test
 	$(BIN)/pytest -n $(WORKERS) -m "not slow"
 
 .PHONY: test-slow
-test-slow: setup ## the slow tests
+test-slow: setup page chromium ## the slow tests
 	$(BIN)/pytest -n $(WORKERS) -m slow
 
 .PHONY: check
-check: setup ## style, types and layers
+check: setup $(PACKAGES) ## style, types and layers
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	cd page && npm run --silent check
 
 .PHONY: bench
 bench: setup ## the benchmarks, beside their outside references where there are any
@@ -66,6 +82,35 @@ $(READY): requirements.lock pyproject.toml
 	@$(PIP) install --no-deps --requirement requirements.lock
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
+
+$(PACKAGES): page/package.json page/package-lock.json
+	@command -v npm > /dev/null || { echo "building the page needs Node 20.19 or newer with npm \
+	(https://nodejs.org); an installed wheel of cohelm needs neither" >&2; exit 1; }
+	@echo "fetching what the page is built with"
+	@cd page && npm ci --loglevel=error
+	@touch $@
+
+$(PAGE): $(PACKAGES) $(SOURCES) src/cohelm/web/messages.schema.json
+	@echo "building the page"
+	@cd page && npm run --silent types && npx --no-install vite build --logLevel warn
+	@touch $@
+
+.PHONY: chromium
+chromium: ## a Chromium for the tests of the page, where there is none
+	@[[ -x $(CHROMIUM) ]] || { \
+	    echo "the tests of the page need Chromium: installing it"; \
+	    as_root=; [[ $$(id -u) = 0 ]] || as_root="sudo -n"; \
+	    $$as_root apt-get update -qq && $$as_root apt-get install -qq -y chromium; } \
+	    || { echo "no Chromium at $(CHROMIUM), and it could not be installed with apt-get: \
+	install it by hand, as in: sudo apt-get install chromium" >&2; exit 1; }
+
+.PHONY: wheel
+wheel: setup page ## dist/*.whl with the built page in it, so that it needs no Node
+	$(BIN)/python -m hatchling build -t wheel
+
+.PHONY: schema
+schema: setup ## the messages' JSON Schema again from src/cohelm/driving/messages.py
+	$(BIN)/python -m cohelm.web.schema
 
 .PHONY: lock
 lock: setup ## requirements.lock again from pyproject.toml, with the newest versions
@@ -86,4 +131,5 @@ hooks: setup ## run the checks before every commit
 .PHONY: clean
 clean: ## remove what the tools leave behind, keep .venv
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .benchmarks dist out
+	rm -rf page/node_modules src/cohelm/web/page
 	find src tests benchmarks examples -name __pycache__ -prune -exec rm -rf {} +
