@@ -1,0 +1,97 @@
+"""From what a rider asked for to what the navigator is asked."""
+
+import numpy as np
+import pytest
+
+from cohelm.driving.messages import Goal, Limits, RiderSettings, Want
+from cohelm.driving.wanted import Errand, goal_of, request_of, wish_of
+from cohelm.errors import InvalidProblem, MapError
+from cohelm.maps import Place, Places
+from cohelm.messages import Mode, RiderProfile
+
+LIMITS = Limits(max_speed=0.6, max_acceleration=0.5, min_distance=0.7)
+PLACES = Places(places=(Place(name="Ward 3", point=np.array([1.0, 2.0])),))
+WARD = Goal(name="Ward 3", x=1.0, y=2.0)
+
+
+def asked(errand, *, moves=True):
+    rider = RiderSettings(tremor_filter=0.2, dead_zone=0.15)
+    return request_of(errand, RiderProfile(), LIMITS, rider, moves=moves)
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_with_nowhere_to_go_the_rider_steers(mode):
+    request = asked(Errand(mode=mode))
+    assert np.isnan(request.goal).all()
+    assert request.mode is (Mode.MANUAL if mode is Mode.MANUAL else Mode.ASSISTED)
+    assert asked(Errand(mode=mode).to(WARD)).mode is mode
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_a_chair_that_must_stand_is_asked_for_no_speed_and_needs_no_stick(mode):
+    request = asked(Errand(mode=mode), moves=False)
+    assert request.speed_limit == 0.0
+    assert request.mode not in {Mode.MANUAL, Mode.ASSISTED}
+
+
+def test_a_chair_is_under_way_where_it_goes_on_by_itself():
+    assert not Errand().under_way
+    assert Errand().to(WARD).under_way
+    assert not Errand(mode=Mode.ASSISTED).to(WARD).under_way
+
+
+@pytest.mark.parametrize(("pace", "speed"), [("slow", 0.4), ("normal", 0.6), ("brisk", 0.6)])
+def test_pace_is_bounded_by_the_limits(pace, speed):
+    request = asked(Errand().paced(pace))
+    assert request.speed_limit == request.profile.preferred_speed == speed
+
+
+def test_limits_and_settings_reach_the_navigator():
+    profile = asked(Errand()).profile
+    assert profile.social_distance == 0.7
+    assert (profile.tremor_filter, profile.dead_zone) == (0.2, 0.15)
+
+
+def test_wishes_are_taken_back_one_by_one_or_all_at_once():
+    errand = Errand()
+    for number in (1, 2, 3):
+        want = Want(kind="attract", points=((float(number), 0.0),))
+        errand = errand.wishing(wish_of(want, number))
+    assert [w.id for w in errand.without(2).wishes] == [1, 3]
+    assert [w.id for w in errand.without(None).wishes] == [1, 2]
+    assert errand.without(None, every=True).wishes == ()
+    assert errand.without(9).wishes == errand.wishes
+    assert asked(errand).wishes[1].points.tolist() == [[2.0, 0.0]]
+
+
+def test_every_change_of_the_way_is_a_new_version():
+    errand = Errand()
+    versions = [errand.version]
+    errand = errand.to(WARD)
+    versions.append(errand.version)
+    errand = errand.wishing(wish_of(Want(kind="attract", points=((1.0, 0.0),)), 1))
+    versions.append(errand.version)
+    errand = errand.without(None)
+    versions.append(errand.version)
+    assert len(set(versions)) == 4
+
+
+def test_a_destination_is_a_place_or_a_point_or_none():
+    assert goal_of("ward 3", None, PLACES) == WARD
+    assert goal_of(None, (5.0, 6.0), PLACES) == Goal(name="", x=5.0, y=6.0)
+    assert goal_of(None, None, PLACES) is None
+    with pytest.raises(MapError, match="Ward 3"):
+        goal_of("Ward 4", None, PLACES)
+
+
+@pytest.mark.parametrize(
+    "want",
+    [
+        Want(kind="stroke", points=((1.0, 1.0),)),
+        Want(kind="avoid", points=((1.0, 1.0),)),
+        Want(kind="avoid", points=((1.0, 1.0), (2.0, 2.0))),
+    ],
+)
+def test_a_wish_without_size_is_refused(want):
+    with pytest.raises(InvalidProblem):
+        wish_of(want, 1)
