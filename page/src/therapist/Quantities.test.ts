@@ -1,11 +1,12 @@
 import { fireEvent, render, screen } from "@testing-library/svelte";
 import { describe, expect, it, vi } from "vitest";
-import { LIMITS } from "./changes";
+import { LIMITS, type Outcome } from "./changes";
 import Quantities from "./Quantities.svelte";
 
+const DONE = { done: true, text: "Changed." };
 const NOW = { max_speed: 1, max_acceleration: 0.6, min_distance: 0.45 };
 
-function shown(save: (next: typeof NOW) => Promise<string>, warn?: () => string) {
+function shown(save: (next: typeof NOW) => Promise<Outcome>, warn?: () => string) {
   render(Quantities, { title: "Limits", quantities: LIMITS, now: NOW, save, ...(warn && { warn }) } as never);
   return {
     speed: screen.getByLabelText("Greatest speed, m/s"),
@@ -15,7 +16,7 @@ function shown(save: (next: typeof NOW) => Promise<string>, warn?: () => string)
 
 describe("limits on the page", () => {
   it("are put in force together, and only where they differ", async () => {
-    const save = vi.fn(async () => "");
+    const save = vi.fn(async () => DONE);
     const page = shown(save);
     expect(page.save.disabled).toBe(true);
     await fireEvent.input(page.speed, { target: { value: "0.6" } });
@@ -26,7 +27,7 @@ describe("limits on the page", () => {
   });
 
   it("say the server's refusal, and keep what was typed", async () => {
-    const page = shown(async () => "The speed can be loosened only while the chair stands.");
+    const page = shown(async () => ({ done: false, text: "The speed can be loosened only while the chair stands." }));
     await fireEvent.input(page.speed, { target: { value: "1.2" } });
     await fireEvent.click(page.save);
     expect((await screen.findByRole("alert")).textContent).toContain("only while the chair stands");
@@ -34,7 +35,7 @@ describe("limits on the page", () => {
   });
 
   it("are not sent outside their bounds", async () => {
-    const save = vi.fn(async () => "");
+    const save = vi.fn(async () => DONE);
     const page = shown(save);
     await fireEvent.input(page.speed, { target: { value: "9" } });
     expect(page.save.disabled).toBe(true);
@@ -43,7 +44,7 @@ describe("limits on the page", () => {
   });
 
   it("warn beforehand", async () => {
-    const page = shown(async () => "", () => "The chair moves.");
+    const page = shown(async () => DONE, () => "The chair moves.");
     expect(screen.queryByText("The chair moves.")).toBeNull();
     await fireEvent.input(page.speed, { target: { value: "1.2" } });
     expect(screen.getByText("The chair moves.")).toBeTruthy();

@@ -1,6 +1,6 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
-import { fault, isLooser, isSame, LIMITS, RIDER, type Quantity } from "./changes";
+import { fault, isLooser, isSame, LIMITS, limitsOf, RIDER, told, type Quantity } from "./changes";
 
 const NOW = { max_speed: 1, max_acceleration: 0.6, min_distance: 0.45 };
 
@@ -27,6 +27,13 @@ describe("changes", () => {
     expect([0.1, 1, 3].map((value) => fault(speed, value))).toEqual(["", "", ""]);
     expect(fault(speed, 3.1)).toBe("Between 0.1 and 3 m/s.");
     expect(fault(speed, NaN)).toBe("A number is missing.");
+  });
+
+  it("go no further than the chair, and say where it stopped them", () => {
+    expect(limitsOf({ max_speed: 1.5 }).map((q) => q.most)).toEqual([1.5, 2, 2]);
+    expect(limitsOf(undefined)).toEqual(LIMITS);
+    expect(told(NOW, NOW)).toBe("Changed.");
+    expect(told({ ...NOW, max_acceleration: 2 }, NOW)).toBe("Changed, as far as the chair can.");
   });
 
   it("know more speed, more acceleration and less distance for looser", () => {

@@ -1,6 +1,12 @@
 // What may be changed, within which bounds, and what is looser than before.
 
-import type { Limits, RiderSettings } from "../messages";
+import type { Chair, Limits, RiderSettings } from "../messages";
+
+/** What came of a change, in words. */
+export interface Outcome {
+  readonly done: boolean;
+  readonly text: string;
+}
 
 /** A number that the therapist sets. */
 export interface Quantity<Name extends string> {
@@ -46,6 +52,17 @@ export const RIDER: readonly Quantity<keyof RiderSettings>[] = [
     unit: "s", least: 0.3, most: 5, step: 0.1, looser: 0,
   },
 ];
+
+/** The limits, no further than this chair goes. */
+export function limitsOf(chair: Pick<Chair, "max_speed"> | undefined): typeof LIMITS {
+  const top = chair?.max_speed ?? Infinity;
+  return LIMITS.map((q) => (q.name === "max_speed" ? { ...q, most: Math.max(q.least, Math.min(q.most, top)) } : q));
+}
+
+/** What to say of limits that were sent and those that are in force since. */
+export function told(sent: Limits, now: Limits): string {
+  return isSame(LIMITS, sent, now) ? "Changed." : "Changed, as far as the chair can.";
+}
 
 /** Why a value cannot be set; empty: it can. */
 export function fault(quantity: Quantity<string>, value: number): string {
