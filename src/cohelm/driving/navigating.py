@@ -6,7 +6,6 @@ rubbish of a step is cleared away while the chair is not waiting.
 
 from __future__ import annotations
 
-import copy
 import gc
 import signal
 import time
@@ -72,8 +71,7 @@ class Mind:
     """
 
     def __init__(self, stage: Stage) -> None:
-        self._plain = Navigator(stage.navigator)
-        self._navigator, self._distance = self._plain, 0.0
+        self._navigator = Navigator(stage.navigator)
         self._last: Tick | None = None
         self._path: Path | None = None
         self._logbook = Logbook()
@@ -85,10 +83,8 @@ class Mind:
         began = time.thread_time()
         if ask.afresh:
             self._last = None
-        if ask.distance != self._distance:
-            self._navigator = farther_from_people(self._plain, ask.distance)
-            self._distance = ask.distance
-        tick = self._navigator.step(ask.observation, self._same(ask.request), self._last)
+        request = replace(ask.request, farther=ask.distance)  # so that it is recorded, too
+        tick = self._navigator.step(ask.observation, self._same(request), self._last)
         self._last = tick
         log, self._log = self._log, None
         return Answer(
@@ -138,18 +134,6 @@ class Mind:
         if tick.path is None:
             return Way(points=(), without=(), length=0.0, extra=0.0)
         return way_of(tick.path)
-
-
-def farther_from_people(navigator: Navigator, distance: float) -> Navigator:
-    """The same navigator, whose gate takes people to reach ``distance`` farther, m."""
-    if distance <= 0.0:
-        return navigator
-    other = copy.copy(navigator)
-    own = navigator.setup.gate
-    margin = min(own.people_margin + distance, 1.0)
-    gate = own.model_copy(update={"people_margin": margin})
-    other.setup = replace(navigator.setup, gate=gate)
-    return other
 
 
 def warm(stage: Stage) -> Iterator[str]:

@@ -79,6 +79,8 @@ class Request:
     """m/s."""
     stop: bool = False
     """The STOP control is pressed."""
+    farther: float = 0.0
+    """By how much more than the gate's own margin people are to be kept away, m."""
 
 
 @value

@@ -109,7 +109,7 @@ def gate(
             predictions=predictions,
             walls=walls,
             margin=parameters.margin,
-            people_margin=parameters.people_margin,
+            people_margin=min(parameters.people_margin + max(request.farther, 0.0), 1.0),
             at_least=parameters.at_least,
             standing=parameters.standing,
         )
