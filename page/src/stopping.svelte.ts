@@ -2,6 +2,7 @@
 
 import { chair } from "./chair.svelte";
 import { inputs } from "./input/live";
+import { link } from "./link";
 
 /** Until it is said again, ms. */
 const AGAIN = 150;
@@ -14,8 +15,16 @@ class Stopping {
   /** What went wrong; empty: nothing. */
   readonly trouble = $derived(this.words === PRESSED ? "" : this.words);
 
+  constructor() {
+    inputs.stopping = () => this.#pressed();
+  }
+
+  /** By whatever hand. */
   press(): void {
     inputs.stop();
+  }
+
+  #pressed(): void {
     if (chair.status !== "open") {
       this.words = "The link is lost. The chair stops by itself.";
       return;
@@ -36,7 +45,7 @@ class Stopping {
         this.words = "The chair has not heard STOP. Leave this page: then it stops by itself.";
         return;
       }
-      inputs.stop();
+      link.send({ type: "stop" });
       this.#check(left - 1);
     }, AGAIN);
   }

@@ -32,6 +32,8 @@ export class Inputs {
   /** A direction that a switch drives. */
   push = $state.raw<Push | null>(null);
   readonly scanner: Scanner;
+  /** Told of every STOP of this page, by whatever hand. */
+  stopping: () => void = () => undefined;
 
   #arbiter: Arbiter = NOBODY;
   #keys: Keys = NO_KEYS;
@@ -75,6 +77,7 @@ export class Inputs {
     this.push = null;
     this.line.send({ type: "stop" });
     this.#arbitrate("switch", CENTRE);
+    this.stopping();
   }
 
   resume(): void {
@@ -119,7 +122,7 @@ export class Inputs {
       const pressed = newlyPressed(pad, this.#buttons.get(pad.index));
       this.#buttons.set(pad.index, padButtons(pad));
       this.#arbitrate(`gamepad:${pad.index}`, padDeflection(pad));
-      if (pressed.stop) this.line.send({ type: "stop" });
+      if (pressed.stop) this.stop();
       else if (pressed.resume && this.present) this.resume();
     }
   }

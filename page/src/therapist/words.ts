@@ -165,7 +165,7 @@ const LINKS: Readonly<Record<State["link"], string>> = {
   stopped: "Stopped; the stick is still held",
   centre: "Waits for the stick to be let go",
   confirm: "Stands until the rider goes on",
-  ready: "Ready",
+  ready: "Nothing holds it",
 };
 
 /** What the chair does and why, in words. */
