@@ -256,6 +256,23 @@ def test_markup_escapes_whatever_it_is_given(words, value):
     assert _Elements(table([words], [[words]])).names.count("td") == 0
 
 
+def test_words_begin_at_the_left_and_figures_end_at_the_right():
+    rows = [["ours", "1.2 m/s, crossing", "1.20 m"], ["dwa", "", "–"]]
+    html = table(["planner", "case", "gap"], rows)
+    assert html.count('<td class="words">') == 2
+    assert "<td>1.20 m</td>" in html
+
+
+def test_a_verdict_is_seen_and_a_limitation_told_once(tmp_path):
+    notes = ("three asked: met; lost: none", "one asked: MISSED", "One floor.")
+    report = Report((), notes, {})
+    write_results([result()], tmp_path, report=report, limitations=notes[2:], seconds=0.0)
+    page = _page(tmp_path)
+    assert 'asked: <span class="good">met</span>; lost' in page
+    assert 'asked: <span class="bad">MISSED</span></li>' in page
+    assert page.count("One floor.") == 1
+
+
 @pytest.mark.parametrize(
     "results",
     [

@@ -102,9 +102,9 @@ def shown(rides: Rides, base: str, seconds: float, say: Say) -> Markup:
 
 
 _HOW = (
-    "Rides are ordered by how they ended, then by their time beside the time alone. Pictures are "
-    "of the same rides ridden again: dotted lines are people's ways, violet their personal space "
-    "at the closest moment."
+    "Rides are ordered by how they ended, then by how fast they touched somebody, then by their "
+    "time beside the time alone. Pictures are of the same rides ridden again: dotted lines are "
+    "people's ways, violet their personal space at the closest moment."
 )
 
 
@@ -163,7 +163,8 @@ def _image(data: bytes, kind: str, choice: Choice, ride: Ride, what: str) -> Mar
     now = ride.outcome.value
     moved = "" if now == choice.row.get("outcome") else f"; ridden again it ended in: {now}"
     says = f"{_named(choice)}, {what}{moved}"
-    image = tag("img", src=source, alt=says, loading="lazy")
+    width, height = map(str, Image.open(io.BytesIO(data)).size)
+    image = tag("img", src=source, alt=says, width=width, height=height, loading="lazy")
     return tag("figure", image, tag("figcaption", says), class_="map")
 
 

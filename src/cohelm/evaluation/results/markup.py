@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from html import escape
 
@@ -14,6 +15,8 @@ class Markup(str):
 
 Content = str | Iterable["Content"]
 """Text, markup, or several of them."""
+_WORD = re.compile(r"[^\W\d_]{3}")
+"""No unit is as long."""
 
 
 def tag(name: str, *content: Content, **attributes: str | None) -> Markup:
@@ -38,15 +41,33 @@ def text(content: Content) -> Markup:
 def table(
     columns: Iterable[Content], rows: Iterable[Iterable[Content]], caption: Content = ""
 ) -> Markup:
-    """A table that scrolls sideways where it is too wide; the first column heads its row."""
-    head = tag("tr", [tag("th", each, scope="col") for each in columns])
+    """A table that scrolls sideways where it is too wide; the first column heads its row.
+
+    Columns of words begin at the left, those of figures end at the right.
+    """
+    lines = [list(row) for row in rows]
+    heads = list(columns)
+    looks = ["words" if _is_of_words(row[i] for row in lines) else None for i in range(len(heads))]
+    head = [
+        tag("th", each, scope="col", class_=look) for each, look in zip(heads, looks, strict=True)
+    ]
     body = [
-        tag("tr", [tag("th" if not i else "td", each) for i, each in enumerate(row)])
-        for row in rows
+        tag(
+            "tr",
+            tag("th", row[0], scope="row"),
+            [tag("td", each, class_=look) for each, look in zip(row[1:], looks[1:], strict=True)],
+        )
+        for row in lines
     ]
     says = tag("caption", tag("span", caption)) if caption else ""
-    inner = tag("table", says, tag("thead", head), tag("tbody", body))
+    inner = tag("table", says, tag("thead", tag("tr", head)), tag("tbody", body))
     return tag("div", inner, class_="wide", tabindex="0")
+
+
+def _is_of_words(column: Iterable[Content]) -> bool:
+    said = [each for each in column if each]
+    plain = [each for each in said if isinstance(each, str) and not isinstance(each, Markup)]
+    return bool(said) and len(plain) == len(said) and all(map(_WORD.search, plain))
 
 
 def folded(title: Content, *content: Content) -> Markup:

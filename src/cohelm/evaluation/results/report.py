@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -26,6 +27,9 @@ ALWAYS = (
 """Limitations that every comparison of simulated rides has."""
 
 
+_VERDICT = re.compile(r"(?<=: )(met|MISSED)(?=;|$)")
+
+
 @dataclass(frozen=True)
 class Told:
     """What a benchmark says beyond its rides."""
@@ -41,7 +45,7 @@ class Told:
 def report_page(rides: Rides, base: str, told: Told, pictures: Content = "") -> Markup:
     """The whole page."""
     parts = [
-        section("says", "What came of it", _notes(told.notes)),
+        section("says", "What came of it", _notes(told)),
         section("tables", "Side by side", _tables(rides, base, told)),
         text(pictures),
         section("ratings", "What riders said", _opinions(rides)),
@@ -91,8 +95,9 @@ def _opinions(rides: Rides) -> list[Markup]:
     return out
 
 
-def _notes(notes: Sequence[str]) -> Markup:
-    return _list(notes)
+def _notes(told: Told) -> Markup:
+    """What is said, but for what stands under the limitations."""
+    return _list([each for each in told.notes if each not in told.limitations])
 
 
 def _list(sentences: Sequence[str]) -> Markup:
@@ -101,11 +106,11 @@ def _list(sentences: Sequence[str]) -> Markup:
 
 
 def _marked(sentence: str) -> list[str]:
-    """A sentence whose verdict, where it ends in one, is seen at a glance."""
-    for word, kind in (("MISSED", "bad"), ("met", "good")):
-        if sentence.endswith(f": {word}"):
-            return [sentence.removesuffix(word), tag("span", word, class_=kind)]
-    return [sentence]
+    """A sentence whose verdict, where it has one, is seen at a glance."""
+    before, word, after = (*_VERDICT.split(sentence, maxsplit=1), "", "")[:3]
+    if not word:
+        return [sentence]
+    return [before, tag("span", word, class_="good" if word == "met" else "bad"), after]
 
 
 def _sheet(sheet: Sheet) -> Markup:
