@@ -40,6 +40,7 @@ def asked(stage):
     yield replace(there, goal=route[len(route) // 3]), (0.0, 0.0)
     yield replace(there, speed_limit=0.0), (0.0, 0.0)
     yield replace(there, stop=True), (0.0, 0.0)
+    yield replace(there, farther=0.5), (0.2, 0.0)
     yield replace(nowhere, mode=Mode.MANUAL), (0.5, 0.5)
     yield there, (0.0, 0.0)
 
@@ -70,7 +71,7 @@ def test_every_tick_is_decided_again_to_the_bit(stage, tmp_path):
         driven(stage, recording)
     ride = RecordedRide(file)
     compared = list(replayed(ride))
-    assert len(compared) == 59
+    assert len(compared) == 65
     assert all(each.same and each.same_way for each in compared)
     assert not ride.warnings
     modes = [each.tick.request.mode for each in compared]

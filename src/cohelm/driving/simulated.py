@@ -35,7 +35,7 @@ MEETING = (2.5, 4.0)
 """How far ahead somebody comes into the way at least, m, and how long before they do, s."""
 _SLOWEST = 0.5
 """At which a chair is taken to come that stands or crawls, m/s."""
-_SHIFT = 1.0
+_SHIFT = 1.5
 """From where somebody is wanted to where there is room for them at most, m."""
 _APART = 0.1
 """Between a newcomer's body and everybody else's, m …"""
@@ -98,12 +98,12 @@ def somebody(
         away = distance[free[:, 0], free[:, 1]]
         free = free[(away >= NEAR[0]) & (away <= NEAR[1])]
         if not len(free):
-            raise NoRoom("there is no room for anybody near the chair")
+            raise NoRoom("There is no room for anybody near the chair.")
         cell = free[rng.integers(len(free))]
     else:
         apart = np.hypot(*(floor.walkable.points(free) - point).T)
         if not len(free) or apart.min() > _SHIFT:
-            raise NoRoom("there is no room for anybody at that point")
+            raise NoRoom("There is no room for anybody there.")
         cell = free[int(np.argmin(apart))]
     at = floor.walkable.points(cell[None])[0]
     way = _stroll(floor, at, rng)
@@ -136,7 +136,7 @@ def into_the_way(floor: Ground, truth: Truth, route: Floats, rng: np.random.Gene
     starts = cells[free & (away >= 0.6 * reach) & (away <= 1.2 * reach)]
     ends = cells[(away >= 0.5 * reach) & (away <= 1.4 * reach)]
     if not len(starts) or not len(ends):
-        raise NoRoom("there is no way for anybody to come from")
+        raise NoRoom("Nobody finds a way to come from.")
     start = _best(floor, starts, meeting, _across(ahead, rng))
     to_start = floor.walkable.points(start[None])[0] - meeting
     end = _best(floor, ends, meeting, -to_start)
@@ -164,7 +164,7 @@ def _room(floor: Ground, truth: Truth) -> Booleans:
     """Cells (rows, cols) where a body touches neither a wall nor anybody, nor the chair."""
     crowd = truth.crowd
     if int(crowd.there.sum()) >= MOST:
-        raise NoRoom(f"there are {MOST} people already")
+        raise NoRoom(f"There are {MOST} people already; that is enough.")
     cells = np.argwhere(floor.walkable.free)
     points = floor.walkable.points(cells)
     near = np.hypot(*(points - truth.pose[:2]).T) < floor.chair + RADIUS + _FROM_CHAIR
