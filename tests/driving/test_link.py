@@ -1,4 +1,4 @@
-"""The chair moves only while the link is ready; when that is, is told here once more, from a trace."""
+"""The chair moves only while the link is ready; here a trace tells once more when that is."""
 
 import math
 from dataclasses import replace
@@ -66,8 +66,10 @@ def test_a_hidden_page_is_silent_at_once():
     assert link.why(back, 10.2) is Reason.PAGE_SILENT
 
 
-@pytest.mark.parametrize(("silence", "then"), [(0.5, "ready"), (SHORT - 0.01, "ready"),
-                                               (SHORT + 0.01, "confirm"), (60.0, "confirm")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("silence", "then"),
+    [(0.5, "ready"), (SHORT - 0.01, "ready"), (SHORT + 0.01, "confirm"), (60.0, "confirm")],
+)
 def test_after_a_short_silence_a_centred_stick_suffices(silence, then):
     state = after(driving(10.0), "a", 2, 10.0 + silence, forward=0.6)
     assert link.status(state, 10.0 + silence) == "centre"

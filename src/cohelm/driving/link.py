@@ -108,9 +108,14 @@ def why(state: LinkState, now: float) -> Reason | None:
         return Reason.NOBODY_DRIVES
     if found == "silent":
         return Reason.PAGE_SILENT
-    if found == "confirm":
-        return state.cause or Reason.CONFIRM
-    return Reason.RIDER_STOP if found == "stopped" else Reason.LET_GO
+    return state.cause or asks(found)
+
+
+def asks(status: Link) -> Reason | None:
+    """What the driver has to do now; None: nothing."""
+    if status == "confirm":
+        return Reason.CONFIRM
+    return Reason.LET_GO if status in {"centre", "stopped"} else None
 
 
 def took(state: LinkState, client: str, *, under_way: bool) -> LinkState:

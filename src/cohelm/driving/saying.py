@@ -113,7 +113,7 @@ def state_of(
         mode=errand.mode,
         pace=errand.pace,
         eta=view.eta,
-        why=why_of(order, preparing=preparing, resume=status == "confirm"),
+        why=why_of(order, preparing=preparing, asks=link.asks(status)),
         goal=errand.goal,
         remaining=view.remaining if errand.goal is not None else None,
         route=view.version,
@@ -126,13 +126,13 @@ def state_of(
     )
 
 
-def why_of(decision: Decision, *, preparing: str, resume: bool) -> Why | None:
+def why_of(decision: Decision, *, preparing: str, asks: Reason | None) -> Why | None:
     """Why the chair does not do as wished, for the rider.
 
     Args:
         decision: at the wheels.
         preparing: what to say besides while the chair gets ready.
-        resume: the driver has only to say to go on.
+        asks: what the driver has to do first; None: nothing.
     """
     reason = decision.reason
     if reason is None or reason in _QUIET:
@@ -140,8 +140,8 @@ def why_of(decision: Decision, *, preparing: str, resume: bool) -> Why | None:
     text = reason.sentence
     if reason is Reason.GETTING_READY:
         text = f"{text} {preparing}".strip()
-    elif resume and reason is not Reason.CONFIRM:
-        text = f"{text} {Reason.CONFIRM.sentence}"
+    elif asks is not None and asks is not reason:
+        text = f"{text} {asks.sentence}"
     return Why.model_construct(code=reason.value, text=text)
 
 

@@ -1,0 +1,267 @@
+"""The whole drive with its threads and processes, on a real clock."""
+
+import os
+import signal
+import threading
+import time
+
+import pytest
+
+from cohelm.driving import Drive, DriveSetup, LimitsRise
+from cohelm.driving.messages import (
+    Beat,
+    Echo,
+    Go,
+    Release,
+    Resume,
+    RiderSettings,
+    Simulate,
+    Take,
+    Want,
+)
+from cohelm.evaluation import load_scenario
+
+pytestmark = pytest.mark.slow
+
+BUSY = 0.15
+"""What a machine that does much else may add to a time, s."""
+
+
+class Page:
+    """A page that beats ten times a second as long as it lives."""
+
+    def __init__(self, drive, client):
+        self.drive, self.client = drive, client
+        self.told, self.states = [], []
+        self.stick, self.beats = (0.0, 0.0), True
+        self._seq, self._ends = 0, threading.Event()
+        drive.listen(self._hear)
+        drive.joined(client, "driver")
+        self._thread = threading.Thread(target=self._beat, daemon=True)
+        self._thread.start()
+
+    def _hear(self, message, client):
+        if client not in {None, self.client}:
+            return
+        if message.type == "state":
+            self.states.append((time.monotonic(), message))
+        else:
+            self.told.append(message)
+
+    def _beat(self):
+        while not self._ends.wait(0.1):
+            if self.beats:
+                self.beat()
+
+    def beat(self):
+        self._seq += 1
+        forward, left = self.stick
+        now = time.monotonic()
+        self.say(Beat(seq=self._seq, sent=1000.0 * now, forward=forward, left=left, device="keys"))
+
+    def say(self, message):
+        self.drive.heard(self.client, message, time.monotonic())
+
+    def of(self, kind):
+        return [message for message in self.told if message.type == kind]
+
+    @property
+    def state(self):
+        return self.states[-1][1]
+
+    def until(self, holds, patience=15.0):
+        """Wait for a state in which something holds; when it came, s, and the state."""
+        seen, end = len(self.states), time.monotonic() + patience
+        while time.monotonic() < end:
+            for when, state in self.states[seen:]:
+                seen += 1
+                if holds(state):
+                    return when, state
+            time.sleep(0.005)
+        raise AssertionError(f"it never came; now {self.state}")
+
+    def drives(self):
+        self.stick = (0.0, 0.0)
+        self.say(Take())
+        _, state = self.until(lambda s: s.link in {"ready", "confirm"})
+        if state.link == "confirm":
+            self.say(Resume())
+            self.until(lambda s: s.link == "ready")
+
+    def moves(self):
+        self.stick = (0.7, 0.0)
+        self.until(lambda s: s.speed > 0.15)
+
+    def rests(self):
+        self.stick = (0.0, 0.0)
+        self.until(lambda s: abs(s.speed) < 0.02 and s.link == "ready")
+
+    def close(self):
+        self._ends.set()
+        self._thread.join()
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sessions")
+    drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=folder))
+    drive.start()
+    end = time.monotonic() + 240.0
+    while not drive.health.ready and time.monotonic() < end:
+        time.sleep(0.05)
+    yield drive
+    drive.close()
+    drive.close()
+
+
+@pytest.fixture
+def page(drive, request):
+    page = Page(drive, request.node.name)
+    page.drives()
+    yield page
+    page.stick = (0.0, 0.0)
+    page.say(Release())
+    page.until(lambda s: s.driver is None and abs(s.speed) < 0.02)
+    page.close()
+    drive.left(page.client)
+
+
+def stands(state):
+    return state.command == (0.0, 0.0)
+
+
+def test_the_first_word_is_welcome_and_the_next_the_route(drive):
+    page = Page(drive, "new")
+    assert [message.type for message in page.told[:2]] == ["welcome", "route"]
+    assert page.told[0].scene == drive.scene()
+    page.say(Echo(id=5))
+    assert page.told[-1] == Echo(id=5)
+    page.close()
+
+
+def test_it_drives_and_stands_again(page):
+    page.moves()
+    page.rests()
+    assert page.state.ride
+
+
+def test_the_state_comes_twenty_times_a_second(page):
+    begin = len(page.states)
+    time.sleep(2.0)
+    states = page.states[begin:]
+    assert 36 <= len(states) <= 42
+    numbers = [state.seq for _, state in states]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+
+
+def test_a_silent_page_stops_the_chair(page):
+    page.moves()
+    page.beats, since = False, time.monotonic()
+    when, state = page.until(stands)
+    assert when - since <= 0.3 + 0.1 + 0.05 + BUSY
+    assert state.why.code == "page_silent"
+    page.beats = True
+    page.rests()
+
+
+def test_a_navigator_that_is_killed_stops_the_chair_and_is_begun_anew(drive, page):
+    page.moves()
+    before, since = drive.navigator_pid, time.monotonic()
+    os.kill(before, signal.SIGKILL)
+    when, state = page.until(stands)
+    assert when - since <= 0.15 + 0.05 + BUSY
+    assert state.why.code == "navigator_silent"
+    page.until(lambda s: s.link in {"centre", "confirm"})
+    assert page.of("notice")[-1].code == "navigator_lost"
+    page.stick = (0.0, 0.0)
+    end = time.monotonic() + 120.0
+    while not drive.health.ready and time.monotonic() < end:
+        time.sleep(0.05)
+    assert drive.navigator_pid not in {None, before}
+    assert page.of("notice")[-1].code == "navigator_back"
+    assert stands(page.state)
+    page.until(lambda s: s.link == "confirm")
+    page.say(Resume())
+    page.moves()
+    page.rests()
+
+
+def test_a_navigator_that_is_stopped_stops_the_chair(drive, page):
+    page.moves()
+    pid, since = drive.navigator_pid, time.monotonic()
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        when, state = page.until(stands)
+        assert when - since <= 0.15 + 0.05 + BUSY
+        assert state.why.code == "navigator_silent"
+        time.sleep(1.5)
+        assert all(stands(state) for at, state in page.states if at > when)
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    page.stick = (0.0, 0.0)
+    page.until(lambda s: s.link == "confirm")
+    page.say(Resume())
+    page.moves()
+    page.rests()
+
+
+def test_a_preview_says_what_a_wish_costs_and_changes_nothing(page):
+    page.say(Want(id=1, kind="attract", points=((6.0, 9.0),), preview=True))
+    page.until(lambda s: bool(page.of("refused")))
+    assert page.of("refused")[-1].code == "no_destination"
+    page.say(Go(id=2, point=(11.0, 7.0)))
+    page.until(lambda s: s.remaining is not None)
+    page.say(Want(id=3, kind="attract", points=((6.0, 10.0),), preview=True))
+    page.until(lambda s: bool(page.of("preview")))
+    preview = page.of("preview")[-1]
+    assert preview.id == 3
+    assert preview.extra > 0.5
+    assert page.of("route")[-1].wishes == ()
+    page.say(Go(id=4))
+    page.rests()
+
+
+def test_limits_are_told_kept_and_never_loosened_while_the_chair_moves(drive, page):
+    first = drive.limits
+    page.moves()
+    slower = first.model_copy(update={"max_speed": 0.3})
+    drive.set_limits(slower, "therapist")
+    page.until(lambda s: s.command[0] <= 0.3)
+    with pytest.raises(LimitsRise):
+        drive.set_limits(first, "therapist")
+    assert drive.limits == slower
+    page.rests()
+    drive.set_limits(first, "therapist")
+    drive.set_rider(RiderSettings(dead_zone=0.2), "therapist")
+    assert page.of("configured")[-1].rider.dead_zone == 0.2
+    noted = [entry.what for entry in drive.audit.entries(10)]
+    assert {"limits", "limits_refused", "rider"} <= set(noted)
+
+
+def test_the_world_begins_anew_with_another_seed(page):
+    page.moves()
+    page.stick = (0.0, 0.0)
+    page.say(Simulate(id=9, what="restart", seed=4))
+    page.until(lambda s: any(m.code == "restarted" for m in page.of("notice")), 60.0)
+    _, state = page.until(lambda s: s.time < 1.0)
+    assert stands(state)
+    page.until(lambda s: s.link in {"confirm", "ready"})
+
+
+def test_somebody_can_be_let_in(page):
+    before = len(page.state.bodies)
+    page.say(Simulate(id=3, what="person"))
+    page.until(lambda s: len(s.bodies) == before + 1)
+
+
+def test_nothing_is_left_when_it_is_closed(tmp_path):
+    drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=tmp_path))
+    drive.start()
+    end = time.monotonic() + 60.0
+    while drive.navigator_pid is None and time.monotonic() < end:
+        time.sleep(0.02)
+    pid = drive.navigator_pid
+    drive.close()
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    assert [entry.what for entry in drive.audit.entries()] == ["closed", "started"]
