@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { State } from "../messages";
-import { destination, details, doing, driver, duration, measuresOf, moment, shares, what } from "./words";
+import { destination, details, doing, driver, duration, measuresOf, moment, outcome, shares, what } from "./words";
 
 describe("words", () => {
   it("say measures in their units, only those that are there", () => {
@@ -20,6 +20,8 @@ describe("words", () => {
   it("say what was used, the longest first", () => {
     expect(shares({ manual: 12, shared: 125, assisted: 0.2 })).toBe("shared 2 min 5 s, by hand 12 s");
     expect(shares({})).toBe("none");
+    expect(outcome({ outcome: "left", destination: "" })).toBe("Ended");
+    expect(outcome({ outcome: "left", destination: "Ward A" })).toBe("Given up");
     expect(destination({ destination: "" })).toBe("no destination");
   });
 

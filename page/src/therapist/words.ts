@@ -65,7 +65,9 @@ export function moment(iso: string, locale?: string, timeZone?: string): string 
 
 const OUTCOMES = { arrived: "Arrived", left: "Given up", collision: "Touched something" };
 
-export function outcome(ride: Pick<RideRecord, "outcome">): string {
+/** A ride without a destination cannot be given up: it ends. */
+export function outcome(ride: Pick<RideRecord, "outcome" | "destination">): string {
+  if (ride.outcome === "left" && !ride.destination) return "Ended";
   return OUTCOMES[ride.outcome] ?? ride.outcome;
 }
 
