@@ -100,10 +100,14 @@ def _cells(group: Rides) -> tuple[str, ...]:
         f"{(group.column('collisions_wall') > 0).sum()} / "
         f"{(group.column('standing_contacts') > 0).sum()}",
         median(group.column("time"), 1),
-        f"{middle_of(group.column('time_ratio')):.2f}",
+        _figure(middle_of(group.column("time_ratio")), 2),
         median(group.column("min_distance")),
-        f"{middle_of(solve):.1f}, {middle_of(p99):.1f}",
+        ", ".join(_figure(middle_of(each), 1) for each in (solve, p99)),
     )
+
+
+def _figure(number: float, digits: int) -> str:
+    return f"{number:.{digits}f}" if np.isfinite(number) else "–"
 
 
 def _figures(group: Rides) -> dict[str, Any]:
