@@ -16,7 +16,7 @@ const DWELL = 1.2;
 const SEARCH = 200;
 
 export class Scanner {
-  settings = $state.raw<SwitchSettings>(keptSwitches(localStorage));
+  settings = $state.raw<SwitchSettings>(keptSwitches());
   /** What is lit; null: the scan rests. */
   lit = $state.raw<Choice | null>(null);
   /** The next key becomes this switch. */
@@ -42,7 +42,7 @@ export class Scanner {
 
   change(settings: Partial<SwitchSettings>): void {
     this.settings = { ...this.settings, ...settings };
-    keepSwitches(localStorage, this.settings);
+    keepSwitches(this.settings);
     this.#scan = RESTING;
     this.#show();
   }

@@ -52,17 +52,22 @@ describe("switches", () => {
 
   it("are kept, and what does not read is as if there were none", () => {
     const kept = new Map<string, string>();
-    const storage = {
+    const storage = () => ({
       getItem: (key: string) => kept.get(key) ?? null,
       setItem: (key: string, value: string) => void kept.set(key, value),
-    };
+    });
     expect(keptSwitches(storage)).toEqual(NO_SWITCH);
     const two = { count: 2, hold: true, choose: "F1", step: "F2" } as const;
-    keepSwitches(storage, two);
+    keepSwitches(two, storage);
     expect(keptSwitches(storage)).toEqual(two);
     for (const odd of ["{", "null", '{"count": 3, "choose": "Escape", "step": 4}']) {
-      expect(keptSwitches({ getItem: () => odd })).toEqual(NO_SWITCH);
+      expect(keptSwitches(() => ({ getItem: () => odd }))).toEqual(NO_SWITCH);
     }
+    const forbidden = () => {
+      throw new Error("no storage here");
+    };
+    expect(keptSwitches(forbidden)).toEqual(NO_SWITCH);
+    expect(() => keepSwitches(two, forbidden)).not.toThrow();
   });
 
   it("never take the key that stops", () => {

@@ -81,9 +81,11 @@ export function mayBeSwitch(code: string): boolean {
   return code !== "" && !RESERVED.test(code);
 }
 
-export function keptSwitches(storage: Pick<Storage, "getItem">): SwitchSettings {
+export function keptSwitches(
+  storage: () => Pick<Storage, "getItem"> = () => localStorage,
+): SwitchSettings {
   try {
-    const kept = JSON.parse(storage.getItem(KEPT) ?? "{}") as Record<string, unknown>;
+    const kept = JSON.parse(storage().getItem(KEPT) ?? "{}") as Record<string, unknown>;
     const key = (x: unknown, otherwise: string) =>
       typeof x === "string" && mayBeSwitch(x) ? x : otherwise;
     return {
@@ -97,9 +99,12 @@ export function keptSwitches(storage: Pick<Storage, "getItem">): SwitchSettings 
   }
 }
 
-export function keepSwitches(storage: Pick<Storage, "setItem">, settings: SwitchSettings): void {
+export function keepSwitches(
+  settings: SwitchSettings,
+  storage: () => Pick<Storage, "setItem"> = () => localStorage,
+): void {
   try {
-    storage.setItem(KEPT, JSON.stringify(settings));
+    storage().setItem(KEPT, JSON.stringify(settings));
   } catch {
     // A browser that keeps nothing: they hold until the page is closed.
   }

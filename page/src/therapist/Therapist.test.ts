@@ -1,0 +1,100 @@
+import { fireEvent, render, screen, within } from "@testing-library/svelte";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Session } from "./api";
+import Sessions from "./Sessions.svelte";
+import SignIn from "./SignIn.svelte";
+
+const RIDE = {
+  id: "20260131-142530-r1", began: "2026-01-31T14:25:30+00:00", seed: 0, destination: "Ward A",
+  outcome: "arrived", time: 61, length: 34, modes: { shared: 61 }, devices: { keys: 20 }, wishes: 1,
+  limits: [], stops: [{ time: 5, duration: 2, code: "x", text: "Somebody was near." }], rating: 4,
+  measures: { min_distance: 0.6 }, trouble: "",
+} as const;
+const SESSION = {
+  facts: { id: "20260131-142530", began: RIDE.began, scene: "hospital", robot: "chair", simulation: true },
+  rides: [RIDE],
+} as unknown as Session;
+
+/** What the server answers, by method and path; null: it does not. */
+let answers: Record<string, [number, unknown]>;
+let asked: string[];
+
+beforeEach(() => {
+  asked = [];
+  vi.stubGlobal("fetch", async (path: string, { method }: RequestInit) => {
+    asked.push(`${method} ${path}`);
+    const [status, said] = answers[`${method} ${path}`] ?? [404, null];
+    return new Response(JSON.stringify(said), { status });
+  });
+  // jsdom knows dialogs, but not how to show them
+  HTMLDialogElement.prototype.showModal = function () {
+    this.open = true;
+  };
+  HTMLDialogElement.prototype.close = function () {
+    this.open = false;
+  };
+});
+afterEach(() => vi.unstubAllGlobals());
+
+describe("sessions", () => {
+  it("show rides with their measures, map, stops and exports", async () => {
+    answers = { "GET /api/sessions": [200, [SESSION]] };
+    render(Sessions);
+    await fireEvent.click(await screen.findByText(/hospital, one ride/));
+    expect(screen.getByText("Ride 1: Ward A")).toBeTruthy();
+    expect(screen.getByText("0.60 m")).toBeTruthy();
+    expect(screen.getByText("Somebody was near.")).toBeTruthy();
+    expect(screen.getByRole("img", { hidden: true }).getAttribute("src")).toBe("/api/sessions/20260131-142530-r1.png");
+    const links = screen.getAllByRole("link", { hidden: true }).map((each) => each.getAttribute("href"));
+    expect(links).toEqual(["/api/sessions/20260131-142530.html", "/api/sessions/20260131-142530.csv"]);
+  });
+
+  it("are deleted only after asking once more", async () => {
+    answers = { "GET /api/sessions": [200, [SESSION]], "DELETE /api/sessions": [200, { deleted: 1 }] };
+    render(Sessions);
+    await screen.findByText(/hospital/);
+    await fireEvent.click(screen.getByRole("button", { name: "Delete all…" }));
+    const dialog = within(screen.getByRole("dialog"));
+    await fireEvent.click(dialog.getByRole("button", { name: "Keep them" }));
+    expect(asked).not.toContain("DELETE /api/sessions");
+    await fireEvent.click(screen.getByRole("button", { name: "Delete all…" }));
+    answers["GET /api/sessions"] = [200, []];
+    await fireEvent.click(dialog.getByRole("button", { name: "Delete all" }));
+    expect(await screen.findByText("One session was deleted.")).toBeTruthy();
+    expect(await screen.findByText(/There is none yet/)).toBeTruthy();
+  });
+
+  it("say why they cannot be read", async () => {
+    answers = { "GET /api/sessions": [403, { code: "therapist_only", text: "only the therapist may do this" }] };
+    render(Sessions);
+    expect((await screen.findByRole("alert")).textContent).toBe("Only the therapist may do this.");
+  });
+});
+
+describe("sign-in", () => {
+  const enter = async (): Promise<void> => {
+    await fireEvent.input(screen.getByLabelText("Therapist’s token"), { target: { value: " abcd " } });
+    await fireEvent.click(screen.getByRole("button", { name: "Sign in" }));
+  };
+
+  it("lets the therapist in", async () => {
+    answers = { "POST /api/sign-in": [200, { role: "therapist" }] };
+    const entered = vi.fn();
+    render(SignIn, { entered });
+    await enter();
+    await vi.waitFor(() => expect(entered).toHaveBeenCalledOnce());
+  });
+
+  it.each([
+    [200, { role: "driver" }, "That is the driver’s token."],
+    [401, { code: "wrong_token", text: "that token does not open anything here" }, "That token does not open anything here."],
+    [429, { code: "locked", text: "wait 30 s" }, "Wait 30 s."],
+  ])("refuses with words (%i)", async (status, said, words) => {
+    answers = { "POST /api/sign-in": [status, said] };
+    const entered = vi.fn();
+    render(SignIn, { entered });
+    await enter();
+    await vi.waitFor(() => expect(screen.getByRole("alert").textContent).toBe(words));
+    expect(entered).not.toHaveBeenCalled();
+  });
+});
