@@ -3,9 +3,17 @@ import App from "./App.svelte";
 import { chair } from "./chair.svelte";
 import { link } from "./link";
 import { applyTheme } from "./theme";
+import { api, tokenOfLink } from "./therapist/api";
 import "./theme.css";
 
 applyTheme();
 chair.follow(link);
 mount(App, { target: document.querySelector("#page")! });
-link.connect();
+void begin();
+
+/** A link with a token in it, as a QR code carries one, signs in by itself. */
+async function begin(): Promise<void> {
+  const token = tokenOfLink(window);
+  if (token) await api.signIn(token);
+  link.connect();
+}

@@ -7,6 +7,8 @@ import { toScreen, type Point, type View } from "./view";
 
 /** So much more than the screen is drawn on each side, as a share of it. */
 const MARGIN = 0.2;
+/** While the map turns: a copy does not serve for long. */
+const TURNING_MARGIN = 0.03;
 
 export interface Ground {
   readonly scene: Scene;
@@ -17,6 +19,13 @@ export interface Ground {
   readonly shut: readonly number[];
   /** Whether doors carry their numbers. */
   readonly numbered: boolean;
+}
+
+interface Screen {
+  readonly width: number;
+  readonly height: number;
+  readonly ratio: number;
+  readonly turning: boolean;
 }
 
 export class Backdrop {
@@ -31,10 +40,10 @@ export class Backdrop {
     const size = `${width} ${height} ${ratio}`;
     let shift = this.#size === size && same(this.#ground, ground) ? this.#shift(view) : null;
     if (!shift) {
-      // While the map turns, no copy serves twice: then no more is drawn than is seen.
       const turning = this.#view !== null && this.#view.turn !== view.turn;
-      this.#pad = turning ? [0, 0] : [Math.ceil(MARGIN * width), Math.ceil(MARGIN * height)];
-      this.#draw(ground, view, width, height, ratio);
+      const margin = turning ? TURNING_MARGIN : MARGIN;
+      this.#pad = [Math.ceil(margin * width), Math.ceil(margin * height)];
+      this.#draw(ground, view, { width, height, ratio, turning });
       this.#size = size;
       shift = [0, 0];
     }
@@ -58,7 +67,8 @@ export class Backdrop {
     return near ? [dx, dy] : null;
   }
 
-  #draw(ground: Ground, view: View, width: number, height: number, ratio: number): void {
+  #draw(ground: Ground, view: View, screen: Screen): void {
+    const { width, height, ratio } = screen;
     this.#view = view;
     this.#ground = ground;
     const canvas = this.#canvas;
@@ -71,6 +81,8 @@ export class Backdrop {
     context.fillStyle = ground.colours.unknown;
     context.fillRect(0, 0, wide, high);
     context.setTransform(ratio, 0, 0, ratio, px * ratio, py * ratio);
+    // Mipmaps make the floor crisp from afar, and cost too much to be made in every frame.
+    context.imageSmoothingQuality = screen.turning ? "low" : "medium";
     drawFloor(context, ground, view);
     drawDoors(context, ground, view);
     drawWishes(context, ground, view);
@@ -100,7 +112,6 @@ function drawFloor(context: CanvasRenderingContext2D, { scene, floor }: Ground, 
   const [left, top] = toScreen(view, x, y + high);
   context.translate(left, top);
   context.rotate(-view.turn);
-  context.imageSmoothingQuality = "medium";
   context.drawImage(floor, 0, 0, wide * view.scale, high * view.scale);
   context.restore();
 }

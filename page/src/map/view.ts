@@ -95,6 +95,9 @@ function inside(from: number, to: number, full: number): number {
   return Math.min(0, -from) || Math.max(0, full - to);
 }
 
+/** The map turns in steps of this, rad: small ones are not seen, and would cost a redraw each. */
+const STEP = 0.01;
+
 /** The chair in the lower part of the screen, its heading up. */
 export function headed(
   view: View,
@@ -106,6 +109,6 @@ export function headed(
     ...view,
     at: [pose[0], pose[1]],
     middle: [width / 2, 0.66 * height],
-    turn: Math.PI / 2 - pose[2],
+    turn: STEP * Math.round((Math.PI / 2 - pose[2]) / STEP),
   };
 }

@@ -1,0 +1,113 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { Link, type Status } from "./link";
+import type { ToPage } from "./messages";
+
+class Socket {
+  static readonly OPEN = 1;
+  static all: Socket[] = [];
+  readyState = Socket.OPEN;
+  sent: { type: string; id?: number }[] = [];
+  onmessage: ((event: { data: string }) => void) | null = null;
+  onclose: (() => void) | null = null;
+  constructor(readonly address: string) {
+    Socket.all.push(this);
+  }
+  send(text: string): void {
+    this.sent.push(JSON.parse(text) as { type: string; id?: number });
+  }
+  close(): void {
+    this.readyState = 3;
+    this.onclose?.();
+  }
+  hear(message: Partial<ToPage>): void {
+    this.onmessage?.({ data: JSON.stringify(message) });
+  }
+}
+
+const newest = (): Socket => Socket.all[Socket.all.length - 1]!;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.stubGlobal("WebSocket", Socket);
+  Socket.all = [];
+});
+afterEach(() => {
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
+
+describe("the link", () => {
+  it("is open only once the chair has welcomed the page", () => {
+    const link = new Link("ws://here");
+    const seen: Status[] = [];
+    link.watch((status) => seen.push(status));
+    link.connect();
+    newest().hear({ type: "welcome" });
+    expect(seen).toEqual(["connecting", "open"]);
+  });
+
+  it("comes back by itself, and says meanwhile that it is lost", async () => {
+    const link = new Link("ws://here");
+    link.connect();
+    newest().hear({ type: "welcome" });
+    newest().close();
+    expect(link.status).toBe("lost");
+    await vi.advanceTimersByTimeAsync(300);
+    expect(Socket.all).toHaveLength(2);
+    newest().hear({ type: "welcome" });
+    expect(link.status).toBe("open");
+  });
+
+  it("waits longer from time to time, but never for long", async () => {
+    const link = new Link("ws://here");
+    link.connect();
+    for (let k = 0; k < 8; k++) {
+      newest().close();
+      await vi.advanceTimersByTimeAsync(4_000);
+      expect(Socket.all).toHaveLength(k + 2);
+    }
+    newest().close();
+    await vi.advanceTimersByTimeAsync(1_000);
+    expect(Socket.all).toHaveLength(9);
+  });
+
+  it("asks for a sign-in instead of knocking on", async () => {
+    const link = new Link("ws://here", () => Promise.resolve(false));
+    link.connect();
+    newest().close();
+    await vi.advanceTimersByTimeAsync(10_000);
+    expect(link.status).toBe("sign-in");
+    expect(Socket.all).toHaveLength(1);
+  });
+
+  it("gives each answer to its own question", async () => {
+    const link = new Link("ws://here");
+    link.connect();
+    newest().hear({ type: "welcome" });
+    const first = link.ask({ type: "go", place: "Ward 4" });
+    const second = link.ask({ type: "pace", pace: "slow" });
+    const [a, b] = newest().sent.map(({ id }) => id!);
+    newest().hear({ type: "refused", id: b!, code: "no", text: "No." });
+    newest().hear({ type: "done", id: a! });
+    expect((await first).type).toBe("done");
+    expect((await second).type).toBe("refused");
+  });
+
+  it("leaves no question without an answer", async () => {
+    const link = new Link("ws://here");
+    link.connect();
+    newest().hear({ type: "welcome" });
+    const cut = link.ask({ type: "pace", pace: "slow" });
+    newest().close();
+    expect(await cut).toMatchObject({ type: "refused", code: "link_lost" });
+    expect(await link.ask({ type: "pace", pace: "slow" })).toMatchObject({ code: "link_lost" });
+  });
+
+  it("keeps nothing for later that it cannot send now", () => {
+    const link = new Link("ws://here");
+    expect(link.send({ type: "stop" })).toBe(false);
+    link.connect();
+    newest().hear({ type: "welcome" });
+    expect(newest().sent).toEqual([]);
+  });
+});

@@ -1,0 +1,59 @@
+import { describe, expect, it } from "vitest";
+import { detour, found, metres, minutes, price, readiness } from "./words";
+
+const state = { link: "ready", driver: "a", goal: null, arrived: false } as const;
+
+describe("what the driver has to do", () => {
+  it("is to take control where nobody or somebody else drives", () => {
+    expect(readiness({ ...state, driver: null, link: "nobody" }, false).action).toBe("take");
+    expect(readiness(state, false)).toMatchObject({ action: "take", label: "Take over" });
+  });
+
+  it("is to let go before anything can be confirmed", () => {
+    for (const link of ["stopped", "centre", "silent"] as const) {
+      expect(readiness({ ...state, link }, true).action).toBeNull();
+    }
+    expect(readiness({ ...state, link: "confirm" }, true).action).toBe("resume");
+  });
+
+  it("is nothing without a link", () => {
+    expect(readiness(null, false).action).toBeNull();
+  });
+
+  it("is to choose where to go, else it says where we go", () => {
+    expect(readiness(state, true).text).toBe("Steer, or choose where to go.");
+    const goal = { name: "Ward 4", x: 0, y: 0 };
+    expect(readiness({ ...state, goal }, true).text).toBe("On the way to Ward 4.");
+  });
+});
+
+describe("lengths and times", () => {
+  it("are as long as they need to be", () => {
+    expect(metres(4.24)).toBe("4.2 m");
+    expect(metres(38.2)).toBe("38 m");
+    expect(minutes(80.4)).toBe("1:20 min");
+  });
+
+  it("say what a wish costs", () => {
+    expect(detour(4.2)).toBe("+4.2 m");
+    expect(detour(-1)).toBe("−1.0 m");
+    expect(detour(0.02)).toBe("no detour");
+    expect(price({ extra: 4.2, length: 38.2 })).toBe("+4.2 m, 38 m in all");
+  });
+});
+
+describe("search", () => {
+  const places = ["Ward 10", "Ward 2", "Nurses' station", "Café", "Staff room"].map((name) => ({ name }));
+  const names = (search: string): string[] => found(places, search).map(({ name }) => name);
+
+  it("finds by any part of the name, whatever its accents", () => {
+    expect(names("cafe")).toEqual(["Café"]);
+    expect(names("sta")).toEqual(["Staff room", "Nurses' station"]);
+    expect(names("nurses’ st")).toEqual(["Nurses' station"]);
+  });
+
+  it("orders numbers as people do", () => {
+    expect(names("ward")).toEqual(["Ward 2", "Ward 10"]);
+    expect(names("nowhere")).toEqual([]);
+  });
+});
