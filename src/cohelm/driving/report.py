@@ -56,7 +56,7 @@ h1,h2{line-height:1.2}p.soft,caption,small{color:var(--soft)}
 table{border-collapse:collapse;width:100%;margin:1rem 0}caption{text-align:left}
 th,td{text-align:left;padding:.3rem .6rem;border-bottom:1px solid var(--line);vertical-align:top;
 overflow-wrap:anywhere}
-td.number{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+th.number,td.number{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
 img{max-width:100%;height:auto;border:1px solid var(--line);background:#fff}
 section{margin-top:2.5rem}
 """
@@ -67,6 +67,8 @@ _FACTS = (
     "metres", "rating", "wishes", "modes", "devices",
 )  # fmt: skip
 """The first columns of the table."""
+_NUMBERS, _RIGHT = frozenset({"time", "way", "value", "at", "for"}), ' class="number"'
+"""Columns of the page that are numbers."""
 
 
 def session_html(summary: SessionSummary, maps: Mapping[str, bytes]) -> str:
@@ -93,7 +95,7 @@ def session_html(summary: SessionSummary, maps: Mapping[str, bytes]) -> str:
         f"<title>{escape(title)}</title><style>{_STYLE}</style></head><body><main>"
         f"<h1>{escape(title)}</h1>"
         f'<p class="soft">{escape(facts.scene)} {where}, {escape(facts.robot)}; began '
-        f"{escape(facts.began)}.</p>"
+        f"{escape(facts.began[:16].replace('T', ' at '))} UTC.</p>"
         f"{_table('The rides', head, rows)}{rides}</main></body></html>\n"
     )
 
@@ -162,7 +164,9 @@ def _ride(number: int, ride: RideRecord, picture: bytes | None) -> str:
 
 
 def _table(caption: str, head: tuple[str, ...], rows: str) -> str:
-    cells = "".join(f'<th scope="col">{each}</th>' for each in head)
+    cells = "".join(
+        f'<th scope="col"{_RIGHT if each in _NUMBERS else ""}>{each}</th>' for each in head
+    )
     return (
         f"<table><caption>{caption}</caption><thead><tr>{cells}</tr></thead>"
         f"<tbody>{rows}</tbody></table>"

@@ -23,8 +23,11 @@ _FINE = 2
 _SAMPLES = 4000
 """Points of a track that are drawn at most."""
 
+_SHADES = 8
+"""From the chair's colour to the rider's."""
+
 _FLOOR, _WALL, _UNKNOWN = (255, 255, 255), (52, 60, 71), (226, 229, 233)
-_ROUTE, _WITHOUT, _PEOPLE = (90, 140, 220), (170, 176, 184), (205, 140, 120)
+_ROUTE, _WITHOUT, _PEOPLE = (90, 140, 220), (170, 176, 184), (224, 186, 170)
 _CHAIR_STEERS, _RIDER_STEERS = np.array([36, 84, 160]), np.array([222, 120, 20])
 _START, _GOAL, _TOUCH = (40, 130, 70), (150, 40, 120), (200, 30, 30)
 
@@ -58,7 +61,7 @@ def ride_map(ride: Ride) -> bytes:
         sheet.disc(transform(X_GM, ride.goal), _GOAL, 0.3)
     small = image.resize((image.width // _FINE, image.height // _FINE), Image.Resampling.LANCZOS)
     out = io.BytesIO()
-    small.quantize(64).save(out, "PNG", optimize=True)
+    small.quantize(256, Image.Quantize.FASTOCTREE).save(out, "PNG", optimize=True)
     return out.getvalue()
 
 
@@ -83,9 +86,15 @@ def _floor(ride: Ride, low: Floats, high: Floats, scale: float) -> Image.Image:
 
 
 def _draw_track(sheet: _Sheet, track: Floats, eta: Floats) -> None:
-    for a, b, share in zip(track, track[1:], eta, strict=False):
-        mixed = (1.0 - share) * _CHAIR_STEERS + share * _RIDER_STEERS
-        sheet.line(np.array([a, b]), (int(mixed[0]), int(mixed[1]), int(mixed[2])), 0.14)
+    """Pieces of one colour at once, so that their joints are round."""
+    level = np.rint(np.clip(eta, 0.0, 1.0) * _SHADES).astype(np.int64)
+    ends = np.append(np.flatnonzero(np.diff(level)) + 1, len(track) - 1)
+    begin = 0
+    for end in ends.tolist():
+        share = level[begin] / _SHADES
+        red, green, blue = ((1.0 - share) * _CHAIR_STEERS + share * _RIDER_STEERS).tolist()
+        sheet.line(track[begin : end + 1], (int(red), int(green), int(blue)), 0.14)
+        begin = end
 
 
 def _thin(points: Floats) -> Floats:
@@ -107,10 +116,10 @@ class _Sheet:
         self._draw.line(pixels, fill=colour, width=self._size(width), joint="curve")
 
     def dots(self, points: Floats, colour: tuple[int, int, int], radius: float) -> None:
-        """Points (k, 2) half a metre apart or more; those that are NaN are left out."""
+        """Points (k, 2) a metre apart or more; those that are NaN are left out."""
         last: Floats | None = None
         for point in points[np.isfinite(points).all(axis=1)]:
-            if last is None or float(np.hypot(*(point - last))) >= 0.5:
+            if last is None or float(np.hypot(*(point - last))) >= 1.0:
                 self.disc(point, colour, radius)
                 last = point
 
