@@ -26,6 +26,18 @@ describe("reach", () => {
     expect(reach(document).map((each) => each.label)).toEqual(["d"]);
   });
 
+  it("splits a long group in rows of about equal length, and loses nothing", () => {
+    const buttons = Array.from({ length: 20 }, (_, n) => `<button data-scan>P${n}</button>`).join("");
+    document.body.innerHTML = `<div data-scan-group="Places">${buttons}</div>`;
+    const rows = reach(document)[0]?.items ?? [];
+    // 20 in ⌈20 / 6⌉ = 4 rows of 5
+    expect(rows.map((row) => row.label)).toEqual(["P0 to P4", "P5 to P9", "P10 to P14", "P15 to P19"]);
+    expect(rows.flatMap((row) => row.items?.map((each) => each.label))).toEqual(
+      Array.from({ length: 20 }, (_, n) => `P${n}`),
+    );
+    expect(rows[1]?.elements).toHaveLength(5);
+  });
+
   it("reaches nothing behind an open dialog", () => {
     document.body.innerHTML = `<button data-scan>behind</button>
       <dialog open><button data-scan>in it</button></dialog>`;

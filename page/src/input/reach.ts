@@ -2,10 +2,13 @@ import type { Choice } from "./scan";
 
 /** A choice and what it stands for on the page. */
 export interface Reached extends Choice {
-  readonly element: HTMLElement;
+  /** What lights up; of a single choice the one that is clicked. */
+  readonly elements: readonly HTMLElement[];
   readonly items?: readonly Reached[];
 }
 
+/** A longer group is split in rows of no more than this: 30 places in 5 + 6 steps, not in 30. */
+const ROW = 6;
 const RANK: Readonly<Record<string, number>> = { first: 0, drive: 1, last: 3 };
 const keys = new WeakMap<Element, string>();
 let made = 0;
@@ -20,23 +23,38 @@ export function reach(document: Document): Reached[] {
   const found = new Map<Element, Reached & { items?: Reached[] }>();
   for (const element of root.querySelectorAll<HTMLElement>("[data-scan]")) {
     if (!isThere(element)) continue;
-    const choice = { key: keyOf(element), label: labelOf(element), element };
+    const choice = { key: keyOf(element), label: labelOf(element), elements: [element] };
     const group = element.closest<HTMLElement>("[data-scan-group]");
     const of = group && root.contains(group) ? group : null;
     if (!of) found.set(element, choice);
     else if (found.has(of)) found.get(of)?.items?.push(choice);
-    else found.set(of, { key: keyOf(of), label: labelOf(of), element: of, items: [choice] });
+    else found.set(of, { key: keyOf(of), label: labelOf(of), elements: [of], items: [choice] });
   }
-  return [...found.values()].map(single).sort((a, b) => rank(a) - rank(b));
+  return [...found.values()].map(arranged).sort((a, b) => rank(a) - rank(b));
 }
 
-/** A group of one is not worth a press of its own. */
-function single(choice: Reached): Reached {
-  return choice.items?.length === 1 ? (choice.items[0] ?? choice) : choice;
+/** A group of one is not worth a press of its own, and a long one is worth one more. */
+function arranged(choice: Reached): Reached {
+  const { items } = choice;
+  if (!items) return choice;
+  if (items.length === 1) return items[0] ?? choice;
+  return items.length > ROW + 1 ? { ...choice, items: rows(items) } : choice;
+}
+
+function rows(items: readonly Reached[]): Reached[] {
+  const count = Math.ceil(items.length / ROW);
+  const cut = (n: number) => Math.round((n * items.length) / count);
+  return Array.from({ length: count }, (_, n) => row(items.slice(cut(n), cut(n + 1))));
+}
+
+function row(items: readonly Reached[]): Reached {
+  const [first, last] = [items[0]!, items[items.length - 1]!];
+  const elements = items.flatMap((each) => each.elements);
+  return { key: `${first.key} to ${last.key}`, label: `${first.label} to ${last.label}`, elements, items };
 }
 
 function rank(choice: Reached): number {
-  return RANK[choice.element.dataset["scan"] ?? ""] ?? 2;
+  return RANK[choice.elements[0]?.dataset["scan"] ?? ""] ?? 2;
 }
 
 function isThere(element: HTMLElement): boolean {

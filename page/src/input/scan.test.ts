@@ -35,7 +35,17 @@ describe("scan", () => {
     expect(selected(stepped(inside, ALL, 1), ALL, 2, 0).chosen?.label).toBe("Ward B");
     const back = stepped(stepped(inside, ALL, 1), ALL, 2);
     expect(litOf(back, ALL)?.label).toBe("Back");
-    expect(selected(back, ALL, 3, 0)).toMatchObject({ scan: { group: null, lit: "f" }, chosen: null });
+    expect(selected(back, ALL, 3, 0)).toMatchObject({ scan: { path: [], lit: "f" }, chosen: null });
+  });
+
+  it("opens groups in groups, and goes back one at a time", () => {
+    const deep: Choice[] = [{ key: "o", label: "Outer", items: [{ key: "i", label: "Inner", items: ALL }, ...ALL] }];
+    const outer = selected(begun(deep, 0), deep, 0, 0).scan;
+    const inner = selected(outer, deep, 0, 0).scan;
+    expect(inner).toMatchObject({ path: ["o", "i"], lit: "f" });
+    const back = selected({ ...inner, lit: "back" }, deep, 0, 0).scan;
+    expect(back).toMatchObject({ path: ["o"], lit: "i" });
+    expect(selected({ ...back, lit: "back" }, deep, 0, 0).scan).toMatchObject({ path: [], lit: "o" });
   });
 
   it("closes a group after two rounds in vain, and rests after five", () => {
@@ -57,7 +67,7 @@ describe("scan", () => {
     const lost = { ...begun(ALL, 0), lit: "gone" };
     expect(litOf(lost, ALL)?.key).toBe("f");
     expect(stepped(lost, ALL, 1).lit).toBe("f");
-    expect(litOf({ ...lost, group: "gone too" }, ALL)?.key).toBe("f");
+    expect(litOf({ ...lost, path: ["gone too"] }, ALL)?.key).toBe("f");
     expect(litOf(lost, [])).toBeNull();
     expect(selected(begun([], 0), [], 0, 0).chosen).toBeNull();
   });

@@ -7,8 +7,8 @@ export interface Choice {
 
 /** Where the light is. */
 export interface Scan {
-  /** The group that is open; null: none. */
-  readonly group: string | null;
+  /** The groups that are open, the outer one first. */
+  readonly path: readonly string[];
   /** What is lit; null: the scan rests until a switch is pressed. */
   readonly lit: string | null;
   /** From when on it is lit, ms; later than now after a choice, which is a pause. */
@@ -22,17 +22,22 @@ export interface Pace {
   readonly dwell: number;
 }
 
-export const RESTING: Scan = { group: null, lit: null, since: 0, rounds: 0 };
+export const RESTING: Scan = { path: [], lit: null, since: 0, rounds: 0 };
 /** The last choice of an open group. */
 export const BACK: Choice = { key: "back", label: "Back" };
 /** After so many rounds without a choice a group closes, and the whole scan rests (assumed). */
 const GROUP_ROUNDS = 2;
 const ROUNDS = 5;
 
-/** What can be chosen now. */
+/** What can be chosen now: of the open group, if it is still there. */
 export function open(scan: Scan, all: readonly Choice[]): readonly Choice[] {
-  const items = scan.group === null ? undefined : find(all, scan.group)?.items;
-  return items && items.length > 0 ? [...items, BACK] : all;
+  let choices = all;
+  for (const key of scan.path) {
+    const items = find(choices, key)?.items;
+    if (!items?.length) return all;
+    choices = items;
+  }
+  return choices === all ? all : [...choices, BACK];
 }
 
 /** The choice that is lit. */
@@ -44,7 +49,7 @@ export function litOf(scan: Scan, all: readonly Choice[]): Choice | null {
 
 /** From the first choice; `pause` (ms) later where something was just chosen. */
 export function begun(all: readonly Choice[], now: number, pause = 0): Scan {
-  return { group: null, lit: all[0]?.key ?? null, since: now + pause, rounds: 0 };
+  return { path: [], lit: all[0]?.key ?? null, since: now + pause, rounds: 0 };
 }
 
 /** Time goes by: with one switch the light wanders. */
@@ -67,14 +72,16 @@ export function selected(
 ): { readonly scan: Scan; readonly chosen: Choice | null } {
   const choice = litOf(scan, all);
   if (!choice) return { scan: begun(all, now), chosen: null };
-  if (choice.key === BACK.key) return { scan: begun(all, now, pause), chosen: null };
-  if (choice.items) return { scan: opened(choice, now, pause), chosen: null };
+  const path = open(scan, all) === all ? [] : scan.path;
+  const goes = (to: readonly string[]) => inside(to, all, now + pause);
+  if (choice.key === BACK.key) return { scan: goes(path.slice(0, -1)), chosen: null };
+  if (choice.items) return { scan: goes([...path, choice.key]), chosen: null };
   return { scan: begun(all, now, pause), chosen: choice };
 }
 
-function opened(group: Choice, now: number, pause: number): Scan {
-  const first = group.items?.[0] ?? BACK;
-  return { group: group.key, lit: first.key, since: now + pause, rounds: 0 };
+function inside(path: readonly string[], all: readonly Choice[], since: number): Scan {
+  const scan = { path, lit: null, since, rounds: 0 };
+  return { ...scan, lit: open(scan, all)[0]?.key ?? null };
 }
 
 function moved(scan: Scan, all: readonly Choice[], now: number): Scan {

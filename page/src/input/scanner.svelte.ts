@@ -26,7 +26,7 @@ export class Scanner {
   #choices: readonly Reached[] = [];
   #searched = -Infinity;
   #letGo = -Infinity;
-  #marked: HTMLElement | null = null;
+  #marked: readonly HTMLElement[] = [];
 
   constructor(readonly inputs: Inputs) {}
 
@@ -110,9 +110,8 @@ export class Scanner {
     const pause = this.settings.count === 1 ? this.dwell : 0;
     const { scan, chosen } = selected(this.#scan, this.#choices, now, pause);
     this.#scan = scan;
-    const element = chosen && elementOf(this.#choices, chosen.key);
-    if (!element) return;
-    element.click();
+    if (!chosen) return;
+    elementsOf(this.#choices, chosen.key)[0]?.click();
     this.#searched = -Infinity;
   }
 
@@ -124,7 +123,7 @@ export class Scanner {
     if (event.code === step && count === 1) return null;
     const { target } = event;
     const own = target instanceof Element && target.closest("[data-own-keys]") !== null;
-    const typed = isTyped(target) && !inDialogButton(target);
+    const typed = isTyped(target) && !isButton(target);
     if ((own || typed) && this.meaning === "choose") return null;
     return event.code === choose ? "choose" : "step";
   }
@@ -148,24 +147,24 @@ export class Scanner {
     const on = this.settings.count > 0 && this.meaning === "choose";
     const lit = on ? litOf(this.#scan, this.#choices) : null;
     if (lit?.key !== this.lit?.key || lit?.label !== this.lit?.label) this.lit = lit;
-    const element = lit && elementOf(this.#choices, lit.key);
-    if (element === this.#marked) return;
-    this.#marked?.removeAttribute("data-scanned");
-    element?.setAttribute("data-scanned", "");
-    element?.scrollIntoView?.({ block: "nearest" });
-    this.#marked = element ?? null;
+    const elements = lit ? elementsOf(this.#choices, lit.key) : [];
+    if (elements.length === this.#marked.length && elements.every((e, n) => e === this.#marked[n])) return;
+    for (const element of this.#marked) element.removeAttribute("data-scanned");
+    for (const element of elements) element.setAttribute("data-scanned", "");
+    elements[0]?.scrollIntoView?.({ block: "nearest" });
+    this.#marked = elements;
   }
 }
 
-function inDialogButton(target: EventTarget | null): boolean {
+function isButton(target: EventTarget | null): boolean {
   return target instanceof Element && target.closest("button") !== null;
 }
 
-function elementOf(choices: readonly Reached[], key: string): HTMLElement | null {
+function elementsOf(choices: readonly Reached[], key: string): readonly HTMLElement[] {
   for (const choice of choices) {
-    if (choice.key === key) return choice.element;
-    const inside = elementOf(choice.items ?? [], key);
-    if (inside) return inside;
+    if (choice.key === key) return choice.elements;
+    const inside = elementsOf(choice.items ?? [], key);
+    if (inside.length > 0) return inside;
   }
-  return null;
+  return [];
 }
