@@ -71,7 +71,11 @@ def test_it_takes_no_more_room_than_it_may(log, monkeypatch):
     files = sorted(log.file.parent.glob("audit*.jsonl"))
     assert len(files) == 4
     assert all(file.stat().st_size <= 10_000 for file in files)
-    kept = [entry.said["k"] for entry in log.entries(10_000)]
+    entries = log.entries(10_000)
+    kept = [entry.said["k"] for entry in entries if entry.what == "goal"]
+    dropped = sum(entry.said["count"] for entry in entries if entry.what == "dropped")
+    assert dropped > 0
+    assert len(kept) + dropped <= 2000
     assert kept == sorted(kept, reverse=True)
     assert kept[0] == 199
 
@@ -80,7 +84,7 @@ def test_a_damaged_line_does_not_hide_the_others(log):
     log.note("a", "joined")
     log.settle()
     with log.file.open("ab") as stream:
-        stream.write(b'{"at": "half a li\n\xff\xfe\n')
+        stream.write(b'\xff\xfe\n{"at": "half a li')
     log.note("a", "left")
     assert whats(log) == [("a", "left"), ("a", "joined")]
 
@@ -111,6 +115,13 @@ def test_what_a_full_disk_did_not_take_is_counted_and_said(log, monkeypatch):
     assert whats(log) == [("a", "stop"), ("chair", "dropped")]
     assert log.entries()[1].said["count"] == 1
     assert not log.trouble
+
+
+def test_what_json_cannot_say_is_said_as_text(log):
+    log.note("a", "refused", why=StoreError("too much"), speed=float("nan"))
+    log.note("a", "left")
+    assert whats(log) == [("a", "left"), ("a", "refused")]
+    assert "too much" in log.entries()[1].said["why"]
 
 
 def test_it_forgets_only_when_told(log):

@@ -1,7 +1,7 @@
 """Who did what, and when: one JSON object a line, only ever appended to.
 
 It outlives the sessions' data: deleting that is itself an entry. Its size is bounded: a full file
-is set aside under a number, and the oldest of :data:`FILES` goes; the file after it says so.
+is set aside under a number, and the oldest of :data:`FILES` goes; an entry says how many went.
 """
 
 from __future__ import annotations
@@ -142,29 +142,50 @@ class Audit:
     def _append(self, entries: list[Entry]) -> None:
         with self._lock:
             if self._lost and entries:
-                dropped = Entry(at=_now(), who="chair", what="dropped", said={"count": self._lost})
-                entries = [dropped, *entries]
-            lines = "".join(f"{each.model_dump_json()}\n" for each in entries).encode()
+                entries = [_dropped(self._lost), *entries]
+            lines = _lines(entries)
             try:
                 if self.file.is_file() and self.file.stat().st_size + len(lines) > LARGEST:
-                    self._rotate()
-                handle = os.open(self.file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
-                try:
-                    os.write(handle, lines)
-                    os.fsync(handle)
-                finally:
-                    os.close(handle)
+                    gone = self._rotate()
+                    lines = (_lines([_dropped(gone)]) if gone else b"") + lines
+                self._put(lines)
             except OSError as cause:
                 raise unwritable(self.file, cause) from None
             self._lost = 0 if entries else self._lost
 
-    def _rotate(self) -> None:
+    def _put(self, lines: bytes) -> None:
+        """Append; where the last program or a full disk left half a line, on a line of its own."""
+        handle = os.open(self.file, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
+        try:
+            size = os.fstat(handle).st_size
+            if lines and size and os.pread(handle, 1, size - 1) != b"\n":
+                lines = b"\n" + lines
+            while lines:
+                lines = lines[os.write(handle, lines) :]
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+    def _rotate(self) -> int:
+        """Make room; how many entries went for it."""
+        oldest = self._aside(FILES - 1)
+        gone = len(oldest.read_bytes().splitlines()) if oldest.is_file() else 0
         for k in range(FILES - 1, 0, -1):
             if self._aside(k - 1).is_file():
                 self._aside(k - 1).replace(self._aside(k))
+        return gone
 
     def _aside(self, number: int) -> Path:
         return self.file if number == 0 else self.file.with_name(f"audit.{number}.jsonl")
+
+
+def _dropped(count: int) -> Entry:
+    return Entry(at=_now(), who="chair", what="dropped", said={"count": count})
+
+
+def _lines(entries: list[Entry]) -> bytes:
+    """A line each; what JSON cannot say is said as text."""
+    return "".join(f"{each.model_dump_json(fallback=str)}\n" for each in entries).encode()
 
 
 def _read(file: Path, most: int) -> list[Entry]:
