@@ -12,6 +12,9 @@ from cohelm.geometry import distance_to_polygon, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.simulation.walls import near_cells, walls_of
 
+_ROUNDING = 1e-9
+"""m."""
+
 
 def gap_to_people(outline: Floats, X_MR: Floats, position: Floats, radius: Floats) -> Floats:
     """Distance (n,) from the footprint to each person's disc, m; negative where they overlap.
@@ -78,7 +81,7 @@ def _to_cells(
     reach = extent + 0.5
     while True:
         cells = near_cells(centre, start, tiles, half, x, y, reach)
-        gap = _nearest_cell(polygon, cells, half)
+        gap = _nearest_cell(polygon, cells, half, x, y, extent)
         if gap <= reach - extent:
             return gap
         if cells.shape[0] == centre.shape[0]:
@@ -87,14 +90,24 @@ def _to_cells(
 
 
 @njit(cache=True)
-def _nearest_cell(polygon: Floats, cells: Floats, half: float) -> float:
-    """Least distance from a polygon to square cells; inf if there are none."""
+def _nearest_cell(
+    polygon: Floats, cells: Floats, half: float, x: float, y: float, extent: float
+) -> float:
+    """Least distance from a polygon within a disc (x, y, extent) to square cells; inf: no cells."""
     n = cells.shape[0]
-    coarse = np.empty(n)
-    least = np.inf
+    coarse = np.full(n, np.inf)
+    first, square = 0, np.inf
     for k in range(n):
-        coarse[k] = distance_to_polygon(polygon, cells[k, 0], cells[k, 1])
-        least = min(least, coarse[k])
+        dx, dy = cells[k, 0] - x, cells[k, 1] - y
+        if dx * dx + dy * dy < square:
+            first, square = k, dx * dx + dy * dy
+    least = distance_to_polygon(polygon, cells[first, 0], cells[first, 1]) if n > 0 else np.inf
+    for k in range(n):
+        dx, dy = cells[k, 0] - x, cells[k, 1] - y
+        reach = least + 3.0 * half + extent + _ROUNDING
+        if dx * dx + dy * dy <= reach * reach:  # or the disc is too far off
+            coarse[k] = distance_to_polygon(polygon, cells[k, 0], cells[k, 1])
+            least = min(least, coarse[k])
     gap = np.inf
     for k in range(n):
         if coarse[k] <= least + 3.0 * half:  # a cell's corners lie within √2 half of its centre

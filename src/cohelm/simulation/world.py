@@ -41,6 +41,8 @@ STANDING_TURN = 0.05
 """… if it does not turn faster than this either, rad/s."""
 STATURE = 1.7
 """Height of people of whom nothing is said, m."""
+_ROUNDING = 1e-6
+"""More than what a gap may be wrong by, m."""
 
 
 @value
@@ -135,17 +137,23 @@ class World:
         touched_wall = False
         clearance = self._truth.gap_wall if self.grid is stood else 0.0
         there = before.there & after.there
+        way = np.hypot(*went(before, after).T)
+        room = float((self._truth.gap_people - way).min(initial=np.inf))
         for k in range(1, steps + 1):
             old = self._wheels
             self._wheels = drive(setup.robot, old, order, dt)
-            gaps = self._gaps(between(before, after, k / steps), before.radius, there)
-            touched[int(is_standing(self._wheels.twist))] |= gaps <= 0.0
-            clearance -= _swept(setup.robot, old, self._wheels)
+            swept = _swept(setup.robot, old, self._wheels)
+            room, clearance = room - swept, clearance - swept
+            if room <= _ROUNDING:  # else nobody can have come so near
+                gaps = self._gaps(between(before, after, k / steps), before.radius, there)
+                touched[int(is_standing(self._wheels.twist))] |= gaps <= 0.0
             if clearance <= 0.0:
                 clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, self.grid)
                 touched_wall |= clearance <= 0.0
-            sensed += self._sense(start + k * dt, before, after, k / steps)
-        self._walked += np.hypot(*went(before, after).T)
+            time = start + k * dt
+            if self._senses.are_due(time):
+                sensed += self._sense(time, before, after, k / steps)
+        self._walked += way
         self._ticks += 1
         self._truth = self._judged(after, touched, touched_wall=touched_wall)
         self._error = setup.localisation.after(
@@ -258,8 +266,6 @@ class World:
 
     def _sense(self, time: float, before: Crowd, after: Crowd, share: float) -> Sensed:
         """The sweeps due at ``time``, a share of a control step after ``before``."""
-        if not self._senses.are_due(time):
-            return Sensed()
         there = before.there & after.there
         way = np.hypot(*went(before, after).T)
         bodies = Bodies(
