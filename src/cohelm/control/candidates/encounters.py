@@ -8,8 +8,12 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.candidates.scene import Crowd, Hulls, Walls
+from cohelm.control.candidates.hulls import Hulls
+from cohelm.control.candidates.scene import Crowd, Walls
 from cohelm.maps.distance import sample
+
+_ROUNDING = 1e-9
+"""m."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -70,6 +74,13 @@ def depth_in_hulls(
 ) -> float:
     """Sum of squared depths of the robot's middle, grown by its half width, in hulls; m²."""
     mx, my = 0.5 * (capsule[0] + capsule[2]), 0.5 * (capsule[1] + capsule[3])
+    near, off = False, math.sqrt(mx * mx + my * my) + capsule[4] + _ROUNDING
+    for g in range(hulls.support.shape[0]):
+        dx, dy = x - hulls.disc[g, k, 0], y - hulls.disc[g, k, 1]
+        reach = hulls.disc[g, k, 2] + off
+        near |= dx * dx + dy * dy < reach * reach
+    if not near:
+        return 0.0
     cos, sin = math.cos(angle), math.sin(angle)
     x, y = x + cos * mx - sin * my, y + sin * mx + cos * my
     total = 0.0

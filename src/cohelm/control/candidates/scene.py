@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.api import LocalProblem
+from cohelm.control.candidates.hulls import Hulls, hulls_of
 from cohelm.robots.contact import wall_gap
 from cohelm.shapes import PRINTED
 
@@ -53,17 +54,6 @@ class Crowd(NamedTuple):
     """Least reach of a space, m."""
     reach: float
     """Greatest reach of any space, m."""
-
-
-class Hulls(NamedTuple):
-    """Groups: their convex hulls, and discs about these."""
-
-    support: Floats
-    """(g, N+1, m)."""
-    normal: Floats
-    """(m, 2) unit vectors."""
-    disc: Floats
-    """(g, N+1, 3): centre and radius."""
 
 
 class Walls(NamedTuple):
@@ -126,7 +116,7 @@ def scene_of(problem: LocalProblem, now: Floats, steps: int, wall_margin: float)
         blur=problem.robot.motion.turned * step,
         road=_road(problem, steps),
         crowd=_crowd(problem, steps),
-        hulls=_hulls(problem, steps),
+        hulls=hulls_of(problem.spaces.groups, steps),
         walls=_walls(problem, wall_margin),
         body=_body(problem, now),
     )
@@ -270,24 +260,6 @@ def _crowd_states(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
                 row[k, 6] = 0.5 / side[i, j, m] ** 2
                 row[k, 7] = deviation[i, j, m]
     return out
-
-
-def _hulls(problem: LocalProblem, steps: int) -> Hulls:
-    groups = problem.spaces.groups
-    if groups is None or not len(groups.id):
-        return Hulls(np.empty((0, 1, 1)), np.empty((0, 2)), np.empty((0, 1, 3)))
-    known = groups.support.shape[1]
-    support = groups.support[:, np.minimum(np.arange(steps + 1), known - 1)]
-    normal = np.stack([np.cos(groups.direction), np.sin(groups.direction)], axis=-1)
-    if known > 1 and steps >= known:  # the hull goes on as it last moved
-        drift = groups.support[:, -1] - groups.support[:, -2]
-        beyond = np.maximum(np.arange(steps + 1) - (known - 1), 0)
-        support = support + beyond[:, None] * drift[:, None, :]
-    # twice the mean of s(u) u is the centre of a disc, and lies inside any hull
-    centre = 2.0 * (support[..., None] * normal).mean(axis=2)
-    radius = (support - centre @ normal.T).max(axis=2)
-    disc = np.concatenate([centre, radius[..., None]], axis=-1)
-    return Hulls(np.ascontiguousarray(support), normal, np.ascontiguousarray(disc))
 
 
 def _walls(problem: LocalProblem, margin: float) -> Walls:
