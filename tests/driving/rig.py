@@ -38,7 +38,7 @@ class Inline:
         self.takes, self.frozen = 0.012, False
         self.asked, self.ready, self.begun, self.lost, self.pid = None, True, 1, "", None
         self.answers, self.asks = [], []
-        self._due = 0.0
+        self._due = self.asked_at = 0.0
 
     @property
     def free(self):
@@ -46,7 +46,7 @@ class Inline:
 
     def ask(self, ask, now):
         if self.free:
-            self.asked, self._due = ask, now + self.takes
+            self.asked, self.asked_at, self._due = ask, now, now + self.takes
             self.asks.append(ask)
 
     def answer(self, timeout, now):

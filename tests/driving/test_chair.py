@@ -246,6 +246,25 @@ def test_a_navigator_that_was_late_once_goes_on(rig):
     assert rig.state.link == "ready"
 
 
+def test_an_answer_to_what_is_long_past_moves_nothing(rig):
+    rig.steps(10, 0.8)
+    rig.thinking.frozen = True
+    rig.steps(6, 0.8)
+    rig.thinking.frozen, rig.thinking.takes = False, 0.1
+    assert stands(rig.steps(1, 0.8)[-1])
+    assert rig.thinking.answers[-1].decision.twist.any()
+
+
+def test_who_goes_elsewhere_is_on_another_ride(rig):
+    rig.steps(10, 0.8)
+    first = rig.state.ride
+    rig.say(AHEAD)
+    assert rig.steps(6, 0.0)[-1].ride == first
+    rig.say(Go(id=2, point=(10.0, 5.0)))
+    assert rig.steps(6, 0.0)[-1].ride not in {first, ""}
+    assert [m.outcome for m in rig.of("ended")] == ["left"]
+
+
 def test_after_a_long_silence_of_the_navigator_the_driver_confirms(rig):
     rig.steps(10, 0.8)
     rig.thinking.frozen = True

@@ -25,7 +25,7 @@ from cohelm.driving.messages import Notice
 from cohelm.driving.playing import Play
 from cohelm.driving.saying import View, state_of
 from cohelm.driving.wanted import request_of
-from cohelm.driving.wheels import FORGETFUL, Watch, gently
+from cohelm.driving.wheels import FORGETFUL, PATIENCE, Watch, gently
 from cohelm.messages import Observation, PointCloud, RiderCommand, RiderProfile, Scan
 from cohelm.reasons import Reason
 from cohelm.safety import stop
@@ -66,6 +66,8 @@ class Chair:
         self._tell, self._clock = tell, clock
         self.play: Play | None = None
         self.paused = False
+        self.waits = False
+        """Whether another world is being made; until then it stands."""
         self._afresh = False
         self._watch = Watch()
         self.view = View()
@@ -91,7 +93,7 @@ class Chair:
 
     def put(self, play: Play) -> None:
         """Into another world, where it stands and has nowhere to go."""
-        self.play, self.paused = play, False
+        self.play, self.paused, self.waits = play, False, False
         self._afresh = True
         self._watch, self.view = Watch(), replace(View(), version=self.view.version + 1)
         self._scans, self._clouds = (), ()
@@ -188,9 +190,10 @@ class Chair:
             self._clouds = (*self._clouds, *seen.clouds)[-_MOST_UNSEEN:]
 
     def _take(self, play: Play, answer: Answer) -> None:
-        """Heed an answer."""
-        hearing = self._hearing
-        self._watch = self._watch.told(answer.decision, answer.heard, self._clock())
+        """Heed an answer; one to what is long past moves nothing any more."""
+        hearing, now = self._hearing, self._clock()
+        if now - self._thinking.asked_at <= PATIENCE:
+            self._watch = self._watch.told(answer.decision, answer.heard, now)
         self.view = self.view.shown(answer, hearing.errand)
         self._outings.logged(answer.log)
         if answer.surroundings is not None:
@@ -212,7 +215,7 @@ class Chair:
             self.order = stop(Reason.PAUSED)
             return
         hold = link.why(self._hearing.link, now)
-        if watch.decision is None and self._thinking.begun <= 1:
+        if self.waits or (watch.decision is None and self._thinking.begun <= 1):
             hold = Reason.GETTING_READY
         elif watch.decision is None or now - watch.at > FORGETFUL:
             self.hold(Reason.NAVIGATOR_SILENT)
@@ -271,7 +274,7 @@ class Chair:
             now=now,
             seq=self.ticks,
             heard=self._heard,
-            late=late,
+            late=round(1000.0 * late, 1),
         )
         told = {"arrived": self.arrived, "paused": self.paused, "ride": self._outings.ride}
         self._tell(state.model_copy(update=told), None)

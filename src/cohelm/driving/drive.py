@@ -55,6 +55,8 @@ class Health:
 
     ready: bool
     """The chair could drive; else it is getting ready."""
+    trouble: str
+    """Why it never will; empty: it may."""
     ticks: int
     """Steps of the chair so far."""
     missed: int
@@ -233,7 +235,8 @@ class Drive:
         """How the ride's machinery does."""
         loop = self._loop
         return Health(
-            ready=loop.ready and not loop.broken,
+            ready=loop.ready and not loop.trouble,
+            trouble=loop.trouble,
             ticks=loop.chair.ticks,
             missed=loop.counts.missed,
             longest_streak=loop.counts.longest,

@@ -76,8 +76,8 @@ class Loop:
         self._ends = threading.Event()
         self._ready = self._cold = False
         self.counts = Counts()
-        self.broken = ""
-        """Why the loop ended by itself; empty: it did not."""
+        self.trouble = ""
+        """Why the chair will never drive; empty: it may."""
         self._thread = threading.Thread(target=self._run, name="chair", daemon=True)
 
     @property
@@ -116,8 +116,8 @@ class Loop:
         if self._playing.busy:
             raise NotNow("The simulation is beginning anew already.")
         self._seed = self._seed if seed is None else seed
-        self.chair.hold(Reason.GETTING_READY)
-        self._playing.make(self._seed)
+        self.chair.waits = True
+        self._playing.make(self._seed, lambda: True)
 
     def _compiled(self) -> bool:
         """Two processes that compile the same may spoil what is kept of it: all wait for one."""
@@ -131,7 +131,7 @@ class Loop:
                 self.chair.step(due, self._attend)
             except Exception:
                 _log.exception("the chair's loop has failed")
-                self.broken = "the chair's loop has failed"
+                self.trouble = "the chair's loop has failed; see the log"
                 self._tell(Notice(code="broken", text="Something in me broke. I stand."), None)
                 return
             due += STEP
@@ -143,10 +143,14 @@ class Loop:
             self._ends.wait(max(due - now, 0.0))
 
     def _attend(self) -> None:
-        """Let what was said take effect, in its order."""
+        """Let what was said take effect, in its order; none of it ends the drive."""
         with contextlib.suppress(queue.Empty):
             while True:
-                self._said.get_nowait()(self._hearing)
+                said = self._said.get_nowait()
+                try:
+                    said(self._hearing)
+                except Exception:
+                    _log.exception("what a page said could not take effect")
 
     def _look_after(self, now: float) -> None:
         """Processes that become ready or are gone, and worlds that are made."""
@@ -173,6 +177,10 @@ class Loop:
         self._outings.lost()
         self.chair.hold(Reason.NAVIGATOR_SILENT)
         self._note("chair", "navigator_lost", why=lost)
+        if self._thinking.hopeless:
+            self.trouble = "the navigator does not start; see the log"
+            self._tell(Notice(code="broken", text="I cannot think, and so I stand."), None)
+            return
         self._tell(Notice(code="navigator_lost", text="I stopped thinking. I begin anew."), None)
 
     def _world(self) -> None:
@@ -180,6 +188,8 @@ class Loop:
             made = self._playing.made()
         except CohelmError as trouble:
             _log.error("no world: %s", trouble)
+            self.chair.waits = False
+            self.trouble = "" if self.chair.play is not None else str(trouble)
             self._tell(Notice(code=trouble.code, text=str(trouble)), None)
             return
         if made is None:

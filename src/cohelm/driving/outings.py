@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -36,6 +36,8 @@ def _utc() -> datetime:
 
 class Outings:
     """Ride after ride: from the first movement until the chair arrives, touches, or is left.
+
+    Who steers and then says where to go is on the same ride; who then goes elsewhere is on another.
 
     Args:
         sessions: keeps the rides.
@@ -87,13 +89,14 @@ class Outings:
             way: how far the chair came, m.
             device: what steered.
         """
+        if self._trip is not None and self._trip.goal not in {None, errand.goal}:
+            self.end("left")  # it goes elsewhere now
         if self._trip is None and order.twist.any():
-            self._begin(errand)
+            self._begin()
         if self._trip is not None:
-            limits = self._in_force.limits
-            self._trip = self._trip.on(
-                self._step, way, errand.drives, device, limits, len(errand.wishes)
-            )
+            limits, wishes = self._in_force.limits, len(errand.wishes)
+            trip = replace(self._trip, goal=errand.goal)
+            self._trip = trip.on(self._step, way, errand.drives, device, limits, wishes)
 
     def end(self, outcome: Outcome) -> None:
         """The ride is over, where there is one."""
@@ -119,7 +122,7 @@ class Outings:
         self._ended.clear()
         self._marks = Marks()
 
-    def _begin(self, errand: Errand) -> None:
+    def _begin(self) -> None:
         if self._stage is None:
             return
         try:
@@ -127,13 +130,10 @@ class Outings:
         except StoreError as trouble:
             _log.error("a ride is not kept: %s", trouble)
             return
-        goal = errand.goal
-        named = "" if goal is None else goal.name or f"({goal.x:.1f}, {goal.y:.1f})"
         self._trip = Trip(
             ride=ride,
             session=self._session,
             began=self._wall().isoformat(timespec="seconds"),
             seed=self._stage.seed,
-            destination=named,
         )
         self._marks = Marks(end=self._marks.end, begin=(ride, file))

@@ -76,7 +76,7 @@ class Playing:
         self._made: queue.SimpleQueue[Play | Exception] = queue.SimpleQueue()
         self.busy = False
 
-    def make(self, seed: int, when: Callable[[], bool] = lambda: True) -> None:
+    def make(self, seed: int, when: Callable[[], bool]) -> None:
         """Begin to make one.
 
         Args:

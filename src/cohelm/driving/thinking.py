@@ -10,6 +10,8 @@ from cohelm.driving.remote import Gone, Remote
 
 HANGING = 10.0
 """A navigator that owes an answer for longer is ended and begun anew, s."""
+FALSE_STARTS = 3
+"""Navigators that may fail one after the other before they are ready; then no more are begun."""
 REST = 1.0
 """Between the ends of two navigators and their successors, s."""
 _log = logging.getLogger(__name__)
@@ -26,7 +28,9 @@ class Thinking:
         self._charge = charge
         self._remote: Remote | None = None
         self._begins_at = 0.0
-        self._asked_at = 0.0
+        self._false_starts = 0
+        self.asked_at = 0.0
+        """When it was asked last, s."""
         self.asked: Ask | None = None
         """What it owes an answer to."""
         self.ready = False
@@ -37,6 +41,11 @@ class Thinking:
         """Why the last one is gone; empty once whoever it concerns has taken note."""
         self.begun = 0
         """How many there have been."""
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether none is begun any more."""
+        return self._false_starts >= FALSE_STARTS
 
     @property
     def pid(self) -> int | None:
@@ -55,7 +64,7 @@ class Thinking:
             now: s.
         """
         if self._remote is None:
-            if now >= self._begins_at:
+            if now >= self._begins_at and not self.hopeless:
                 self._remote = Remote(serve, self._charge, "cohelm-navigator")
                 self.begun += 1
             return False
@@ -66,13 +75,14 @@ class Thinking:
             self.what = said.what
             said = self._hear(0.0, now)
         self.ready = isinstance(said, Ready)
+        self._false_starts = 0 if self.ready else self._false_starts
         return self.ready
 
     def ask(self, ask: Ask, now: float) -> None:
         """Ask, where it is free."""
         if not self.free or self._remote is None:
             return
-        self.asked, self._asked_at = ask, now
+        self.asked, self.asked_at = ask, now
         try:
             self._remote.send(ask)
         except Gone as cause:
@@ -88,7 +98,7 @@ class Thinking:
             return said
         if self._remote is None:
             return None
-        if now - self._asked_at > HANGING:
+        if now - self.asked_at > HANGING:
             self._lost(now, f"no answer for {HANGING:g} s")
         return None
 
@@ -112,6 +122,7 @@ class Thinking:
         """It is of no more use: end it, and begin another one a little later."""
         _log.error("the navigator is lost: %s", why)
         self.lost = why
+        self._false_starts += not self.ready
         if self._remote is not None:
             self._remote.kill()
         self._remote, self.ready, self.asked = None, False, None

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-from cohelm.driving.messages import Device, Ended, Limits
+from cohelm.driving.messages import Device, Ended, Goal, Limits
 from cohelm.driving.records import InForceAt, Outcome, RideLog, RideRecord
 from cohelm.messages import Mode
 
@@ -27,7 +27,8 @@ class Trip:
     """s."""
     length: float = 0.0
     """m."""
-    destination: str = ""
+    goal: Goal | None = None
+    """Where it goes; None: wherever the rider steers."""
     wishes: int = 0
     modes: Mapping[Mode, float] = field(default_factory=dict)
     devices: Mapping[str, float] = field(default_factory=dict)
@@ -78,7 +79,7 @@ class Trip:
             session=self.session,
             began=self.began,
             seed=self.seed,
-            destination=self.destination,
+            destination=_named(self.goal),
             outcome=outcome,
             time=round(self.time, 2),
             length=round(self.length, 2),
@@ -88,6 +89,12 @@ class Trip:
             limits=self.limits,
             stops=log.stops if log is not None else (),
         )
+
+
+def _named(goal: Goal | None) -> str:
+    if goal is None:
+        return ""
+    return goal.name or f"({goal.x:.1f}, {goal.y:.1f})"
 
 
 def _longer(durations: Mapping[_K, float], key: _K, dt: float) -> dict[_K, float]:
