@@ -256,6 +256,14 @@ def test_markup_escapes_whatever_it_is_given(words, value):
     assert _Elements(table([words], [[words]])).names.count("td") == 0
 
 
+def test_the_length_of_half_a_way_is_none():
+    rows = [result(seed=k, outcome=each).row for k, each in enumerate(("reached", "timeout"))]
+    rides = Rides(rows, ("scene", "planner"))
+    for name in ("time", "path_length"):
+        assert np.isfinite(rides.column(name)).tolist() == [True, False]
+    assert np.isfinite(rides.column("min_distance")).all()
+
+
 def test_words_begin_at_the_left_and_figures_end_at_the_right():
     rows = [["ours", "1.2 m/s, crossing", "1.20 m"], ["dwa", "", "–"]]
     html = table(["planner", "case", "gap"], rows)

@@ -11,7 +11,7 @@ from cohelm.evaluation.benches import paper_static, riders, steering_report
 from cohelm.evaluation.benches.bench import Result
 from cohelm.evaluation.benches.steering import MODES, STEER_NOWHERE, known_riders
 from cohelm.evaluation.benches.steering_report import make_report
-from cohelm.evaluation.benches.steering_rows import BY, differences, measured, touch_speed
+from cohelm.evaluation.benches.steering_rows import BY, differences, touch_speed
 from cohelm.evaluation.benches.steering_verdicts import limits, paper
 from cohelm.evaluation.results.rides import Rides
 
@@ -75,7 +75,7 @@ def test_only_rides_that_both_had_are_paired():
 
 def test_a_time_is_that_of_who_arrives_and_a_touch_that_of_anything():
     rides = rides_of([row("shared", 0), row("shared", 1, outcome="collision")])
-    assert np.isnan(measured(rides, "time")).tolist() == [False, True]
+    assert np.isnan(rides.column("time")).tolist() == [False, True]
     assert rides.column("touched").tolist() == [0.0, 1.0]
     assert touch_speed(rides).tolist()[1] == 0.5
     person = rides_of([row("shared", 0, collisions_person=1, collision_speed=0.7)])

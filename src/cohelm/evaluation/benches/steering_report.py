@@ -16,7 +16,6 @@ from cohelm.evaluation.benches.steering_rows import (
     BY,
     differences,
     in_order,
-    measured,
     touch_speed,
 )
 from cohelm.evaluation.benches.steering_verdicts import SOFT, limits, paper
@@ -146,7 +145,7 @@ def _cells(rides: Rides) -> tuple[str, ...]:
         f"{np.nanmax(speed):.2f}" if np.isfinite(speed).any() else "",
         str(int((rides.column("standing_contacts") > 0).sum())),
         *(
-            f"{_scaled(median_of(measured(rides, key)), how.factor):.{how.digits}f}"
+            f"{_scaled(median_of(rides.column(key)), how.factor):.{how.digits}f}"
             for key, how in SHOWN.items()
         ),
     )
@@ -170,7 +169,7 @@ def _less(where: str, rides: Rides, modes: Iterable[str]) -> Sheet:
 
 
 def _figures(rides: Rides) -> dict[str, Any]:
-    medians = {key: median_of(measured(rides, key)) for key in SHOWN}
+    medians = {key: median_of(rides.column(key)) for key in SHOWN}
     return {
         "rides": len(rides),
         "reached": int(rides.reached.sum()),

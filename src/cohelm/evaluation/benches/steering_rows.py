@@ -12,13 +12,6 @@ from cohelm.evaluation.results.rides import Rides, Row
 
 BY = ("scene", "rider", "mode")
 """What tells the rides of one seed apart."""
-_WHOLE_RIDES = ("time", "path_length", "heading_change")
-
-
-def measured(rides: Rides, key: str) -> Floats:
-    """A measure, (k,), NaN where a ride has none; time, length and turning of who arrived."""
-    values = rides.column(key)
-    return np.where(rides.reached, values, np.nan) if key in _WHOLE_RIDES else values
 
 
 def touch_speed(rides: Rides) -> Floats:
@@ -37,9 +30,8 @@ def differences(one: Rides, other: Rides, key: str) -> Floats:
     The riders of one scene and seed meet the same people, and ``autonomous`` rides the same ride
     with each: they are no independent rides, so that they count as one. NaN: no rider has both.
     """
-    i, j = one.pairs(other)
     found: dict[tuple[str, int], list[float]] = {}
-    for at, less in zip(i, measured(one, key)[i] - measured(other, key)[j], strict=True):
+    for at, less in zip(one.pairs(other)[0], one.less(other, key), strict=True):
         row = one.rows[at]
         found.setdefault((row["scene"], row["seed"]), []).append(float(less))
     return np.array([_mean(each) for each in found.values()])

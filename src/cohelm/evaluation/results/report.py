@@ -19,14 +19,12 @@ UNFOLDED = 12
 ALWAYS = (
     "These are simulated rides: no person was carried, and simulated people stand in for walking "
     "ones.",
-    "Times and lengths are of rides that reached the goal; where groups differ in how many do, "
-    "differences are of the pairs in which both did.",
+    "Times, lengths and turning are of rides that reached the goal; where groups differ in how "
+    "many do, differences are of the pairs in which both did.",
     "A p-value says how surprising a difference is if there were none; it does not say that the "
     "difference matters. Tables of different cases are corrected each by itself.",
 )
 """Limitations that every comparison of simulated rides has."""
-
-
 _VERDICT = re.compile(r"(?<=: )(met|MISSED)(?=;|$)")
 
 

@@ -16,6 +16,7 @@ Key = tuple[str, ...]
 """Values of the columns that say what was compared, in their order."""
 
 _YES_OR_NO = ("reached", "hit_moving", "hit_standing", "hit_wall", "touched", "broke_off")
+_OF_WHOLE_RIDES = ("time", "path_length", "path_length_short", "heading_change")
 _ENDS = {"reached": 0, "timeout": 1, "stopped": 1, "collision": 2}
 
 
@@ -102,7 +103,10 @@ class Rides:
         return bool(np.isfinite(self.column(name)).any())
 
     def column(self, name: str) -> Floats:
-        """A measure, (k,), NaN where a ride has none; shares as 0 or 1."""
+        """A measure, (k,), NaN where a ride has none; shares as 0 or 1.
+
+        Time, length and turning are those of rides that arrived: half a way is no short one.
+        """
         if name == "time_ratio":
             time, alone = self.column("time"), self.column("time_alone")
             there = np.isfinite(time) & (alone > 0.0)
@@ -112,7 +116,8 @@ class Rides:
         if name in _YES_OR_NO:
             found: Booleans = np.array([_is(name, row) for row in self.rows], dtype=bool)
             return found.astype(float)
-        return np.array([number(row.get(name)) for row in self.rows], dtype=float)
+        values = np.array([number(row.get(name)) for row in self.rows], dtype=float)
+        return np.where(self.reached, values, np.nan) if name in _OF_WHOLE_RIDES else values
 
     @property
     def reached(self) -> Booleans:
