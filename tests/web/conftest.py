@@ -1,17 +1,15 @@
 import asyncio
 import contextlib
 import json
-import socket
 import threading
-import time
 
 import httpx
 import pytest
 from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
 
 from cohelm.driving import LimitsRise
 from cohelm.driving.messages import (
-    Beat,
     Chair,
     Echo,
     Floor,
@@ -109,10 +107,6 @@ class Still:
     def set_rider(self, rider, who):
         self.rider = rider
 
-    @property
-    def beats(self):
-        return [message for _, message, _ in self.said if isinstance(message, Beat)]
-
     def state(self, seq=0, people=()):
         return State(
             seq=seq, time=0.0, pose=(0.0, 0.0, 0.0), speed=0.0, turn=0.0, command=(0.0, 0.0),
@@ -122,6 +116,8 @@ class Still:
 
 class Served:
     """A drive behind a server on a port of its own."""
+
+    tokens = TOKENS
 
     def __init__(self, drive, host="127.0.0.1", tokens=None, **options):
         self.drive = drive
@@ -161,8 +157,26 @@ class Served:
             assert answer.status_code == 200
             yield client
 
+    @staticmethod
+    async def told(page, kind, within=5.0):
+        """The next message of a kind."""
+        async with asyncio.timeout(within):
+            while True:
+                message = json.loads(await page.recv())
+                if message["type"] == kind:
+                    return message
+
+    @staticmethod
+    async def closed(page, within=5.0):
+        """The code with which the server closes a page's socket."""
+        async with asyncio.timeout(within):
+            with contextlib.suppress(ConnectionClosed):
+                while True:
+                    await page.recv()
+        return page.close_code
+
     def ws(self, **options):
-        """A page's socket; ``Host`` and ``Origin`` are the page's own where nothing else is said."""
+        """A page's socket; Host and Origin are its own where nothing else is said."""
         options = {"origin": self.origin, "compression": None, **options}
         return connect(f"{self.origin.replace('http', 'ws')}/ws", **options)
 
@@ -170,6 +184,12 @@ class Served:
 @pytest.fixture
 def drive():
     return Still()
+
+
+@pytest.fixture
+def served():
+    """Makes servers; to be used with ``with``."""
+    return Served
 
 
 @pytest.fixture
@@ -184,12 +204,3 @@ def closed_server(drive):
     """Drivers need a token."""
     with Served(drive) as served:
         yield served
-
-
-async def told(page, kind, within=5.0):
-    """The next message of a kind."""
-    async with asyncio.timeout(within):
-        while True:
-            message = json.loads(await page.recv())
-            if message["type"] == kind:
-                return message

@@ -31,7 +31,7 @@ MOST_EACH = 8
 """Of them from one address."""
 ARRIVALS = 20.0
 """New pages a second."""
-WAITING = 64
+WAITING = 256
 """Messages other than states that wait for a page."""
 READ_WITHIN = 5.0
 """A page takes what is sent to it, s."""
@@ -114,7 +114,7 @@ class Page:
 
     def _understood(self, text: str | None, now: float) -> FromPage | None:
         try:
-            return FROM_PAGE.validate_json(text or "")
+            return FROM_PAGE.validate_json(text or "", strict=True)
         except ValidationError as fault:
             refused = Refused(code="malformed", text=_first(fault))
         self.tell(refused.model_dump_json())

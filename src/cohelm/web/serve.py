@@ -115,6 +115,7 @@ def server(
     """The server, which ends once ``should_exit`` is set."""
     config = uvicorn.Config(
         create_app(what),
+        loop="asyncio",  # the same everywhere
         http="h11",  # the stricter reader
         ws="websockets-sansio",
         ws_max_size=LARGEST,
