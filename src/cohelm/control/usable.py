@@ -87,7 +87,7 @@ def _walls_fine(walls: DistanceField) -> bool:
     )
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"reassoc"})  # in any order, several at once; NaN stays NaN
 def _small(array: Floats | Floats32) -> bool:
     """Whether the root of the sum of squares is a number, and not beyond all bounds."""
     total = 0.0

@@ -45,6 +45,7 @@ def walls_about(
         if a1 > a0 and b1 > b0:
             ours = distance[a0 - r0 : a1 - r0, b0 - c0 : b1 - c0]
             np.minimum(ours, live_distance[a0 - lr : a1 - lr, b0 - lc : b1 - lc], out=ours)
+        distance.flags.writeable = False  # or it is copied again
     X_MW = grid.X_MG.copy()
     X_MW[:2] = transform(grid.X_MG, np.array([c0, r0]) * grid.resolution)
     return DistanceField(distance=distance, resolution=grid.resolution, X_MG=X_MW)

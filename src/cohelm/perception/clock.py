@@ -89,12 +89,13 @@ def timely(observation: Observation, memory: Clocks) -> Timely:
         clocks = _noted(reading, clocks)
     if math.isfinite(observation.time):
         clocks = replace(clocks, now=max(clocks.now, observation.time))
-    used = replace(
-        observation,
-        scans=tuple(each for each in kept if isinstance(each, Scan)),
-        clouds=tuple(each for each in kept if isinstance(each, PointCloud)),
-    )
-    return Timely(observation=used, sensing=told, anew=anew, clocks=clocks)
+    if len(kept) < len(readings):
+        observation = replace(
+            observation,
+            scans=tuple(each for each in kept if isinstance(each, Scan)),
+            clouds=tuple(each for each in kept if isinstance(each, PointCloud)),
+        )
+    return Timely(observation=observation, sensing=told, anew=anew, clocks=clocks)
 
 
 def _noted(reading: _Reading, clocks: Clocks) -> Clocks:

@@ -95,7 +95,7 @@ def with_motion(
     d = len(seen.position)
     if not d or not past:
         return replace(seen, moved=np.zeros(d))
-    owner, surroundings = seen.owner, seen.owner < 0
+    owner = seen.owner
     width = np.concatenate([2.0 * seen.ellipse[:, 2], [0.0]])[seen.cluster]
     present, full, looks = np.zeros(d), np.zeros(d), np.zeros(d)
     here, trusted, doubted = None, 0, 0
@@ -103,12 +103,11 @@ def with_motion(
         age = seen.time - glance.scan.time
         if not p.youngest <= age <= p.oldest:
             continue
-        was = _was(seen.points, width, glance, p)
-        if not _trusted(was[surroundings], age, p):
+        new, same, rest, share, known = _recalled(seen.points, width, owner, d, glance, p)
+        if not _trusted(new, same, rest, age, p):
             doubted += age <= p.arriving
             continue
         trusted += age <= p.arriving
-        share, known = _fullness(was, owner, d, p.blank)
         if here is None:
             here = np.full(d, age <= p.arriving)
         here &= ~known | (share > 0.5)
@@ -118,7 +117,7 @@ def with_motion(
     if doubted > trusted:
         return replace(seen, moved=np.full(d, p.adrift))
     moved = _verdict(present, full, looks, p)
-    thin = np.bincount(owner[~surroundings], minlength=d) < p.returns
+    thin = np.bincount(owner[owner >= 0], minlength=d) < p.returns
     return replace(seen, moved=np.where(thin, np.minimum(moved, 0.0), moved))
 
 
@@ -169,29 +168,54 @@ _FEW = 20
 """So many returns that are nobody's must there be to tell whether the pose can be trusted."""
 
 
-def _was(points: Floats, width: Floats, glance: Glance, p: NoveltyParameters) -> SignedBytes:
+def _recalled(
+    points: Floats, width: Floats, owner: Integers, d: int, glance: Glance, p: NoveltyParameters
+) -> tuple[int, int, int, Floats, Booleans]:
+    """See :func:`_places`, of an earlier scan."""
     scan = glance.scan
     beams = np.array([scan.angle_min, scan.angle_increment, scan.range_max])
     margin = np.array([p.margin, p.margin_growth])
-    return was_there(points, width, scan.ranges, beams, glance.X_MS, margin)
+    return _places(points, width, owner, d, scan.ranges, beams, glance.X_MS, margin, p.blank)
 
 
-def _trusted(was: SignedBytes, age: float, p: NoveltyParameters) -> bool:
+def _trusted(new: int, same: int, rest: int, age: float, p: NoveltyParameters) -> bool:
     """Whether the surroundings are where they were, as far as an earlier scan saw them."""
-    if len(was) < _FEW:
+    if rest < _FEW:
         return True
-    new, same = np.count_nonzero(was == EMPTY), np.count_nonzero(was == FULL)
     least = max(p.same - p.same_fading * age, p.same_least)
-    return bool(new <= p.changed * (new + same) and same >= least * len(was))
+    return new <= p.changed * (new + same) and same >= least * rest
 
 
-def _fullness(was: SignedBytes, owner: Integers, d: int, blank: float) -> tuple[Floats, Booleans]:
-    """How full the place of each of d people was, 0…1, and whether that is known at all."""
-    mine = owner >= 0
-    weight = np.array([0.0, 1.0, 1.0, blank])[was[mine]]
-    known = np.bincount(owner[mine], weight, minlength=d)
-    full = np.bincount(owner[mine], was[mine] == FULL, minlength=d)
-    return full / np.maximum(known, 1e-9), known > 0.0
+@njit(cache=True)
+def _places(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    points: Floats,
+    width: Floats,
+    owner: Integers,
+    d: int,
+    ranges: Floats,
+    beams: Floats,
+    X_MS: Floats,
+    margin: Floats,
+    blank: float,
+) -> tuple[int, int, int, Floats, Booleans]:
+    """What an earlier scan says of all places: of the surroundings', and of each of d people's.
+
+    Of the first, where nobody owns the points: how many are new, how many are the same, how many
+    there are. Of each of the people: how full the place was (d,), 0…1, and whether that is known at
+    all. The arguments are those of :func:`was_there`.
+    """
+    was = was_there(points, width, ranges, beams, X_MS, margin)
+    new, same, rest = 0, 0, 0
+    known, full = np.zeros(d), np.zeros(d)
+    for i in range(len(was)):
+        if owner[i] < 0:
+            rest += 1
+            new += was[i] == EMPTY
+            same += was[i] == FULL
+        elif was[i] != UNKNOWN:
+            known[owner[i]] += blank if was[i] == BLANK else 1.0
+            full[owner[i]] += was[i] == FULL
+    return new, same, rest, full / np.maximum(known, 1e-9), known > 0.0
 
 
 @njit(cache=True)
