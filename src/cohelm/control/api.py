@@ -59,7 +59,7 @@ class LocalProblem:
         unless it is wanted: it can become the cheapest answer to a barrier.
         """
         motion = self.robot.motion
-        low, high, rise, fall = motion.bounds(self.robot.limits)
+        low, high, rise, fall = self.robot.input_bounds
         low, high = low.copy(), high.copy()
         over = np.s_[: motion.translating]
         high[over] = np.minimum(high[over], self.top_speed)

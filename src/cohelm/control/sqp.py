@@ -152,7 +152,7 @@ class OptimalControl:
             curvature, slope = term.model(problem, motion, sensitivity)
             hessian += curvature
             gradient += slope
-        hessian.flat[:: size + 1] += _DAMPING
+        hessian.ravel()[:: size + 1] += _DAMPING
         blocks = [
             c.rows(problem, motion, sensitivity, found)
             for c, found in zip(self.constraints, value.measures, strict=True)

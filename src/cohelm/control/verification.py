@@ -201,7 +201,7 @@ def brought_to_rest(problem: LocalProblem, now: Floats, steps: int) -> Motion:
         now: what the wheels do, (m,).
         steps: N.
     """
-    _, _, _, fall = problem.robot.motion.bounds(problem.robot.limits)
+    _, _, _, fall = problem.robot.input_bounds
     step = problem.reference.step
     moving, turning = now[:-1], now[-1:]
     fading = max(np.linalg.norm(moving) / fall[0], np.abs(turning).max() / fall[-1], 1e-9)

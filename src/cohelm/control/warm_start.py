@@ -27,7 +27,7 @@ def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
     """
     robot, motion = problem.robot, problem.robot.motion
     measured = motion.input(problem.twist)
-    low, high, rise, fall = motion.bounds(robot.limits)
+    low, high, rise, fall = robot.input_bounds
     over, top = motion.translating, robot.max_speed
     if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
         return _possible(measured, low, high, over, top)

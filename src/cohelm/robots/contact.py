@@ -135,7 +135,7 @@ def braking(
         deceleration: of braking, m/s².
         step: between poses, s.
     """
-    _, _, rise, fall = robot.motion.bounds(robot.limits)
+    _, _, rise, fall = robot.input_bounds
     inputs = _fading(now, command, rise, fall, hold, deceleration, robot.actuation_lag, step)
     return robot.motion.rollout(pose, inputs, step)
 

@@ -142,6 +142,12 @@ class Robot(Model):
         )
 
     @cached_property
+    def input_bounds(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """(lowest, highest input, greatest rise, greatest fall a second), (m,) each."""
+        low, high, rise, fall = self.motion.bounds(self.limits)
+        return read_only(low), read_only(high), read_only(rise), read_only(fall)
+
+    @cached_property
     def discs(self) -> Floats:
         """Discs (c, 3) of (x, y, radius) on the long axis that cover the footprint, m.
 

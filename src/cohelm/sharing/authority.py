@@ -151,7 +151,7 @@ def _rider_states(
     observation: Observation, twist: Floats, robot: Robot, steps: int, step: float
 ) -> Reference:
     """Where the stick would lead, from the present twist on within the robot's acceleration."""
-    _, _, rise, fall = robot.motion.bounds(robot.limits)
+    _, _, rise, fall = robot.input_bounds
     now, wanted = robot.motion.input(observation.twist), robot.motion.input(twist)
     times = (np.arange(steps) + 1.0)[:, None] * step
     inputs = now + np.clip(wanted - now, -fall * times, rise * times)

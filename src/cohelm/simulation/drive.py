@@ -54,7 +54,7 @@ def ordered(robot: Robot, decision: Decision) -> Ordered:
     The command is cut to the robot's speed limits; one that is not a number counts as zero. An
     emergency brakes as hard as the chair can.
     """
-    lower, upper, rise, fall = robot.motion.bounds(robot.limits)
+    lower, upper, rise, fall = robot.input_bounds
     wanted = np.nan_to_num(robot.motion.input(decision.twist), posinf=0.0, neginf=0.0)
     wanted = np.clip(wanted, lower, upper)
     wanted = slowed(wanted, robot.max_speed, robot.motion.translating)
