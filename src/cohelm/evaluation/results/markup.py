@@ -15,6 +15,8 @@ class Markup(str):
 
 Content = str | Iterable["Content"]
 """Text, markup, or several of them."""
+_VOID = frozenset({"br", "img"})
+"""Elements that hold nothing and have no end."""
 _WORD = re.compile(r"[^\W\d_]{3}")
 """No unit is as long."""
 
@@ -26,7 +28,8 @@ def tag(name: str, *content: Content, **attributes: str | None) -> Markup:
         for key, each in attributes.items()
         if each is not None
     )
-    return Markup(f"<{name}{given}>{text(content)}</{name}>")
+    end = "" if name in _VOID else f"</{name}>"
+    return Markup(f"<{name}{given}>{text(content)}{end}")
 
 
 def text(content: Content) -> Markup:
