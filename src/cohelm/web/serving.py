@@ -10,6 +10,7 @@ from starlette.requests import HTTPConnection
 
 from cohelm.arrays import value
 from cohelm.driving import Drive
+from cohelm.driving.audit import What
 from cohelm.web.built import BuiltPage
 from cohelm.web.origins import Origins
 from cohelm.web.signin import Session, SignIns
@@ -44,7 +45,7 @@ class Serving:
         session = self.sign_ins.session(self.cookie_of(connection), time.monotonic())
         return session or (ANYBODY if self.open_to_drivers else None)
 
-    def note(self, who: str, what: str, **said: Any) -> None:
+    def note(self, who: str, what: What, **said: Any) -> None:
         """One more entry of the audit log."""
         self.drive.audit.note(who, what, **said)
 
