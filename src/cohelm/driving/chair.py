@@ -68,7 +68,7 @@ class Chair:
         self.paused = False
         self.waits = False
         """Whether another world is being made; until then it stands."""
-        self._afresh = False
+        self._afresh, self._since = False, 0
         self._watch = Watch()
         self.view = View()
         self._told_route = -1
@@ -94,7 +94,7 @@ class Chair:
     def put(self, play: Play) -> None:
         """Into another world, where it stands and has nowhere to go."""
         self.play, self.paused, self.waits = play, False, False
-        self._afresh = True
+        self._afresh, self._since = True, self.ticks
         self._watch, self.view = Watch(), replace(View(), version=self.view.version + 1)
         self._scans, self._clouds = (), ()
         self._touching = self.arrived = False
@@ -126,8 +126,9 @@ class Chair:
         late = max(self._clock() - due, 0.0)
         play = self.play
         if play is not None and not self.paused:
+            room = ROOM + (late if late >= STEP else 0.0)  # what is lost is lost
             self._ask(play, late)
-            self._listen(play, due + ROOM, late)
+            self._listen(play, due + room, late)
             attend()
         if play is not self.play:
             return  # begun anew in between
@@ -192,10 +193,12 @@ class Chair:
     def _take(self, play: Play, answer: Answer) -> None:
         """Heed an answer; one to what is long past moves nothing any more."""
         hearing, now = self._hearing, self._clock()
+        self._outings.logged(answer.log)
+        if answer.number < self._since:
+            return  # of a world that is gone
         if now - self._thinking.asked_at <= PATIENCE:
             self._watch = self._watch.told(answer.decision, answer.heard, now)
         self.view = self.view.shown(answer, hearing.errand)
-        self._outings.logged(answer.log)
         if answer.surroundings is not None:
             self._pricing.surrounded(answer.surroundings)
         current = answer.errand == hearing.errand.version and hearing.errand.goal is not None

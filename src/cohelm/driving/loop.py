@@ -126,20 +126,21 @@ class Loop:
     def _run(self) -> None:
         due = time.monotonic()
         while not self._ends.is_set():
+            begun = time.monotonic()
             try:
-                self._look_after(time.monotonic())
+                self._look_after(begun)
                 self.chair.step(due, self._attend)
             except Exception:
                 _log.exception("the chair's loop has failed")
                 self.trouble = "the chair's loop has failed; see the log"
                 self._tell(Notice(code="broken", text="Something in me broke. I stand."), None)
                 return
+            if begun > due + STEP:  # what is lost is lost: no rush to catch up
+                due = begun
             due += STEP
             now = time.monotonic()
             if self._ready:
                 self.counts.note(missed=now > due)
-            if now > due + STEP:  # what is lost is lost: no rush to catch up
-                due = now
             self._ends.wait(max(due - now, 0.0))
 
     def _attend(self) -> None:
