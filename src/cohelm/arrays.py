@@ -203,7 +203,7 @@ def _check(self: Any) -> None:
             array = _sealed(array, field.dtype)
             object.__setattr__(self, field.name, array)
         shapes.append(array.shape)
-    _agree(cls, tuple(shapes))
+    _agree(cls, tuple(shapes))  # type: ignore[arg-type]  # taken for an instance, which may not hash
 
 
 def _sealed(given: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
