@@ -1,3 +1,4 @@
+// @vitest-environment node
 import { describe, expect, it } from "vitest";
 import { SILENT, told, type Saying } from "./saying";
 
@@ -26,6 +27,11 @@ describe("a reason", () => {
     expect(lasting(gone, null, 1_450, 1_600).shown).toBeNull();
   });
 
+  it("leaves nothing behind to be read once it is gone", () => {
+    const once = lasting(SILENT, close, 0, 1_000);
+    expect(lasting(once, null, 1_050, 1_600).spoken).toBe("");
+  });
+
   it("does not flicker with another one", () => {
     let saying = SILENT;
     const shown = new Set<string | undefined>();
@@ -39,8 +45,8 @@ describe("a reason", () => {
   it("is not spoken again soon", () => {
     const once = lasting(SILENT, close, 0, 1_000);
     const back = lasting(lasting(once, null, 1_050, 4_000), close, 4_050, 6_000);
-    expect(back.spokenAt).toBe(once.spokenAt);
+    expect(back.lastAt).toBe(once.lastAt);
     const later = lasting(lasting(back, null, 6_050, 20_000), close, 20_050, 21_500);
-    expect(later.spokenAt).toBeGreaterThan(20_000);
+    expect(later.lastAt).toBeGreaterThan(20_000);
   });
 });

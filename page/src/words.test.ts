@@ -1,3 +1,4 @@
+// @vitest-environment node
 import { describe, expect, it } from "vitest";
 import { detour, found, metres, minutes, price, readiness } from "./words";
 

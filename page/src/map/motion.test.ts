@@ -1,3 +1,4 @@
+// @vitest-environment node
 import { describe, expect, it } from "vitest";
 import type { Person } from "../messages";
 import { between, mixedAngle, Motion, type Shown } from "./motion";

@@ -1,3 +1,4 @@
+// @vitest-environment node
 import { describe, expect, it } from "vitest";
 import { distanceToSegment, drawn, farthestFrom, lengthOf, MOST_POINTS, simplified, zoneOf } from "./strokes";
 import type { Point } from "./view";

@@ -1,3 +1,4 @@
+// @vitest-environment node
 import { describe, expect, it } from "vitest";
 import { fitted, followed, headed, pinned, toMap, toScreen, within, zoomed, type View } from "./view";
 
