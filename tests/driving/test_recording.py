@@ -82,6 +82,7 @@ def test_a_world_that_begins_anew_has_a_file_of_its_own(stage, tmp_path):
     file = tmp_path / "a.mcap"
     (tmp_path / "a-3.mcap").write_bytes(b"another's")
     with Recording(file, stage) as recording:
+        recording.afresh()  # the first world begins, too
         driven(stage, recording, 1)
         for _ in range(2):
             recording.afresh()

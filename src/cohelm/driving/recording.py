@@ -28,6 +28,7 @@ class Recording:
     def __init__(self, file: Path | None, stage: Stage) -> None:
         self._file, self._stage = file, stage
         self._recorder: RideRecorder | None = None
+        self._empty = True
 
     def __enter__(self) -> Self:
         """Begin, or say why not."""
@@ -44,8 +45,11 @@ class Recording:
         self._close()
 
     def afresh(self) -> None:
-        """The world begins anew: so does its recording, in a file of its own."""
-        if self._recorder is not None:
+        """The world begins anew: so does its recording, in a file of its own.
+
+        One that has no tick yet is of the new world.
+        """
+        if self._recorder is not None and not self._empty:
             self._close()
             self._open()
 
@@ -53,6 +57,7 @@ class Recording:
         """One more step."""
         if self._recorder is None:
             return
+        self._empty = False
         try:
             self._recorder(tick, truth)
         except RecordingError as trouble:
@@ -62,6 +67,7 @@ class Recording:
     def _open(self) -> None:
         if self._file is None:
             return
+        self._empty = True
         try:
             self._recorder = RideRecorder(_free(self._file), facts_of(self._stage)).__enter__()
         except RecordingError as trouble:
