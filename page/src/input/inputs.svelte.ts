@@ -9,7 +9,7 @@ import { isControl, isTyped, keyed, NO_KEYS, pressed, released, steers, type Key
 import { connectedPads, newlyPressed, padButtons, padDeflection, type PadButtons } from "./pads";
 import { watchPresence } from "./presence";
 import { Scanner } from "./scanner.svelte";
-import { isOver, pushed, type Direction, type Push } from "./switches";
+import { isMoving, isOver, pushed, type Direction, type Push } from "./switches";
 
 /** How often gamepads, ramps and switches are looked at, ms. */
 const EVERY = 20;
@@ -37,6 +37,7 @@ export class Inputs {
 
   #arbiter: Arbiter = NOBODY;
   #keys: Keys = NO_KEYS;
+  #spaceStopped = false;
   #buttons = new Map<number, PadButtons>();
   #pulse: Heartbeat;
 
@@ -164,8 +165,9 @@ export class Inputs {
     }
     if (this.scanner.keyDown(event)) return;
     if (event.ctrlKey || event.metaKey || event.altKey || !this.chair.driving) return;
-    if (event.code === "Space" && !isControl(event.target)) {
+    if (event.code === "Space" && this.#stops(event.target)) {
       event.preventDefault();
+      this.#spaceStopped = true;
       if (!event.repeat) this.stop();
     } else if (steers(event.code) && !isTyped(event.target)) {
       event.preventDefault();
@@ -175,8 +177,16 @@ export class Inputs {
     }
   }
 
+  /** Space belongs to the control that has the focus; of a moving chair it is STOP all the same,
+   * for the button that was pressed last keeps the focus. What is typed stays typed. */
+  #stops(target: EventTarget | null): boolean {
+    return isMoving(this.chair.state) ? !isTyped(target) : !isControl(target);
+  }
+
   #keyUp(event: KeyboardEvent): void {
     this.scanner.keyUp(event);
+    if (event.code === "Space" && this.#spaceStopped) event.preventDefault(); // else it clicks
+    if (event.code === "Space") this.#spaceStopped = false;
     if (!this.#keys.has(event.code)) return;
     this.#keys = released(this.#keys, event.code);
     this.look();

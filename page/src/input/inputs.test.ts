@@ -117,6 +117,18 @@ describe("keys", () => {
     expect(count("stop")).toBe(2);
   });
 
+  it("stop by Space whatever button has the focus, while the chair moves", () => {
+    document.body.innerHTML = "<button>Go on</button><input>";
+    document.querySelector("button")!.focus();
+    state({ speed: 0.4 });
+    expect(key("keydown", "Space").defaultPrevented).toBe(true);
+    expect(key("keyup", "Space").defaultPrevented).toBe(true);
+    expect(count("stop")).toBe(1);
+    document.querySelector("input")!.focus();
+    expect(key("keydown", "Space").defaultPrevented).toBe(false);
+    expect(key("keyup", "Space").defaultPrevented).toBe(false);
+  });
+
   it("tell the chair truly that they are still held after STOP", () => {
     key("keydown", "ArrowUp");
     pass(600);
