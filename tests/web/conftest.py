@@ -119,11 +119,11 @@ class Served:
 
     tokens = TOKENS
 
-    def __init__(self, drive, host="127.0.0.1", tokens=None, **options):
+    def __init__(self, drive, host="127.0.0.1", tokens=None, page=PAGE, **options):
         self.drive = drive
         self._bound = listening(host, 0)
         self._what = serving(
-            drive, PAGE, self._bound, host=host, tokens=tokens or TOKENS, **options
+            drive, page, self._bound, host=host, tokens=tokens or TOKENS, **options
         )
         self.tls = options.get("tls")
         self.port = self._what.port
