@@ -208,9 +208,28 @@ def test_a_ride_whose_log_is_lost_is_kept_and_says_so(store, stage):
     store.settle()
     (kept,) = store.summary(facts.id).rides
     assert "navigator was lost" in kept.trouble
+    assert not kept.measures
     assert "navigator was lost" in store.html(facts.id)
     with pytest.raises(StoreError, match="there is no map"):
         store.png(facts.id)
+
+
+def test_of_a_navigator_that_was_killed_the_rows_are_measured(store, stage, ticks):
+    facts = store.begin(stage)
+    ride, file = store.begin_ride()
+    book = Logbook()
+    book.begin(ride, file)
+    for tick, truth in ticks:
+        book.add(tick, truth)
+    book.end("left")  # which nobody hears of
+    store.keep(record(ride), None, stage)
+    store.settle()
+    (kept,) = store.summary(facts.id).rides
+    assert "navigator was lost" in kept.trouble
+    assert kept.measures["path_length"] > 0.0
+    assert "path_error" not in kept.measures
+    assert store.png(ride)
+    assert not file.exists()
 
 
 def test_rows_that_cannot_be_measured_leave_the_ride_and_say_why(store, stage, ticks, monkeypatch):

@@ -18,7 +18,7 @@ import numpy as np
 from cohelm.arrays import Floats, Floats32
 from cohelm.driving.files import write_whole
 from cohelm.driving.logbook import EACH, OWN
-from cohelm.driving.records import RideLog
+from cohelm.driving.records import RideLog, RideRecord
 from cohelm.driving.ride_map import ride_map
 from cohelm.errors import CohelmError, StoreError
 from cohelm.evaluation.metrics import measure
@@ -70,6 +70,30 @@ def measured_aside(
     if isinstance(answer, str):
         raise StoreError(answer)
     return {name: float(number) for name, number in answer.items()}
+
+
+def salvaged(record: RideRecord, file: Path, step: float) -> RideLog:
+    """A log of what is known without the navigator's process.
+
+    Args:
+        record: of the ride.
+        file: its rows, as far as they came to the disk.
+        step: between ticks, s.
+    """
+    return RideLog(
+        ride=record.id,
+        file=file,
+        outcome=record.outcome,
+        time=record.time,
+        length=record.length,
+        step=step,
+        goal=np.full(2, np.nan),
+        modes=record.modes,
+        wishes=record.wishes,
+        stops=(),
+        path=None,
+        prefer=np.empty((0, 2)),
+    )
 
 
 def ride_of(log: RideLog, scenario: Scenario, robot: Robot, grid: OccupancyGrid) -> Ride:

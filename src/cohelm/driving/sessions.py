@@ -26,11 +26,13 @@ from typing import Any, TypeVar
 
 from cohelm.driving import report
 from cohelm.driving.files import own_folder, write_whole
-from cohelm.driving.measuring import measured_aside
+from cohelm.driving.measuring import measured_aside, salvaged
 from cohelm.driving.records import RideLog, RideRecord, SessionFacts, SessionSummary
 from cohelm.errors import StoreError
 from cohelm.evaluation.staging import Stage
 
+LOST = "The navigator was lost before it had told of stops, route and destination."
+"""Of a ride whose log is."""
 _SESSION = re.compile(r"\d{8}-\d{6}(-\d+)?")
 _RIDE = re.compile(r"(\d{8}-\d{6}(?:-\d+)?)-r\d+")
 _T = TypeVar("_T", SessionFacts, RideRecord)
@@ -101,16 +103,17 @@ class Sessions:
 
         Args:
             record: with an id of :meth:`begin_ride`.
-            log: of the navigator's process; None: it is lost, and there are no measures.
+            log: of the navigator's process; None: it is lost, and with it stops, route and
+                destination; what is measured then comes of the rows that are on the disk.
             stage: that was driven in.
         """
-        trouble = "" if log is not None else "the navigator was lost, and its log with it"
+        trouble = "" if log is not None else LOST
         session = self._file(record.id, "").parent.name
         record = record.model_copy(update={"session": session, "trouble": trouble})
         self._kept.add(record.id)
         self._do(self._writer, lambda: self._put(record))
-        if log is not None:
-            self._do(self._measurer, lambda: self._measure(record.id, log, stage))
+        rows = log or salvaged(record, self._file(record.id, ".rows"), stage.world.control_step)
+        self._do(self._measurer, lambda: self._measure(record.id, rows, stage))
 
     def rate(self, ride: str, rating: int) -> None:
         """How a ride was, 1 to 5; another time overwrites.
