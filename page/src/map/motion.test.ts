@@ -40,6 +40,13 @@ describe("motion", () => {
     expect(motion.moving(101)).toBe(false);
   });
 
+  it("does not go back before a state for a frame that is dated earlier", () => {
+    const motion = new Motion();
+    motion.put(at(0), 0);
+    motion.put(at(0.1), 50);
+    expect(motion.at(40)?.pose[0]).toBe(0);
+  });
+
   it("shows only states where motion is not wanted", () => {
     const motion = new Motion();
     motion.put(at(0), 0);

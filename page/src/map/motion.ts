@@ -69,7 +69,9 @@ export class Motion {
 
   at(now: number, still = false): Shown | null {
     if (!this.#to || !this.#from || still) return this.#to;
-    return between(this.#from, this.#to, (now - this.#came) / this.#span);
+    // A frame may be dated before the state that came while it waited.
+    const share = Math.max(0, (now - this.#came) / this.#span);
+    return between(this.#from, this.#to, share);
   }
 
   /** Whether the picture would still change without another state. */
