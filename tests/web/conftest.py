@@ -9,6 +9,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from cohelm.driving import LimitsRise
+from cohelm.driving.drive import Health
 from cohelm.driving.messages import (
     Chair,
     Echo,
@@ -68,6 +69,9 @@ class Still:
         self.gone = []
         self.said = []
         self.sessions, self.audit = Store(), Log()
+        self.health = Health(
+            ready=True, trouble="", ticks=7, missed=2, longest_streak=1, stops=0, restarts=0
+        )
 
     def listen(self, callback):
         self.told = callback

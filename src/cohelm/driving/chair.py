@@ -278,6 +278,7 @@ class Chair:
             seq=self.ticks,
             heard=self._heard,
             late=round(1000.0 * late, 1),
+            clock=round(now, 4),
         )
         told = {"arrived": self.arrived, "paused": self.paused, "ride": self._outings.ride}
         self._tell(state.model_copy(update=told), None)

@@ -355,6 +355,8 @@ class State(Message):
     """Doors that are shut."""
     late: float = 0.0
     """By how much this state missed its time, ms."""
+    clock: float = 0.0
+    """When the command went to the wheels, by the chair's steady clock, s: it begins anywhere."""
 
 
 class Wanted(Message):

@@ -47,9 +47,15 @@ class Signed(Model):
 
 
 class Healthy(Model):
-    """The server answers."""
+    """The server answers, and how the ride's machinery does; see ``driving.drive.Health``."""
 
     status: Literal["ok"] = "ok"
+    ready: bool
+    ticks: int
+    missed: int
+    longest_streak: int
+    stops: int
+    restarts: int
 
 
 class Deleted(Model):
@@ -88,9 +94,17 @@ SessionId = Annotated[str, Path(pattern=r"^[0-9A-Za-z-]{1,60}$")]
 
 
 @router.get("/health")
-async def health() -> Healthy:
-    """That the server answers."""
-    return Healthy()
+async def health(here: Here) -> Healthy:
+    """That the server answers, and how the ride's machinery does."""
+    found = here.drive.health
+    return Healthy(
+        ready=found.ready,
+        ticks=found.ticks,
+        missed=found.missed,
+        longest_streak=found.longest_streak,
+        stops=found.stops,
+        restarts=found.restarts,
+    )
 
 
 @router.get("/schema")
