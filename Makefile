@@ -109,7 +109,7 @@ wheel: setup page ## dist/*.whl with the built page in it, so that it needs no N
 	$(BIN)/python -m hatchling build -t wheel
 
 .PHONY: schema
-schema: setup ## the messages' JSON Schema again from src/cohelm/driving/messages.py
+schema: setup ## the messages' JSON Schema again from src/cohelm/driving/messages
 	$(BIN)/python -m cohelm.web.schema
 
 .PHONY: lock
