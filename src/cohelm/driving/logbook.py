@@ -1,26 +1,26 @@
 """The log of a ride that a person drives: kept on disk as it grows, so that memory stays flat.
 
 It lives in the navigator's process. Each tick is one row of numbers in a file of the ride; what is
-kept in memory are counts, the stops and the first route. See ``measuring`` for what comes of it.
+kept in memory are the stops, the first route and the last request. When a ride begins and ends, and
+how far and how long it went, ``outings`` says. See ``measuring`` for what comes of it.
 """
 
 from __future__ import annotations
 
+import logging
 import os
-from collections import defaultdict
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
-from cohelm.arrays import Floats, Floats32
+from cohelm.arrays import Floats32
 from cohelm.driving.files import unwritable
 from cohelm.driving.records import Outcome, RideLog, StopNote
 from cohelm.evaluation.noting import Stops, row_of, states_of
-from cohelm.evaluation.ride import GOAL_RADIUS, Stop
-from cohelm.messages import Mode
+from cohelm.evaluation.ride import Stop
 from cohelm.navigation import Tick
-from cohelm.simulation import Truth, is_standing
+from cohelm.simulation import Truth
 
 OWN = 18
 """Numbers of a row about the chair: t, pose 3, twist 3, gap to walls, whether one was touched,
@@ -30,6 +30,7 @@ EACH = 10
 way-point, radius."""
 MOST_STOPS = 500
 """Kept of a ride, the longest ones."""
+_log = logging.getLogger(__name__)
 
 
 class Logbook:
@@ -37,46 +38,37 @@ class Logbook:
 
     def __init__(self) -> None:
         self._ride: _Ride | None = None
-        self.trouble = ""
-        """Why the ride's rows are not kept any more; empty: they are."""
 
     def begin(self, ride: str, file: Path) -> None:
         """From the next tick on it is this ride; one that was going on is thrown away.
 
-        A disk that takes nothing ends no ride: the rows are given up, and ``trouble`` says so.
+        A disk that takes nothing ends no ride: its rows are given up, and logging says so.
 
         Args:
             ride: its id.
             file: for its rows; written over.
         """
         self._drop()
-        self.trouble = ""
         try:
             handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         except OSError as cause:
-            self.trouble = str(unwritable(file, cause))
+            _given_up(file, cause)
             self._ride = _Ride(ride, file, None)
         else:
             self._ride = _Ride(ride, file, os.fdopen(handle, "wb"))
 
-    def add(self, tick: Tick, truth: Truth) -> Outcome | None:
-        """One more tick; outside of a ride nothing happens.
-
-        Returns:
-            how the ride has just ended by itself: within 0.2 m of the goal and standing, or by a
-            contact of the moving chair that was not there when the ride began; None: it goes on.
-        """
+    def add(self, tick: Tick, truth: Truth) -> None:
+        """One more tick; outside of a ride nothing happens."""
         ride = self._ride
         if ride is None:
-            return None
+            return
         ride.note(tick, truth)
         if ride.rows is not None:
             try:
                 ride.rows.write(_row(tick, truth, ride.first_time).tobytes())
             except OSError as cause:
-                self.trouble = str(unwritable(ride.file, cause))
+                _given_up(ride.file, cause)
                 ride.rows = None
-        return ride.outcome(tick, truth)
 
     def end(self, outcome: Outcome) -> RideLog | None:
         """Close the ride; None where there is none, or it had no tick."""
@@ -84,25 +76,14 @@ class Logbook:
             self._drop()
             return None
         ride, self._ride = self._ride, None
-        self._close(ride)
+        ride.close()
         return ride.log(outcome)
-
-    def close(self) -> None:
-        """Throw away what goes on."""
-        self._drop()
 
     def _drop(self) -> None:
         ride, self._ride = self._ride, None
         if ride is not None:
-            self._close(ride)
+            ride.close()
             ride.file.unlink(missing_ok=True)
-
-    def _close(self, ride: _Ride) -> None:
-        if ride.rows is not None:
-            try:
-                ride.rows.close()
-            except OSError as cause:
-                self.trouble = str(unwritable(ride.file, cause))
 
 
 class _Ride:
@@ -114,37 +95,25 @@ class _Ride:
         self.first_time = self._now = 0.0
         self._first: Tick | None = None
         self._last: Tick | None = None
-        self._at: Floats | None = None
-        self._length = 0.0
-        self._modes: defaultdict[Mode, float] = defaultdict(float)
         self._stops = Stops()
-        self._touching = True
 
     def note(self, tick: Tick, truth: Truth) -> None:
         if self.ticks == 0:
-            self.first_time = self._now = truth.time
+            self.first_time = truth.time
         if self._first is None and tick.path is not None:
             self._first = tick
-        if self._at is not None:
-            self._length += float(np.hypot(*(truth.pose[:2] - self._at)))
-        self._at, self._last = truth.pose[:2], tick
-        if tick.request.speed_limit > 0.0:
-            self._modes[tick.request.mode] += truth.time - self._now
-        self._now = truth.time
+        self._last, self._now = tick, truth.time
         self._stops.add(truth, tick)
         if len(self._stops.all) > 2 * MOST_STOPS:
             self._stops.all[:] = _longest([*self._stops.all[:-1]]) + self._stops.all[-1:]
         self.ticks += 1
 
-    def outcome(self, tick: Tick, truth: Truth) -> Outcome | None:
-        """See :meth:`Logbook.add`."""
-        touches = bool(truth.hit_moving.any()) or truth.hit_wall
-        touched, self._touching = self._touching, touches
-        if touches and not touched:
-            return "collision"
-        away = truth.pose[:2] - tick.request.goal  # NaN: nowhere, and no comparison holds
-        there = float(np.hypot(*away)) <= GOAL_RADIUS
-        return "arrived" if there and bool(is_standing(truth.twist)) else None
+    def close(self) -> None:
+        if self.rows is not None:
+            try:
+                self.rows.close()
+            except OSError as cause:
+                _given_up(self.file, cause)
 
     def log(self, outcome: Outcome) -> RideLog:
         request = self._last.request if self._last is not None else None
@@ -154,12 +123,8 @@ class _Ride:
             ride=self.id,
             file=self.file,
             outcome=outcome,
-            time=self._now - self.first_time,
-            length=self._length,
             step=(self._now - self.first_time) / max(self.ticks - 1, 1),
             goal=np.full(2, np.nan) if request is None else request.goal,
-            modes=dict(self._modes),
-            wishes=len(request.wishes) if request is not None else 0,
             stops=tuple(
                 StopNote(
                     time=each.time - self.first_time,
@@ -172,6 +137,10 @@ class _Ride:
             path=self._first.path if self._first is not None else None,
             prefer=np.vstack(prefer) if prefer else np.empty((0, 2)),
         )
+
+
+def _given_up(file: Path, cause: OSError) -> None:
+    _log.error("rows of a ride are not kept: %s", unwritable(file, cause))
 
 
 def _longest(stops: list[Stop]) -> list[Stop]:

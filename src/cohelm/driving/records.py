@@ -104,16 +104,10 @@ class RideLog:
     file: File
     """Holds the rows of the ride; see :mod:`.logbook`."""
     outcome: Outcome
-    time: float
-    """s."""
-    length: float
-    """m."""
     step: float
     """Between ticks, s; on the whole, for a navigator that is late leaves some out."""
     goal: Annotated[Floats, Shape("2")]
     """NaN: driven without one."""
-    modes: Mapping[Mode, float]
-    wishes: int
     stops: tuple[StopNote, ...]
     path: Path | None
     """The first route; None: there never was one."""
