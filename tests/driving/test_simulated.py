@@ -7,7 +7,8 @@ import pytest
 
 from cohelm.arrays import identical
 from cohelm.driving import simulated
-from cohelm.driving.simulated import NoRoom, doors_of, ground, into_the_way, somebody
+from cohelm.driving.scenery import scenery_of
+from cohelm.driving.simulated import NoRoom, ground, into_the_way, somebody
 from cohelm.evaluation import load_scenario
 from cohelm.evaluation.staging import set_stage
 from cohelm.geometry import nearest_on_polyline
@@ -121,7 +122,7 @@ def test_the_same_chance_adds_the_same_people(stage, floor, world):
 
 
 def test_every_door_of_the_floor_is_told_and_can_be_shut(stage, world):
-    doors = doors_of(stage.world)
+    doors = scenery_of(stage.scenario, stage.seed).scene.doors
     assert [door.id for door in doors] == list(range(len(doors)))
     shut = [world.set_door(door.id, shut=True) for door in doors]
     world.advance(STAY)

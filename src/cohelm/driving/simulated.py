@@ -14,12 +14,11 @@ from typing import ClassVar
 import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
-from cohelm.driving import messages
 from cohelm.errors import CohelmError
 from cohelm.evaluation.staging import Stage
 from cohelm.evaluation.walkable import CELL, Walkable, pulled_tight, spread, trace, walkable
 from cohelm.geometry import arc_length
-from cohelm.simulation import Newcomer, Truth, WorldSetup
+from cohelm.simulation import Newcomer, Truth
 
 MOST = 60
 """People in a scene that somebody can still be added to."""
@@ -67,14 +66,6 @@ def ground(stage: Stage) -> Ground:
         walkable=walkable(stage.world.grid, RADIUS, np.array([start, start + 0.1])),
         places=np.array([place.point for place in stage.places.places]).reshape(-1, 2),
         chair=stage.robot.circumscribed_radius,
-    )
-
-
-def doors_of(setup: WorldSetup) -> tuple[messages.Doorway, ...]:
-    """The doors of a world as a page is told of them."""
-    return tuple(
-        messages.Doorway(id=k, a=(float(door.a[0]), float(door.a[1])), b=(door.b[0], door.b[1]))
-        for k, door in enumerate(setup.doors)
     )
 
 
