@@ -31,9 +31,11 @@ from cohelm.driving.messages import (
     Echo,
     FromPage,
     Limits,
+    Refused,
     RiderSettings,
     Role,
     Scene,
+    Simulate,
     ToPage,
     Welcome,
 )
@@ -178,7 +180,11 @@ class Drive:
             self._tell(message, client)
             return
         came = time.monotonic() if at is None else at
-        self._loop.say(lambda hearing: hearing.heard(client, message, came))
+        if not isinstance(message, Simulate):
+            self._loop.say(lambda hearing: hearing.heard(client, message, came))
+        elif not self._loop.bid(lambda hearing: hearing.heard(client, message, came)):
+            text = "That is more than I can do at once."
+            self._tell(Refused(id=message.id, code="too_many", text=text), client)
 
     @property
     def limits(self) -> Limits:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import logging
+import math
 import queue
 import threading
 import time
@@ -25,6 +26,12 @@ from cohelm.reasons import Reason
 
 _log = logging.getLogger(__name__)
 FIRST_TIME = "The first time this takes a minute or two."
+MOST_ERRANDS = 64
+"""That may wait for the chair to have time for them; more are refused."""
+QUICK = 0.002
+"""After an errand that took longer, s, the next one waits …"""
+REST = 9.0
+"""… for so many times as long as it took, so that the chair keeps its time."""
 Said = Callable[[Hearing], None]
 
 
@@ -73,6 +80,8 @@ class Loop:
         self._thinking, self._pricing, self._playing = crew.thinking, crew.pricing, crew.playing
         self._outings, self._seed, self._tell, self._note = crew.outings, seed, tell, note
         self._said: queue.SimpleQueue[Said] = queue.SimpleQueue()
+        self._errands: queue.Queue[Said] = queue.Queue(MOST_ERRANDS)
+        self._rests_until = -math.inf
         self._ends = threading.Event()
         self._ready = self._cold = False
         self.counts = Counts()
@@ -104,8 +113,19 @@ class Loop:
         self._pricing.close()
 
     def say(self, said: Said) -> None:
-        """Let something take effect in the chair's thread."""
+        """Let something take effect in the chair's thread, before anything else."""
         self._said.put(said)
+
+    def bid(self, said: Said) -> bool:
+        """Let something take effect that may take a while; False: too much waits already.
+
+        It never makes STOP, a beat or whoever takes the stick wait.
+        """
+        try:
+            self._errands.put_nowait(said)
+        except queue.Full:
+            return False
+        return True
 
     def begin_anew(self, seed: int | None) -> None:
         """Another world, when it is made.
@@ -129,6 +149,8 @@ class Loop:
             begun = time.monotonic()
             try:
                 self._look_after(begun)
+                self._attend()
+                self._run_errands()
                 self.chair.step(due, self._attend)
             except Exception:
                 _log.exception("the chair's loop has failed")
@@ -144,14 +166,26 @@ class Loop:
             self._ends.wait(max(due - now, 0.0))
 
     def _attend(self) -> None:
-        """Let what was said take effect, in its order; none of it ends the drive."""
+        """Let what was said take effect, in its order."""
         with contextlib.suppress(queue.Empty):
             while True:
-                said = self._said.get_nowait()
-                try:
-                    said(self._hearing)
-                except Exception:
-                    _log.exception("what a page said could not take effect")
+                self._effect(self._said.get_nowait())
+
+    def _run_errands(self) -> None:
+        """The same for what may take a while: no more of it than leaves the chair its time."""
+        with contextlib.suppress(queue.Empty):
+            while (began := time.monotonic()) >= self._rests_until:
+                self._effect(self._errands.get_nowait())
+                spent = time.monotonic() - began
+                if spent > QUICK:
+                    self._rests_until = began + (1.0 + REST) * spent
+
+    def _effect(self, said: Said) -> None:
+        """None of it ends the drive."""
+        try:
+            said(self._hearing)
+        except Exception:
+            _log.exception("what a page said could not take effect")
 
     def _look_after(self, now: float) -> None:
         """Processes that become ready or are gone, and worlds that are made."""
