@@ -1,4 +1,4 @@
-"""The chair's loop with everybody else's work left out: what is said in time, and what has to wait."""
+"""The chair's loop with all other work left out: what is said in time, and what has to wait."""
 
 import threading
 import time
