@@ -89,6 +89,8 @@ class RiderView:
     """Directions of the glances, in the chair's frame, rad."""
     free: Annotated[Floats, Shape("b")] = field(default_factory=lambda: np.empty(0))
     """How far the floor is free of walls and things there, m; +inf: as far as one sees."""
+    outline: Annotated[Floats, Shape("c 2")] = field(default_factory=lambda: np.empty((0, 2)))
+    """Corners of the chair, which the rider knows, in its own frame, m; none: nothing is said."""
 
 
 @value

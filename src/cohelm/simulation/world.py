@@ -311,6 +311,7 @@ class World:
             people=people,
             bearings=GLANCES,
             free=free,
+            outline=setup.robot.outline,
         )
 
 
