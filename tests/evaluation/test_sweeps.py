@@ -130,7 +130,7 @@ def test_a_task_that_leaves_the_program_ends_itself_alone(toy, tmp_path, executo
 _FIRST_PROCESS = """
 import signal
 from multiprocessing import resource_tracker
-from cohelm.evaluation.sweeps.executors import without_interrupts
+from cohelm.evaluation.processes import without_interrupts
 with without_interrupts():
     resource_tracker.getfd()  # as the first process of a program does before it begins
     assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())

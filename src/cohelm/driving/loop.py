@@ -21,7 +21,7 @@ from cohelm.driving.messages import Notice, Simulate, Want
 from cohelm.driving.pricing import Pricing
 from cohelm.driving.sessions import Sessions
 from cohelm.errors import CohelmError
-from cohelm.evaluation.sweeps.executors import compiled
+from cohelm.evaluation.processes import compiled
 from cohelm.reasons import Reason
 
 _log = logging.getLogger(__name__)

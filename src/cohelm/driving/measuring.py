@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import multiprocessing
 import os
 import sys
 from pathlib import Path
@@ -22,6 +21,7 @@ from cohelm.driving.records import RideLog, RideRecord
 from cohelm.driving.ride_map import ride_map
 from cohelm.errors import CohelmError, StoreError
 from cohelm.evaluation.metrics import measure
+from cohelm.evaluation.processes import spawn, without_interrupts
 from cohelm.evaluation.ride import Outcome, Ride
 from cohelm.evaluation.scenario import Scenario
 from cohelm.maps import OccupancyGrid
@@ -53,10 +53,11 @@ def measured_aside(
     Raises:
         StoreError: if they could not be taken; says why.
     """
-    process = multiprocessing.get_context("spawn").Process(
+    process = spawn.Process(
         target=_write_measures, args=(log, scenario, robot, grid, into), daemon=True
     )
-    process.start()
+    with without_interrupts():  # the last ride is measured when the drive has been interrupted
+        process.start()
     process.join(PATIENCE)
     if process.is_alive():
         process.kill()

@@ -7,7 +7,6 @@ rubbish of a step is cleared away while the chair is not waiting.
 from __future__ import annotations
 
 import gc
-import signal
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -30,6 +29,7 @@ from cohelm.driving.shown import (
     way_of,
 )
 from cohelm.evaluation import Stage
+from cohelm.evaluation.processes import leave_interrupts
 from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Mode, Path, Request, RiderCommand, Wish
 from cohelm.navigation import Navigator, Tick
@@ -43,7 +43,7 @@ _CLEARED = 20
 
 def serve(pipe: Connection, charge: Charge) -> None:
     """What the process does, until the other end of the pipe is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is for the process that this belongs to
+    leave_interrupts()
     stage = set_stage(charge.scenario, charge.seed)
     mind = Mind(stage)
     try:

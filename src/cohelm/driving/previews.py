@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import pickle
-import signal
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 
@@ -18,6 +17,7 @@ from cohelm.driving.asking import Charge, Points, Ready
 from cohelm.driving.shown import way_of
 from cohelm.errors import PlanningError
 from cohelm.evaluation import Stage
+from cohelm.evaluation.processes import leave_interrupts
 from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
 from cohelm.navigation import Tick
@@ -93,7 +93,7 @@ def surroundings_of(tick: Tick) -> bytes:
 
 def serve_previews(pipe: Connection, charge: Charge) -> None:
     """What the process does, until the other end of the pipe is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is for the process that this belongs to
+    leave_interrupts()
     stage = set_stage(charge.scenario, charge.seed)
     try:
         pipe.send(Ready(done=True))

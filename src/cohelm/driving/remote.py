@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
 import pickle
 import socket
@@ -14,12 +13,11 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from cohelm.driving.asking import Charge
-from cohelm.evaluation.sweeps.executors import without_interrupts
+from cohelm.evaluation.processes import spawn, without_interrupts
 
 STUCK = 0.03
 """A message that goes no further for longer was to or from a process that stands still, s."""
 _BUFFER = 1 << 20  # bytes; as much as the operating system allows
-_spawn = multiprocessing.get_context("spawn")  # numba's threads do not survive a fork
 
 
 class Gone(Exception):
@@ -38,9 +36,9 @@ class Remote:
     def __init__(
         self, work: Callable[[Connection, Charge], None], charge: Charge, name: str
     ) -> None:
-        self._pipe, theirs = _spawn.Pipe()
+        self._pipe, theirs = spawn.Pipe()
         _hurry(self._pipe)
-        self.process: BaseProcess = _spawn.Process(
+        self.process: BaseProcess = spawn.Process(
             target=work, args=(theirs, charge), name=name, daemon=True
         )
         with without_interrupts():

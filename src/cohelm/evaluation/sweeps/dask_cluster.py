@@ -22,13 +22,13 @@ from pathlib import Path
 from typing import Any
 
 from cohelm.errors import ConfigError
+from cohelm.evaluation.processes import without_interrupts
 from cohelm.evaluation.sweeps.executors import (
     RETRIES,
     Executor,
     Numbered,
     WorkersFailed,
     do,
-    without_interrupts,
 )
 from cohelm.evaluation.sweeps.identity import code, code_digest, differences
 from cohelm.evaluation.sweeps.tasks import Done, Fault, Task, Work

@@ -6,18 +6,16 @@ task raises comes back as a fault.
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import signal
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from cohelm.errors import CohelmError
+from cohelm.evaluation.processes import compiled, leave_interrupts, spawn, without_interrupts
 from cohelm.evaluation.sweeps.tasks import Done, Fault, Task, Work
 
 Numbered = tuple[int, Task]
@@ -28,8 +26,6 @@ RETRIES = 2
 """How often a task is tried again whose process died."""
 _FALSE_STARTS = 3
 _PATIENCE = 5.0  # s, for a process to end
-
-_spawn = multiprocessing.get_context("spawn")  # numba's threads do not survive a fork
 
 
 class WorkersFailed(CohelmError):
@@ -86,28 +82,14 @@ def executor_for(cluster: str | None, workers: int) -> Iterator[Executor]:
         yield executor
 
 
-@contextmanager
-def without_interrupts() -> Iterator[None]:
-    """Processes and threads that begin now never hear an interrupt; this one does afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    resource_tracker.ensure_running()  # where it begins later, it lets interrupts through again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 class _Worker:
     """A process that does one task after the other."""
 
     def __init__(self, work: Work, folder: Path) -> None:
-        self.pipe, theirs = _spawn.Pipe()
+        self.pipe, theirs = spawn.Pipe()
         self.at: Numbered | None = None
         self.ready = False
-        self.process: BaseProcess = _spawn.Process(
+        self.process: BaseProcess = spawn.Process(
             target=_serve, args=(theirs, work, folder), daemon=True
         )
         with without_interrupts():
@@ -205,7 +187,7 @@ class _Crew:
 
 def _serve(pipe: Connection, work: Work, folder: Path) -> None:
     """What a process does: tasks from a pipe, until it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is for the process that this belongs to
+    leave_interrupts()
     try:
         pipe.send(None)
         while True:
@@ -224,9 +206,3 @@ def _end_of(code: int | None) -> str:
         return f"exit status {code}"
     names = {int(each): each.name for each in signal.Signals}
     return f"killed by {names.get(-code, f'signal {-code}')}"
-
-
-def compiled() -> bool:
-    """Whether numba has kept anything of ours."""
-    folder = os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parents[2]
-    return any(Path(folder).rglob("*.nbi"))
