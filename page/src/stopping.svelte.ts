@@ -27,6 +27,7 @@ class Stopping {
   #pressed(): void {
     if (chair.status !== "open") {
       this.words = "The link is lost. The chair stops by itself.";
+      void this.#asked();
       return;
     }
     this.words = PRESSED;
@@ -36,6 +37,15 @@ class Stopping {
   /** The chair drives again. */
   over(): void {
     this.words = "";
+  }
+
+  /** Without a socket, as when there is room for no more pages: another one may be driving. */
+  async #asked(): Promise<void> {
+    try {
+      if ((await fetch("/api/stop", { method: "POST" })).ok) this.words = PRESSED;
+    } catch {
+      // what is said already holds
+    }
   }
 
   #check(left: number): void {

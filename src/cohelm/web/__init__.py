@@ -6,6 +6,7 @@
     GET    /api/me                  {"role": "driver" | "therapist", "needs_token": bool}, or 401
     POST   /api/sign-in             {"token": "…"} → {"role": …} and a cookie; 401 wrong, 429 wait
     POST   /api/sign-out            204
+    POST   /api/stop                STOP without a socket; 204
     GET    /api/schema              the messages' JSON Schema; needs no sign-in
     GET    /api/floor/{digest}.png  the map's picture
     GET    /api/limits, /api/rider  as they are; PUT: the therapist; 409 where it has to wait

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.driving.audit import Entry
-from cohelm.driving.messages import Limits, RiderSettings, Role
+from cohelm.driving.messages import Limits, RiderSettings, Role, Stop
 from cohelm.driving.records import SessionSummary
 from cohelm.web.problems import Problem, Refused
 from cohelm.web.schema import messages_schema
@@ -147,6 +147,12 @@ async def sign_out(request: Request, response: Response, here: Here) -> None:
         request.app.state.pages.end(session)
         here.note(session.name, "signed_out", address=address_of(request))
     response.delete_cookie(here.cookie, httponly=True, samesite="strict", secure=here.origins.tls)
+
+
+@router.post("/stop", status_code=204)
+async def stop(who: SignedIn, here: Here) -> None:
+    """STOP, for who has no socket: there is always room for it."""
+    here.drive.heard(who.name, Stop(), time.monotonic())
 
 
 @router.get("/floor/{digest}.png", response_class=Response)

@@ -5,8 +5,10 @@ A host that others can reach is only listened on with TLS and with a token for d
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import errno
+import functools
 import signal
 import socket
 import threading
@@ -21,13 +23,15 @@ from cohelm.errors import ConfigError
 from cohelm.web.app import create_app
 from cohelm.web.built import BuiltPage
 from cohelm.web.certificate import Tls
+from cohelm.web.connections import MOST, Connection, Socket
 from cohelm.web.origins import is_loopback, origins_for
 from cohelm.web.serving import Serving
 from cohelm.web.signin import SignIns
 
 _SENT_AHEAD = 65_536
 """Bytes that a connection may be ahead of its reader: what is older is of no use to anybody."""
-_CONNECTIONS = 100
+_HANDSHAKE = 5.0
+"""Of TLS, s; before it nobody knows of a connection."""
 
 
 def listening(host: str, port: int) -> socket.socket:
@@ -116,8 +120,8 @@ def server(
     config = uvicorn.Config(
         create_app(what),
         loop="asyncio",  # the same everywhere
-        http="h11",  # the stricter reader
-        ws="websockets-sansio",
+        http=Connection,  # the stricter reader
+        ws=Socket,
         ws_max_size=LARGEST,
         ws_ping_interval=5.0,
         ws_ping_timeout=10.0,
@@ -128,7 +132,7 @@ def server(
         access_log=False,
         proxy_headers=False,
         server_header=False,
-        limit_concurrency=_CONNECTIONS,
+        limit_concurrency=2 * MOST,  # see there: more are not let in
         timeout_keep_alive=15,
         timeout_graceful_shutdown=3,
         ssl_certfile=None if tls is None else str(tls.certificate),
@@ -145,6 +149,10 @@ class _Server(uvicorn.Server):
         self._then = started
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        if self.config.is_ssl:  # there is no other way to say so
+            loop = asyncio.get_running_loop()
+            hasty = functools.partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE)
+            setattr(loop, "create_server", hasty)  # noqa: B010 # a method of the loop's own
         await super().startup(sockets)
         self._then()
 

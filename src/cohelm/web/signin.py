@@ -63,17 +63,17 @@ class Lockout:
 
     def __init__(self, *, free: int, longest: float, forgets: float = 900.0) -> None:
         self._free, self._longest, self._forgets = free, longest, forgets
-        self._failures = 0
+        self.failures = 0
         self._last = 0.0
         self.until = 0.0
 
     def failed(self, now: float) -> None:
         """One more failure."""
         if now - self._last > self._forgets:
-            self._failures = 0
-        self._failures += 1
+            self.failures = 0
+        self.failures += 1
         self._last = now
-        beyond = self._failures - self._free
+        beyond = self.failures - self._free
         if beyond > 0:
             self.until = now + min(self._longest, 2.0 ** min(beyond - 1, 30))
 
@@ -112,7 +112,9 @@ class SignIns:
             Locked: if there have been too many of those, from this address or in all.
         """
         where = self._lockout(address)
-        wait = max(where.wait(now), self._all.wait(now))
+        wait = where.wait(now)
+        if where.failures:  # who has not failed does not wait for those who have
+            wait = max(wait, self._all.wait(now))
         if wait > 0.0:
             raise Locked(wait)
         given = _digest(_plain(token))

@@ -1,0 +1,86 @@
+"""Who only takes room or time does not keep anybody else out."""
+
+import asyncio
+import contextlib
+import socket
+import time
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from cohelm.driving.messages import Stop
+from cohelm.web import connections
+
+
+@pytest.fixture
+def hasty(monkeypatch):
+    """Whoever says nothing is let go soon."""
+    monkeypatch.setattr(connections, "SAID_WITHIN", 0.3)
+    monkeypatch.setattr(connections, "_LOOKS", 0.1)
+
+
+def connected(server, stack):
+    made = stack.enter_context(socket.create_connection(("127.0.0.1", server.port)))
+    made.settimeout(5.0)
+    return made
+
+
+def ended(connection):
+    """Wait for the other end to close."""
+    try:
+        return connection.recv(1) == b""
+    except ConnectionError:
+        return True
+
+
+def test_silent_connections_keep_nobody_out(open_server, hasty):
+    """From one address no more come in than may, and those that say nothing do not stay."""
+    with contextlib.ExitStack() as stack:
+        silent = [connected(open_server, stack) for _ in range(2 * connections.MOST_EACH)]
+        began = time.monotonic()
+        assert all(ended(each) for each in silent)
+        assert time.monotonic() - began < 4.0
+        with open_server.http() as client:
+            assert client.get("/api/health").status_code == 200
+
+
+def test_to_say_it_a_letter_at_a_time_does_not_help(open_server, hasty):
+    with contextlib.ExitStack() as stack:
+        slow = connected(open_server, stack)
+        with contextlib.suppress(ConnectionError):
+            for letter in b"GET / HTTP/1.1\r\n" * 8:
+                slow.send(bytes([letter]))
+                time.sleep(0.01)
+        assert ended(slow)
+
+
+async def empty_parts():
+    for _ in range(1000):
+        yield ""
+    yield '{"type": "stop"}'
+
+
+@pytest.mark.parametrize("of", ["pings", "parts"])
+def test_a_flood_of_what_is_no_message_ends_the_socket(open_server, drive, of):
+    async def attack():
+        async with open_server.ws() as page:
+            await open_server.told(page, "welcome")
+            with contextlib.suppress(ConnectionClosed):
+                if of == "parts":
+                    await page.send(empty_parts())
+                for _ in range(1000):
+                    await page.ping()
+            await asyncio.wait_for(page.wait_closed(), 5.0)
+
+    asyncio.run(attack())
+    assert drive.said == []
+
+
+def test_stop_needs_no_socket(closed_server, drive):
+    with closed_server.http(headers={"Origin": closed_server.origin}) as client:
+        assert client.post("/api/stop").status_code == 401
+    with closed_server.signed_in("driver") as client:
+        assert client.post("/api/stop").status_code == 204
+        evil = {"Origin": "http://evil.example"}
+        assert client.post("/api/stop", headers=evil).status_code == 403
+    assert [type(message) for _, message, _ in drive.said] == [Stop]
