@@ -46,7 +46,10 @@ from cohelm.driving.scenery import scenery_of
 from cohelm.driving.sessions import Sessions
 from cohelm.driving.setup import DriveSetup
 from cohelm.driving.thinking import Thinking
+from cohelm.evaluation.processes import compiled
 
+_INNERMOST = "quadratic.*"
+"""Where a navigator was compiled before, so was the local planner's inner loop."""
 Listener = Callable[[ToPage, str | None], None]
 """Told each message and for whom it is; None: for everybody who has joined."""
 
@@ -82,6 +85,7 @@ class Drive:
     """
 
     def __init__(self, setup: DriveSetup) -> None:
+        cold = not compiled(_INNERMOST)  # before the scenery compiles what little it needs
         scenery = scenery_of(setup.scenario, setup.seed)
         self._scene, self._png = scenery.scene, scenery.png
         self._spare: tempfile.TemporaryDirectory[str] | None = None
@@ -108,7 +112,9 @@ class Drive:
         note = self._audit.note
         hearing = Hearing(scenery.places, self._in_force, self._tell, note, effects)
         chair = Chair(hearing, self._in_force, profile, crew, tell=self._tell)
-        self._loop = Loop(chair, hearing, crew, seed=setup.seed, tell=self._tell, note=note)
+        self._loop = Loop(
+            chair, hearing, crew, seed=setup.seed, cold=cold, tell=self._tell, note=note
+        )
         effects.loop, effects.pricing = self._loop, pricing
         self._closed = False
 

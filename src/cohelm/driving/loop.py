@@ -21,7 +21,6 @@ from cohelm.driving.messages import Notice, Simulate, Want
 from cohelm.driving.pricing import Pricing
 from cohelm.driving.sessions import Sessions
 from cohelm.errors import CohelmError
-from cohelm.evaluation.processes import compiled
 from cohelm.reasons import Reason
 
 _log = logging.getLogger(__name__)
@@ -63,6 +62,7 @@ class Loop:
         chair, hearing: see there; they belong to this thread once it runs.
         crew: whoever works aside.
         seed: of the first world.
+        cold: nothing is compiled yet.
         tell, note: listeners, audit log.
     """
 
@@ -73,6 +73,7 @@ class Loop:
         crew: Crew,
         *,
         seed: int,
+        cold: bool,
         tell: Tell,
         note: Note,
     ) -> None:
@@ -83,7 +84,7 @@ class Loop:
         self._errands: queue.Queue[Said] = queue.Queue(MOST_ERRANDS)
         self._rests_until = -math.inf
         self._ends = threading.Event()
-        self._ready = self._cold = False
+        self._ready, self._cold = False, cold
         self.counts = Counts()
         self.trouble = ""
         """Why the chair will never drive; empty: it may."""
@@ -96,7 +97,6 @@ class Loop:
 
     def start(self) -> None:
         """Begin."""
-        self._cold = not compiled()
         if self._cold:
             _log.warning("compiling for this machine, once; it takes a minute or two")
         self.chair.preparing = FIRST_TIME if self._cold else ""

@@ -32,7 +32,7 @@ def leave_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def compiled() -> bool:
-    """Whether numba has kept anything of ours."""
+def compiled(what: str = "*") -> bool:
+    """Whether numba has kept anything of ours, or of the modules and functions named so."""
     folder = os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parents[1]
-    return any(Path(folder).rglob("*.nbi"))
+    return any(Path(folder).rglob(f"{what}.nbi"))
