@@ -13,7 +13,17 @@ from typing import Annotated, Any
 
 import typer
 
-from cohelm.cli import benches, choosing, compiled_code, listing, live, options, results, streams
+from cohelm.cli import (
+    benches,
+    choosing,
+    compiled_code,
+    listing,
+    live,
+    options,
+    recorded,
+    results,
+    streams,
+)
 from cohelm.errors import CohelmError
 
 FAILED, BAD_INPUT = 1, 2
@@ -30,10 +40,11 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-app.add_typer(benches.app)
-app.add_typer(choosing.app)
-app.add_typer(listing.app)
 app.add_typer(live.app)
+app.add_typer(recorded.app)
+app.add_typer(choosing.app)
+app.add_typer(benches.app)
+app.add_typer(listing.app)
 app.add_typer(results.app)
 
 _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException, whoever ships it
@@ -113,7 +124,7 @@ def _options(
 
 @app.command(context_settings={"ignore_unknown_options": False})
 def run(  # noqa: PLR0913, PLR0917 # an option is an argument
-    scenario: Annotated[str, typer.Argument(help="A name or a .yaml file.")] = "hospital",
+    scenario: options.Scenario = "hospital",
     map_: Annotated[
         str | None, typer.Option("--map", metavar="FILE.yaml", help="Ride on a map of your own.")
     ] = None,
@@ -127,23 +138,16 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
         str | None, typer.Option(metavar="X,Y|NAME", help="Where the ride shall end.")
     ] = None,
     prefer: options.Prefer = None,
-    people: Annotated[int | None, typer.Option(min=0, max=300, help="How many walk there.")] = None,
+    people: options.People = None,
     planner: Annotated[str | None, typer.Option(metavar="NAME", help="Local planner.")] = None,
     method: Annotated[str | None, typer.Option(metavar="NAME", help="Global planner.")] = None,
-    robot: Annotated[str | None, typer.Option(metavar="NAME|FILE", help="The chair.")] = None,
+    robot: options.Chair = None,
     rider: Annotated[str | None, typer.Option(metavar="NAME", help="Simulated rider.")] = None,
     mode: Annotated[
         str | None, typer.Option(metavar="autonomous|shared|assisted|manual", help="Who steers.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of all that is left to chance.")] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Any key of the scenario, dotted: people.see_robot=false.",
-        ),
-    ] = None,
+    seed: options.Seed = None,
+    set_: options.ScenarioSettings = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv.")
     ] = None,
@@ -181,50 +185,6 @@ def run(  # noqa: PLR0913, PLR0917 # an option is an argument
         out=out, json=json, plot=plot, animate=animate, record=record, quiet=quiet
     )
     return command.run(asked, outputs)
-
-
-@app.command()
-def replay(
-    recording: Annotated[
-        Path, typer.Argument(help="A ride that cohelm run --record has written, .mcap.")
-    ],
-    planner: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Another local planner.")
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Another parameter of the navigator, dotted: local_planner.steps=20.",
-        ),
-    ] = None,
-    tolerance: Annotated[
-        float | None,
-        typer.Option(
-            min=0.0,
-            help="What commands may differ by, m/s and rad/s; unset: nothing, or 0.001 where it "
-            "was recorded with other versions.",
-        ),
-    ] = None,
-    json: options.Json = False,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="A picture of both commands.")
-    ] = None,
-) -> int:
-    """Ride a recorded ride again, and say where the commands differ."""
-    compiled_code.place()
-    from cohelm.cli import replay as command  # noqa: PLC0415 # lazy
-
-    asked = command.Asked(
-        file=recording,
-        settings=tuple(set_ or ()),
-        planner=planner,
-        tolerance=tolerance,
-        json=json,
-        plot=plot,
-    )
-    return command.replay(asked)
 
 
 @app.command()
@@ -279,72 +239,3 @@ def plan(  # noqa: PLR0913, PLR0917 # an option is an argument
         crowding=crowding,
     )
     return command.plan(asked, json=json, plot=plot)
-
-
-@app.command()
-def people(  # noqa: PLR0913, PLR0917 # an option is an argument
-    recording: Annotated[
-        Path,
-        typer.Argument(help="A ROS bag, a KITTI or nuScenes .bin, a .pcd, or a folder of them."),
-    ],
-    json: Annotated[
-        bool, typer.Option("--json", help="One JSON object for each frame on standard output.")
-    ] = False,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A picture of the busiest instant.")
-    ] = None,
-    at: Annotated[
-        float | None,
-        typer.Option(metavar="T", min=0.0, help="Of another instant: T seconds from the start."),
-    ] = None,
-    animate: Annotated[
-        Path | None, typer.Option(metavar="FILE.gif|mp4", help="A moving picture.")
-    ] = None,
-    truth: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Labels to score against; the recording's own: again."),
-    ] = None,
-    map_: Annotated[
-        str | None, typer.Option("--map", metavar="FILE.yaml", help="What stands there anyway.")
-    ] = None,
-    topic: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Of a bag; unset, all sensors.")
-    ] = None,
-    rate: Annotated[
-        float, typer.Option(metavar="HZ", min=0.01, help="Of the sweeps in a folder, a second.")
-    ] = 10.0,
-    start: Annotated[
-        float, typer.Option(metavar="T", min=0.0, help="Begin T seconds from the start.")
-    ] = 0.0,
-    seconds: Annotated[
-        float | None, typer.Option(metavar="T", min=0.0, help="How much of it.")
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Any parameter of a part: tracker.patience=2."
-        ),
-    ] = None,
-    still: Annotated[
-        bool,
-        typer.Option(
-            "--still", help="The sensor rests, if the recording does not say; unset, find its way."
-        ),
-    ] = False,
-) -> int:
-    """Say who is in a recording: where, how fast, how sure, and who belongs together."""
-    compiled_code.place()
-    from cohelm.cli import people as command  # noqa: PLC0415 # lazy
-
-    asked = command.Asked(
-        recording=recording,
-        truth=truth,
-        map=map_,
-        topic=topic,
-        rate=rate,
-        start=start,
-        seconds=seconds,
-        settings=tuple(set_ or ()),
-        at_rest=still,
-    )
-    return command.people(asked, command.Outputs(json=json, plot=plot, at=at, animate=animate))

@@ -7,14 +7,14 @@ from typing import Annotated
 
 import typer
 
-from cohelm.cli import compiled_code
+from cohelm.cli import compiled_code, options
 
 app = typer.Typer()
 
 
 @app.command()
 def drive(  # noqa: PLR0913, PLR0917 # an option is an argument
-    scenario: Annotated[str, typer.Argument(help="A name or a .yaml file.")] = "hospital",
+    scenario: options.Scenario = "hospital",
     map_: Annotated[
         str | None, typer.Option("--map", metavar="FILE.yaml", help="Drive on a map of your own.")
     ] = None,
@@ -25,17 +25,10 @@ def drive(  # noqa: PLR0913, PLR0917 # an option is an argument
             help="Where the chair stands; unset on a map of your own: where there is most room.",
         ),
     ] = None,
-    people: Annotated[int | None, typer.Option(min=0, max=300, help="How many walk there.")] = None,
-    robot: Annotated[str | None, typer.Option(metavar="NAME|FILE", help="The chair.")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of all that is left to chance.")] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Any key of the scenario, dotted: people.see_robot=false.",
-        ),
-    ] = None,
+    people: options.People = None,
+    robot: options.Chair = None,
+    seed: options.Seed = None,
+    set_: options.ScenarioSettings = None,
     host: Annotated[
         str,
         typer.Option(

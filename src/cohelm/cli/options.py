@@ -12,6 +12,18 @@ METHOD = "soft_via"
 SPEED = 0.8
 """m/s."""
 
+Scenario = Annotated[str, typer.Argument(help="A name or a .yaml file.")]
+People = Annotated[int | None, typer.Option(min=0, max=300, help="How many walk there.")]
+Chair = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="The chair.")]
+Seed = Annotated[int | None, typer.Option(min=0, help="Of all that is left to chance.")]
+ScenarioSettings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Any key of the scenario, dotted: people.see_robot=false.",
+    ),
+]
 MapFile = Annotated[str, typer.Argument(metavar="MAP.yaml", help="Nav2 map_server YAML.")]
 Start = Annotated[str, typer.Option(metavar="X,Y|NAME", help="In metres on the map, or a place.")]
 Goal = Annotated[str, typer.Option(metavar="X,Y|NAME", help="Where the route shall end.")]
