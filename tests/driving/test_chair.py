@@ -20,6 +20,7 @@ from cohelm.driving.messages import (
     Want,
 )
 from cohelm.driving.wheels import PATIENCE
+from cohelm.errors import StoreError
 from cohelm.evaluation import load_scenario
 from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Mode
@@ -206,6 +207,42 @@ def test_who_takes_over_is_seen_by_both(rig):
     rig.step()
     assert [m.code for m in rig.of("notice")] == ["taken", "took"]
     assert rig.state.driver == "b"
+
+
+def test_who_takes_over_is_not_moved_by_what_was_decided_before(rig):
+    """Between question and wheels another page takes the stick, and holds it in the middle."""
+    assert rig.steps(14, 0.8)[-1].speed > 0.1
+    answer = rig.thinking.answer
+
+    def meanwhile(timeout, now):
+        rig.thinking.answer = answer
+        rig.say(Take(), "b")
+        rig.beat(0.0, client="b")
+        return answer(timeout, now)
+
+    rig.thinking.answer = meanwhile
+    rig.beat(0.8)
+    state = rig.step()
+    assert (state.driver, state.link) == ("b", "ready")
+    assert stands(state)
+
+
+def test_a_disk_that_takes_nothing_ends_no_drive_and_is_not_asked_at_every_step(hall):
+    rig, asked = Rig(hall), []
+
+    def refuse(*_):
+        asked.append(rig.clock.now)
+        raise StoreError("no room")
+
+    rig.sessions.begin = rig.sessions.begin_ride = refuse
+    rig.chair.put(rig.play())
+    rig.drive()
+    asked.clear()
+    assert rig.steps(14, 0.8)[-1].speed > 0.1
+    assert len(asked) == 1
+    rig.steps(20, 0.0)
+    rig.steps(14, 0.8)
+    assert len(asked) == 2
 
 
 def test_only_who_drives_decides(rig):

@@ -8,6 +8,8 @@ import pytest
 
 from cohelm.driving.chair import STEP
 from cohelm.driving.loop import MOST_ERRANDS, Loop
+from cohelm.driving.messages import Goal
+from cohelm.driving.wanted import Errand
 
 SLOW = 0.02
 """What an errand takes, s."""
@@ -18,7 +20,10 @@ class Stand:
 
     def __init__(self):
         self.preparing, self.play, self.waits = "", None, False
-        self.begun = []
+        self.begun, self.held, self.answered = [], threading.Event(), 1
+
+    def hold(self, cause):
+        self.held.set()
 
     def step(self, due, attend):
         self.begun.append(time.monotonic())
@@ -29,8 +34,9 @@ class Stand:
 def loop():
     chair = Stand()
     thinking = SimpleNamespace(
-        ready=False, begun=1, lost="", attend=lambda now: False, close=lambda: None
-    )
+        ready=False, begun=1, lost="", owed=None, hopeless=False,
+        attend=lambda now: False, close=lambda: None,
+    )  # fmt: skip
     pricing = SimpleNamespace(
         settled=True, begin=lambda: None, attend=lambda: None, close=lambda: None
     )
@@ -38,7 +44,8 @@ def loop():
     outings = SimpleNamespace(lost=lambda: None)
     crew = SimpleNamespace(thinking=thinking, pricing=pricing, playing=playing, outings=outings)
     nobody = lambda *_, **__: None  # noqa: E731
-    loop = Loop(chair, None, crew, seed=0, tell=nobody, note=nobody)
+    hearing = SimpleNamespace(errand=Errand().to(Goal(name="", x=1.0, y=2.0)))
+    loop = Loop(chair, hearing, crew, seed=0, cold=False, tell=nobody, note=nobody)
     loop.start()
     yield loop
     loop.close()
@@ -71,3 +78,16 @@ def test_an_errand_that_fails_ends_nothing(loop):
     assert loop.bid(lambda _: heard.set())
     assert heard.wait(5.0)
     assert loop.trouble == ""
+
+
+@pytest.mark.parametrize("answered", [1, 0])
+def test_what_a_navigator_was_lost_over_is_not_asked_of_the_next_one(loop, answered):
+    """The errand has version 1: kept where it was answered before, dropped where it never was."""
+    heard = threading.Event()
+    loop.chair.answered = answered
+    loop._thinking.owed = SimpleNamespace(errand=1)
+    loop._thinking.lost = "no answer"
+    assert loop.chair.held.wait(5.0)
+    loop.say(lambda _: heard.set())
+    assert heard.wait(5.0)
+    assert (loop._hearing.errand.goal is not None) == bool(answered)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cohelm.driving.messages import Goal, Limits, RiderSettings, Want
-from cohelm.driving.wanted import Errand, goal_of, request_of, wish_of
+from cohelm.driving.messages import Floor, Goal, Limits, RiderSettings, Want
+from cohelm.driving.wanted import Errand, check_wish, goal_of, request_of, wish_of
 from cohelm.errors import InvalidProblem, MapError
 from cohelm.maps import Place, Places
 from cohelm.messages import Mode, RiderProfile
@@ -95,3 +95,15 @@ def test_a_destination_is_a_place_or_a_point_or_none():
 def test_a_wish_without_size_is_refused(want):
     with pytest.raises(InvalidProblem):
         wish_of(want, 1)
+
+
+@pytest.mark.parametrize(
+    "points",
+    [((1e6, 1e6), (-1e6, 1e6)), ((-2.1, 1.0),), ((1.0, 7.1),), ((0.0, 0.0), (8.0, 5.0)) * 32],
+)
+def test_what_no_way_can_heed_is_refused_before_one_is_looked_for(points):
+    """Off the map by more than 2 m, or drawn to and fro for more than 300 m."""
+    floor = Floor(image="", width=100, height=50, resolution=0.1, x=0.0, y=0.0)
+    with pytest.raises(InvalidProblem):
+        check_wish(Want(kind="stroke", points=points), floor)
+    check_wish(Want(kind="stroke", points=((0.0, 0.0), (10.0, 5.0), (11.9, 6.9))), floor)

@@ -76,11 +76,13 @@ class Chair:
         """What is at the wheels."""
         self.preparing = ""
         """What to say besides while the chair gets ready."""
-        self._heard = -1
+        self._heard, self._turn = -1, 0
         self._scans: tuple[Scan, ...] = ()
         self._clouds: tuple[PointCloud, ...] = ()
         self._touching = self.arrived = False
         self.ticks = 0
+        self.answered = -1
+        """``Errand.version`` that the navigator answered last; −1: none since it began."""
         self.stops = 0
         """How often the watchdog stopped it."""
 
@@ -113,7 +115,7 @@ class Chair:
 
     def forgets(self) -> None:
         """The navigator began anew, and knows nothing of before."""
-        self._afresh, self._watch = True, Watch()
+        self._afresh, self._watch, self.answered = True, Watch(), -1
 
     def step(self, due: float, attend: Callable[[], None]) -> None:
         """One step.
@@ -169,6 +171,7 @@ class Chair:
         )
         self._afresh = False
         self._scans, self._clouds = (), ()
+        self._turn = hearing.link.turn
         self._thinking.ask(asked, now)
 
     def _listen(self, play: Play, until: float, late: float) -> None:
@@ -197,7 +200,8 @@ class Chair:
         if answer.number < self._since:
             return  # of a world that is gone
         if now - self._thinking.asked_at <= PATIENCE:
-            self._watch = self._watch.told(answer.decision, answer.heard, now)
+            self._watch = self._watch.told(answer.decision, answer.heard, now, self._turn)
+        self.answered = answer.errand
         self.view = self.view.shown(answer, hearing.errand)
         if answer.surroundings is not None:
             self._pricing.surrounded(answer.surroundings)
@@ -218,6 +222,8 @@ class Chair:
             self.order = stop(Reason.PAUSED)
             return
         hold = link.why(self._hearing.link, now)
+        if hold is None and watch.turn != self._hearing.link.turn:
+            hold = Reason.LET_GO  # what was decided before somebody let go
         if self.waits or (watch.decision is None and self._thinking.begun <= 1):
             hold = Reason.GETTING_READY
         elif watch.decision is None or now - watch.at > FORGETFUL:

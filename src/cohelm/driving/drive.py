@@ -110,7 +110,8 @@ class Drive:
         self._thinking = crew.thinking
         effects = LoopEffects(self._sessions)
         note = self._audit.note
-        hearing = Hearing(scenery.places, self._in_force, self._tell, note, effects)
+        floor = self._scene.floor
+        hearing = Hearing(scenery.places, self._in_force, self._tell, note, effects, floor)
         chair = Chair(hearing, self._in_force, profile, crew, tell=self._tell)
         self._loop = Loop(
             chair, hearing, crew, seed=setup.seed, cold=cold, tell=self._tell, note=note

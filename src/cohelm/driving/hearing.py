@@ -14,6 +14,7 @@ from cohelm.driving.limits import InForce
 from cohelm.driving.messages import (
     Beat,
     Done,
+    Floor,
     FromPage,
     Go,
     Notice,
@@ -31,7 +32,7 @@ from cohelm.driving.messages import (
     Unwant,
     Want,
 )
-from cohelm.driving.wanted import MOST_WISHES, Errand, goal_of, wish_of
+from cohelm.driving.wanted import MOST_WISHES, Errand, check_wish, goal_of, wish_of
 from cohelm.errors import CohelmError
 from cohelm.maps import Places
 from cohelm.reasons import Reason
@@ -78,11 +79,19 @@ class Hearing:
         tell: answers.
         note: the audit log.
         effects: of the chair.
+        floor: beyond which no wish reaches; None: they reach anywhere.
     """
 
     def __init__(
-        self, places: Places, in_force: InForce, tell: Tell, note: Note, effects: Effects
+        self,
+        places: Places,
+        in_force: InForce,
+        tell: Tell,
+        note: Note,
+        effects: Effects,
+        floor: Floor | None = None,
     ) -> None:
+        self._floor = floor
         self.link = link.LinkState()
         self.errand = Errand()
         self._places, self._in_force = places, in_force
@@ -185,6 +194,8 @@ class Hearing:
         return True
 
     def _want(self, client: str, want: Want) -> bool:
+        if self._floor is not None:
+            check_wish(want, self._floor)
         if want.preview:
             wish_of(want, 0)
             self._effects.preview(client, want)

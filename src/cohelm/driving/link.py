@@ -70,6 +70,9 @@ class LinkState:
     """When it came, s."""
     centred: bool = False
     """Whether its stick is in the middle."""
+    turn: int = 0
+    """Grows whenever the chair has to stand or somebody else takes the stick: what was decided
+    before that moves nothing any more."""
 
 
 def status(state: LinkState, now: float) -> Link:
@@ -136,6 +139,7 @@ def took(state: LinkState, client: str, *, under_way: bool) -> LinkState:
         beat=None,
         at=-math.inf,
         centred=False,
+        turn=state.turn + 1,
     )
 
 
@@ -144,7 +148,8 @@ def released(state: LinkState, client: str) -> LinkState:
     if client != state.driver:
         return state
     need = max(state.need, Need.CENTRE)
-    return replace(state, driver=None, need=need, beat=None, at=-math.inf, centred=False)
+    gone = replace(state, driver=None, need=need, beat=None, at=-math.inf, centred=False)
+    return replace(gone, turn=state.turn + 1)
 
 
 def left(state: LinkState, client: str) -> LinkState:
@@ -155,14 +160,14 @@ def left(state: LinkState, client: str) -> LinkState:
 
 def held(state: LinkState, cause: Reason) -> LinkState:
     """Stand until the driver confirms: STOP, a collision, a navigator that had to begin anew."""
-    return replace(state, need=Need.CONFIRM, cause=cause)
+    return replace(state, need=Need.CONFIRM, cause=cause, turn=state.turn + 1)
 
 
 def recentred(state: LinkState) -> LinkState:
     """The stick must be let go once before it counts again."""
     if state.need is not Need.NOTHING or (state.centred and state.beat is not None):
         return state
-    return replace(state, need=Need.CENTRE)
+    return replace(state, need=Need.CENTRE, turn=state.turn + 1)
 
 
 def resumed(state: LinkState, client: str, now: float) -> LinkState:
@@ -200,6 +205,7 @@ def _followed(state: LinkState, beat: Beat, now: float, centred: bool) -> LinkSt
     """The driver's newest beat, and what it asks of them after whatever was before it."""
     need, cause = state.need, state.cause
     silent_for = now - state.at if state.beat is not None else 0.0
+    turn = state.turn + (not beat.visible or silent_for > SILENCE)
     if not beat.visible or silent_for > SHORT:
         need, cause = Need.CONFIRM, cause or Reason.PAGE_SILENT
     elif silent_for > SILENCE:
@@ -208,4 +214,4 @@ def _followed(state: LinkState, beat: Beat, now: float, centred: bool) -> LinkSt
         need = Need.NOTHING
     if need is Need.NOTHING:
         cause = None
-    return replace(state, need=need, cause=cause, beat=beat, at=now, centred=centred)
+    return replace(state, need=need, cause=cause, beat=beat, at=now, centred=centred, turn=turn)

@@ -216,7 +216,12 @@ class Loop:
             self.trouble = "the navigator does not start; see the log"
             self._tell(Notice(code="broken", text="I cannot think, and so I stand."), None)
             return
-        self._tell(Notice(code="navigator_lost", text="I stopped thinking. I begin anew."), None)
+        text = "I stopped thinking. I begin anew."
+        owed, hearing = self._thinking.owed, self._hearing
+        if owed is not None and owed.errand != self.chair.answered:  # nor would the next one
+            hearing.errand = hearing.errand.to(None).without(None, every=True)
+            text = "What you asked for was too much for me. I begin anew without it."
+        self._tell(Notice(code="navigator_lost", text=text), None)
 
     def _world(self) -> None:
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -62,6 +63,7 @@ class Outings:
         self._stage: Stage | None = None
         self._ended: dict[str, tuple[Trip, Outcome, Stage]] = {}
         self._marks = Marks()
+        self._fails = False
 
     @property
     def ride(self) -> str:
@@ -73,7 +75,8 @@ class Outings:
         self.end("left")
         self._stage = stage
         if not self._session:
-            self._session = self._sessions.begin(stage).id
+            with contextlib.suppress(StoreError):  # said when a ride begins
+                self._session = self._sessions.begin(stage).id
 
     def marks(self) -> Marks:
         """What is to be told with the next question; told once."""
@@ -91,7 +94,8 @@ class Outings:
         """
         if self._trip is not None and self._trip.goal not in {None, errand.goal}:
             self.end("left")  # it goes elsewhere now
-        if self._trip is None and order.twist.any():
+        self._fails &= bool(order.twist.any())
+        if self._trip is None and order.twist.any() and not self._fails:
             self._begin()
         if self._trip is not None:
             limits, wishes = self._in_force.limits, len(errand.wishes)
@@ -126,9 +130,11 @@ class Outings:
         if self._stage is None:
             return
         try:
+            self._session = self._session or self._sessions.begin(self._stage).id
             ride, file = self._sessions.begin_ride()
         except StoreError as trouble:
             _log.error("a ride is not kept: %s", trouble)
+            self._fails = True  # until the chair sets off again
             return
         self._trip = Trip(
             ride=ride,

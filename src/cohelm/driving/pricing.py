@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 
 from cohelm.driving.asking import Charge, Ready
@@ -13,6 +14,8 @@ from cohelm.driving.wanted import wish_of, wishes_of
 
 WAITING = 8
 """Questions that wait at most; the oldest is refused where more come."""
+HANGING = 10.0
+"""A process that owes an answer for longer is ended, s."""
 MOST_LOST = 5
 """Processes that may fail before no more are begun."""
 
@@ -31,6 +34,7 @@ class Pricing:
         self._ready = False
         self._lost_ones = 0
         self._asked: WhatIf | None = None
+        self._asked_at = 0.0
         self._waiting: deque[tuple[str, Want]] = deque()
 
     @property
@@ -67,6 +71,7 @@ class Pricing:
             return
         wish = wishes_of((wish_of(want, 0),))[0]
         self._asked = WhatIf(id=want.id, client=client, wish=wish, surroundings=surroundings)
+        self._asked_at = time.monotonic()
         try:
             self._remote.send(self._asked)
         except Gone:
@@ -85,6 +90,10 @@ class Pricing:
             said = self._remote.receive(0.0)
         except Gone:
             self._lost()
+            return
+        if said is None and self._asked is not None:
+            if time.monotonic() - self._asked_at > HANGING:
+                self._lost()
             return
         if isinstance(said, Ready):
             self._ready = True

@@ -33,6 +33,8 @@ class Thinking:
         """When it was asked last, s."""
         self.asked: Ask | None = None
         """What it owes an answer to."""
+        self.owed: Ask | None = None
+        """What the last one that is lost owed an answer to."""
         self.ready = False
         """Whether it can be asked."""
         self.what = ""
@@ -125,5 +127,6 @@ class Thinking:
         self._false_starts += not self.ready
         if self._remote is not None:
             self._remote.kill()
+        self.owed = self.asked
         self._remote, self.ready, self.asked = None, False, None
         self._begins_at = now + REST

@@ -8,7 +8,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.driving.limits import profile_under
-from cohelm.driving.messages import Goal, Limits, Pace, RiderSettings, Want, Wanted
+from cohelm.driving.messages import Floor, Goal, Limits, Pace, RiderSettings, Want, Wanted
 from cohelm.driving.setup import PACES
 from cohelm.errors import InvalidProblem
 from cohelm.maps import Places
@@ -16,6 +16,10 @@ from cohelm.messages import Mode, Request, RiderProfile, Wish
 
 MOST_WISHES = 12
 """At once; more are refused."""
+LONGEST = 300.0
+"""Line that can be drawn, m; one that goes to and fro is longer than it looks."""
+MARGIN = 2.0
+"""So far beyond the map's edge a wish may reach, m."""
 _ALONE = frozenset({Mode.MANUAL, Mode.ASSISTED})
 
 
@@ -93,6 +97,21 @@ def wish_of(want: Want, number: int) -> Wanted:
     if want.kind == "avoid" and len(want.points) < 3 and want.radius <= 0.0:
         raise InvalidProblem("what is to be avoided has no size")
     return Wanted(id=number, kind=want.kind, points=want.points, radius=want.radius)
+
+
+def check_wish(want: Want, floor: Floor) -> None:
+    """Refuse a wish that no way can heed, before anybody looks for one.
+
+    Raises:
+        InvalidProblem: if it lies off the map, or its line is too long.
+    """
+    points = np.array(want.points)
+    low = np.array([floor.x, floor.y]) - MARGIN
+    high = low + 2.0 * MARGIN + floor.resolution * np.array([floor.width, floor.height])
+    if (points < low).any() or (points > high).any():
+        raise InvalidProblem("that is outside the map")
+    if float(np.hypot(*np.diff(points, axis=0).T).sum()) > LONGEST:
+        raise InvalidProblem("that line is too long")
 
 
 def request_of(

@@ -32,10 +32,12 @@ class Watch:
     """The beat that it heeds."""
     at: float = -math.inf
     """When it came, s of a steady clock."""
+    turn: int = 0
+    """``LinkState.turn`` in which it was asked for."""
 
-    def told(self, decision: Decision, heard: int, at: float) -> Watch:
+    def told(self, decision: Decision, heard: int, at: float, turn: int = 0) -> Watch:
         """A decision has come."""
-        return replace(self, decision=decision, heard=heard, at=at)
+        return replace(self, decision=decision, heard=heard, at=at, turn=turn)
 
     def silent(self, now: float) -> bool:
         """Whether the last decision is too old to be driven by."""
