@@ -173,5 +173,5 @@ def best_way(
 def steering(way: Floats, choice: Choice, lookahead: float) -> tuple[float, float]:
     """Where to steer for a choice (rad, to the left), and which share of the speed it is worth."""
     share, ahead, _, turns = GEARS[choice.gear]
-    aside, _ = bearing(way, np.zeros(3), 0, choice.beside, lookahead * ahead)
-    return float(aside), float(share * (turns == 0.0 or abs(aside) <= TURNED))
+    aside = float(bearing(way, np.zeros(3), 0, choice.beside, lookahead * ahead))
+    return aside, float(share * (turns == 0.0 or abs(aside) <= TURNED))

@@ -55,13 +55,13 @@ _LEAST = 0.05
 """A way that gets on by less is not worth driving, m."""
 _THERE = 0.15
 """So near to its end a way is done, m."""
+_ENDS = 0.5
+"""Nearer than this to its end only the distance to the end counts, and no way is beside it, m."""
 
 
 @njit(cache=True)
-def bearing(
-    way: Floats, pose: Floats, at: int, beside: float, lookahead: float
-) -> tuple[float, float]:
-    """Where a hand steers (rad, to the left) that is at a way's point ``at``, and how far that is.
+def bearing(way: Floats, pose: Floats, at: int, beside: float, lookahead: float) -> float:
+    """Where a hand steers that is at a way's point ``at``, rad to the left.
 
     Args:
         way: (m, 4) as (x, y, and the unit vector to its left), ``SPACING`` apart, m.
@@ -71,10 +71,10 @@ def bearing(
         lookahead: how far ahead of the chair it looks along the way, m.
     """
     k = min(at + round(lookahead / SPACING), len(way) - 1)
+    beside *= min((len(way) - 1 - k) * SPACING / _ENDS, 1.0)
     dx = way[k, 0] + beside * way[k, 2] - pose[0]
     dy = way[k, 1] + beside * way[k, 3] - pose[1]
-    aside = (math.atan2(dy, dx) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
-    return aside, math.hypot(dx, dy)
+    return (math.atan2(dy, dx) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
 
 
 @njit(cache=True)
@@ -121,9 +121,11 @@ def _after(way: Floats, pose: Floats, at: int) -> int:
 @njit(cache=True)
 def _gained(way: Floats, pose: Floats, at: int) -> tuple[float, float]:
     """How far along the way and how far beside it a chair is that is at its point ``at``, m."""
+    end = len(way) - 1
+    if (end - at) * SPACING < _ENDS:
+        left = math.hypot(way[end, 0] - pose[0], way[end, 1] - pose[1])
+        return end * SPACING - left, 0.0
     dx, dy = pose[0] - way[at, 0], pose[1] - way[at, 1]
-    if at == len(way) - 1:
-        return at * SPACING - math.hypot(dx, dy), 0.0
     return at * SPACING + dx * way[at, 3] - dy * way[at, 2], abs(dx * way[at, 2] + dy * way[at, 3])
 
 
@@ -147,8 +149,8 @@ def _ride(  # noqa: PLR0913, PLR0917  # a kernel takes them one by one
     before, away = _gained(way, pose, 0)
     gained = before
     for k in range(STEPS):
-        aside, far = bearing(way, pose, at, beside, lookahead * hand[2])
-        if at == len(way) - 1 and far < _THERE:
+        aside = bearing(way, pose, at, beside, lookahead * hand[2])
+        if gained > (len(way) - 1) * SPACING - _THERE:
             unease += top * (moment - STEPS * GEARS[0, 2])  # the sooner the better
             break
         forward = share * top * max(math.cos(aside), 0.0)
