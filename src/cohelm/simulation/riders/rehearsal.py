@@ -74,7 +74,7 @@ def bearing(way: Floats, pose: Floats, at: int, beside: float, lookahead: float)
     beside *= min((len(way) - 1 - k) * SPACING / _ENDS, 1.0)
     dx = way[k, 0] + beside * way[k, 2] - pose[0]
     dy = way[k, 1] + beside * way[k, 3] - pose[1]
-    return (math.atan2(dy, dx) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
+    return float((math.atan2(dy, dx) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
 
 
 @njit(cache=True)
