@@ -105,7 +105,8 @@ class Page:
 
     def rests(self):
         self.stick = (0.0, 0.0)
-        self.until(lambda s: abs(s.speed) < 0.02 and s.link == "ready")
+        self.until(lambda s: abs(s.speed) < 0.02 and s.link in {"ready", "confirm"})
+        self.goes_on()  # on a machine that is busy elsewhere the navigator may have been silent
 
     def close(self):
         self._ends.set()
