@@ -2,15 +2,17 @@
 
 import csv
 import io
+import multiprocessing
 import re
 import stat
+import time
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
 import pytest
 from PIL import Image
 
-from cohelm.driving import measuring
+from cohelm.driving import measuring, session_files
 from cohelm.driving import sessions as module
 from cohelm.driving.logbook import Logbook
 from cohelm.driving.messages import Limits
@@ -62,9 +64,7 @@ def here(monkeypatch):
         def is_alive(self):
             return False
 
-    monkeypatch.setattr(
-        measuring.multiprocessing, "get_context", lambda _: SimpleNamespace(Process=Here)
-    )
+    monkeypatch.setattr(measuring, "spawn", SimpleNamespace(Process=Here))
     monkeypatch.setattr(measuring.os, "nice", lambda _: 19)
 
 
@@ -269,6 +269,37 @@ def test_a_damaged_ride_does_not_hide_the_others(store, stage):
     assert [ride.id for ride in store.summary(facts.id).rides] == [two]
 
 
+def test_what_takes_too_long_at_the_end_is_measured_at_the_next_start(
+    tmp_path, stage, ticks, monkeypatch
+):
+    """However long it would take, and whether the program ended or was killed."""
+    store = Sessions(tmp_path)
+    store.begin(stage)
+    rides = [driven(store, stage, ticks) for _ in range(2)]
+    monkeypatch.setattr(module, "CLOSING", 0.1)
+    began = time.monotonic()
+    store.close()
+    assert time.monotonic() - began < 3.0
+    assert not multiprocessing.active_children()
+    again = Sessions(tmp_path)
+    assert [ride.measures for each in again.list() for ride in each.rides] == [{}, {}]
+    again.settle()
+    (kept,) = again.list()
+    assert [ride.id for ride in kept.rides] == rides
+    assert all(ride.measures["path_length"] > 0.0 and not ride.trouble for ride in kept.rides)
+    assert not [*tmp_path.glob("*/*.rows"), *tmp_path.glob("*/*.task")]
+    again.close()
+
+
+def test_a_task_of_another_version_spoils_nothing(store, stage, ticks, monkeypatch):
+    facts = store.begin(stage)
+    monkeypatch.setattr(module, "task_of", lambda *_: b"of another time")
+    driven(store, stage, ticks)
+    store.settle()
+    (kept,) = store.summary(facts.id).rides
+    assert "not measured" in kept.trouble
+
+
 def test_what_a_killed_program_left_is_swept_after_a_day(tmp_path, stage, monkeypatch):
     store = Sessions(tmp_path)
     store.begin(stage)
@@ -278,7 +309,7 @@ def test_what_a_killed_program_left_is_swept_after_a_day(tmp_path, stage, monkey
     Sessions(tmp_path).close()
     assert file.exists()
     now = file.stat().st_mtime
-    monkeypatch.setattr(module.clock, "time", lambda: now + 90_000.0)
+    monkeypatch.setattr(session_files.clock, "time", lambda: now + 90_000.0)
     Sessions(tmp_path).close()
     assert not file.exists()
 

@@ -9,7 +9,10 @@ from __future__ import annotations
 import json
 import math
 import os
+import pickle
 import sys
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +22,9 @@ from cohelm.driving.files import write_whole
 from cohelm.driving.logbook import EACH, OWN
 from cohelm.driving.records import RideLog, RideRecord
 from cohelm.driving.ride_map import ride_map
-from cohelm.errors import CohelmError, StoreError
+from cohelm.errors import StoreError
 from cohelm.evaluation.metrics import measure
-from cohelm.evaluation.processes import spawn, without_interrupts
+from cohelm.evaluation.processes import end_with_owner, spawn, without_interrupts
 from cohelm.evaluation.ride import Outcome, Ride
 from cohelm.evaluation.scenario import Scenario
 from cohelm.maps import OccupancyGrid
@@ -38,30 +41,45 @@ _OUTCOMES = {
 }
 
 
-def measured_aside(
-    log: RideLog, scenario: Scenario, robot: Robot, grid: OccupancyGrid, into: Path
-) -> dict[str, float]:
-    """The measures of a ride; its map is written beside, as ``into`` with ``.png``.
+class Postponed(Exception):
+    """There was no time for it now; all that it needs is on the disk."""
+
+
+def task_of(log: RideLog, scenario: Scenario, robot: Robot, grid: OccupancyGrid) -> bytes:
+    """All that a ride is measured from besides its rows, for this version of the program.
 
     Args:
-        log: of the ride; its rows are read.
+        log: of the ride.
         scenario: that it was of.
         robot: that was driven.
         grid: the map that it was driven on.
+    """
+    return pickle.dumps((log, scenario, robot, grid), protocol=5)
+
+
+def measured_aside(task: Path, into: Path, ends: threading.Event) -> dict[str, float]:
+    """The measures of a ride; its map is written beside, as ``into`` with ``.png``.
+
+    Args:
+        task: holds what :func:`task_of` says; a file of our own folder, for it is unpickled.
         into: a JSON file through which the other process answers; gone afterwards.
+        ends: set where there is no time for it any more.
 
     Raises:
+        Postponed: if there was none.
         StoreError: if they could not be taken; says why.
     """
-    process = spawn.Process(
-        target=_write_measures, args=(log, scenario, robot, grid, into), daemon=True
-    )
-    with without_interrupts():  # the last ride is measured when the drive has been interrupted
+    process = spawn.Process(target=_write_measures, args=(task, into), daemon=True)
+    with without_interrupts():
         process.start()
-    process.join(PATIENCE)
+    end = time.monotonic() + PATIENCE
+    while process.is_alive() and not ends.is_set() and time.monotonic() < end:
+        process.join(0.1)
     if process.is_alive():
         process.kill()
         process.join()
+        if ends.is_set():
+            raise Postponed
         raise StoreError(f"the ride was not measured within {PATIENCE:g} s")
     try:
         answer = json.loads(into.read_text(encoding="utf-8"))
@@ -142,17 +160,16 @@ def measures_of(ride: Ride) -> dict[str, float]:
     }
 
 
-def _write_measures(
-    log: RideLog, scenario: Scenario, robot: Robot, grid: OccupancyGrid, into: Path
-) -> None:
+def _write_measures(task: Path, into: Path) -> None:
     """Of the process aside."""
+    end_with_owner()
     os.nice(19)
     answer: dict[str, float] | str
     try:
-        ride = ride_of(log, scenario, robot, grid)
+        ride = ride_of(*pickle.loads(task.read_bytes()))
         answer = measures_of(ride)
         write_whole(into.with_suffix(".png"), ride_map(ride))
-    except (CohelmError, ValueError, MemoryError) as fault:
+    except Exception as fault:  # a task of another version may fail in any way
         answer = f"the ride was not measured: {type(fault).__name__} {fault}".strip()
     try:
         write_whole(into, json.dumps(answer).encode())

@@ -26,10 +26,11 @@ from cohelm.driving.shown import (
     people_of,
     plan_of,
     remaining_of,
+    trouble_of,
     way_of,
 )
 from cohelm.evaluation import Stage
-from cohelm.evaluation.processes import leave_interrupts
+from cohelm.evaluation.processes import end_with_owner, leave_interrupts
 from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Mode, Path, Request, RiderCommand, Wish
 from cohelm.navigation import Navigator, Tick
@@ -44,6 +45,7 @@ _CLEARED = 20
 def serve(pipe: Connection, charge: Charge) -> None:
     """What the process does, until the other end of the pipe is gone."""
     leave_interrupts()
+    end_with_owner(grace=3.0)
     stage = set_stage(charge.scenario, charge.seed)
     mind = Mind(stage)
     try:
@@ -95,7 +97,7 @@ class Mind:
             eta=eta_of(tick),
             arrived=tick.arrived,
             remaining=remaining_of(tick),
-            trouble=tick.trouble,
+            trouble=trouble_of(tick),
             way=self._way(tick, afresh=ask.afresh),
             plan=plan_of(tick),
             people=people_of(tick),

@@ -17,10 +17,10 @@ from cohelm.driving.asking import Charge, Points, Ready
 from cohelm.driving.shown import way_of
 from cohelm.errors import PlanningError
 from cohelm.evaluation import Stage
-from cohelm.evaluation.processes import leave_interrupts
+from cohelm.evaluation.processes import end_with_owner, leave_interrupts
 from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
-from cohelm.navigation import Tick
+from cohelm.navigation import Tick, reason_of
 from cohelm.planning import GlobalPlanner, RouteProblem
 
 _YIELDS = 10
@@ -94,6 +94,7 @@ def surroundings_of(tick: Tick) -> bytes:
 def serve_previews(pipe: Connection, charge: Charge) -> None:
     """What the process does, until the other end of the pipe is gone."""
     leave_interrupts()
+    end_with_owner()
     stage = set_stage(charge.scenario, charge.seed)
     try:
         pipe.send(Ready(done=True))
@@ -129,7 +130,7 @@ def price(asked: WhatIf, stage: Stage) -> Price:
     try:
         path = planner.plan(wished)
     except PlanningError as trouble:
-        return Price(id=asked.id, client=asked.client, trouble=str(trouble))
+        return Price(id=asked.id, client=asked.client, trouble=reason_of(trouble).sentence)
     now = _planned(planner, problem)
     return Price(
         id=asked.id,

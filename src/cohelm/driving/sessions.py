@@ -5,7 +5,8 @@
       audit.jsonl              see ``audit``; deleting sessions leaves it
       20260131-142530/         a session
         session.json
-        20260131-142530-r1.json   a ride's record; .png its map; .rows its log until it is measured
+        20260131-142530-r1.json   a ride's record; .png its map; .rows its log and .task what else
+                                  is needed, until it is measured: now, or at the next start
 
 Every method may be called from any thread. Writing is done aside, in the order asked for, so that
 nobody who drives waits for a disk; what goes wrong there stands in :attr:`Sessions.trouble`.
@@ -14,29 +15,36 @@ nobody who drives waits for a disk; what goes wrong there stands in :attr:`Sessi
 from __future__ import annotations
 
 import contextlib
-import re
+import functools
 import shutil
 import threading
-import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from cohelm.driving import report
 from cohelm.driving.files import own_folder, write_whole
-from cohelm.driving.measuring import measured_aside, salvaged
+from cohelm.driving.measuring import Postponed, measured_aside, salvaged, task_of
 from cohelm.driving.records import RideLog, RideRecord, SessionFacts, SessionSummary
+from cohelm.driving.session_files import (
+    RIDE,
+    SESSION,
+    age,
+    as_json,
+    now_utc,
+    read,
+    rides_in,
+    sweep,
+)
 from cohelm.errors import StoreError
 from cohelm.evaluation.staging import Stage
 
 LOST = "The navigator was lost before it had told of stops, route and destination."
 """Of a ride whose log is."""
-_SESSION = re.compile(r"\d{8}-\d{6}(-\d+)?")
-_RIDE = re.compile(r"(\d{8}-\d{6}(?:-\d+)?)-r\d+")
-_T = TypeVar("_T", SessionFacts, RideRecord)
-_DAY = 86_400.0
+CLOSING = 4.0
+"""For what is being measured when the program ends, s; the rest is measured at the next start."""
 
 
 class Sessions:
@@ -54,12 +62,16 @@ class Sessions:
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="sessions")
         self._measurer = ThreadPoolExecutor(1, thread_name_prefix="measuring")
         self._pending: set[Future[Any]] = set()
+        self._ends = threading.Event()
         self._lock = threading.Lock()
         self._facts: SessionFacts | None = None
         self._kept: set[str] = set()
         self._count = 0
         self._trouble = ""
-        _sweep(self.folder)
+        sweep(self.folder)
+        for task in sorted(self.folder.glob("*/*.task")):
+            if RIDE.fullmatch(task.stem):
+                self._do(self._measurer, functools.partial(self._measure, task.stem))
 
     def begin(self, stage: Stage, *, simulation: bool = True) -> SessionFacts:
         """A session of its own for what is now driven; every further ride belongs to it.
@@ -71,7 +83,7 @@ class Sessions:
             self._facts = self._opened(
                 SessionFacts(
                     id="",
-                    began=_now(),
+                    began=now_utc(),
                     scene=stage.scenario.name,
                     robot=stage.robot.name,
                     simulation=simulation,
@@ -90,7 +102,7 @@ class Sessions:
             if self._facts is None:
                 raise StoreError("a ride belongs to a session; begin one first")
             if not (self.folder / self._facts.id).is_dir():  # it was deleted
-                self._facts = self._opened(self._facts.model_copy(update={"began": _now()}))
+                self._facts = self._opened(self._facts.model_copy(update={"began": now_utc()}))
                 self._count = 0
             self._count += 1
             ride = f"{self._facts.id}-r{self._count}"
@@ -111,9 +123,15 @@ class Sessions:
         session = self._file(record.id, "").parent.name
         record = record.model_copy(update={"session": session, "trouble": trouble})
         self._kept.add(record.id)
-        self._do(self._writer, lambda: self._put(record))
         rows = log or salvaged(record, self._file(record.id, ".rows"), stage.world.control_step)
-        self._do(self._measurer, lambda: self._measure(record.id, rows, stage))
+        task = task_of(rows, stage.scenario, stage.robot, stage.grid)
+        kept = self._do(self._writer, lambda: self._put(record, task))
+
+        def measure() -> None:
+            wait([kept])
+            self._measure(record.id)
+
+        self._do(self._measurer, measure)
 
     def rate(self, ride: str, rating: int) -> None:
         """How a ride was, 1 to 5; another time overwrites.
@@ -127,8 +145,8 @@ class Sessions:
 
     def list(self) -> tuple[SessionSummary, ...]:
         """All sessions that have a ride, the newest first."""
-        folders = [f for f in self.folder.iterdir() if _SESSION.fullmatch(f.name)]
-        folders.sort(key=lambda folder: _age(folder.name), reverse=True)
+        folders = [f for f in self.folder.iterdir() if SESSION.fullmatch(f.name)]
+        folders.sort(key=lambda folder: age(folder.name), reverse=True)
         found = []
         for each in folders:
             with contextlib.suppress(StoreError):  # deleted meanwhile, or damaged
@@ -142,8 +160,8 @@ class Sessions:
             StoreError: if there is none of this id.
         """
         folder = self._session(session)
-        facts = _read(SessionFacts, folder / "session.json")
-        return SessionSummary(facts=facts, rides=tuple(_rides(folder)))
+        facts = read(SessionFacts, folder / "session.json")
+        return SessionSummary(facts=facts, rides=tuple(rides_in(folder)))
 
     def html(self, session: str) -> str:
         """The session as a page that needs nothing else and can be printed; see ``summary``."""
@@ -164,7 +182,7 @@ class Sessions:
         Raises:
             StoreError: if there is none, or not yet.
         """
-        if _RIDE.fullmatch(id_):
+        if RIDE.fullmatch(id_):
             file = self._file(id_, ".png")
         else:
             maps = [self._file(ride.id, ".png") for ride in self.summary(id_).rides]
@@ -195,12 +213,19 @@ class Sessions:
             wait(left)
 
     def close(self) -> None:
-        """Settle, and write nothing more; a session without a ride leaves nothing behind."""
+        """Write nothing more, after some seconds; a session without a ride leaves nothing behind.
+
+        A ride that is not measured by then is at the next start.
+        """
+        with self._lock:
+            left = set(self._pending)
+        wait(left, CLOSING)
+        self._ends.set()
         self.settle()
         self._measurer.shutdown()
         self._writer.shutdown()
         facts, self._facts = self._facts, None
-        if facts is not None and not any(_rides(self.folder / facts.id)):
+        if facts is not None and not any(rides_in(self.folder / facts.id)):
             shutil.rmtree(self.folder / facts.id, ignore_errors=True)
 
     @property
@@ -221,7 +246,7 @@ class Sessions:
             except OSError as cause:
                 raise StoreError(f"cannot be made ({cause.strerror})", file=self.folder) from None
             opened = facts.model_copy(update={"id": id_})
-            write_whole(self.folder / id_ / "session.json", _json(opened))
+            write_whole(self.folder / id_ / "session.json", as_json(opened))
             return opened
 
     def _do(self, where: ThreadPoolExecutor, what: Callable[[], Any]) -> Future[Any]:
@@ -239,38 +264,46 @@ class Sessions:
             self._trouble = str(fault)
             raise
 
-    def _put(self, record: RideRecord) -> None:
+    def _put(self, record: RideRecord, task: bytes) -> None:
         """Of the writer's thread."""
         file = self._file(record.id, ".json")
         if file.parent.is_dir():  # else deleted while it went on
-            write_whole(file, _json(record))
+            write_whole(file, as_json(record))
+            write_whole(file.with_suffix(".task"), task)
 
     def _change(self, ride: str, **changes: Any) -> None:
         """Of the writer's thread; a ride that was deleted stays so."""
         file = self._file(ride, ".json")
         if file.is_file():
-            write_whole(file, _json(_read(RideRecord, file).model_copy(update=changes)))
+            write_whole(file, as_json(read(RideRecord, file).model_copy(update=changes)))
 
-    def _measure(self, ride: str, log: RideLog, stage: Stage) -> None:
+    def _measure(self, ride: str) -> None:
         """Of the measurer's thread."""
-        if not log.file.is_file():
+        task, rows = self._file(ride, ".task"), self._file(ride, ".rows")
+        if self._ends.is_set() or not (task.is_file() and rows.is_file()):
             return
         into = self._file(ride, ".measures.json")
         changes: dict[str, Any]
         try:
-            measures = measured_aside(log, stage.scenario, stage.robot, stage.grid, into)
+            measures = measured_aside(task, into, self._ends)
             into.with_suffix(".png").replace(self._file(ride, ".png"))
             changes = {"measures": measures}
+        except Postponed:
+            return
         except (StoreError, OSError) as fault:
             changes = {"trouble": str(fault)}
-        finally:
-            log.file.unlink(missing_ok=True)
-        self._do(self._writer, lambda: self._change(ride, **changes))
+        self._do(self._writer, lambda: self._measured(ride, **changes))
+
+    def _measured(self, ride: str, **changes: Any) -> None:
+        """Of the writer's thread."""
+        self._change(ride, **changes)
+        for done in (".task", ".rows"):
+            self._file(ride, done).unlink(missing_ok=True)
 
     def _delete_all(self) -> int:
         """Of the writer's thread."""
-        folders = [f for f in self.folder.iterdir() if _SESSION.fullmatch(f.name)]
-        count = sum(any(_rides(folder)) for folder in folders)
+        folders = [f for f in self.folder.iterdir() if SESSION.fullmatch(f.name)]
+        count = sum(any(rides_in(folder)) for folder in folders)
         for each in folders:
             try:
                 shutil.rmtree(each)
@@ -281,51 +314,14 @@ class Sessions:
 
     def _session(self, session: str) -> Path:
         folder = self.folder / session
-        if not _SESSION.fullmatch(session) or not folder.is_dir():
+        if not SESSION.fullmatch(session) or not folder.is_dir():
             raise StoreError("there is no such session")
         return folder
 
     def _ride(self, ride: str) -> Path:
-        if not _RIDE.fullmatch(ride) or not self._file(ride, ".json").is_file():
+        if not RIDE.fullmatch(ride) or not self._file(ride, ".json").is_file():
             raise StoreError("there is no such ride")
         return self._file(ride, ".json")
 
     def _file(self, ride: str, suffix: str) -> Path:
         return self.folder / ride.rpartition("-r")[0] / f"{ride}{suffix}"
-
-
-def _age(session: str) -> tuple[str, int]:
-    """By which sessions are in order."""
-    return session[:15], int(session[16:] or 1)
-
-
-def _rides(folder: Path) -> Iterator[RideRecord]:
-    """The rides of a session that can be read, the oldest first."""
-    files = [f for f in folder.glob("*.json") if _RIDE.fullmatch(f.stem)]
-    for file in sorted(files, key=lambda f: int(f.stem.rpartition("-r")[2])):
-        with contextlib.suppress(StoreError):
-            yield _read(RideRecord, file)
-
-
-def _read(kind: type[_T], file: Path) -> _T:
-    try:
-        return kind.model_validate_json(file.read_bytes())
-    except (OSError, ValueError):
-        raise StoreError("does not read", file=file) from None
-
-
-def _json(model: SessionFacts | RideRecord) -> bytes:
-    return model.model_dump_json(indent=1).encode() + b"\n"
-
-
-def _sweep(folder: Path) -> None:
-    """Remove what a program that was killed left half done, once it is a day old."""
-    for pattern in ("*/*.rows", "*/.*", "*/*.measures.*"):
-        for file in folder.glob(pattern):
-            with contextlib.suppress(OSError):
-                if clock.time() - file.stat().st_mtime > _DAY:
-                    file.unlink()
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -173,7 +173,10 @@ class _Server(uvicorn.Server):
         self.handle_exit(number, frame)
 
 
-_ENDING = (signal.SIGINT, signal.SIGTERM)
+_ENDING = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+"""An interrupt, being told to end, and a terminal that is gone."""
 
 
 def _unbound(host: str, port: int, cause: OSError) -> ConfigError:
