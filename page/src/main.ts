@@ -2,8 +2,8 @@ import { mount } from "svelte";
 import App from "./App.svelte";
 import { chair } from "./chair.svelte";
 import { link } from "./link";
+import { signIn, tokenOfLink } from "./server";
 import { applyTheme } from "./theme";
-import { api, tokenOfLink } from "./therapist/api";
 import "./theme.css";
 
 applyTheme();
@@ -14,6 +14,6 @@ void begin();
 /** A link with a token in it, as a QR code carries one, signs in by itself. */
 async function begin(): Promise<void> {
   const token = tokenOfLink(window);
-  if (token) await api.signIn(token);
+  if (token) await signIn(token);
   link.connect();
 }

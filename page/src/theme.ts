@@ -2,6 +2,12 @@
 
 export const THEMES = ["auto", "light", "dark", "contrast"] as const;
 export type Theme = (typeof THEMES)[number];
+export const THEME_NAMES: Readonly<Record<Theme, string>> = {
+  auto: "As the device",
+  light: "Light",
+  dark: "Dark",
+  contrast: "High contrast",
+};
 export type Palette = Exclude<Theme, "auto">;
 
 const KEY = "cohelm.theme";

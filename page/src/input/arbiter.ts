@@ -1,8 +1,9 @@
+import type { State } from "../messages";
 import { CENTRE, isCentred, type Deflection } from "./deflection";
 
 /** A device that can steer; each gamepad is one of its own. */
 export type Source = "joystick" | "keys" | "switch" | `gamepad:${number}`;
-export type Device = "none" | "joystick" | "gamepad" | "keys" | "switch";
+export type Device = State["device"];
 
 interface Stick {
   readonly at: Deflection;

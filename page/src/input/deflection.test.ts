@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { beyondDeadZone, CENTRE, deflection, isCentred, size } from "./deflection";
+import { CENTRE, deflection, isCentred, size } from "./deflection";
 
 describe("deflection", () => {
   it("stays within the unit circle and keeps its direction", () => {
@@ -20,12 +20,5 @@ describe("deflection", () => {
       expect(isCentred(at(0.0999), 0.1)).toBe(true);
       expect(isCentred(at(0.1001), 0.1)).toBe(false);
     }
-  });
-
-  it("begins at 0 at the dead zone's edge and ends at 1", () => {
-    expect(beyondDeadZone(deflection(0.2, 0), 0.2)).toBe(CENTRE);
-    expect(beyondDeadZone(deflection(1, 0), 0.2).forward).toBeCloseTo(1);
-    // (0.6 − 0.2) / (1 − 0.2) = 0.5
-    expect(beyondDeadZone(deflection(0, 0.6), 0.2).left).toBeCloseTo(0.5);
   });
 });

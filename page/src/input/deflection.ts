@@ -23,14 +23,6 @@ export function isCentred(d: Deflection, deadZone: number): boolean {
   return size(d) <= deadZone;
 }
 
-/** What the chair makes of a deflection: it starts from 0 at the dead zone's edge. For display. */
-export function beyondDeadZone(d: Deflection, deadZone: number): Deflection {
-  const length = size(d);
-  if (length <= deadZone) return CENTRE;
-  const scale = (length - deadZone) / ((1 - deadZone) * length);
-  return deflection(d.forward * scale, d.left * scale);
-}
-
 function bounded(x: number): number {
   return Math.min(1, Math.max(-1, x)) + 0; // no −0 on the wire
 }

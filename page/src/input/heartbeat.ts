@@ -1,16 +1,9 @@
-import { CENTRE, type Deflection } from "./deflection";
+import type { Beat } from "../messages";
 import type { Device } from "./arbiter";
+import { CENTRE, type Deflection } from "./deflection";
 
-/** As `Beat` of the messages. */
-export interface BeatOut {
-  type: "beat";
-  seq: number;
-  sent: number;
-  forward: number;
-  left: number;
-  device: Device;
-  visible: boolean;
-}
+/** A beat with nothing left out. */
+export type BeatOut = Required<Beat>;
 
 /** Between beats while nothing changes, ms. */
 export const STEADY = 100;

@@ -8,7 +8,7 @@ const STANDING: State = {
   type: "state", seq: 0, time: 0, pose: [0, 0, 0], speed: 0, turn: 0, command: [0, 0],
   mode: "shared", pace: "normal", eta: 0, link: "ready", heard: -1, driver: "me", device: "none",
   why: null, arrived: false, paused: false, goal: null, remaining: null, route: 0, ride: "",
-  plan: [], people: [], groups: [], bodies: [], shut: [], late: 0,
+  plan: [], people: [], groups: [], bodies: [], shut: [], late: 0, clock: 0,
 };
 const GOAL = { name: "Ward A", x: 1, y: 2 };
 const PUSH = { direction: "forward", since: 0 } as const;

@@ -1,5 +1,5 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
-import { api, ask, fileOf, tokenOfLink } from "./api";
+import { api, fileOf } from "./api";
 
 afterEach(() => vi.unstubAllGlobals());
 
@@ -39,22 +39,8 @@ describe("api", () => {
     expect(await api.signOut()).toEqual({ ok: true, value: null });
   });
 
-  it("says that nobody answers", async () => {
-    vi.stubGlobal("fetch", () => Promise.reject(new Error("no")));
-    expect(await ask("GET", "/api/me")).toEqual({
-      ok: false, status: 0, text: "The chair’s server does not answer.",
-    });
-  });
-
   it("names files, whatever the id", () => {
     expect(fileOf("20260131-142530-r1", "png")).toBe("/api/sessions/20260131-142530-r1.png");
     expect(fileOf("../a?b", "csv")).toBe("/api/sessions/..%2Fa%3Fb.csv");
-  });
-
-  it("takes the token out of a link, and the address forgets it", () => {
-    history.replaceState(null, "", "/therapist#token=a-b_c");
-    expect(tokenOfLink(window)).toBe("a-b_c");
-    expect(location.hash).toBe("");
-    expect(tokenOfLink(window)).toBeNull();
   });
 });

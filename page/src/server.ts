@@ -1,0 +1,49 @@
+// Asking the chair's server; what both views need of it.
+
+export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; text: string };
+export type Role = "driver" | "therapist";
+
+const UNREACHABLE = "The chair’s server does not answer.";
+
+/** Asks the server; what it refuses comes back in its own words, and nothing is thrown. */
+export async function ask<T>(method: string, path: string, body?: unknown): Promise<Answer<T>> {
+  try {
+    const sent = body === undefined ? {} : json(body);
+    const answer = await fetch(path, { method, credentials: "same-origin", ...sent });
+    const said: unknown = await answer.json().catch(() => null);
+    if (answer.ok) return { ok: true, value: said as T };
+    return { ok: false, status: answer.status, text: sentence(textOf(said, answer.status)) };
+  } catch {
+    return { ok: false, status: 0, text: UNREACHABLE };
+  }
+}
+
+export function signIn(token: string): Promise<Answer<{ role: Role }>> {
+  return ask("POST", "/api/sign-in", { token });
+}
+
+/** The token of a link `#token=…`; the address forgets it, so that it stays in no history. */
+export function tokenOfLink(window: Pick<Window, "location" | "history">): string | null {
+  const { location, history } = window;
+  const token = new URLSearchParams(location.hash.slice(1)).get("token");
+  if (token === null) return null;
+  history.replaceState(null, "", location.pathname + location.search);
+  return token.slice(0, 200);
+}
+
+function json(body: unknown): RequestInit {
+  return { headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+}
+
+function textOf(said: unknown, status: number): string {
+  if (said !== null && typeof said === "object" && "text" in said && typeof said.text === "string") {
+    return said.text;
+  }
+  return `the server refused this (${status})`;
+}
+
+/** The server's words begin small and end without a stop. */
+function sentence(text: string): string {
+  const end = /[.!?]$/.test(text) ? "" : ".";
+  return text.charAt(0).toUpperCase() + text.slice(1) + end;
+}
