@@ -124,14 +124,6 @@ def test_what_json_cannot_say_is_said_as_text(log):
     assert "too much" in log.entries()[1].said["why"]
 
 
-def test_it_forgets_only_when_told(log):
-    log.note("a", "joined")
-    log.delete()
-    assert log.entries() == ()
-    log.note("a", "left")
-    assert whats(log) == [("a", "left")]
-
-
 def test_a_folder_that_cannot_be_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(StoreError, match="file"):

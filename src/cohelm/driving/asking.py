@@ -83,8 +83,6 @@ class Answer:
     surroundings: bytes | None = None
     """A pickled ``Surroundings``, empty where the chair goes nowhere; None: nobody asked. Whoever
     holds the chair does not open it."""
-    taken: float = 0.0
-    """Thread CPU time of the step, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

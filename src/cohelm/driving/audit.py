@@ -7,6 +7,7 @@ is set aside under a number, and the oldest of :data:`FILES` goes; an entry says
 from __future__ import annotations
 
 import json
+import logging
 import os
 import queue
 import threading
@@ -32,6 +33,7 @@ FILES = 10
 """Files kept, the one that is written included: 10 MB."""
 WAITING = 10_000
 """Entries that wait for the disk at most; what comes then is counted and said."""
+_log = logging.getLogger(__name__)
 
 
 class Entry(Model):
@@ -91,20 +93,6 @@ class Audit:
             out += _read(file, most - len(out))
         return tuple(out)
 
-    def delete(self) -> None:
-        """Forget everything. Nothing else does: deleting sessions leaves the log.
-
-        Raises:
-            StoreError: if a file stays.
-        """
-        self.settle()
-        with self._lock:
-            try:
-                for k in range(FILES):
-                    self._aside(k).unlink(missing_ok=True)
-            except OSError as cause:
-                raise unwritable(self.file, cause) from None
-
     def settle(self) -> None:
         """Wait until everything noted so far is on the disk, or could not be written."""
         self._waiting.join()
@@ -132,6 +120,8 @@ class Audit:
                 self._append([each for each in batch if each is not None])
                 self._trouble = ""
             except StoreError as fault:
+                if not self._trouble:  # said once, and not at every try
+                    _log.error("what is done is not logged: %s", fault)
                 self._trouble = str(fault)
                 with self._lock:
                     self._lost += sum(each is not None for each in batch)

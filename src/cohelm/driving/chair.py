@@ -285,6 +285,8 @@ class Chair:
             heard=self._heard,
             late=round(1000.0 * late, 1),
             clock=round(now, 4),
+            arrived=self.arrived,
+            paused=self.paused,
+            ride=self._outings.ride,
         )
-        told = {"arrived": self.arrived, "paused": self.paused, "ride": self._outings.ride}
-        self._tell(state.model_copy(update=told), None)
+        self._tell(state, None)

@@ -7,7 +7,6 @@ rubbish of a step is cleared away while the chair is not waiting.
 from __future__ import annotations
 
 import gc
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -82,7 +81,6 @@ class Mind:
 
     def answer(self, ask: Ask) -> Answer:
         """One step."""
-        began = time.thread_time()
         if ask.afresh:
             self._last = None
         request = replace(ask.request, farther=ask.distance)  # so that it is recorded, too
@@ -104,7 +102,6 @@ class Mind:
             groups=groups_of(tick),
             log=log,
             surroundings=surroundings_of(tick) if ask.surroundings else None,
-            taken=time.thread_time() - began,
         )
 
     def note(self, ask: Ask, recording: Recording) -> None:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import logging
 import shutil
 import threading
 from collections.abc import Callable
@@ -45,6 +46,7 @@ LOST = "The navigator was lost before it had told of stops, route and destinatio
 """Of a ride whose log is."""
 CLOSING = 4.0
 """For what is being measured when the program ends, s; the rest is measured at the next start."""
+_log = logging.getLogger(__name__)
 
 
 class Sessions:
@@ -261,6 +263,7 @@ class Sessions:
         try:
             return what()
         except StoreError as fault:
+            _log.error("sessions: %s", fault)
             self._trouble = str(fault)
             raise
 

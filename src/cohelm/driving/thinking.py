@@ -37,8 +37,6 @@ class Thinking:
         """What the last one that is lost owed an answer to."""
         self.ready = False
         """Whether it can be asked."""
-        self.what = ""
-        """What it gets ready, until it is."""
         self.lost = ""
         """Why the last one is gone; empty once whoever it concerns has taken note."""
         self.begun = 0
@@ -74,7 +72,7 @@ class Thinking:
             return False
         said = self._hear(0.0, now)
         while isinstance(said, Ready) and not said.done:
-            self.what = said.what
+            _log.info("the navigator gets ready: %s", said.what)
             said = self._hear(0.0, now)
         self.ready = isinstance(said, Ready)
         self._false_starts = 0 if self.ready else self._false_starts
