@@ -19,6 +19,7 @@ from cohelm.driving.messages import (
     Take,
     Want,
 )
+from cohelm.errors import StoreError
 from cohelm.evaluation import load_scenario
 
 pytestmark = pytest.mark.slow
@@ -261,6 +262,27 @@ def test_somebody_can_be_let_in(page):
     before = len(page.state.bodies)
     page.say(Simulate(id=3, what="person"))
     page.until(lambda s: len(s.bodies) == before + 1)
+
+
+def test_a_ride_that_goes_on_when_it_is_closed_is_kept_whole(tmp_path):
+    """And nobody else uses the folder meanwhile."""
+    drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=tmp_path))
+    with pytest.raises(StoreError, match="in use"):
+        Drive(DriveSetup(scenario=load_scenario("empty"), folder=tmp_path))
+    drive.start()
+    end = time.monotonic() + 240.0
+    while not drive.health.ready and time.monotonic() < end:
+        time.sleep(0.05)
+    page = Page(drive, "last")
+    page.drives()
+    page.moves()
+    page.close()
+    drive.close()
+    (session,) = drive.sessions.list()
+    (ride,) = session.rides
+    assert ride.outcome == "left"
+    assert not ride.trouble
+    Drive(DriveSetup(scenario=load_scenario("empty"), folder=tmp_path)).close()
 
 
 def test_nothing_is_left_when_it_is_closed(tmp_path):

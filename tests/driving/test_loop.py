@@ -41,7 +41,7 @@ def loop():
         settled=True, begin=lambda: None, attend=lambda: None, close=lambda: None
     )
     playing = SimpleNamespace(make=lambda seed, when: None, made=lambda: None, busy=False)
-    outings = SimpleNamespace(lost=lambda: None)
+    outings = SimpleNamespace(lost=lambda: None, end=lambda outcome: None, owing=False)
     crew = SimpleNamespace(thinking=thinking, pricing=pricing, playing=playing, outings=outings)
     nobody = lambda *_, **__: None  # noqa: E731
     hearing = SimpleNamespace(errand=Errand().to(Goal(name="", x=1.0, y=2.0)))

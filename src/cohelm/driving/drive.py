@@ -12,9 +12,11 @@ No call waits for the chair; each may come from any thread.
 
 from __future__ import annotations
 
+import os
 import tempfile
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 
@@ -23,6 +25,7 @@ from cohelm.driving.asking import Charge
 from cohelm.driving.audit import Audit
 from cohelm.driving.chair import STEP, Chair
 from cohelm.driving.crew import Crew
+from cohelm.driving.files import reserved
 from cohelm.driving.hearing import Hearing
 from cohelm.driving.limits import InForce, LimitsRise
 from cohelm.driving.loop import Loop, LoopEffects
@@ -81,7 +84,8 @@ class Drive:
         setup: scenario, seed, and where things are kept.
 
     Raises:
-        CohelmError: if the scenario names what there is not, or the folder cannot be written.
+        CohelmError: if the scenario names what there is not, or the folder cannot be written or
+            is in use by another drive: limits of one would not hold in the other.
     """
 
     def __init__(self, setup: DriveSetup) -> None:
@@ -92,6 +96,7 @@ class Drive:
         if setup.folder is None:
             self._spare = tempfile.TemporaryDirectory(prefix="cohelm-")
         folder = setup.folder or Path(self._spare.name if self._spare else "")
+        self._reserved = weakref.finalize(self, os.close, reserved(folder))
         self._audit, self._sessions = Audit(folder), Sessions(folder)
         profile = setup.scenario.profile
         self._in_force = InForce(
@@ -137,6 +142,7 @@ class Drive:
         self._audit.note("chair", "closed")
         self._sessions.close()
         self._audit.close()
+        self._reserved()
         if self._spare is not None:
             self._spare.cleanup()
 

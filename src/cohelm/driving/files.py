@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import tempfile
 from pathlib import Path
 
 from cohelm.errors import StoreError
+
+try:
+    import fcntl
+except ImportError:  # not everywhere
+    fcntl = None  # type: ignore[assignment]  # nor its functions
 
 
 def own_folder(folder: Path) -> Path:
@@ -22,6 +28,30 @@ def own_folder(folder: Path) -> Path:
     except OSError as cause:
         raise unwritable(folder, cause) from None
     return folder
+
+
+def reserved(folder: Path) -> int:
+    """A handle that keeps others from using the folder until it is closed, or the program ends.
+
+    Raises:
+        StoreError: if somebody uses it, or it cannot be written to.
+    """
+    file = own_folder(folder) / ".in-use"
+    try:
+        handle = os.open(file, os.O_RDWR | os.O_CREAT, 0o600)
+    except OSError as cause:
+        raise unwritable(file, cause) from None
+    if fcntl is None:
+        return handle
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as cause:
+        os.close(handle)
+        if cause.errno not in {errno.EAGAIN, errno.EACCES}:
+            raise unwritable(file, cause) from None
+        what = "is in use by another drive; end that one, or name another folder (--data)"
+        raise StoreError(what, file=folder) from None
+    return handle
 
 
 def write_whole(file: Path, content: bytes) -> None:

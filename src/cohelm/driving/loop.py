@@ -29,6 +29,8 @@ MOST_ERRANDS = 64
 """That may wait for the chair to have time for them; more are refused."""
 QUICK = 0.002
 """After an errand that took longer, s, the next one waits …"""
+LAST = 1.0
+"""For the navigator to hand over the log of the last ride, s."""
 REST = 9.0
 """… for so many times as long as it took, so that the chair keeps its time."""
 Said = Callable[[Hearing], None]
@@ -164,6 +166,18 @@ class Loop:
             if self._ready:
                 self.counts.note(missed=now > due)
             self._ends.wait(max(due - now, 0.0))
+        self._finish()
+
+    def _finish(self) -> None:
+        """Let the ride that goes on end, and its log be handed over; the chair stands."""
+        chair, end = self.chair, time.monotonic() + LAST
+        chair.waits, chair.paused = True, False
+        try:
+            self._outings.end("left")
+            while self._outings.owing and self._thinking.ready and time.monotonic() < end:
+                chair.step(time.monotonic(), lambda: None)
+        except Exception:
+            _log.exception("the last ride could not be ended")
 
     def _attend(self) -> None:
         """Let what was said take effect, in its order."""

@@ -70,6 +70,11 @@ class Outings:
         """The id of the ride that goes on; empty: none."""
         return self._trip.ride if self._trip is not None else ""
 
+    @property
+    def owing(self) -> bool:
+        """Whether the navigator's process has yet to hand over the log of a ride that ended."""
+        return bool(self._ended)
+
     def on(self, stage: Stage) -> None:
         """What is driven in from now on."""
         self.end("left")
