@@ -35,6 +35,12 @@ def remaining_of(tick: Tick) -> float | None:
     return round(max(way.path.length - way.progress, 0.0), 2)
 
 
+def trouble_of(tick: Tick) -> str:
+    """Why there is no way, in the rider's words: without coordinates and widths."""
+    refusal = tick.memory.refusal
+    return refusal.reason.sentence if refusal is not None else ""
+
+
 def plan_of(tick: Tick) -> tuple[tuple[float, float, float], ...]:
     """Poses of the next two seconds: the planner's, else where the rider's hand leads."""
     if tick.plan is not None:

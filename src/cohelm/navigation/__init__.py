@@ -1,5 +1,6 @@
 """The navigator: where the stages meet."""
 
+from cohelm.navigation.course import reason_of
 from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.navigator import Navigator
 from cohelm.navigation.progress import ProgressParameters
@@ -21,4 +22,5 @@ __all__ = [
     "Stage",
     "Tick",
     "Why",
+    "reason_of",
 ]

@@ -96,7 +96,7 @@ def lay_course(
             refusal=Refusal(
                 request=request,
                 time=observation.time,
-                reason=_reason(error),
+                reason=reason_of(error),
                 trouble=str(error),
             )
         )
@@ -138,7 +138,8 @@ def _still(refused: Refusal, request: Request, time: float, setup: NavigatorSetu
     return same and time - refused.time < setup.replanning.rest - _ROUNDING
 
 
-def _reason(error: PlanningError) -> Reason:
+def reason_of(error: PlanningError) -> Reason:
+    """What a rider is told of it."""
     if isinstance(error, GoalBlocked) and error.because:
         return Reason.KEEPOUT
     known = {reason.value: reason for reason in Reason}
