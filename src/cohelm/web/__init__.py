@@ -2,7 +2,7 @@
 
     GET    /  /therapist            the page; everything it needs comes from here
     GET    /assets/*                its scripts and styles
-    GET    /api/health              {"status": "ok"}; needs no sign-in
+    GET    /api/health              {"status": "ok", …}: and how it does; needs no sign-in
     GET    /api/me                  {"role": "driver" | "therapist", "needs_token": bool}, or 401
     POST   /api/sign-in             {"token": "…"} → {"role": …} and a cookie; 401 wrong, 429 wait
     POST   /api/sign-out            204
@@ -18,5 +18,5 @@
 
 What is refused says so as {"code": "…", "text": "…"}, 429 with ``Retry-After`` besides. Under a
 link of the form ``/#token=…`` the page signs in with that token and forgets the link. Codes with
-which the socket is closed: ``sockets.Closed``.
+which the socket is closed: ``pages.Closed``.
 """

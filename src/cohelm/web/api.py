@@ -193,21 +193,19 @@ def set_rider(given: RiderSettings, who: Therapist, here: Here) -> RiderSettings
 @router.get("/audit")
 def audit(_: Therapist, here: Here) -> tuple[Entry, ...]:
     """Who drove and who changed what, the newest first."""
-    entries: tuple[Entry, ...] = here.drive.audit.entries()
-    return entries
+    return here.drive.audit.entries()
 
 
 @router.get("/sessions")
 def sessions(_: Therapist, here: Here) -> tuple[SessionSummary, ...]:
     """Sessions with a ride that has ended, the newest first."""
-    kept: tuple[SessionSummary, ...] = here.drive.sessions.list()
-    return kept
+    return here.drive.sessions.list()
 
 
 @router.delete("/sessions")
 def delete_sessions(who: Therapist, here: Here) -> Deleted:
     """Delete all of them, and what belongs to them."""
-    count: int = here.drive.sessions.delete_all()
+    count = here.drive.sessions.delete_all()
     here.note(who.name, "deleted", sessions=count)
     return Deleted(deleted=count)
 
@@ -215,14 +213,14 @@ def delete_sessions(who: Therapist, here: Here) -> Deleted:
 @router.get("/sessions/{session}.html", response_class=Response)
 def session_html(session: SessionId, who: Therapist, here: Here) -> Response:
     """A session as a document that needs nothing else."""
-    text: str = here.drive.sessions.html(session)
+    text = here.drive.sessions.html(session)
     return _export(here, who, session, text.encode(), "text/html; charset=utf-8", "html")
 
 
 @router.get("/sessions/{session}.csv", response_class=Response)
 def session_csv(session: SessionId, who: Therapist, here: Here) -> Response:
     """A session's rides as a table."""
-    text: str = here.drive.sessions.csv(session)
+    text = here.drive.sessions.csv(session)
     return _export(here, who, session, text.encode(), "text/csv; charset=utf-8", "csv")
 
 
@@ -235,8 +233,7 @@ def session_png(session: SessionId, _: Therapist, here: Here) -> Response:
 @router.get("/sessions/{session}")
 def session_summary(session: SessionId, _: Therapist, here: Here) -> SessionSummary:
     """A session and its rides."""
-    kept: SessionSummary = here.drive.sessions.summary(session)
-    return kept
+    return here.drive.sessions.summary(session)
 
 
 def _export(
