@@ -2,7 +2,7 @@
 
 import type { Preview, Route, Scene } from "../messages";
 import type { Colours } from "./palette";
-import { farthestFrom } from "./strokes";
+import { farthestFrom, lastOf } from "./strokes";
 import { toScreen, type Point, type View } from "./view";
 
 /** So much more than the screen is drawn on each side, as a share of it. */
@@ -15,6 +15,8 @@ export interface Ground {
   readonly floor: HTMLCanvasElement | null;
   readonly colours: Colours;
   readonly route: Route;
+  /** How far it still is along the route, to the metre; null: nobody knows. */
+  readonly left: number | null;
   readonly preview: Preview | null;
   readonly shut: readonly number[];
   /** Whether doors carry their numbers. */
@@ -97,6 +99,7 @@ function same(a: Ground | null, b: Ground): boolean {
     a.floor === b.floor &&
     a.colours === b.colours &&
     a.route === b.route &&
+    a.left === b.left &&
     a.preview === b.preview &&
     a.numbered === b.numbered &&
     a.shut.join() === b.shut.join()
@@ -167,13 +170,14 @@ function drawWishes(context: CanvasRenderingContext2D, ground: Ground, view: Vie
 }
 
 function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View): void {
-  const { colours, route, preview } = ground;
+  const { colours, route, left, preview } = ground;
+  const ahead = left === null ? route.points : lastOf(route.points, left);
   context.lineJoin = context.lineCap = "round";
   if (route.without.length > 1) {
     dashed(context, route.without, colours.without, 3, [2, 8], view);
   }
-  if (route.points.length > 1) {
-    traced(context, route.points, view);
+  if (ahead.length > 1) {
+    traced(context, ahead, view);
     context.strokeStyle = colours.free;
     context.lineWidth = 9;
     context.stroke();

@@ -1,7 +1,7 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
 import type { Person } from "../messages";
-import { between, mixedAngle, Motion, type Shown } from "./motion";
+import { between, mixedAngle, Motion, placed, type Shown } from "./motion";
 
 const person = (id: number, x: number): Person => ({
   id, x, y: 0, vx: 1, vy: 0, radius: 0.25, axis: 0, front: 1, side: 0.6, rear: 0.5, group: -1,
@@ -53,4 +53,11 @@ describe("motion", () => {
     motion.put(at(0.1), 50);
     expect(motion.at(51, true)?.pose[0]).toBe(0.1);
   });
+});
+
+it("is nowhere while it gets ready and no world is there", () => {
+  const why = { code: "getting_ready", text: "" };
+  expect(placed({ pose: [0, 0, 0], why })).toBe(false);
+  expect(placed({ pose: [3, 0, 0], why })).toBe(true);
+  expect(placed({ pose: [0, 0, 0], why: null })).toBe(true);
 });

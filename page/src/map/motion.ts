@@ -14,6 +14,11 @@ const JUMP = 1;
 const SHORTEST = 25;
 const LONGEST = 120;
 
+/** Whether the chair is somewhere: while it gets ready, there may be no world yet. */
+export function placed({ pose, why }: Pick<State, "pose" | "why">): boolean {
+  return why?.code !== "getting_ready" || pose.some((part) => part !== 0);
+}
+
 const mixed = (a: number, b: number, share: number): number => a + share * (b - a);
 
 export function mixedAngle(a: number, b: number, share: number): number {

@@ -1,6 +1,6 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { distanceToSegment, drawn, farthestFrom, lengthOf, MOST_POINTS, simplified, zoneOf } from "./strokes";
+import { distanceToSegment, drawn, farthestFrom, lastOf, lengthOf, MOST_POINTS, simplified, zoneOf } from "./strokes";
 import type { Point } from "./view";
 
 const wave = Array.from({ length: 900 }, (_, k): Point => [k / 30, Math.sin(k / 9)]);
@@ -55,4 +55,19 @@ it("says a detour in the middle of where it is far from the other way", () => {
 
 it("measures lines", () => {
   expect(lengthOf([[0, 0], [3, 4], [3, 5]])).toBe(6);
+});
+
+describe("the end of a line", () => {
+  const line: [number, number][] = [[0, 0], [4, 0], [4, 3]];
+
+  it("is as long as asked, and begins between the points of the line", () => {
+    expect(lastOf(line, 5)).toEqual([[2, 0], [4, 0], [4, 3]]);
+    expect(lastOf(line, 3)).toEqual([[4, 0], [4, 3]]);
+  });
+
+  it("is all of a shorter line, and a point of none", () => {
+    expect(lastOf(line, 20)).toEqual(line);
+    expect(lastOf(line, 0)).toEqual([[4, 3]]);
+    expect(lastOf([], 2)).toEqual([]);
+  });
 });

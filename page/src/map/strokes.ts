@@ -34,6 +34,25 @@ export function lengthOf(line: readonly Point[]): number {
   return sum;
 }
 
+/** The end of a line that is `length` long, m; all of it where it is shorter. */
+export function lastOf(line: readonly Point[], length: number): Point[] {
+  const end: Point[] = [];
+  let left = length;
+  for (let k = line.length - 1; k >= 0; k--) {
+    const point = line[k]!;
+    const next = line[k + 1];
+    const step = next ? distance(point, next) : 0;
+    if (next && left <= 0) break;
+    if (next && step > left) {
+      const share = left / step;
+      return [[next[0] + share * (point[0] - next[0]), next[1] + share * (point[1] - next[1])], ...end];
+    }
+    left -= step;
+    end.unshift(point);
+  }
+  return end;
+}
+
 /** The zone that a drawn line keeps free: what it encloses, or a band about it.
  *
  * Three points and more are an outline to the chair, so an open line becomes the outline of its
