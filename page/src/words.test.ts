@@ -1,8 +1,8 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { detour, found, metres, minutes, price, readiness } from "./words";
+import { detour, found, memorable, metres, minutes, movement, price, readiness } from "./words";
 
-const state = { link: "ready", driver: "a", goal: null, arrived: false } as const;
+const state = { link: "ready", driver: "a", goal: null, arrived: false, why: null } as const;
 
 describe("what the driver has to do", () => {
   it("is to take control where nobody or somebody else drives", () => {
@@ -25,6 +25,24 @@ describe("what the driver has to do", () => {
     expect(readiness(state, true).text).toBe("Steer, or choose where to go.");
     const goal = { name: "Ward 4", x: 0, y: 0 };
     expect(readiness({ ...state, goal }, true).text).toBe("On the way to Ward 4.");
+    expect(readiness({ ...state, goal }, true, "no way").text).toBe("No way to Ward 4. Choose another place.");
+  });
+});
+
+describe("what the wheels do", () => {
+  it("is to turn, too", () => {
+    expect(movement({ speed: 0, turn: 0 })).toBe("standing");
+    expect(movement({ speed: 0.04, turn: -0.4 })).toBe("turning");
+    expect(movement({ speed: 0.52, turn: 0.4 })).toBe("0.5 m/s");
+    expect(movement({ speed: -0.3, turn: 0 })).toBe("back, 0.3 m/s");
+  });
+});
+
+describe("a ride that is over", () => {
+  it("is asked about unless it was left at once", () => {
+    expect(memorable({ outcome: "left", length: 0.1 })).toBe(false);
+    expect(memorable({ outcome: "left", length: 8 })).toBe(true);
+    expect(memorable({ outcome: "collision", length: 0.1 })).toBe(true);
   });
 });
 

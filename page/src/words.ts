@@ -1,6 +1,6 @@
 // What the page says, in plain words.
 
-import type { Preview, State } from "./messages";
+import type { Ended, Preview, State } from "./messages";
 
 export type Mode = State["mode"];
 export type Pace = State["pace"];
@@ -27,8 +27,9 @@ export interface Readiness {
 
 /** What the driver has to do before the chair moves. */
 export function readiness(
-  state: Pick<State, "link" | "driver" | "goal" | "arrived"> | null,
+  state: Pick<State, "link" | "driver" | "goal" | "arrived" | "why"> | null,
   driving: boolean,
+  trouble = "",
 ): Readiness {
   if (!state) return { text: "Not connected to the chair.", action: null, label: "Go on" };
   if (!state.driver) return { text: "Nobody drives.", action: "take", label: "Take control" };
@@ -44,14 +45,34 @@ export function readiness(
     case "nobody":
       return { text: "The chair does not hear this page.", action: null, label: "Go on" };
     case "ready":
-      return { text: under(state), action: null, label: "Ready" };
+      return under(state, trouble);
   }
 }
 
-function under(state: Pick<State, "goal" | "arrived">): string {
-  if (state.arrived) return "We have arrived.";
-  if (!state.goal) return "Steer, or choose where to go.";
-  return `On the way to ${state.goal.name || "the point you touched"}.`;
+function under(state: Pick<State, "goal" | "arrived" | "why">, trouble: string): Readiness {
+  const label = "Ready";
+  if (state.why?.code === "getting_ready") {
+    return { text: "Getting ready. It takes a while.", action: null, label: "Not ready yet" };
+  }
+  if (state.arrived) return { text: "We have arrived.", action: null, label };
+  if (!state.goal) return { text: "Steer, or choose where to go.", action: null, label };
+  const name = state.goal.name || "the point you touched";
+  const text = trouble ? `No way to ${name}. Choose another place.` : `On the way to ${name}.`;
+  return { text, action: null, label };
+}
+
+/** What the wheels do, in words. */
+export function movement({ speed, turn }: Pick<State, "speed" | "turn">): string {
+  if (Math.abs(speed) >= 0.05) return `${speed < 0 ? "back, " : ""}${Math.abs(speed).toFixed(1)} m/s`;
+  return Math.abs(turn) >= 0.05 ? "turning" : "standing";
+}
+
+/** A ride that was left after less than this is not asked about, m (assumed). */
+const SOME_WAY = 2;
+
+/** Whether there is something to say of a ride that is over. */
+export function memorable(ended: Pick<Ended, "outcome" | "length">): boolean {
+  return ended.outcome === "collision" || ended.length >= SOME_WAY;
 }
 
 export function metres(length: number): string {
