@@ -35,6 +35,9 @@ export class Choosing {
   /** Why the last thing asked was not done. */
   refusal = $state("");
 
+  /** Whether something about the map is being chosen, so that the map is to be seen. */
+  readonly busy = $derived(this.tool !== "look" || this.proposal !== null || this.touched !== null);
+
   touch(point: Point, place: Place | null): void {
     this.proposal = null;
     this.touched = { point, place };
