@@ -70,6 +70,12 @@ class Forbidden(CohelmError):
     code = "not_driver"
 
 
+class TooMany(CohelmError):
+    """There are as many wishes as are heeded at once."""
+
+    code = Reason.TOO_MANY_WISHES.value
+
+
 class Hearing:
     """Link and errand, and what becomes of them by what pages say.
 
@@ -202,11 +208,7 @@ class Hearing:
             return False
         self._drives(client)
         if len(self.errand.wishes) >= MOST_WISHES:
-            self._tell(
-                Refused(id=want.id, code="too_many_wishes", text=Reason.TOO_MANY_WISHES.sentence),
-                client,
-            )
-            return False
+            raise TooMany(Reason.TOO_MANY_WISHES.sentence)
         wish = wish_of(want, self._wishes + 1)
         self._wishes += 1
         self.errand = self.errand.wishing(wish)
