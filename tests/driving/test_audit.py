@@ -128,3 +128,18 @@ def test_a_folder_that_cannot_be_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(StoreError, match="file"):
         Audit(tmp_path / "file" / "data")
+
+
+def test_nobody_flushes_out_what_the_therapist_did(log, monkeypatch):
+    """A page that takes and releases the stick for hours leaves a count, not megabytes."""
+    monkeypatch.setattr(module, "AT_ONCE", 5.0)
+    log.note("therapist 1", "limits", after={"max_speed": 0.5})
+    for _ in range(1000):
+        log.note("a", "took")
+    for _ in range(3):
+        log.note("therapist 1", "limits")
+    found = [entry.what for entry in log.entries()]
+    assert found.count("took") <= 6
+    assert found.count("limits") == 4
+    dropped = sum(entry.said["count"] for entry in log.entries() if entry.what == "dropped")
+    assert dropped + found.count("took") == 1000

@@ -11,6 +11,7 @@ import logging
 import os
 import queue
 import threading
+import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -34,6 +35,17 @@ FILES = 10
 WAITING = 10_000
 """Entries that wait for the disk at most; what comes then is counted and said."""
 _log = logging.getLogger(__name__)
+
+
+_ANYBODYS = frozenset(
+    {"joined", "left", "took", "released", "stop", "resume", "mode", "pace", "goal", "simulated",
+     "refused", "sign_in_refused"}
+)  # fmt: skip
+"""What whoever may drive can cause as often as they like …"""
+AT_ONCE = 2000.0
+"""… of which so many of a kind are kept at once …"""
+LASTING = 0.1
+"""… and in the long run so many a second: what the therapist did is not flushed out by them."""
 
 
 class Entry(Model):
@@ -63,6 +75,7 @@ class Audit:
         self._lock = threading.Lock()
         self._trouble = ""
         self._lost = 0
+        self._room: dict[str, tuple[float, float]] = {}
         self._waiting: queue.Queue[Entry | None] = queue.Queue(WAITING)
         self._append([])
         self._writer = threading.Thread(target=self._write, name="audit", daemon=True)
@@ -76,12 +89,24 @@ class Audit:
             what: see :data:`What`.
             said: what JSON can say.
         """
+        if what in _ANYBODYS and not self._bears(what):
+            return
         entry = Entry(at=_now(), who=who, what=what, said=said)
         try:
             self._waiting.put_nowait(entry)
         except queue.Full:
             with self._lock:
                 self._lost += 1
+
+    def _bears(self, what: What) -> bool:
+        """Whether there is room for one more of this kind; else it is counted as lost."""
+        now = time.monotonic()
+        with self._lock:
+            left, at = self._room.get(what, (AT_ONCE, now))
+            left = min(AT_ONCE, left + LASTING * (now - at))
+            self._room[what] = (left - 1.0 if left >= 1.0 else left, now)
+            self._lost += left < 1.0
+            return left >= 1.0
 
     def entries(self, most: int = 1000) -> tuple[Entry, ...]:
         """The newest, newest first; a line that is damaged is left out."""
