@@ -72,6 +72,16 @@ def test_errands_leave_the_chair_its_time_and_make_nobody_wait(loop):
     assert 1 <= len(done) <= 20 * STEP / (5.0 * SLOW)
 
 
+def test_a_loop_that_fails_leaves_nothing_at_the_wheels(loop, caplog):
+    loop.chair.order = None
+    loop.chair.step = lambda due, attend: 1 / 0
+    end = time.monotonic() + 5.0
+    while not loop.trouble and time.monotonic() < end:
+        time.sleep(0.01)
+    assert "failed" in loop.trouble
+    assert not loop.chair.order.twist.any()
+
+
 def test_an_errand_that_fails_ends_nothing(loop):
     heard = threading.Event()
     assert loop.bid(lambda _: 1 / 0)

@@ -22,6 +22,7 @@ from cohelm.driving.pricing import Pricing
 from cohelm.driving.sessions import Sessions
 from cohelm.errors import CohelmError
 from cohelm.reasons import Reason
+from cohelm.safety import stop
 
 _log = logging.getLogger(__name__)
 FIRST_TIME = "The first time this takes a minute or two."
@@ -156,6 +157,7 @@ class Loop:
                 self.chair.step(due, self._attend)
             except Exception:
                 _log.exception("the chair's loop has failed")
+                self.chair.order = stop(Reason.NAVIGATOR_SILENT)
                 self.trouble = "the chair's loop has failed; see the log"
                 self._tell(Notice(code="broken", text="Something in me broke. I stand."), None)
                 return
