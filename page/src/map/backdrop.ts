@@ -2,7 +2,7 @@
 
 import type { Preview, Route, Scene } from "../messages";
 import type { Colours } from "./palette";
-import { farthestFrom, lastOf } from "./strokes";
+import { farthestFrom, lastOf, lengthOf } from "./strokes";
 import { toScreen, type Point, type View } from "./view";
 
 /** So much more than the screen is drawn on each side, as a share of it. */
@@ -171,10 +171,13 @@ function drawWishes(context: CanvasRenderingContext2D, ground: Ground, view: Vie
 
 function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View): void {
   const { colours, route, left, preview } = ground;
-  const ahead = left === null ? route.points : lastOf(route.points, left);
+  const driven = left === null ? 0 : Math.max(0, lengthOf(route.points) - left);
+  const ahead = lastOf(route.points, lengthOf(route.points) - driven);
   context.lineJoin = context.lineCap = "round";
-  if (route.without.length > 1) {
-    dashed(context, route.without, colours.without, 3, [2, 8], view);
+  if (route.wishes.length > 0 && route.without.length > 1) {
+    // Without wishes it is the way itself, and both begin where the chair was.
+    const without = lastOf(route.without, lengthOf(route.without) - driven);
+    dashed(context, without, colours.without, 3, [2, 8], view);
   }
   if (ahead.length > 1) {
     traced(context, ahead, view);
