@@ -2,11 +2,12 @@ import { mount } from "svelte";
 import App from "./App.svelte";
 import { chair } from "./chair.svelte";
 import { link } from "./link";
-import { signIn, tokenOfLink } from "./server";
+import { heedLinks, signIn, tokenOfLink } from "./server";
 import { applyTheme } from "./theme";
 import "./theme.css";
 
 applyTheme();
+heedLinks(window);
 chair.follow(link);
 mount(App, { target: document.querySelector("#page")! });
 void begin();

@@ -47,3 +47,10 @@ function sentence(text: string): string {
   const end = /[.!?]$/.test(text) ? "" : ".";
   return text.charAt(0).toUpperCase() + text.slice(1) + end;
 }
+
+/** A link opened where the page is open already changes only what is behind the #. */
+export function heedLinks(window: Window): void {
+  window.addEventListener("hashchange", () => {
+    if (window.location.hash.startsWith("#token=")) window.location.reload();
+  });
+}
