@@ -183,6 +183,14 @@ def test_damage_of_any_kind_is_a_map_error_or_another_map(folder, suffix, wrong,
         assert set(np.unique(read_map(file, pixel_limit=10**6).data)) <= {-1, 0, 100}
 
 
+def test_what_is_no_image_is_refused_without_a_word_before(tmp_path):
+    """No warning of what it would be taken for: it would be an error here."""
+    file = tmp_path / "notes.pgm"
+    file.write_text("not a map")
+    with pytest.raises(MapError, match="not an image"):
+        read_map(file)
+
+
 def test_what_cannot_be_written(tmp_path):
     grid = OccupancyGrid(data=np.zeros((2, 2), dtype=np.int8), resolution=0.05, X_MG=np.zeros(3))
     with pytest.raises(MapError, match=r"must end in .yaml"):

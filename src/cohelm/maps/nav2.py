@@ -112,6 +112,8 @@ def read_map(file: Path | str, *, pixel_limit: int = PIXEL_LIMIT) -> OccupancyGr
     else:
         about, image_file = _bare(file), file
     lightness, opaque = _read_image(image_file, pixel_limit)
+    if image_file is file:
+        _warn_of_bare_image(file)
     _warn_of_lost_unknowns(file, about, lightness)
     return OccupancyGrid(
         data=occupancy(lightness, opaque, about)[::-1],
@@ -232,18 +234,22 @@ def _bare(file: Path) -> MapFile:
         raise MapError("is a folder; name a map's YAML file", file=file)
     if not file.is_file():
         raise MapError("no such file", file=file)
-    warnings.warn(
-        f"{file}: an image without a map YAML; taken as {_BARE_RESOLUTION} m a pixel, its lower "
-        f"left corner at (0, 0), occupied from 0.65 on, free up to 0.196",
-        MapWarning,
-        stacklevel=3,
-    )
     return MapFile(
         image=file.name,
         resolution=_BARE_RESOLUTION,
         origin=(0.0, 0.0, 0.0),
         occupied_thresh=0.65,
         free_thresh=0.196,
+    )
+
+
+def _warn_of_bare_image(file: Path) -> None:
+    """Say what an image was taken for, now that it is one."""
+    warnings.warn(
+        f"{file}: an image without a map YAML; taken as {_BARE_RESOLUTION} m a pixel, its lower "
+        f"left corner at (0, 0), occupied from 0.65 on, free up to 0.196",
+        MapWarning,
+        stacklevel=3,
     )
 
 
