@@ -14,6 +14,7 @@ from cohelm.evaluation import Episode, load_scenario
 from cohelm.evaluation.metrics import measure
 from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Decision, Reason
+from cohelm.safety import stop
 from cohelm.simulation import Newcomer
 from cohelm.simulation.newcomers import joined
 
@@ -90,6 +91,15 @@ def test_memory_does_not_grow_with_the_ride(ridden, book, monkeypatch):
     tracemalloc.stop()
     assert grown < 100_000
     assert len(book.end("left").stops) == 50
+
+
+def test_stops_are_told_without_coordinates(ridden, book):
+    tick, truth = ridden[3][0]
+    held = replace(tick, decision=stop(Reason.NO_PATH), trouble="no way to (4.00, 7.00)")
+    for _ in range(3):
+        book.add(held, truth)
+    (found,) = book.end("left").stops
+    assert found.text == Reason.NO_PATH.sentence
 
 
 def test_who_comes_in_mid_ride_is_not_there_before(ridden, book):

@@ -348,6 +348,14 @@ def test_the_page_needs_nothing_else_and_says_what_happened(store, stage, ticks)
     assert "@media print" in html
 
 
+@pytest.mark.parametrize(("to", "said"), [("Ward 4", "left on the way after"), ("", "ended after")])
+def test_a_ride_that_did_not_arrive_was_left_on_the_way(store, stage, to, said):
+    facts = store.begin(stage)
+    driven(store, stage, destination=to, outcome="left")
+    store.settle()
+    assert said in store.html(facts.id)
+
+
 def test_names_are_text_in_page_and_table(store, stage):
     facts = store.begin(stage)
     driven(store, stage, destination='=HYPERLINK("x")<script>alert(1)</script>')

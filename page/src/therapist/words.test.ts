@@ -21,7 +21,7 @@ describe("words", () => {
     expect(shares({ manual: 12, shared: 125, assisted: 0.2 })).toBe("shared 2 min 5 s, by hand 12 s");
     expect(shares({})).toBe("none");
     expect(outcome({ outcome: "left", destination: "" })).toBe("Ended");
-    expect(outcome({ outcome: "left", destination: "Ward A" })).toBe("Given up");
+    expect(outcome({ outcome: "left", destination: "Ward A" })).toBe("Left on the way");
     expect(destination({ destination: "" })).toBe("no destination");
   });
 

@@ -63,9 +63,9 @@ export function moment(iso: string, locale?: string, timeZone?: string): string 
   return time.toLocaleString(locale, { dateStyle: "medium", timeStyle: "medium", ...zone });
 }
 
-const OUTCOMES = { arrived: "Arrived", left: "Given up", collision: "Touched something" };
+const OUTCOMES = { arrived: "Arrived", left: "Left on the way", collision: "Touched something" };
 
-/** A ride without a destination cannot be given up: it ends. */
+/** A ride without a destination is on no way to be left: it ends. */
 export function outcome(ride: Pick<RideRecord, "outcome" | "destination">): string {
   if (ride.outcome === "left" && !ride.destination) return "Ended";
   return OUTCOMES[ride.outcome] ?? ride.outcome;

@@ -130,7 +130,7 @@ class _Ride:
                     time=each.time - self.first_time,
                     duration=each.duration,
                     code=each.reason.value,
-                    text=each.detail or each.reason.sentence,
+                    text=each.reason.sentence,
                 )
                 for each in _longest(self._stops.all)
             ),

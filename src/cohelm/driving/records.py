@@ -13,8 +13,7 @@ from cohelm.driving.messages import Limits
 from cohelm.messages import Mode, Path
 
 Outcome = Literal["arrived", "left", "collision"]
-"""``left``: the ride was given up, by a new destination, none any more, or the end of the session.
-"""
+"""``left``: it was on the way still, at a new destination, none any more, or the session's end."""
 
 
 def default_folder() -> File:

@@ -13,7 +13,7 @@ from cohelm.driving.messages import Limits
 from cohelm.driving.records import RideRecord, SessionSummary
 from cohelm.evaluation.metrics.table import MEASURES
 
-OUTCOMES = {"arrived": "arrived", "left": "given up", "collision": "touched something"}
+OUTCOMES = {"arrived": "arrived", "left": "left on the way", "collision": "touched something"}
 WORDS: dict[str, tuple[str, str]] = {
     "time": ("time to the destination", "s"),
     "path_length": ("way driven", "m"),
@@ -82,7 +82,7 @@ def session_html(summary: SessionSummary, maps: Mapping[str, bytes]) -> str:
     where = "in simulation" if facts.simulation else "on the chair"
     title = f"Session of {facts.began[:10]}"
     rows = "".join(
-        f"<tr><td>{n}</td><td>{escape(_destination(r))}</td><td>{OUTCOMES[r.outcome]}</td>"
+        f"<tr><td>{n}</td><td>{escape(_destination(r))}</td><td>{_outcome(r)}</td>"
         f'<td class="number">{r.time:.0f} s</td><td class="number">{r.length:.1f} m</td>'
         f"<td>{_rating(r)}</td></tr>"
         for n, r in enumerate(summary.rides, 1)
@@ -126,7 +126,7 @@ def _ride(number: int, ride: RideRecord, picture: bytes | None) -> str:
     facts = "".join(
         f'<tr><th scope="row">{name}</th><td>{escape(text)}</td></tr>'
         for name, text in (
-            ("Outcome", f"{OUTCOMES[ride.outcome]} after {ride.time:.0f} s, {ride.length:.1f} m"),
+            ("Outcome", f"{_outcome(ride)} after {ride.time:.0f} s, {ride.length:.1f} m"),
             ("Rating", _rating(ride)),
             ("Who steered", _shares(ride.modes) or "nobody"),
             ("By", _shares(ride.devices) or "no device"),
@@ -175,6 +175,12 @@ def _table(caption: str, head: tuple[str, ...], rows: str) -> str:
 
 def _destination(ride: RideRecord) -> str:
     return ride.destination or "no destination"
+
+
+def _outcome(ride: RideRecord) -> str:
+    """Where it went nowhere, nothing was left: it ended."""
+    nowhere = ride.outcome == "left" and not ride.destination
+    return "ended" if nowhere else OUTCOMES[ride.outcome]
 
 
 def _rating(ride: RideRecord) -> str:
