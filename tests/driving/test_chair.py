@@ -1,6 +1,7 @@
 """Whatever fails, the wheels stand in time and the chair says why; else it does what is asked."""
 
 import itertools
+import pickle
 
 import numpy as np
 import pytest
@@ -132,6 +133,26 @@ def test_equal_drives_are_equal(hall):
     assert [s.model_dump() for s in driven()] == [s.model_dump() for s in driven()]
 
 
+def test_what_was_chosen_while_it_got_ready_is_kept_and_waits_for_a_word(hall):
+    rig = Rig(hall)
+    rig.chair.play, rig.thinking.ready = None, False
+    rig.say(Take())
+    rig.say(AHEAD)
+    rig.say(Resume())
+    assert rig.steps(4, 0.0)[-1].why.code == "getting_ready"
+    rig.chair.put(rig.play())
+    rig.beat()
+    rig.say(Resume())  # before it is ready: that was not yet the word
+    rig.steps(2, 0.0)
+    rig.thinking.ready = True
+    states = rig.steps(10, 0.0)
+    assert states[-1].goal.x == AHEAD.point[0]
+    assert all(stands(state) for state in states)
+    assert (states[-1].link, states[-1].why.code) == ("confirm", "confirm")
+    rig.say(Resume())
+    assert rig.steps(14, 0.0)[-1].speed > 0.1
+
+
 # ------------------------------------------------------------------ nothing moves
 
 
@@ -200,6 +221,19 @@ def test_after_stop_a_held_stick_does_not_resume(rig):
     rig.say(Resume())
     rig.steps(2, 0.0)
     assert rig.steps(10, 0.8)[-1].speed > 0.1
+
+
+def test_one_stop_is_logged_once_however_often_a_page_repeats_it(rig):
+    noted = []
+    rig.hearing._note = lambda who, what, **_: noted.append(what)
+    for _ in range(3):
+        rig.say(Stop())
+        rig.steps(2, 0.0)
+    rig.say(Resume())
+    rig.steps(2, 0.0)
+    rig.say(Stop())
+    rig.steps(2, 0.0)
+    assert noted == ["stop", "resume", "stop"]
 
 
 def test_who_takes_over_is_seen_by_both(rig):
@@ -381,6 +415,27 @@ def test_while_time_stands_nothing_moves_and_a_held_stick_does_not_count_after(r
     assert rig.steps(6, 0.8)[-1].why.code == "let_go"
     rig.steps(2, 0.0)
     assert rig.steps(10, 0.8)[-1].speed > 0.1
+
+
+def test_while_time_stands_a_wish_has_its_price_and_the_navigator_does_no_step(rig):
+    told = []
+    rig.chair._pricing.surrounded = told.append
+    rig.steps(4, 0.0)
+    rig.chair.pause(on=True)
+    rig.steps(2, 0.0)
+    last = rig.thinking.mind._last
+    rig.say(AHEAD)
+    rig.chair._pricing.wanted = True
+    rig.steps(1, 0.0)
+    rig.chair._pricing.wanted = False
+    assert all(stands(state) for state in rig.steps(4, 0.0))
+    (about,) = map(pickle.loads, told)
+    assert about.goal.tolist() == list(AHEAD.point)
+    assert about.pose.tolist() == pytest.approx(rig.state.pose, abs=0.02)  # as it was measured then
+    assert rig.thinking.mind._last is last
+    rig.chair.pause(on=False)
+    rig.say(Resume())
+    assert rig.steps(14, 0.0)[-1].speed > 0.1
 
 
 def test_a_world_that_begins_anew_is_the_same_again(hall, rig):

@@ -46,6 +46,8 @@ class Ask:
     """The ride has ended before this step."""
     surroundings: bool = False
     """Say also what a way is planned among, for a preview."""
+    glance: bool = False
+    """Time stands still: say that alone, and decide nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +82,8 @@ class Answer:
     groups: tuple[Points, ...] = ()
     log: RideLog | None = None
     """Of the ride that ended with the question."""
+    glance: bool = False
+    """Nothing was decided; see ``Ask.glance``."""
     surroundings: bytes | None = None
     """A pickled ``Surroundings``, empty where the chair goes nowhere; None: nobody asked. Whoever
     holds the chair does not open it."""

@@ -65,6 +65,7 @@ class Chair:
         self._thinking, self._pricing, self._outings = crew.thinking, crew.pricing, crew.outings
         self._tell, self._clock = tell, clock
         self.play: Play | None = None
+        self._gets_ready = True
         self.paused = False
         self.waits = False
         """Whether another world is being made; until then it stands."""
@@ -94,7 +95,11 @@ class Chair:
         return bool(self.order.twist.any()) or not bool(is_standing(self.play.world.truth.twist))
 
     def put(self, play: Play) -> None:
-        """Into another world, where it stands and has nowhere to go."""
+        """Into another world, where it stands and has nowhere to go.
+
+        What was chosen before there was any world is kept.
+        """
+        begins_anew = self.play is not None
         self.play, self.paused, self.waits = play, False, False
         self._afresh, self._since = True, self.ticks
         self._watch, self.view = Watch(), replace(View(), version=self.view.version + 1)
@@ -102,7 +107,8 @@ class Chair:
         self._touching = self.arrived = False
         self.order = stop(Reason.GETTING_READY)
         hearing = self._hearing
-        hearing.errand = hearing.errand.to(None).without(None, every=True)
+        if begins_anew:
+            hearing.errand = hearing.errand.to(None).without(None, every=True)
         hearing.link = link.recentred(hearing.link)
         self._outings.on(play.stage)
 
@@ -127,7 +133,9 @@ class Chair:
         attend()
         late = max(self._clock() - due, 0.0)
         play = self.play
-        if play is not None and not self.paused:
+        if play is not None and self.paused:
+            self._glance(play)
+        elif play is not None:
             room = ROOM + (late if late >= STEP else 0.0)  # what is lost is lost
             self._ask(play, late)
             self._listen(play, due + room, late)
@@ -174,6 +182,27 @@ class Chair:
         self._turn = hearing.link.turn
         self._thinking.ask(asked, now)
 
+    def _glance(self, play: Play) -> None:
+        """While time stands still, ask only about what a wish would be priced by."""
+        now, hearing = self._clock(), self._hearing
+        answer = self._thinking.answer(0.0, now)
+        if answer is not None:
+            self._take(play, answer)
+        if not (self._pricing.wanted and self._thinking.free):
+            return
+        limits, rider = self._in_force.limits, self._in_force.rider
+        asked = Ask(
+            number=self.ticks,
+            errand=hearing.errand.version,
+            observation=play.world.observe(),
+            request=request_of(hearing.errand, self._profile, limits, rider, moves=False),
+            truth=play.world.truth,
+            heard=-1,
+            glance=True,
+            surroundings=True,
+        )
+        self._thinking.ask(asked, now)
+
     def _listen(self, play: Play, until: float, late: float) -> None:
         """Take the answers that come before ``until``, s, till there is one of this step."""
         while self._thinking.asked is not None:
@@ -199,12 +228,14 @@ class Chair:
         self._outings.logged(answer.log)
         if answer.number < self._since:
             return  # of a world that is gone
+        if answer.surroundings is not None:
+            self._pricing.surrounded(answer.surroundings)
+        if answer.glance:
+            return
         if now - self._thinking.asked_at <= PATIENCE:
             self._watch = self._watch.told(answer.decision, answer.heard, now, self._turn)
         self.answered = answer.errand
         self.view = self.view.shown(answer, hearing.errand)
-        if answer.surroundings is not None:
-            self._pricing.surrounded(answer.surroundings)
         current = answer.errand == hearing.errand.version and hearing.errand.goal is not None
         if answer.arrived and current and bool(is_standing(play.world.truth.twist)):
             self._arrive()
@@ -221,10 +252,11 @@ class Chair:
         if self.paused:
             self.order = stop(Reason.PAUSED)
             return
+        self._begin_ready(self.waits or (watch.decision is None and self._thinking.begun <= 1))
         hold = link.why(self._hearing.link, now)
         if hold is None and watch.turn != self._hearing.link.turn:
             hold = Reason.LET_GO  # what was decided before somebody let go
-        if self.waits or (watch.decision is None and self._thinking.begun <= 1):
+        if self._gets_ready:
             hold = Reason.GETTING_READY
         elif watch.decision is None or now - watch.at > FORGETFUL:
             self.hold(Reason.NAVIGATOR_SILENT)
@@ -234,6 +266,13 @@ class Chair:
             self.stops += 1
         before = self.order.twist
         self.order = gently(wanted, before, self._in_force.limits.max_acceleration, STEP)
+
+    def _begin_ready(self, gets_ready: bool) -> None:
+        """Who chose meanwhile where to go has not yet seen it ready: they say when."""
+        hearing = self._hearing
+        if self._gets_ready and not gets_ready and hearing.errand.under_way:
+            hearing.link = link.confirming(hearing.link)
+        self._gets_ready = gets_ready
 
     def _go_on(self, play: Play) -> None:
         """Let the world pass a step, and see what came of it."""

@@ -171,8 +171,10 @@ class Hearing:
             self._note(client, "released")
 
     def _stop(self, client: str, _: Stop, __: float) -> None:
-        self.link = link.held(self.link, Reason.RIDER_STOP)
-        self._note(client, "stop")
+        before = self.link
+        self.link = link.held(before, Reason.RIDER_STOP)
+        if not (before.need is link.Need.CONFIRM and before.cause is Reason.RIDER_STOP):
+            self._note(client, "stop")  # and not at every time that a page repeats it
 
     def _resume(self, client: str, _: Resume, at: float) -> None:
         after = link.resumed(self.link, client, at)

@@ -163,6 +163,11 @@ def held(state: LinkState, cause: Reason) -> LinkState:
     return replace(state, need=Need.CONFIRM, cause=cause, turn=state.turn + 1)
 
 
+def confirming(state: LinkState) -> LinkState:
+    """Stand until the driver confirms, for no other reason than that nobody has yet."""
+    return replace(state, need=Need.CONFIRM, turn=state.turn + 1)
+
+
 def recentred(state: LinkState) -> LinkState:
     """The stick must be let go once before it counts again."""
     if state.need is not Need.NOTHING or (state.centred and state.beat is not None):

@@ -33,6 +33,8 @@ from cohelm.evaluation.processes import end_with_owner, leave_interrupts
 from cohelm.evaluation.staging import set_stage
 from cohelm.messages import Mode, Path, Request, RiderCommand, Wish
 from cohelm.navigation import Navigator, Tick
+from cohelm.reasons import Reason
+from cohelm.safety import stop
 from cohelm.simulation import World
 
 _TICKS = 12
@@ -80,7 +82,9 @@ class Mind:
         self._log: RideLog | None = None
 
     def answer(self, ask: Ask) -> Answer:
-        """One step."""
+        """One step, or a glance at what there is."""
+        if ask.glance:
+            return self._glance(ask)
         if ask.afresh:
             self._last = None
         request = replace(ask.request, farther=ask.distance)  # so that it is recorded, too
@@ -101,11 +105,13 @@ class Mind:
             people=people_of(tick),
             groups=groups_of(tick),
             log=log,
-            surroundings=surroundings_of(tick) if ask.surroundings else None,
+            surroundings=surroundings_of(tick, request) if ask.surroundings else None,
         )
 
     def note(self, ask: Ask, recording: Recording) -> None:
-        """Put the step that was just answered down."""
+        """Put the step that was just answered down; a glance is none."""
+        if ask.glance:
+            return
         if ask.afresh:
             recording.afresh()
         if ask.end is not None and self._logs:
@@ -119,6 +125,18 @@ class Mind:
         if self._logs:
             self._logbook.add(self._last, ask.truth)
         recording.add(self._last, ask.truth)
+
+    def _glance(self, ask: Ask) -> Answer:
+        """What a way is planned among since the last step; the navigator does none."""
+        found = surroundings_of(self._last, ask.request) if self._last is not None else b""
+        return Answer(
+            number=ask.number,
+            errand=ask.errand,
+            heard=ask.heard,
+            decision=stop(Reason.PAUSED),
+            glance=True,
+            surroundings=found,
+        )
 
     def _same(self, request: Request) -> Request:
         """The request of before where it says the same, for whoever compares by identity."""

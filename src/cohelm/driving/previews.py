@@ -12,14 +12,14 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, identical
 from cohelm.driving.asking import Charge, Points, Ready
 from cohelm.driving.shown import way_of
 from cohelm.errors import PlanningError
 from cohelm.evaluation import Stage
 from cohelm.evaluation.processes import end_with_owner, leave_interrupts
 from cohelm.evaluation.staging import set_stage
-from cohelm.messages import Crowding, LiveObstacles, Path, Wish
+from cohelm.messages import Crowding, LiveObstacles, Path, Request, Wish
 from cohelm.navigation import Tick, reason_of
 from cohelm.planning import GlobalPlanner, RouteProblem
 
@@ -71,12 +71,17 @@ class Price:
     """Why there is no way; empty where there is one."""
 
 
-def surroundings_of(tick: Tick) -> bytes:
-    """A tick's, pickled; nothing where it leads nowhere."""
-    asked, memory = tick.request, tick.memory
+def surroundings_of(tick: Tick, asked: Request) -> bytes:
+    """A tick's, pickled; nothing where it leads nowhere.
+
+    Args:
+        tick: the last one.
+        asked: what is wanted now; the tick's own request, unless time has stood still since.
+    """
+    memory = tick.memory
     if np.isnan(asked.goal).any():
         return b""
-    route = memory.route
+    route = memory.route if identical(asked.wishes, tick.request.wishes) else None
     here = tick.observation.pose
     told = memory.crowding.told if memory.crowding is not None else None
     found = Surroundings(
