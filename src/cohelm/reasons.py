@@ -57,7 +57,7 @@ class Reason(StrEnum):
     CREEPING = "creeping", "It is tight here, so I go very slowly."
     ASK_RIDER = "ask_rider", "I cannot get through here. Please steer, or choose another place."
     NOBODY_DRIVES = "nobody_drives", "Nobody is driving, so I stand."
-    PAGE_SILENT = "page_silent", "I did not hear from your page, so I stopped."
+    PAGE_SILENT = "page_silent", "I did not hear from the driver's page, so I stopped."
     LET_GO = "let_go", "Please let go of the stick first."
     CONFIRM = "confirm", "Please say when I may go."
     NAVIGATOR_SILENT = "navigator_silent", "I could not think in time, so I stopped."
