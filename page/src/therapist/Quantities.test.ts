@@ -3,7 +3,7 @@ import { describe, expect, it, vi } from "vitest";
 import { LIMITS, type Outcome } from "./changes";
 import Quantities from "./Quantities.svelte";
 
-const DONE = { done: true, text: "Changed." };
+const DONE = { done: true, text: "Saved." };
 const NOW = { max_speed: 1, max_acceleration: 0.6, min_distance: 0.45 };
 
 function shown(save: (next: typeof NOW) => Promise<Outcome>, warn?: () => string) {
@@ -23,7 +23,7 @@ describe("limits on the page", () => {
     expect(page.save.disabled).toBe(false);
     await fireEvent.click(page.save);
     expect(save).toHaveBeenCalledWith({ ...NOW, max_speed: 0.6 });
-    expect(await screen.findByText("Changed.")).toBeTruthy();
+    expect(await screen.findByText("Saved. In force: Greatest speed 1 m/s.")).toBeTruthy(); // what the chair says
   });
 
   it("say the server's refusal, and keep what was typed", async () => {

@@ -1,6 +1,6 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
-import { fault, isLooser, isSame, LIMITS, limitsOf, RIDER, told, type Quantity } from "./changes";
+import { fault, inForce, isLooser, isSame, LIMITS, limitsOf, RIDER, told, type Quantity } from "./changes";
 
 const NOW = { max_speed: 1, max_acceleration: 0.6, min_distance: 0.45 };
 
@@ -32,8 +32,16 @@ describe("changes", () => {
   it("go no further than the chair, and say where it stopped them", () => {
     expect(limitsOf({ max_speed: 1.5 }).map((q) => q.most)).toEqual([1.5, 2, 2]);
     expect(limitsOf(undefined)).toEqual(LIMITS);
-    expect(told(NOW, NOW)).toBe("Changed.");
-    expect(told({ ...NOW, max_acceleration: 2 }, NOW)).toBe("Changed, as far as the chair can.");
+    expect(told(NOW, NOW)).toBe("Saved.");
+    expect(told({ ...NOW, max_acceleration: 2 }, NOW)).toBe("Saved, as far as the chair can.");
+  });
+
+  it("say of what was changed what is in force", () => {
+    const next = { max_speed: 3, min_distance: 0.45 };
+    expect(inForce(LIMITS, next, NOW)).toBe("In force: Greatest speed 1 m/s, Least distance from people 0.45 m.");
+    expect(inForce(RIDER, { dead_zone: 0.1 }, { tremor_filter: 0, dead_zone: 0.1, dwell: 1 })).toBe(
+      "In force: Dead zone 0.1.",
+    );
   });
 
   it("know more speed, more acceleration and less distance for looser", () => {

@@ -61,7 +61,19 @@ export function limitsOf(chair: Pick<Chair, "max_speed"> | undefined): typeof LI
 
 /** What to say of limits that were sent and those that are in force since. */
 export function told(sent: Limits, now: Limits): string {
-  return isSame(LIMITS, sent, now) ? "Changed." : "Changed, as far as the chair can.";
+  return isSame(LIMITS, sent, now) ? "Saved." : "Saved, as far as the chair can.";
+}
+
+/** What is in force of what was changed: "Greatest speed 0.6 m/s, …". */
+export function inForce<Name extends string>(
+  quantities: readonly Quantity<Name>[],
+  changed: Readonly<Partial<Record<Name, number>>>,
+  now: Readonly<Record<Name, number>>,
+): string {
+  const said = quantities
+    .filter(({ name }) => changed[name] !== undefined)
+    .map(({ name, label, unit }) => `${label} ${now[name]}${unit && ` ${unit}`}`);
+  return `In force: ${said.join(", ")}.`;
 }
 
 /** Why a value cannot be set; empty: it can. */
