@@ -15,7 +15,8 @@ function withoutLengths(part) {
   return Object.fromEntries(entries.filter(([key]) => !(list && key === "minItems")));
 }
 
-const made = await compile(withoutLengths(JSON.parse(await readFile(schema, "utf8"))), "Messages", {
+const messages = JSON.parse(await readFile(schema, "utf8"));
+const made = await compile(withoutLengths(messages), "Messages", {
   bannerComment: "// Made by types.mjs from ../src/cohelm/web/messages.schema.json; do not edit.",
   maxItems: -1,
 });
@@ -24,6 +25,8 @@ const text = made.replace(/\[(number(?:, number)+)\]/g, "(readonly [$1])");
 await writeFile(
   types,
   `${text}
+/** Of the messages. */
+export const VERSION: number = ${messages.definitions.Welcome.properties.version.default};
 export type FromPage = Messages["fromPage"];
 export type ToPage = Messages["toPage"];
 `,

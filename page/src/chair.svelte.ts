@@ -37,6 +37,7 @@ export class Chair {
   rider = $state.raw<RiderSettings | null>(null);
   state = $state.raw<State | null>(null);
   route = $state.raw<Route>(NO_ROUTE);
+  /** The ride that is over, until it was rated or the next one begins. */
   ended = $state.raw<Ended | null>(null);
   notice = $state.raw<Notice | null>(null);
   /** When the newest state came, by the page's own clock, ms. */
@@ -77,6 +78,7 @@ export class Chair {
         this.state = message;
         this.came = performance.now();
         this.stale = false;
+        if (this.ended && message.ride && message.ride !== this.ended.ride) this.ended = null;
         break;
       case "route":
         this.route = message;

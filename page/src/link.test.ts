@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { Link, type Status } from "./link";
-import type { ToPage } from "./messages";
+import { VERSION, type ToPage } from "./messages";
 
 class Socket {
   static readonly OPEN = 1;
@@ -20,7 +20,7 @@ class Socket {
     this.onclose?.();
   }
   hear(message: Partial<ToPage>): void {
-    this.onmessage?.({ data: JSON.stringify(message) });
+    this.onmessage?.({ data: JSON.stringify({ ...(message.type === "welcome" && { version: VERSION }), ...message }) });
   }
 }
 
@@ -101,6 +101,35 @@ describe("the link", () => {
     newest().close();
     expect(await cut).toMatchObject({ type: "refused", code: "link_lost" });
     expect(await link.ask({ type: "pace", pace: "slow" })).toMatchObject({ code: "link_lost" });
+  });
+
+  it("begins anew without waiting for the old one's goodbye, and heeds it no more", async () => {
+    const link = new Link("ws://here");
+    link.connect();
+    const old = newest();
+    old.hear({ type: "welcome" });
+    old.close = () => undefined;
+    const cut = link.ask({ type: "pace", pace: "slow" });
+    link.again();
+    expect(await cut).toMatchObject({ code: "link_lost" });
+    await vi.advanceTimersByTimeAsync(300);
+    expect(Socket.all).toHaveLength(2);
+    newest().hear({ type: "welcome" });
+    old.onclose?.();
+    expect(link.status).toBe("open");
+  });
+
+  it("does not drive a chair that speaks another version", async () => {
+    const link = new Link("ws://here");
+    const heard = vi.fn();
+    link.listen(heard);
+    link.connect();
+    newest().hear({ type: "welcome", version: VERSION + 1 } as Partial<ToPage>);
+    expect(link.status).toBe("outdated");
+    expect(heard).not.toHaveBeenCalled();
+    expect(newest().readyState).toBe(3);
+    await vi.advanceTimersByTimeAsync(10_000);
+    expect(Socket.all).toHaveLength(1);
   });
 
   it("keeps nothing for later that it cannot send now", () => {

@@ -1,8 +1,9 @@
 // The one socket to the chair: it comes back by itself, and answers find their questions.
 
-import type { Done, FromPage, Preview, Refused, ToPage } from "./messages";
+import { VERSION, type Done, type FromPage, type Preview, type Refused, type ToPage } from "./messages";
 
-export type Status = "connecting" | "open" | "lost" | "sign-in";
+/** `outdated`: the chair speaks another version of the messages than this page. */
+export type Status = "connecting" | "open" | "lost" | "sign-in" | "outdated";
 export type Answer = Done | Preview | Refused;
 /** A message that carries a number, without it: `ask` gives it one. */
 export type Question = Extract<FromPage, { id?: number }> extends infer Each
@@ -50,6 +51,14 @@ export class Link {
     socket?.close();
   }
 
+  /** Begins the connection anew, where there is one. */
+  again(): void {
+    const socket = this.#socket;
+    if (!socket) return;
+    void this.#closed(socket); // at once: whoever hears nothing may not answer a goodbye either
+    socket.close();
+  }
+
   /** Says whether it went out; what cannot be sent now is not kept for later. */
   send(message: FromPage): boolean {
     if (this.#socket?.readyState !== WebSocket.OPEN) return false;
@@ -89,6 +98,11 @@ export class Link {
   }
 
   #heard(message: ToPage): void {
+    if (message.type === "welcome" && message.version !== VERSION) {
+      this.close();
+      this.#become("outdated");
+      return;
+    }
     if (message.type === "welcome") {
       this.#wait = FIRST_WAIT;
       this.#become("open");

@@ -1,5 +1,5 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
-import { ask, tokenOfLink } from "./server";
+import { ask, reloaded, reloadOnce, tokenOfLink } from "./server";
 
 afterEach(() => vi.unstubAllGlobals());
 
@@ -9,6 +9,16 @@ describe("server", () => {
     expect(await ask("GET", "/api/me")).toEqual({
       ok: false, status: 0, text: "The chair’s server does not answer.",
     });
+  });
+
+  it("is asked once by itself for a page of its own version, and again only after that helped", () => {
+    const reload = vi.fn();
+    const window = { location: { reload } as unknown as Location, sessionStorage };
+    expect([reloadOnce(window), reloadOnce(window)]).toEqual([true, false]);
+    reloaded(window);
+    expect(reloadOnce(window)).toBe(true);
+    expect(reload).toHaveBeenCalledTimes(2);
+    reloaded(window);
   });
 
   it("takes the token out of a link, and the address forgets it", () => {

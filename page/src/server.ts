@@ -48,6 +48,30 @@ function sentence(text: string): string {
   return text.charAt(0).toUpperCase() + text.slice(1) + end;
 }
 
+const RELOADED = "cohelm.reloaded";
+
+/** A page that a browser kept from before the chair's program changed is loaded anew: once by
+ * itself, as that need not help. Returns whether it is. */
+export function reloadOnce(window: Pick<Window, "location" | "sessionStorage">): boolean {
+  try {
+    if (window.sessionStorage.getItem(RELOADED)) return false;
+    window.sessionStorage.setItem(RELOADED, "1");
+  } catch {
+    return false; // what cannot be remembered could go on for ever
+  }
+  window.location.reload();
+  return true;
+}
+
+/** The page is the chair's own again. */
+export function reloaded(window: Pick<Window, "sessionStorage">): void {
+  try {
+    window.sessionStorage.removeItem(RELOADED);
+  } catch {
+    // nothing was kept
+  }
+}
+
 /** A link opened where the page is open already changes only what is behind the #. */
 export function heedLinks(window: Window): void {
   window.addEventListener("hashchange", () => {

@@ -10,7 +10,7 @@ let inputs: Inputs;
 
 beforeEach(() => {
   pulled = [];
-  inputs = new Inputs({ send: () => true, watch: () => () => undefined }, new Chair());
+  inputs = new Inputs({ send: () => true, watch: () => () => undefined, again: () => undefined }, new Chair());
   inputs.pull = (at) => void pulled.push(at);
   render(Joystick, { inputs, usable: true });
   Object.defineProperty(stick(), "clientWidth", { value: 100 }); // full deflection is 36 px

@@ -14,7 +14,7 @@ beforeEach(() => {
   sent = [];
   chair = new Chair();
   chair.client = "me";
-  inputs = new Inputs({ send: (message) => sent.push(message) > 0, watch: () => () => undefined }, chair);
+  inputs = new Inputs({ send: (message) => sent.push(message) > 0, watch: () => () => undefined, again: () => undefined }, chair);
 });
 
 const state = (now: Partial<State>) =>

@@ -13,6 +13,9 @@ import { isMoving, isOver, pushed, type Direction, type Push } from "./switches"
 
 /** How often gamepads, ramps and switches are looked at, ms. */
 const EVERY = 20;
+/** A page in front that drives and is not heard for longer than this connects anew, ms (assumed):
+ * after its clock stood still, the chair takes every beat of the old connection for a late one. */
+const UNHEARD = 2_000;
 /** Until the chair says otherwise. */
 const DEAD_ZONE = 0.08;
 
@@ -20,6 +23,8 @@ const DEAD_ZONE = 0.08;
 export interface Line {
   send(message: FromPage): boolean;
   watch(watcher: (status: string) => void): () => void;
+  /** Begins the connection anew. */
+  again(): void;
 }
 
 export class Inputs {
@@ -40,6 +45,8 @@ export class Inputs {
   #spaceStopped = false;
   #buttons = new Map<number, PadButtons>();
   #pulse: Heartbeat;
+  /** Since when the chair does not hear this page, ms; null: it does, or need not. */
+  #unheard: number | null = null;
 
   constructor(
     readonly line: Line,
@@ -108,6 +115,16 @@ export class Inputs {
     }
     this.#arbitrate("switch", pushed(this.push, now));
     this.scanner.tick(now);
+    this.#lookAtLink(now);
+  }
+
+  #lookAtLink(now: number): void {
+    const { driving, stale, state } = this.chair;
+    const unheard = this.present && driving && !stale && state?.link === "silent";
+    this.#unheard = unheard ? (this.#unheard ?? now) : null;
+    if (this.#unheard === null || now - this.#unheard <= UNHEARD) return;
+    this.#unheard = null;
+    this.line.again();
   }
 
   #lookAtPads(): void {

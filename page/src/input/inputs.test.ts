@@ -11,6 +11,7 @@ let inputs: Inputs;
 let end: () => void;
 let pads: Pad[];
 let focused: boolean;
+let again: number;
 
 const READY = { link: "ready", driver: "me", mode: "shared", pace: "normal" } as const;
 
@@ -28,6 +29,7 @@ beforeEach(() => {
   pads = [];
   Object.assign(navigator, { getGamepads: () => pads });
   sent = [];
+  again = 0;
   chair = new Chair();
   chair.client = "me";
   chair.rider = { dead_zone: 0.1, dwell: 1, tremor_filter: 0 };
@@ -35,6 +37,7 @@ beforeEach(() => {
   inputs = new Inputs(
     {
       send: (message) => sent.push(message) > 0,
+      again: () => again++,
       watch: (watcher) => {
         tell = watcher;
         watcher("open");
@@ -66,6 +69,28 @@ const pad = (forward: number, down: number[] = []): Pad => ({
   mapping: "standard",
   axes: [0, -forward],
   buttons: Array.from({ length: 17 }, (_, n) => ({ pressed: down.includes(n) })),
+});
+
+describe("a page that is not heard", () => {
+  it("connects anew where it drives, is in front and beats all the same", () => {
+    state({ link: "silent" });
+    pass(1_900);
+    expect(again).toBe(0);
+    pass(300);
+    expect(again).toBe(1);
+  });
+
+  it.each([
+    ["another one drives", () => state({ link: "silent", driver: "other" })],
+    ["it is heard again", () => state()],
+    ["it is not in front", () => { focused = false; window.dispatchEvent(new Event("blur")); }],
+  ])("does not where %s", (_, change) => {
+    state({ link: "silent" });
+    pass(1_500);
+    change();
+    pass(5_000);
+    expect(again).toBe(0);
+  });
 });
 
 describe("keys", () => {
