@@ -1,0 +1,1 @@
+"""The rider's page in a real Chromium, against a chair that really drives."""

@@ -1,0 +1,184 @@
+"""Somebody at the page: what they press, and when the page last said that it is alive."""
+
+import json
+import os
+import re
+import time
+from contextlib import suppress
+
+from playwright.sync_api import Error, expect
+
+from .cable import Cable
+from .served import wants
+
+PATIENCE = 20_000  # ms: on a busy machine a page takes its time
+PADS = """
+window.pads = [];
+navigator.getGamepads = () => window.pads;
+window.pad = (forward, left, down = []) => (window.pads = [{
+  index: 0, id: "pad", connected: true, mapping: "standard", timestamp: performance.now(),
+  axes: [-left, -forward, 0, 0],
+  buttons: Array.from({ length: 17 }, (_, n) => ({ pressed: down.includes(n), value: 0 })),
+}]);
+"""
+
+
+class Rider:
+    """A page in a context of its own, at the other end of a cable of its own."""
+
+    def __init__(self, browser, chair, path="/", before="", context=None, **options):
+        self.chair = chair
+        self.cable = Cable(chair.port)
+        self._own = context is None
+        before_it = renderers(browser)
+        self.context = context or browser.new_context(**options)
+        self.context.set_default_timeout(PATIENCE)
+        self.page = self.context.new_page()
+        self.page.add_init_script(PADS + before)
+        self.faults, self.beats, self.client = [], [], None
+        self.page.on("pageerror", lambda error: self.faults.append(str(error)))
+        self.page.on("websocket", self._listen)
+        self.address = f"http://127.0.0.1:{self.cable.port}"
+        self.page.goto(self.address + path)
+        self._renderers = renderers(browser) - before_it
+        self._epoch = time.time() - time.monotonic()
+        self._began = self.page.evaluate("performance.timeOrigin") / 1000.0
+
+    def _listen(self, socket):
+        socket.on("framesent", self._sent)
+        socket.on("framereceived", self._received)
+
+    def _sent(self, text):
+        if '"beat"' in text:
+            self.beats.append(json.loads(text))
+
+    def _received(self, text):
+        if text.startswith('{"type":"welcome"'):
+            self.client = json.loads(text)["client"]
+
+    def close(self):
+        with suppress(Error):
+            self.page.close()
+        if self._own:
+            self.context.close()
+        self.cable.close()
+
+    def signal(self, what):
+        """To the processes that show the page, as far as they are there."""
+        for pid in self._renderers:
+            with suppress(ProcessLookupError):
+                os.kill(pid, what)
+
+    # What they do
+
+    def button(self, name):
+        return self.page.get_by_role("button", name=name, exact=isinstance(name, str))
+
+    def press(self, name):
+        self.button(name).click()
+
+    def rest(self, seconds):
+        self.page.wait_for_timeout(1000.0 * seconds)
+
+    def sees(self, text):
+        expect(self.page.get_by_text(text).filter(visible=True).first).to_be_visible(
+            timeout=PATIENCE
+        )
+
+    def until(self, law, within=20.0):
+        """The chair's state once it fulfils a law."""
+        return self.chair.until(law, within, self.rest)
+
+    def holds(self, law, seconds=0.6):
+        """A law holds of every state for a while."""
+        since = self.chair.state["clock"]
+        self.rest(seconds)
+        found = [each for each in [*self.chair.states] if each["clock"] > since]
+        assert found
+        assert all(map(law, found))
+
+    @property
+    def drives(self):
+        return self.client is not None and self.chair.state.get("driver") == self.client
+
+    def take(self):
+        """Take the stick, with nothing held, and go on if that must be said."""
+        self.button(re.compile("Take control|Take over")).click()
+        self.until(lambda state: self.drives and state["link"] in {"ready", "confirm"})
+        self.go_on()
+
+    def go_on(self):
+        """Say so, if it must be said; on a busy machine more than once."""
+        for _ in range(10):
+            state = self.until(lambda state: state["link"] in {"ready", "confirm"})
+            if state["link"] == "ready":
+                return
+            self.press("Go on")
+            self.rest(0.2)
+
+    def makes(self, law, act, undo=lambda: None):
+        """Do something that the chair follows, and wait until it does.
+
+        On a machine that is too busy for the navigator the chair stands, says so and asks to be
+        told to go on: then that is done, and the same once more.
+        """
+        for _ in range(5):
+            act()
+            state = self.until(lambda state: law(state) or _could_not_think(state))
+            if law(state):
+                return state
+            undo()
+            self.go_on()
+        raise AssertionError("the machine is too busy for the navigator")
+
+    def leave_fields(self):
+        """So that keys are nobody's but the chair's."""
+        self.page.evaluate("document.activeElement.blur()")
+
+    def hold(self, key="ArrowLeft", law=wants):
+        """Hold a key until the chair obeys; to the left there is always room."""
+        self.leave_fields()
+        return self.makes(law, lambda: self.page.keyboard.down(key), lambda: self.let_go(key))
+
+    def let_go(self, key="ArrowLeft"):
+        self.page.keyboard.up(key)
+
+    def choose(self, place):
+        """Choose where to go by its name."""
+        self.show("Where")
+        field = self.page.get_by_role("searchbox", name="Search for a place")
+        field.fill(place.lower())
+        field.press("Enter")
+        return self.until(lambda state: state["goal"] and state["goal"]["name"] == place)
+
+    def follow(self, place="Ward 4"):
+        """Choose where to go, and wait until the chair is on its way."""
+        return self.makes(wants, lambda: self.choose(place))
+
+    def show(self, panel):
+        """Open a panel, if it is not."""
+        tab = self.page.get_by_role("navigation").get_by_role("button", name=panel, exact=True)
+        if tab.get_attribute("aria-expanded") != "true":
+            tab.click()
+
+    # What the chair hears of it
+
+    def told_last(self):
+        """When the newest beat that the chair has heeded was sent, of ``time.monotonic``, s."""
+        heard = max((each["heard"] for each in [*self.chair.states][-40:]), default=-1)
+        assert heard >= 0
+        sent = next(each["sent"] for each in reversed(self.beats) if each["seq"] == heard)
+        return self._began + sent / 1000.0 - self._epoch
+
+
+def renderers(browser):
+    """Pids of the processes that show pages."""
+    session = browser.new_browser_cdp_session()
+    found = session.send("SystemInfo.getProcessInfo")["processInfo"]
+    session.detach()
+    return {each["id"] for each in found if each["type"] == "renderer"}
+
+
+def _could_not_think(state):
+    code = state["why"] and state["why"]["code"]
+    return code == "navigator_silent" and state["link"] != "ready"

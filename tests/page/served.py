@@ -1,0 +1,188 @@
+"""``cohelm drive`` as anybody starts it, and a second page's socket that sees what it does."""
+
+import contextlib
+import itertools
+import json
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections import deque
+from pathlib import Path
+
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+_READY = 300.0
+_STEP = 0.05
+
+
+class Chair:
+    """A process of ``cohelm drive``, watched through its own messages.
+
+    state: the newest.  states: those of the last minutes.  told: everything else, in its order.
+    navigator: its pid, at first.
+    """
+
+    def __init__(self, folder, *options):
+        command = [sys.executable, "-m", "cohelm", "drive", *options, "--port", "0"]
+        self.log = folder / "log.txt"
+        with self.log.open("w") as log:
+            self.process = subprocess.Popen(
+                [*command, "--data", str(folder / "data")], stdout=subprocess.PIPE, stderr=log,
+                text=True,
+            )  # fmt: skip
+        said = "".join(iter(self.process.stdout.readline, "Ctrl-C ends it.\n"))
+        self.address = re.search(r"drive +(http://\S+?)/?$", said, re.MULTILINE)[1]
+        self.token = re.search(r"therapist#token=(\S+)", said)[1]
+        self.port = int(self.address.rsplit(":", 1)[1])
+        self.states, self.told = deque(maxlen=6000), deque(maxlen=2000)
+        self.state, self.scene = {}, {}
+        self._asked = 0
+        self._socket = None
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def __enter__(self):
+        try:
+            self.until(lambda state: state["why"]["code"] == "nobody_drives", within=_READY)
+            limit = time.monotonic() + _READY
+            while not self.health()["ready"]:
+                assert time.monotonic() < limit, self.log.read_text()
+                time.sleep(0.5)
+            self.navigator = self._processes()[0]
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        if self._socket is not None:
+            self._socket.close()
+        self._thread.join(10.0)
+        self.process.send_signal(signal.SIGINT)
+        try:
+            self.process.wait(20.0)
+        finally:
+            self.process.kill()
+            self.process.stdout.close()
+
+    def health(self):
+        with urllib.request.urlopen(f"{self.address}/api/health", timeout=10.0) as answer:
+            return json.load(answer)
+
+    def say(self, kind, **more):
+        """Ask as a page does that does not drive; returns the answer."""
+        self._asked += 1
+        assert self._socket is not None
+        self._socket.send(json.dumps({"type": kind, "id": self._asked, **more}))
+        return self.heard(lambda told: told.get("id") == self._asked)
+
+    def heard(self, law, within=20.0):
+        """The first of what was told, states apart, that fulfils a law."""
+        limit = time.monotonic() + within
+        while time.monotonic() < limit:
+            for each in [*self.told]:
+                if law(each):
+                    return each
+            time.sleep(0.01)
+        raise AssertionError(f"was not told; the last was {list(self.told)[-3:]}")
+
+    def until(self, law, within=20.0, rest=time.sleep):
+        """The first state, from the present one on, that fulfils a law."""
+        limit = time.monotonic() + within
+        since = self.state.get("clock", 0.0)
+        while True:
+            for state in [each for each in [*self.states] if each["clock"] >= since]:
+                if law(state):
+                    return state
+                since = state["clock"]
+            assert time.monotonic() < limit, f"still {brief(self.state)}"
+            rest(0.02)
+
+    def restart(self):
+        """The same world from its beginning, with nobody at the stick and nothing asked for."""
+        self.until(lambda state: state["driver"] is None)
+        self.told.clear()
+        self.say("simulate", what="restart", seed=0)
+        self.heard(lambda told: told.get("code") == "restarted")
+        self.say("mode", mode="shared")
+        self.say("pace", pace="normal")
+        self.states.clear()
+        self.until(lambda state: not state["paused"] and state["why"]["code"] == "nobody_drives")
+
+    @property
+    def untouched(self):
+        """Whether nothing has happened since it began."""
+        return not any(
+            any(each["command"]) or each["goal"] or each["driver"] or each["paused"]
+            for each in [*self.states]
+        ) and not any(each["type"] == "route" and each["wishes"] for each in [*self.told])
+
+    def stood(self, since):
+        """When the wheels first stood after ``since``, of ``time.monotonic``, by the chair's own
+        clock: both are of this machine."""
+        found = [each for each in [*self.states] if each["clock"] >= since]
+        for each in found:
+            if each["command"] == [0.0, 0.0]:
+                return each["clock"]
+        raise AssertionError(f"drives on: {brief(self.state)}")
+
+    def lateness(self, since):
+        """By how much the machine kept the chair from its work after ``since``, s."""
+        found = [each for each in [*self.states] if each["clock"] >= since - _STEP]
+        gaps = [b["clock"] - a["clock"] - _STEP for a, b in itertools.pairwise(found)]
+        return max([*gaps, *(each["late"] / 1000.0 for each in found)], default=0.0)
+
+    def _processes(self):
+        """Pids of those that the server began, in their order; the navigator is the first."""
+        children = []
+        for each in Path(f"/proc/{self.process.pid}/task").iterdir():
+            with contextlib.suppress(OSError):
+                children += map(int, (each / "children").read_text().split())
+        spawned = [pid for pid in children if b"spawn_main" in _read(pid, "cmdline")]
+        return sorted(spawned, key=lambda pid: int(_read(pid, "stat").rsplit(b")")[1].split()[19]))
+
+    def _watch(self):
+        where = f"ws://127.0.0.1:{self.port}/ws"
+        page = connect(where, origin=self.address, compression=None)
+        with page as self._socket, contextlib.suppress(ConnectionClosed):
+            while True:
+                self._heed(json.loads(self._socket.recv()))
+
+    def _heed(self, message):
+        if message["type"] == "state":
+            self.states.append(message)
+            self.state = message
+            return
+        if message["type"] == "welcome":
+            self.scene = message["scene"]
+        self.told.append(message)
+
+
+def stands(state):
+    return state["command"] == [0.0, 0.0] and abs(state["speed"]) < 1e-3
+
+
+def moves(state):
+    return abs(state["speed"]) > 0.1 or abs(state["turn"]) > 0.1
+
+
+def wants(state):
+    """The wheels are told to turn."""
+    return abs(state["command"][0]) > 0.05 or abs(state["command"][1]) > 0.1
+
+
+def brief(state):
+    shown = ("time", "driver", "link", "mode", "speed", "turn", "command", "goal", "why", "late")
+    return {key: state.get(key) for key in shown}
+
+
+def _read(pid, what):
+    try:
+        return Path(f"/proc/{pid}/{what}").read_bytes()
+    except OSError:
+        return b""

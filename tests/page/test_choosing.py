@@ -1,0 +1,152 @@
+"""Where to, which way, who steers and how fast: chosen on the page, done by the chair."""
+
+import math
+import re
+
+from playwright.sync_api import expect
+
+from .served import moves, stands
+
+MARGIN = 16  # px, about the whole floor
+
+
+def pixel(rider, x, y):
+    """Of a point on a map that shows the whole floor: in its middle, as large as fits."""
+    floor = rider.chair.scene["floor"]
+    size = floor["width"] * floor["resolution"], floor["height"] * floor["resolution"]
+    box = rider.page.locator("canvas").bounding_box()
+    scale = min((box["width"] - 2 * MARGIN) / size[0], (box["height"] - 2 * MARGIN) / size[1])
+    across = box["x"] + box["width"] / 2 + scale * (x - floor["x"] - size[0] / 2)
+    return across, box["y"] + box["height"] / 2 - scale * (y - floor["y"] - size[1] / 2)
+
+
+def test_a_destination_chosen_by_its_name_is_driven_to(rider):
+    rider.take()
+    began = rider.follow("Ward 4")
+    rider.sees("Going to")
+    rider.sees("m left")
+    began = rider.makes(moves, lambda: None)
+    later = rider.makes(lambda state: state["remaining"] < began["remaining"] - 0.3, lambda: None)
+    assert later["goal"]["name"] == "Ward 4"
+    rider.press("No destination")
+    rider.until(lambda state: state["goal"] is None and stands(state))
+
+
+def test_a_destination_is_chosen_on_the_map(rider, chair):
+    """Two metres north of the chair, where the hall is free."""
+    x, y, _ = chair.state["pose"]
+    rider.press("Whole floor")
+    rider.page.mouse.click(*pixel(rider, x, y + 2.0))
+    rider.press("Go here")
+    goal = rider.until(lambda state: state["goal"])["goal"]
+    assert math.dist((goal["x"], goal["y"]), (x, y + 2.0)) < 0.3
+
+
+def test_the_chair_drives_nowhere_while_nobody_drives(rider):
+    rider.choose("Ward 4")
+    rider.holds(stands, 1.0)
+
+
+def nearest(points, place):
+    return min(math.dist(point, place) for point in points)
+
+
+def ways(chair, law):
+    """The newest of the routes that were told, once it fulfils a law."""
+
+    def newest(told):
+        routes = [each for each in [*chair.told] if each["type"] == "route"]
+        return told is routes[-1] and law(told) if routes else False
+
+    return chair.heard(newest)
+
+
+def test_a_wish_is_priced_confirmed_heeded_and_taken_back(rider, chair):
+    """The way to Ward 4 leads through the north; by the laboratory it is another, longer one."""
+    at = {place["name"]: (place["x"], place["y"]) for place in chair.scene["places"]}
+    rider.choose("Ward 4")
+    before = ways(chair, lambda way: way["points"])
+    far = nearest(before["points"], at["Laboratory"])
+
+    rider.show("Way")
+    rider.page.get_by_label("Or by the name of a place").select_option("Laboratory")
+    rider.press("Go by there")
+    card = rider.page.get_by_role("group", name="Wish")
+    expect(card.get_by_role("status")).to_have_text(re.compile(r"^\+[\d.]+ m, "), timeout=20_000)
+    told = card.get_by_role("status").inner_text()
+    assert chair.state["route"] == before["version"]  # so far it is a question only
+
+    rider.press("Do it")
+    after = ways(chair, lambda way: way["wishes"] and way["extra"] > 0.0)
+    assert nearest(after["points"], at["Laboratory"]) < 0.5 * far
+    assert after["length"] > before["length"]
+    assert told.startswith(f"+{after['length'] - before['length']:.0f}"[:3])
+    assert after["without"]
+    rider.sees(re.compile(r"What you wished: \+"))
+
+    rider.press("Undo the last")
+    again = ways(chair, lambda way: not way["wishes"])
+    assert abs(again["length"] - before["length"]) < 0.5
+
+
+def test_a_line_drawn_across_the_way_is_avoided(rider, chair):
+    rider.choose("Ward 4")
+    before = ways(chair, lambda way: way["points"])
+    rider.show("Way")
+    rider.press("Draw: not this way")
+    rider.press("Whole floor")
+    x, y = before["points"][len(before["points"]) // 2]
+    draw(rider, [(x - 0.3, y - 2.0), (x + 0.3, y + 2.0)])
+    rider.press("Do it")
+    after = ways(chair, lambda way: way["wishes"])
+    assert after["wishes"][0]["kind"] == "avoid"
+    assert after["extra"] > 0.0
+
+
+def draw(rider, line):
+    """With the mouse, on the whole floor."""
+    for k, at in enumerate(line):
+        rider.page.mouse.move(*pixel(rider, *at), steps=6)
+        if k == 0:
+            rider.page.mouse.down()
+    rider.page.mouse.up()
+
+
+def test_who_steers_and_how_fast(rider):
+    rider.take()
+    rider.show("Drive")
+    rider.press(re.compile("^With help"))
+    rider.until(lambda state: state["mode"] == "assisted")
+    rider.press(re.compile("^By hand"))
+    rider.sees("By hand nothing holds the chair back")
+    rider.holds(lambda state: state["mode"] == "assisted", 0.3)
+    rider.press("Drive by hand")
+    rider.until(lambda state: state["mode"] == "manual")
+    rider.press("Slow")
+    rider.until(lambda state: state["pace"] == "slow")
+
+
+def test_a_ride_can_be_rated_after_it(rider):
+    rider.take()
+    rider.follow()
+    rider.until(moves)
+    rider.show("Drive")
+    rider.press("Stop driving from this page")
+    rider.sees("How was it? You need not say.")
+    rider.press("4 of 5, good")
+    rider.sees("Thank you.")
+
+
+def test_somebody_comes_a_door_shuts_and_all_begins_anew(rider, chair):
+    rider.show("People")
+    people = len(chair.state["bodies"])
+    rider.press("Add a person")
+    rider.until(lambda state: len(state["bodies"]) == people + 1)
+    rider.press(re.compile("^1\\. .*: open$"))
+    rider.until(lambda state: state["shut"] == [0])
+    rider.press("Pause")
+    rider.until(lambda state: state["paused"])
+    rider.page.get_by_label("Seed").fill("3")
+    rider.press("Begin anew")
+    rider.sees("The simulation has begun anew, with seed 3.")
+    rider.until(lambda state: not state["shut"] and len(state["bodies"]) == people)

@@ -1,0 +1,165 @@
+"""Driving by keys, mouse, touch, a gamepad and a switch: each reaches the wheels, and stops."""
+
+import json
+
+import pytest
+
+from .served import stands, wants
+
+KEYS = {
+    "ArrowLeft": lambda state: state["command"][1] > 0.1,
+    "KeyD": lambda state: state["command"][1] < -0.1,
+    "ArrowUp": lambda state: state["command"][0] > 0.05,
+    "KeyS": lambda state: state["command"][0] < -0.05,
+}
+
+
+def turns_left(state):
+    return state["command"][1] > 0.1
+
+
+def turns_right(state):
+    return state["command"][1] < -0.1
+
+
+def test_keys(rider):
+    rider.take()
+    for key, law in KEYS.items():
+        state = rider.hold(key, law)
+        assert state["device"] == "keys"
+        rider.let_go(key)
+        rider.until(stands)
+        rider.go_on()
+
+
+def middle(box):
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_the_stick_by_mouse(rider):
+    rider.take()
+    x, y = middle(rider.page.get_by_test_id("joystick").bounding_box())
+    mouse = rider.page.mouse
+
+    def drag():
+        mouse.move(x, y)
+        mouse.down()
+        mouse.move(x - 50, y)
+
+    assert rider.makes(turns_left, drag, mouse.up)["device"] == "joystick"
+    mouse.up()
+    rider.until(stands)
+
+
+class Fingers:
+    """On a touch screen; each at a place, (x, y) px."""
+
+    def __init__(self, rider):
+        self._send = rider.context.new_cdp_session(rider.page).send
+
+    def be(self, kind, *at):
+        points = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(at)]
+        self._send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
+
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+
+def test_touch_drives_and_a_second_finger_stops(riders):
+    """STOP while the first finger holds the stick; it does not count until it was let go."""
+    rider = riders(**PHONE)
+    fingers = Fingers(rider)
+    rider.sees("Nobody drives.")
+    rider.take()
+    x, y = middle(rider.page.get_by_test_id("joystick").bounding_box())
+    stop = middle(rider.button("STOP").bounding_box())
+
+    def drag():
+        fingers.be("Start", (x, y))
+        fingers.be("Move", (x + 40, y))
+
+    assert rider.makes(turns_right, drag, lambda: fingers.be("End"))["device"] == "joystick"
+    fingers.be("Start", (x + 40, y), stop)
+    rider.until(lambda state: stands(state) and state["link"] == "stopped")
+    fingers.be("End", (x + 40, y))
+    rider.holds(lambda state: stands(state) and state["link"] == "stopped")
+    fingers.be("End")
+    rider.until(lambda state: state["link"] == "confirm")
+
+
+def test_a_gamepad_counts_from_its_centre_on(rider):
+    pad = lambda *at: rider.page.evaluate("at => pad(...at)", list(at))  # noqa: E731 # short
+    rider.take()
+    pad(0, 0.8)
+    rider.sees("Let the gamepad’s stick go first.")
+    rider.holds(stands)
+    pad(0, 0)
+    rider.rest(0.1)
+    state = rider.makes(turns_left, lambda: pad(0, 0.8), lambda: (pad(0, 0), rider.rest(0.1)))
+    assert state["device"] == "gamepad"
+    pad(0, 0.8, [1])
+    rider.until(lambda state: stands(state) and state["link"] == "stopped")
+    pad(0, 0)
+    rider.until(lambda state: state["link"] == "confirm")
+    pad(0, 0, [9])
+    rider.until(lambda state: state["link"] == "ready")
+
+
+def test_an_idle_gamepad_never_overrides_keys(rider):
+    rider.take()
+    rider.page.evaluate("pad(0, 0)")
+    rider.hold()
+    for at in (0.02, -0.03, 0.0):
+        rider.page.evaluate("at => pad(0, at)", at)
+        rider.rest(0.1)
+    assert rider.chair.state["device"] == "keys"
+    rider.page.evaluate("pad(0, -0.9)")
+    rider.rest(0.3)
+    assert not turns_right(rider.chair.state)
+    rider.let_go()
+
+
+SWITCH = f"localStorage.setItem('cohelm.switches', '{json.dumps({'count': 1})}')"
+
+
+@pytest.fixture
+def switch(riders):
+    rider = riders(before=SWITCH)
+    rider.sees("Nobody drives.")
+    words = rider.page.get_by_test_id("scan")
+
+    def press(lit):
+        """Once this is lit."""
+        for _ in range(600):
+            if words.inner_text().startswith(lit):
+                break
+            rider.rest(0.04)
+        else:
+            raise AssertionError(f"{lit} is not lit, but {words.inner_text()}")
+        rider.page.keyboard.press("Space")
+
+    rider.leave_fields()
+    rider.press_switch = press
+    return rider
+
+
+def test_one_switch_takes_the_stick_turns_and_stands(switch):
+    """Everything with one key: to begin, to choose what is lit, and to stand."""
+    switch.press_switch("Press to begin")
+    switch.press_switch("Take control")
+    switch.until(lambda state: switch.drives and state["link"] == "ready")
+    state = switch.makes(turns_left, lambda: switch.press_switch("Left"))
+    assert state["device"] == "switch"
+    switch.press_switch("Driving left")
+    switch.until(stands)
+    assert switch.chair.state["link"] == "ready"
+
+
+def test_one_press_of_the_switch_stops_a_chair_that_follows_its_way(switch):
+    switch.take()
+    switch.follow()
+    switch.leave_fields()
+    switch.press_switch("Press to STOP")
+    state = switch.until(lambda state: stands(state) and state["link"] == "confirm")
+    assert state["why"]["code"] == "rider_stop"
+    switch.makes(wants, lambda: switch.press_switch("Go on"))

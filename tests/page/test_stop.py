@@ -1,0 +1,123 @@
+"""STOP: from every state, by whatever hand, from whichever page; and what follows it."""
+
+import pytest
+
+from .served import stands, wants
+
+
+def stopped(state):
+    return stands(state) and state["link"] in {"stopped", "confirm"}
+
+
+BY = {
+    "mouse": lambda rider: rider.press("STOP"),
+    "Esc": lambda rider: rider.page.keyboard.press("Escape"),
+    "Space": lambda rider: rider.page.keyboard.press("Space"),
+}
+
+
+@pytest.mark.parametrize("by", BY)
+def test_while_the_stick_is_held(rider, by):
+    """It is neither driven on nor resumed: let go first, then say to go on."""
+    rider.take()
+    rider.hold()
+    BY[by](rider)
+    rider.until(lambda state: stands(state) and state["link"] == "stopped")
+    rider.sees("Stopped. Let the stick go.")
+    rider.button("Go on").click(force=True)
+    rider.holds(lambda state: stands(state) and state["link"] == "stopped")
+    rider.let_go()
+    rider.until(lambda state: state["link"] == "confirm")
+    rider.page.keyboard.down("ArrowLeft")
+    rider.holds(stands)
+    rider.let_go()
+    rider.go_on()
+    rider.hold()
+    rider.let_go()
+
+
+def test_while_it_follows_its_way(rider):
+    rider.take()
+    rider.follow()
+    rider.press("STOP")
+    rider.until(lambda state: stands(state) and state["link"] == "confirm")
+    rider.holds(stands)
+    rider.makes(wants, rider.go_on)
+
+
+def test_while_nobody_drives(rider):
+    """Who comes next has to say to go on."""
+    rider.choose("Ward 4")
+    rider.press("STOP")
+    rider.press("Take control")
+    rider.until(lambda state: rider.drives and state["link"] == "confirm")
+    rider.holds(stands)
+
+
+def test_from_a_page_that_does_not_drive(rider, riders):
+    rider.take()
+    rider.follow()
+    other = riders()
+    other.sees("Another page drives")
+    other.press("STOP")
+    rider.until(stopped)
+    assert rider.drives
+
+
+def test_while_the_stick_must_be_let_go_first(rider, riders):
+    """Taken over with the stick held: it does not count, and STOP is STOP all the same."""
+    riders().take()
+    rider.leave_fields()
+    rider.sees("Another page drives")
+    rider.page.keyboard.down("ArrowLeft")
+    rider.press("Take over")
+    rider.until(lambda state: rider.drives)
+    rider.press("STOP")
+    rider.until(lambda state: stands(state) and state["why"]["code"] == "rider_stop")
+    rider.let_go()
+    rider.until(lambda state: state["link"] == "confirm")
+
+
+def test_while_it_waits_to_be_told_to_go_on(rider):
+    rider.take()
+    for _ in range(2):
+        rider.press("STOP")
+        rider.until(lambda state: state["link"] == "confirm")
+        rider.holds(stopped, 0.3)
+
+
+def test_while_time_stands_still(rider):
+    """Going on with time moves nothing."""
+    rider.take()
+    rider.follow()
+    rider.show("People")
+    rider.press("Pause")
+    rider.until(lambda state: state["paused"])
+    rider.press("STOP")
+    rider.press("Go on with time")
+    rider.until(lambda state: not state["paused"])
+    rider.holds(lambda state: stopped(state) or state["link"] == "centre")
+
+
+def test_while_the_simulation_begins_anew(rider, chair):
+    rider.take()
+    rider.show("People")
+    rider.press("Begin anew")
+    rider.press("STOP")
+    chair.heard(lambda told: told.get("code") == "restarted")
+    rider.until(lambda state: state["link"] == "confirm")
+
+
+def test_while_the_link_is_lost(rider):
+    """Nothing reaches the chair: it stands by itself, and the page says so."""
+    rider.take()
+    rider.hold()
+    rider.cable.tear()
+    rider.sees("The link to the chair is lost.")
+    rider.press("STOP")
+    rider.until(lambda state: stands(state) and state["driver"] is None)
+    said = rider.page.get_by_role("alert").filter(has_text="The chair stops by itself.")
+    assert said.count() > 0
+    rider.let_go()
+    rider.cable.mend()
+    rider.sees("Nobody drives.")
