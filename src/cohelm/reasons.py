@@ -28,7 +28,7 @@ class Reason(StrEnum):
     )
     POSE_JUMP = "pose_jump", "Our position jumped, so I stopped to be sure of it."
     RIDER_SILENT = "rider_silent", "Your joystick is not connected, so I stopped."
-    RIDER_STOP = "rider_stop", "You asked me to stop."
+    RIDER_STOP = "rider_stop", "Somebody asked me to stop."
     LATE = "late", "I was too slow to think, so I stopped."
     OVER_LIMITS = "over_limits", "That was more than the chair allows, so I did less."
     TOO_CLOSE = "too_close", "Something is too close ahead, so I slowed down."
