@@ -31,6 +31,9 @@ BEAT = 0.1
 """Between beats, s."""
 PUSH = 0.35
 """Between changes of the stick, s; no multiple of a step, so that every moment of it is met."""
+OFTEN, WHILE = 15.0, 4.0
+"""Every so often, s, the rider pushes for a while, s; in between the chair has its way: who pushes
+all the time is followed wherever that leads."""
 PLACES = ("Ward 4", "Cafeteria", "Laboratory", "Reception", "Therapy", "Pharmacy")
 LONG = 90.0
 """After this the next place is chosen whether or not the last one was reached, s."""
@@ -94,7 +97,8 @@ class Rider:
             if link == "ready" and (self.state["goal"] is None or now - chosen > LONG):
                 await self.send(type="go", id=k + 1, place=PLACES[k % len(PLACES)])
                 chosen, k = now, k + 1
-            if link == "ready" and now - push > PUSH:
+            pushes = now % OFTEN < WHILE
+            if link == "ready" and now - push > PUSH and (pushes or self.stick):
                 self.stick, push, changed = 0.3 - self.stick, now, True
             elif link in {"centre", "stopped", "confirm", "silent"}:
                 self.stick = 0.0
