@@ -113,7 +113,7 @@ class Drive:
             outings=Outings(self._sessions, self._in_force, self._tell, STEP),
         )
         self._thinking = crew.thinking
-        effects = LoopEffects(self._sessions)
+        effects = LoopEffects(crew.outings)
         note = self._audit.note
         floor = self._scene.floor
         hearing = Hearing(scenery.places, self._in_force, self._tell, note, effects, floor)

@@ -18,8 +18,8 @@ from cohelm.driving.chair import STEP, Chair
 from cohelm.driving.crew import Crew
 from cohelm.driving.hearing import Hearing, Note, Tell
 from cohelm.driving.messages import Notice, Simulate, Want
+from cohelm.driving.outings import Outings
 from cohelm.driving.pricing import Pricing
-from cohelm.driving.sessions import Sessions
 from cohelm.errors import CohelmError
 from cohelm.reasons import Reason
 from cohelm.safety import stop
@@ -262,11 +262,11 @@ class LoopEffects:
     """What pages ask of the loop; see ``hearing.Effects``.
 
     Args:
-        sessions: keeps ratings.
+        outings: keep ratings.
     """
 
-    def __init__(self, sessions: Sessions) -> None:
-        self._sessions = sessions
+    def __init__(self, outings: Outings) -> None:
+        self._outings = outings
         self.loop: Loop
         self.pricing: Pricing
 
@@ -299,4 +299,4 @@ class LoopEffects:
         Raises:
             StoreError: if there is no such ride.
         """
-        self._sessions.rate(ride, rating)
+        self._outings.rate(ride, rating)

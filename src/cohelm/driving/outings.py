@@ -12,7 +12,7 @@ from pathlib import Path
 from cohelm.driving.hearing import Tell
 from cohelm.driving.limits import InForce
 from cohelm.driving.messages import Device
-from cohelm.driving.records import Outcome, RideLog
+from cohelm.driving.records import Outcome, RideLog, RideRecord
 from cohelm.driving.sessions import Sessions
 from cohelm.driving.trip import Trip
 from cohelm.driving.wanted import Errand
@@ -62,6 +62,7 @@ class Outings:
         self._trip: Trip | None = None
         self._stage: Stage | None = None
         self._ended: dict[str, tuple[Trip, Outcome, Stage]] = {}
+        self._ratings: dict[str, int] = {}
         self._marks = Marks()
         self._fails = False
 
@@ -121,15 +122,33 @@ class Outings:
         if log is None or log.ride not in self._ended:
             return
         trip, outcome, stage = self._ended.pop(log.ride)
-        self._sessions.keep(trip.record(outcome, log), log, stage)
+        self._keep(trip.record(outcome, log), log, stage)
 
     def lost(self) -> None:
         """The navigator's process is gone, and with it what it had not handed over."""
         self.end("left")
         for trip, outcome, stage in self._ended.values():
-            self._sessions.keep(trip.record(outcome, None), None, stage)
+            self._keep(trip.record(outcome, None), None, stage)
         self._ended.clear()
         self._marks = Marks()
+
+    def rate(self, ride: str, rating: int) -> None:
+        """How a ride was; of one whose log is still to come it is kept with the log.
+
+        Raises:
+            StoreError: if there is no such ride.
+        """
+        if ride in self._ended:
+            self._ratings[ride] = rating
+        else:
+            self._sessions.rate(ride, rating)
+
+    def _keep(self, record: RideRecord, log: RideLog | None, stage: Stage) -> None:
+        self._sessions.keep(record, log, stage)
+        rating = self._ratings.pop(record.id, None)
+        if rating is not None:
+            with contextlib.suppress(StoreError):  # its session was deleted meanwhile
+                self._sessions.rate(record.id, rating)
 
     def _begin(self) -> None:
         if self._stage is None:
