@@ -9,7 +9,7 @@ from contextlib import suppress
 from playwright.sync_api import Error, expect
 
 from .cable import Cable
-from .served import wants
+from .served import brief, wants
 
 PATIENCE = 20_000  # ms: on a busy machine a page takes its time
 PADS = """
@@ -94,8 +94,9 @@ class Rider:
         since = self.chair.state["clock"]
         self.rest(seconds)
         found = [each for each in [*self.chair.states] if each["clock"] > since]
+        against = [brief(each) for each in found if not law(each)]
         assert found
-        assert all(map(law, found))
+        assert not against, f"{len(against)} of {len(found)}, {against[:1]}"
 
     @property
     def drives(self):

@@ -24,7 +24,6 @@ class Chair:
     """A process of ``cohelm drive``, watched through its own messages.
 
     state: the newest.  states: those of the last minutes.  told: everything else, in its order.
-    navigator: its pid, at first.
     """
 
     def __init__(self, folder, *options):
@@ -53,7 +52,7 @@ class Chair:
             while not self.health()["ready"]:
                 assert time.monotonic() < limit, self.log.read_text()
                 time.sleep(0.5)
-            self.navigator = self._processes()[0]
+            self._first = self._processes()[0]
         except BaseException:
             self.__exit__()
             raise
@@ -117,10 +116,13 @@ class Chair:
     @property
     def untouched(self):
         """Whether nothing has happened since it began."""
-        return not any(
-            any(each["command"]) or each["goal"] or each["driver"] or each["paused"]
-            for each in [*self.states]
-        ) and not any(each["type"] == "route" and each["wishes"] for each in [*self.told])
+        states, told = [*self.states], [*self.told]
+        return not (
+            any(map(_touched, states))
+            or len({len(each["bodies"]) for each in states}) > 1
+            or any(each["type"] == "route" and each["wishes"] for each in told)
+            or any(each.get("code") == "restarted" for each in told)
+        )
 
     def stood(self, since):
         """When the wheels first stood after ``since``, of ``time.monotonic``, by the chair's own
@@ -137,14 +139,24 @@ class Chair:
         gaps = [b["clock"] - a["clock"] - _STEP for a, b in itertools.pairwise(found)]
         return max([*gaps, *(each["late"] / 1000.0 for each in found)], default=0.0)
 
+    @property
+    def navigator(self):
+        """Its pid: the first process that was begun or, where that one is gone, the busiest."""
+        found = self._processes()
+        if self._first in found:
+            return self._first
+        before = {pid: _spent(pid) for pid in found}
+        time.sleep(1.0)
+        return max(found, key=lambda pid: _spent(pid) - before[pid])
+
     def _processes(self):
-        """Pids of those that the server began, in their order; the navigator is the first."""
+        """Pids of those that the server began, in their order."""
         children = []
         for each in Path(f"/proc/{self.process.pid}/task").iterdir():
             with contextlib.suppress(OSError):
                 children += map(int, (each / "children").read_text().split())
         spawned = [pid for pid in children if b"spawn_main" in _read(pid, "cmdline")]
-        return sorted(spawned, key=lambda pid: int(_read(pid, "stat").rsplit(b")")[1].split()[19]))
+        return sorted(spawned, key=lambda pid: _numbers(pid)[18])
 
     def _watch(self):
         where = f"ws://127.0.0.1:{self.port}/ws"
@@ -163,8 +175,14 @@ class Chair:
         self.told.append(message)
 
 
+def held(state):
+    """The wheels are told to stand."""
+    return state["command"] == [0.0, 0.0]
+
+
 def stands(state):
-    return state["command"] == [0.0, 0.0] and abs(state["speed"]) < 1e-3
+    """They do; what the chair says of its speed is measured."""
+    return held(state) and abs(state["speed"]) < 0.03 and abs(state["turn"]) < 0.05
 
 
 def moves(state):
@@ -174,6 +192,11 @@ def moves(state):
 def wants(state):
     """The wheels are told to turn."""
     return abs(state["command"][0]) > 0.05 or abs(state["command"][1]) > 0.1
+
+
+def _touched(state):
+    asked = state["goal"] or state["driver"] or state["paused"] or state["shut"]
+    return bool(any(state["command"]) or asked)
 
 
 def brief(state):
@@ -186,3 +209,13 @@ def _read(pid, what):
         return Path(f"/proc/{pid}/{what}").read_bytes()
     except OSError:
         return b""
+
+
+def _numbers(pid):
+    """Of a process that is there, by proc(5), from its parent on."""
+    return [*map(int, _read(pid, "stat").rsplit(b")", 1)[1].split()[1:])]
+
+
+def _spent(pid):
+    """User and system time, in the kernel's ticks."""
+    return sum(_numbers(pid)[10:12])

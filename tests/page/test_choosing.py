@@ -5,7 +5,7 @@ import re
 
 from playwright.sync_api import expect
 
-from .served import moves, stands
+from .served import held, moves, stands
 
 MARGIN = 16  # px, about the whole floor
 
@@ -44,7 +44,7 @@ def test_a_destination_is_chosen_on_the_map(rider, chair):
 
 def test_the_chair_drives_nowhere_while_nobody_drives(rider):
     rider.choose("Ward 4")
-    rider.holds(stands, 1.0)
+    rider.holds(held, 1.0)
 
 
 def nearest(points, place):
@@ -128,8 +128,8 @@ def test_who_steers_and_how_fast(rider):
 
 def test_a_ride_can_be_rated_after_it(rider):
     rider.take()
-    rider.follow()
-    rider.until(moves)
+    began = rider.follow()["remaining"]
+    rider.makes(lambda state: state["remaining"] < began - 2.0, lambda: None)
     rider.show("Drive")
     rider.press("Stop driving from this page")
     rider.sees("How was it? You need not say.")
@@ -142,8 +142,8 @@ def test_somebody_comes_a_door_shuts_and_all_begins_anew(rider, chair):
     people = len(chair.state["bodies"])
     rider.press("Add a person")
     rider.until(lambda state: len(state["bodies"]) == people + 1)
-    rider.press(re.compile("^1\\. .*: open$"))
-    rider.until(lambda state: state["shut"] == [0])
+    rider.press(re.compile("^3\\. .*: open$"))
+    rider.until(lambda state: state["shut"] == [2])
     rider.press("Pause")
     rider.until(lambda state: state["paused"])
     rider.page.get_by_label("Seed").fill("3")

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from .served import stands, wants
+from .served import held, stands, wants
 
 HANG = (
     "setTimeout(() => { const end = performance.now() + 1500; while (performance.now() < end); })"
@@ -104,7 +104,7 @@ def test_a_page_that_was_hidden_is_asked_before_it_drives_on(rider):
     rider.page.evaluate(HIDE)
     rider.until(lambda state: stands(state) and state["link"] == "silent")
     rider.page.evaluate(SHOW)
-    rider.holds(stands)
+    rider.holds(held)
     rider.let_go()
     rider.until(lambda state: state["link"] == "confirm")
     rider.go_on()
@@ -123,7 +123,7 @@ def test_a_navigator_that_is_killed(rider, chair):
     rider.until(lambda state: state["link"] == "confirm", within=120.0)
     chair.heard(lambda told: told.get("code") == "navigator_back", within=240.0)
     assert chair.health()["restarts"] == 1
-    rider.holds(stands)
+    rider.holds(held)
     rider.makes(wants, rider.go_on)
 
 
@@ -136,7 +136,7 @@ def test_two_pages_and_a_take_over(rider, riders, chair):
     rider.sees("Somebody else drives now.")
     other.sees("You drive now, instead of somebody else.")
     other.until(lambda state: other.drives)
-    other.holds(stands)  # the first one still holds its key
+    other.holds(held)  # the first one still holds its key
     rider.let_go()
     other.go_on()
     other.hold()
