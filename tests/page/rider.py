@@ -35,7 +35,7 @@ class Rider:
         self.context.set_default_timeout(PATIENCE)
         self.page = self.context.new_page()
         self.page.add_init_script(PADS + before)
-        self.faults, self.beats, self.client = [], [], None
+        self.faults, self.beats, self.client = [], {}, None
         self.page.on("pageerror", lambda error: self.faults.append(str(error)))
         self.page.on("websocket", self._listen)
         self.address = f"http://127.0.0.1:{self.cable.port}"
@@ -45,16 +45,16 @@ class Rider:
         self._began = self.page.evaluate("performance.timeOrigin") / 1000.0
 
     def _listen(self, socket):
-        socket.on("framesent", self._sent)
-        socket.on("framereceived", self._received)
+        """To one of the page's connections: under which name, and which beats it sends."""
+        sent = []
 
-    def _sent(self, text):
-        if '"beat"' in text:
-            self.beats.append(json.loads(text))
+        def received(text):
+            if text.startswith('{"type":"welcome"'):
+                self.client = json.loads(text)["client"]
+                self.beats[self.client] = sent
 
-    def _received(self, text):
-        if text.startswith('{"type":"welcome"'):
-            self.client = json.loads(text)["client"]
+        socket.on("framesent", lambda text: '"beat"' in text and sent.append(json.loads(text)))
+        socket.on("framereceived", received)
 
     def close(self):
         with suppress(Error):
@@ -164,11 +164,13 @@ class Rider:
 
     # What the chair hears of it
 
-    def told_last(self):
-        """When the newest beat that the chair has heeded was sent, of ``time.monotonic``, s."""
-        heard = max((each["heard"] for each in [*self.chair.states][-40:]), default=-1)
-        assert heard >= 0
-        sent = next(each["sent"] for each in reversed(self.beats) if each["seq"] == heard)
+    def told_last(self, before):
+        """When the last beat that the chair heeded ``before`` was sent; by ``time.monotonic``."""
+        states = [each for each in [*self.chair.states] if each["clock"] < before]
+        heeded = [each for each in states if each["heard"] >= 0]
+        last = next(each for each in reversed(heeded) if each["driver"] in self.beats)
+        beats = self.beats[last["driver"]]
+        sent = next(each["sent"] for each in reversed(beats) if each["seq"] == last["heard"])
         return self._began + sent / 1000.0 - self._epoch
 
 

@@ -127,11 +127,9 @@ class Chair:
     def stood(self, since):
         """When the wheels first stood after ``since``, of ``time.monotonic``, by the chair's own
         clock: both are of this machine."""
-        found = [each for each in [*self.states] if each["clock"] >= since]
-        for each in found:
-            if each["command"] == [0.0, 0.0]:
-                return each["clock"]
-        raise AssertionError(f"drives on: {brief(self.state)}")
+        states = [*self.states]
+        assert not all(held(each) for each in states if since - 0.3 < each["clock"] < since)
+        return next(each["clock"] for each in states if each["clock"] >= since and held(each))
 
     def lateness(self, since):
         """By how much the machine kept the chair from its work after ``since``, s."""

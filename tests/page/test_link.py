@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from .served import held, stands, wants
+from .served import held, moves, stands, wants
 
 HANG = (
     "setTimeout(() => { const end = performance.now() + 1500; while (performance.now() < end); })"
@@ -26,7 +26,7 @@ def under_way(rider, how):
     else:
         rider.follow()
         rider.leave_fields()
-    rider.rest(0.4)
+    rider.makes(moves, lambda: None)
     return rider
 
 
@@ -34,34 +34,38 @@ WAYS = ("by hand", "by itself")
 
 
 @pytest.mark.parametrize("how", WAYS)
-def test_a_link_that_is_cut_without_a_word(riders, chair, timely, how):
+def test_a_link_that_is_cut_without_a_word(riders, timely, how):
     """Measured from the last beat that the chair has heard of to the wheels."""
 
     def story():
         rider = under_way(riders(), how)
+        began = time.monotonic()
         rider.cable.cut()
         rider.sees("The chair does not answer. It stops by itself.")
-        rider.until(stands)
-        told = rider.told_last()
-        rider.close()
-        return chair.stood(told) - told
+        return silent_for(rider, began)
 
     timely(story)
 
 
 @pytest.mark.parametrize("how", WAYS)
-def test_a_page_that_hangs(riders, chair, timely, how):
+def test_a_page_that_hangs(riders, timely, how):
     def story():
         rider = under_way(riders(), how)
+        began = time.monotonic()
         rider.page.evaluate(HANG)
         time.sleep(1.0)
-        rider.until(stands)
-        told = rider.told_last()
-        found = chair.stood(told) - told
-        rider.close()
-        return found
+        return silent_for(rider, began)
 
     timely(story)
+
+
+def silent_for(rider, since):
+    """How long the wheels still turned after the last beat that reached the chair, s."""
+    rider.until(lambda state: state["clock"] > since and held(state))
+    stood = rider.chair.stood(since)
+    told = rider.told_last(stood)
+    rider.close()
+    return stood - told
 
 
 def away(rider, how):
@@ -89,7 +93,7 @@ def test_a_page_that_is_gone(riders, chair, timely, how):
         rider = under_way(riders(), "by itself")
         began = time.monotonic()
         away(rider, how)
-        chair.until(stands)
+        chair.until(lambda state: state["clock"] > began and stands(state))
         found = chair.stood(began) - began
         chair.until(lambda state: state["link"] != "ready")
         rider.signal(signal.SIGCONT)

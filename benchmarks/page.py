@@ -1,0 +1,277 @@
+"""The rider's page in a real Chromium without a graphics card: frames, first load, key to wheels.
+
+    python benchmarks/page.py                         # all figures
+    python benchmarks/page.py --pictures docs/images  # the pictures of the documents instead
+
+``cohelm drive`` runs beside it on the hospital floor. Frames are counted by
+``requestAnimationFrame`` while the chair follows its way, the first load is what goes over the wire
+with an empty cache, and key to wheels is from the key in the browser to the command that heeds it,
+by the chair's own clock.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+CHROMIUM = "/usr/bin/chromium"
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"]
+SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900)}
+SECONDS = 8.0
+"""For which frames are counted."""
+PRESSES = 150
+LARGEST = 150_000
+"""Of a picture, bytes."""
+FRAMES = """
+seconds => new Promise((done) => {
+  const at = [];
+  requestAnimationFrame(function frame(now) {
+    at.push(now);
+    if (now - at[0] < 1000 * seconds) requestAnimationFrame(frame);
+    else done(at);
+  });
+})
+"""
+
+
+def main() -> int:
+    """Print all figures, or make the pictures."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--pictures", type=Path)
+    chosen = options.parse_args()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        if chosen.pictures is not None:
+            with served(people=12) as address:
+                pictures(browser, address, chosen.pictures)
+            return 0
+        with served(people=30) as address:
+            first_load(browser, address)
+            for name, (width, height) in SIZES.items():
+                frames(browser, address, name, width, height)
+        with served(people=12) as address:
+            keys(browser, address)
+    return 0
+
+
+@contextlib.contextmanager
+def served(people: int) -> Iterator[str]:
+    """The address of a chair that is ready among so many people."""
+    with tempfile.TemporaryDirectory() as folder:
+        program = subprocess.Popen(  # our own program with numbers of our own
+            [
+                *(sys.executable, "-m", "cohelm", "drive", "hospital", "--port", "0"),
+                *("--people", str(people), "--data", folder),
+            ],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            said = "".join(
+                iter(program.stdout.readline if program.stdout else str, "Ctrl-C ends it.\n")
+            )
+            address = re.search(r"drive +(http://\S+?)/?\n", said)[1]  # type: ignore[index] # is said
+            while not health(address)["ready"]:
+                time.sleep(1.0)
+            yield address
+        finally:
+            program.send_signal(signal.SIGINT)
+            program.wait(60)
+
+
+def health(address: str) -> dict[str, Any]:
+    """What the program says of itself."""
+    with urllib.request.urlopen(f"{address}/api/health", timeout=10) as answer:  # our own
+        found: dict[str, Any] = json.load(answer)
+        return found
+
+
+@contextlib.contextmanager
+def opened(browser: Browser, address: str, width: int, height: int, **more: Any) -> Iterator[Page]:
+    """A page of its own that sees the chair."""
+    context = browser.new_context(viewport={"width": width, "height": height}, **more)
+    page = context.new_page()
+    page.set_default_timeout(60_000)
+    page.goto(address)
+    expect(page.get_by_text("Nobody drives.")).to_be_visible(timeout=60_000)
+    yield page
+    context.close()
+
+
+def show(page: Page, panel: str) -> None:
+    """Open a panel, if it is not."""
+    tab = page.get_by_role("navigation").get_by_role("button", name=panel, exact=True)
+    if tab.get_attribute("aria-expanded") != "true":
+        tab.click()
+
+
+def take(page: Page) -> None:
+    """Drive, and go on if that must be said."""
+    page.get_by_role("button", name="Take control").click()
+    page.wait_for_timeout(700)
+    go_on = page.get_by_role("button", name="Go on", exact=True)
+    if go_on.count() and go_on.get_attribute("aria-disabled") != "true":
+        go_on.click()
+        page.wait_for_timeout(300)
+
+
+def go(page: Page, place: str) -> None:
+    """Choose where to go."""
+    show(page, "Where")
+    field = page.get_by_role("searchbox")
+    field.fill(place)
+    field.press("Enter")
+
+
+def release(page: Page) -> None:
+    """Let the next page drive, from where the chair stands now."""
+    page.get_by_role("button", name="STOP").click()
+    show(page, "Drive")
+    page.get_by_role("button", name="Stop driving from this page").click()
+    page.wait_for_timeout(500)
+
+
+def first_load(browser: Browser, address: str) -> None:
+    """What the driver's and the therapist's view weigh on the wire."""
+    for path in ("/", "/therapist"):
+        context = browser.new_context()
+        page = context.new_page()
+        sizes: list[int] = []
+        page.on(
+            "requestfinished",
+            lambda request, sizes=sizes: sizes.append(request.sizes()["responseBodySize"]),
+        )
+        page.goto(address + path)
+        page.wait_for_timeout(2000)
+        print(f"first load of {path}: {sum(sizes) / 1000:.1f} kB in {len(sizes)} requests")
+        context.close()
+
+
+def frames(browser: Browser, address: str, name: str, width: int, height: int) -> None:
+    """While the chair follows its way among the people."""
+    with opened(browser, address, width, height) as page:
+        take(page)
+        go(page, "Ward 4" if name != "tablet" else "Cafeteria")
+        page.wait_for_timeout(3000)
+        at = np.array(page.evaluate(FRAMES, SECONDS))
+        gaps = np.diff(at)
+        print(
+            f"{name}, {width} x {height}: {1000.0 / gaps.mean():.0f} frames/s,"
+            f" gaps median {np.median(gaps):.0f} ms, p99 {np.percentile(gaps, 99):.0f} ms;"
+            f" {page.locator('.numbers').inner_text()}"
+        )
+        release(page)
+
+
+def keys(browser: Browser, address: str) -> None:
+    """From a key in the browser to the wheels."""
+    with opened(browser, address, 1280, 800) as page:
+        beats: list[dict[str, Any]] = []
+        states: list[dict[str, Any]] = []
+        page.on("websocket", lambda socket: listen(socket, beats, states))
+        page.reload()
+        expect(page.get_by_text("Nobody drives.")).to_be_visible(timeout=60_000)
+        epoch = page.evaluate("performance.timeOrigin") / 1000.0 - time.time() + time.monotonic()
+        take(page)
+        page.evaluate("document.activeElement.blur()")
+        page.evaluate("window.pressed = []")
+        page.evaluate(
+            "addEventListener('keydown', ({ timeStamp }) => pressed.push(timeStamp), true)"
+        )
+        for k in range(PRESSES):
+            key = ("ArrowLeft", "ArrowRight")[k % 2]
+            page.keyboard.down(key)
+            page.wait_for_timeout(150 + 13 * (k % 7))
+            page.keyboard.up(key)
+            page.wait_for_timeout(120 + 11 * (k % 5))
+        took = [wheels(at, beats, states, epoch) for at in page.evaluate("pressed")]
+    found = 1e3 * np.array([each for each in took if each is not None])
+    print(
+        f"key to wheels over {len(found)} presses: median {np.median(found):.0f} ms,"
+        f" p99 {np.percentile(found, 99):.0f} ms"
+    )
+
+
+def listen(socket: Any, beats: list[dict[str, Any]], states: list[dict[str, Any]]) -> None:
+    """Keep what goes to and fro."""
+    socket.on("framesent", lambda text: '"beat"' in text and beats.append(json.loads(text)))
+    socket.on("framereceived", lambda text: '"heard"' in text and states.append(json.loads(text)))
+
+
+def wheels(
+    pressed: float, beats: list[dict[str, Any]], states: list[dict[str, Any]], epoch: float
+) -> float | None:
+    """How long a key took to the wheels, s; None where the chair did not heed it at all."""
+    told = next((each for each in beats if each["sent"] >= pressed and each["left"]), None)
+    if told is None or told["sent"] > pressed + 120.0:
+        return None
+    for state in states:
+        if state["heard"] >= told["seq"]:
+            return float(state["clock"] - epoch - pressed / 1000.0)
+    return None
+
+
+def pictures(browser: Browser, address: str, folder: Path) -> None:
+    """Of each kind of screen, looked at one after the other."""
+    with opened(browser, address, 390, 844, has_touch=True) as page:
+        take(page)
+        go(page, "Ward 4")
+        page.wait_for_timeout(9000)
+        keep(page, folder / "page-phone.png")
+        release(page)
+    with opened(browser, address, 820, 1180) as page:
+        show(page, "Way")
+        page.get_by_label("Or by the name of a place").select_option("Laboratory")
+        page.get_by_role("button", name="Go by there").click()
+        page.wait_for_timeout(4000)
+        keep(page, folder / "page-tablet.png")
+        page.get_by_role("button", name="Do it").click()
+        page.wait_for_timeout(1000)
+    with opened(browser, address, 1280, 800) as page:
+        take(page)
+        show(page, "Way")
+        page.wait_for_timeout(9000)
+        keep(page, folder / "page-desktop.png")
+        release(page)
+    with opened(browser, address, 1280, 800, color_scheme="dark") as page:
+        take(page)
+        show(page, "Drive")
+        page.wait_for_timeout(6000)
+        keep(page, folder / "page-dark.png")
+        release(page)
+    with opened(browser, address, 1280, 800, contrast="more") as page:
+        show(page, "More")
+        page.get_by_label("One switch").check()
+        take(page)
+        show(page, "Where")
+        page.wait_for_timeout(6000)
+        keep(page, folder / "page-high-contrast.png")
+
+
+def keep(page: Page, path: Path) -> None:
+    """A picture of as many colours as it needs, and no more."""
+    shown = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    shown.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    if path.stat().st_size > LARGEST:
+        raise ValueError(f"{path} is too large")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
