@@ -139,9 +139,23 @@ def go(page: Page, place: str) -> None:
     field.press("Enter")
 
 
+def ride(page: Page, seconds: float) -> None:
+    """Drive on for so long, whatever asks to be confirmed, and until nothing holds the chair."""
+    go_on = page.get_by_role("button", name="Go on", exact=True)
+    end = time.monotonic() + seconds
+    for _ in range(400):
+        page.wait_for_timeout(300)
+        if go_on.count() and go_on.get_attribute("aria-disabled") != "true":
+            go_on.click()
+        moves = "m/s" in page.locator(".numbers").inner_text()
+        if time.monotonic() > end and moves and not page.locator(".why").is_visible():
+            return
+    raise TimeoutError("the chair does not drive")
+
+
 def release(page: Page) -> None:
     """Let the next page drive, from where the chair stands now."""
-    page.get_by_role("button", name="STOP").click()
+    page.get_by_role("button", name="STOP", exact=True).click()
     show(page, "Drive")
     page.get_by_role("button", name="Stop driving from this page").click()
     page.wait_for_timeout(500)
@@ -232,7 +246,7 @@ def pictures(browser: Browser, address: str, folder: Path) -> None:
     with opened(browser, address, 390, 844, has_touch=True) as page:
         take(page)
         go(page, "Ward 4")
-        page.wait_for_timeout(9000)
+        ride(page, 9.0)
         keep(page, folder / "page-phone.png")
         release(page)
     with opened(browser, address, 820, 1180) as page:
@@ -246,13 +260,13 @@ def pictures(browser: Browser, address: str, folder: Path) -> None:
     with opened(browser, address, 1280, 800) as page:
         take(page)
         show(page, "Way")
-        page.wait_for_timeout(9000)
+        ride(page, 9.0)
         keep(page, folder / "page-desktop.png")
         release(page)
     with opened(browser, address, 1280, 800, color_scheme="dark") as page:
         take(page)
         show(page, "Drive")
-        page.wait_for_timeout(6000)
+        ride(page, 6.0)
         keep(page, folder / "page-dark.png")
         release(page)
     with opened(browser, address, 1280, 800, contrast="more") as page:
@@ -260,7 +274,7 @@ def pictures(browser: Browser, address: str, folder: Path) -> None:
         page.get_by_label("One switch").check()
         take(page)
         show(page, "Where")
-        page.wait_for_timeout(6000)
+        ride(page, 6.0)
         keep(page, folder / "page-high-contrast.png")
 
 

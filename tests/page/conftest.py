@@ -17,6 +17,7 @@ FLAGS = (
 HERE = Path(__file__).parent
 
 
+@pytest.hookimpl(tryfirst=True)  # before the workers' tests are told apart
 def pytest_collection_modifyitems(items):
     """One worker runs them all, so that there is one chair."""
     for item in items:
