@@ -51,7 +51,7 @@ page: $(PAGE) ## the rider's page, built where its sources have changed
 .PHONY: test
 test: setup page chromium ## the tests, without the slow ones
 	cd page && npm run --silent test
-	$(BIN)/pytest -n $(WORKERS) --dist loadgroup -m "not slow"
+	$(BIN)/pytest -n $(WORKERS) -m "not slow"
 
 .PHONY: test-slow
 test-slow: setup page chromium ## the slow tests

@@ -12,6 +12,22 @@ settings.register_profile("cohelm", deadline=None, derandomize=True, print_blob=
 settings.load_profile("cohelm")
 
 
+TOGETHER = "tests/page/"
+"""Tests that share a chair and a browser, which take long to start."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """One worker runs the tests that belong together, and runs them first."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Together(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return TOGETHER if nodeid.startswith(TOGETHER) else nodeid
+
+    return Together(config, log) if config.getoption("dist") == "load" else None
+
+
 @pytest.fixture(scope="session")
 def data() -> Path:
     """The folder with the outside data sets."""
