@@ -84,6 +84,7 @@ def problem_of(
     *,
     wished_from: Floats,
     kept: Floats | None,
+    effort: float = 1.0,
 ) -> RouteProblem:
     """What the global planner is asked.
 
@@ -93,6 +94,7 @@ def problem_of(
         wishes: those that are still ahead.
         wished_from: where the chair was when they were set, (2,), m.
         kept: the rest of the path that is followed (k, 2), m.
+        effort: share of what it may spend that the planner spends.
     """
     return RouteProblem(
         grid=q.grid,
@@ -107,4 +109,5 @@ def problem_of(
         filters=q.filters,
         kept=kept,
         clearance=q.request.profile.clearance,
+        effort=effort,
     )

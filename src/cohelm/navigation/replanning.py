@@ -43,6 +43,9 @@ class ReplanningParameters(Model):
     """Distance from the path at which it is given up, m."""
     steering: float = Field(0.5, ge=0.0, le=1.0)
     """η from which the path follows the rider's hand."""
+    hand_effort: float = Field(0.15, gt=0.0, le=1.0)
+    """Share of its budget that the planner spends on following the hand: it is asked again at once,
+    and until it finds something the old path is as good as it was."""
     standing: float = Field(0.3, ge=0.0, le=3.0)
     """People slower than this are walked round by a stalled ride, m/s."""
     rest: float = Field(0.5, ge=0.0, le=30.0)
@@ -151,7 +154,8 @@ def _replaced(
         live = closed_but_for(q.side, live, q.grid, q.people, q.pose, p.standing)
         asked = replace(q, live=live)
     try:
-        path = planner.plan(_anew(asked, start, kept))
+        effort = p.hand_effort if why is Why.STEERING else 1.0
+        path = planner.plan(_anew(asked, start, kept, effort))
     except PlanningError:
         return replace(kept, asked_at=q.time)
     return _followed(q, path, why, kept)
@@ -191,13 +195,16 @@ def _better(
     return _followed(q, path, why, kept)
 
 
-def _anew(q: RouteQuestion, start: Floats, kept: RouteState) -> RouteProblem:
+def _anew(
+    q: RouteQuestion, start: Floats, kept: RouteState, effort: float = 1.0
+) -> RouteProblem:
     return problem_of(
         q,
         start,
         cut_strokes(kept.wishes, kept.path, kept.progress),
         wished_from=kept.wished_from,
         kept=rest_of(kept.path, kept.progress),
+        effort=effort,
     )
 
 

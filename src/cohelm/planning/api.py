@@ -37,6 +37,9 @@ class RouteProblem:
     """The rest of a path that is followed already, m: the answer says what it is worth now."""
     clearance: float = 0.0
     """Distance to keep beyond the footprint, m."""
+    effort: float = 1.0
+    """Share of what it may spend that the planner spends on a way for the footprint: less where the
+    question comes again soon, and the answer must come at once."""
 
 
 class GlobalPlanner(Protocol):

@@ -135,7 +135,8 @@ def _fitted(
     )
     if gap > 0.0:
         roomy = _land(ground, weights, parameters, wider=gap)
-        fitted = widen(roomy, fitted, pins=way[pins], effort=Effort(_WIDENING), wide=wide[1:])
+        spare = Effort(round(problem.effort * _WIDENING))
+        fitted = widen(roomy, fitted, pins=way[pins], effort=spare, wide=wide[1:])
     return fit(
         land,
         fitted.points,
@@ -181,7 +182,7 @@ def fit_anyhow(ground: Ground, parameters: LineParameters) -> Fitted | None:
         goal,
         reach=math.inf,
         pivots=True,
-        budget=parameters.fitting.last_budget,
+        budget=max(round(ground.problem.effort * parameters.fitting.last_budget), 1),
     )
     if turned is None or misfits(land, turned.points, turned.pivots).any():
         return None

@@ -82,7 +82,7 @@ def find_route(
     """
     weights = ground.weights if weights is None else weights
     search = search or cheapest(ground, parameters)
-    effort = Effort(parameters.fitting.budget)
+    effort = Effort(round(ground.problem.effort * parameters.fitting.budget))
     stuck: list[Floats] = []
     in_zone = starts_in_zone(ground)
     for _ in range(parameters.fitting.detours + 1):
