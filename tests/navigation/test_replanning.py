@@ -180,6 +180,16 @@ def test_while_the_rider_steers_the_path_follows_the_hand(plan_times, eta, at):
     assert plan_times(15, lambda k: {"authority": hand(eta, (3.0, 5.0))}) == at
 
 
+def test_little_is_spent_on_following_the_hand_and_all_on_a_blocked_way(asked):
+    steered, blocked = Straight(), Straight()
+    state = route(asked(), steered, None, RULES)
+    route(asked(10, authority=hand(0.6, (3.0, 5.0))), steered, state, RULES)
+    for k in (0, 1, 20):
+        state = route(asked(k, walls=SHUT if k else FREE), blocked, state if k else None, RULES)
+    assert [each.effort for each in steered.asked] == [1.0, RULES.hand_effort]
+    assert [each.effort for each in blocked.asked] == [1.0, 1.0]
+
+
 def test_it_then_starts_where_the_hand_leads_as_far_as_the_chair_fits(asked, chair):
     planner = Straight()
     state = route(asked(), planner, None, RULES)

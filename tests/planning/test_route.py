@@ -1,5 +1,7 @@
 """Doors and corners for the whole chair: passed where it fits, refused with the place where not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -160,3 +162,13 @@ def test_walls_without_a_gap_have_no_passage():
     with pytest.raises(NoPath) as error:
         AStar().plan(across(halved(0.0, 0.05)))
     assert error.value.passage is None
+
+
+def test_a_planner_that_may_spend_little_gives_up_where_a_long_search_finds_a_way():
+    task = across(halved(WIDTH + 0.06, 0.01))
+    check(task, AStar().plan(task))
+    with pytest.raises(NoPath):
+        AStar().plan(replace(task, effort=0.001))
+    wide = across(halved(2.0 * WIDTH, 0.01))
+    free, hasty = AStar().plan(wide), AStar().plan(replace(wide, effort=0.001))
+    np.testing.assert_array_equal(hasty.points, free.points)  # no search is needed there

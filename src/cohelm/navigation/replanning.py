@@ -195,9 +195,7 @@ def _better(
     return _followed(q, path, why, kept)
 
 
-def _anew(
-    q: RouteQuestion, start: Floats, kept: RouteState, effort: float = 1.0
-) -> RouteProblem:
+def _anew(q: RouteQuestion, start: Floats, kept: RouteState, effort: float = 1.0) -> RouteProblem:
     return problem_of(
         q,
         start,
