@@ -13,11 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, Integers
 from cohelm.control.api import Constraint, CostTerm, LocalProblem, Measure, Motion, Rows
 from cohelm.control.quadratic import Multipliers, QuadraticProgram, minimise
 
@@ -29,9 +30,8 @@ _FAR = 1e6
 """A bound beyond all that a robot does."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Value:
-    """What a motion is worth."""
+class Value(NamedTuple):
+    """What a motion is worth; a tuple, as ``Measure`` is."""
 
     merit: float
     """Cost plus the price of all slack."""
@@ -188,12 +188,13 @@ def _program(
     l1, l2: of each block's slacks.
     """
     low, high = np.full(len(gradient), -_FAR), np.full(len(gradient), _FAR)
-    room = np.full(sum([len(rows.margin) for rows in blocks]), _FAR)
-    at, first, names = 0, 0, 0
-    group, key = [], []
+    margin = np.concatenate([rows.margin for rows in blocks])
+    group = np.concatenate([rows.group for rows in blocks])
+    key = np.concatenate([rows.key for rows in blocks])
+    sizes = np.array([(len(rows.margin), rows.groups, rows.keys) for rows in blocks])
+    room, l1, l2 = _numbered(group, key, sizes, l1, l2)
+    at, names = 0, 0
     for rows in blocks:
-        group.append(rows.group + first if rows.groups else rows.group)
-        key.append(rows.key + names)
         if rows.room is not None:
             room[at : at + len(rows.room)] = rows.room
         if rows.low is not None:
@@ -201,23 +202,45 @@ def _program(
         if rows.high is not None:
             high = np.minimum(high, rows.high)
         at += len(rows.margin)
-        first += rows.groups
         names += rows.keys
-    groups = np.array([rows.groups for rows in blocks])
     return QuadraticProgram(
         hessian=hessian,
         gradient=gradient,
         low=low,
         high=high,
         jacobian=np.concatenate([rows.jacobian for rows in blocks]),
-        margin=np.concatenate([rows.margin for rows in blocks]),
+        margin=margin,
         room=room,
-        group=np.concatenate(group),
-        key=np.concatenate(key),
+        group=group,
+        key=key,
         keys=names,
-        l1=l1.repeat(groups),
-        l2=l2.repeat(groups),
+        l1=l1,
+        l2=l2,
     )
+
+
+@njit(cache=True)
+def _numbered(
+    group: Integers, key: Integers, sizes: Integers, l1: Floats, l2: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """(room without bounds, l1, l2 of each slack); numbers ``group`` and ``key`` through.
+
+    sizes: (b, 3), how many rows, groups and keys each block has.
+    """
+    room = np.full(len(key), _FAR)
+    slacks = np.sum(sizes[:, 1])
+    linear, squared = np.empty(slacks), np.empty(slacks)
+    at, first, names = 0, 0, 0
+    for b in range(sizes.shape[0]):
+        for _ in range(sizes[b, 0]):
+            group[at] += first if sizes[b, 1] > 0 else 0
+            key[at] += names
+            at += 1
+        linear[first : first + sizes[b, 1]] = l1[b]
+        squared[first : first + sizes[b, 1]] = l2[b]
+        first += sizes[b, 1]
+        names += sizes[b, 2]
+    return room, linear, squared
 
 
 @njit(cache=True)

@@ -56,6 +56,21 @@ def rows(
     An input has no effect on the poses before it, so that half of the products are zero.
     h: (s, N+1).  gradient: (s, N+1, 3) of h in the pose.  sensitivity: (N+1, 3, N·m).
     """
+    each = np.arange(h.shape[0])
+    return rows_of(h, gradient, sensitivity, gamma, near, each, each)
+
+
+@njit(cache=True)
+def rows_of(  # noqa: PLR0917  # a kernel takes plain arrays
+    h: Floats,
+    gradient: Floats,
+    sensitivity: Floats,
+    gamma: float,
+    near: float,
+    owner: Integers,
+    name: Integers,
+) -> tuple[Floats, Floats, Integers, Integers]:
+    """The same of series that have owners (s,), named instead of these, and names (s,) for keys."""
     series, steps, columns = h.shape[0], h.shape[1] - 1, sensitivity.shape[2]
     m = columns // steps if steps else 0
     keep = 1.0 - gamma
@@ -66,7 +81,7 @@ def rows(
                 count += 1
     margin = np.empty(count)
     jacobian = np.zeros((count, columns))
-    owner = np.empty(count, dtype=np.int64)
+    owned = np.empty(count, dtype=np.int64)
     key = np.empty(count, dtype=np.int64)
     r = 0
     for s in range(series):
@@ -75,8 +90,8 @@ def rows(
             if g >= near:
                 continue
             margin[r] = g
-            owner[r] = s
-            key[r] = s * steps + k
+            owned[r] = owner[s]
+            key[r] = name[s] * steps + k
             ahead = gradient[s, k + 1]
             gx, gy, ga = ahead[0], ahead[1], ahead[2]
             here = sensitivity[k + 1]
@@ -88,4 +103,4 @@ def rows(
             for j in range(m * k if keep > 0.0 else 0):
                 jacobian[r, j] -= gx * here[0, j] + gy * here[1, j] + ga * here[2, j]
             r += 1
-    return margin, jacobian, owner, key
+    return margin, jacobian, owned, key

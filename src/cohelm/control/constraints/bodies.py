@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, Integers
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
@@ -50,19 +51,71 @@ class Bodies:
     def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
         """By person, the worst over futures and steps, (n,)."""
         who = self._futures(problem)
-        h = body_barrier(problem.robot.capsule, motion.poses, who.positions, who.kept)
-        return who.measure(h, self.parameters.gamma)
+        return who.measure(
+            *_measured(
+                problem.robot.capsule,
+                motion.poses,
+                who.positions,
+                who.kept,
+                self.parameters.gamma,
+                who.person,
+                who.people,
+            )
+        )
 
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
     ) -> Rows:
         """Those that can become active."""
-        who, gamma = self._futures(problem), self.parameters.gamma
-        near = barrier.near_states(measure.h, gamma, barrier.NEAR)
-        gradient = body_gradient(problem.robot.capsule, motion.poses, who.positions, near)
-        return who.rows(measure.h, gradient, sensitivity, gamma)
+        who = self._futures(problem)
+        return who.rows(
+            measure.h,
+            *_linearised(
+                problem.robot.capsule,
+                motion.poses,
+                who.positions,
+                measure.h,
+                sensitivity,
+                self.parameters.gamma,
+                who.person,
+                who.which,
+            ),
+        )
 
     def _futures(self, problem: LocalProblem) -> Futures:
         p = self.parameters
         margin = self._squeezing if problem.stalled else self._margin
         return futures(problem, p.at_least, margin, p.gamma, 0.0)
+
+
+@njit(cache=True)
+def _measured(  # noqa: PLR0917  # a kernel takes plain arrays
+    capsule: Floats,
+    poses: Floats,
+    positions: Floats,
+    kept: Floats,
+    gamma: float,
+    person: Integers,
+    people: int,
+) -> tuple[Floats, Floats, float]:
+    """(h, slack, the smallest h); see ``Futures.measure``."""
+    h = body_barrier(capsule, poses, positions, kept)
+    slack, smallest = barrier.worst_of(h, gamma, person, people)
+    return h, slack, smallest
+
+
+@njit(cache=True)
+def _linearised(  # noqa: PLR0917  # a kernel takes plain arrays
+    capsule: Floats,
+    poses: Floats,
+    positions: Floats,
+    h: Floats,
+    sensitivity: Floats,
+    gamma: float,
+    person: Integers,
+    which: Integers,
+) -> tuple[Floats, Floats, Integers, Integers]:
+    """(margin, jacobian, person, key); see ``Futures.rows``."""
+    near = barrier.near_states(h, gamma, barrier.NEAR)
+    gradient = body_gradient(capsule, poses, positions, near)
+    return barrier.rows_of(h, gradient, sensitivity, gamma, barrier.NEAR, person, which)

@@ -57,27 +57,20 @@ class Futures:
     elsewhere: float
     """What is at least kept from the others that were left out for being far, m; +inf: none."""
 
-    def measure(self, h: Floats, gamma: float) -> Measure:
-        """By person, the worst over futures and steps; the smallest h, the far ones bounded."""
-        slack, smallest = barrier.worst_of(h, gamma, self.person, self.people)
-        return Measure(slack=slack, smallest=min(smallest, self.elsewhere), h=h)
+    def measure(self, h: Floats, slack: Floats, smallest: float) -> Measure:
+        """The far ones bounded.
 
-    def rows(self, h: Floats, gradient: Floats, sensitivity: Floats, gamma: float) -> Rows:
-        """Those that can become active, one slack for each person.
-
-        h: (q, N+1).  gradient: (q, N+1, 3) of h in the pose, where ``barrier.near_states``.
-        sensitivity: (N+1, 3, N·m).
+        h: (q, N+1).  slack, smallest: by person, the worst over futures and steps; of all; both
+        from ``barrier.worst_of``.
         """
-        margin, jacobian, series, key = barrier.rows(h, gradient, sensitivity, gamma, barrier.NEAR)
-        steps = h.shape[1] - 1
-        return Rows(
-            margin=margin,
-            jacobian=jacobian,
-            group=self.person[series],
-            key=key + (self.which - np.arange(len(self.which)))[series] * steps,
-            keys=self.every * steps,
-            groups=self.people,
-        )
+        return Measure(slack, min(smallest, self.elsewhere), h)
+
+    def rows(
+        self, h: Floats, margin: Floats, jacobian: Floats, person: Integers, key: Integers
+    ) -> Rows:
+        """What ``barrier.rows_of`` found of h (q, N+1), one slack for each person."""
+        keys = self.every * (h.shape[1] - 1)
+        return Rows(margin, jacobian, person, key, keys, groups=self.people)
 
 
 class Surroundings:

@@ -9,11 +9,11 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
-from cohelm.control.constraints.series import series_rows
+from cohelm.control.constraints.series import as_series, series_rows
 from cohelm.messages import GroupSpaces
 
 
@@ -50,22 +50,45 @@ class GroupSpace:
         groups = problem.spaces.groups
         if groups is None or not len(groups.id):
             return Measure(slack=np.empty(0))
-        h = group_barrier(problem.robot.capsule, motion.poses, _normals(groups), groups.support)
-        worst, smallest = barrier.worst(h, self.parameters.gamma)
-        return Measure(slack=worst, smallest=smallest, h=h)
+        capsule, gamma = problem.robot.capsule, self.parameters.gamma
+        return Measure(*_measured(capsule, motion.poses, _normals(groups), groups.support, gamma))
 
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
     ) -> Rows:
         """Those that can become active."""
         groups, h, gamma = problem.spaces.groups, measure.h, self.parameters.gamma
-        gradient = np.zeros((*h.shape, 3))
-        if groups is not None and len(h):
-            near = barrier.near_states(h, gamma, barrier.NEAR)
-            gradient = group_gradient(
-                problem.robot.capsule, motion.poses, _normals(groups), groups.support, near
-            )
-        return series_rows(h, gradient, sensitivity, gamma, barrier.NEAR)
+        if groups is None or not len(h):
+            return series_rows(h, measure.gradient, sensitivity, gamma, barrier.NEAR)
+        capsule, normals = problem.robot.capsule, _normals(groups)
+        found = _linearised(capsule, motion.poses, normals, groups.support, h, sensitivity, gamma)
+        return as_series(h, *found)
+
+
+@njit(cache=True)
+def _measured(
+    capsule: Floats, poses: Floats, normals: Floats, support: Floats, gamma: float
+) -> tuple[Floats, float, Floats]:
+    """(slack, smallest, h) of ``Measure``."""
+    h = group_barrier(capsule, poses, normals, support)
+    worst, smallest = barrier.worst(h, gamma)
+    return worst, smallest, h
+
+
+@njit(cache=True)
+def _linearised(  # noqa: PLR0917  # a kernel takes plain arrays
+    capsule: Floats,
+    poses: Floats,
+    normals: Floats,
+    support: Floats,
+    h: Floats,
+    sensitivity: Floats,
+    gamma: float,
+) -> tuple[Floats, Floats, Integers, Integers]:
+    """(margin, jacobian, series, key) as of ``barrier.rows``."""
+    near = barrier.near_states(h, gamma, barrier.NEAR)
+    gradient = group_gradient(capsule, poses, normals, support, near)
+    return barrier.rows(h, gradient, sensitivity, gamma, barrier.NEAR)
 
 
 @functools.lru_cache(maxsize=16)

@@ -15,6 +15,7 @@ from cohelm.robots import Kinematics
 
 _FAR = 1e6
 """No bound, m/s."""
+_NOTHING = Measure(slack=np.empty(0))
 
 
 class InputLimits:
@@ -41,7 +42,7 @@ class InputLimits:
     def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
         """Nothing yields: these bounds are hard, and no barrier."""
         del problem, motion
-        return Measure(slack=np.empty(0))
+        return _NOTHING
 
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
@@ -50,8 +51,12 @@ class InputLimits:
         del sensitivity, measure
         kinematics = problem.robot.motion
         jacobian, key, hard = _constant(len(motion.inputs), kinematics)
-        margin, room, low, high = _left(
-            *self.bounds(problem, motion), motion.last_input, motion.inputs
+        margin, room, low, high = _left_of(
+            *problem.input_bounds(),
+            motion.last_input,
+            motion.inputs,
+            motion.step,
+            self.parameters.tick,
         )
         if len(kinematics.facets):
             excess = motion.inputs @ kinematics.facets.T
@@ -120,6 +125,24 @@ def _bounds(  # noqa: PLR0917  # a kernel takes plain arrays
             faster[k, i] = rise[i] * time
             slower[k, i] = fall[i] * time
     return lowest, highest, faster, slower
+
+
+@njit(cache=True)
+def _left_of(  # noqa: PLR0917  # a kernel takes plain arrays
+    low: Floats,
+    high: Floats,
+    rise: Floats,
+    fall: Floats,
+    now: Floats,
+    inputs: Floats,
+    step: float,
+    tick: float,
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """``_left`` of ``_bounds``."""
+    lowest, highest, faster, slower = _bounds(
+        low, high, rise, fall, now, inputs.shape[0], step, tick
+    )
+    return _left(lowest, highest, faster, slower, now, inputs)
 
 
 @njit(cache=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, Integers
 from cohelm.control.api import Rows
 from cohelm.control.constraints import barrier
 
@@ -14,12 +14,10 @@ def series_rows(
 
     h: (s, N+1) m.  gradient: (s, N+1, 3) of h in the pose.  sensitivity: (N+1, 3, N·m).
     """
-    margin, jacobian, series, key = barrier.rows(h, gradient, sensitivity, gamma, near)
-    return Rows(
-        margin=margin,
-        jacobian=jacobian,
-        group=series,
-        key=key,
-        keys=h[:, 1:].size,
-        groups=len(h),
-    )
+    return as_series(h, *barrier.rows(h, gradient, sensitivity, gamma, near))
+
+
+def as_series(h: Floats, margin: Floats, jacobian: Floats, series: Integers, key: Integers) -> Rows:
+    """What ``barrier.rows`` found of h (s, N+1), one slack for each series."""
+    count, states = h.shape
+    return Rows(margin, jacobian, series, key, count * (states - 1), groups=count)

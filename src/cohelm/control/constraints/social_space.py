@@ -63,38 +63,49 @@ class SocialSpace:
         """By person, the worst over futures and steps, (n,)."""
         s, eggs = problem.spaces, self._eggs(problem)
         who = eggs.who
-        h = social_barrier(
-            eggs.capsule,
-            motion.poses,
-            who.positions,
-            eggs.kept,
-            s.kind,
-            eggs.axis,
-            eggs.shape,
-            s.floor,
-            eggs.robot,
-            s.robot_floor,
+        return who.measure(
+            *_measured(
+                eggs.capsule,
+                motion.poses,
+                who.positions,
+                eggs.kept,
+                s.kind,
+                eggs.axis,
+                eggs.shape,
+                s.floor,
+                eggs.robot,
+                s.robot_floor,
+                self.parameters.gamma,
+                who.person,
+                who.people,
+            )
         )
-        return who.measure(h, self.parameters.gamma)
 
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
     ) -> Rows:
         """Those that can become active."""
-        s, eggs, gamma = problem.spaces, self._eggs(problem), self.parameters.gamma
-        gradient = social_gradient(
-            eggs.capsule,
-            motion.poses,
-            eggs.who.positions,
-            s.kind,
-            eggs.axis,
-            eggs.shape,
-            s.floor,
-            eggs.robot,
-            s.robot_floor,
-            barrier.near_states(measure.h, gamma, barrier.NEAR),
+        s, eggs = problem.spaces, self._eggs(problem)
+        who = eggs.who
+        return who.rows(
+            measure.h,
+            *_linearised(
+                eggs.capsule,
+                motion.poses,
+                who.positions,
+                s.kind,
+                eggs.axis,
+                eggs.shape,
+                s.floor,
+                eggs.robot,
+                s.robot_floor,
+                measure.h,
+                sensitivity,
+                self.parameters.gamma,
+                who.person,
+                who.which,
+            ),
         )
-        return eggs.who.rows(measure.h, gradient, sensitivity, gamma)
 
     def _eggs(self, problem: LocalProblem) -> _Eggs:
         p = self.parameters
@@ -177,3 +188,50 @@ def _of_futures(  # noqa: PLR0917  # a kernel takes plain arrays
             shape[q, k, 1] = 0.5 / (scale * behind * behind)
             shape[q, k, 2] = 0.5 / (scale * aside * aside)
     return unit, shape
+
+
+@njit(cache=True)
+def _measured(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    capsule: Floats,
+    poses: Floats,
+    positions: Floats,
+    kept: Floats,
+    kind: int,
+    axis: Floats,
+    eggs: Floats,
+    floor: float,
+    robot: Floats,
+    robot_floor: float,
+    gamma: float,
+    person: Integers,
+    people: int,
+) -> tuple[Floats, Floats, float]:
+    """(h, slack, the smallest h); see ``Futures.measure``."""
+    h = social_barrier(capsule, poses, positions, kept, kind, axis, eggs, floor, robot, robot_floor)
+    slack, smallest = barrier.worst_of(h, gamma, person, people)
+    return h, slack, smallest
+
+
+@njit(cache=True)
+def _linearised(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+    capsule: Floats,
+    poses: Floats,
+    positions: Floats,
+    kind: int,
+    axis: Floats,
+    eggs: Floats,
+    floor: float,
+    robot: Floats,
+    robot_floor: float,
+    h: Floats,
+    sensitivity: Floats,
+    gamma: float,
+    person: Integers,
+    which: Integers,
+) -> tuple[Floats, Floats, Integers, Integers]:
+    """(margin, jacobian, person, key); see ``Futures.rows``."""
+    near = barrier.near_states(h, gamma, barrier.NEAR)
+    gradient = social_gradient(
+        capsule, poses, positions, kind, axis, eggs, floor, robot, robot_floor, near
+    )
+    return barrier.rows_of(h, gradient, sensitivity, gamma, barrier.NEAR, person, which)

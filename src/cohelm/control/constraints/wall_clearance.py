@@ -40,9 +40,18 @@ class WallClearance:
 
     def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
         """By disc, the worst over steps, (c,)."""
-        h, gradient = self._barrier(problem, motion)
-        worst, smallest = barrier.worst(h, self.parameters.gamma)
-        return Measure(slack=worst, smallest=smallest, h=h, gradient=gradient)
+        walls = problem.walls
+        return Measure(
+            *_measured(
+                problem.robot.discs,
+                problem.profile.clearance,
+                motion.poses,
+                walls.distance,
+                walls.resolution,
+                walls.X_MG,
+                self.parameters.gamma,
+            )
+        )
 
     def rows(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
@@ -51,16 +60,21 @@ class WallClearance:
         del problem, motion
         return series_rows(measure.h, measure.gradient, sensitivity, self.parameters.gamma, _NEAR)
 
-    def _barrier(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
-        walls = problem.walls
-        return wall_barrier(
-            problem.robot.discs,
-            problem.profile.clearance,
-            motion.poses,
-            walls.distance,
-            walls.resolution,
-            walls.X_MG,
-        )
+
+@njit(cache=True)
+def _measured(  # noqa: PLR0917  # a kernel takes plain arrays
+    discs: Floats,
+    clearance: float,
+    poses: Floats,
+    distance: Floats32,
+    resolution: float,
+    X_MG: Floats,
+    gamma: float,
+) -> tuple[Floats, float, Floats, Floats]:
+    """(slack, smallest, h, gradient) of ``Measure``."""
+    h, gradient = wall_barrier(discs, clearance, poses, distance, resolution, X_MG)
+    worst, smallest = barrier.worst(h, gamma)
+    return worst, smallest, h, gradient
 
 
 @njit(cache=True)

@@ -7,6 +7,7 @@ import math
 from typing import Literal
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
@@ -42,16 +43,16 @@ class InputEffort:
 
     def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
         """(N·m,)."""
-        difference = motion.inputs.copy()
-        if self.parameters.input_cost == "reference":
-            speeds = problem.reference.speeds[:-1]
-            if problem.robot.motion.translating == 1:
-                difference[:, 0] -= speeds
-            else:
-                off = _off(problem, motion)
-                difference[:, 0] -= speeds * np.cos(off)
-                difference[:, 1] -= speeds * np.sin(off)
-        difference *= self._roots(problem, motion)
+        roots = self._roots(problem, motion)
+        if self.parameters.input_cost == "printed":
+            return (motion.inputs * roots).ravel()
+        speeds = problem.reference.speeds
+        if problem.robot.motion.translating == 1:
+            return _slower(motion.inputs, speeds, roots)
+        off, difference = _off(problem, motion), motion.inputs.copy()
+        difference[:, 0] -= speeds[:-1] * np.cos(off)
+        difference[:, 1] -= speeds[:-1] * np.sin(off)
+        difference *= roots
         return difference.ravel()
 
     def model(
@@ -73,8 +74,20 @@ class InputEffort:
         return gauss_newton(residual, jacobian)
 
     def _roots(self, problem: LocalProblem, motion: Motion) -> Floats:
-        roots = per_input(problem.robot.motion, self._root_speed, self._root_turn)
-        return roots * math.sqrt(motion.step)
+        share = math.sqrt(motion.step)
+        return per_input(problem.robot.motion, self._root_speed, self._root_turn, share)
+
+
+@njit(cache=True)
+def _slower(inputs: Floats, speeds: Floats, roots: Floats) -> Floats:
+    """Inputs (N, m) less the speeds (N+1,) of the reference, scaled by ``roots`` (m,); (N·m,)."""
+    steps, m = inputs.shape
+    out = np.empty(steps * m)
+    for k in range(steps):
+        for i in range(m):
+            wanted = speeds[k] if i == 0 else 0.0
+            out[k * m + i] = (inputs[k, i] - wanted) * roots[i]
+    return out
 
 
 def _off(problem: LocalProblem, motion: Motion) -> Floats:

@@ -6,6 +6,7 @@ import functools
 import math
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
@@ -33,11 +34,7 @@ class SmoothInput:
 
     def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
         """(N·m,)."""
-        change = motion.inputs.copy()
-        change[0] -= motion.last_input
-        change[1:] -= motion.inputs[:-1]
-        change *= self._roots(problem, motion)
-        return change.ravel()
+        return _changes(motion.inputs, motion.last_input, self._roots(problem, motion))
 
     def model(
         self, problem: LocalProblem, motion: Motion, sensitivity: Floats
@@ -49,8 +46,20 @@ class SmoothInput:
         return hessian, self.residual(problem, motion) @ jacobian
 
     def _roots(self, problem: LocalProblem, motion: Motion) -> Floats:
-        roots = per_input(problem.robot.motion, self._root_speed, self._root_turn)
-        return roots / math.sqrt(motion.step)
+        share = math.sqrt(motion.step)
+        return per_input(problem.robot.motion, self._root_speed, self._root_turn, over=share)
+
+
+@njit(cache=True)
+def _changes(inputs: Floats, now: Floats, roots: Floats) -> Floats:
+    """Changes of inputs (N, m), the first from ``now`` (m,), scaled by ``roots`` (m,); (N·m,)."""
+    steps, m = inputs.shape
+    out = np.empty(steps * m)
+    for k in range(steps):
+        for i in range(m):
+            before = inputs[k - 1, i] if k > 0 else now[i]
+            out[k * m + i] = (inputs[k, i] - before) * roots[i]
+    return out
 
 
 @functools.lru_cache(maxsize=64)
