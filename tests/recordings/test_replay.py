@@ -23,10 +23,10 @@ DT = 0.05
 NOWHERE = OccupancyGrid(data=np.full((4, 4), FREE, dtype=np.int8), resolution=1.0, X_MG=np.zeros(3))
 
 
-def scene(time=0.0):
+def scene(time=0.0, chair=(1e4, 1e4)):
     return Scene(
         grid=NOWHERE,
-        robot_position=np.full(2, 1e4),
+        robot_position=np.array(chair),
         robot_velocity=np.zeros(2),
         robot_radius=0.5,
         time=time,
@@ -209,6 +209,37 @@ def test_recorded_crowds_are_reproduced_at_their_frames(name):
         there = crowds[k].there
         assert there.sum() == len(ids)
         np.testing.assert_allclose(crowds[k].position[there], noted, atol=1e-6)
+
+
+def came(file, chair, **changes):
+    """When the one comes who walks from (3, 4) at 2 s to (3, 2) at 4 s; NaN: never."""
+    model = Replay(Replay.Parameters(file=str(file), **changes))
+    crowd = entered(model, nobody())
+    for k in range(160):
+        crowd = model.step(crowd, scene(k * DT, chair), DT, np.random.default_rng(0))
+        if crowd.there[2]:
+            return (k + 1) * DT
+        assert crowd.position[2, 0] > 1e5
+        assert not crowd.velocity[2].any()
+    return np.nan
+
+
+def test_who_would_come_upon_the_chair_comes_once_it_is_far_enough(film):
+    chair = (3.0, 4.5)  # the disc's radius is 0.5 m, the body's 0.25 m
+    assert came(film, chair) == pytest.approx(2.0)
+    assert came(film, (3.0, 6.0), clear=1.2) == pytest.approx(2.0)  # gap 1.25 m at once
+    # 1 m/s away: the gap is 0.75 m where 4.5 − y = 1.5, that is at 3 s
+    assert came(film, chair, clear=0.75) == pytest.approx(3.0, abs=DT + 1e-9)
+    assert np.isnan(came(film, chair, clear=3.0))
+
+
+def test_who_is_there_stays_however_near_the_chair_comes(film):
+    model = Replay(Replay.Parameters(file=str(film), clear=2.0))
+    crowd = entered(model, nobody())
+    for k in range(70):  # far away till they are there, then in their midst
+        chair = (1e4, 1e4) if k < 45 else tuple(crowd.position[2])
+        crowd = model.step(crowd, scene(k * DT, chair), DT, np.random.default_rng(0))
+    assert crowd.there[:3].all()
 
 
 def test_a_replay_goes_on_from_any_step(film):

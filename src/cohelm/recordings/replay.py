@@ -56,6 +56,9 @@ class Replay:
         """Of the film's x axis on the map."""
         radius: float = Field(0.25, gt=0.05, le=1.0)
         """Of the bodies, m (assumed)."""
+        clear: float = Field(0.0, ge=0.0, le=100.0)
+        """Whoever would come out of nothing with a smaller gap to the disc about the chair comes
+        once it is no smaller, m; 0: all come where they came."""
         turn_time: float = Field(0.3, gt=0.0, le=5.0)
         """Time constant of turning the body to where one walks, s (assumed)."""
         walk: Walk = WALKERS
@@ -106,15 +109,20 @@ class Replay:
         inner = without_own(crowd)
         after = inner if filmed.all() else self._walk.step(inner, scene, dt, rng)
         if filmed.any():
-            after = self._replayed(crowd, after, number, scene.time + dt, dt)
+            after = self._replayed(crowd, after, number, scene, dt)
         return with_own(after, number)
 
     def _replayed(
-        self, before: Crowd, after: Crowd, number: Floats, time: float, dt: float
+        self, before: Crowd, after: Crowd, number: Floats, scene: Scene, dt: float
     ) -> Crowd:
-        """``after``, but for those of the film, who are where they were at ``time``."""
+        """``after``, but for those of the film, who are where they were ``dt`` after the scene."""
         filmed = np.isfinite(number)
-        states, there = self._states(self._film(), number[filmed].astype(np.int64), time)
+        who = number[filmed].astype(np.int64)
+        states, there = self._states(self._film(), who, scene.time + dt)
+        if self.parameters.clear > 0.0:
+            late = there & ~before.there[filmed] & self._near(states[:, :2], scene)
+            states[late, :2], states[late, 2:] = far_away(len(who))[late], 0.0
+            there &= ~late
         all_states = np.column_stack([after.position, after.velocity])
         all_states[filmed] = states
         present = after.there.copy()
@@ -144,6 +152,13 @@ class Replay:
         there = np.zeros(n, dtype=np.bool_)
         there[at] = True
         return states, there
+
+    def _near(self, position: Floats, scene: Scene) -> Booleans:
+        """Whether people (n, 2) are too near to the chair to come out of nothing there."""
+        p = self.parameters
+        away = np.hypot(*(position - scene.robot_position).T)
+        near: Booleans = away - scene.robot_radius - p.radius < p.clear
+        return near
 
     def _first_ways(self, film: Trajectories) -> Floats:
         """The velocity (n, 2) with which each is seen first, on the map, m/s."""

@@ -1,7 +1,9 @@
 """Every local planner across filmed crowds, who walk as they walked and react to nobody.
 
 A seed draws for each film where and when the chair crosses its main flow, see ``crossings``; all
-planners ride the same crossings on an open floor. All the avoiding is the chair's.
+planners ride the same crossings on an open floor. All the avoiding is the chair's. Whoever would
+come into the picture within ``NEAR`` of the chair comes once it is no nearer: nobody can be avoided
+who comes out of nothing in front of the wheels.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from cohelm.evaluation.benches.bench import Report, Result, Task, parted
 from cohelm.evaluation.benches.crowds_report import make_report
 from cohelm.evaluation.benches.rides import installed
 from cohelm.evaluation.benches.rides_scenes import OWN_SETTINGS, Contender
-from cohelm.evaluation.crossings import crossing
+from cohelm.evaluation.crossings import NEAR, crossing
 from cohelm.evaluation.presets import tuned_settings
 from cohelm.evaluation.sweeps import RideTask, ride_row
 from cohelm.recordings import Trajectories, read_trajectories
@@ -98,6 +100,7 @@ def crossing_settings(film: str, seed: int) -> tuple[str, ...]:
     return (
         f"people.model.file={film_file(film)}",
         f"people.model.begin={drawn.begin:.3f}",
+        f"people.model.clear={NEAR}",
         f"people.model.at=[{move[0]:.3f}, {move[1]:.3f}]",
         f"start=[{start[0]:.3f}, {start[1]:.3f}, {heading:.1f}]",
         f"goal=[{goal[0]:.3f}, {goal[1]:.3f}]",

@@ -11,6 +11,7 @@ from cohelm.evaluation.benches.bench import Report, Result, Sheet
 from cohelm.evaluation.benches.rides_report import differences, faults, groups_of, sources
 from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, as_percent, few
 from cohelm.evaluation.bootstrap import median_of, middle_of, share
+from cohelm.evaluation.crossings import NEAR
 from cohelm.evaluation.results import write_results
 from cohelm.evaluation.results.rides import Rides
 
@@ -26,6 +27,7 @@ _LIMITS = (
     "all the avoiding is its own, and none of them is delayed; real people would give way",
     "people who walk into the chair while it stands are counted apart: it can do no more",
     "positions are known every 0.4 s; in between people are on a smooth curve",
+    f"who would come into the picture within {NEAR:g} m of the chair comes once it is no nearer",
 )
 
 
