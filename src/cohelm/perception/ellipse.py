@@ -75,23 +75,46 @@ def _about(points: Floats, thinnest: float) -> Floats:
     cx = cy = 0.0
     sxx = sxy = syy = 1.0
     for _ in range(_ROUNDS):
-        cx, cy = (u * x).sum(), (u * y).sum()
-        dx, dy = x - cx, y - cy
-        sxx, syy = (u * dx * dx).sum() + floor, (u * dy * dy).sum() + floor
-        sxy = (u * dx * dy).sum()
-        det = sxx * syy - sxy * sxy
-        squared = (syy * dx * dx - 2.0 * sxy * dx * dy + sxx * dy * dy) / det
-        far = int(np.argmax(squared))
-        excess = squared[far] + 1.0
+        cx, cy, sxx, sxy, syy = _moments(x, y, u, floor)
+        far, most = _farthest(x - cx, y - cy, sxx, sxy, syy)
+        excess = most + 1.0
         if excess <= 3.0 * (1.0 + _TOLERANCE):
             break
         step = (excess - 3.0) / (3.0 * (excess - 1.0))
         u *= 1.0 - step
         u[far] += step
-    dx, dy = x - cx, y - cy
-    det = sxx * syy - sxy * sxy
-    scale = ((syy * dx * dx - 2.0 * sxy * dx * dy + sxx * dy * dy) / det).max()
+    _, scale = _farthest(x - cx, y - cy, sxx, sxy, syy)
     half, spread = 0.5 * (sxx + syy), math.hypot(0.5 * (sxx - syy), sxy)
     a = max(math.sqrt(max((half + spread) * scale, 0.0)), thinnest)
     b = max(math.sqrt(max((half - spread) * scale, 0.0)), thinnest)
     return np.array([cx + mx, cy + my, a, b, 0.5 * math.atan2(2.0 * sxy, sxx - syy)])
+
+
+@njit(cache=True)
+def _moments(
+    x: Floats, y: Floats, u: Floats, floor: float
+) -> tuple[float, float, float, float, float]:
+    """Mean (x, y) and second moments (xx, xy, yy) of points with weights (m,) that add up to 1."""
+    cx = cy = 0.0
+    for i in range(u.size):
+        cx += u[i] * x[i]
+        cy += u[i] * y[i]
+    sxx = sxy = syy = 0.0
+    for i in range(u.size):
+        dx, dy = x[i] - cx, y[i] - cy
+        sxx += u[i] * dx * dx
+        sxy += u[i] * dx * dy
+        syy += u[i] * dy * dy
+    return cx, cy, sxx + floor, sxy, syy + floor
+
+
+@njit(cache=True)
+def _farthest(dx: Floats, dy: Floats, sxx: float, sxy: float, syy: float) -> tuple[int, float]:
+    """Which of the points is the farthest in units of the moments, and how far, squared."""
+    det = sxx * syy - sxy * sxy
+    far, most = 0, -np.inf
+    for i in range(dx.size):
+        squared = (syy * dx[i] * dx[i] - 2.0 * sxy * dx[i] * dy[i] + sxx * dy[i] * dy[i]) / det
+        if squared > most:
+            far, most = i, squared
+    return far, most

@@ -247,21 +247,28 @@ def was_there(
         away = math.hypot(x, y)
         near = margin[0] + margin[1] * away
         turned = math.atan2(y, x) - beams[0]
-        beam = ((turned if beams[1] > 0.0 else -turned) % (2.0 * math.pi)) / step
+        turned = turned if beams[1] > 0.0 else -turned
+        if not 0.0 <= turned < 2.0 * math.pi:  # the remainder is dear
+            turned %= 2.0 * math.pi
+        beam = turned / step
         middle = round(beam)
         if away < near:
             continue
         reach = min(int(near / (away * step)) + 1, b // 2)
         full, clear, lost, asked = False, away + near <= beams[2], 0, 0
-        for k in range(middle - reach, middle + reach + 1):
-            if not closed and (k < 0 or k >= b):
+        for turn in range(2 * reach + 1):  # outwards: what still stands is met at once
+            k = middle + (-(turn // 2) if turn % 2 == 0 else (turn + 1) // 2)
+            inside = 0 <= k < b
+            if not (closed or inside):
                 continue
-            r = ranges[k % b]
+            r = ranges[k if inside else k % b]
             returned = r > 0.0 and r <= beams[2]
             if returned:
                 # the squared distance of the two, for a small angle between them
                 across = (k - beam) * step
-                full = full or (r - away) ** 2 + r * away * across * across <= near * near
+                full = (r - away) ** 2 + r * away * across * across <= near * near
+                if full:
+                    break
             if abs(k - middle) <= 1:
                 asked += 1
                 lost += not returned and not r > beams[2]

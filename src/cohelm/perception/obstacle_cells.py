@@ -36,8 +36,9 @@ def mark_and_clear(
     cells, at = room_for(origin, ends)
     for i in range(ends.shape[0]):
         for k in range(crossed(origin, ends[i], margin[i], cells, at)):
-            r, c = cells[k]
-            if 0 <= r < rows and 0 <= c < cols and not done[r, c]:
+            r, c = cells[k, 0], cells[k, 1]
+            inside = 0 <= r < rows and 0 <= c < cols
+            if inside and evidence[r, c] != 0 and not done[r, c]:  # nearly everywhere it is 0
                 done[r, c] = 1
                 evidence[r, c] = max(evidence[r, c] - miss, 0)
 
@@ -100,12 +101,19 @@ def wipe(evidence: SignedBytes, bodies: Floats, resolution: float) -> None:
 
 @njit(cache=True)
 def decide(evidence: SignedBytes, occupied: Bytes, occupied_from: int) -> bool:
-    """Bring ``occupied`` up to date, in place; whether a cell changed."""
+    """Bring ``occupied`` up to date, in place; whether a cell changed.
+
+    Nearly everywhere nothing stands and nothing is said: eight cells at once are passed over.
+    """
     changed = False
-    for r in range(evidence.shape[0]):
-        for c in range(evidence.shape[1]):
-            e = evidence[r, c]
-            if (e >= occupied_from and not occupied[r, c]) or (e <= 0 and occupied[r, c]):
-                occupied[r, c] = 1 - occupied[r, c]
+    e, o = evidence.reshape(-1), occupied.reshape(-1)
+    words = e.size // 8
+    some_e, some_o = e[: 8 * words].view(np.uint64), o[: 8 * words].view(np.uint64)
+    for word in range(words + 1):
+        if word < words and some_e[word] == 0 and some_o[word] == 0:
+            continue
+        for i in range(8 * word, min(8 * word + 8, e.size)):
+            if (e[i] >= occupied_from and not o[i]) or (e[i] <= 0 and o[i]):
+                o[i] = 1 - o[i]
                 changed = True
     return changed

@@ -44,13 +44,11 @@ def cast(  # noqa: PLR0917  # a kernel takes arrays and scalars
     near = _within_reach(discs, pose, range_max)
     for b in range(angles.shape[0]):
         direction = pose[2] + angles[b]
-        grid_direction = direction - X_MG[2]
-        cells = _to_cell(
-            occupied, x, y, math.cos(grid_direction), math.sin(grid_direction),
-            range_max / resolution,
-        )  # fmt: skip
-        distance = cells * resolution
         dx, dy = math.cos(direction), math.sin(direction)
+        gx, gy = dx, dy
+        if X_MG[2] != 0.0:
+            gx, gy = math.cos(direction - X_MG[2]), math.sin(direction - X_MG[2])
+        distance = _to_cell(occupied, x, y, gx, gy, range_max / resolution) * resolution
         for k in range(near.shape[0]):
             distance = min(distance, _to_disc(near[k], dx, dy))
         if distance <= range_max:
