@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -116,7 +117,8 @@ class Affinity:
         order = np.argsort(people.id, kind="stable")
         before = _at(memory, people.time, people.id[order], p.remembered)
         here = np.searchsorted(before.id, people.id[order])
-        block = np.ix_(here, here)
+        all_here = len(here) == len(before.id)
+        block: Any = np.s_[:, :] if all_here else np.ix_(here, here)
         since = people.time - memory.time if memory else 0.0
         velocity = people.covariance[order, 2:, 2:]
         log_odds, drift, weight = gather(
@@ -124,9 +126,9 @@ class Affinity:
             0.5 * (velocity[:, 0, 0] + velocity[:, 1, 1]),
             people.heading[order],
             min(max(since, 0.0), p.longest_look),
-            before.log_odds[block],
-            before.drift[block],
-            before.weight[block],
+            np.array(before.log_odds[block]),
+            np.array(before.drift[block]),
+            np.array(before.weight[block]),
             before.weight[block] > 0.0,
             self._weighing,
         )
@@ -135,7 +137,7 @@ class Affinity:
         label = clusters(log_odds + p.credit * together - p.least, p.chain)
         group, next_id = inherit(label, held, before.next_id)
         kept = group
-        if len(here) < len(before.id):  # the others of a group may only be out of view
+        if not all_here:  # the others of a group may only be out of view
             waits = (group < 0) & np.isin(held, np.delete(before.group, here)) & (held >= 0)
             kept = np.where(waits, held, group)
         time = max(people.time, before.time)

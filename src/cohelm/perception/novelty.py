@@ -152,8 +152,9 @@ def remember(
         return past
     if past and scan.time < past[0].scan.time - RAN_BACK:
         past = ()
-    others = [g for g in past if not np.array_equal(g.scan.mount, scan.mount)]
-    before = [g for g in past if np.array_equal(g.scan.mount, scan.mount)]
+    mount = scan.mount.tolist()
+    others = [g for g in past if g.scan.mount.tolist() != mount]
+    before = [g for g in past if g.scan.mount.tolist() == mount]
     number = before[0].number + 1 if before else 0
     kept = [Glance(scan=scan, X_MS=compose(X_MR, scan.mount), number=number)]
     for k, glance in enumerate(before):

@@ -70,24 +70,19 @@ def check_input(
 
 
 def _not_finite(observation: Observation) -> bool:
-    rider = observation.rider
-    numbers = [
-        np.array([observation.time, observation.pose_time, observation.twist_time]),
-        np.array([observation.late]),
-        observation.pose,
-        observation.twist,
-        *(
-            np.array([s.time, s.angle_min, s.angle_increment, s.range_max, *s.mount])
-            for s in observation.scans
-        ),
-        # at what height a cloud was taken may be unknown
-        *(np.array([c.time, c.range_max, *np.delete(c.mount, 2)]) for c in observation.clouds),
-    ]
+    o, rider, people = observation, observation.rider, observation.people
+    numbers = [o.time, o.pose_time, o.twist_time, o.late, *o.pose.tolist(), *o.twist.tolist()]
+    for scan in o.scans:
+        numbers += (scan.time, scan.angle_min, scan.angle_increment, scan.range_max)
+        numbers += scan.mount.tolist()
+    for cloud in o.clouds:
+        numbers += (cloud.time, cloud.range_max)
+        numbers += np.delete(cloud.mount, 2).tolist()  # at what height may be unknown
     if rider is not None:
-        numbers.append(np.append(rider.deflection, rider.heartbeat))
-    if observation.people is not None:
-        numbers += _numbers_of(observation.people)
-    return not all(np.isfinite(n).all() for n in numbers)
+        numbers += (*rider.deflection.tolist(), rider.heartbeat)
+    if people is not None and not all(np.isfinite(n).all() for n in _numbers_of(people)):
+        return True
+    return not all(map(math.isfinite, numbers))
 
 
 def _blinded(observation: Observation, p: GateParameters) -> bool:

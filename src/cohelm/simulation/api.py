@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import field
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, read_only, value
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import RiderCommand
 
@@ -40,7 +41,13 @@ class Crowd:
     @property
     def there(self) -> Booleans:
         """Who is there, (n,)."""
-        return np.ones(len(self.radius), dtype=np.bool_) if self.present is None else self.present
+        return _everybody(len(self.radius)) if self.present is None else self.present
+
+
+@lru_cache(maxsize=64)
+def _everybody(count: int) -> Booleans:
+    """(count,) True, which nobody can write to."""
+    return read_only(np.ones(count, dtype=np.bool_))
 
 
 @value
@@ -104,7 +111,11 @@ class RiderAct:
 
 
 class Rider(Protocol):
-    """An entry point of ``cohelm.riders``, with ``Parameters``; called 20 times a second."""
+    """An entry point of ``cohelm.riders``, with ``Parameters``; called 20 times a second.
+
+    One whose class says ``looks = False`` never looks about: it is told neither of people nor of
+    what stands there, and finding that out is saved.
+    """
 
     def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
         """What the rider does now.

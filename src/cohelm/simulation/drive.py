@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, unchecked, value
 from cohelm.messages import Decision
 from cohelm.robots import Robot, move
 from cohelm.robots.kinematics import slowed
@@ -79,7 +79,8 @@ def drive(robot: Robot, wheels: Wheels, order: Ordered, dt: float) -> Wheels:
         wheels.setpoint, wheels.inputs, order.wanted, -fall * dt, rise * dt, follow
     )
     twist = robot.motion.twist(inputs)
-    return Wheels(pose=move(wheels.pose, twist, dt), setpoint=setpoint, inputs=inputs, twist=twist)
+    pose = move(wheels.pose, twist, dt)
+    return unchecked(wheels, pose=pose, setpoint=setpoint, inputs=inputs, twist=twist)
 
 
 _STILL = 1e-4

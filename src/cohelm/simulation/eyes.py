@@ -13,7 +13,7 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.geometry import inverse, transform
 from cohelm.maps import OccupancyGrid
-from cohelm.simulation.api import Crowd
+from cohelm.simulation.api import Crowd, Rider
 from cohelm.simulation.sensors.raycast import cast, in_sight
 from cohelm.simulation.walls import walls_of
 
@@ -25,6 +25,19 @@ NEAR = 5.0
 """How far a rider heeds walls and things, m."""
 GLANCES = np.linspace(-FIELD, FIELD, 45)
 """Directions in which a rider looks for a free way, 5° apart, rad."""
+
+
+def seen_by(
+    rider: Rider, grid: OccupancyGrid, pose: Floats, crowd: Crowd
+) -> tuple[Floats, Floats, Floats]:
+    """Who is in sight, (n, 5), the directions of the glances and how far it is free there, (b,).
+
+    Nothing of it for a rider that never looks about. See :func:`look`.
+    """
+    if not getattr(rider, "looks", True):
+        return _NOTHING_SEEN
+    people, free = look(grid, pose, crowd)
+    return people, GLANCES, free
 
 
 def look(grid: OccupancyGrid, pose: Floats, crowd: Crowd) -> tuple[Floats, Floats]:
@@ -53,3 +66,5 @@ def look(grid: OccupancyGrid, pose: Floats, crowd: Crowd) -> tuple[Floats, Float
 
 
 _NOBODY = np.empty((0, 3))
+_NOTHING_SEEN = (np.empty((0, 5)), np.empty(0), np.empty(0))
+"""What :func:`seen_by` tells who does not look."""

@@ -26,7 +26,7 @@ from cohelm.simulation.contact import gap_to_people, gap_to_walls
 from cohelm.simulation.crowds.steps import between, went
 from cohelm.simulation.doorways import on_the_way, with_shut
 from cohelm.simulation.drive import Wheels, at_rest, drive, ordered
-from cohelm.simulation.eyes import GLANCES, look
+from cohelm.simulation.eyes import seen_by
 from cohelm.simulation.faults import with_faults
 from cohelm.simulation.newcomers import Newcomer, joined
 from cohelm.simulation.senses import Sensed, Senses
@@ -301,7 +301,7 @@ class World:
 
     def _seen_by_rider(self) -> RiderView:
         setup, truth = self.setup, self._truth
-        people, free = look(self.grid, truth.pose, truth.crowd)
+        people, bearings, free = seen_by(setup.rider, self.grid, truth.pose, truth.crowd)
         return RiderView(
             time=truth.time,
             pose=truth.pose,
@@ -309,7 +309,7 @@ class World:
             goal=setup.rider_goal,
             route=setup.rider_route,
             people=people,
-            bearings=GLANCES,
+            bearings=bearings,
             free=free,
             outline=setup.robot.outline,
         )

@@ -17,6 +17,8 @@ class Idle:
     class Parameters(Model):
         """None."""
 
+    looks = False
+
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 

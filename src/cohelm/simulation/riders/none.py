@@ -16,6 +16,8 @@ class NoRider:
     class Parameters(Model):
         """None."""
 
+    looks = False
+
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
