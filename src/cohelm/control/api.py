@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, unchecked, value
 from cohelm.maps import DistanceField
@@ -58,14 +59,10 @@ class LocalProblem:
         ``Kinematics.translating`` and :attr:`top_speed`. Who cannot move sideways does not reverse
         unless it is wanted: it can become the cheapest answer to a barrier.
         """
-        motion = self.robot.motion
+        over = self.robot.motion.translating
         low, high, rise, fall = self.robot.input_bounds
-        low, high = low.copy(), high.copy()
-        over = np.s_[: motion.translating]
-        high[over] = np.minimum(high[over], self.top_speed)
-        low[over] = np.maximum(low[over], -self.top_speed)
-        if motion.translating == 1 and not self.reverses:
-            low[0] = 0.0
+        forward = over == 1 and not self.reverses
+        low, high = _bounded(low, high, over, self.top_speed, forward)
         return low, high, rise, fall
 
     @property
@@ -98,6 +95,18 @@ class LocalProblem:
                 groups=groups and unchecked(groups, support=groups.support[:, near]),
             ),
         )
+
+
+@njit(cache=True)
+def _bounded(
+    low: Floats, high: Floats, translating: int, top: float, forward: bool
+) -> tuple[Floats, Floats]:
+    """(lowest, highest input), (m,), of those that translate no more than ``top`` m/s."""
+    low, high = low.copy(), high.copy()
+    for i in range(translating):
+        high[i] = min(high[i], top)
+        low[i] = 0.0 if forward else max(low[i], -top)
+    return low, high
 
 
 class LocalPlanner(Protocol):

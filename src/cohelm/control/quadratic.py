@@ -118,14 +118,9 @@ def _solve(
     )
     if flag < 1 or not math.isfinite(z @ z):
         raise SolverFailed(f"the quadratic program has no solution (exit flag {flag})")
-    n, size = len(p.gradient), len(gradient)
-    found = info["lam"]
-    slack, multipliers = np.zeros(len(p.l1)), Multipliers.none(program)
-    slack[groups] = z[n:]
-    multipliers.box = found[:n]
-    multipliers.slack[groups] = found[n:size]
-    multipliers.rows[p.key[rows]] = found[size:]
-    return np.asarray(z[:n], dtype=float), slack, multipliers
+    n, found = len(p.gradient), info["lam"]
+    slack, yielding, binding = _scattered(z, found, n, groups, rows, p.key, len(p.l1), p.keys)
+    return z[:n], slack, Multipliers(found[:n], yielding, binding)
 
 
 @njit(cache=True)
@@ -196,6 +191,27 @@ def _stacked(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             stacked[i, column[group[r]]] = 1.0
         upper[at], lower[at], dual[at] = room[r], -margin[r], row_start[key[r]]
     return whole, slope, stacked, upper, lower, dual, rows, groups
+
+
+@njit(cache=True)
+def _scattered(  # noqa: PLR0917  # a kernel takes plain arrays
+    z: Floats,
+    multipliers: Floats,
+    n: int,
+    groups: Integers,
+    rows: Integers,
+    key: Integers,
+    slacks: int,
+    keys: int,
+) -> tuple[Floats, Floats, Floats]:
+    """(slack of every group, its multiplier, multipliers of the rows by key); 0 where not used."""
+    slack, yielding, binding = np.zeros(slacks), np.zeros(slacks), np.zeros(keys)
+    size = n + len(groups)
+    for c in range(len(groups)):
+        slack[groups[c]], yielding[groups[c]] = z[n + c], multipliers[n + c]
+    for i in range(len(rows)):
+        binding[key[rows[i]]] = multipliers[size + i]
+    return slack, yielding, binding
 
 
 @njit(cache=True)

@@ -6,6 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from itertools import chain
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -151,7 +152,7 @@ class SsMpcDcbf:
         solution = self._solved(asked, seed)
         whole = np.vstack([solution.motion.inputs, warm.inputs[n:]])
         [way] = self._judged(asked, [whole], [_LAST])
-        ways = [dataclasses.replace(way, motion=solution.motion, found=solution.value)]
+        ways = [way._replace(motion=solution.motion, found=solution.value)]
         before = -np.inf if asked.memory is None else asked.memory.score
         if way.score > before + self.parameters.poor:  # was it the polishing?
             ways = self._judged(asked, [warm.inputs], [_LAST])
@@ -229,7 +230,7 @@ class SsMpcDcbf:
         ]
         judged = self._judged(asked, whole, [seed.name for seed in seeds])
         ways = [
-            dataclasses.replace(way, motion=solution.motion, found=solution.value)
+            way._replace(motion=solution.motion, found=solution.value)
             for way, solution in zip(judged, solutions, strict=True)
         ]
         kept = [
@@ -276,9 +277,7 @@ class SsMpcDcbf:
     def _slower(self, asked: _Asked, way: _Way, share: float) -> _Way:
         """The same way at a share of its speed, as soon as the robot can; its arcs are kept."""
         motion = followed(asked.near, share * way.motion.inputs, asked.now)
-        return dataclasses.replace(
-            way, name=_SLOWER, motion=motion, beyond=share * way.beyond, found=None
-        )
+        return way._replace(name=_SLOWER, motion=motion, beyond=share * way.beyond, found=None)
 
     def _stop(self, asked: _Asked, iterations: int) -> LocalPlan:
         """Braking, with the reason; how the last plan passed everybody is still remembered."""
@@ -322,8 +321,7 @@ class _Asked:
     """When somebody who walks was last seen to touch the robot, s."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Way:
+class _Way(NamedTuple):
     """A way that may be taken."""
 
     name: str

@@ -126,13 +126,26 @@ def towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem
     if share <= 0.0:
         return problem
     r, over = problem.reference, problem.robot.motion.translating
-    speeds = np.append(np.linalg.norm(motion.inputs[:, :over], axis=1), r.speeds[-1])
-    blended = unchecked(
-        r,
-        poses=r.poses + share * (motion.poses - r.poses),
-        speeds=r.speeds + share * (speeds - r.speeds),
-    )
-    return unchecked(problem, reference=blended)
+    poses, speeds = _blended(r.poses, r.speeds, motion.poses, motion.inputs, over, share)
+    return unchecked(problem, reference=unchecked(r, poses=poses, speeds=speeds))
+
+
+@njit(cache=True)
+def _blended(  # a kernel takes plain arrays
+    poses: Floats, speeds: Floats, to: Floats, inputs: Floats, translating: int, share: float
+) -> tuple[Floats, Floats]:
+    """(poses (N+1, 3), speeds (N+1,)) moved by ``share`` to others and to the inputs' speeds."""
+    moved, sped = np.empty(poses.shape), np.empty(speeds.shape)
+    last = len(speeds) - 1
+    for k in range(last + 1):
+        for a in range(3):
+            moved[k, a] = poses[k, a] + share * (to[k, a] - poses[k, a])
+        square = 0.0
+        for i in range(translating if k < last else 0):
+            square += inputs[k, i] * inputs[k, i]
+        speed = math.sqrt(square) if k < last else speeds[last]
+        sped[k] = speeds[k] + share * (speed - speeds[k])
+    return moved, sped
 
 
 def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:

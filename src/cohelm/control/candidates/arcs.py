@@ -8,6 +8,7 @@ against the reference, in seconds, and in the same unit what it does to people, 
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,9 +199,9 @@ def _likeliest(problem: LocalProblem, scene: Scene) -> Floats:
 
 
 def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
-    time = scene.step * np.arange(scene.steps + 1)
     least, growth = (p.squeezing, 0.0) if problem.stalled else (p.margin, p.growth)
     greatest = max(least, 0.0 if problem.stalled else p.greatest)
+    fade, margin = _by_time(scene.step, scene.steps, p.fading, least, growth, greatest)
     return Prices(
         lag=p.lag,
         late=p.late,
@@ -210,8 +211,8 @@ def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
         change=p.change,
         hit=p.hit,
         standing=p.standing,
-        fade=np.exp(-time / p.fading),
-        margin=np.minimum(least + growth * time, greatest),
+        fade=fade,
+        margin=margin,
         still=least if p.still is None else min(least, p.still),
         doubt=p.doubt,
         greatest=greatest,
@@ -220,6 +221,15 @@ def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
         wall=p.wall,
         clearance=p.clearance + problem.profile.clearance,
     )
+
+
+@functools.lru_cache(maxsize=64)
+def _by_time(  # a key takes plain numbers
+    step: float, steps: int, fading: float, least: float, growth: float, greatest: float
+) -> tuple[Floats, Floats]:
+    """(fade, margin) of ``Prices``, the same for every decision."""
+    time = step * np.arange(steps + 1)
+    return np.exp(-time / fading), np.minimum(least + growth * time, greatest)
 
 
 @njit(cache=True)

@@ -214,21 +214,37 @@ def _crowd(problem: LocalProblem, steps: int) -> Crowd:
     states = _crowd_states(
         p.mean, p.velocity, p.deviation, s.axis, s.front, s.side, s.rear, steps, p.step
     )
-    speed = np.hypot(p.velocity[..., 0], p.velocity[..., 1])
+    weight, radius, fastest, front = _each(p.weight, problem.people.radius, p.velocity, s.front)
     printed = s.kind == PRINTED
-    front = s.front.max(initial=0.0)
-    reach = 2.0 * s.scale * front**2 if printed else np.sqrt(2.0 * s.scale) * front
-    hypotheses = p.mean.shape[1]
+    reach = 2.0 * s.scale * front**2 if printed else math.sqrt(2.0 * s.scale) * front
     return Crowd(
         states=states,
-        weight=p.weight.flatten(),
-        radius=np.repeat(problem.people.radius, hypotheses),
-        fastest=speed.max(axis=2, initial=0.0).flatten(),
+        weight=weight,
+        radius=radius,
+        fastest=fastest,
         scale=s.scale,
         printed=printed,
         floor=s.floor,
-        reach=max(float(reach), s.floor),
+        reach=max(reach, s.floor),
     )
+
+
+@njit(cache=True)
+def _each(
+    weight: Floats, radius: Floats, velocity: Floats, front: Floats
+) -> tuple[Floats, Floats, Floats, float]:
+    """(weight, radius, fastest (P,) of ``Crowd``; the greatest of ``front``)."""
+    n, h, states = front.shape
+    likely, wide, fastest, most = np.empty(n * h), np.empty(n * h), np.zeros(n * h), 0.0
+    for i in range(n):
+        for j in range(h):
+            likely[i * h + j], wide[i * h + j] = weight[i, j], radius[i]
+            for k in range(velocity.shape[2]):
+                speed = math.hypot(velocity[i, j, k, 0], velocity[i, j, k, 1])
+                fastest[i * h + j] = max(fastest[i * h + j], speed)
+            for k in range(states):
+                most = max(most, front[i, j, k])
+    return likely, wide, fastest, most
 
 
 @njit(cache=True)
