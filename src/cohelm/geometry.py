@@ -38,6 +38,11 @@ def inverse(X_AB: ArrayLike) -> Floats:
         x, y, cos, sin = _placed(a)
         turned = _wrapped(-float(a[2]))
         return np.array([-cos * x - sin * y, sin * x - cos * y, turned])
+    return _inverses(a)
+
+
+def _inverses(a: Floats) -> Floats:
+    """:func:`inverse` of many frames (..., 3)."""
     cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
     x, y = a[..., 0], a[..., 1]
     return np.stack([-cos * x - sin * y, sin * x - cos * y, wrap_angle(-a[..., 2])], axis=-1)
