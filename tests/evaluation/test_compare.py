@@ -74,6 +74,23 @@ def test_rides_that_ended_worse_are_named_and_strict_minds_them(tmp_path, capsys
     assert status(["compare", str(a), str(b), "--strict"]) == 1
 
 
+def test_success_is_an_arrival_and_a_collision_instead_is_a_regression(tmp_path, capsys):
+    """The worlds of BARN have outcomes of their own."""
+
+    def folder(name, outcome):
+        rows = [{"world": w, "planner": "dwa", "seed": 0, "outcome": outcome, "time": 9.0 + w}
+                for w in range(8)]  # fmt: skip
+        return _folder(tmp_path / name, [Result(row) for row in rows])
+
+    a, b = folder("a", "success"), folder("b", "collision")
+    assert read_rides(a).reached.all()
+    assert status(["compare", str(a), str(b)]) == 1
+    out = capsys.readouterr().out
+    assert "regression" in out
+    assert "success → collision" in out
+    assert status(["compare", str(b), str(a), "--strict"]) == 0
+
+
 def test_only_equal_seeds_are_compared():
     before, after = sweep(4), [r for r in sweep(6) if r.row["seed"] >= 2]
     found = compare(_rides(before), _rides(after))

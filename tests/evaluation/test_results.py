@@ -23,6 +23,7 @@ from cohelm.evaluation.results.again import task_of
 from cohelm.evaluation.results.chosen import choices
 from cohelm.evaluation.results.contrasts import (
     contrast,
+    corrected,
     exact_mcnemar,
     holm_corrected,
     signed_ranks,
@@ -31,7 +32,7 @@ from cohelm.evaluation.results.figures import some_of, typical
 from cohelm.evaluation.results.markup import table, tag
 from cohelm.evaluation.results.measures import KNOWN, Measure, measure
 from cohelm.evaluation.results.store import _read_csv
-from cohelm.evaluation.results.summary import case_name
+from cohelm.evaluation.results.summary import case_name, contrasts
 from cohelm.evaluation.results.tables import _number
 from cohelm.evaluation.sweeps.ride_task import RideTask
 from cohelm.evaluation.sweeps.sweep import write_rows
@@ -194,6 +195,47 @@ def test_differences_are_of_equal_seeds_and_cases_only():
     i, j = theirs.pairs(ours)
     found = contrast(theirs.column("time")[i], ours.column("time")[j], measure("time"))
     assert (found.less.count, found.less.mean) == (1, 1.0)
+
+
+def test_nothing_is_better_whose_mean_and_pairs_lie_on_different_sides():
+    # 30 pairs a little below, three far above: ranks 1…30 against 31 + 32 + 33.
+    theirs = np.zeros(33)
+    ours = np.concatenate([np.linspace(-0.3, -0.2, 30), [40.0, 41.0, 42.0]])
+    (found,) = corrected([contrast(ours, theirs, measure("time"))])
+    assert found.p < 0.05
+    assert (found.leans, found.less.mean > 0.0, found.verdict) == (-1, True, "differs")
+    (found,) = corrected([contrast(ours[:30], theirs[:30], measure("time"))])
+    assert found.verdict == "better"
+    (found,) = corrected([contrast(ours[:30], theirs[:30], measure("min_distance"))])
+    assert found.verdict == "worse"
+
+
+def _steered(riders, seeds=6):
+    """Shared rides are 1 s slower or faster than autonomous ones, by the seed alone."""
+    by = ("scene", "rider", "mode")
+    rows = [
+        {"scene": "a", "rider": f"r{k}", "mode": mode, "seed": s, "outcome": "reached",
+         "time": 10.0 + (mode == "shared") * (1.0 if s else -0.5)}
+        for k in range(riders) for s in range(seeds) for mode in ("shared", "autonomous")
+    ]  # fmt: skip
+    return Rides(rows, by)
+
+
+def test_riders_of_one_scene_and_seed_are_no_more_proof_than_one_of_them():
+    one, ten = (contrasts(_steered(k).together(), "shared", ["time", "reached"]) for k in (1, 10))
+    for key, each in one.items():
+        assert (ten[key].p, ten[key].less.count) == (each.p, 6)
+        assert ten[key].less.mean == pytest.approx(each.less.mean)
+    assert not _steered(1).has_alike
+    assert _steered(2).has_alike
+
+
+def test_a_mean_of_shares_is_tested_by_its_ranks():
+    # Three units of two: +1 and 0, +1 and +1, 0 and 0 make 0.5, 1, 0.
+    ours, theirs = np.array([1.0, 0, 1, 1, 0, 0]), np.zeros(6)
+    found = contrast(ours, theirs, measure("reached"), units=[0, 0, 1, 1, 2, 2])
+    assert found.less.mean == 0.5
+    assert found.p == signed_ranks(np.array([0.5, 1.0, 0.0]))
 
 
 def test_summary_says_what_is_worse(tmp_path):

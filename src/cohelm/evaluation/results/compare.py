@@ -72,9 +72,10 @@ class Comparison:
 def compare(before: Rides, after: Rides, names: Sequence[str] | None = None) -> Comparison:
     """Contrast two sweeps ride by ride, where what was compared and the seed agree.
 
-    Every contender is judged over all cases together, and in each case by itself; the p-values of
-    either are corrected for all their groups and measures (Holm 1979), so that sweeps that differ
-    by chance alone are called different in one of ten comparisons at most.
+    Every contender is judged over all cases together, in which the riders of one scene and seed
+    count as one, and in each case by itself; the p-values of either are corrected for all their
+    groups and measures (Holm 1979), so that sweeps that differ by chance alone are called different
+    in one of ten comparisons at most.
 
     Args:
         before, after: the rides of A and of B.
@@ -190,7 +191,10 @@ def _changes(by_group: Mapping[Key, tuple[Rides, Rides]], names: Sequence[str]) 
     """Of every group and measure, corrected for all of them."""
     drafts = [(key, name, both) for key, both in by_group.items() for name in names]
     sure = corrected(
-        [contrast(b.column(name), a.column(name), measure(name)) for _, name, (a, b) in drafts]
+        [
+            contrast(b.column(name), a.column(name), measure(name), b.units(range(len(b))))
+            for _, name, (a, b) in drafts
+        ]
     )
     return [
         Change(key, name, *_middles(name, *both), less)

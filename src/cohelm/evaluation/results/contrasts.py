@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import stats
@@ -28,26 +29,60 @@ class Contrast:
     """p, corrected for all that were tested beside it (Holm 1979)."""
     better: int = 0
     """1: more is better, −1: less, 0: neither."""
+    leans: int = 0
+    """The side that the test speaks for: 1 more of it, −1 less, 0 neither."""
 
     @property
     def verdict(self) -> str:
-        """``better``, ``worse``, ``differs``, or nothing where it may well be chance."""
-        if not self.corrected < ALPHA or self.less.mean == 0.0:
+        """``better``, ``worse``, ``differs``, or nothing where it may well be chance.
+
+        The mean may lie on the other side than most pairs, of which the test speaks: such a
+        measure differs, and neither is better.
+        """
+        if not self.corrected < ALPHA:
             return ""
-        if not self.better:
+        if not self.better or self.less.mean * self.leans <= 0.0:
             return "differs"
-        return "better" if self.less.mean * self.better > 0.0 else "worse"
+        return "better" if self.leans * self.better > 0 else "worse"
 
 
-def contrast(ours: Floats, theirs: Floats, how: Measure) -> Contrast:
+def contrast(
+    ours: Floats, theirs: Floats, how: Measure, units: Sequence[Hashable] | None = None
+) -> Contrast:
     """``ours`` less ``theirs``, (k,) each, pair by pair; pairs that lack one are left out.
 
-    Shares are tested by McNemar's exact test (1947), all else by Wilcoxon's signed ranks (1945).
+    Shares are tested by McNemar's exact test (1947), all else, and means of shares, by Wilcoxon's
+    signed ranks (1945).
+
+    Args:
+        ours: of one.
+        theirs: of the other.
+        how: what the measure means.
+        units: of each pair; pairs of one unit are no independent ones, and count as one with the
+            mean of their differences. None: each counts.
     """
     both = np.isfinite(ours) & np.isfinite(theirs)  # inf: nobody was ever near
     less = ours[both] - theirs[both]
-    test = exact_mcnemar if how.share else signed_ranks
-    return Contrast(less=mean_of(less), p=test(less), better=how.better)
+    if units is not None:
+        less = _by_unit(less, [unit for unit, pair in zip(units, both, strict=True) if pair])
+    is_yes_or_no = how.share and bool(np.isin(less, (-1.0, 0.0, 1.0)).all())
+    test = exact_mcnemar if is_yes_or_no else signed_ranks
+    return Contrast(less=mean_of(less), p=test(less), better=how.better, leans=_side(less))
+
+
+def _by_unit(less: Floats, units: Sequence[Hashable]) -> Floats:
+    """Differences (k,) as one mean for each unit, in the order in which they come."""
+    found: dict[Hashable, list[float]] = {}
+    for unit, each in zip(units, less, strict=True):
+        found.setdefault(unit, []).append(float(each))
+    return np.array([float(np.mean(each)) for each in found.values()])
+
+
+def _side(less: Floats) -> int:
+    """On which side of 0 the differences (k,) lie by their signed ranks: 1, −1, or 0 on neither."""
+    moved = less[less != 0.0]
+    ranks = stats.rankdata(np.abs(moved))
+    return int(np.sign((np.sign(moved) * ranks).sum()))
 
 
 def exact_mcnemar(less: Floats) -> float:
@@ -86,10 +121,7 @@ def corrected(contrasts: Sequence[Contrast]) -> list[Contrast]:
     """The same with p-values corrected for how many they are (Holm 1979)."""
     given = np.array([each.p for each in contrasts], dtype=float)
     holm = holm_corrected(given)
-    return [
-        Contrast(less=each.less, p=each.p, corrected=float(p), better=each.better)
-        for each, p in zip(contrasts, holm, strict=True)
-    ]
+    return [replace(each, corrected=float(p)) for each, p in zip(contrasts, holm, strict=True)]
 
 
 def holm_corrected(p: Floats) -> Floats:

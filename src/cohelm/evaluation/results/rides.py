@@ -17,7 +17,12 @@ Key = tuple[str, ...]
 
 _YES_OR_NO = ("reached", "hit_moving", "hit_standing", "hit_wall", "touched", "broke_off")
 _OF_WHOLE_RIDES = ("time", "path_length", "path_length_short", "heading_change")
-_ENDS = {"reached": 0, "timeout": 1, "stopped": 1, "collision": 2}
+_ARRIVED = ("reached", "success")
+"""Outcomes of who arrived; ``success`` is that of worlds with rules of their own, as BARN's."""
+_ENDS = {**dict.fromkeys(_ARRIVED, 0), "timeout": 1, "stopped": 1, "collision": 2}
+_ALIKE = ("rider",)
+"""Columns of which a seed is the same draw whatever they say: all riders of a scene and a seed meet
+the same people, and ``autonomous`` rides the same ride with each."""
 
 
 class Rides:
@@ -134,6 +139,11 @@ class Rides:
         """Rides in which the moving chair touched somebody, or it touched something, (k,)."""
         return self.column("touched") > 0.0
 
+    @property
+    def broke_off(self) -> Booleans:
+        """Rides that a fault of the program ended, (k,): nobody knows what they would have hit."""
+        return self.column("broke_off") > 0.0
+
     def less(self, other: Rides, name: str) -> Floats:
         """A measure less the other's, pair by pair in the order of the rows, (c,); NaN: none."""
         i, j = self.pairs(other)
@@ -149,6 +159,18 @@ class Rides:
             mine.setdefault(self._same(row), i)
         both = [(i, there[key]) for key, i in mine.items() if key in there]
         return [i for i, _ in both], [j for _, j in both]
+
+    @property
+    def has_alike(self) -> bool:
+        """Whether some rides share their draw with others: the riders of one scene and seed."""
+        alike = [key for key in self.by[:-1] if key in _ALIKE]
+        return any(len({_text(row.get(key)) for row in self.rows}) > 1 for key in alike)
+
+    def units(self, indices: Iterable[int]) -> list[tuple[Key, int]]:
+        """The independent draw that each of some rides belongs to: case and seed, whoever rides."""
+        columns = [key for key in self.by[:-1] if key not in _ALIKE]
+        rows = [self.rows[i] for i in indices]
+        return [(_key(row, columns), int(row["seed"])) for row in rows]
 
     def _same(self, row: Row) -> tuple[Key, int]:
         return _key(row, self.by[:-1]), int(row["seed"])
@@ -189,7 +211,7 @@ def _is_measure(rides: Rides, key: str) -> bool:
 def _is(name: str, row: Row) -> bool:
     match name:
         case "reached":
-            return bool(row.get("outcome") == "reached")
+            return row.get("outcome") in _ARRIVED
         case "broke_off":
             return bool(row.get("outcome") == "error")
         case "hit_moving":

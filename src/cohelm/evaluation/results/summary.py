@@ -36,7 +36,8 @@ def contrasts(
 ) -> dict[tuple[str, str], Contrast]:
     """(contender, measure) → it less the base on equal cases and seeds.
 
-    The p-values of a measure are corrected for all contenders it was tested for.
+    The p-values of a measure are corrected for all contenders it was tested for. Riders of one
+    scene and seed count as one.
     """
     if base not in by_name:
         return {}
@@ -45,8 +46,10 @@ def contrasts(
     for name in names:
         how, row = measure(name), []
         for other in others:
-            i, j = by_name[other].pairs(by_name[base])
-            row.append(contrast(by_name[other].column(name)[i], by_name[base].column(name)[j], how))
+            one, two = by_name[other], by_name[base]
+            i, j = one.pairs(two)
+            units = one.units(i)
+            row.append(contrast(one.column(name)[i], two.column(name)[j], how, units))
         found |= {(other, name): each for other, each in zip(others, corrected(row), strict=True)}
     return found
 

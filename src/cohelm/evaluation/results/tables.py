@@ -98,6 +98,8 @@ def differences(by_name: Mapping[str, Rides], base: str, names: Sequence[str]) -
         f"less {base} on equal seeds: mean [95 % bootstrap interval], p by signed ranks "
         "(of shares: McNemar), corrected after Holm for all rows of a column"
     )
+    if by_name[base].has_alike:
+        caption += "; the riders of one scene and seed count as one, with their mean"
     some = next(iter(by_name.values()))
     return table([some.by[-1], "pairs", *_heads(names)], rows, caption)
 
