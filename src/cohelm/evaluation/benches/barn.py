@@ -18,7 +18,14 @@ from cohelm.config import nearest
 from cohelm.errors import ConfigError
 from cohelm.evaluation.barn import BarnOutcome, barn_stage, read_barn, ride_barn, score
 from cohelm.evaluation.benches.barn_report import make_report
-from cohelm.evaluation.benches.bench import Report, Result, Task, parted
+from cohelm.evaluation.benches.bench import (
+    LOCAL_PLANNERS,
+    Report,
+    Result,
+    Task,
+    check_free,
+    parted,
+)
 from cohelm.recordings.outside import outside_data
 
 TITLE = "BARN worlds, a 2-D port (not to be compared with the original in Gazebo)"
@@ -42,7 +49,10 @@ class BarnBench:
 
     def tasks(self, seeds: range) -> Sequence[Task]:
         """One for each world, planner and seed of the sensors' noise."""
-        read_barn(outside_data())  # says at once where the worlds are not there
+        worlds = read_barn(outside_data())  # says at once where the worlds are not there
+        with tempfile.TemporaryDirectory() as folder:  # and what of the settings is wrong
+            for planner in self.planners if self.settings else ():
+                barn_stage(worlds, self.worlds[0], planner, Path(folder), self.settings)
         return [
             (world, planner, seed, self.settings)
             for world in self.worlds
@@ -72,6 +82,7 @@ def on(
     Raises:
         ConfigError: if a planner or a world does not exist.
     """
+    check_free(settings, LOCAL_PLANNERS)
     chosen = parted(planners, "--planners") or PLANNERS
     known = plugins.names("local_planners")
     for name in chosen:

@@ -7,9 +7,10 @@ tasks are done and kept is the matter of ``cohelm.evaluation.sweeps``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol
 
 from cohelm.errors import ConfigError
@@ -17,6 +18,7 @@ from cohelm.evaluation.sweeps.sweep import run_tasks, write_rows
 from cohelm.evaluation.sweeps.tasks import Fault, Progress, Result, Task
 
 __all__ = [
+    "LOCAL_PLANNERS",
     "Bench",
     "Fault",
     "Progress",
@@ -24,6 +26,7 @@ __all__ = [
     "Result",
     "Sheet",
     "Task",
+    "check_free",
     "parted",
     "run_tasks",
     "write_rows",
@@ -66,6 +69,28 @@ def parted(names: str | None, key: str) -> tuple[str, ...]:
     if names is not None and not found:
         raise ConfigError(f"names nothing ({names!r}); leave it out for the usual ones", key=key)
     return found
+
+
+LOCAL_PLANNERS: Mapping[str, str] = MappingProxyType({"local_planner": "--planners"})
+"""What a benchmark of local planners compares, see :func:`check_free`."""
+
+
+def check_free(settings: Iterable[str], compared: Mapping[str, str]) -> None:
+    """Whether settings leave alone what is compared: every name in the tables would mean the same.
+
+    Args:
+        settings: ``dotted.key=value`` of a scenario.
+        compared: key of the scenario → the option that says it; the seed is one anyway.
+
+    Raises:
+        ConfigError: if a setting says it.
+    """
+    options = {"seed": "--seeds and --first", **compared}
+    for setting in settings:
+        key = setting.partition("=")[0].strip()
+        option = options.get(key.removesuffix(".use"))
+        if option is not None:
+            raise ConfigError(f"is said by {option} here, and cannot be set for all rides", key=key)
 
 
 class Bench(Protocol):

@@ -11,7 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.benches.bench import Report, Result, Task, parted
+from cohelm.evaluation.benches.bench import (
+    LOCAL_PLANNERS,
+    Report,
+    Result,
+    Task,
+    check_free,
+    parted,
+)
 from cohelm.evaluation.benches.cards_report import make_report
 from cohelm.evaluation.benches.rides import installed
 from cohelm.evaluation.benches.rides_scenes import OWN_SETTINGS
@@ -99,6 +106,9 @@ def on(
         ScenarioError, PluginError, ConfigError, MapError: if a card, a planner, a key or the map
             does not exist or cannot be read, before anything is ridden.
     """
+    variants = variants_of(vary)
+    varied = [each for variant in variants for each in variant.settings]
+    check_free([*settings, *varied], LOCAL_PLANNERS)
     if map_file is not None:
         if not map_file.is_file():
             raise ConfigError(f"{map_file}: no such file", key="--map")
@@ -108,7 +118,7 @@ def on(
     bench = CardsBench(
         planners=parted(planners, "--planners") or installed(),
         cards=parted(cards, "--cards") or known_cards(),
-        variants=variants_of(vary),
+        variants=variants,
         settings=(*laid, *told, *settings),
         tuned=tuned,
     )

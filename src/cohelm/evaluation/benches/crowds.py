@@ -18,7 +18,14 @@ import numpy as np
 
 from cohelm import plugins
 from cohelm.errors import ConfigError, RecordingError
-from cohelm.evaluation.benches.bench import Report, Result, Task, parted
+from cohelm.evaluation.benches.bench import (
+    LOCAL_PLANNERS,
+    Report,
+    Result,
+    Task,
+    check_free,
+    parted,
+)
 from cohelm.evaluation.benches.crowds_report import make_report
 from cohelm.evaluation.benches.rides import installed
 from cohelm.evaluation.benches.rides_scenes import OWN_SETTINGS, Contender
@@ -142,6 +149,7 @@ def on(
         ConfigError, PluginError, RecordingError, ScenarioError: if a planner, a film or a setting
             does not exist, before anything is ridden.
     """
+    check_free(settings, LOCAL_PLANNERS)
     names = parted(planners, "--planners") or [n for n in installed() if n not in OWN_SETTINGS]
     bench = CrowdsBench(
         contenders=tuple(Contender(name, name, tuned_settings(name)) for name in names),

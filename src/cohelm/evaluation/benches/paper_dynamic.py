@@ -15,7 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from cohelm.config import read_yaml
-from cohelm.evaluation.benches.bench import Report, Result, Task, parted
+from cohelm.evaluation.benches.bench import (
+    LOCAL_PLANNERS,
+    Report,
+    Result,
+    Task,
+    check_free,
+    parted,
+)
 from cohelm.evaluation.benches.paper_dynamic_report import SENSED, SLOW, make_report
 from cohelm.evaluation.benches.rides import installed
 from cohelm.evaluation.benches.rides_scenes import DYNAMIC, OWN_SETTINGS, Contender, Scene
@@ -111,6 +118,8 @@ def on(planners: str | None = None, settings: Sequence[str] = ()) -> PaperDynami
         PluginError, ConfigError, ScenarioError: if a planner or a setting does not exist, before
             anything is ridden.
     """
+    said = {"profile.preferred_speed": "the pace of each table", "tracker": "the rows"}
+    check_free(settings, {**LOCAL_PLANNERS, **said})
     everyone, ours = preset()
     names = parted(planners, "--planners") or [n for n in installed() if n not in OWN_SETTINGS]
     contenders = [

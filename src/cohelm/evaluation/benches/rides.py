@@ -12,7 +12,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cohelm import plugins
-from cohelm.evaluation.benches.bench import Report, Result, Task, parted
+from cohelm.evaluation.benches.bench import (
+    LOCAL_PLANNERS,
+    Report,
+    Result,
+    Task,
+    check_free,
+    parted,
+)
 from cohelm.evaluation.benches.rides_report import make_report
 from cohelm.evaluation.benches.rides_scenes import (
     DYNAMIC,
@@ -83,6 +90,8 @@ def on(
         ScenarioError, PluginError, ConfigError: if a scene, a planner or a setting does not exist,
             before anything is ridden.
     """
+    sight = {"people.see_robot": "--blind and --both"} if blind or both else {}
+    check_free(settings, {**LOCAL_PLANNERS, **sight})
     chosen = parted(planners, "--planners") or installed()
     contenders = tuple(
         Contender(name=name, planner=name, settings=tuned_settings(name) if tuned else ())

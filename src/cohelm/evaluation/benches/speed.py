@@ -18,7 +18,15 @@ from typing import Any
 import numpy as np
 import yaml
 
-from cohelm.evaluation.benches.bench import Report, Result, Sheet, Task, parted
+from cohelm.evaluation.benches.bench import (
+    LOCAL_PLANNERS,
+    Report,
+    Result,
+    Sheet,
+    Task,
+    check_free,
+    parted,
+)
 from cohelm.evaluation.benches.rides import installed
 from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.episode import Episode
@@ -102,6 +110,7 @@ def on(
     Raises:
         ScenarioError, PluginError, ConfigError: if a scene, a planner or a setting does not exist.
     """
+    check_free(settings, {**LOCAL_PLANNERS, "tracker": "the cases", "robot": "the cases"})
     chosen = parted(planners, "--planners") or installed()
     where = parted(scenes, "--scenes") or SCENES
     for scene in where:

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 from cohelm import plugins
 from cohelm.errors import ConfigError
-from cohelm.evaluation.benches.bench import Report, Result, Task, parted
+from cohelm.evaluation.benches.bench import Report, Result, Task, check_free, parted
 from cohelm.evaluation.benches.rides_scenes import Contender, Scene, scenes_of
 from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.benches.steering_report import make_report
@@ -93,6 +93,7 @@ def steered(
         ScenarioError, PluginError, ConfigError: if something does not exist, before anything is
             ridden.
     """
+    check_free(settings, {"rider": "--riders", "mode": "--modes"})
     names = parted(riders, "--riders") or known_riders()
     ways = parted(modes, "--modes") or MODES
     for mode in ways:
