@@ -9,7 +9,7 @@ import pytest
 from cohelm.errors import ConfigError
 from cohelm.evaluation import crowdnav
 from cohelm.evaluation.benches import crowdnav as bench
-from cohelm.evaluation.benches.crowdnav_report import summed
+from cohelm.evaluation.benches.crowdnav_report import make_report, summed
 from cohelm.evaluation.crowdnav import DT, moved, recorded, run, swept_gap
 from cohelm.evaluation.crowdnav_cases import own_case, placed, walked
 from cohelm.evaluation.crowdnav_drivers import PlannerDriver, Setup, disc_robot, orca, straight
@@ -213,3 +213,24 @@ def test_orca_drives_no_unicycle():
     with pytest.raises(ConfigError, match="holonomic robot only"):
         bench.on(planner="orca", kinematics="unicycle")
     assert bench.on(planner="orca").models == ("holonomic",)
+
+
+def _case(case, caution, kinematics="holonomic", outcome="success"):
+    return {"case": case, "kinematics": kinematics, "caution": caution, "outcome": outcome,
+            "time": 9.0, "path": 8.5, "steps": 36, "danger": 0, "command_ms": 5.0,
+            "command_p99_ms": 8.0}  # fmt: skip
+
+
+def test_what_is_asked_is_asked_of_all_cases_without_caution(tmp_path):
+    rows = [_case(k, c) for c in (-0.1, 0.0, 0.1) for k in range(5)]
+    rows += [_case(k, -0.1, "unicycle", "collision") for k in range(5)]  # interrupted there
+    found = make_report(rows, "ss_mpc_dcbf", tmp_path, judged=True)
+    assert [line[1] for line in found.sheets[0].rows] == ["holonomic"]
+    assert sum(note.endswith(": met") for note in found.notes) == 4
+    assert "5 of the 500 recorded cases: what follows is no finding" in found.notes
+    assert len(found.summary["lines"]) == 4
+    cautious = make_report(rows[10:15], "ss_mpc_dcbf", tmp_path, judged=True)
+    assert not any(note.endswith(": met") for note in cautious.notes)
+    assert "people +0.1 m wider" in cautious.sheets[0].title
+    whole = make_report([_case(k, 0.0) for k in range(500)], "x", tmp_path, judged=True)
+    assert not any("no finding" in note for note in whole.notes)

@@ -101,6 +101,13 @@ def test_the_verdicts_count_rides(hits, stops, says):
     assert says in (reached + moving)
 
 
+def test_crossings_that_broke_off_count_against_the_verdict():
+    rows = [row(i) for i in range(197)] + [row(i, outcome="error") for i in range(197, 200)]
+    reached, moving = verdicts("zara01, replayed", {crowds.installed()[0]: Rides(rows)})
+    assert reached.endswith("met")
+    assert moving.endswith("moving collisions in 0.0 %, 3 broke off, at most 1 % asked: MISSED")
+
+
 @pytest.fixture
 def film(tmp_path):
     walks = street()

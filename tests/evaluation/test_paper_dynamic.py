@@ -13,6 +13,7 @@ from cohelm.evaluation.benches.paper_claims import (
     AGREES,
     CLAIMS,
     OPPOSES,
+    PARTLY,
     UNCLEAR,
     UNKNOWN,
     Ordering,
@@ -192,6 +193,27 @@ def test_who_is_said_to_hit_in_all_scenes_has_to_hit_in_each():
     found = judge(groups_of([*hits[:2], row("mpc", "distracted", 0)]))
     assert found.verdict == OPPOSES
     assert "distracted: 0 of 1" in found.evidence
+
+
+def test_a_claim_of_which_a_part_was_ridden_agrees_in_that_part_alone():
+    gap = COLUMNS[0]
+    rows = [row("a", "crossing", k, (0.5 + k, 1, 1, 1, 1)) for k in range(3)]
+    rows += [row("b", "crossing", k, (0.3 + k, 1, 1, 1, 1)) for k in range(3)]
+    groups = groups_of(rows)
+    assert Ordering("a", ("b",), gap, ("crossing",), 1)(groups).verdict == AGREES
+    for judge in (
+        Ordering("a", ("b", "c"), gap, ("crossing",), 1),
+        Ordering("a", ("b",), gap, SCENES, 1),
+        Touching("a", SCENES, touches=False),
+    ):
+        assert judge(groups).verdict == PARTLY
+    assert Ordering("b", ("a",), gap, SCENES, 1)(groups).verdict == OPPOSES
+
+
+def test_a_ride_that_broke_off_is_no_ride_without_a_collision():
+    rides = [*ours(), row(OURS, "crossing", 20, outcome="error", error="KeyError: 1")]
+    (told,) = [e for e in verdicts({SLOW: groups_of(rides)}) if "none asked" in e]
+    assert told.endswith("collisions in 0 of 61 rides, 1 broke off, none asked: MISSED")
 
 
 def test_rougher_compares_a_planner_with_itself():

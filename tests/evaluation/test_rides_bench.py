@@ -276,6 +276,15 @@ def test_a_collision_in_crossing_is_missed():
     ]  # fmt: skip
 
 
+def test_a_ride_that_broke_off_counts_as_one_that_collides():
+    lost = {"outcome": "error", "error": "KeyError: 1"}
+    crossing = [row(OURS, s) for s in range(20)] + [row(OURS, 20, **lost)]
+    distracted = [row(OURS, s, scene="distracted", **lost) for s in range(3)]
+    bad = says([*crossing, *distracted], "MISSED")
+    assert any("collisions in 0 of 21, 1 broke off, none asked" in line for line in bad)
+    assert any("moving collisions in 0 of 3, 3 broke off" in line for line in bad)
+
+
 def test_slower_than_asked_is_missed():
     (line,) = says([row(OURS, 0, time=14.1)], "MISSED")
     assert "1.41 × the ride alone" in line

@@ -95,6 +95,12 @@ def test_a_soft_touch_is_none_and_a_hard_one_is_named_with_its_ride():
     assert named == "assisted, tremor: 1 of 1, up to 0.50 m/s: cohelm run corridor-1 --seed 21"
 
 
+def test_where_rides_broke_off_nobody_knows_that_nothing_was_touched():
+    broken = row("assisted", 20, outcome="error", error="KeyError: 1")
+    (missed,) = says(limits, [*every(), broken], "MISSED")
+    assert missed.startswith("assisted: touches at more than 0.2 m/s in 0 of 21 rides, 1 broke off")
+
+
 def test_nineteen_of_twenty_shared_rides_are_enough():
     rides = every()
     rides[2 * 20] = row("shared", 0, outcome="stopped")

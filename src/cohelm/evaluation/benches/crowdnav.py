@@ -93,7 +93,8 @@ class CrowdNav:
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """The table beside the references, the curve over caution, verdicts."""
-        whole = self.source == "recorded" and self.replay is None and self.planner == PLANNER
+        usual = self.planner == PLANNER and not self.settings
+        whole = self.source == "recorded" and self.replay is None and usual
         return make_report([each.row for each in results], self.planner, folder, judged=whole)
 
     def _people(self, case: int) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -53,6 +53,8 @@ class Wanted(NamedTuple):
 
 
 WANTED = {"holonomic": Wanted(0.998, 10.5), "unicycle": Wanted(0.99, 11.2)}
+CASES = 500
+"""That were recorded."""
 _COLUMNS = ("", "robot", "success", "collision", "time, s", "path, m", "danger of successes")
 
 
@@ -67,15 +69,26 @@ def make_report(rows: Sequence[Row], planner: str, folder: Path, *, judged: bool
     """
     cautions = sorted({float(row["caution"]) for row in rows})
     models = list(dict.fromkeys(str(row["kinematics"]) for row in rows))
-    lines = {(c, m): summed(_of(rows, c, m), planner, m) for c in cautions for m in models}
-    main = [lines[cautions[0], m] for m in models]
-    notes = [_speed(_of(rows, cautions[0], m), m) for m in models]
-    notes += [note for line in main for note in (_verdicts(line) if judged else ())]
-    sheets = [Sheet("successes and what they cost", _COLUMNS, tuple(map(_cells, main)))]
+    groups = {(c, m): _of(rows, c, m) for c in cautions for m in models}
+    lines = {key: summed(each, planner, key[1]) for key, each in groups.items() if each}
+    usual = 0.0 if 0.0 in cautions else cautions[0]
+    main = [line for (c, _), line in lines.items() if c == usual]
+    notes = [_speed(groups[usual, line.kinematics], line.kinematics) for line in main]
+    if judged and usual == 0.0:
+        notes += _few(groups[usual, line.kinematics] for line in main)
+        notes += [note for line in main for note in _verdicts(line)]
+    title = "successes and what they cost"
+    wider = f", people {usual:+g} m wider" if usual else ""
+    sheets = [Sheet(f"{title}{wider}", _COLUMNS, tuple(map(_cells, main)))]
     sheets.append(Sheet("others in the recorded cases", _COLUMNS, tuple(map(_cells, _others()))))
     files: tuple[Path, ...] = ()
     if len(cautions) > 1:
-        curve = [(f"{c:g} m", *_cells(lines[c, m])[1:]) for m in models for c in cautions]
+        curve = [
+            (f"{c:g} m", *_cells(lines[c, m])[1:])
+            for m in models
+            for c in cautions
+            if (c, m) in lines
+        ]
         sheets.append(Sheet("wider people", ("added", *_COLUMNS[1:]), tuple(curve)))
         files = (_picture(lines, folder / "curve.png"),)
     summary = [{"caution": c, **line._asdict()} for (c, _), line in lines.items()]
@@ -136,6 +149,14 @@ def _speed(rows: Sequence[Row], model: str) -> str:
     if not np.isfinite(middle):
         return f"{model}: no planner"
     return f"{model}: a command takes {middle:.1f} ms, p99 of the worst case {worst:.1f} ms"
+
+
+def _few(groups: Iterable[Sequence[Row]]) -> list[str]:
+    """What is asked is asked of all cases."""
+    fewest = min((len(rows) for rows in groups), default=0)
+    if fewest >= CASES:
+        return []
+    return [f"{fewest} of the {CASES} recorded cases: what follows is no finding"]
 
 
 def _verdicts(line: Line) -> Iterator[str]:

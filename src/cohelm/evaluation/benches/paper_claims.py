@@ -16,6 +16,8 @@ Groups = Mapping[str, Mapping[str, Rides]]
 """Scene → planner → rides."""
 
 AGREES, OPPOSES, UNCLEAR, UNKNOWN = "agrees", "does not agree", "no clear difference", "not ridden"
+PARTLY = "agrees as far as it was ridden"
+"""Where a scene or a planner that the claim speaks of is missing."""
 ALL = ("crossing", "aggressive", "distracted")
 
 _GAP, _TIME, _LENGTH, _VAR_V, _VAR_W = COLUMNS
@@ -54,11 +56,12 @@ class Ordering:
 
     def __call__(self, groups: Groups) -> Finding:
         """See :class:`Judge`."""
-        sides, says = [], []
+        sides, says, whole = [], [], True
         for scene in self.scenes:
             by_planner = groups.get(scene, {})
             mine = by_planner.get(self.one)
             rivals = [name for name in self.others if name in by_planner]
+            whole &= mine is not None and len(rivals) == len(self.others)
             if mine is None or not rivals:
                 continue
             says.append(f"{scene} {_median(mine, self.column)} {self.one}")
@@ -71,7 +74,7 @@ class Ordering:
         if not sides:
             return _not_ridden(wanting or (self.one, *self.others))
         says += [f"{name} not ridden" for name in wanting]
-        return Finding(_verdict(sides), f"{self.column.head}: {', '.join(says)}")
+        return Finding(_verdict(sides, whole=whole), f"{self.column.head}: {', '.join(says)}")
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,8 @@ class Touching:
         if not found:
             return _not_ridden((self.planner,))
         as_said = [bool(group.hit_moving.any()) == self.touches for group in found.values()]
-        verdict = AGREES if all(as_said) else OPPOSES
+        agrees = AGREES if len(found) == len(self.scenes) else PARTLY
+        verdict = agrees if all(as_said) else OPPOSES
         says = [f"{s}: {int(g.hit_moving.sum())} of {len(g)}" for s, g in found.items()]
         return Finding(verdict, f"rides with a collision: {', '.join(says)}")
 
@@ -119,7 +123,8 @@ class Rougher:
                 if mine is not None:
                     sides.append(_side(_less(mine, other, column)))
                     says.append(f"{scene} {_median(mine, column)}")
-        return Finding(_verdict(sides), ", ".join(says))
+        whole = all(self.planner in groups.get(scene, {}) for scene in self.scenes)
+        return Finding(_verdict(sides, whole=whole), ", ".join(says))
 
 
 @dataclass(frozen=True)
@@ -197,10 +202,12 @@ def _side(less: Floats) -> int:
     return 1 if found.mean > 0.0 else -1
 
 
-def _verdict(sides: list[int]) -> str:
+def _verdict(sides: list[int], *, whole: bool) -> str:
     if min(sides) < 0:
         return OPPOSES
-    return AGREES if min(sides) > 0 else UNCLEAR
+    if min(sides) == 0:
+        return UNCLEAR
+    return AGREES if whole else PARTLY
 
 
 def _median(group: Rides, column: Column) -> str:

@@ -25,7 +25,7 @@ from cohelm.evaluation.benches.paper_table3 import (
     values_of,
 )
 from cohelm.evaluation.benches.rides_report import faults, groups_of, sources
-from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, few
+from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, broken, few
 from cohelm.evaluation.results import PaperTable, write_results
 from cohelm.evaluation.results.rides import Rides
 
@@ -183,8 +183,9 @@ def _safety(where: str, groups: Sequence[Rides], *, judge: bool) -> list[str]:
     hits = np.concatenate([group.touched for group in groups])
     reached = np.concatenate([group.reached for group in groups])
     standing = sum(int((group.column("standing_contacts") > 0).sum()) for group in groups)
-    text = f"{where}: collisions in {int(hits.sum())} of {len(hits)} rides"
-    said = text + (f", none asked: {'MISSED' if hits.any() else 'met'}" if judge else "")
+    missed = hits.any() or any(group.broke_off.any() for group in groups)
+    text = f"{where}: collisions in {int(hits.sum())} of {len(hits)} rides{broken(*groups)}"
+    said = text + (f", none asked: {'MISSED' if missed else 'met'}" if judge else "")
     return [
         said,
         f"{where}: {int(reached.sum())} of {len(reached)} reached; people walked into the standing "

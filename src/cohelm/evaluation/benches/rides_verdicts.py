@@ -47,6 +47,12 @@ def few(rides: int) -> str:
     return f"{rides} {'ride is' if rides == 1 else 'rides are'} too few to judge by"
 
 
+def broken(*groups: Rides) -> str:
+    """Of rides that broke off, behind a count of hits: ``, 3 broke off``; nothing of none."""
+    count = sum(int(each.broke_off.sum()) for each in groups)
+    return f", {count} broke off" if count else ""
+
+
 def as_percent(each: Estimate) -> str:
     """``97 [92, 99]``."""
     if not each.count:
@@ -66,7 +72,8 @@ def _scene(scene: str, by_planner: Mapping[str, Rides]) -> Iterator[str]:
     if scene in _FLAWLESS:
         yield _says(scene, f"{_count(ours.reached)} reached", ours.reached.all())
         hits = ours.touched
-        yield _says(scene, f"collisions in {_count(hits)}, none asked", not hits.any())
+        text = f"collisions in {_count(hits)}{broken(ours)}, none asked"
+        yield _says(scene, text, not (hits | ours.broke_off).any())
     if scene == "distracted":
         yield from _distracted(ours, by_planner)
     if scene in _FLAWLESS or scene == "distracted":
@@ -81,8 +88,8 @@ def _scene(scene: str, by_planner: Mapping[str, Rides]) -> Iterator[str]:
 
 def _distracted(ours: Rides, by_planner: Mapping[str, Rides]) -> Iterator[str]:
     scene, hits = "distracted", ours.hit_moving
-    text = f"moving collisions in {_count(hits)}, at most {100 * FEW_HITS:g} % asked"
-    yield _says(scene, text, hits.mean() <= FEW_HITS)
+    text = f"moving collisions in {_count(hits)}{broken(ours)}, at most {100 * FEW_HITS:g} % asked"
+    yield _says(scene, text, (hits | ours.broke_off).mean() <= FEW_HITS)
     speed = np.nan_to_num(ours.column("collision_speed")).max()
     yield _says(scene, f"fastest at {speed:.2f} m/s, at most {SOFT_HIT:g} asked", speed <= SOFT_HIT)
     standing = ours.column("standing_contacts") > 0
@@ -146,7 +153,7 @@ def _floors(groups: Groups) -> Iterator[str]:
 
 def _without_hit(group: Rides) -> tuple[str, bool]:
     hits = group.touched
-    return f"hits in {_count(hits)}", not hits.any()
+    return f"hits in {_count(hits)}{broken(group)}", not (hits | group.broke_off).any()
 
 
 def _wide_berths(group: Rides) -> tuple[str, bool]:

@@ -57,7 +57,8 @@ _NOTES = (
     "collided: the moving chair touched a person, or it touched a wall; such a ride ends there",
     "effort (stick movement, in full deflections), agreement and fights (share of time in which "
     "asked and given turn opposite ways) stand in for a rider's opinion, and are none",
-    "riders are simulated; intervals of differences take the rides of one scene and seed together",
+    "riders are simulated; intervals of differences take the rides of one scene and seed together, "
+    "those of shares and medians take each ride for itself and are narrower than they should be",
 )
 
 JUDGES = {"paper": paper, "limits": limits}

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cohelm.evaluation.benches.rides_verdicts import ENOUGH, as_percent, few
+from cohelm.evaluation.benches.rides_verdicts import ENOUGH, as_percent, broken, few
 from cohelm.evaluation.benches.steering_rows import differences, in_order, touch_speed
 from cohelm.evaluation.bootstrap import Estimate, mean_of, median_of, share
 from cohelm.evaluation.results.rides import Rides
@@ -30,7 +30,8 @@ def limits(rides: Rides) -> Iterator[str]:
             continue
         fast = touch_speed(found) > SOFT
         text = f"{mode}: touches at more than {SOFT:g} m/s in {int(fast.sum())} of {len(found)}"
-        yield f"{text} rides, none asked: {_word(not fast.any())}"
+        met = not (fast | found.broke_off).any()
+        yield f"{text} rides{broken(found)}, none asked: {_word(met)}"
         for rider in in_order(found.rows, "rider"):
             mine = found.only(rider=rider)
             speed = touch_speed(mine)
