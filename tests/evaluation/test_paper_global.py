@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt, label
 
+from cohelm import plugins
+from cohelm.errors import ConfigError
 from cohelm.evaluation.benches import paper_global, paper_global_report
 from cohelm.evaluation.benches.bench import Progress, Result, run_tasks
 from cohelm.evaluation.benches.office import (
@@ -241,3 +243,14 @@ def test_one_scene_from_end_to_end(tmp_path):
     assert rows["desired"]["nearest_error"] < 1e-9
     assert rows["soft_via"]["nearest_error"] < 0.5
     assert (tmp_path / "scenes" / "0.yaml").exists()
+
+
+def test_rows_are_chosen_by_name_and_who_is_installed_beside_has_one(monkeypatch):
+    assert paper_global.on("soft_via, astar_shortest").methods == ("soft_via", "astar_shortest")
+    assert paper_global.on().methods == tuple(paper_global.METHODS)
+    with pytest.raises(ConfigError, match=r"--planners.*did you mean 'soft_via'"):
+        paper_global.on("softvia")
+    there = plugins.names("global_planners")
+    monkeypatch.setattr(plugins, "names", lambda group: (*there, "my_own"))
+    assert paper_global.on().methods == (*paper_global.METHODS, "my_own")
+    assert paper_global.on("my_own").methods == ("my_own",)

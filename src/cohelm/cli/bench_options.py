@@ -101,6 +101,17 @@ OWN: Mapping[str, Option] = {
         ],
         into=lambda given: {"planners": given},
     ),
+    "global_planners": Option(
+        Annotated[
+            str | None,
+            typer.Option(
+                "--planners",
+                metavar="A,B",
+                help="Global planners, or rows of the table by name; unset, all there are.",
+            ),
+        ],
+        into=lambda given: {"planners": given},
+    ),
     "scenes": Option(
         Annotated[
             str | None,

@@ -81,6 +81,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     ),
     "crowds": ("planners", "films", "true_people", "settings"),
     "paper-dynamic": ("planners", "settings"),
+    "paper-global": ("global_planners",),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),
     "planning": ("map_file", "size"),
     "riders": ("riders", "modes", "scenes", "true_people", "settings"),

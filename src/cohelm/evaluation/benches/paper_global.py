@@ -16,8 +16,9 @@ import yaml
 
 from cohelm import plugins
 from cohelm.arrays import Floats
-from cohelm.errors import PlanningError
-from cohelm.evaluation.benches.bench import Report, Result, Task
+from cohelm.config import nearest
+from cohelm.errors import ConfigError, PlanningError
+from cohelm.evaluation.benches.bench import Report, Result, Task, parted
 from cohelm.evaluation.benches.office import OfficeScene, office, on_the_left
 from cohelm.evaluation.benches.paper_global_report import DESIRED, MEASURES, make_report
 from cohelm.evaluation.episode import Episode
@@ -60,8 +61,10 @@ STEP = 0.05
 
 @dataclass(frozen=True)
 class PaperGlobalBench:
-    """The benchmark; it has no options."""
+    """The benchmark with some methods."""
 
+    methods: tuple[str, ...]
+    """Keys of ``METHODS``, or global planners as they come."""
     TITLE: str = TITLE
     SEEDS: int = SEEDS
     WORKERS: int | None = WORKERS
@@ -71,12 +74,11 @@ class PaperGlobalBench:
         return [(seed,) for seed in seeds]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride the rider's own way through a scene, then each installed method's."""
+        """Ride the rider's own way through a scene, then each method's."""
         (seed,) = task
         scene = office(seed, load_robot(ROBOT))
         file = _write_scene(scene, folder / "scenes")
-        known = plugins.names("global_planners")
-        methods = {name: spec for name, spec in METHODS.items() if spec["use"] in known}
+        methods = {name: METHODS.get(name, {"use": name}) for name in self.methods}
         desired = _ride(file, scene, DESIRED, METHODS["astar"], None)
         against = desired.arrays["track"]
         return [
@@ -86,7 +88,7 @@ class PaperGlobalBench:
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """Table 2 beside the paper's, paired differences, and the pictures of Fig. 12."""
-        wanting = [name for name in METHODS if name not in {r.row["method"] for r in results}]
+        wanting = [name for name in METHODS if name not in known_methods()]
         by_seed: dict[int, list[Result]] = {}
         for each in results:
             by_seed.setdefault(each.row["seed"], []).append(each)
@@ -94,9 +96,29 @@ class PaperGlobalBench:
         return make_report(results, panels, folder, wanting)
 
 
-def on() -> PaperGlobalBench:
-    """The benchmark."""
-    return PaperGlobalBench()
+def on(planners: str | None = None) -> PaperGlobalBench:
+    """The benchmark with some methods, parted by commas; without, with all there are.
+
+    Raises:
+        ConfigError: if there is no such method, nor a global planner of that name.
+    """
+    known = known_methods()
+    chosen = parted(planners, "--planners") or known
+    for name in chosen:
+        if name not in known:
+            raise ConfigError(
+                f"no method or global planner is called {name!r}{nearest(name, known)}",
+                key="--planners",
+            )
+    return PaperGlobalBench(methods=chosen)
+
+
+def known_methods() -> tuple[str, ...]:
+    """Those of ``METHODS`` that are installed, and other global planners there are."""
+    there = plugins.names("global_planners")
+    ours = tuple(name for name, spec in METHODS.items() if spec["use"] in there)
+    used = {spec["use"] for spec in METHODS.values()}
+    return (*ours, *(name for name in there if name not in used))
 
 
 def synchronised_error(track: Floats, desired: Floats) -> Floats:
