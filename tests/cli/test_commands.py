@@ -8,7 +8,7 @@ import pytest
 
 from cohelm.cli import words
 from cohelm.cli.report import as_json
-from cohelm.cli.run import _headline
+from cohelm.cli.run import Asked, _headline, scenario_of
 from cohelm.errors import ConfigError
 from cohelm.evaluation import Outcome
 from cohelm.evaluation.metrics.table import MEASURES
@@ -90,6 +90,19 @@ def test_a_map_of_ones_own(cohelm, room):
     report = json.loads(out)
     assert report["people"] == 1
     assert report["outcome"] == "timeout"
+
+
+def test_nothing_that_lies_somewhere_is_brought_to_another_map(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text(
+        "{floor: hall, start: [2, 7], goal: East, rider_goal: East, rider_route: [[5, 7]],"
+        " companion: 0, people: {groups: [{points: [[7, 4]], size: 3}], flows: [{lane: [[2, 2],"
+        " [9, 2]], count: 4}]}}"
+    )
+    asked = Asked(str(file), map="room.yaml", start="-4,0", goal="3,1")
+    scenario = scenario_of(asked)
+    assert (scenario.people.groups, scenario.people.flows, scenario.people.count) == ((), (), 7)
+    assert (scenario.rider_goal, scenario.rider_route, scenario.companion) == (None, (), None)
 
 
 def test_out_writes_three_files(cohelm, tmp_path):

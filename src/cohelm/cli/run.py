@@ -21,6 +21,7 @@ from cohelm.config import nearest
 from cohelm.errors import ConfigError
 from cohelm.evaluation import Outcome, Ride, Scenario, load_scenario, measure, timing
 from cohelm.evaluation import run as ride_out
+from cohelm.evaluation.people import people_of
 from cohelm.evaluation.scenario import PARTS
 from cohelm.plugins import names
 
@@ -170,12 +171,17 @@ def _onto_map(base: Scenario, asked: Asked) -> dict[str, Any]:
     """The changes that carry a scenario over to another map: nothing that lies somewhere stays."""
     if asked.start is None or asked.goal is None:
         raise ConfigError("a map of your own needs --start x,y and --goal x,y", key="--map")
-    people = base.people.model_dump(mode="json", exclude={"ways"})
+    people = base.people.model_dump(mode="json", exclude={"ways", "groups", "flows"})
     if people["count"] is None:
-        people["count"] = len(base.people.ways) or PEOPLE_ON_A_MAP
+        people["count"] = people_of(base.people) or PEOPLE_ON_A_MAP
     return {
         "map": str(Path(asked.map or "").absolute()),
         "floor": None,
+        "plan": None,
+        "onto": None,
+        "rider_goal": None,
+        "rider_route": None,
+        "companion": None,
         "prefer": None,
         "stroke": None,
         "avoid": None,
