@@ -28,6 +28,7 @@ OUTPUT = _Output(highlight=False, width=None if sys.stdout.isatty() else 120)
 UNITS = {
     "time": "s",
     "path_length": "m",
+    "path_length_short": "m",
     "min_distance": "m",
     "mean_distance": "m",
     "wall_distance": "m",
@@ -35,6 +36,8 @@ UNITS = {
     "social_space_intrusion": "s",
     "linear_velocity_variance": "m²/s²",
     "angular_velocity_variance": "rad²/s²",
+    "linear_velocity_variance_underway": "m²/s²",
+    "angular_velocity_variance_underway": "rad²/s²",
     "heading_change": "rad",
     "acceleration_max": "m/s²",
     "acceleration_rms": "m/s²",
