@@ -433,7 +433,15 @@ def test_an_interrupt_leaves_a_whole_file(tmp_path):
         assert make_reader(stream).get_summary().statistics.message_count > 33
 
 
-def test_an_interrupt_in_the_midst_of_writing_waits_for_its_end():
+@pytest.fixture
+def interrupts():
+    """Python's own handler, which is not there where a shell began the tests in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_in_the_midst_of_writing_waits_for_its_end(interrupts):
     done = []
 
     def work():
