@@ -12,7 +12,7 @@ from cohelm.testing.scenes import walkers
 
 from .scenes import request, sound, surroundings, wall_at
 
-EXACT = GateParameters(margin=0.02, people_margin=0.05, reaction=0.15)
+EXACT = GateParameters(margin=0.02, margin_time=0.0, people_margin=0.05, reaction=0.15)
 """The figures that the distances below are derived for."""
 GATED = [Mode.AUTONOMOUS, Mode.SHARED, Mode.ASSISTED]
 
@@ -147,6 +147,22 @@ def test_where_ordinary_braking_comes_too_late_it_brakes_as_hard_as_it_can(ask, 
     blocked = ask((0.8, 0.0), speed=0.8, walls=ahead(chair, gap), asked=request(mode))
     assert identical(blocked, stop(Reason.BLOCKED))
     assert blocked.emergency
+
+
+def test_where_no_planner_keeps_away_from_walls_a_faster_chair_keeps_wider(ask, chair):
+    """At 0.8 m/s by 8 cm, at three quarters of it by 6; the pose is wrong by centimetres."""
+    hasty = EXACT.model_copy(update={"margin_time": 0.1})
+    full, three_quarters = stopping(0.7, 0.8), stopping(0.7, 0.6)
+
+    def driven(gap, mode):
+        asked = {"asked": request(mode), "parameters": hasty}
+        return ask((0.8, 0.0), speed=0.7, walls=ahead(chair, gap), **asked).twist[0]
+
+    assert driven(full + 0.02 + 0.08 + 0.01, Mode.ASSISTED) == pytest.approx(0.8)
+    assert driven(full + 0.02 + 0.08 - 0.01, Mode.ASSISTED) == pytest.approx(0.6)
+    assert driven(three_quarters + 0.02 + 0.06 - 0.01, Mode.ASSISTED) < 0.6
+    for mode in (Mode.SHARED, Mode.AUTONOMOUS):
+        assert driven(full + 0.02 + 0.01, mode) == pytest.approx(0.8)
 
 
 def test_a_stick_let_go_in_front_of_a_wall_brakes_as_hard_as_it_must(ask, chair):

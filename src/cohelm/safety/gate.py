@@ -57,6 +57,10 @@ class GateParameters(Model):
     """How long a command is assumed to act before braking begins, s: a tick and the drive's lag."""
     margin: float = Field(0.01, ge=0.0, le=1.0)
     """Gap to a wall that counts as contact, m."""
+    margin_time: float = Field(0.1, ge=0.0, le=1.0)
+    """By how much that gap grows with the speed of the command, s, where the rider steers and no
+    planner keeps away from walls: the pose is wrong by centimetres, and what is on the map is met
+    where it really is."""
     people_margin: float = Field(0.12, ge=0.0, le=1.0)
     """Gap to a person that counts as contact, m."""
     standing: float = Field(0.4, ge=0.0, le=1.0)
@@ -91,6 +95,7 @@ def gate(
     stands = not (allowed.any() or now.any())
     if request.mode is Mode.MANUAL or not parameters.separation or stands:
         return Decision(twist=allowed, reason=reason)
+    hasty = parameters.margin_time if request.mode is Mode.ASSISTED else 0.0
     for share in _SHARES:
         poses = braking(
             robot,
@@ -108,7 +113,7 @@ def gate(
             people=people,
             predictions=predictions,
             walls=walls,
-            margin=parameters.margin,
+            margin=parameters.margin + hasty * share * float(np.hypot(*allowed[:2])),
             people_margin=min(parameters.people_margin + max(request.farther, 0.0), 1.0),
             at_least=parameters.at_least,
             standing=parameters.standing,
@@ -152,7 +157,7 @@ _GENTLE = frozenset(
 
 
 def _within_limits(wanted: Floats, robot: Robot, speed_limit: float) -> Floats:
-    low, high, _, _ = robot.motion.bounds(robot.limits)
+    low, high, _, _ = robot.input_bounds
     allowed = robot.motion.twist(np.clip(robot.motion.input(wanted), low, high))
     speed, limit = float(np.hypot(*allowed[:2])), max(0.0, speed_limit)  # NaN allows nothing
     if speed > limit:
