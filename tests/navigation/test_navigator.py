@@ -9,6 +9,7 @@ from cohelm import errors
 from cohelm.arrays import identical
 from cohelm.messages import Mode, Reason, Status, Wish
 from cohelm.navigation import Navigator
+from cohelm.navigation.recovery import Stage
 from cohelm.testing.conformance import steady
 
 from .scenes import (
@@ -298,6 +299,32 @@ def test_a_fault_of_the_program_passes_through(error, part):
     steered = navigator(**parts)
     with pytest.raises(error):
         steered.step(observation(), request(), None)
+
+
+def test_where_the_hand_leads_nowhere_the_chair_finds_its_way_itself():
+    """Though the path follows the hand twice a second: a new path is not getting on."""
+    planner = Straight()
+    stuck = navigator(global_planner=planner, local_planner=Fixed((0.0, 0.0, 0.0)))
+    ticks = ride(stuck, 60, stick=lambda k: (0.7, 0.3))
+    led = [t for t in ticks if t.recovery.stage is None]
+    assert len(planner.asked) == 2  # at first, and 0.5 s on for the hand
+    assert led[-1].authority.eta > 0.5
+    assert led[-1].observation.time == pytest.approx(stuck.setup.recovery.push, abs=0.2)
+    assert all(t.authority.eta == 0.0 for t in ticks if t.recovery.stage is Stage.CREEP)
+    assert ticks[-1].recovery.stage is Stage.CREEP
+
+
+def test_a_chair_that_finds_its_way_itself_does_not_set_off_against_a_pull():
+    held = navigator(global_planner=Straight(), local_planner=Fixed((0.0, 0.0, 0.0)))
+    ticks = ride(held, 40)
+    freed = navigator(global_planner=Straight())
+    for k in range(40, 50):  # nothing is in the way any more
+        seen = observation(k, stick=(-1.0, 0.0))
+        ticks.append(freed.step(seen, request(), ticks[-1]))
+        assert ticks[-1].recovery.stage is Stage.CREEP
+        assert ticks[-1].decision.twist[0] < 0.05  # m/s; below this it stands
+    pushed = freed.step(observation(50, stick=(1.0, 0.0)), request(), ticks[-1])
+    assert pushed.authority.eta == 0.0  # a push forwards is no pull
 
 
 def test_bad_input_stops_before_anything_is_computed_and_nothing_is_forgotten(steered, recorded):

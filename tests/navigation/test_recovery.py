@@ -206,6 +206,12 @@ def test_a_push_ends_waiting_at_once_and_its_side_is_taken(at, deflection, side)
     assert (chair.log[-1].stage, chair.log[-1].side) == (Stage.CREEP, side)
 
 
+def test_who_gets_itself_out_leads_and_else_the_hand_does():
+    chair = Chair().run(500, lambda k: {"room_behind": 0.4})
+    leads = {done.stage for done in chair.log if done.leads}
+    assert leads == {Stage.BACK_UP, Stage.CREEP}
+
+
 def test_who_pushes_a_chair_that_moves_is_in_no_tie():
     chair = Chair().run(50, lambda k: {"deflection": np.array([1.0, 0.0]), "stands": False})
     assert chair.memory is None

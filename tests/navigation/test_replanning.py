@@ -180,6 +180,34 @@ def test_while_the_rider_steers_the_path_follows_the_hand(plan_times, eta, at):
     assert plan_times(15, lambda k: {"authority": hand(eta, (3.0, 5.0))}) == at
 
 
+@pytest.mark.parametrize(("left", "follows"), [(1.6, True), (1.4, False)])
+def test_near_the_goal_the_path_does_not_follow_the_hand(asked, left, follows):
+    """The last of the way is the chair's, wherever the hand leads."""
+    planner = Straight()
+    first = route(asked(), planner, None, RULES)
+    near = replace(first, progress=first.path.length - left)
+    later = route(asked(10, authority=hand(0.6, (3.0, 5.0))), planner, near, RULES)
+    assert (later.path is not first.path) is follows
+
+
+@pytest.mark.parametrize(("aside", "follows"), [(0.15, False), (0.25, True)])
+def test_a_hand_that_leads_along_the_path_needs_no_other(asked, aside, follows):
+    planner = Straight()
+    first = route(asked(), planner, None, RULES)
+    later = route(asked(10, authority=hand(0.6, (3.0, 4.0 + aside))), planner, first, RULES)
+    assert (later.path is not first.path) is follows
+
+
+def test_the_hand_is_not_followed_beyond_where_the_chair_docks(asked):
+    """The path is 7 m long; a hand that leads 6 m along it and 1 m aside is followed for 5.5 m."""
+    planner = Straight()
+    first = route(asked(), planner, None, RULES)
+    led = route(asked(10, authority=hand(0.6, (8.0, 5.0))), planner, first, RULES)
+    begins = led.path.points[0]
+    assert first.path.length - RULES.docking - 0.7 < begins[0] - START[0] <= 5.5
+    assert begins[1] > START[1]
+
+
 def test_little_is_spent_on_following_the_hand_and_all_on_a_blocked_way(asked):
     steered, blocked = Straight(), Straight()
     state = route(asked(), steered, None, RULES)
@@ -251,33 +279,46 @@ def test_a_wish_is_dropped_once_it_is_passed_and_measured_from_where_it_was_made
 
 # ------------------------------------------------------------------ progress
 
+HERE = np.zeros(2)
+
 
 def test_progress_is_counted_in_steps_that_matter():
     rules, memory, since = ProgressParameters(least=0.3), None, []
     # way left at each second: 0.2 m a second, then nothing, then on
     for t, left in enumerate([5.0, 4.8, 4.6, 4.6, 4.6, 4.4, 4.2]):
-        memory = progress(left, float(t), 0.0, memory, rules)
+        memory = progress(left, float(t), 0.0, memory, rules, at=HERE)
         since.append(memory.since)
     assert since == [0.0, 0.0, 2.0, 2.0, 2.0, 2.0, 6.0]
 
 
 def test_a_new_path_starts_anew_and_going_back_is_no_progress():
     rules = ProgressParameters(least=0.3)
-    memory = progress(5.0, 0.0, 0.0, None, rules)
-    back = progress(6.0, 1.0, 0.0, memory, rules)
+    memory = progress(5.0, 0.0, 0.0, None, rules, at=HERE)
+    back = progress(6.0, 1.0, 0.0, memory, rules, at=HERE)
     assert (back.left, back.since) == (5.0, 0.0)
-    longer = progress(6.0, 1.0, 1.0, memory, rules)
+    longer = progress(6.0, 1.0, 1.0, memory, rules, at=HERE)
     assert (longer.left, longer.since) == (6.0, 1.0)
+
+
+def test_a_chair_that_stands_while_the_path_follows_the_hand_loses_time():
+    """Each half second there is a new path: were each a fresh start, the ride never stalled."""
+    rules, memory = ProgressParameters(least=0.3), None
+    for tick in range(8):
+        t = 0.5 * tick
+        memory = progress(5.0 + 0.1 * tick, t, t, memory, rules, at=HERE, follows=True)
+        assert memory.since == 0.0
+    moved = progress(6.0, 4.0, 4.0, memory, rules, at=np.array([0.3, 0.0]), follows=True)
+    assert moved.since == 4.0
 
 
 def test_a_chair_that_is_to_stand_or_cannot_see_loses_no_time():
     rules = ProgressParameters(least=0.3)
-    memory = progress(5.0, 0.0, 0.0, None, rules)
-    rested = progress(5.0, 1.0, 0.0, memory, rules, rests=True)
+    memory = progress(5.0, 0.0, 0.0, None, rules, at=HERE)
+    rested = progress(5.0, 1.0, 0.0, memory, rules, at=HERE, rests=True)
     assert rested.since == 1.0
     # after a while without a look the clock starts anew
-    assert progress(5.0, 20.0, 0.0, memory, rules).since == 20.0
-    assert progress(5.0, 1.0, 0.0, memory, rules).since == 0.0
+    assert progress(5.0, 20.0, 0.0, memory, rules, at=HERE).since == 20.0
+    assert progress(5.0, 1.0, 0.0, memory, rules, at=HERE).since == 0.0
 
 
 # ------------------------------------------------------------------ walls about the chair

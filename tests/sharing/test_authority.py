@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohelm.messages import Observation, RiderCommand, RiderProfile
-from cohelm.sharing import AuthorityParameters, authority, stick_twist
+from cohelm.sharing import AuthorityParameters, authority, docked, stick_twist
 
 TICK = 0.05
 N, STEP = 12, 0.1
@@ -278,3 +278,13 @@ def test_a_stick_let_go_leads_to_a_stand(ask):
     # braking with 1 m/s² in steps of 0.1 s: 0.1 · (0.4 + 0.3 + 0.2 + 0.1) = 0.1 m
     np.testing.assert_allclose(hand.states.poses[-1], [0.1, 0.0, 0.0], atol=1e-12)
     assert hand.states.speeds[-1] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("left", "share"), [(4.0, 1.0), (1.5, 1.0), (0.75, 0.5), (0.0, 0.0)])
+def test_the_end_of_the_way_is_the_chairs(ask, left, share):
+    hand = ask([AHEAD])[0]
+    led = docked(hand, left, AuthorityParameters(docking=1.5))
+    assert led.eta == pytest.approx(share * hand.eta)
+    assert led.states is hand.states
+    for rounded in (left, left - 1e-12):
+        assert docked(hand, rounded, AuthorityParameters(docking=0.0)).eta == hand.eta

@@ -69,7 +69,8 @@ class Authority:
     """How much the rider steers, and where to."""
 
     eta: float
-    """η, weight of the rider's states in the reference, 0…1; Xu et al., eq. (13) corrected."""
+    """η, weight of the rider's states in the reference, 0…1; Xu et al., eq. (13) corrected, and in
+    a ``Tick`` what is left of it where the chair leads."""
     intent: float
     """i, the number of intents within the time frame."""
     deflection: Annotated[Floats, Shape("2")]

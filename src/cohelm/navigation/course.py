@@ -13,7 +13,7 @@ from cohelm.messages import Authority, Mode, Observation, Reason, Reference, Req
 from cohelm.navigation.beyond import all_obstacles
 from cohelm.navigation.groups import outlines
 from cohelm.navigation.progress import ProgressState, progress
-from cohelm.navigation.question import Refusal, RouteQuestion
+from cohelm.navigation.question import Refusal, RouteQuestion, Why
 from cohelm.navigation.recovery import Recovery
 from cohelm.navigation.replanning import RouteState, route
 from cohelm.navigation.setup import NavigatorSetup
@@ -112,7 +112,16 @@ def lay_course(
         comfort=setup.comfort,
     )
     left = state.path.length - at
-    pace = progress(left, observation.time, state.planned_at, pace, setup.progress, rests=rests)
+    pace = progress(
+        left,
+        observation.time,
+        state.planned_at,
+        pace,
+        setup.progress,
+        at=observation.pose[:2],
+        follows=state.why is Why.STEERING,
+        rests=rests,
+    )
     if remedy.back > 0.0:
         shared = backwards(
             observation.pose,

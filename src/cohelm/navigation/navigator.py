@@ -33,7 +33,7 @@ from cohelm.navigation.tick import Memory, Tick
 from cohelm.navigation.walls import walls_about
 from cohelm.navigation.zones import limited, walled
 from cohelm.safety import GateState, check_input, gate, stop
-from cohelm.sharing import authority
+from cohelm.sharing import authority, docked
 
 
 class Navigator:
@@ -92,6 +92,7 @@ class Navigator:
         remedy, recovering, behind = recover(
             setup, observation, request, seen, hand, memory, rests=rests
         )
+        hand = self._lent(hand, request, remedy, memory)
         course = lay_course(
             setup, observation, request, seen, hand, memory, remedy=remedy, rests=rests
         )
@@ -164,6 +165,19 @@ class Navigator:
         """The chair is not to get on: the rider steers alone, or wants it to stand."""
         alone = request.mode in {Mode.MANUAL, Mode.ASSISTED}
         return alone or hand.wants_stop or self.setup.speed_limit(request) <= 0.0
+
+    def _lent(
+        self, hand: Authority, request: Request, remedy: Recovery, memory: Memory | None
+    ) -> Authority:
+        """What is left of the hand's share where the chair must find its way itself."""
+        way = memory.route if memory else None
+        if request.mode is not Mode.SHARED or way is None:
+            return hand
+        if remedy.leads:
+            if hand.deflection[0] <= -self.setup.authority.against:
+                return hand  # a chair that stands must not set off against a pull
+            return dataclasses.replace(hand, eta=0.0)
+        return docked(hand, way.path.length - way.progress, self.setup.authority)
 
     def _want(
         self,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import value
+from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
 
 
@@ -33,6 +34,8 @@ class ProgressState:
     """When the path was planned, s."""
     time: float
     """Of the last call, s."""
+    at: Annotated[Floats, Shape("2")]
+    """Where the chair was at ``since``, m."""
 
 
 _GAP = 1.5
@@ -46,6 +49,8 @@ def progress(
     memory: ProgressState | None,
     parameters: ProgressParameters,
     *,
+    at: Floats,
+    follows: bool = False,
     rests: bool = False,
 ) -> ProgressState:
     """How far the ride has got; it has not got on since ``since``.
@@ -56,12 +61,20 @@ def progress(
         path_time: when the path was planned, s; a new path starts anew.
         memory: of the last call, None at first.
         parameters: what counts as getting on.
+        at: where the chair is (2,), m.
+        follows: the path follows the rider's hand, and is planned again and again while the hand
+            leads; a chair that has not moved meanwhile has not got on.
         rests: the chair is not to get on: it has arrived, or the rider steers it or wants it to
             stand.
     """
-    anew = memory is None or path_time > memory.path_time
-    if memory is None or anew or rests or left < memory.left - parameters.least:
-        return ProgressState(left=left, since=time, path_time=path_time, time=time)
+    anew = ProgressState(left=left, since=time, path_time=path_time, time=time, at=at.copy())
+    if memory is None or rests:
+        return anew
     lost = time - memory.time
     since = memory.since if 0.0 <= lost <= _GAP else time
+    if path_time > memory.path_time:
+        stays = float(np.hypot(*(at - memory.at))) < parameters.least
+        return replace(anew, since=since, at=memory.at) if follows and stays else anew
+    if left < memory.left - parameters.least:
+        return anew
     return replace(memory, since=since, time=time)

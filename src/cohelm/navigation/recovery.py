@@ -138,6 +138,8 @@ class Recovery:
     """Another way is to be looked for now, round those who stand."""
     squeezes: bool = False
     """Slowly, and closer to people than otherwise."""
+    leads: bool = False
+    """The chair finds its way out alone: where the hand led the ride does not get on."""
     reverses: bool = False
     """The chair may drive backwards."""
     back: float = 0.0
@@ -310,6 +312,7 @@ def _done(now: Situation, state: RecoveryState, p: RecoveryParameters) -> Recove
         stage=stage,
         replans=now.looked_at < state.look_from,
         squeezes=squeezes,
+        leads=stage in {Stage.BACK_UP, Stage.CREEP},
         reverses=squeezes and now.room_behind >= (_DONE if backs else p.least),
         back=max(_back_left(now, state), 0.0) if backs else 0.0,
         bend=state.bend if backs else 0.0,

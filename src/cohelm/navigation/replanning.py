@@ -3,8 +3,8 @@
 The path is kept while it is good. A new one is planned when there is none, when the goal or a wish
 changes, when the way ahead has been blocked for a while, when the chair has left its path, when it
 does not get on (``recovery`` says when), when another way has become much better (``better``), and
-while the rider steers: then from where the hand leads, so that the path follows the rider round an
-obstacle and not the other way.
+while the rider steers elsewhere, but for the end of the way: then from where the hand leads, so
+that the path follows the rider round an obstacle and not the other way.
 """
 
 from __future__ import annotations
@@ -43,6 +43,11 @@ class ReplanningParameters(Model):
     """Distance from the path at which it is given up, m."""
     steering: float = Field(0.5, ge=0.0, le=1.0)
     """η from which the path follows the rider's hand."""
+    led_off: float = Field(0.2, ge=0.0, le=5.0)
+    """Distance from the path of where the hand leads from which the path follows it, m."""
+    docking: float = Field(1.5, ge=0.0, le=10.0)
+    """Way left below which the path no longer follows the hand, m: a path from where it leads could
+    begin beyond the goal."""
     hand_effort: float = Field(0.15, gt=0.0, le=1.0)
     """Share of its budget that the planner spends on following the hand: it is asked again at once,
     and until it finds something the old path is as good as it was."""
@@ -132,7 +137,7 @@ def _no_longer_good(q: RouteQuestion, kept: RouteState, p: ReplanningParameters)
     rules = (
         (q.time - kept.blocked_since >= p.blocked_time - _ROUNDING, Why.BLOCKED),
         (q.stalled, Why.STALLED),
-        (_steers(q, p) is not None, Why.STEERING),
+        (_led_off(q, kept, p), Why.STEERING),
         (beside > p.astray, Why.ASTRAY),
     )
     return next((why for holds, why in rules if holds), None)
@@ -146,8 +151,8 @@ def _replaced(
     p: ReplanningParameters,
 ) -> RouteState:
     """A new path; the old one where there is none."""
-    steering = _steers(q, p)
-    start = _start(q, steering) if steering else q.pose[:2]
+    steering = _steers(q, kept, p)
+    start = _start(q, steering, kept, p.docking) if steering else q.pose[:2]
     asked = q
     if q.stalled or q.side != "none":
         live = as_things(q.live, q.grid, q.people, p.standing)
@@ -238,14 +243,27 @@ def _followed(q: RouteQuestion, path: Path, why: Why, kept: RouteState) -> Route
     )
 
 
-def _steers(q: RouteQuestion, p: ReplanningParameters) -> Authority | None:
-    return q.authority if q.authority and q.authority.eta >= p.steering else None
+def _steers(q: RouteQuestion, kept: RouteState, p: ReplanningParameters) -> Authority | None:
+    leads = q.authority is not None and q.authority.eta >= p.steering
+    return q.authority if leads and kept.path.length - kept.progress >= p.docking else None
 
 
-def _start(q: RouteQuestion, steering: Authority) -> Floats:
-    """Where the rider's hand leads within the horizon, as far as the chair fits there."""
+def _led_off(q: RouteQuestion, kept: RouteState, p: ReplanningParameters) -> bool:
+    """Whether the hand leads elsewhere than the path."""
+    steering = _steers(q, kept, p)
+    if steering is None:
+        return False
+    x, y = _start(q, steering, kept, p.docking)
+    _, beside = nearest_on_polyline(kept.path.points, float(x), float(y))
+    return beside > p.led_off
+
+
+def _start(q: RouteQuestion, steering: Authority, kept: RouteState, docking: float) -> Floats:
+    """Where the rider's hand leads within the horizon, where the chair fits and does not dock."""
     led = steering.states.poses[:, :2]
     fits = q.walls.at(led) > q.robot.inscribed_radius + q.request.profile.clearance
+    along = [nearest_on_polyline(kept.path.points, float(x), float(y))[0] for x, y in led]
+    fits &= kept.path.length - np.array(along) >= docking
     reach = len(led) if fits.all() else int(np.argmin(fits))
     start: Floats = led[max(reach - 1, 0)]
     return start

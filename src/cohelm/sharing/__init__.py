@@ -4,8 +4,16 @@ from cohelm.sharing.authority import (
     AuthorityParameters,
     AuthorityState,
     authority,
+    docked,
     stick_twist,
 )
 from cohelm.sharing.blend import blended
 
-__all__ = ["AuthorityParameters", "AuthorityState", "authority", "blended", "stick_twist"]
+__all__ = [
+    "AuthorityParameters",
+    "AuthorityState",
+    "authority",
+    "blended",
+    "docked",
+    "stick_twist",
+]

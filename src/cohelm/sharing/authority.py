@@ -6,6 +6,7 @@ Xu et al., eq. (13), prints η = 1 − eⁱ, which is never positive; it must be
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Literal
 
@@ -32,6 +33,8 @@ class AuthorityParameters(Model):
     """A change of deflection that is an intent of its own, share of full deflection."""
     sustain: float = Field(0.25, gt=0.0, le=5.0)
     """A stick held for this long is a further intent, s."""
+    docking: float = Field(1.5, ge=0.0, le=10.0)
+    """Way left from which η fades, down to 0 at the goal, m; 0: never."""
     against: float = Field(0.5, gt=0.0, le=1.0)
     """Deflection against the travel that asks for a stop …"""
     against_time: float = Field(0.2, ge=0.0, le=5.0)
@@ -96,6 +99,22 @@ def authority(
         time=now, filtered=filtered, intents=intents, counted=counted, against_since=since
     )
     return out, state
+
+
+def docked(hand: Authority, left: float, parameters: AuthorityParameters) -> Authority:
+    """The hand with what η is left to it at the end of the way.
+
+    A hand that leads past the goal in a narrow place leaves a chair that cannot turn back to it.
+
+    Args:
+        hand: the rider's authority.
+        left: way left, m.
+        parameters: ``docking`` says from where η fades.
+    """
+    left = max(left, 0.0)
+    if left >= parameters.docking:
+        return hand
+    return dataclasses.replace(hand, eta=hand.eta * left / parameters.docking)
 
 
 def stick_twist(stick: Floats, robot: Robot, speed_limit: float) -> Floats:
