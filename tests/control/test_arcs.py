@@ -47,6 +47,20 @@ def drawn(seed, people, kinematics="unicycle"):
     return dataclasses.replace(problem, robot=robot)
 
 
+@pytest.mark.parametrize("others", [0, 2])
+def test_a_berth_is_shared_by_all_who_walk(others):
+    """Beside the way: as dear as if the margin grew by what falls to each of those who walk."""
+    far = [[-3.0, 5.0 - k, -0.6, 0.0] for k in range(others)]
+    problem = scene(people=walkers([[3.0, 0.9, -0.6, 0.0], *far]))
+    inputs = np.tile([0.8, 0.0], (25, 1))
+    shared = Arcs(Arcs.Parameters(growth=0.04, berth=0.3, greatest=2.0))
+    alone = Arcs(Arcs.Parameters(growth=0.04 + 0.3 / (1 + others), greatest=2.0))
+    off = Arcs(Arcs.Parameters(growth=0.04, berth=0.0, greatest=2.0))
+    cost = score_of(problem, inputs, shared).score
+    assert cost == pytest.approx(score_of(problem, inputs, alone).score, abs=1e-9)
+    assert cost > score_of(problem, inputs, off).score + 0.01
+
+
 @pytest.mark.parametrize("table", [first_arcs(640), pushes(80)])
 def test_the_tables_are_closed_under_mirroring(table):
     flip = np.array([1.0, -1.0] * 3 + [1.0] * 3)

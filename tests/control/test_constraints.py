@@ -135,6 +135,22 @@ def test_margins_grow_about_who_walks(motions, speed, share):
     assert h == pytest.approx((gap - margin)[None], abs=1e-6)
 
 
+@pytest.mark.parametrize("others", [0, 1, 3])
+def test_a_berth_is_shared_by_all_who_walk(motions, others):
+    """The margin grows by 0.08 m/s, and by 0.2 m/s shared among those who walk and nobody else."""
+    walking = [[2.0, 0.0, 0.5, 0.0]] * (1 + others)
+    people = walkers([*walking, [0.0, 2.0, 0.0, 0.0], [0.0, -2.0, 0.0, 0.0]])
+    problem = local_problem(steps=4, step=0.5, people=people)
+    shared = Bodies(Bodies.Parameters(growth=0.08, berth=0.2, greatest=1.0))
+    alone = Bodies(Bodies.Parameters(growth=0.08 + 0.2 / (1 + others), greatest=1.0))
+    motion = motions.standing(problem)
+    h = shared.measure(problem, motion).h
+    assert h == pytest.approx(alone.measure(problem, motion).h, abs=1e-12)
+    off = Bodies(Bodies.Parameters(growth=0.08, berth=0.0, greatest=1.0))
+    still = slice(1 + others, None)
+    assert np.array_equal(h[still], off.measure(problem, motion).h[still])  # about who stands
+
+
 def test_a_slack_is_shared_by_the_hypotheses_of_a_person(motions):
     """A second hypothesis far off needs nothing; the same one twice needs the same slack once."""
     problem = local_problem(steps=6, step=0.2, people=walkers([[1.2, 0.1, -1.0, 0.0]]))

@@ -23,6 +23,7 @@ from cohelm.control.candidates.scene import Scene, coarser, scene_of
 from cohelm.control.candidates.searching import judged, searched
 from cohelm.control.candidates.table import first_arcs, pushes
 from cohelm.control.candidates.ways import Ways, signatures
+from cohelm.control.room import share_of_room
 
 _EXAMINED = 24
 """Arcs among which the different ones are looked for."""
@@ -76,6 +77,8 @@ class Arcs:
         """The same to who stands, m, and never more; None: the same."""
         growth: float = Field(0.08, ge=0.0)
         """How that grows with prediction time for who walks, m/s."""
+        berth: float = Field(0.0, ge=0.0)
+        """By how much more it grows for who walks alone, m/s; shared among all who walk."""
         doubt: float = Field(0.0, ge=0.0)
         """What the predictor's own deviation adds to it, without unit."""
         greatest: float = Field(0.4, ge=0.0)
@@ -200,6 +203,8 @@ def _likeliest(problem: LocalProblem, scene: Scene) -> Floats:
 
 def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
     least, growth = (p.squeezing, 0.0) if problem.stalled else (p.margin, p.growth)
+    if p.berth > 0.0 and not problem.stalled:
+        growth += p.berth * share_of_room(problem.people)
     greatest = max(least, 0.0 if problem.stalled else p.greatest)
     fade, margin = _by_time(scene.step, scene.steps, p.fading, least, growth, greatest)
     return Prices(

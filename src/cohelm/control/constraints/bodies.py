@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from numba import njit
 from pydantic import Field
 
@@ -11,6 +13,7 @@ from cohelm.control.api import LocalProblem, Measure, Motion, Rows
 from cohelm.control.constraints import barrier
 from cohelm.control.constraints.futures import Futures, Margin, futures
 from cohelm.control.constraints.separation import body_barrier, body_gradient
+from cohelm.control.room import share_of_room
 
 
 class Bodies:
@@ -25,6 +28,8 @@ class Bodies:
         """Distance kept from a body now, m."""
         growth: float = Field(0.08, ge=0.0)
         """How the margin grows with prediction time, m/s."""
+        berth: float = Field(0.0, ge=0.0)
+        """By how much more it grows about who walks alone, m/s; shared among all who walk."""
         deviations: float = Field(0.0, ge=0.0, le=5.0)
         """By how many standard deviations of the predicted position the margin grows besides."""
         greatest: float = Field(0.35, ge=0.0)
@@ -85,6 +90,9 @@ class Bodies:
     def _futures(self, problem: LocalProblem) -> Futures:
         p = self.parameters
         margin = self._squeezing if problem.stalled else self._margin
+        if p.berth > 0.0 and not problem.stalled:
+            growth = p.growth + p.berth * share_of_room(problem.people)
+            margin = replace(margin, growth=growth)
         return futures(problem, p.at_least, margin, p.gamma, 0.0)
 
 
