@@ -2,10 +2,18 @@ import numpy as np
 import pytest
 
 from cohelm.messages import People
-from cohelm.perception import GivenPeople
+from cohelm.perception import (
+    GivenPeople,
+    KalmanTracker,
+    PerceptionParts,
+    ScanClusters,
+    perceive,
+)
+from cohelm.perception.alone import Alone
+from cohelm.perception.cloud_clusters import CloudClusters
 from cohelm.testing import check_tracker
 
-from .rays import observation
+from .rays import Laser, observation
 
 
 def given(time, mean, ids, heading=np.nan):
@@ -64,3 +72,21 @@ def test_none_given_is_nobody():
     assert len(people) == 0
     people, _ = GivenPeople().track(observation(1.1), (), memory)
     assert len(people) == 0
+
+
+@pytest.mark.parametrize(("tracker", "asks"), [(GivenPeople(), False), (KalmanTracker(), True)])
+def test_only_who_asks_is_told_who_has_moved(tracker, asks):
+    laser, memory = Laser(), None
+    parts = PerceptionParts(
+        detector=ScanClusters(),
+        cloud_detector=CloudClusters(),
+        tracker=tracker,
+        group_detector=Alone(),
+    )
+    for time in (0.0, 0.1, 0.2):
+        scan, pose = laser.scan(time, (0.0, 0.0, 0.0), [[2.0, 0.5, 0.25]])
+        now = observation(time, pose, scans=(scan,))
+        seen, memory = perceive(parts, now, laser.walls, memory)
+    assert len(seen.detections[0].position) > 0
+    assert (seen.detections[0].moved is not None) is asks
+    assert bool(memory.past) is asks

@@ -61,6 +61,14 @@ def test_an_empty_room_stays_empty_however_badly_localised():
     assert not layer.obstacles.occupied.any()
 
 
+def test_where_nothing_stands_and_nothing_comes_the_layer_is_the_same_value():
+    laser = Laser(localisation=0.0)
+    layer = look(laser)
+    assert not layer.evidence.any()
+    assert look(laser, layer) is layer
+    assert look(Laser(segments=box(3.0, 0.0, 0.6)), layer) is not layer
+
+
 def test_one_noisy_return_marks_nothing_and_one_free_scan_clears_nothing():
     laser, empty = Laser(segments=box(3.0, 0.0, 0.6)), Laser()
     once = look(laser)

@@ -119,7 +119,11 @@ class CloudDetector(Protocol):
 
 
 class Tracker(Protocol):
-    """An entry point of ``cohelm.trackers``."""
+    """An entry point of ``cohelm.trackers``.
+
+    One that has ``asks_for_motion = False`` is told nothing of who has moved (``Detections.moved``
+    of planar scans): scans are then not compared with earlier ones, which takes time.
+    """
 
     def track(
         self, observation: Observation, detections: tuple[Detections, ...], memory: Any | None

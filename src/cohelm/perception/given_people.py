@@ -40,6 +40,8 @@ class GivenPeople:
         longest_delay: float = Field(1.0, gt=0.0, le=10.0)
         """Older people are not brought farther forward than this, s."""
 
+    asks_for_motion = False
+
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 

@@ -11,6 +11,40 @@ from cohelm.arrays import Booleans, Bytes, Floats, Integers, SignedBytes
 
 
 @njit(cache=True)
+def unexplained(  # noqa: PLR0917  # a kernel takes plain arrays
+    points: Floats,
+    mapped: Booleans,
+    owner: Integers,
+    position: Floats,
+    people: Floats,
+    body: Floats,
+    reach: float,
+) -> Booleans:
+    """Which returns (p,) are neither the map's nor a tracked person's.
+
+    Args:
+        points, mapped, owner, position: as in ``Detections``.
+        people: the tracked ones, (n, ≥2), m.
+        body: how near to each a return is theirs, (n,), m.
+        reach: how near to one of them a detection is that person, m.
+    """
+    tracked = np.zeros(position.shape[0], dtype=np.bool_)
+    for j in range(position.shape[0]):
+        for t in range(people.shape[0]):
+            dx, dy = position[j, 0] - people[t, 0], position[j, 1] - people[t, 1]
+            tracked[j] |= math.hypot(dx, dy) < reach
+    free = ~mapped
+    for i in range(points.shape[0]):
+        if owner[i] >= 0 and tracked[owner[i]]:
+            free[i] = False
+        for t in range(people.shape[0]):
+            dx, dy = points[i, 0] - people[t, 0], points[i, 1] - people[t, 1]
+            if free[i] and abs(dx) < body[t] and math.hypot(dx, dy) < body[t]:
+                free[i] = False
+    return free
+
+
+@njit(cache=True)
 def mark_and_clear(
     evidence: SignedBytes,
     origin: Floats,
@@ -41,6 +75,17 @@ def mark_and_clear(
             if inside and evidence[r, c] != 0 and not done[r, c]:  # nearly everywhere it is 0
                 done[r, c] = 1
                 evidence[r, c] = max(evidence[r, c] - miss, 0)
+
+
+@njit(cache=True)
+def is_empty(cells: SignedBytes | Bytes) -> bool:
+    """Whether all cells are 0, as they usually are; eight are looked at at once."""
+    flat = cells.reshape(-1)
+    words = flat.size // 8
+    for eight in flat[: 8 * words].view(np.uint64):
+        if eight != 0:
+            return False
+    return not flat[8 * words :].any()
 
 
 @njit(cache=True)

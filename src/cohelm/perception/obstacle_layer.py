@@ -35,7 +35,7 @@ from cohelm.maps import OccupancyGrid
 from cohelm.messages import LiveObstacles, People
 from cohelm.perception.api import Detections, Heights
 from cohelm.perception.cloud_clearing import look_in_space
-from cohelm.perception.obstacle_cells import decide, mark_and_clear, wipe
+from cohelm.perception.obstacle_cells import decide, is_empty, mark_and_clear, unexplained, wipe
 
 
 class ObstacleLayerParameters(Model):
@@ -109,7 +109,8 @@ def update_obstacle_layer(
         none = LiveObstacles(corner=corner, occupied=np.zeros((n, n), dtype=np.uint8), version=0)
         layer = ObstacleLayerState(evidence=np.zeros((n, n), dtype=np.int8), obstacles=none)
     rolled = _rolled(layer, corner)
-    if not detections:
+    free = [_unexplained(seen, people, p) for seen in detections]
+    if not any(each.any() for each in free) and _says_nothing(rolled, detections):
         return rolled
     evidence, occupied = rolled.evidence.copy(), rolled.obstacles.occupied.copy()
     X_WM = _window_from_map(grid, rolled.obstacles.corner)
@@ -117,13 +118,12 @@ def update_obstacle_layer(
     if span is None and any(seen.heights is not None for seen in detections):
         span = np.zeros((2, *evidence.shape), dtype=np.float32)
     bodies = np.column_stack([_in_cells(X_WM, people.mean[:, :2], grid), people.radius])
-    for seen in detections:
-        free = _unexplained(seen, people, p)
+    for seen, new in zip(detections, free, strict=True):
         if seen.heights is not None and span is not None:
-            _look_in_space(evidence, span, seen, seen.heights, free=free, X_WM=X_WM, grid=grid, p=p)
+            _look_in_space(evidence, span, seen, seen.heights, free=new, X_WM=X_WM, grid=grid, p=p)
             continue
         before = evidence if span is None else evidence.copy()
-        _look(evidence, seen, ~free, X_WM, grid, p)
+        _look(evidence, seen, ~new, X_WM, grid, p)
         if span is not None:
             np.maximum(evidence, before, out=evidence, where=span[1] > 0.0)
     wipe(evidence, bodies, grid.resolution)
@@ -133,6 +133,14 @@ def update_obstacle_layer(
         span[:, evidence <= 0] = 0.0
         span.flags.writeable = False
     return replace(_next(rolled, evidence, occupied), span=span)
+
+
+def _says_nothing(layer: ObstacleLayerState, detections: tuple[Detections, ...]) -> bool:
+    """Whether beams have nothing to take: no scan, or no evidence and nothing known of heights."""
+    if not detections:
+        return True
+    spatial = layer.span is not None or any(seen.heights is not None for seen in detections)
+    return not spatial and is_empty(layer.evidence) and is_empty(layer.obstacles.occupied)
 
 
 def _look(
@@ -186,12 +194,10 @@ def _look_in_space(
 
 def _unexplained(seen: Detections, people: People, p: ObstacleLayerParameters) -> Booleans:
     """Which returns (p,) are neither the map's nor a tracked person's."""
-    offset = seen.points[:, None, :] - people.mean[None, :, :2]
-    body = np.hypot(offset[..., 0], offset[..., 1]) < people.radius + p.person_margin
-    apart = seen.position[:, None, :] - people.mean[None, :, :2]
-    person = (np.hypot(apart[..., 0], apart[..., 1]) < p.person_reach).any(axis=1)
-    owned = np.append(person, False)[seen.owner]
-    free: Booleans = ~(seen.mapped | body.any(axis=1) | owned)
+    body = people.radius + p.person_margin
+    free: Booleans = unexplained(
+        seen.points, seen.mapped, seen.owner, seen.position, people.mean, body, p.person_reach
+    )
     return free
 
 

@@ -89,12 +89,14 @@ def perceive(
         memory = _forgotten(parts, observation, memory)
     poses = tuple(pose_at(observation, scan.time) for scan in observation.scans)
     detections = tuple(
-        with_motion(parts.detector.detect(scan, X_MR, walls), memory.past, parts.novelty)
+        parts.detector.detect(scan, X_MR, walls)
         for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
     past, stood = memory.past, memory.stood
-    for scan, X_MR in zip(observation.scans, poses, strict=True):
-        past = remember(past, scan, X_MR, parts.novelty)
+    if getattr(parts.tracker, "asks_for_motion", True):
+        detections = tuple(with_motion(seen, past, parts.novelty) for seen in detections)
+        for scan, X_MR in zip(observation.scans, poses, strict=True):
+            past = remember(past, scan, X_MR, parts.novelty)
     if observation.clouds:
         taken_at = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
         seen = parts.cloud_detector.detect(observation.clouds, taken_at, walls)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
@@ -45,15 +46,12 @@ class ConstantVelocity:
         """See :meth:`Predictor.predict`; nothing needs to be remembered."""
         p = self.parameters
         n = len(people)
-        t = step * np.arange(steps + 1)
+        t = step * np.arange(steps + 1, dtype=np.float64)
         share = p.lasting * _walking(people.mean[:, 2:], p.standing)
         velocity = np.broadcast_to((share * people.mean[:, 2:])[:, None], (n, steps + 1, 2))
         mean = people.mean[:, None, :2] + t[:, None] * velocity
-        C = people.covariance[:, None]
-        time = t[:, None, None]
-        spread = C[..., :2, :2] + time * (C[..., :2, 2:] + C[..., 2:, :2])
-        spread = spread + time**2 * C[..., 2:, 2:] + p.agility * time**3 / 3.0 * np.eye(2)
-        deviation = larger_deviation(spread.reshape(-1, 2, 2)).reshape(n, steps + 1)
+        spread = _spread(people.covariance, t, p.agility * t**3 / 3.0)
+        deviation = larger_deviation(spread).reshape(n, steps + 1)
         predictions = Predictions(
             step=step,
             names=("keeps_going",),
@@ -63,6 +61,25 @@ class ConstantVelocity:
             deviation=np.minimum(deviation, p.largest_deviation)[:, None],
         )
         return predictions, None
+
+
+@njit(cache=True)
+def _spread(covariance: Floats, times: Floats, wandering: Floats) -> Floats:
+    """Covariance (n·k, 2, 2) of n people's positions at k times: P_pp + t (P_pv + P_vp) + t² P_vv.
+
+    wandering: added to the variances, (k,) m².
+    """
+    count = len(times)
+    out = np.empty((covariance.shape[0] * count, 2, 2))
+    for i in range(covariance.shape[0]):
+        C = covariance[i]
+        for k in range(count):
+            t = times[k]
+            for a in range(2):
+                for b in range(2):
+                    each = C[a, b] + t * (C[a, b + 2] + C[a + 2, b]) + t * t * C[a + 2, b + 2]
+                    out[i * count + k, a, b] = each + (wandering[k] if a == b else 0.0)
+    return out
 
 
 def _walking(velocity: Floats, standing: float) -> Floats:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Booleans, Floats, Integers
@@ -95,7 +97,7 @@ class ScanClusters:
         owner, bodies = find_bodies(
             seen.points,
             seen.bearing,
-            _hidden(seen, p.reach),
+            _hidden(seen.range, seen.bearing, seen.increment, p.reach),
             labels,
             seen.origin,
             seen.increment,
@@ -151,13 +153,18 @@ class ScanClusters:
         )
 
 
-def _hidden(seen: Returns, step: float) -> Integers:
+@njit(cache=True)
+def _hidden(away: Floats, bearing: Floats, increment: float, step: float) -> Integers:
     """(p, 2): 1 where the return before (after) each, a beam or two away, is nearer by ``step``.
 
     The first and the last return are neighbours if the scan closes the circle.
     """
-    before = np.roll(seen.range, 1) < seen.range - step
-    after = np.roll(seen.range, -1) < seen.range - step
-    apart = (seen.bearing - np.roll(seen.bearing, 1)) % (2.0 * np.pi) > 2.5 * seen.increment
-    hidden = np.stack([before & ~apart, after & ~np.roll(apart, -1)], axis=-1)
-    return hidden.astype(np.int64)
+    n = away.shape[0]
+    out = np.zeros((n, 2), dtype=np.int64)
+    for i in range(n):
+        before = i - 1 if i > 0 else n - 1
+        apart = (bearing[i] - bearing[before]) % (2.0 * math.pi) > 2.5 * increment
+        if not apart:
+            out[i, 0] = away[before] < away[i] - step
+            out[before, 1] = away[i] < away[before] - step
+    return out

@@ -55,8 +55,9 @@ def ordered(robot: Robot, decision: Decision) -> Ordered:
     emergency brakes as hard as the chair can.
     """
     lower, upper, rise, fall = robot.input_bounds
-    wanted = np.nan_to_num(robot.motion.input(decision.twist), posinf=0.0, neginf=0.0)
-    wanted = np.clip(wanted, lower, upper)
+    wanted = robot.motion.input(decision.twist)
+    wanted = np.where(np.isfinite(wanted), wanted, 0.0)
+    wanted = np.minimum(np.maximum(wanted, lower), upper)
     wanted = slowed(wanted, robot.max_speed, robot.motion.translating)
     if not decision.emergency:
         return Ordered(wanted, rise, fall, None)

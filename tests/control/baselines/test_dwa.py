@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from cohelm.control.baselines import Dwa
+from cohelm.control.baselines import Dwa, dwa
 from cohelm.control.baselines.dwa_critics import beside, drive, ramp, scores
 from cohelm.maps import distance_field
 from cohelm.messages import Reason, Status
@@ -137,3 +137,17 @@ def test_it_comes_to_the_goal_and_not_only_near_it():
     near = dataclasses.replace(here.reference, poses=poses, speeds=speeds)
     plan = PLANNER.plan(dataclasses.replace(here, reference=near), None)
     assert plan.poses[-1, 0] == pytest.approx(0.3, abs=0.08)
+
+
+def test_a_velocity_that_is_given_up_would_be_dearer_than_the_one_driven(monkeypatch):
+    asked = []
+    monkeypatch.setattr(dwa, "scores", lambda *args: asked.append(args) or scores(*args))
+    people = walkers([[3.0, 0.3, -0.8, 0.1], [2.0, -1.5, 0.3, 0.6]])
+    PLANNER.plan(problem(people=people, speed=0.5), None)
+    (args,) = asked
+    together = scores(*args)
+    alone = np.array([scores(each[None], *args[1:])[0] for each in args[0]])
+    kept = np.isfinite(together)
+    assert (together[kept] == alone[kept]).all()
+    assert 0 < kept.sum() < np.isfinite(alone).sum()
+    assert alone[~kept].min() > alone.min() == together.min()

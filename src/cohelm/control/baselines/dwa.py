@@ -14,14 +14,13 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.baselines.dwa_critics import ramp, scores
+from cohelm.control.baselines.dwa_critics import AT_REST, ramp, scores
 from cohelm.control.baselines.tracking import plan_of
 from cohelm.control.usable import usable
 from cohelm.control.verification import brought_to_rest
 from cohelm.control.warm_start import followed, last_input
 from cohelm.messages import LocalPlan, Status
 
-_AT_REST = 1e-6
 _STOPPED = 0.02
 """A reference slower than this all along wants no motion, m/s."""
 _CREEP = 0.1
@@ -86,7 +85,7 @@ class Dwa:
         now = last_input(problem, previous)
         samples = self._samples(problem, now)
         costs = self._costs(problem, now, samples, previous)
-        moving = np.abs(samples).max(axis=1) > _AT_REST
+        moving = np.abs(samples).max(axis=1) > AT_REST
         wants_on = bool(problem.reference.speeds.max() > _STOPPED)
         if not np.isfinite(costs).any() or (wants_on and not np.isfinite(costs[moving]).any()):
             rest = brought_to_rest(problem, now, self._simulated)

@@ -9,10 +9,13 @@ from numba import njit
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.baselines.steering import wrapped
+from cohelm.maps.distance import sample
 from cohelm.robots.contact import nearest_on_spine, wall_gap
 
 _SLOW = 0.05
 """Slower than this a person stands, m/s: front and rear are the same."""
+_UNEVEN = 4.0
+"""Cells by which a distance field may fall more than one has moved."""
 
 
 @njit(cache=True)
@@ -89,11 +92,38 @@ def wall_gaps(
 ) -> tuple[Floats, float]:
     """(least gap to a wall along each rollout, (r,); the gap now), of rollouts (r, N+1, 3), m."""
     out = np.full(poses.shape[0], np.inf)
+    last, at = np.empty(discs.shape[0]), np.empty((discs.shape[0], 2))
+    for r in range(poses.shape[0]):
+        for k in range(poses.shape[1]):
+            cos, sin = math.cos(poses[r, k, 2]), math.sin(poses[r, k, 2])
+            for j in range(discs.shape[0]):
+                x = poses[r, k, 0] + cos * discs[j, 0] - sin * discs[j, 1]
+                y = poses[r, k, 1] + sin * discs[j, 0] + cos * discs[j, 1]
+                if k > 0:  # a gap shrinks by no more than its disc has moved since the last look
+                    moved = math.sqrt((x - at[j, 0]) ** 2 + (y - at[j, 1]) ** 2)
+                    if last[j] - moved - _UNEVEN * resolution > out[r]:
+                        continue
+                gap = sample(distance, resolution, X_MG, x, y)[0] - discs[j, 2]
+                last[j], at[j, 0], at[j, 1] = gap, x, y
+                if k > 0:
+                    out[r] = min(out[r], gap)
     now = np.inf
     for j in range(discs.shape[0]):
         now = min(now, wall_gap(discs[j], poses[0, 0], distance, resolution, X_MG))
-        for r in range(poses.shape[0]):
-            for k in range(1, poses.shape[1]):
-                gap = wall_gap(discs[j], poses[r, k], distance, resolution, X_MG)
-                out[r] = min(out[r], gap)
     return out, now
+
+
+@njit(cache=True)
+def nearest_squared(poses: Floats, path: Floats) -> Floats:
+    """Squared distance from the places of rollouts (r, N+1, 3) to the nearest pose of a path.
+
+    path: (k, 3).  Returns (r, N), m², of all places but the first.
+    """
+    count, steps = poses.shape[0], poses.shape[1] - 1
+    out = np.full((count, steps), np.inf)
+    for r in range(count):
+        for k in range(steps):
+            for i in range(path.shape[0]):
+                dx, dy = poses[r, k + 1, 0] - path[i, 0], poses[r, k + 1, 1] - path[i, 1]
+                out[r, k] = min(out[r, k], dx * dx + dy * dy)
+    return out

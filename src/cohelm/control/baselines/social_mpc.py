@@ -10,7 +10,7 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.baselines.social_cost import passing, social_cost, wall_gaps
+from cohelm.control.baselines.social_cost import nearest_squared, passing, social_cost, wall_gaps
 from cohelm.control.baselines.steering import Steering, rollouts
 from cohelm.control.baselines.tracking import plan_of
 from cohelm.control.usable import usable
@@ -178,8 +178,8 @@ class SocialMpc:
 
     def _beside(self, problem: LocalProblem, ways: Rollouts) -> Floats:
         """Mean distance of the rollout's places from the nearest of the reference, (r,), m."""
-        away = ways.poses[:, 1:, None, :2] - problem.reference.poses[None, None, :, :2]
-        return np.asarray(np.sqrt((away**2).sum(axis=-1).min(axis=-1)).mean(axis=1))
+        nearest = nearest_squared(ways.poses, problem.reference.poses)
+        return np.asarray(np.sqrt(nearest).mean(axis=1))
 
     def _angle_left(self, problem: LocalProblem, ways: Rollouts) -> Floats:
         """Between the heading at the end of the rollout and the way to the goal now, (r,)."""

@@ -19,6 +19,8 @@ from cohelm.robots.contact import nearest_on_spine
 
 _EDGE = 14
 """Residuals of the terms between neighbours."""
+_NEXT_X, _NEXT_Y = 4, 5
+"""Of an interval's variables those that place its end."""
 _TINY, _LEAST_TIME = 1e-6, 0.02
 _FAR = 4.0
 """People farther from a pose are not looked at, m."""
@@ -185,10 +187,15 @@ def _smoothness(  # noqa: PLR0917  # a kernel takes plain arrays
         size = 4 * min(3, n - k)
         for v in range(size):
             place[v // 4, v % 4] = band[k + v // 4, v % 4]
+        _, _, x, y = beside(path, place[1, 0], place[1, 1])
         for v in range(-1, size):
             if v >= 0:
                 place[v // 4, v % 4] += _TINY
-            _edge(place, k, n, weights, limits, ends, path, holonomic, moved)
+            if v in (_NEXT_X, _NEXT_Y):  # no other variable changes the nearest point of the path
+                _, _, near_x, near_y = beside(path, place[1, 0], place[1, 1])
+            else:
+                near_x, near_y = x, y
+            _edge(place, k, n, weights, limits, ends, near_x, near_y, holonomic, moved)
             if v >= 0:
                 place[v // 4, v % 4] = band[k + v // 4, v % 4]
             for e in range(_EDGE):
@@ -224,11 +231,15 @@ def _edge(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     weights: Floats,
     limits: Floats,
     ends: Floats,
-    path: Floats,
+    near_x: float,
+    near_y: float,
     holonomic: bool,
     out: Floats,
 ) -> None:
-    """Residuals (14,) of the interval from pose ``k`` to the next one, and to the one after."""
+    """Residuals (14,) of the interval from pose ``k`` to the next one, and to the one after.
+
+    near_x, near_y: the point of the path that is nearest to the next one.
+    """
     out.fill(0.0)
     vx, vy, w = _velocity(rows, 0, holonomic)
     dt = rows[0, 3]
@@ -266,9 +277,8 @@ def _edge(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
             speed = math.sqrt(vx * vx + vy * vy + 1e-12)
             out[13] = math.sqrt(weights[3]) * _change(speed, ends[3], 0.5 * dt, limits)
     else:
-        _, _, x, y = beside(path, rows[1, 0], rows[1, 1])
         root = math.sqrt(weights[6])
-        out[10], out[11] = root * (rows[1, 0] - x), root * (rows[1, 1] - y)
+        out[10], out[11] = root * (rows[1, 0] - near_x), root * (rows[1, 1] - near_y)
 
 
 @njit(cache=True)
