@@ -1,10 +1,21 @@
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from cohelm.evaluation import Outcome, measure, pedestrian_delay, pedestrian_deviation, timing
-from cohelm.evaluation.metrics import path_error
+from cohelm.evaluation import (
+    Outcome,
+    load_scenario,
+    measure,
+    pedestrian_delay,
+    pedestrian_deviation,
+    run,
+    timing,
+)
+from cohelm.evaluation.metrics import path_error, people
+from cohelm.evaluation.metrics.groups import group_depth
+from cohelm.evaluation.unmet import Unmet, _walked, unmet
 from cohelm.messages import Path as Route
 from cohelm.messages import WishReport
 
@@ -199,6 +210,60 @@ def test_without_a_device_the_riders_measures_have_no_meaning(made_ride):
         assert math.isnan(values[name])
 
 
+def test_a_group_of_one_place_is_as_deep_as_a_person(made_ride):
+    """The hull of the contours of people at one place with one heading is each one's contour."""
+    person = np.array([1.0, 0.3, 0.8, 0.0])
+    ride = made_ride(along_x(-2, 0, 0.9, 2, 4), people=np.tile(person, (5, 2, 1)))
+    alone = people._gaussian(ride).max(axis=1)
+    assert group_depth(ride, np.array([True, True])) == pytest.approx(alone, abs=2e-3)
+
+
+def test_between_two_who_talk_is_inside_their_space(made_ride):
+    """Both stand 2 m apart: σ_h = 0.5 m ahead, so that either's depth half way is e⁻².
+
+    Across the line between them both reach s σ_s √2 = s √2/3 m: half way the depth is 1, and y
+    beside that s = 3y/√2, so that it is exp(−4.5 y²).
+    """
+    facing = np.zeros((3, 2, 4))
+    facing[:, :, 0] = -1.0, 1.0
+    heading = np.tile([0.0, np.pi], (3, 1))
+    pose = np.array([[0.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 9.0, 0.0]])
+    ride = made_ride(pose, people=facing, people_heading=heading)
+    depth = group_depth(ride, np.array([True, True]))
+    assert depth[:2] == pytest.approx([1.0, np.exp(-4.5 * 0.25)])
+    assert depth[2] < 1e-12
+    assert (depth >= people._gaussian(ride).max(axis=1)).all()
+
+
+def test_a_group_of_whom_one_is_there_is_none(made_ride):
+    one = np.zeros((2, 2, 4))
+    one[:, 1] = np.nan
+    assert group_depth(made_ride(along_x(0, 1), people=one), np.array([True, True])).max() == 0.0
+    values = measure(made_ride(along_x(0, 1), people=one))
+    assert math.isnan(values["group_space_intrusion"])  # nobody said that there are groups
+    assert math.isnan(values["pedestrian_delay"])
+
+
+@pytest.mark.slow
+def test_people_without_the_chair_are_those_whom_nobody_sees():
+    """Blind people walk as if nobody were there, whatever the chair does."""
+    blind = run(load_scenario("crossing", ["people.see_robot=false", "time_limit=6"]), 3)
+    assert unmet(blind) is None
+    walked = _walked(blind.setup, blind.seed, len(blind.time))
+    assert np.array_equal(walked.people, blind.people, equal_nan=True)
+    assert np.array_equal(walked.people_target, blind.people_target)
+    seen = run(load_scenario("crossing", ["time_limit=6"]), 3)
+    assert np.array_equal(unmet(seen).people[0], seen.people[0])
+    assert measure(seen)["pedestrian_deviation"] > 0.01
+
+
+@pytest.mark.slow
+def test_a_standing_group_has_a_space_of_its_own():
+    values = measure(run(load_scenario("joining-group", ["time_limit=8"]), 0))
+    assert values["group_space_intrusion"] >= 0.0
+    assert 0.0 <= values["group_space_intrusion_share"] <= 1.0
+
+
 def test_deviation_and_delay_against_the_twin_without_the_robot(made_ride):
     with_robot = made_ride(
         along_x(0, 1, 2),
@@ -207,9 +272,12 @@ def test_deviation_and_delay_against_the_twin_without_the_robot(made_ride):
     )
     moved = np.zeros((4, 1, 4))
     moved[:, :, 0] = 2.0
-    without = made_ride(along_x(0, 1, 2, 3), people=moved, people_target=[[0], [1], [1], [1]])
+    without = Unmet(people=moved, people_target=[[0], [1], [1], [1]])
     assert pedestrian_deviation(with_robot, without) == pytest.approx(2.0)
     assert pedestrian_delay(with_robot, without) == pytest.approx(0.5)
+    blind = dataclasses.replace(with_robot, people_see=[False])
+    assert math.isnan(pedestrian_delay(blind, without))
+    assert math.isnan(pedestrian_deviation(blind, without))
 
 
 def test_timing_gives_median_tail_and_worst_and_the_first_apart(made_ride):

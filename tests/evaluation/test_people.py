@@ -95,3 +95,21 @@ def test_only_a_corridor_too_narrow_to_pass_in_is_narrow():
     assert floor.narrow[floor.cell(np.array([10.0, 5.0]))]
     assert not floor.narrow[floor.cell(np.array([2.0, 5.0]))]
     assert not floor.narrow[floor.cell(np.array([3.0, 1.0]))]
+
+
+def test_ways_that_belong_together_are_a_group_and_walk_as_before():
+    ways = [{"points": [(float(x), 5.0)]} for x in (2, 3, 6)]
+    apart, together = (
+        Crowding.model_validate({"ways": ways, "together": each}) for each in ((), [(0, 1)])
+    )
+    assert "together" not in apart.model_dump()
+    assert together.model_dump()["together"] == ((0, 1),)
+    grid = OccupancyGrid(data=np.zeros((100, 100), dtype=np.int8), resolution=0.1, X_MG=np.zeros(3))
+    route = np.array([[1.0, 1.0], [9.0, 9.0]])
+    one, other = (make_crowd(c, grid, route, np.random.default_rng(0)) for c in (apart, together))
+    assert one.group is None
+    assert other.group.tolist() == [0, 0, -1]
+    assert np.array_equal(one.position, other.position)
+    for wrong in ([(0, 3)], [(0, 1), (1, 2)]):
+        with pytest.raises(ValueError, match="together"):
+            Crowding.model_validate({"ways": ways, "together": wrong})

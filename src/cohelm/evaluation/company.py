@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, model_serializer, model_validator
 
 from cohelm.config import Model
 from cohelm.maps import FARTHEST
@@ -83,6 +83,8 @@ class Crowding(Model):
     are drawn that cross the robot's. None: as many as ways, groups and flows have."""
     ways: tuple[Way, ...] = ()
     """Explicit ways, one for each person."""
+    together: tuple[tuple[Annotated[int, Field(ge=0)], ...], ...] = ()
+    """Which of ``ways`` are of people who belong together, by their numbers from 0."""
     groups: tuple[Group, ...] = ()
     """Who walk or stand together; ``social_force`` keeps them so."""
     flows: tuple[Flow, ...] = ()
@@ -99,6 +101,19 @@ class Crowding(Model):
     """Range of the bodies' heights, m (assumed); 3-D sensors see them."""
     jitter: float = Field(0.05, ge=0.0, le=1.0)
     """Starts are moved by up to this, m: ORCA deadlocks in perfect symmetry."""
+
+    @model_serializer(mode="wrap")
+    def _without_nobody_together(self, dumped: Any) -> dict[str, Any]:
+        """What was written before there was ``together`` is the same experiment."""
+        out: dict[str, Any] = dumped(self)
+        return {key: each for key, each in out.items() if key != "together" or each}
+
+    @model_validator(mode="after")
+    def _ways_once(self) -> Self:
+        named = [number for group in self.together for number in group]
+        if len(set(named)) < len(named) or max(named, default=-1) >= len(self.ways):
+            raise ValueError("together names ways by number, from 0, and none twice")
+        return self
 
     @model_validator(mode="after")
     def _speeds_in_order(self) -> Self:

@@ -155,6 +155,7 @@ class _Log:
             people_target=np.array([t.crowd.target for t in truths]).reshape(k, n),
             people_radius=truths[0].crowd.radius,
             people_see=truths[0].crowd.sees_robot,
+            setup=stage.world,
             stops=tuple(self.stops.all),
             path=self.first.path if self.first is not None else None,
             replans=tuple(self.replans),

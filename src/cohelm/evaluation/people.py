@@ -65,11 +65,13 @@ def make_crowd(
     together, numbers = group_ways(crowding.groups, grouped, speeds[len(ways) :])
     group = np.full(count, -1, dtype=np.int64)
     group[len(ways) : len(ways) + grouped] = numbers
+    for number, members in enumerate(crowding.together, start=len(crowding.groups)):
+        group[[each for each in members if each < len(ways)]] = number
     ways += [*together, *in_flows]
     if count > len(ways):
         ways += _drawn_ways(grid, route, crowding.radius, speeds[len(ways) :], ways, rng)
     crowd = _crowd(crowding, ways, speeds[: len(ways)], rng)
-    return replace(crowd, group=group[: len(ways)]) if grouped else crowd
+    return replace(crowd, group=group[: len(ways)]) if (group >= 0).any() else crowd
 
 
 def _drawn_ways(

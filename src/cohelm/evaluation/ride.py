@@ -11,7 +11,7 @@ from cohelm.maps import OccupancyGrid, Places
 from cohelm.messages import Path, Reason
 from cohelm.navigation import Tick, Why
 from cohelm.robots import Robot
-from cohelm.simulation import is_standing
+from cohelm.simulation import WorldSetup, is_standing
 
 GOAL_RADIUS = 0.2
 """Within this of the goal the chair is there, m."""
@@ -104,6 +104,9 @@ class Ride:
     people_radius: Annotated[Floats, Shape("n")]
     people_see: Annotated[Booleans, Shape("n")] | None = None
     """Who may react to the chair; None: nobody said."""
+
+    setup: WorldSetup | None = None
+    """What the world was made of; None: nobody said."""
 
     stops: tuple[Stop, ...] = ()
     path: Path | None = None

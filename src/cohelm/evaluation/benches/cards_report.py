@@ -23,6 +23,7 @@ Rows = Sequence[Row]
 MEASURES = (
     "reached", "hit_moving", "hit_wall", "hit_standing", "time", "time_ratio",
     "min_distance", "social_space_intrusion", "social_space_intrusion_share", "proxemics_intimate",
+    "group_space_intrusion", "pedestrian_delay", "pedestrian_deviation",
     "time_to_collision", "stalled_time", "beside_share",
 )  # fmt: skip
 """In the page's tables."""
@@ -147,4 +148,7 @@ def _summary(rows: Rows, by: Sequence[str]) -> dict[str, Any]:
     }
 
 
-_PASSING = ("social_space_intrusion", "social_space_intrusion_share", "beside_share")
+_PASSING = (
+    "social_space_intrusion", "social_space_intrusion_share", "group_space_intrusion",
+    "pedestrian_delay", "pedestrian_deviation", "beside_share",
+)  # fmt: skip

@@ -13,15 +13,19 @@ from cohelm.evaluation.benches.rides_verdicts import ENOUGH, OURS, as_percent, b
 from cohelm.evaluation.bootstrap import median_of, middle_of, share
 from cohelm.evaluation.crossings import NEAR
 from cohelm.evaluation.results import write_results
+from cohelm.evaluation.results.measures import SHOWN
 from cohelm.evaluation.results.rides import Rides
 
 REACHED, MOVING = 0.95, 0.01
 """Least share of crossings that arrive, and greatest of those with a moving collision."""
 COLUMNS = (
     "planner", "rides", "reached, %", "hit moving, %", "walked into standing, %", "time, s",
-    "delay, s", "intrusion, s", "intruding, %", "gap, m", "stood, s",
+    "delay, s", "intrusion, s", "intruding, %", "in groups, s", "gap, m", "stood, s",
 )  # fmt: skip
-"""``delay``: over the same way with nobody there; ``intrusion``: of people's Gaussians."""
+"""``delay``: over the same way with nobody there; ``intrusion``: of people's Gaussians; ``in
+groups``: of the spaces of those who walk together."""
+MEASURES = (*SHOWN, "social_space_intrusion", "group_space_intrusion", "stalled_time")
+"""In the page's tables."""
 _LIMITS = (
     "the people are replayed: they walk as they were filmed and do not react to the chair, so that "
     "all the avoiding is its own, and none of them is delayed; real people would give way",
@@ -56,6 +60,7 @@ def make_report(results: Sequence[Result], folder: Path, title: str) -> Report:
         folder,
         title=title,
         base=OURS,
+        measures=MEASURES,
         report=report,
         limitations=_LIMITS,
     )
@@ -110,6 +115,7 @@ def _cells(group: Rides) -> tuple[str, ...]:
         median(delay(group), 1),
         median(group.column("social_space_intrusion"), 2),
         median(100.0 * group.column("social_space_intrusion_share"), 0),
+        median(group.column("group_space_intrusion"), 2),
         median(group.column("min_distance"), 2),
         median(group.column("stalled_time"), 1),
     )
@@ -125,6 +131,7 @@ def _figures(group: Rides) -> dict[str, float | int]:
         "time": middle_of(group.column("time")),
         "delay": middle_of(delay(group)),
         "social_space_intrusion": middle_of(group.column("social_space_intrusion")),
+        "group_space_intrusion": middle_of(group.column("group_space_intrusion")),
         "min_distance": middle_of(group.column("min_distance")),
         "stalled_time": middle_of(group.column("stalled_time")),
     }

@@ -33,6 +33,7 @@ from cohelm.evaluation.benches.rides_scenes import (
 from cohelm.evaluation.benches.rides_verdicts import OURS
 from cohelm.evaluation.presets import tuned_settings
 from cohelm.evaluation.results import write_results
+from cohelm.evaluation.results.measures import SHOWN
 from cohelm.evaluation.sweeps import ride_row
 
 TITLE = "Local planners in the same scenes, ride by ride (Xu et al., Table 3)"
@@ -45,6 +46,8 @@ LIMITATIONS = (
     "all; a planner's author may find better ones.",
 )
 """In words, for the page."""
+MEASURES = (*SHOWN, "social_space_intrusion", "pedestrian_delay", "pedestrian_deviation")
+"""In the page's tables."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,13 @@ class RidesBench:
         """A table for each scene, paired differences, and what was asked for."""
         made = make_report([result.row for result in results], folder)
         written = write_results(
-            results, folder, title=TITLE, base=OURS, report=made, limitations=LIMITATIONS
+            results,
+            folder,
+            title=TITLE,
+            base=OURS,
+            measures=MEASURES,
+            report=made,
+            limitations=LIMITATIONS,
         )
         return replace(made, files=(*made.files, *written))
 

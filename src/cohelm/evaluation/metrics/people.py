@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.ride import Ride
+from cohelm.evaluation.unmet import Unmet
 
 ENCOUNTER = 2.0
 """A person who comes within this is met, m."""
@@ -89,10 +90,16 @@ def _gaussian(ride: Ride) -> Floats:
     cos, sin = np.cos(ride.people_heading), np.sin(ride.people_heading)
     ahead = cos * delta[..., 0] + sin * delta[..., 1]
     aside = cos * delta[..., 1] - sin * delta[..., 0]
-    front = np.maximum(0.5, 2.0 * np.hypot(ride.people[..., 2], ride.people[..., 3]))
-    along = np.where(ahead > 0.0, front, front / 2.0)
-    exponent = ahead**2 / (2.0 * along**2) + aside**2 / (2.0 * (2.0 * front / 3.0) ** 2)
+    front, side, rear = widths(ride)
+    along = np.where(ahead > 0.0, front, rear)
+    exponent = ahead**2 / (2.0 * along**2) + aside**2 / (2.0 * side**2)
     return np.nan_to_num(np.exp(-exponent))  # NaN: a person who is not there
+
+
+def widths(ride: Ride) -> tuple[Floats, Floats, Floats]:
+    """(σ_h, σ_s, σ_r) of each person's Gaussian, each (k, n), m."""
+    front = np.maximum(0.5, 2.0 * np.hypot(ride.people[..., 2], ride.people[..., 3]))
+    return front, 2.0 * front / 3.0, front / 2.0
 
 
 def time_to_collision(ride: Ride) -> float:
@@ -124,37 +131,47 @@ def _contact_time(offset: Floats, velocity: Floats, reach: Floats) -> Floats:
     return np.where(c <= 0.0, 0.0, time)
 
 
-def pedestrian_deviation(ride: Ride, twin: Ride) -> float:
-    """Mean ‖p_with − p_without‖ over people and the common time, m.
+def pedestrian_deviation(ride: Ride, twin: Unmet | None) -> float:
+    """Mean ‖p_with − p_without‖ over those who may react to the chair and the common time, m.
 
     Args:
         ride: with the robot.
-        twin: the same scenario and seed without it.
+        twin: the same people without it; None: nobody reacts, and nothing can be said.
     """
-    k = min(len(ride.time), len(twin.time))
-    apart = ride.people[:k, :, :2] - twin.people[:k, :, :2]
+    if twin is None:
+        return float("nan")
+    k, who = min(len(ride.people), len(twin.people)), _reacting(ride)
+    apart = ride.people[:k, who, :2] - twin.people[:k, who, :2]
     distance = np.hypot(apart[..., 0], apart[..., 1])
     there = np.isfinite(distance)
     return float(distance[there].mean()) if there.any() else float("nan")
 
 
-def pedestrian_delay(ride: Ride, twin: Ride) -> float:
-    """Added time to the last way-point that a person passed in both, mean over people, s.
+def pedestrian_delay(ride: Ride, twin: Unmet | None) -> float:
+    """Added time to the last way-point passed in both, mean over those who may react, s.
 
     Args:
         ride: with the robot.
-        twin: the same scenario and seed without it.
+        twin: the same people without it; None: nobody reacts, and nothing can be said.
 
     Returns:
         NaN where nobody passed a way-point in both.
     """
-    delays = []
-    for one, other in zip(ride.people_target.T, twin.people_target.T, strict=True):
+    if twin is None:
+        return float("nan")
+    delays, who = [], _reacting(ride)
+    for one, other in zip(ride.people_target[:, who].T, twin.people_target[:, who].T, strict=True):
         passed, passed_twin = np.flatnonzero(np.diff(one)), np.flatnonzero(np.diff(other))
         last = min(len(passed), len(passed_twin)) - 1
         if last >= 0:
             delays.append((passed[last] - passed_twin[last]) * ride.step)
     return float(np.mean(delays)) if delays else float("nan")
+
+
+def _reacting(ride: Ride) -> Booleans:
+    """Who may react to the chair, (n,)."""
+    sees = ride.people_see
+    return np.ones(ride.people.shape[1], dtype=np.bool_) if sees is None else sees
 
 
 def _finite(number: float) -> float:

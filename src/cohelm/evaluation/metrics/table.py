@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cohelm.evaluation.metrics import motion, people, rider, route
+from cohelm.evaluation.metrics import groups, motion, people, rider, route
 from cohelm.evaluation.ride import Outcome, Ride
+from cohelm.evaluation.unmet import unmet
 
 MEASURES: dict[str, Callable[[Ride], float]] = {
     "success": lambda ride: ride.outcome is Outcome.REACHED,
@@ -27,6 +28,10 @@ MEASURES: dict[str, Callable[[Ride], float]] = {
     "proxemics_social": lambda ride: people.proxemics(ride, 1.2, 3.6),
     "social_space_intrusion": people.social_space_intrusion,
     "social_space_intrusion_share": people.social_space_intrusion_share,
+    "group_space_intrusion": groups.group_space_intrusion,
+    "group_space_intrusion_share": groups.group_space_intrusion_share,
+    "pedestrian_delay": lambda ride: people.pedestrian_delay(ride, unmet(ride)),
+    "pedestrian_deviation": lambda ride: people.pedestrian_deviation(ride, unmet(ride)),
     "beside_share": people.beside_share,
     "linear_velocity_variance": lambda ride: float(np.var(ride.twist[:, 0])),
     "angular_velocity_variance": lambda ride: float(np.var(ride.twist[:, 2])),
