@@ -13,6 +13,7 @@ from cohelm.evaluation.benches.bench import Result
 from cohelm.evaluation.results import Rides, read_rides, write_results
 from cohelm.evaluation.results.compare import as_dict, compare
 from cohelm.evaluation.results.ratings import read_ratings
+from cohelm.evaluation.sweeps.asked import Asked, write_asked
 from cohelm.evaluation.sweeps.sweep import write_rows
 
 from .sweep_rows import result, sweep
@@ -37,6 +38,21 @@ def test_equal_folders_differ_in_nothing(tmp_path, capsys):
     assert status(["compare", str(a), str(b), "--json", "--strict"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["regressions"], found["identical"], found["pairs"]) == (0, 48, 48)
+
+
+def test_a_part_is_called_one(tmp_path, capsys):
+    folders = [tmp_path / "a", tmp_path / "b"]
+    for folder, many in zip(folders, (6, 4), strict=True):
+        folder.mkdir()
+        write_asked(Asked(tasks=6, rides=6), folder)
+        write_rows([result(seed=k).row for k in range(many)], folder / "rows.csv")
+    paths = [str(folder) for folder in folders]
+    assert status(["compare", *paths]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("B is a part: 4 of 6 rides")
+    assert "A is a part" not in said
+    assert status(["compare", *paths, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parts"] == {"a": "", "b": "4 of 6 rides"}
 
 
 def test_an_injected_regression_is_flagged(tmp_path, capsys):

@@ -28,12 +28,15 @@ from cohelm.evaluation.results.contrasts import (
     holm_corrected,
     signed_ranks,
 )
-from cohelm.evaluation.results.figures import some_of, typical
+from cohelm.evaluation.results.figures import _curve, some_of, typical
 from cohelm.evaluation.results.markup import table, tag
 from cohelm.evaluation.results.measures import KNOWN, Measure, measure
+from cohelm.evaluation.results.report import _marked
 from cohelm.evaluation.results.store import _read_csv
 from cohelm.evaluation.results.summary import case_name, contrasts
-from cohelm.evaluation.results.tables import _number
+from cohelm.evaluation.results.tables import _number, proxies
+from cohelm.evaluation.sweeps.asked import Asked, read_asked, write_asked
+from cohelm.evaluation.sweeps.ledger import is_begun
 from cohelm.evaluation.sweeps.ride_task import RideTask
 from cohelm.evaluation.sweeps.sweep import write_rows
 from cohelm.pictures import panels
@@ -441,3 +444,49 @@ def test_every_measure_of_a_ride_is_explained():
     from cohelm.evaluation.metrics.table import MEASURES
 
     assert set(MEASURES) - {"success"} <= set(KNOWN)
+
+
+def test_a_page_of_a_part_says_at_its_top_how_much_of_what_it_is(tmp_path):
+    write_asked(Asked(tasks=4, rides=12), tmp_path)
+    assert not is_begun(tmp_path)  # nothing is done yet
+    rides = [result(seed=k) for k in range(9)]
+    write_results(rides, tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    said = page.index("This is a part: 9 of 12 rides")
+    assert page.index("</h1>") < said < page.index("<h2>")
+    write_results([*rides, *(result(seed=k) for k in (9, 10, 11))], tmp_path)
+    assert "This is a part" not in (tmp_path / "report.html").read_text()
+
+
+def test_the_last_word_on_how_much_was_asked_for_counts(tmp_path):
+    assert read_asked(tmp_path) is None
+    for number in (Asked(2, 4), Asked(3, 6)):
+        write_asked(number, tmp_path)
+    assert read_asked(tmp_path) == Asked(3, 6)
+    for damaged in ("", "[]", '{"tasks": 9', '{"tasks": "x", "rides": null}'):
+        (tmp_path / "asked.json").write_text(damaged)
+        assert read_asked(tmp_path) is None
+
+
+def test_nobody_at_a_stick_has_no_stand_in_for_an_opinion():
+    alone = Rides([result(seed=k, authority=0.0).row for k in range(3)], ("scene", "planner"))
+    assert proxies(alone) == ""
+    steered = [result(seed=k, authority=0.9, agreement=0.8).row for k in range(3)]
+    assert "agreement" in proxies(Rides(steered, ("scene", "planner")))
+
+
+def test_what_overlaps_is_no_nearer_than_touching():
+    """Curves hold gaps below 0, measures do not: panels show what the tables say."""
+    one = result()
+    curve = one.arrays["series"].copy()
+    curve[:, 6] = np.linspace(1.0, -0.5, len(curve))
+    shown = _curve(Rides([one.row], ("scene", "planner"), [curve]))
+    assert shown[:, 6].min() == 0.0
+    assert shown[0, 6] == 1.0
+    assert curve[:, 6].min() == -0.5
+
+
+def test_claims_that_hold_are_seen_at_a_glance():
+    said = "".join(_marked("the paper: it is so. Here: does not agree; time, s: 1 of a"))
+    assert '<span class="bad">does not agree</span>; time' in said
+    assert '<span class="good">agrees</span>' in "".join(_marked("Here: agrees; time, s"))

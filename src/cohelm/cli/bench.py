@@ -82,7 +82,7 @@ def run_bench(name: str, module: str, asked: Asked) -> tuple[Sweep, Report | Non
     text = as_json(_summary(name, done, report), indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
     if not asked.json:
-        _say(chosen.TITLE, report, folder, whole=done.whole)
+        _say(chosen.TITLE, report, folder, done)
     return done, report
 
 
@@ -91,6 +91,7 @@ def _summary(name: str, done: Sweep, report: Report) -> Mapping[str, Any]:
         **report.summary,
         "bench": name,
         "complete": done.whole,
+        "tasks": {"done": done.done, "total": done.total},
         "failures": [{"task": i, **asdict(fault)} for i, fault in done.faults.items()],
         "rows": [result.row for result in done.results],
         "versions": versions(),
@@ -173,15 +174,16 @@ def _changed(ledger: Ledger) -> list[str]:
     return [f"ridden before the code was changed ({ledger.changed})"]
 
 
-def _say(title: str, report: Report, folder: Path, *, whole: bool) -> None:
+def _say(title: str, report: Report, folder: Path, done: Sweep) -> None:
     OUTPUT.print(Text(title, style="bold"))
     for sheet in report.sheets:
         if sheet.rows:
             OUTPUT.print(_table(sheet))
     for note in report.notes:
         OUTPUT.print(note, markup=False)
-    if not whole:
-        OUTPUT.print("interrupted: this is what was done by then; --resume goes on", style="yellow")
+    if not done.whole:
+        says = f"interrupted: this is a part, {done.done} of {done.total} tasks; --resume goes on"
+        OUTPUT.print(says, style="yellow")
     names = ["rows.csv", "summary.json", *(file.name for file in report.files)]
     OUTPUT.print(f"written to {folder}: {', '.join(names)}", markup=False, soft_wrap=True)
 

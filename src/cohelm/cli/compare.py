@@ -15,6 +15,7 @@ from cohelm.evaluation.results.compare import Change, Comparison, as_dict
 from cohelm.evaluation.results.compare import compare as contrasted
 from cohelm.evaluation.results.measures import measure
 from cohelm.evaluation.results.ratings import name_of
+from cohelm.evaluation.results.store import part_of
 
 REGRESSED = 1
 LISTED = 10
@@ -35,11 +36,20 @@ def compare(
     Raises:
         ConfigError: if a folder holds no rides, or both have none in common.
     """
-    found = contrasted(read_rides(before), read_rides(after), measures)
+    both = read_rides(before), read_rides(after)
+    parts = {
+        name: part_of(len(rides), folder)
+        for name, rides, folder in zip("ab", both, (before, after), strict=True)
+    }
+    found = contrasted(*both, measures)
     worse = bool(found.regressions) or (strict and bool(found.failures))
     if json:
-        write_json({**as_dict(found), "a": str(before), "b": str(after), "regressed": worse})
+        said = {"a": str(before), "b": str(after), "parts": parts, "regressed": worse}
+        write_json({**as_dict(found), **said})
     else:
+        for name, part in parts.items():
+            if part:
+                _line(f"{name.upper()} is a part: {part}")
         _say(found, worse=worse)
     return REGRESSED if worse else 0
 

@@ -25,7 +25,8 @@ ALWAYS = (
     "difference matters. Tables of different cases are corrected each by itself.",
 )
 """Limitations that every comparison of simulated rides has."""
-_VERDICT = re.compile(r"(?<=: )(met|MISSED)(?=;|$)")
+_VERDICT = re.compile(r"(?<=: )(met|MISSED|agrees|does not agree)(?=;|$)")
+_GOOD = frozenset({"met", "agrees"})
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,8 @@ class Told:
     limitations: Sequence[str] = ()
     paper: PaperTable = field(default_factory=lambda: PaperTable("", {}))
     measures: Sequence[str] = SHOWN
+    part: str = ""
+    """How much of what was asked for there is, ``14 of 36 rides``; empty: all of it."""
 
 
 def report_page(rides: Rides, base: str, told: Told, pictures: Content = "") -> Markup:
@@ -51,7 +54,17 @@ def report_page(rides: Rides, base: str, told: Told, pictures: Content = "") -> 
         section("faults", "Rides that broke off", _faults(rides)),
         section("limits", "Limitations", _list([*told.limitations, *ALWAYS])),
     ]
-    return page(told.title, tag("h1", told.title), tag("p", _whole(rides), class_="soft"), *parts)
+    head = [tag("h1", told.title), _part(told.part), tag("p", _whole(rides), class_="soft")]
+    return page(told.title, *head, *parts)
+
+
+def _part(part: str) -> Markup:
+    """That it is one, in sight of everybody; nothing where all rides are there."""
+    if not part:
+        return Markup("")
+    says = "; the rest has not been ridden, and the groups may have different seeds."
+    head, on = tag("strong", f"This is a part: {part}"), tag("code", "--resume")
+    return tag("p", head, says, " ", on, " goes on with it.", class_="part", role="note")
 
 
 def _whole(rides: Rides) -> str:
@@ -108,7 +121,7 @@ def _marked(sentence: str) -> list[str]:
     before, word, after = (*_VERDICT.split(sentence, maxsplit=1), "", "")[:3]
     if not word:
         return [sentence]
-    return [before, tag("span", word, class_="good" if word == "met" else "bad"), after]
+    return [before, tag("span", word, class_="good" if word in _GOOD else "bad"), after]
 
 
 def _sheet(sheet: Sheet) -> Markup:

@@ -11,6 +11,7 @@ from typing import Any
 
 from cohelm.errors import ConfigError
 from cohelm.evaluation.results.rides import Rides, number
+from cohelm.evaluation.sweeps.asked import read_asked
 
 EPISODES, ROWS = "episodes.parquet", "rows.csv"
 NO_ARROW = (
@@ -52,6 +53,18 @@ def write_episodes(rides: Rides, file: Path) -> None:
     beside = file.with_suffix(".part")
     pq.write_table(table.replace_schema_metadata({_NOTES: notes}), beside, compression="zstd")
     beside.replace(file)
+
+
+def rides_asked(folder: Path) -> int | None:
+    """How many rides the sweep in a folder was to have; None where nothing says it."""
+    asked = read_asked(folder)
+    return asked.rides if asked is not None and asked.rides else None
+
+
+def part_of(many: int, folder: Path) -> str:
+    """``14 of 36 rides`` where a folder has less than was asked for; else empty."""
+    asked = rides_asked(folder)
+    return f"{many} of {asked} rides" if asked is not None and many < asked else ""
 
 
 def read_rides(folder: Path) -> Rides:

@@ -14,7 +14,7 @@ from cohelm.evaluation.results.measures import SHOWN
 from cohelm.evaluation.results.ratings import read_ratings, with_ratings
 from cohelm.evaluation.results.report import Told, report_page
 from cohelm.evaluation.results.rides import Rides
-from cohelm.evaluation.results.store import EPISODES, has_arrow, write_episodes
+from cohelm.evaluation.results.store import EPISODES, has_arrow, part_of, write_episodes
 from cohelm.evaluation.results.summary import base_of, write_summary
 from cohelm.evaluation.results.tables import PaperTable
 
@@ -78,6 +78,7 @@ def write_results(  # noqa: PLR0913  # what a bench may say of its rides
         limitations=limitations,
         paper=paper or PaperTable("", {}),
         measures=measures,
+        part=part_of(len(rides), folder),
     )
     pictures = [drawn(rides, chosen, say) if panels else "", shown(rides, chosen, seconds, say)]
     (folder / PAGE).write_text(report_page(rides, chosen, told, pictures), encoding="utf-8")

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from cohelm.errors import ConfigError
+from cohelm.evaluation.sweeps.asked import ASKED, Asked, write_asked
 from cohelm.evaluation.sweeps.identity import differences
 from cohelm.evaluation.sweeps.tasks import Fault, Result
 
@@ -30,7 +31,7 @@ OURS = (LEDGER, "rows.csv", "summary.json")
 """Files in a folder that are of a sweep."""
 EPISODES = "episodes.parquet"
 """The rows once more, for programs; where it is older than they are, it is worse than none."""
-_REPORTS = (EPISODES, "summary.csv", "report.html")
+_REPORTS = (EPISODES, "summary.csv", "report.html", ASKED)
 _FORMAT = 1
 _BAD_ZIP = (zipfile.BadZipFile, zlib.error)
 _MEGABYTE = 1 << 20
@@ -97,6 +98,17 @@ class Ledger:
             if isinstance(cause, OSError):
                 raise _unwritable(folder, cause) from None
             raise
+
+    def ask(self, asked: Asked) -> None:
+        """Say beside the results how much is to be done.
+
+        Raises:
+            ConfigError: if it cannot be written.
+        """
+        try:
+            write_asked(asked, self.folder)
+        except OSError as cause:
+            raise _unwritable(self.folder, cause) from None
 
     def add(self, key: str, results: Sequence[Result], fault: Fault | None = None) -> Record:
         """Keep what came of a task; returns it as it will be read again.

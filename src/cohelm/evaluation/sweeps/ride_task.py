@@ -113,6 +113,11 @@ def failed_rides(task: Sequence[Any], fault: Fault) -> Sequence[Result]:
     return [Result({**_empty(each), **_said(fault)}) for each in rides]
 
 
+def rides_in(task: Sequence[Any]) -> int:
+    """How many rides a task has."""
+    return sum(isinstance(each, RideTask) for each in task)
+
+
 def _said(fault: Fault) -> Mapping[str, str]:
     """A fault as columns of a row."""
     return {"error": fault.error, "traceback": fault.traceback}

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from cohelm.errors import ConfigError
+from cohelm.evaluation.sweeps.asked import Asked
 from cohelm.evaluation.sweeps.executors import Executor, in_processes
 from cohelm.evaluation.sweeps.identity import keys_of
 from cohelm.evaluation.sweeps.ledger import EPISODES, Ledger, Record
-from cohelm.evaluation.sweeps.ride_task import failed_rides
+from cohelm.evaluation.sweeps.ride_task import failed_rides, rides_in
 from cohelm.evaluation.sweeps.tasks import Done, Fault, Progress, Result, Task
 
 Watch = Callable[[Progress], None]
@@ -77,6 +78,8 @@ def sweep(
             f"{len(tasks)} tasks are left: go on with the code of then, or begin in another folder",
             key="--resume",
         )
+    if ledger:
+        ledger.ask(Asked(len(tasks), sum(map(rides_in, tasks))))
     file = _Rows(folder / "rows.csv")
     tally = _Tally(records, len(tasks), before=len(tasks) - len(missing))
     watch(tally.progress())
