@@ -65,6 +65,15 @@ def test_every_benchmark_is_one(name):
     assert callable(found.report)
 
 
+@pytest.mark.parametrize("name", [*BENCHES, "all"])
+def test_planners_and_settings_are_taken_or_refused_with_a_reason(cohelm, name, tmp_path):
+    """Nowhere is one of them an option that there is not."""
+    for option, given in (("--planners", "nobody"), ("--set", "nonsense.of.all=1")):
+        code, out, err = cohelm("bench", name, option, given, "--out", tmp_path)
+        assert (code, out, len(err.splitlines())) == (2, "", 1)
+        assert "No such option" not in err
+
+
 def test_rows_summary_and_table(squares, tmp_path, capsys):
     assert bench.bench("squares", "squares", asked(out=tmp_path / "new")) == 0
     out = capsys.readouterr().out

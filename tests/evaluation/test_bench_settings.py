@@ -9,11 +9,17 @@ from cohelm.evaluation.benches import (
     cards,
     crowds,
     paper_dynamic,
+    paper_global,
     paper_static,
+    perception,
+    planning,
     rides,
     speed,
 )
 from cohelm.evaluation.benches.bench import check_free
+from cohelm.planning.costmap import build_costmap
+from cohelm.robots import load_robot
+from cohelm.testing.benches import solver, solver_states
 
 
 @pytest.mark.parametrize("bench", [barn, cards, crowds, paper_dynamic, rides, speed])
@@ -60,3 +66,39 @@ def test_who_is_called_blind_is_blind():
 def test_the_cases_of_the_clock_are_what_they_are_called(setting):
     with pytest.raises(ConfigError, match="is said by the cases"):
         speed.on(planners="dwa", settings=[setting])
+
+
+@pytest.mark.parametrize("bench", [paper_global, perception, planning, solver])
+def test_a_setting_of_nothing_is_refused_before_anything_is_done(bench):
+    with pytest.raises(ConfigError, match="nonsense"):
+        bench.on(settings=["nonsense=1"])
+
+
+def test_what_a_global_method_is_called_after_is_not_set():
+    settings = ["global_planner.cost_weight=2", "profile.preferred_speed=0.8"]
+    assert paper_global.on("astar", settings).settings == tuple(settings)
+    with pytest.raises(ConfigError, match="is what astar_shortest is called after"):
+        paper_global.on("astar,astar_shortest", settings)
+    with pytest.raises(ConfigError, match="is said by the scenes"):
+        paper_global.on(settings=["goal=[1, 2]"])
+
+
+def test_a_wider_inflation_is_what_is_timed():
+    """Of a plan the cost is what it is: where more is inflated, the same way costs more."""
+    grid = planning.floor(200, 0)
+    made = []
+    for settings in ([], ["inflation.inflation_radius=2.5", "clearance=0.1"]):
+        weighed = planning._weighed(settings)
+        radius = load_robot(weighed.robot).inscribed_radius + weighed.clearance
+        made.append(build_costmap(grid, radius, weighed.inflation).cost)
+    assert (made[1] >= made[0]).all()
+    assert (made[1] > made[0]).any()
+    with pytest.raises(ConfigError, match="clearance"):
+        planning.on(settings=["clearance=-1"])
+
+
+def test_the_solver_s_planner_has_the_setting_and_the_rows_their_horizon():
+    planner = solver_states.planner_with(["local_planner.iterations=7"])
+    assert planner.parameters.iterations == 7
+    with pytest.raises(ConfigError, match=r"local_planner\.steps: is said by the rows"):
+        solver.on(settings=["local_planner.steps=10"])

@@ -146,8 +146,10 @@ def test_a_drawn_line_is_followed_from_where_one_is(chair, scenes):
 
 def test_a_command_replays_a_row():
     spec = paper_global.METHODS["upf_rayleigh"]
-    assert paper_global._replay("scenes/3.yaml", "upf_rayleigh", spec) == (
+    ridden = paper_global.Ridden("upf_rayleigh", spec, ("goal=[1, 2]",))
+    assert paper_global._replay("scenes/3.yaml", ridden) == (
         "cohelm run scenes/3.yaml --method upf --set global_planner.preference.density=rayleigh"
+        " --set 'goal=[1, 2]'"
     )
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from cohelm.cli import options
+from cohelm.errors import ConfigError
 
 
 class Option(NamedTuple):
@@ -75,14 +76,29 @@ COMMON: Mapping[str, Option] = {
 }
 """Those of every benchmark; they do not reach its ``on``."""
 
-_SETTINGS = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Any key of the scenarios, dotted."),
-]
+
+def _settings(text: str) -> Any:
+    return Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help=f"{text}; again for more."),
+    ]
 
 
 def _flag(name: str, text: str) -> Any:
     return Annotated[bool, typer.Option(name, help=text)]
+
+
+def _as_settings(given: Any) -> Mapping[str, Any]:
+    return {"settings": given}
+
+
+def _refused(name: str, why: str) -> Option:
+    """An option that others have, and this one has not: one line says why."""
+
+    def refuse(given: Any) -> Mapping[str, Any]:
+        raise ConfigError(why, key=name)
+
+    return Option(Annotated[list[str] | None, typer.Option(name, hidden=True)], into=refuse)
 
 
 OWN: Mapping[str, Option] = {
@@ -173,7 +189,16 @@ OWN: Mapping[str, Option] = {
     "tuned": Option(
         _flag("--tuned", "With the parameters that were found by one search for all."), False
     ),
-    "settings": Option(_SETTINGS),
+    "settings": Option(_settings("Any key of the scenarios, dotted")),
+    "plan_settings": Option(
+        _settings("robot, clearance, cost_weight, inflation.… or preference.…"), into=_as_settings
+    ),
+    "part_settings": Option(
+        _settings("Of a part that sees or foresees, as in tracker.gate=4"), into=_as_settings
+    ),
+    "solver_settings": Option(
+        _settings("Of the planner, as in local_planner.iterations=5"), into=_as_settings
+    ),
     "worlds": Option(
         Annotated[
             str | None,
@@ -218,11 +243,7 @@ OWN: Mapping[str, Option] = {
         ]
     ),
     "driver_settings": Option(
-        Annotated[
-            list[str] | None,
-            typer.Option("--set", metavar="KEY=VALUE", help="As in planner.arcs.margin=0.3."),
-        ],
-        into=lambda given: {"settings": given},
+        _settings("Of the driver, as in planner.arcs.margin=0.3"), into=_as_settings
     ),
     "map_file": Option(
         Annotated[
@@ -260,6 +281,19 @@ OWN: Mapping[str, Option] = {
             float | None,
             typer.Option(min=0.001, max=100.0, help="Of the usual number of states; 1."),
         ]
+    ),
+    "one_planner": _refused(
+        "--planners",
+        "riders and modes are compared here, with one local planner: --set local_planner.use=NAME",
+    ),
+    "one_ablated": _refused("--planners", "it leaves out parts of ss_mpc_dcbf, and of no other"),
+    "one_driver": _refused("--planners", "one drives: --planner NAME"),
+    "no_planners": _refused("--planners", "no planners are compared here"),
+    "all_planners": _refused(
+        "--planners", "every benchmark compares others: ask one of them, by its name"
+    ),
+    "all_settings": _refused(
+        "--set", "every benchmark has settings of its own: ask one of them, by its name"
     ),
 }
 """Those that some benchmarks have, which go to the ``on`` of its module."""

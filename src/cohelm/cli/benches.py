@@ -72,21 +72,22 @@ BENCHES = {
 """Name → the module, whose ``on`` makes a ``Bench``, and what it measures."""
 
 OPTIONS: dict[str, tuple[str, ...]] = {
-    "ablation": ("scenes", "seeing", "true_people", "tuned", "settings"),
+    "ablation": ("scenes", "seeing", "true_people", "tuned", "settings", "one_ablated"),
     "barn": ("barn_planners", "worlds", "settings"),
     "cards": ("planners", "cards", "card_map", "vary", "true_people", "tuned", "settings"),
     "crowdnav": (
         *("replay", "kinematics", "planner", "layout", "people", "caution"),
-        "driver_settings",
+        *("driver_settings", "one_driver"),
     ),
     "crowds": ("planners", "films", "true_people", "settings"),
     "paper-dynamic": ("planners", "settings"),
-    "paper-global": ("global_planners",),
-    "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),
-    "planning": ("map_file", "size"),
-    "riders": ("riders", "modes", "scenes", "true_people", "settings"),
+    "paper-global": ("global_planners", "settings"),
+    "paper-static": ("riders", "modes", "scenes", "true_people", "settings", "one_planner"),
+    "perception": ("part_settings", "no_planners"),
+    "planning": ("map_file", "size", "plan_settings", "no_planners"),
+    "riders": ("riders", "modes", "scenes", "true_people", "settings", "one_planner"),
     "rides": ("planners", "scenes", "blind", "both", "true_people", "tuned", "settings"),
-    "solver": ("part", "share"),
+    "solver": ("part", "share", "solver_settings", "no_planners"),
     "speed": ("planners", "scenes", "settings"),
 }
 """Those that take options of their own, by the names in ``bench_options.OWN``."""
@@ -122,9 +123,12 @@ def _all(**given: Any) -> int:
     compiled_code.place()
     from cohelm.cli import bench, bench_all  # noqa: PLC0415 # lazy
 
-    return bench_all.bench_all(BENCHES, bench.Asked(**given))
+    for_bench(given)
+    return bench_all.bench_all(BENCHES, bench.Asked(**{option: given[option] for option in COMMON}))
 
 
 for _name, (_module, _help) in BENCHES.items():
     app.command(_name, help=_help)(_command(_name, _module))
-app.command("all", help="Every benchmark in turn, with little of each.")(_taking((), _all))
+app.command("all", help="Every benchmark in turn, with little of each.")(
+    _taking(("all_planners", "all_settings"), _all)
+)

@@ -6,10 +6,11 @@ ridden in simulation on the otherwise empty floor, the chair alone steering.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
@@ -18,7 +19,7 @@ from cohelm import plugins
 from cohelm.arrays import Floats
 from cohelm.config import nearest
 from cohelm.errors import ConfigError, PlanningError
-from cohelm.evaluation.benches.bench import Report, Result, Task, parted
+from cohelm.evaluation.benches.bench import Report, Result, Task, check_free, parted
 from cohelm.evaluation.benches.office import OfficeScene, office, on_the_left
 from cohelm.evaluation.benches.paper_global_report import DESIRED, MEASURES, make_report
 from cohelm.evaluation.episode import Episode
@@ -26,7 +27,7 @@ from cohelm.evaluation.metrics.motion import path_length
 from cohelm.evaluation.metrics.motion import time as time_to_goal
 from cohelm.evaluation.metrics.route import path_error
 from cohelm.evaluation.ride import Outcome, Ride
-from cohelm.evaluation.scenario import load_scenario
+from cohelm.evaluation.scenario import PARTS, load_scenario
 from cohelm.evaluation.staging import Stage, set_stage
 from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.maps import write_map
@@ -65,6 +66,8 @@ class PaperGlobalBench:
 
     methods: tuple[str, ...]
     """Keys of ``METHODS``, or global planners as they come."""
+    settings: tuple[str, ...] = ()
+    """Of every ride's scenario, ``dotted.key=value``."""
     TITLE: str = TITLE
     SEEDS: int = SEEDS
     WORKERS: int | None = WORKERS
@@ -79,11 +82,15 @@ class PaperGlobalBench:
         scene = office(seed, load_robot(ROBOT))
         file = _write_scene(scene, folder / "scenes")
         methods = {name: METHODS.get(name, {"use": name}) for name in self.methods}
-        desired = _ride(file, scene, DESIRED, METHODS["astar"], None)
+        own = Ridden(DESIRED, METHODS["astar"], self.settings)
+        desired = _ride(file, scene, own, None)
         against = desired.arrays["track"]
         return [
             desired,
-            *(_ride(file, scene, name, spec, against) for name, spec in methods.items()),
+            *(
+                _ride(file, scene, Ridden(name, spec, self.settings), against)
+                for name, spec in methods.items()
+            ),
         ]
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
@@ -96,12 +103,30 @@ class PaperGlobalBench:
         return make_report(results, panels, folder, wanting)
 
 
-def on(planners: str | None = None) -> PaperGlobalBench:
+class Ridden(NamedTuple):
+    """Whose path is ridden."""
+
+    method: str
+    """Its name in the table."""
+    spec: Mapping[str, Any]
+    """The global planner."""
+    settings: Sequence[str] = ()
+
+
+ANY = "hospital"
+"""A scenario on which settings are tried before anything is ridden."""
+SCENE = dict.fromkeys(("map", "start", "goal", "prefer"), "the scenes")
+"""What of a scenario no setting may change."""
+
+
+def on(planners: str | None = None, settings: Sequence[str] = ()) -> PaperGlobalBench:
     """The benchmark with some methods, parted by commas; without, with all there are.
 
     Raises:
-        ConfigError: if there is no such method, nor a global planner of that name.
+        ConfigError: if there is no such method, nor a global planner of that name, or if a setting
+            is about what is compared.
     """
+    check_free(settings, {"global_planner": "--planners", **SCENE})
     known = known_methods()
     chosen = parted(planners, "--planners") or known
     for name in chosen:
@@ -110,7 +135,23 @@ def on(planners: str | None = None) -> PaperGlobalBench:
                 f"no method or global planner is called {name!r}{nearest(name, known)}",
                 key="--planners",
             )
-    return PaperGlobalBench(methods=chosen)
+    for name in chosen if settings else ():
+        _check_settings(name, settings)
+    return PaperGlobalBench(methods=chosen, settings=tuple(settings))
+
+
+def _check_settings(method: str, settings: Sequence[str]) -> None:
+    """Refuse what no scenario has, and what makes a method what it is called."""
+    spec = METHODS.get(method, {"use": method})
+    own = {f"global_planner.{key}" for key, _ in _flat(spec)}
+    for key in (setting.partition("=")[0].strip() for setting in settings):
+        if key in own:
+            raise ConfigError(f"is what {method} is called after; ride others", key=key)
+    try:
+        tried = load_scenario(ANY, settings, changes={"global_planner": dict(spec)})
+    except ConfigError as cause:  # without the file, of which nobody asked anything
+        raise ConfigError(cause.problem, key=cause.key) from None
+    plugins.build(PARTS["global_planner"][0], tried.global_planner, key="global_planner")
 
 
 def known_methods() -> tuple[str, ...]:
@@ -147,15 +188,15 @@ def _panel(seed: int, results: Sequence[Result]) -> RoutePanel:
 def _ride(
     file: Path,
     scene: OfficeScene,
-    method: str,
-    spec: Mapping[str, Any],
+    ridden: Ridden,
     against: Floats | None,
 ) -> Result:
     """One method in one scene; ``against`` (k, 3) is how the rider's own way was ridden."""
+    method, spec, settings = ridden
     row: dict[str, Any] = {"seed": scene.seed, "method": method, "outcome": "", "left": False}
     row |= dict.fromkeys(MEASURES, float("nan"))
-    row["replay"] = _replay(f"{file.parent.name}/{file.name}", method, spec)
-    scenario = load_scenario(file, changes={"global_planner": dict(spec)})
+    row["replay"] = _replay(f"{file.parent.name}/{file.name}", ridden)
+    scenario = load_scenario(file, settings, changes={"global_planner": dict(spec)})
     try:
         stage = set_stage(scenario, scene.seed)
     except PlanningError as failure:
@@ -249,11 +290,13 @@ def _write_scene(scene: OfficeScene, folder: Path) -> Path:
     return file
 
 
-def _replay(file: str, method: str, spec: Mapping[str, Any]) -> str:
+def _replay(file: str, ridden: Ridden) -> str:
     """The command that rides it again, in the folder of the results; none of a drawn line."""
+    method, spec, more = ridden
     if method == DESIRED:
         return ""
-    settings = "".join(f" --set global_planner.{key}={each}" for key, each in _flat(spec))
+    own = [f"global_planner.{key}={each}" for key, each in _flat(spec)]
+    settings = "".join(f" --set {shlex.quote(each)}" for each in (*own, *more))
     return f"cohelm run {file} --method {spec['use']}{settings}"
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from cohelm.evaluation.benches import (
 )
 from cohelm.evaluation.benches.bench import Report, Result, Sheet, Task
 from cohelm.evaluation.benches.perception_rows import MET, MISSED, NOT_RUN, Row
+from cohelm.evaluation.watching import SEEING, SPACING, parts_of
 
 TITLE = "Perception: people, their ways, their groups, and what finding them costs"
 SEEDS = 1
@@ -31,8 +33,10 @@ _COLUMNS = ("", "figure", "wanted", "", "of what")
 
 @dataclass(frozen=True)
 class PerceptionBench:
-    """The benchmark; it has no options."""
+    """The benchmark with the parts as they come, or with settings of theirs."""
 
+    settings: tuple[str, ...] = ()
+    """``part.parameter=value`` of the parts that see, foresee and give space."""
     TITLE: str = TITLE
     SEEDS: int = SEEDS
     WORKERS: int | None = WORKERS
@@ -57,7 +61,7 @@ class PerceptionBench:
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """The rows of one part."""
-        return [Result(row) for row in _rows(task, folder)]
+        return [Result(row) for row in _rows(task, folder, self.settings)]
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """A table for each part, and what was met, missed and left out."""
@@ -75,26 +79,31 @@ class PerceptionBench:
         return Report(sheets=sheets, notes=tuple(notes), summary=counts, files=tuple(pictures))
 
 
-def on() -> PerceptionBench:
-    """The benchmark."""
-    return PerceptionBench()
+def on(settings: Sequence[str] = ()) -> PerceptionBench:
+    """The benchmark, its parts with settings.
+
+    Raises:
+        ConfigError, PluginError: if there is no such part, or it has no such parameter.
+    """
+    parts_of(settings, (*SEEING, *SPACING))
+    return PerceptionBench(settings=tuple(settings))
 
 
-def _rows(task: Task, folder: Path) -> Iterator[Row]:
+def _rows(task: Task, folder: Path, settings: Sequence[str]) -> Iterator[Row]:
     kind, *which = task
     parts: Mapping[str, Any] = {
-        "legs": lambda: perception_recordings.legs(folder),
-        "demo": lambda: perception_recordings.demo(folder),
-        "kitti": lambda: perception_recordings.kitti(folder),
-        "crowd": lambda: perception_crowds.crowd(*which),
-        "prediction": perception_crowds.prediction,
-        "maneuvers": perception_crowds.maneuvers,
-        "groups": perception_crowds.groups,
-        "empty": lambda: perception_rooms.empty(*which),
-        "odd": perception_odd.rows,
-        "tracking": perception_speed.tracking,
-        "cloud": perception_speed.cloud,
-        "costs": lambda: perception_speed.costs(folder),
+        "legs": lambda: perception_recordings.legs(folder, settings),
+        "demo": lambda: perception_recordings.demo(folder, settings),
+        "kitti": lambda: perception_recordings.kitti(folder, settings),
+        "crowd": lambda: partial(perception_crowds.crowd, settings=settings)(*which),
+        "prediction": lambda: perception_crowds.prediction(settings),
+        "maneuvers": lambda: perception_crowds.maneuvers(settings),
+        "groups": lambda: perception_crowds.groups(settings),
+        "empty": lambda: partial(perception_rooms.empty, settings=settings)(*which),
+        "odd": lambda: perception_odd.rows(settings),
+        "tracking": lambda: perception_speed.tracking(settings=settings),
+        "cloud": lambda: perception_speed.cloud(settings=settings),
+        "costs": lambda: perception_speed.costs(folder, settings=settings),
     }
     yield from parts[kind]()
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from cohelm.evaluation.perceived import ASKED
 from cohelm.evaluation.perceived_crowds import crowd_scores
 from cohelm.evaluation.perceived_scores import LEAST_VISIBLE
 from cohelm.evaluation.watched import Watched, watch
-from cohelm.evaluation.watching import parts_of
+from cohelm.evaluation.watching import parts_of, perception_of
 from cohelm.perception import Predictor
 from cohelm.recordings import read_trajectories
 from cohelm.recordings.outside import outside_file
@@ -36,7 +37,9 @@ LEAST_NOTICED = 1.0
 """Share of the changes of mind."""
 
 
-def crowd(name: str, drive: bool, first: int, count: int) -> Iterator[Row]:
+def crowd(
+    name: str, drive: bool, first: int, count: int, settings: Sequence[str] = ()
+) -> Iterator[Row]:
     """A film, or windows of it, walked through the simulated LiDAR."""
     part = f"crowd {name}, chair {'driving' if drive else 'standing'}"
     file = _film(name)
@@ -49,7 +52,10 @@ def crowd(name: str, drive: bool, first: int, count: int) -> Iterator[Row]:
         yield not_run(part, "people told", f"the film has ended by {start:.0f} s")
         return
     try:
-        scores = crowd_scores(walks, seed=0, drive=drive, start=start, seconds=end - start)
+        scores = crowd_scores(
+            walks, seed=0, drive=drive, start=start, seconds=end - start,
+            parts=perception_of(settings),
+        )  # fmt: skip
     except PluginError as error:
         yield not_run(part, "people told", str(error))
         return
@@ -65,9 +71,9 @@ def crowd(name: str, drive: bool, first: int, count: int) -> Iterator[Row]:
     yield row(part, "a frame, median", median, unit="ms", remark=f"CPU time; p99 {p99:.1f} ms")
 
 
-def groups() -> Iterator[Row]:
+def groups(settings: Sequence[str] = ()) -> Iterator[Row]:
     """Pairs found on whole films, frame by frame, against the lists of those who filmed them."""
-    detector = parts_of((), ("group_detector",))["group_detector"]
+    detector = parts_of(settings, ("group_detector",))["group_detector"]
     for name, film in FILMS.items():
         part, file = "groups", _film(name)
         walks = None if file is None else read_trajectories(file)
@@ -83,9 +89,9 @@ def groups() -> Iterator[Row]:
         yield row(part, f"{name}, pairwise F1", scores.f1, least=LEAST_PAIRS, remark=said)
 
 
-def prediction() -> Iterator[Row]:
+def prediction(settings: Sequence[str] = ()) -> Iterator[Row]:
     """How likely the true positions were held 1.2 s before, on whole films."""
-    predictor = parts_of(("predictor.use=hypotheses",), ("predictor",))["predictor"]
+    predictor = _predictor(settings)
     for name, film in FILMS.items():
         file = _film(name)
         if file is None:
@@ -117,9 +123,9 @@ def _foreseen(seen: str, watched: Watched, predictor: Predictor) -> Iterator[Row
     )  # fmt: skip
 
 
-def maneuvers() -> Iterator[Row]:
+def maneuvers(settings: Sequence[str] = ()) -> Iterator[Row]:
     """How soon it is noticed that simulated walkers stop and turn."""
-    predictor = parts_of(("predictor.use=hypotheses",), ("predictor",))["predictor"]
+    predictor = _predictor(settings)
     found = noticed(changes(seed=0), predictor)
     for names, what in (("", "all"), ("stops", "stops"), ("turns", "turns")):
         meant = np.array([each.startswith(names) for each in found.names])
@@ -134,6 +140,11 @@ def maneuvers() -> Iterator[Row]:
         "changes of mind", "said before anything changed", found.early / max(found.ticks, 1),
         remark=f"{found.early} of {found.ticks} ticks",
     )  # fmt: skip
+
+
+def _predictor(settings: Sequence[str]) -> Predictor:
+    made = parts_of(("predictor.use=hypotheses", *settings), ("predictor",))["predictor"]
+    return cast("Predictor", made)
 
 
 def _film(name: str) -> Path | None:

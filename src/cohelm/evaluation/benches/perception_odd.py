@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from cohelm.arrays import Floats, Floats32
 from cohelm.evaluation.benches.perception_rows import Row, row
 from cohelm.evaluation.watching import perception_of, watch
 from cohelm.messages import Observation, PointCloud, Scan, Sensing
+from cohelm.perception import PerceptionParts
 from cohelm.recordings import Frame
 
 PART = "odd inputs"
@@ -25,7 +27,7 @@ _EITHER = (Sensing.OK, Sensing.NO_RETURNS)
 _Readings = tuple[Scan | PointCloud, ...]
 
 
-def rows() -> Iterator[Row]:
+def rows(settings: Sequence[str] = ()) -> Iterator[Row]:
     """A line for every kind of reading: how many were told, and with which status."""
     nothing = np.empty((0, 3), dtype=np.float32)
     far = np.full((5000, 3), np.nan, dtype=np.float32)
@@ -34,27 +36,34 @@ def rows() -> Iterator[Row]:
     steady = np.arange(FRAMES) * STEP
     still, back = np.zeros(FRAMES), steady.copy()
     back[FRAMES // 2 :] -= 3.0
+    line = partial(_row, parts=perception_of(settings))
     stands, goes = Sensing.CLOCK_STANDS, Sensing.CLOCK_BACK
-    yield _row("empty cloud", [_cloud(t, nothing) for t in steady], (Sensing.NO_RETURNS,))
-    yield _row("all-NaN cloud", [_cloud(t, far) for t in steady], (Sensing.NO_RETURNS,))
-    yield _row("cloud of one point", [_cloud(t, point) for t in steady], _EITHER)
-    yield _row("one point a million times", [_cloud(0.0, np.tile(point, (MANY, 1)))], _EITHER)
-    yield _row("a million points: fog", [_cloud(t, _fog()) for t in steady[:3]], (Sensing.OK,))
-    yield _row("a million points: a room", [_cloud(t, _room(MANY)) for t in steady[:3]], _EITHER)
-    yield _row("clock standing still, cloud", [_cloud(t, room) for t in still], (stands,))
-    yield _row("clock running back, cloud", [_cloud(t, room) for t in back], (goes,))
-    yield _row("empty scan", [_scan(t, np.empty(0)) for t in steady], (Sensing.NO_RETURNS,))
-    yield _row("all-NaN scan", [_scan(t, np.full(540, np.nan)) for t in steady], _EITHER)
-    yield _row("scan of one return", [_scan(t, _one_beam()) for t in steady], (Sensing.OK,))
-    yield _row("clock standing still, scan", [_scan(t, _one_beam()) for t in still], (stands,))
-    yield _row("clock running back, scan", [_scan(t, _one_beam()) for t in back], (goes,))
-    yield _row("no sensor", [()] * FRAMES, (Sensing.SILENT,))
+    yield line("empty cloud", [_cloud(t, nothing) for t in steady], (Sensing.NO_RETURNS,))
+    yield line("all-NaN cloud", [_cloud(t, far) for t in steady], (Sensing.NO_RETURNS,))
+    yield line("cloud of one point", [_cloud(t, point) for t in steady], _EITHER)
+    yield line("one point a million times", [_cloud(0.0, np.tile(point, (MANY, 1)))], _EITHER)
+    yield line("a million points: fog", [_cloud(t, _fog()) for t in steady[:3]], (Sensing.OK,))
+    yield line("a million points: a room", [_cloud(t, _room(MANY)) for t in steady[:3]], _EITHER)
+    yield line("clock standing still, cloud", [_cloud(t, room) for t in still], (stands,))
+    yield line("clock running back, cloud", [_cloud(t, room) for t in back], (goes,))
+    yield line("empty scan", [_scan(t, np.empty(0)) for t in steady], (Sensing.NO_RETURNS,))
+    yield line("all-NaN scan", [_scan(t, np.full(540, np.nan)) for t in steady], _EITHER)
+    yield line("scan of one return", [_scan(t, _one_beam()) for t in steady], (Sensing.OK,))
+    yield line("clock standing still, scan", [_scan(t, _one_beam()) for t in still], (stands,))
+    yield line("clock running back, scan", [_scan(t, _one_beam()) for t in back], (goes,))
+    yield line("no sensor", [()] * FRAMES, (Sensing.SILENT,))
 
 
-def _row(what: str, readings: Sequence[_Readings], wanted: tuple[Sensing, ...]) -> Row:
+def _row(
+    what: str,
+    readings: Sequence[_Readings],
+    wanted: tuple[Sensing, ...],
+    *,
+    parts: PerceptionParts,
+) -> Row:
     """Nobody may be told, and one of the statuses must be, in some frame after the first."""
     frames = [Frame(observation=_observation(k, each)) for k, each in enumerate(readings)]
-    found = list(watch(frames, perception_of()))
+    found = list(watch(frames, parts))
     statuses = [seen.perceived.sensing for seen in found]
     later = statuses[1:] or statuses
     told = max(len(seen.perceived.people) for seen in found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cohelm.evaluation.benches.perception_rows import Row, absent, not_run, row
@@ -21,14 +21,14 @@ LEAST_FOUND, MOST_UNLABELLED, NEAREST = 0.95, 1.0, 0.3
 """Share of the labels; people a frame without a label; m from the box's centre."""
 
 
-def legs(folder: Path) -> Iterator[Row]:
+def legs(folder: Path, settings: Sequence[str] = ()) -> Iterator[Row]:
     """The labelled legs of two bags."""
     for name in LEGS:
         part, file = "labelled legs", outside_file("lidar", name)
         if file is None:
             yield not_run(part, name, absent("lidar", name))
             continue
-        scoring, tracks = _watch(file, folder, Own())
+        scoring, tracks = _watch(file, folder, Own(), settings)
         scores = scoring.scores()
         said = f"{scores.labels} labels in {scores.instants} frames of {name}"
         share = f"labels with a person within {WITHIN:g} m"
@@ -42,13 +42,13 @@ def legs(folder: Path) -> Iterator[Row]:
         )
 
 
-def demo(folder: Path) -> Iterator[Row]:
+def demo(folder: Path, settings: Sequence[str] = ()) -> Iterator[Row]:
     """The long bag, which nobody has labelled: how many tracks, and how steady their ids."""
     part, file = "demo bag", outside_file("lidar", DEMO)
     if file is None:
         yield not_run(part, DEMO, absent("lidar", DEMO))
         return
-    _, tracks = _watch(file, folder, None)
+    _, tracks = _watch(file, folder, None, settings)
     said = f"{tracks.frames} frames, {tracks.end - tracks.begin:.0f} s; see demo.png"
     lasting = len(tracks.lasting())
     yield row(part, "tracks that live longer than 2 s", lasting, unit="tracks", remark=said)
@@ -63,14 +63,14 @@ def demo(folder: Path) -> Iterator[Row]:
     )
 
 
-def kitti(folder: Path) -> Iterator[Row]:
+def kitti(folder: Path, settings: Sequence[str] = ()) -> Iterator[Row]:
     """The labelled pedestrian of one frame, from this frame alone."""
     part, file = "KITTI", outside_file("lidar", f"{KITTI}.bin")
     labels = outside_file("lidar", f"{KITTI}.label.txt")
     if file is None or labels is None:
         yield not_run(part, "frame 000000", absent("lidar", f"{KITTI}.bin"))
         return
-    scoring, tracks = _watch(file, folder, read_truth(labels, file))
+    scoring, tracks = _watch(file, folder, read_truth(labels, file), settings)
     scores = scoring.scores()
     error = scores.error if scores.labels and scores.found == 1.0 else math.nan
     said = f"{scores.labels} labelled within reach; {tracks.most} told in all; see {file.stem}.png"
@@ -81,12 +81,14 @@ def kitti(folder: Path) -> Iterator[Row]:
     )  # fmt: skip
 
 
-def _watch(file: Path, folder: Path, truth: Truth | None) -> tuple[Scoring, Tracks]:
+def _watch(
+    file: Path, folder: Path, truth: Truth | None, settings: Sequence[str]
+) -> tuple[Scoring, Tracks]:
     """Go through a recording, and leave a picture of its busiest instant."""
     scoring, tracks = Scoring(truth or Own()), Tracks()
-    filming = Filming(**parts_of((), SPACING))
+    filming = Filming(**parts_of(settings, SPACING))
     recording = open_recording(file)
-    for seen in watch(recording, perception_of(), still=recording.frames == 1):
+    for seen in watch(recording, perception_of(settings), still=recording.frames == 1):
         filming.add(seen, scoring(seen))
         tracks.add(seen)
     filming.draw(tracks, folder / f"{picture_of(file)}.png", file.name)

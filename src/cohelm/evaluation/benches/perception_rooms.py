@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,12 +30,12 @@ DRIVES = tuple((floor, sensor) for floor in ("hall", "corridors") for sensor in 
 SECONDS = 40.0
 
 
-def empty(floor: str, sensor: str) -> Iterator[Row]:
+def empty(floor: str, sensor: str, settings: Sequence[str] = ()) -> Iterator[Row]:
     """A drive through a floor where nobody is, with its map and without."""
     grid = read_floor_plan(floor_file(floor)).draw()[0]
     frames = list(drive(grid, load_robot(ROBOTS[sensor]), LINES[floor]))
     for walls, said in ((NO_MAP, "no map"), (distance_field(grid), "its map")):
-        seen = list(watch(frames, perception_of(), walls))
+        seen = list(watch(frames, perception_of(settings), walls))
         ids = {int(who) for each in seen for who in each.perceived.people.id}
         where = f"the floor '{floor}', {SECONDS:.0f} s, {_sensing(seen)}"
         yield row(

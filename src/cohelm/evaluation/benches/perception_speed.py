@@ -45,9 +45,9 @@ def cost(parts: PerceptionParts, frames: Sequence[Observation]) -> Floats:
     return np.array(times)
 
 
-def tracking(frames: int = 300) -> Iterator[Row]:
+def tracking(frames: int = 300, settings: Sequence[str] = ()) -> Iterator[Row]:
     """What an update of fifty tracks costs."""
-    tracker = perception_of().tracker
+    tracker = perception_of(settings).tracker
     times, told = _track(tracker, frames)
     said = f"{frames} updates, {told} people told; p99 {1e3 * np.percentile(times, 99):.2f} ms"
     median = 1e3 * float(np.median(times))
@@ -77,9 +77,9 @@ def _track(tracker: Tracker, frames: int) -> tuple[Floats, int]:
     return np.array(times[WARM:]), told
 
 
-def cloud(frames: int = 250) -> Iterator[Row]:
+def cloud(frames: int = 250, settings: Sequence[str] = ()) -> Iterator[Row]:
     """What a cloud of 32 × 1024 rays costs, from the points to the people."""
-    times = 1e3 * cost(perception_of(), crowded(10, LidarMount(), frames))[WARM:]
+    times = 1e3 * cost(perception_of(settings), crowded(10, LidarMount(), frames))[WARM:]
     median, p99 = np.percentile(times, [50.0, 99.0])
     said = f"{len(times)} clouds of a hall with 10 people, from points to people and groups"
     yield row(PART, "32 × 1024, median", median, unit="ms", most=MOST_MEDIAN, remark=said)
@@ -88,10 +88,11 @@ def cloud(frames: int = 250) -> Iterator[Row]:
     )
 
 
-def costs(folder: Path, frames: int = 35) -> Iterator[Row]:
+def costs(folder: Path, frames: int = 35, settings: Sequence[str] = ()) -> Iterator[Row]:
     """What more points and more people cost, and a picture of it."""
-    points = np.array([_cost_of(10, azimuths, frames) for azimuths in (64, 256, 512, 1024, 2048)])
-    people = np.array([_cost_of(count, 1024, frames) for count in (0, 5, 10, 20, 40)])
+    parts = perception_of(settings)
+    points = np.array([_cost_of(parts, 10, rays, frames) for rays in (64, 256, 512, 1024, 2048)])
+    people = np.array([_cost_of(parts, many, 1024, frames) for many in (0, 5, 10, 20, 40)])
     panels = [
         CostPanel("10 people", "rays of a cloud", points[:, [1, 2, 3]], MOST_MEDIAN, 32 * 1024.0),
         CostPanel("32 × 1024 rays", "people in a hall", people[:, [0, 2, 3]]),
@@ -126,9 +127,11 @@ def crowded(count: int, mount: LidarMount, frames: int) -> list[Observation]:
     return out
 
 
-def _cost_of(count: int, azimuths: int, frames: int) -> tuple[float, float, float, float]:
+def _cost_of(
+    parts: PerceptionParts, count: int, azimuths: int, frames: int
+) -> tuple[float, float, float, float]:
     """People, rays, median and 99th percentile of the cost, ms."""
     mount = LidarMount(azimuths=azimuths)
-    times = 1e3 * cost(perception_of(), crowded(count, mount, frames))[WARM:]
+    times = 1e3 * cost(parts, crowded(count, mount, frames))[WARM:]
     median, p99 = np.percentile(times, [50.0, 99.0])
     return count, float(mount.rings * azimuths), float(median), float(p99)

@@ -18,9 +18,11 @@ from typing import Any
 
 import cv2
 import numpy as np
+from pydantic import Field
 from scipy.sparse.csgraph import dijkstra
 
 from cohelm.arrays import Floats32, value
+from cohelm.config import Model, override, validate
 from cohelm.evaluation.benches.bench import Report, Result, Sheet, Task
 from cohelm.evaluation.benches.step_graph import step_graph
 from cohelm.evaluation.benches.stopwatch import peak_memory, timed
@@ -48,7 +50,6 @@ MOST_MEMORY = 300e6
 WHOLE, WINDOW = "costmap, whole, with a wish", "costmap and weights, a window of 10 m"
 MOST_TIME = {WHOLE: 1000.0, WINDOW: 5.0}
 """What making the costmap anew may take on the greatest maps, median, ms."""
-ROBOT, CLEARANCE = "quantum_q6_edge", 0.05
 PLAN, SCIKIT, SCIPY = "A* plan", "scikit-image MCP_Geometric", "SciPy dijkstra"
 
 _RESOLUTION, _ROOM, _DOOR = 0.05, 100, 24  # m, cells, cells
@@ -57,12 +58,27 @@ _SCIPY_CELLS = 1500**2
 _SCIPY_BYTES = 4 * 100.0  # a cell: four steps, their entries, the graph both ways
 
 
+class Weighed(Model):
+    """What the map is made into, and for whom; all of it may be set."""
+
+    robot: str = "quantum_q6_edge"
+    """Whose inscribed radius is inflated."""
+    clearance: float = Field(0.05, ge=0.0, le=1.0)
+    """Added to the radius, m; that of a rider's profile by default."""
+    cost_weight: float = GroundParameters().cost_weight
+    """As of the grid planners."""
+    inflation: Inflation = Inflation()
+    preference: Preference = Preference()
+
+
 @dataclass(frozen=True)
 class PlanningBench:
     """The benchmark on one map or on seeded floors."""
 
     map_file: Path | None = None
     sizes: tuple[int, ...] = SIZES
+    settings: tuple[str, ...] = ()
+    """``dotted.key=value`` of :class:`Weighed`."""
     TITLE: str = TITLE
     SEEDS: int = SEEDS
     WORKERS: int | None = WORKERS
@@ -77,7 +93,7 @@ class PlanningBench:
         """All measurements on one map."""
         size, which = task
         grid = floor(size, which) if isinstance(which, int) else stretched(Path(which), size)
-        return [Result(row) for row in _measure(grid, size, which)]
+        return [Result(row) for row in _measure(grid, size, which, _weighed(self.settings))]
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
         """A table for each size, and whether the figures asked for are met."""
@@ -90,15 +106,23 @@ class PlanningBench:
         return Report(sheets=sheets, notes=tuple(dict.fromkeys(notes)), summary={})
 
 
-def on(map_file: Path | None = None, sizes: Sequence[int] = ()) -> PlanningBench:
+def on(
+    map_file: Path | None = None, sizes: Sequence[int] = (), settings: Sequence[str] = ()
+) -> PlanningBench:
     """The benchmark on a map, a YAML as Nav2 writes it, or on floors; of some sizes or of all.
 
     Raises:
         MapError: if the map cannot be read.
+        ConfigError: if a setting is of nothing that is weighed.
     """
     if map_file is not None:
         read_map(map_file)
-    return PlanningBench(map_file=map_file, sizes=tuple(sorted(set(sizes))) or SIZES)
+    load_robot(_weighed(settings).robot)
+    return PlanningBench(map_file, tuple(sorted(set(sizes))) or SIZES, tuple(settings))
+
+
+def _weighed(settings: Sequence[str]) -> Weighed:
+    return validate(Weighed, override({}, settings))
 
 
 def floor(size: int, seed: int) -> OccupancyGrid:
@@ -159,19 +183,22 @@ def far_apart(costmap: Costmap) -> tuple[tuple[int, int], tuple[int, int]]:
     return (r0, c0), (r1, c1)
 
 
-def _measure(grid: OccupancyGrid, size: int, which: int | str) -> Iterator[dict[str, Any]]:
+def _measure(
+    grid: OccupancyGrid, size: int, which: int | str, weighed: Weighed
+) -> Iterator[dict[str, Any]]:
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)  # else the time of its other threads would not be counted
     try:
-        robot, inflation = load_robot(ROBOT), Inflation()
-        radius = robot.inscribed_radius + CLEARANCE
+        inflation, preference = weighed.inflation, weighed.preference
+        radius = load_robot(weighed.robot).inscribed_radius + weighed.clearance
         costmap = build_costmap(grid, radius, inflation)
-        table = weight_table(GroundParameters().cost_weight)
+        table = weight_table(weighed.cost_weight)
+        ground = GroundParameters(cost_weight=weighed.cost_weight, inflation=inflation)
         start, goal = far_apart(costmap)
         ways = Ways(costmap=costmap, table=table, start=start, goal=goal)
         live = _live(grid, start)
         weights = Weights.of_costs(costmap.cost, table)
-        wish, preference = _wish(grid), Preference()
+        wish = _wish(grid)
 
         def whole() -> Costmap:
             fresh = build_costmap(replace(grid), radius, inflation)
@@ -180,7 +207,7 @@ def _measure(grid: OccupancyGrid, size: int, which: int | str) -> Iterator[dict[
 
         def window() -> Weights:
             changed = build_costmap(grid, radius, inflation, live)
-            return weigh(changed, goal, GroundParameters())
+            return weigh(changed, goal, ground)
 
         calls: dict[str, Callable[[], Any]] = {
             PLAN: lambda: ways.plan(weights),

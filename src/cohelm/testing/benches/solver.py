@@ -15,16 +15,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from cohelm.control import SsMpcDcbf
 from cohelm.errors import ConfigError
 from cohelm.evaluation.benches.bench import Report, Result, Task
 from cohelm.messages import Status
 from cohelm.testing.benches import solver_proofs, solver_report, solver_speed
 from cohelm.testing.benches.solver_pictures import draw_speed
-from cohelm.testing.benches.solver_states import TICKS
+from cohelm.testing.benches.solver_states import TICKS, planner_with
 from cohelm.testing.comparison import Verdict
 
 TITLE = "The local planner's solver beside CasADi + IPOPT"
@@ -61,6 +63,8 @@ class SolverBench:
 
     parts: tuple[str, ...] = PARTS
     share: float = 1.0
+    settings: tuple[str, ...] = ()
+    """``local_planner.parameter=value``."""
     TITLE: str = TITLE
     SEEDS: int = SEEDS
     WORKERS: int | None = WORKERS
@@ -90,7 +94,8 @@ class SolverBench:
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """The rows of one task."""
         return [
-            Result({column: row.get(column, math.nan) for column in COLUMNS}) for row in _rows(task)
+            Result({column: row.get(column, math.nan) for column in COLUMNS})
+            for row in _rows(task, planner_with(self.settings))
         ]
 
     def report(self, results: Sequence[Result], folder: Path) -> Report:
@@ -102,32 +107,35 @@ class SolverBench:
         return Report(said.sheets, said.notes, said.summary, files)
 
 
-def on(parts: Sequence[str] = (), share: float = 1.0) -> SolverBench:
-    """Some parts of the benchmark, or a share of its states.
+def on(parts: Sequence[str] = (), share: float = 1.0, settings: Sequence[str] = ()) -> SolverBench:
+    """Some parts of the benchmark, or a share of its states; the planner with settings.
 
     Raises:
-        ConfigError: if there is no such part.
+        ConfigError: if there is no such part, or the planner has no such parameter.
     """
+    planner_with(settings)
     for part in parts:
         if part not in PARTS:
             raise ConfigError(f"{part} is no part; there are {', '.join(PARTS)}", key="--part")
-    return SolverBench(parts=tuple(parts) or PARTS, share=share)
+    return SolverBench(tuple(parts) or PARTS, share, tuple(settings))
 
 
-def _rows(task: Task) -> Iterable[Mapping[str, Any]]:
+def _rows(task: Task, planner: SsMpcDcbf) -> Iterable[Mapping[str, Any]]:
     part, *rest = task
     if part == "speed":
         people, horizon, states, seed = rest
-        solver_speed.warm_up(horizon, min(states, TICKS))
-        return solver_speed.rows(people, horizon, seed, count=states, every=EVERY)
+        solver_speed.warm_up(planner.parameters, horizon, min(states, TICKS))
+        return solver_speed.rows(
+            planner.parameters, people, horizon, seed, count=states, every=EVERY
+        )
     if part == "failures":
-        return [solver_proofs.failures(*rest)]
+        return [partial(solver_proofs.failures, planner=planner)(*rest)]
     if not find_spec("casadi"):
         return [{"part": part, "remark": NO_ORACLE}]
     if part == "optima":
-        return [solver_proofs.optima(*rest)]
+        return [partial(solver_proofs.optima, planner=planner)(*rest)]
     people, rides, seed = rest
-    return solver_proofs.commands(people, rides, 2, seed)
+    return solver_proofs.commands(people, rides, 2, seed, planner=planner)
 
 
 def _absent(content: Any) -> bool:

@@ -30,9 +30,9 @@ it, and it is faster than it can be."""
 _SEEDS = 3
 
 
-def optima(count: int, seed: int) -> dict[str, Any]:
+def optima(count: int, seed: int, planner: SsMpcDcbf | None = None) -> dict[str, Any]:
     """IPOPT's optima, kept by our solver or not; and our own from a seed that nobody favours."""
-    planner, rng = SsMpcDcbf(), np.random.default_rng((seed, 200))
+    planner, rng = planner or SsMpcDcbf(), np.random.default_rng((seed, 200))
     found = [
         compare(random_problem(rng, people, steps=HORIZON, step=planner.step), planner)
         for people in np.resize(CROWDS, count).tolist()
@@ -54,9 +54,11 @@ def optima(count: int, seed: int) -> dict[str, Any]:
     }
 
 
-def commands(people: int, rides: int, every: int, seed: int) -> Iterator[dict[str, Any]]:
+def commands(
+    people: int, rides: int, every: int, seed: int, planner: SsMpcDcbf | None = None
+) -> Iterator[dict[str, Any]]:
     """First commands along rides: a row for each state."""
-    planner, rng = SsMpcDcbf(), np.random.default_rng((seed, 300, people))
+    planner, rng = planner or SsMpcDcbf(), np.random.default_rng((seed, 300, people))
     for _ in range(rides):
         drawn = random_problem(rng, people, steps=HORIZON, step=planner.step)
         for state in islice(solved_ride(planner, drawn), every, None, every):
@@ -73,9 +75,9 @@ def commands(people: int, rides: int, every: int, seed: int) -> Iterator[dict[st
             }
 
 
-def failures(kind: str, solves: int, seed: int) -> dict[str, Any]:
+def failures(kind: str, solves: int, seed: int, planner: SsMpcDcbf | None = None) -> dict[str, Any]:
     """Solves from random seeds, and plans from nothing; a failure raises or is not finite."""
-    planner = SsMpcDcbf()
+    planner = planner or SsMpcDcbf()
     rng = np.random.default_rng((seed, 400, KINDS.index(kind)))
     count, done = Counter[str](), 0
     for _ in range(-(-solves // _SEEDS)):

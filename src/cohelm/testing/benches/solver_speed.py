@@ -33,17 +33,18 @@ _NONE = 1e5
 
 
 @functools.cache
-def warm_up(horizon: int, ticks: int = TICKS) -> None:
+def warm_up(parameters: SsMpcDcbf.Parameters, horizon: int, ticks: int = TICKS) -> None:
     """Ride and solve where every branch is taken, so that no compilation is counted.
 
     Args:
+        parameters: of the planner.
         horizon: N.
         ticks: of each ride; fewer may leave a branch to be compiled while it is timed.
 
     Compiled code is one for arrays of one layout: nobody, one and many are three of them, and so
     is a horizon as long as the lookahead.
     """
-    planner, other = planner_of(horizon, 1), planner_of(horizon, 2)
+    planner, other = planner_of(parameters, horizon, 1), planner_of(parameters, horizon, 2)
     rng = np.random.default_rng(1)
     for k in range(6):
         drawn = random_problem(
@@ -57,25 +58,34 @@ def warm_up(horizon: int, ticks: int = TICKS) -> None:
             other.plan(state.problem.within(other.steps), state.previous)
 
 
-def planner_of(horizon: int, candidates: int) -> SsMpcDcbf:
+def planner_of(parameters: SsMpcDcbf.Parameters, horizon: int, candidates: int) -> SsMpcDcbf:
     """As it comes, but for N and for how many ways are polished.
 
     With one candidate it is the plain MPC of the paper: it looks round only where that fails.
     """
-    return SsMpcDcbf(SsMpcDcbf.Parameters(steps=horizon, candidates=candidates))
+    return SsMpcDcbf(parameters.model_copy(update={"steps": horizon, "candidates": candidates}))
 
 
-def rows(people: int, horizon: int, seed: int, *, count: int, every: int) -> Iterator[Any]:
+def rows(
+    parameters: SsMpcDcbf.Parameters,
+    people: int,
+    horizon: int,
+    seed: int,
+    *,
+    count: int,
+    every: int,
+) -> Iterator[Any]:
     """A row for each kind of solver.
 
     Args:
+        parameters: of the planner.
         people: how many there are.
         horizon: N; the planner looks further ahead for ways.
         seed: of the states.
         count: how many states, 40 a ride.
         every: IPOPT solves every so many-th state, from the same start.
     """
-    planner, states = planner_of(horizon, 1), list[State]()
+    planner, states = planner_of(parameters, horizon, 1), list[State]()
     rng = np.random.default_rng((seed, people))
     while len(states) < count:
         drawn = random_problem(rng, people, steps=planner.steps, step=planner.step)
@@ -90,9 +100,15 @@ def rows(people: int, horizon: int, seed: int, *, count: int, every: int) -> Ite
     yield _row(PLAN, people, horizon, np.array([state.took for state in states]), 0)
     for name, call in calls.items():
         yield _row(name, people, horizon, *_timed(call, len(states)))
-    default = SsMpcDcbf.Parameters().candidates
-    yield _row(PLAN_2, people, horizon, *_plans(planner_of(horizon, default), states))
-    yield _row(PLAN_6, people, horizon, *_plans(planner_of(horizon, 2), states, with_futures))
+    yield _row(
+        PLAN_2,
+        people,
+        horizon,
+        *_plans(planner_of(parameters, horizon, parameters.candidates), states),
+    )
+    yield _row(
+        PLAN_6, people, horizon, *_plans(planner_of(parameters, horizon, 2), states, with_futures)
+    )
     yield from _programs(planner, near[::every], people, horizon)
     if find_spec("casadi"):
         yield _ipopt(planner, states[::every], people, horizon)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.config import override, validate
 from cohelm.control import LocalProblem, Motion, SsMpcDcbf
 from cohelm.control.warm_start import followed, last_input
+from cohelm.errors import ConfigError
 from cohelm.messages import LocalPlan, Predictions, Reference
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import RandomProblem, problem_of
@@ -21,6 +23,9 @@ TICKS = 40
 """Plans of a ride."""
 FUTURES = {"keeps_going": 0.5, "stops": 0.3, "turns_back": 0.2}
 """Hypotheses of everybody where there are three, and their probabilities: all of them bind."""
+
+PLANNER, BY_ROW = "local_planner", {"use", "steps", "candidates"}
+"""What can be set, and what of it the rows say."""
 
 _FINE = 0.01
 _BUDGET = 3
@@ -77,6 +82,24 @@ def solved_ride(planner: SsMpcDcbf, drawn: RandomProblem) -> Iterator[State]:
         command = problem.robot.motion.twist(found.inputs[0])
         problem = _moved(problem, command, way, (k + 1) * TICK)
         warm = followed(problem, later(found.inputs, found.step, TICK), found.inputs[0])
+
+
+def planner_with(settings: Sequence[str]) -> SsMpcDcbf:
+    """The planner as it comes, but for ``local_planner.parameter=value`` settings.
+
+    Raises:
+        ConfigError: if it has no such parameter, or what is compared says it.
+    """
+    given = override({}, settings)
+    for key in given:
+        if key != PLANNER:
+            raise ConfigError(f"only {PLANNER}.… can be set here", key=key)
+    of_planner = override({PLANNER: {}}, settings)[PLANNER]
+    if not isinstance(of_planner, dict):
+        raise ConfigError(f"name a parameter, as {PLANNER}.iterations=5", key=PLANNER)
+    for key in BY_ROW & of_planner.keys():
+        raise ConfigError("is said by the rows here, and cannot be set", key=f"{PLANNER}.{key}")
+    return SsMpcDcbf(validate(SsMpcDcbf.Parameters, of_planner, prefix=PLANNER))
 
 
 def seed(problem: LocalProblem, previous: LocalPlan | None, now: Floats) -> Motion:
