@@ -18,6 +18,9 @@ from cohelm.pictures import canvas
 from cohelm.pictures.film import INTERVAL, WIDTH, check_animation, write_film
 from cohelm.pictures.ride import RideRecord, hulls_of, marks, ride_window, space_outlines
 
+DENSITY = 80.0
+"""Of a frame as wide as can be, px/inch: with fewer its letters could not be read."""
+
 
 def animate_ride(
     ride: RideRecord, file: Path, title: str = "", *, width: int = WIDTH, most: int | None = None
@@ -45,7 +48,7 @@ def animate_ride(
 
 def _frames(ride: RideRecord, title: str, moments: Iterable[int], width: int) -> Iterator[Bytes]:
     """RGB images (height, width, 3) of some instants, the still parts drawn once."""
-    figure, axes = canvas.sheet(ride_window(ride), title)
+    figure, axes = canvas.sheet(ride_window(ride), title, min(width / DENSITY, canvas.LARGEST[0]))
     figure.set_dpi(width / figure.get_figwidth())
     canvas.draw_floor(axes, ride.grid, ride.world)
     canvas.draw_places(axes, ride.places, marks(ride))

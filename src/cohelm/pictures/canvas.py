@@ -88,14 +88,17 @@ def not_written(file: Path, key: str, cause: OSError) -> ConfigError:
     return ConfigError(f"{file} cannot be written ({cause.strerror or cause})", key=key)
 
 
-def sheet(window: tuple[float, float, float, float], title: str) -> tuple[Figure, Axes]:
+def sheet(
+    window: tuple[float, float, float, float], title: str, width: float = LARGEST[0]
+) -> tuple[Figure, Axes]:
     """A figure and axes that show ``window`` (x_min, y_min, x_max, y_max), m, to scale.
 
     A window that is long and narrow is widened about its middle, so that the sheet is filled.
+    ``width`` is its greatest, inches: on a narrower one letters are larger beside what is drawn.
     """
     low, high = np.array(window[:2]), np.array(window[2:])
     extent = np.maximum(high - low, 1e-3)
-    scale = (LARGEST / extent).min()  # inches per metre
+    scale = ((width, LARGEST[1]) / extent).min()  # inches per metre
     size = np.maximum(extent * scale, SMALLEST)
     middle, half = (low + high) / 2.0, size / scale / 2.0
     whole = size + np.array([2.0 * SIDE, SIDE + HEAD])

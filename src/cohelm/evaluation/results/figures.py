@@ -21,10 +21,11 @@ CASES = 6
 """That are drawn each by itself at most; tables and files have them all."""
 BOXED = ("time", "time_ratio", "min_distance", "path_length")
 """Measures with box plots, where rides say something of them."""
+GAP = 6
 CURVES: Mapping[str, tuple[int, float | None]] = {
     "speed, m/s": (4, None),
     "turn rate, rad/s": (5, None),
-    "gap to the nearest person, m": (6, 6.0),
+    "gap to the nearest person, m": (GAP, 6.0),
 }
 """What is drawn over time (Xu et al., Figs 14b, d, f): column of the curve, and where it is cut."""
 
@@ -160,8 +161,12 @@ def _curves(
 
 
 def _curve(one: Rides) -> Floats:
-    curve = one.curves[0]
-    return np.empty((0, 8)) if curve is None else curve
+    """Its curve; the gap clipped at 0, as in the measures: who overlaps is touched."""
+    if one.curves[0] is None:
+        return np.empty((0, 8))
+    curve = one.curves[0].copy()
+    curve[:, GAP] = curve[:, GAP].clip(min=0.0)
+    return curve
 
 
 def _figure(svg: str, class_: str | None = None) -> Markup:

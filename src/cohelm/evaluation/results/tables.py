@@ -105,9 +105,9 @@ def differences(by_name: Mapping[str, Rides], base: str, names: Sequence[str]) -
 
 
 def proxies(rides: Rides) -> Markup:
-    """What stands in for a rider's opinion, over all cases; empty where there is none."""
+    """What stands in for a rider's opinion, over all cases; empty where nobody held a stick."""
     names = [name for name in PROXIES if rides.has(name)]
-    if not names:
+    if not any(name != "authority" for name in names):  # without a device it is 0
         return Markup("")
     rows: list[list[Content]] = []
     for name in rides.contenders:
