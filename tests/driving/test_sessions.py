@@ -1,6 +1,7 @@
 """What is kept of sessions: whole, private, and gone by one action."""
 
 import csv
+import errno
 import io
 import multiprocessing
 import re
@@ -14,6 +15,7 @@ from PIL import Image
 
 from cohelm.driving import measuring, session_files
 from cohelm.driving import sessions as module
+from cohelm.driving.files import write_whole
 from cohelm.driving.logbook import Logbook
 from cohelm.driving.messages import Limits
 from cohelm.driving.records import InForceAt, RideRecord, StopNote, default_folder
@@ -184,6 +186,50 @@ def test_one_action_deletes_it_all_but_not_audit_and_settings(store, stage, tick
     store.settle()
     assert {file.name for file in store.folder.iterdir()} == {"audit.jsonl", "settings.json"}
     assert store.list() == ()
+
+
+def test_who_still_writes_while_all_is_deleted_keeps_nothing_of_it(
+    store, stage, ticks, monkeypatch
+):
+    driven_in = store.begin(stage).id
+    ride = driven(store, stage, ticks)
+    late, remove = [], session_files.shutil.rmtree
+
+    def slowly(folder):
+        """As the process that measures may: it does not know that the ride is deleted."""
+        with pytest.raises(StoreError):
+            write_whole(store.folder / driven_in / f"{ride}.measures.json", b"{}")
+        late.append(folder)
+        remove(folder)
+
+    monkeypatch.setattr(module.shutil, "rmtree", slowly)
+    assert store.delete_all() == 1
+    assert late
+    store.settle()
+    assert [*store.folder.iterdir()] == []
+
+
+def test_what_could_not_be_deleted_is_named_and_is_the_next_time(
+    store, stage, ticks, monkeypatch, tmp_path
+):
+    store.begin(stage)
+    driven(store, stage, ticks)
+    with monkeypatch.context() as broken:
+        broken.setattr(module.shutil, "rmtree", refuses)
+        with pytest.raises(StoreError, match=r"data/\.deleted-.*is not deleted \(Read-only"):
+            store.delete_all()
+    assert store.list() == ()
+    assert any(store.folder.rglob("*.json"))
+    store.settle()
+    assert store.delete_all() == 0
+    assert [*store.folder.iterdir()] == []
+    (store.folder / ".deleted-before").mkdir()
+    Sessions(store.folder).close()  # a program that was killed meanwhile goes on with it
+    assert [*store.folder.iterdir()] == []
+
+
+def refuses(_folder):
+    raise OSError(errno.EROFS, "Read-only file system")
 
 
 def test_a_ride_that_was_going_on_when_all_was_deleted_is_not_kept_and_the_next_one_is(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+import shutil
 import time as clock
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -16,6 +17,8 @@ from cohelm.errors import StoreError
 SESSION = re.compile(r"\d{8}-\d{6}(-\d+)?")
 RIDE = re.compile(r"(\d{8}-\d{6}(?:-\d+)?)-r\d+")
 """What ids look like; nothing else becomes part of a path."""
+DELETED = ".deleted-"
+"""How the name of a folder begins in which sessions are put that are being deleted."""
 _T = TypeVar("_T", SessionFacts, RideRecord)
 _DAY = 86_400.0
 
@@ -51,7 +54,9 @@ def as_json(model: SessionFacts | RideRecord) -> bytes:
 
 
 def sweep(folder: Path) -> None:
-    """Remove what a program that was killed left half done, once it is a day old."""
+    """Remove what a program that was killed left half done: deleting at once, all else in a day."""
+    for deleted in folder.glob(f"{DELETED}*"):
+        shutil.rmtree(deleted, ignore_errors=True)
     for pattern in ("*/*.rows", "*/*.task", "*/.*", "*/*.measures.*"):
         for file in folder.glob(pattern):
             whole = all(file.with_suffix(each).is_file() for each in (".rows", ".task", ".json"))

@@ -18,6 +18,7 @@ import contextlib
 import functools
 import logging
 import shutil
+import tempfile
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -30,6 +31,7 @@ from cohelm.driving.files import own_folder, write_whole
 from cohelm.driving.measuring import Postponed, measured_aside, salvaged, task_of
 from cohelm.driving.records import RideLog, RideRecord, SessionFacts, SessionSummary
 from cohelm.driving.session_files import (
+    DELETED,
     RIDE,
     SESSION,
     age,
@@ -304,14 +306,18 @@ class Sessions:
             self._file(ride, done).unlink(missing_ok=True)
 
     def _delete_all(self) -> int:
-        """Of the writer's thread."""
+        """Of the writer's thread; what is being measured meanwhile finds its folder gone."""
         folders = [f for f in self.folder.iterdir() if SESSION.fullmatch(f.name)]
         count = sum(any(rides_in(folder)) for folder in folders)
-        for each in folders:
-            try:
-                shutil.rmtree(each)
-            except OSError as cause:
-                raise StoreError(f"is not deleted ({cause.strerror or cause})", file=each) from None
+        at = self.folder
+        try:
+            away = Path(tempfile.mkdtemp(prefix=DELETED, dir=self.folder))
+            for at in folders:
+                at.rename(away / at.name)
+            for at in self.folder.glob(f"{DELETED}*"):  # and what was left of earlier times
+                shutil.rmtree(at)
+        except OSError as cause:
+            raise StoreError(f"is not deleted ({cause.strerror or cause})", file=at) from None
         self._kept.clear()
         return count
 
