@@ -1,7 +1,7 @@
 // What a rider points at on the map, and what a wish would cost before it is made.
 
 import { chair } from "./chair.svelte";
-import { link, type Answer } from "./link";
+import { link, PRICE_WITHIN, type Answer } from "./link";
 import { drawn, zoneOf } from "./map/strokes";
 import type { Point } from "./map/view";
 import type { Place, Preview, Want } from "./messages";
@@ -69,7 +69,7 @@ export class Choosing {
     const proposal: Proposal = { wish, words, price: null, trouble: "" };
     this.proposal = proposal;
     if (!chair.goal) return;
-    const answer = await link.ask({ type: "want", ...wish, preview: true });
+    const answer = await link.ask({ type: "want", ...wish, preview: true }, PRICE_WITHIN);
     if (this.proposal !== proposal) return;
     if (answer.type === "preview") {
       this.proposal = { ...proposal, price: answer, trouble: answer.trouble };

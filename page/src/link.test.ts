@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { Link, type Status } from "./link";
+import { Link, PRICE_WITHIN, type Status } from "./link";
 import { VERSION, type ToPage } from "./messages";
 
 class Socket {
@@ -101,6 +101,19 @@ describe("the link", () => {
     newest().close();
     expect(await cut).toMatchObject({ type: "refused", code: "link_lost" });
     expect(await link.ask({ type: "pace", pace: "slow" })).toMatchObject({ code: "link_lost" });
+  });
+
+  it("waits as long as a question takes, and then says so", async () => {
+    const link = new Link("ws://here");
+    link.connect();
+    newest().hear({ type: "welcome" });
+    const heard = vi.fn();
+    void link.ask({ type: "pace", pace: "slow" }).then(heard);
+    const dear = link.ask({ type: "want", kind: "attract", points: [[1, 2]], radius: 0, preview: true }, PRICE_WITHIN);
+    await vi.advanceTimersByTimeAsync(PRICE_WITHIN - 1_000);
+    expect(heard).toHaveBeenCalledExactlyOnceWith(expect.objectContaining({ code: "no_answer" }));
+    newest().hear({ type: "preview", id: newest().sent[1]!.id! });
+    expect((await dear).type).toBe("preview");
   });
 
   it("begins anew without waiting for the old one's goodbye, and heeds it no more", async () => {

@@ -15,6 +15,8 @@ export type Question = Extract<FromPage, { id?: number }> extends infer Each
 const FIRST_WAIT = 250;
 const LONGEST_WAIT = 4_000;
 const ANSWER_WITHIN = 8_000;
+/** A price is planned twice, by a process that leaves the processor to the one that drives. */
+export const PRICE_WITHIN = 30_000;
 
 type Listener = (message: ToPage) => void;
 type Watcher = (status: Status) => void;
@@ -67,12 +69,12 @@ export class Link {
   }
 
   /** Sends a question under a number of its own; the answer comes, or a refusal in its stead. */
-  ask(question: Question): Promise<Answer> {
+  ask(question: Question, within = ANSWER_WITHIN): Promise<Answer> {
     const id = this.#next++;
     return new Promise((resolve) => {
       const refuse = (code: string, text: string): void =>
         answer({ type: "refused", id, code, text });
-      const timer = setTimeout(() => refuse("no_answer", "The chair did not answer."), ANSWER_WITHIN);
+      const timer = setTimeout(() => refuse("no_answer", "The chair did not answer."), within);
       const answer = (given: Answer): void => {
         clearTimeout(timer);
         this.#open.delete(id);
