@@ -100,7 +100,7 @@ chromium: ## a Chromium for the tests of the page, where there is none
 	@[[ -x $(CHROMIUM) ]] || { \
 	    echo "the tests of the page need Chromium: installing it"; \
 	    as_root=; [[ $$(id -u) = 0 ]] || as_root="sudo -n"; \
-	    $$as_root apt-get update -qq && $$as_root apt-get install -qq -y chromium; } \
+	    $$as_root apt-get update -qq && $$as_root apt-get install -qq -y -o Dpkg::Use-Pty=0 chromium > /dev/null; } \
 	    || { echo "no Chromium at $(CHROMIUM), and it could not be installed with apt-get: \
 	install it by hand, as in: sudo apt-get install chromium" >&2; exit 1; }
 
