@@ -169,9 +169,11 @@ class Rider:
         states = [each for each in [*self.chair.states] if each["clock"] < before]
         heeded = [each for each in states if each["heard"] >= 0]
         last = next(each for each in reversed(heeded) if each["driver"] in self.beats)
-        beats = self.beats[last["driver"]]
-        sent = next(each["sent"] for each in reversed(beats) if each["seq"] == last["heard"])
-        return self._began + sent / 1000.0 - self._epoch
+        beats, limit = self.beats[last["driver"]], time.monotonic() + PATIENCE / 1000.0
+        while not (sent := [each["sent"] for each in beats if each["seq"] == last["heard"]]):
+            assert time.monotonic() < limit, "no beat is known that the chair heeded"
+            self.rest(0.1)  # the browser may tell of it later than the chair
+        return self._began + sent[-1] / 1000.0 - self._epoch
 
 
 def renderers(browser):

@@ -16,7 +16,7 @@ import numpy as np
 from cohelm.arrays import identical
 from cohelm.driving.asking import Answer, Ask, Charge, Ready, Way
 from cohelm.driving.logbook import Logbook
-from cohelm.driving.previews import surroundings_of
+from cohelm.driving.previews import surroundings_of, wishes_to_try
 from cohelm.driving.recording import Recording
 from cohelm.driving.records import RideLog
 from cohelm.driving.shown import (
@@ -31,7 +31,7 @@ from cohelm.driving.shown import (
 from cohelm.evaluation import Stage
 from cohelm.evaluation.processes import end_with_owner, leave_interrupts
 from cohelm.evaluation.staging import set_stage
-from cohelm.messages import Mode, Path, Request, RiderCommand, Wish
+from cohelm.messages import Mode, Path, Request, RiderCommand
 from cohelm.navigation import Navigator, Tick
 from cohelm.reasons import Reason
 from cohelm.safety import stop
@@ -184,16 +184,9 @@ def _ways_of_driving(stage: Stage) -> Iterator[tuple[str, Request, tuple[float, 
     """(what it is, request, stick) each."""
     asked = replace(stage.request, wishes=(), mode=Mode.SHARED, speed_limit=0.7)
     nowhere = np.full(2, np.nan)
-    middle = stage.route.points[len(stage.route.points) // 2]
-    aside = middle + np.array([0.5, 0.5])
-    wishes = (
-        Wish(points=middle[None]),
-        Wish(kind="stroke", points=np.array([middle, aside])),
-        Wish(kind="avoid", points=middle[None], radius=0.5),
-    )
     yield "route", asked, (0.0, 0.0)
     yield "hand", asked, (0.5, 0.3)
-    for wish in wishes:
+    for wish in wishes_to_try(stage):
         yield wish.kind, replace(asked, wishes=(wish,)), (0.0, 0.0)
     yield "alone", replace(asked, mode=Mode.AUTONOMOUS), (0.0, 0.0)
     yield "held", replace(asked, speed_limit=0.0), (0.0, 0.0)

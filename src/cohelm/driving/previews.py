@@ -101,13 +101,49 @@ def serve_previews(pipe: Connection, charge: Charge) -> None:
     leave_interrupts()
     end_with_owner()
     stage = set_stage(charge.scenario, charge.seed)
+    os.nice(_YIELDS)
+    _warm(stage)
     try:
         pipe.send(Ready(done=True))
-        os.nice(_YIELDS)
         while True:
             pipe.send(price(pipe.recv(), stage))
     except (EOFError, OSError):
         return
+
+
+def wishes_to_try(stage: Stage) -> tuple[Wish, ...]:
+    """One of each kind, so that all that wishes need is compiled and read before anybody waits."""
+    middle = stage.route.points[len(stage.route.points) // 2]
+    aside = middle + np.array([0.5, 0.5])
+    return (
+        Wish(points=aside[None]),  # a point on the way asks for nothing
+        Wish(kind="stroke", points=np.array([middle, aside])),
+        Wish(kind="avoid", points=middle[None], radius=0.5),
+    )
+
+
+def _warm(stage: Stage) -> None:
+    """Price each of them once, among a thing and people that are there for this only."""
+    start, asked, grid = stage.route.points[0], stage.request, stage.grid
+    thing = np.zeros((40, 40), dtype=np.uint8)
+    thing[30:33, 30:33] = 1
+    about = Surroundings(
+        pose=np.array([*start, 0.0]),
+        goal=asked.goal,
+        wishes=(),
+        wished_from=start,
+        clearance=asked.profile.clearance,
+        live=LiveObstacles(corner=np.array(grid.cells(start)), occupied=thing, version=1),
+        crowding=Crowding(
+            density=np.full((4, 4), 0.1, dtype=np.float32),
+            resolution=1.0,
+            X_MG=np.array([*start, 0.0]),
+            version=1,
+        ),
+    )
+    for number, wish in enumerate(wishes_to_try(stage)):
+        told = WhatIf(id=number, client="", wish=wish, surroundings=pickle.dumps(about))
+        price(told, stage)
 
 
 def price(asked: WhatIf, stage: Stage) -> Price:
