@@ -75,24 +75,28 @@ class LocalProblem:
         if steps >= len(self.reference.speeds) - 1:
             return self
         r, p, s = self.reference, self.predictions, self.spaces
-        near = np.s_[: steps + 1]
-        groups = s.groups
+        near, groups = np.s_[: steps + 1], s.groups
+        whole = np.ascontiguousarray  # as without steps beyond, or kernels are compiled twice
+
+        def cut(states: Floats) -> Floats:
+            return whole(states[:, :, near])
+
         return unchecked(
             self,
             reference=unchecked(r, poses=r.poses[near], speeds=r.speeds[near]),
             predictions=unchecked(
                 p,
-                mean=p.mean[:, :, near],
-                velocity=p.velocity[:, :, near],
-                deviation=p.deviation[:, :, near],
+                mean=cut(p.mean),
+                velocity=cut(p.velocity),
+                deviation=cut(p.deviation),
             ),
             spaces=unchecked(
                 s,
-                axis=s.axis[:, :, near],
-                front=s.front[:, :, near],
-                side=s.side[:, :, near],
-                rear=s.rear[:, :, near],
-                groups=groups and unchecked(groups, support=groups.support[:, near]),
+                axis=cut(s.axis),
+                front=cut(s.front),
+                side=cut(s.side),
+                rear=cut(s.rear),
+                groups=groups and unchecked(groups, support=whole(groups.support[:, near])),
             ),
         )
 

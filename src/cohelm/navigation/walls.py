@@ -34,10 +34,12 @@ def walls_about(
     r1, c1 = min(int(row) + half, grid.shape[0]), min(int(col) + half, grid.shape[1])
     r1, c1 = max(r1, r0 + 1), max(c1, c0 + 1)
     r0, c0 = min(r0, grid.shape[0] - 1), min(c0, grid.shape[1] - 1)
-    distance = static.distance[r0:r1, c0:c1]
+    window = static.distance[r0:r1, c0:c1]
     live_distance = _live_distances(live, grid.resolution)
-    if live_distance is not None:
-        distance = distance.copy()
+    if live_distance is None:
+        distance = np.ascontiguousarray(window)  # as with obstacles, or kernels are compiled twice
+    else:
+        distance = window.copy()
         lr, lc = int(live.corner[0]), int(live.corner[1])
         rows, cols = live_distance.shape
         a0, b0 = max(r0, lr), max(c0, lc)
@@ -45,7 +47,7 @@ def walls_about(
         if a1 > a0 and b1 > b0:
             ours = distance[a0 - r0 : a1 - r0, b0 - c0 : b1 - c0]
             np.minimum(ours, live_distance[a0 - lr : a1 - lr, b0 - lc : b1 - lc], out=ours)
-        distance.flags.writeable = False  # or it is copied again
+    distance.flags.writeable = False  # or it is copied again
     X_MW = grid.X_MG.copy()
     X_MW[:2] = transform(grid.X_MG, np.array([c0, r0]) * grid.resolution)
     return DistanceField(distance=distance, resolution=grid.resolution, X_MG=X_MW)
