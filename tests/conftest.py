@@ -11,9 +11,15 @@ from cohelm.robots import Robot, load_robot
 settings.register_profile("cohelm", deadline=None, derandomize=True, print_blob=False)
 settings.load_profile("cohelm")
 
-
 TOGETHER = "tests/page/"
 """Tests that share a chair and a browser, which take long to start."""
+FIRST = ("tests/control/baselines/", "tests/planning/")
+"""Tests that need little of what a ride needs: that is compiled meanwhile, for the chair of those
+above, and would else be compiled twice at once."""
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: not item.nodeid.startswith(FIRST))
 
 
 @pytest.hookimpl(optionalhook=True)
