@@ -2,17 +2,40 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
+from numba import njit
+
+from cohelm.arrays import Floats
 from cohelm.messages import People
 from cohelm.robots.contact import BRISK
 
 
-def share_of_room(people: People) -> float:
-    """1 / the number of those who walk, at most 1, without unit.
+def share_of_room(people: People, pose: Floats) -> float:
+    """How much of a berth is kept from who walks, 0…1, without unit.
 
-    Who gives way to one alone by a wide berth would among many only run into the next. Slow people
-    count in part, whole from 0.5 m/s on, so that nothing jumps where somebody stops. Assumed.
+    Whole from one alone who comes straight towards the robot; less the more across or away from the
+    robot's heading they walk, by the cosine: who crosses is let pass, not gone round. The mean over
+    several is divided by their number, as who gives way to one among many by a wide berth would
+    only run into the next. Slow people count in part, whole from 0.5 m/s on, so that nothing jumps
+    where somebody stops. Assumed.
+
+    Args:
+        people: as they are now.
+        pose: the robot's, (3,), X_MR.
     """
-    speed = np.hypot(people.mean[:, 2], people.mean[:, 3])
-    return 1.0 / max(float(np.minimum(speed / BRISK, 1.0).sum()), 1.0)
+    return float(_share(people.mean, math.cos(pose[2]), math.sin(pose[2])))
+
+
+@njit(cache=True)
+def _share(states: Floats, cos: float, sin: float) -> float:
+    """Of states (n, 4), with the robot's heading."""
+    walking, towards = 0.0, 0.0
+    for i in range(states.shape[0]):
+        vx, vy = states[i, 2], states[i, 3]
+        speed = math.hypot(vx, vy)
+        if speed > 0.0:
+            walks = min(speed / BRISK, 1.0)
+            walking += walks
+            towards += walks * max(-(cos * vx + sin * vy) / speed, 0.0)
+    return towards / walking / max(walking, 1.0) if walking > 0.0 else 0.0

@@ -78,7 +78,7 @@ class Arcs:
         growth: float = Field(0.08, ge=0.0)
         """How that grows with prediction time for who walks, m/s."""
         berth: float = Field(0.0, ge=0.0)
-        """By how much more it grows for who walks alone, m/s; shared among all who walk."""
+        """By how much more it grows for one who comes towards the robot, m/s; see ``room``."""
         doubt: float = Field(0.0, ge=0.0)
         """What the predictor's own deviation adds to it, without unit."""
         greatest: float = Field(0.4, ge=0.0)
@@ -204,7 +204,7 @@ def _likeliest(problem: LocalProblem, scene: Scene) -> Floats:
 def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
     least, growth = (p.squeezing, 0.0) if problem.stalled else (p.margin, p.growth)
     if p.berth > 0.0 and not problem.stalled:
-        growth += p.berth * share_of_room(problem.people)
+        growth += p.berth * share_of_room(problem.people, problem.pose)
     greatest = max(least, 0.0 if problem.stalled else p.greatest)
     fade, margin = _by_time(scene.step, scene.steps, p.fading, least, growth, greatest)
     return Prices(

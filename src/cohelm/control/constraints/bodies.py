@@ -29,7 +29,7 @@ class Bodies:
         growth: float = Field(0.08, ge=0.0)
         """How the margin grows with prediction time, m/s."""
         berth: float = Field(0.0, ge=0.0)
-        """By how much more it grows about who walks alone, m/s; shared among all who walk."""
+        """By how much more it grows about one who comes towards the robot, m/s; see ``room``."""
         deviations: float = Field(0.0, ge=0.0, le=5.0)
         """By how many standard deviations of the predicted position the margin grows besides."""
         greatest: float = Field(0.35, ge=0.0)
@@ -91,7 +91,7 @@ class Bodies:
         p = self.parameters
         margin = self._squeezing if problem.stalled else self._margin
         if p.berth > 0.0 and not problem.stalled:
-            growth = p.growth + p.berth * share_of_room(problem.people)
+            growth = p.growth + p.berth * share_of_room(problem.people, problem.pose)
             margin = replace(margin, growth=growth)
         return futures(problem, p.at_least, margin, p.gamma, 0.0)
 

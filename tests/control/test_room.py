@@ -1,0 +1,52 @@
+"""Of how wide a berth there is room for."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohelm.control.room import share_of_room
+from cohelm.testing.scenes import walkers
+
+POSE = np.array([1.0, 2.0, 0.4])
+angles = st.floats(-math.pi, math.pi)
+speeds = st.floats(0.0, 2.0)
+
+
+def walking(*ways):
+    """(speed, direction relative to the robot's) each."""
+    turned = [(speed, POSE[2] + angle) for speed, angle in ways]
+    return walkers([[3.0, 3.0, v * math.cos(a), v * math.sin(a)] for v, a in turned])
+
+
+@given(st.floats(0.01, 2.0), angles)
+def test_of_one_alone_it_is_how_straight_they_come(speed, angle):
+    expected = max(-math.cos(angle), 0.0)
+    assert share_of_room(walking((speed, angle)), POSE) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_it_is_shared_among_all_who_walk(count):
+    coming = [(1.0, math.pi)] * count
+    assert share_of_room(walking(*coming), POSE) == pytest.approx(1.0 / count)
+    standing = [(0.0, 0.0)] * 3
+    assert share_of_room(walking(*coming, *standing), POSE) == pytest.approx(1.0 / count)
+    away = [(1.0, 0.0)] * count
+    shared = 0.5 / (2 * count)  # half of them come
+    assert share_of_room(walking(*coming, *away), POSE) == pytest.approx(shared)
+
+
+def test_of_nobody_and_of_who_stands_there_is_none():
+    assert share_of_room(walkers(np.empty((0, 4))), POSE) == 0.0
+    assert share_of_room(walking((0.0, 1.0), (0.0, 2.0)), POSE) == 0.0
+
+
+@given(st.lists(st.tuples(speeds, angles), min_size=2, max_size=5))
+def test_it_does_not_jump_where_one_of_several_stops(ways):
+    one, *rest = ways
+    stops = share_of_room(walking((1e-9, one[1]), *rest), POSE)
+    if sum(speed for speed, _ in rest) > 1e-3:
+        assert stops == pytest.approx(share_of_room(walking(*rest), POSE), abs=1e-5)
+    assert 0.0 <= stops <= 1.0
