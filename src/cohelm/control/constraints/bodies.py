@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 
 from numba import njit
@@ -91,9 +92,15 @@ class Bodies:
         p = self.parameters
         margin = self._squeezing if problem.stalled else self._margin
         if p.berth > 0.0 and not problem.stalled:
-            growth = p.growth + p.berth * share_of_room(problem.people, problem.pose)
-            margin = replace(margin, growth=growth)
+            share = share_of_room(problem.people, problem.pose)
+            margin = _grown(margin, p.growth + p.berth * share)
         return futures(problem, p.at_least, margin, p.gamma, 0.0)
+
+
+@functools.lru_cache(maxsize=16)
+def _grown(margin: Margin, growth: float) -> Margin:
+    """A margin that grows otherwise; the same object each time, as what follows is found by it."""
+    return replace(margin, growth=growth)
 
 
 @njit(cache=True)
