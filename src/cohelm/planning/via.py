@@ -119,6 +119,7 @@ def _cut(packed: Floats32, low: Integers, high: Integers) -> Floats32:
         return packed
     out = packed[r0:r1, c0:c1].copy()
     out[[0, -1], :] = out[:, [0, -1]] = BLOCKED
+    out.flags.writeable = False  # as the whole of it, or kernels are compiled twice
     return out
 
 
