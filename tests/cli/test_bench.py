@@ -164,3 +164,13 @@ def test_a_table_that_has_room_is_no_wider_than_its_page():
     with (console := Console(width=120)).capture() as drawn:
         console.print(bench._table(sheet, 120))
     assert all(line.rstrip()[-1] in "┓┃┩│┘" for line in drawn.get().splitlines()[1:])
+
+
+def test_cells_are_folded_evenly_where_not_all_have_room():
+    cell = "0.389 [0.383, 0.399]; 0.166"
+    sheet = Sheet("all", ("who", *"abcd"), (("ours", *[cell] * 4), ("paper", *["0"] * 4)))
+    with (console := Console(width=90)).capture() as drawn:
+        console.print(bench._table(sheet, 90))
+    lines = [line for line in drawn.get().splitlines() if line.startswith("│")]
+    assert len(lines) == 3  # two of ours, one of the paper's
+    assert lines[0].count("0.389 [0.383,") == 4

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
@@ -212,12 +213,19 @@ def _table(sheet: Sheet, width: int | None = None) -> Table:
 
 
 def _widths(sheet: Sheet, least: Sequence[int], spare: int) -> list[int]:
-    """The least widths, and what is spare given to whole cells, then to whole heads."""
+    """The least widths, and what is spare given to the cells folded most, then to the heads."""
     widths = list(least)
     for lines in (sheet.rows, (sheet.columns,)):
-        for i in range(len(widths)):
-            whole = max((len(row[i]) for row in lines), default=0)
-            more = max(0, min(spare, whole - widths[i]))
-            widths[i] += more
-            spare -= more
+        columns = [{row[i] for row in lines} for i in range(len(widths))]
+        folds = [_lines(column, width) for column, width in zip(columns, widths, strict=True)]
+        while spare > 0 and max(folds) > 1:
+            i = folds.index(max(folds))
+            widths[i] += 1
+            spare -= 1
+            folds[i] = _lines(columns[i], widths[i])
     return widths
+
+
+def _lines(cells: Iterable[str], width: int) -> int:
+    """Of the cell that is folded most."""
+    return max((len(textwrap.wrap(cell, max(width, 1))) for cell in cells), default=0)
