@@ -202,23 +202,24 @@ def test_who_still_writes_while_all_is_deleted_keeps_nothing_of_it(
         late.append(folder)
         remove(folder)
 
-    monkeypatch.setattr(module.shutil, "rmtree", slowly)
-    assert store.delete_all() == 1
+    with monkeypatch.context() as slow:
+        slow.setattr(module.shutil, "rmtree", slowly)
+        assert store.delete_all() == 1
+        store.settle()
     assert late
-    store.settle()
     assert [*store.folder.iterdir()] == []
 
 
-def test_what_could_not_be_deleted_is_named_and_is_the_next_time(
-    store, stage, ticks, monkeypatch, tmp_path
-):
+def test_what_could_not_be_deleted_is_named_and_is_the_next_time(store, stage, ticks, monkeypatch):
     store.begin(stage)
-    driven(store, stage, ticks)
+    ride = driven(store, stage, ticks)
     with monkeypatch.context() as broken:
         broken.setattr(module.shutil, "rmtree", refuses)
         with pytest.raises(StoreError, match=r"data/\.deleted-.*is not deleted \(Read-only"):
             store.delete_all()
     assert store.list() == ()
+    with pytest.raises(StoreError, match="there is no such ride"):
+        store.rate(ride, 5)
     assert any(store.folder.rglob("*.json"))
     store.settle()
     assert store.delete_all() == 0
@@ -226,6 +227,17 @@ def test_what_could_not_be_deleted_is_named_and_is_the_next_time(
     (store.folder / ".deleted-before").mkdir()
     Sessions(store.folder).close()  # a program that was killed meanwhile goes on with it
     assert [*store.folder.iterdir()] == []
+
+
+def test_a_session_that_was_deleted_is_never_another_one(store, stage):
+    """Within the same second, too: somebody may still write of its rides."""
+    names = set()
+    for _ in range(3):
+        names.add(store.begin(stage).id)
+        names.add(store.begin_ride()[0])
+        store.delete_all()
+        names.add(store.begin_ride()[0])
+    assert len(names) == 9
 
 
 def refuses(_folder):

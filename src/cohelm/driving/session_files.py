@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import re
 import shutil
 import time as clock
@@ -18,7 +19,8 @@ SESSION = re.compile(r"\d{8}-\d{6}(-\d+)?")
 RIDE = re.compile(r"(\d{8}-\d{6}(?:-\d+)?)-r\d+")
 """What ids look like; nothing else becomes part of a path."""
 DELETED = ".deleted-"
-"""How the name of a folder begins in which sessions are put that are being deleted."""
+"""How the folder of a session that is being deleted begins."""
+_log = logging.getLogger(__name__)
 _T = TypeVar("_T", SessionFacts, RideRecord)
 _DAY = 86_400.0
 
@@ -54,9 +56,15 @@ def as_json(model: SessionFacts | RideRecord) -> bytes:
 
 
 def sweep(folder: Path) -> None:
-    """Remove what a program that was killed left half done: deleting at once, all else in a day."""
+    """Remove what a program that was killed left half done.
+
+    What was being deleted goes at once, all else when it is a day old.
+    """
     for deleted in folder.glob(f"{DELETED}*"):
-        shutil.rmtree(deleted, ignore_errors=True)
+        try:
+            shutil.rmtree(deleted)
+        except OSError as cause:
+            _log.error("sessions: %s is not deleted (%s)", deleted, cause.strerror or cause)
     for pattern in ("*/*.rows", "*/*.task", "*/.*", "*/*.measures.*"):
         for file in folder.glob(pattern):
             whole = all(file.with_suffix(each).is_file() for each in (".rows", ".task", ".json"))

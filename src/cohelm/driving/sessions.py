@@ -7,6 +7,7 @@
         session.json
         20260131-142530-r1.json   a ride's record; .png its map; .rows its log and .task what else
                                   is needed, until it is measured: now, or at the next start
+      .deleted-…/              a session that is being deleted, now or at the next start
 
 Every method may be called from any thread. Writing is done aside, in the order asked for, so that
 nobody who drives waits for a disk; what goes wrong there stands in :attr:`Sessions.trouble`.
@@ -16,10 +17,11 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import itertools
 import logging
 import shutil
-import tempfile
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from datetime import UTC, datetime
@@ -70,6 +72,7 @@ class Sessions:
         self._lock = threading.Lock()
         self._facts: SessionFacts | None = None
         self._kept: set[str] = set()
+        self._given: set[str] = set()
         self._count = 0
         self._trouble = ""
         sweep(self.folder)
@@ -149,10 +152,8 @@ class Sessions:
 
     def list(self) -> tuple[SessionSummary, ...]:
         """All sessions that have a ride, the newest first."""
-        folders = [f for f in self.folder.iterdir() if SESSION.fullmatch(f.name)]
-        folders.sort(key=lambda folder: age(folder.name), reverse=True)
         found = []
-        for each in folders:
+        for each in sorted(self._folders(), key=lambda f: age(f.name), reverse=True):
             with contextlib.suppress(StoreError):  # deleted meanwhile, or damaged
                 found.append(self.summary(each.name))
         return tuple(each for each in found if each.rides)
@@ -239,16 +240,19 @@ class Sessions:
 
     def _opened(self, facts: SessionFacts) -> SessionFacts:
         """The session with an id and a folder of its own."""
-        stamp, number = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S"), 1
+        stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
+        numbers = itertools.count(1)
         while True:
-            id_ = stamp if number == 1 else f"{stamp}-{number}"
+            id_ = stamp if (number := next(numbers)) == 1 else f"{stamp}-{number}"
+            if id_ in self._given:  # and deleted since: its last ride may still be written of
+                continue
             try:
                 (self.folder / id_).mkdir(mode=0o700)
             except FileExistsError:
-                number += 1
                 continue
             except OSError as cause:
                 raise StoreError(f"cannot be made ({cause.strerror})", file=self.folder) from None
+            self._given.add(id_)
             opened = facts.model_copy(update={"id": id_})
             write_whole(self.folder / id_ / "session.json", as_json(opened))
             return opened
@@ -307,19 +311,22 @@ class Sessions:
 
     def _delete_all(self) -> int:
         """Of the writer's thread; what is being measured meanwhile finds its folder gone."""
-        folders = [f for f in self.folder.iterdir() if SESSION.fullmatch(f.name)]
-        count = sum(any(rides_in(folder)) for folder in folders)
-        at = self.folder
+        at, number = self.folder, time.time_ns()  # a name of its own each time
         try:
-            away = Path(tempfile.mkdtemp(prefix=DELETED, dir=self.folder))
-            for at in folders:
-                at.rename(away / at.name)
+            count = sum(any(rides_in(folder)) for folder in self._folders())
+            with self._lock:  # a session is there whole, or not yet
+                self._kept.clear()
+                for at in self._folders():
+                    at.rename(at.with_name(f"{DELETED}{number}-{at.name}"))
             for at in self.folder.glob(f"{DELETED}*"):  # and what was left of earlier times
                 shutil.rmtree(at)
         except OSError as cause:
             raise StoreError(f"is not deleted ({cause.strerror or cause})", file=at) from None
-        self._kept.clear()
         return count
+
+    def _folders(self) -> tuple[Path, ...]:
+        """Of all sessions, in no order."""
+        return tuple(f for f in self.folder.iterdir() if SESSION.fullmatch(f.name))
 
     def _session(self, session: str) -> Path:
         folder = self.folder / session
