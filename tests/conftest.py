@@ -14,8 +14,8 @@ settings.load_profile("cohelm")
 TOGETHER = "tests/page/"
 """Tests that share a chair and a browser, which take long to start."""
 FIRST = ("tests/control/baselines/", "tests/planning/")
-"""Tests that need little of what a ride needs: that is compiled meanwhile, for the chair of those
-above, and would else be compiled twice at once."""
+"""Tests that need few kernels of a ride: those are compiled meanwhile by the chair of the tests
+above, and no other worker compiles them too."""
 
 
 def pytest_collection_modifyitems(items):

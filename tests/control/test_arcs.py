@@ -48,8 +48,8 @@ def drawn(seed, people, kinematics="unicycle"):
 
 
 @pytest.mark.parametrize("others", [0, 2])
-def test_a_berth_is_shared_by_all_who_come(others):
-    """Beside the way: as dear as if the margin grew by what falls to each of those who come."""
+def test_a_berth_is_shared_by_all_who_walk_against_the_robot(others):
+    """Beside the way: as dear as if the margin grew by what falls to each of those."""
     far = [[-3.0, 5.0 - k, -0.6, 0.0] for k in range(others)]
     problem = scene(people=walkers([[3.0, 0.9, -0.6, 0.0], *far]))
     inputs = np.tile([0.8, 0.0], (25, 1))

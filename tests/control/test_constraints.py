@@ -136,8 +136,8 @@ def test_margins_grow_about_who_walks(motions, speed, share):
 
 
 @pytest.mark.parametrize("others", [0, 1, 3])
-def test_a_berth_is_shared_by_all_who_come(motions, others):
-    """The margin grows by 0.08 m/s, and by 0.2 m/s shared among those who come, and nobody else."""
+def test_a_berth_is_shared_by_all_who_walk_against_the_robot(motions, others):
+    """The margin grows by 0.08 m/s, and by 0.2 m/s shared among those who walk, and no others."""
     walking = [[2.0, 0.0, -0.5, 0.0]] * (1 + others)
     people = walkers([*walking, [0.0, 2.0, 0.0, 0.0], [0.0, -2.0, 0.0, 0.0]])
     problem = local_problem(steps=4, step=0.5, people=people)

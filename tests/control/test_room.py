@@ -15,16 +15,16 @@ angles = st.floats(-math.pi, math.pi)
 speeds = st.floats(0.0, 2.0)
 
 
-def walking(*ways):
+def walking(*ways, at=(3.0, 3.0)):
     """(speed, direction relative to the robot's) each."""
     turned = [(speed, POSE[2] + angle) for speed, angle in ways]
-    return walkers([[3.0, 3.0, v * math.cos(a), v * math.sin(a)] for v, a in turned])
+    return walkers([[*at, v * math.cos(a), v * math.sin(a)] for v, a in turned])
 
 
-@given(st.floats(0.01, 2.0), angles)
-def test_of_one_alone_it_is_how_straight_they_come(speed, angle):
+@given(st.floats(0.01, 2.0), angles, st.tuples(st.floats(-9, 9), st.floats(-9, 9)))
+def test_of_one_alone_it_is_how_straight_they_walk_against_it(speed, angle, at):
     expected = max(-math.cos(angle), 0.0)
-    assert share_of_room(walking((speed, angle)), POSE) == pytest.approx(expected, abs=1e-9)
+    assert share_of_room(walking((speed, angle), at=at), POSE) == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])

@@ -72,7 +72,7 @@ def test_a_wish_is_priced_confirmed_heeded_and_taken_back(rider, chair):
     rider.page.get_by_label("Or by the name of a place").select_option("Laboratory")
     rider.press("Go by there")
     card = rider.page.get_by_role("group", name="Wish")
-    expect(card.get_by_role("status")).to_have_text(re.compile(r"^\+[\d.]+ m, "), timeout=40_000)
+    expect(card.get_by_role("status")).to_have_text(re.compile(r"^\+[\d.]+ m, "), timeout=32_000)
     told = card.get_by_role("status").inner_text()
     assert chair.state["route"] == before["version"]  # so far it is a question only
 

@@ -228,4 +228,5 @@ def _widths(sheet: Sheet, least: Sequence[int], spare: int) -> list[int]:
 
 def _lines(cells: Iterable[str], width: int) -> int:
     """Of the cell that is folded most."""
-    return max((len(textwrap.wrap(cell, max(width, 1))) for cell in cells), default=0)
+    folded = textwrap.TextWrapper(max(width, 1), break_on_hyphens=False)
+    return max((len(folded.wrap(cell)) for cell in cells), default=0)

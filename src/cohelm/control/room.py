@@ -12,13 +12,14 @@ from cohelm.robots.contact import BRISK
 
 
 def share_of_room(people: People, pose: Floats) -> float:
-    """How much of a berth is kept from who walks, 0…1, without unit.
+    """How much of a berth is kept from all who walk, 0…1, without unit.
 
-    Whole from one alone who comes straight towards the robot; less the more across or away from the
-    robot's heading they walk, by the cosine: who crosses is let pass, not gone round. The mean over
-    several is divided by their number, as who gives way to one among many by a wide berth would
-    only run into the next. Slow people count in part, whole from 0.5 m/s on, so that nothing jumps
-    where somebody stops. Assumed.
+    Whole where one alone walks, and straight against the robot's heading; less by the cosine the
+    more across they walk, and none with it: who crosses is let pass, not gone round. Where they are
+    does not matter, so that it does not fade while they are passed. The mean over several is
+    divided by their number, as who gives way to one among many by a wide berth would only run into
+    the next. In both, slow people count in part, whole from 0.5 m/s on, as the growth of margins
+    does. Assumed.
 
     Args:
         people: as they are now.

@@ -15,7 +15,7 @@ from cohelm.driving.wanted import wish_of, wishes_of
 WAITING = 8
 """Questions that wait at most; the oldest is refused where more come."""
 HANGING = 25.0
-"""A process that owes an answer for longer is ended, s; pages wait somewhat longer."""
+"""A process that owes an answer for longer is ended, s; a page waits for one somewhat longer."""
 MOST_LOST = 5
 """Processes that may fail before no more are begun."""
 

@@ -78,7 +78,7 @@ class Arcs:
         growth: float = Field(0.08, ge=0.0)
         """How that grows with prediction time for who walks, m/s."""
         berth: float = Field(0.0, ge=0.0)
-        """By how much more it grows for one who comes towards the robot, m/s; see ``room``."""
+        """By how much more it grows where somebody walks against the robot, m/s; see ``room``."""
         doubt: float = Field(0.0, ge=0.0)
         """What the predictor's own deviation adds to it, without unit."""
         greatest: float = Field(0.4, ge=0.0)
@@ -232,7 +232,7 @@ def _prices(p: Arcs.Parameters, problem: LocalProblem, scene: Scene) -> Prices:
 def _by_time(  # a key takes plain numbers
     step: float, steps: int, fading: float, least: float, growth: float, greatest: float
 ) -> tuple[Floats, Floats]:
-    """(fade, margin) of ``Prices``, the same for every decision."""
+    """(fade, margin) of ``Prices``, without a berth the same for every decision."""
     time = step * np.arange(steps + 1)
     return np.exp(-time / fading), np.minimum(least + growth * time, greatest)
 

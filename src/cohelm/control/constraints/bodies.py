@@ -30,7 +30,7 @@ class Bodies:
         growth: float = Field(0.08, ge=0.0)
         """How the margin grows with prediction time, m/s."""
         berth: float = Field(0.0, ge=0.0)
-        """By how much more it grows about one who comes towards the robot, m/s; see ``room``."""
+        """By how much more it grows where somebody walks against the robot, m/s; see ``room``."""
         deviations: float = Field(0.0, ge=0.0, le=5.0)
         """By how many standard deviations of the predicted position the margin grows besides."""
         greatest: float = Field(0.35, ge=0.0)
