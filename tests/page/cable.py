@@ -15,6 +15,7 @@ class Cable:
         self._to = port
         self._cut = threading.Event()
         self._pairs = {}
+        self._over = set()
         self._door = socket.create_server(("127.0.0.1", 0))
         self._door.settimeout(0.2)
         self.port = self._door.getsockname()[1]
@@ -36,6 +37,7 @@ class Cable:
     def mend(self):
         """What was swallowed stays so: connections of before are closed, new ones are carried."""
         self._cut.clear()
+        self._over.clear()
         for end in [*self._pairs]:
             with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
@@ -48,7 +50,8 @@ class Cable:
 
     def _carry(self):
         while not self._ends.is_set():
-            ready, _, _ = select.select([self._door, *self._pairs], [], [], 0.1)
+            heard = [end for end in [*self._pairs] if end not in self._over]
+            ready, _, _ = select.select([self._door, *heard], [], [], 0.1)
             for end in ready:
                 if end is self._door:
                     self._enter()
@@ -70,7 +73,9 @@ class Cable:
                 other.sendall(data)
         except OSError:
             data = b""
-        if not data and not self._cut.is_set():
+        if not data and self._cut.is_set():
+            self._over.add(end)  # it would be ready for ever
+        elif not data:
             for each in (end, other):
                 self._pairs.pop(each, None)
                 each.close()

@@ -11,7 +11,7 @@ from playwright.sync_api import Error, expect
 from .cable import Cable
 from .served import brief, wants
 
-PATIENCE = 20_000  # ms: on a busy machine a page takes its time
+PATIENCE = 30_000  # ms: on a busy machine a page takes its time
 PADS = """
 window.pads = [];
 navigator.getGamepads = () => window.pads;
