@@ -1,3 +1,4 @@
+import functools
 import os
 from pathlib import Path
 
@@ -16,6 +17,21 @@ TOGETHER = "tests/page/"
 FIRST = ("tests/control/baselines/", "tests/planning/")
 """Tests that need few kernels of a ride: those are compiled meanwhile by the chair of the tests
 above, and no other worker compiles them too."""
+
+
+_BEHIND = 10
+"""How much more willingly tests that only compute wait for a processor than a chair and a page."""
+
+
+@functools.cache
+def _leave_the_page_its_time():
+    os.nice(_BEHIND)
+
+
+def pytest_runtest_setup(item):
+    """From a worker's first test on that is none of ``TOGETHER``, where there are workers."""
+    if "PYTEST_XDIST_WORKER" in os.environ and not item.nodeid.startswith(TOGETHER):
+        _leave_the_page_its_time()
 
 
 def pytest_collection_modifyitems(items):

@@ -121,16 +121,18 @@ class Rider:
         """Do something that the chair follows, and wait until it does.
 
         On a machine that is too busy for the navigator the chair stands, says so and asks to be
-        told to go on: then that is done, and the same once more.
+        told to go on; and what is done before a busy page knows that it may drive does not count.
+        Then it is done once more.
         """
         for _ in range(5):
             act()
-            state = self.until(lambda state: law(state) or _could_not_think(state))
-            if law(state):
-                return state
+            with suppress(AssertionError):
+                state = self.until(lambda state: law(state) or _could_not_think(state), 8.0)
+                if law(state):
+                    return state
             undo()
             self.go_on()
-        raise AssertionError("the machine is too busy for the navigator")
+        raise AssertionError(f"the chair does not follow; {brief(self.chair.state)}")
 
     def leave_fields(self):
         """So that keys are nobody's but the chair's."""
