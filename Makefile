@@ -10,6 +10,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet --quiet
+UV = $(BIN)/uv pip install --quiet --python $(BIN)/python
 READY := $(VENV)/.ready
 
 # Workers of the test run, and the folder with the outside data sets (tests skip without it).
@@ -20,7 +21,7 @@ export COHELM_DATA
 # The rider's page: what npm brings, what it is built from, and what comes out.
 PACKAGES := page/node_modules/.package-lock.json
 SOURCES = $(shell find page -path page/node_modules -prune -o -type f \
-    ! -name messages.ts ! -name '*.test.ts' ! -name '*.md' ! -name '*.local' -print)
+    ! -name messages.ts ! -name measures.ts ! -name '*.test.ts' ! -name '*.md' ! -name '*.local' -print)
 PAGE := src/cohelm/web/page/index.html
 CHROMIUM := /usr/bin/chromium
 
@@ -28,7 +29,7 @@ CHROMIUM := /usr/bin/chromium
 DRIVE ?=
 
 RIDES := rides
-BENCHMARKS := $(wildcard $(addprefix benchmarks/,orca.py lidar.py prediction.py))
+
 
 .PHONY: help
 help: ## this list
@@ -67,7 +68,7 @@ check: setup $(PACKAGES) ## style, types and layers
 
 .PHONY: bench
 bench: setup ## the benchmarks, beside their outside references where there are any
-	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script"; done
+	@echo "== cohelm bench simulation"; $(BIN)/cohelm bench simulation --out $(RIDES)/simulation
 	@echo "== cohelm bench planning"; $(BIN)/cohelm bench planning --out $(RIDES)/planning
 	@echo "== cohelm bench solver"; $(BIN)/cohelm bench solver --share 0.2 --out $(RIDES)/solver
 
@@ -79,8 +80,11 @@ $(READY): requirements.lock pyproject.toml
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	    || { echo "cohelm needs Python 3.11 or newer; say where: make setup PYTHON=..." >&2; exit 1; }
 	@[[ -x $(BIN)/python ]] || "$(PYTHON)" -m venv $(VENV)
-	@$(PIP) install --no-deps --requirement requirements.lock
-	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@[[ -x $(BIN)/uv ]] || $(PIP) install "$$(grep '^uv==' requirements.lock)" \
+	    || echo "uv could not be installed: pip does its work, more slowly" >&2
+	@if [[ -x $(BIN)/uv ]]; then install=($(UV)); else install=($(PIP) install); fi; \
+	    "$${install[@]}" --no-deps --requirement requirements.lock \
+	    && "$${install[@]}" --no-deps --no-build-isolation --editable .
 	@touch $@
 
 $(PACKAGES): page/package.json page/package-lock.json
@@ -90,7 +94,7 @@ $(PACKAGES): page/package.json page/package-lock.json
 	@cd page && npm ci --loglevel=error
 	@touch $@
 
-$(PAGE): $(PACKAGES) $(SOURCES) src/cohelm/web/messages.schema.json
+$(PAGE): $(PACKAGES) $(SOURCES) src/cohelm/web/messages.schema.json src/cohelm/web/measures.json
 	@echo "building the page"
 	@cd page && npm run --silent types && npx --no-install vite build --logLevel warn
 	@touch $@
@@ -109,7 +113,7 @@ wheel: setup page ## dist/*.whl with the built page in it, so that it needs no N
 	$(BIN)/python -m hatchling build -t wheel
 
 .PHONY: schema
-schema: setup ## the messages' JSON Schema again from src/cohelm/driving/messages
+schema: setup ## the messages' JSON Schema again from src/cohelm/live/messages
 	$(BIN)/python -m cohelm.web.schema
 
 .PHONY: lock
