@@ -1,16 +1,16 @@
 """Frozen values whose arrays have declared shapes.
 
-A field is annotated with its array type and the names of its axes, and the value checks itself when
-it is made::
+A field is annotated with its array type and the names of its axes, and the constructor checks
+them::
 
     @value
     class People:
         id: Annotated[Integers, Shape("n")]
         mean: Annotated[Floats, Shape("n 4")]
 
-A number is an exact length; a name must have one length throughout the value; ``name+1`` is one
-more; ``...`` first stands for any leading axes; ``*`` is any length. Arrays become read-only, in
-the type that the annotation says; one that the caller could still write to is copied.
+A number is an exact length; a name has one length throughout the value; ``name+1`` is one more;
+``...`` at the beginning stands for any leading axes; ``*`` is any length. Arrays are converted to
+the annotated type and become read-only; an array that the caller could still write to is copied.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ __all__ = [
     field_specifiers=(dataclasses.field,),
 )
 def value(cls: type[_T]) -> type[_T]:
-    """Make ``cls`` a frozen, slotted, keyword-only record that checks its arrays when it is made.
+    """Make ``cls`` a frozen, slotted, keyword-only record that checks its arrays on construction.
 
     Raises:
         ValueError: on construction, if an array does not have its declared shape.
@@ -72,10 +72,10 @@ def value(cls: type[_T]) -> type[_T]:
 
 
 def unchecked(of: _T, **changes: Any) -> _T:
-    """A copy of a value with other contents, as ``dataclasses.replace``, but nothing is checked.
+    """Copy a value with changed fields, as ``dataclasses.replace``, but without checks.
 
-    For the inner loop: the caller answers for types and shapes. Arrays become read-only, and are
-    not copied.
+    For inner loops: the caller guarantees types and shapes. Arrays become read-only, and are not
+    copied.
     """
     copy = object.__new__(type(of))
     for name in type(of).__slots__:  # type: ignore[attr-defined]  # every value has them
@@ -87,7 +87,7 @@ def unchecked(of: _T, **changes: Any) -> _T:
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """``array`` itself where nobody can write to it, else a read-only copy."""
+    """Return ``array`` itself if it is read-only, else a read-only copy."""
     if array.flags.writeable:
         array = array.copy()
         array.flags.writeable = False
@@ -95,9 +95,9 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def empty_for_copies(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
-    """An array to be filled once and sealed, of which :func:`lazy_copy` makes copies cheaply.
+    """Allocate an array that is filled once and then made read-only, for :func:`lazy_copy`.
 
-    A large one lies in memory that the operating system can map again, where it offers that.
+    A large one is memory that the operating system can map again, where that is supported.
     """
     size = math.prod(shape) * np.dtype(dtype).itemsize
     if size < _LARGE or not hasattr(os, "memfd_create"):
@@ -108,13 +108,13 @@ def empty_for_copies(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
 
 
 def lazy_copy(array: NDArray[Any]) -> NDArray[Any]:
-    """A copy that can be written to and shares with ``array`` each page that nobody writes to.
+    """Return a writable copy that shares unchanged pages with ``array``.
 
-    So a large array from :func:`empty_for_copies` is copied at the price of what is changed; any
-    other is simply copied.
+    Copying a large array from :func:`empty_for_copies` costs only what is changed; any other array
+    is simply copied.
 
     Args:
-        array: sealed: a write to it would show in its copies.
+        array: read-only: a write to it would appear in its copies.
     """
     pages = array.base
     if not isinstance(pages, _Pages) or array.flags.writeable or array.nbytes != len(pages):
@@ -124,11 +124,11 @@ def lazy_copy(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def identical(a: object, b: object, *, ignore: frozenset[str] = frozenset()) -> bool:
-    """Whether two values agree bit for bit, field by field; NaN equals NaN.
+    """Check that two values are equal bit for bit, field by field; NaN equals NaN.
 
     Args:
         a, b: values, arrays, sequences, mappings or plain objects.
-        ignore: names of fields that do not count, as measured durations.
+        ignore: names of fields that are not compared, as measured durations.
     """
     if type(a) is not type(b):
         return False
@@ -151,7 +151,7 @@ def identical(a: object, b: object, *, ignore: frozenset[str] = frozenset()) -> 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Shape:
-    """The declared axes of an array field, as ``Shape("n 4")``."""
+    """Declared axes of an array field, as ``Shape("n 4")``."""
 
     axes: str
 
@@ -169,7 +169,7 @@ class _Pages(mmap.mmap):
 
 
 class _Field:
-    """What one array field declares: its element type and its axes."""
+    """Declaration of one array field: its element type and axes."""
 
     __slots__ = ("axes", "dtype", "leading", "lengths", "name", "optional")
 
@@ -191,7 +191,7 @@ def _length(axis: str) -> tuple[int, str]:
 
 
 def _check(self: Any) -> None:
-    """Every value that is made passes here, some fifty of them in a tick: it must be quick."""
+    """Check and seal all arrays of a value; fast, because a tick makes some fifty values."""
     cls = type(self)
     shapes: list[tuple[int, ...] | None] = []
     for field in _KNOWN.get(cls) or _fields(cls):
@@ -207,7 +207,7 @@ def _check(self: Any) -> None:
 
 
 def _sealed(given: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """A read-only array of that type, ``given`` itself where nobody else can write to it."""
+    """Convert to a read-only array; ``given`` itself if no other reference can write to it."""
     array = np.asarray(given, dtype=dtype)
     if array.flags.writeable:
         array = array.copy() if array is given or array.base is not None else array
@@ -217,10 +217,10 @@ def _sealed(given: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
 
 @functools.lru_cache(maxsize=4096)
 def _agree(cls: type, shapes: tuple[tuple[int, ...] | None, ...]) -> None:
-    """Refuse arrays of ``cls`` whose shapes are not as declared; the same ones come all the time.
+    """Check the shapes of the arrays of ``cls``; cached, because shapes repeat.
 
     Raises:
-        ValueError: naming the first that does not fit.
+        ValueError: naming the first array with a wrong shape.
     """
     lengths: dict[str, int] = {}
     for field, shape in zip(_fields(cls), shapes, strict=True):
@@ -263,6 +263,6 @@ def _fields(cls: type) -> tuple[_Field, ...]:
 
 
 _LARGE = 1 << 22
-"""Bytes from which on mapping memory is cheaper than copying it."""
+"""Size above which mapping memory is cheaper than copying it, bytes."""
 
 _KNOWN: dict[type, tuple[_Field, ...]] = {}

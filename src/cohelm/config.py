@@ -1,7 +1,7 @@
-"""Strict configuration: YAML in, a frozen pydantic model out, and an error that says what to do.
+"""Strict configuration: from YAML to a frozen pydantic model, with errors that suggest a remedy.
 
-An unknown key is refused with its file, its dotted key and the nearest right one, so that a
-misspelt parameter can never be ignored in silence.
+An unknown key is an error with its file, its dotted key and the nearest known one, so that a
+misspelt parameter is never ignored.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cohelm.errors import ConfigError
 
 
 class Model(pydantic.BaseModel):
-    """The base of every parameter set: frozen, and no key that it does not know."""
+    """Base of every parameter set: frozen, without unknown keys."""
 
     model_config = pydantic.ConfigDict(
         extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False
@@ -30,17 +30,17 @@ _M = TypeVar("_M", bound=Model)
 
 _MERGE = "tag:yaml.org,2002:merge"
 _SHORT = 80
-"""Letters of a value that an error repeats."""
+"""Maximum length of a value in an error, characters."""
 
 _IN_YAML = {
     **dict.fromkeys(("dict_type", "model_type"), "must be a mapping of keys to values"),
     **dict.fromkeys(("tuple_type", "list_type"), "must be a list"),
 }
-"""What pydantic says of Python's types, said of YAML's."""
+"""Messages in terms of YAML instead of Python types."""
 
 
 def read_yaml(file: Path, *, error: type[ConfigError] = ConfigError) -> dict[str, Any]:
-    """The mapping that a YAML file holds; an empty file is an empty mapping.
+    """Read a mapping from a YAML file; an empty file is an empty mapping.
 
     Raises:
         ConfigError: (or ``error``) if the file cannot be read, is not YAML, is not a mapping, or
@@ -52,7 +52,7 @@ def read_yaml(file: Path, *, error: type[ConfigError] = ConfigError) -> dict[str
         raise error("no such file", file=file) from None
     except IsADirectoryError:
         raise error("is a folder; name a file in it", file=file) from None
-    except (OSError, ValueError) as cause:  # ValueError: not UTF-8, or no name that a file can have
+    except (OSError, ValueError) as cause:  # ValueError: not UTF-8, or an invalid file name
         what = getattr(cause, "strerror", None) or cause
         raise error(f"cannot be read as text ({what})", file=file) from cause
     try:
@@ -79,17 +79,17 @@ def validate(
     prefix: str = "",
     error: type[ConfigError] = ConfigError,
 ) -> _M:
-    """``data`` as a ``model``.
+    """Validate ``data`` as a ``model``.
 
     Args:
-        model: what the data must be.
-        data: plain values, as YAML gives them.
+        model: expected type.
+        data: plain values, as from YAML.
         file: named in the error.
-        prefix: dotted key under which ``data`` stands, named in the error.
+        prefix: dotted key of ``data``, named in the error.
         error: the type to raise.
 
     Raises:
-        ConfigError: (or ``error``) naming file, dotted key and what to do; the first fault only.
+        ConfigError: (or ``error``) naming file, dotted key and remedy; the first problem only.
     """
     try:
         return model.model_validate(dict(data))
@@ -101,7 +101,7 @@ def validate(
 
 
 def load(model: type[_M], file: Path, *, error: type[ConfigError] = ConfigError) -> _M:
-    """The ``model`` that a YAML file holds.
+    """Load a ``model`` from a YAML file.
 
     Raises:
         ConfigError: (or ``error``), see :func:`read_yaml` and :func:`validate`.
@@ -110,10 +110,10 @@ def load(model: type[_M], file: Path, *, error: type[ConfigError] = ConfigError)
 
 
 def override(data: Mapping[str, Any], settings: Iterable[str]) -> dict[str, Any]:
-    """A deep copy of ``data`` with ``dotted.key=value`` settings put in; values are read as YAML.
+    """Apply ``dotted.key=value`` settings to a deep copy of ``data``; values are read as YAML.
 
     Raises:
-        ConfigError: if a setting has no ``=``, or goes through something that is not a mapping.
+        ConfigError: if a setting has no ``=``, or a part of its key is not a mapping.
     """
     out = _copied(data)
     for setting in settings:
@@ -140,7 +140,7 @@ def override(data: Mapping[str, Any], settings: Iterable[str]) -> dict[str, Any]
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """``"; did you mean 'horizon'?"``, or the choices where none is near."""
+    """Return ``"; did you mean 'horizon'?"``, or all choices if none is near."""
     choices = sorted(known)
     close = difflib.get_close_matches(word, choices, n=1, cutoff=0.6)
     if close:
@@ -163,17 +163,18 @@ def _explain(model: type[Model], fault: Any, location: list[str]) -> str:
 
 
 def _shortened(given: Any) -> Any:
-    """What was given, short enough for one line."""
+    """Shorten a value to one line."""
     text = str(given)
     return given if len(text) <= _SHORT else f"{text[:_SHORT]}…"
 
 
 def _keys_at(model: type[Model], location: list[str]) -> Iterable[str]:
-    """The keys that the model at ``location`` knows; none where that is not a model."""
+    """Known keys of the model at ``location``; empty if that is not a model."""
     here: Any = model
     named = False
     for part in location:
-        if named or part.isdigit():  # of a mapping or a list: what it holds was looked up with it
+        # A key of a mapping or list: its content type was found together with it.
+        if named or part.isdigit():
             named = False
             continue
         if not (isinstance(here, type) and issubclass(here, pydantic.BaseModel)):
@@ -205,7 +206,7 @@ def _copied(data: Mapping[str, Any]) -> dict[str, Any]:
 class _StrictLoader(yaml.SafeLoader):
     """SafeLoader that refuses a key given twice and reads ``1e-3`` as a number.
 
-    A value that is not what its form promises, as the date 2020-99-99, is a YAML error with a line.
+    A malformed value, as the date 2020-99-99, is a YAML error with a line.
     """
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
@@ -221,7 +222,10 @@ class _StrictLoader(yaml.SafeLoader):
         for key_node, _ in node.value:
             if key_node.tag == _MERGE:
                 raise yaml.constructor.ConstructorError(
-                    None, None, "merging with << is not known; write the keys out", node.start_mark
+                    None,
+                    None,
+                    "merging with << is not supported; write the keys out",
+                    node.start_mark,
                 )
             key = self.construct_object(key_node, deep=deep)
             if not isinstance(key, str | int | float | bool):
@@ -236,7 +240,7 @@ class _StrictLoader(yaml.SafeLoader):
         return super().construct_mapping(node, deep=deep)
 
 
-# YAML 1.1, which PyYAML speaks, wants a dot and a sign: it reads 1e-3 as a word.
+# YAML 1.1, which PyYAML implements, requires a dot and a sign: it reads 1e-3 as a string.
 _StrictLoader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"^[-+]?[0-9]+[eE][-+]?[0-9]+$"), list("-+0123456789")
 )

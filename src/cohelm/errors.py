@@ -1,23 +1,23 @@
-"""Every way cohelm fails, as one tree.
+"""All exceptions of cohelm, as one tree.
 
-    CohelmError                 .code is a stable word that crosses the wire (ROS, web) unchanged
-    ├─ ConfigError              a file or an option that does not say what it must; dotted key
-    │  └─ ScenarioError         the same, in a scenario
-    ├─ PluginError              an unknown part, or one that does not import
-    ├─ MapError                 a map that cannot be read, written or believed
+    CohelmError                 .code is a stable word, also in ROS and web messages
+    ├─ ConfigError              an invalid file or option; dotted key
+    │  └─ ScenarioError         an invalid scenario
+    ├─ PluginError              an unknown plugin, or one that does not import
+    ├─ MapError                 a map that cannot be read or written, or is inconsistent
     ├─ RecordingError           a bag or a cloud that cannot be read
-    ├─ StoreError               what is kept on this machine cannot be read or written
-    ├─ PlanningError            no path, and why
-    │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point and what is needed there
+    ├─ StoreError               stored data that cannot be read or written
+    ├─ PlanningError            no path
+    │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point and the needed clearance
     │  ├─ NoPath
-    │  ├─ InvalidProblem       something asked for is no number
+    │  ├─ InvalidProblem       an invalid number in the request
     │  ├─ TooManyWishes
     │  └─ PlanningTimeout
-    └─ ControlError             no command, and why
+    └─ ControlError             no command
        ├─ SolverFailed
        └─ Infeasible
 
-Expected trouble in the loop is a value (``LocalPlan.status``), not one of these.
+Expected problems in the control loop are values (``LocalPlan.status``), not exceptions.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from typing import ClassVar
 
 
 class CohelmError(Exception):
-    """The root: anything that a user of cohelm may want to catch at once."""
+    """Base of all exceptions of cohelm."""
 
     code: ClassVar[str] = "cohelm"
 
 
 class ConfigError(CohelmError):
-    """A configuration that does not say what it must.
+    """An invalid configuration.
 
     Args:
-        problem: what is wrong, and what to do, in one line.
-        file: the file at fault, where there is one.
-        key: the dotted key at fault, as ``local_planner.horizon``.
+        problem: problem and remedy, in one line.
+        file: the invalid file, if any.
+        key: the invalid dotted key, as ``local_planner.horizon``.
     """
 
     code = "config"
@@ -52,23 +52,23 @@ class ConfigError(CohelmError):
 
 
 class ScenarioError(ConfigError):
-    """A scenario that does not say what it must."""
+    """An invalid scenario."""
 
     code = "scenario"
 
 
 class PluginError(CohelmError):
-    """An unknown part, or one that does not import."""
+    """An unknown plugin, or one that does not import."""
 
     code = "plugin"
 
 
 class MapError(CohelmError):
-    """A map that cannot be read, written or believed; always names the file.
+    """A map that cannot be read or written, or is inconsistent; always names the file.
 
     Args:
-        problem: what is wrong, and what to do, in one line.
-        file: the map file at fault.
+        problem: problem and remedy, in one line.
+        file: the map file.
     """
 
     code = "map"
@@ -80,12 +80,12 @@ class MapError(CohelmError):
 
 
 class RecordingError(CohelmError):
-    """A recording that cannot be read, or not any further; always names the file.
+    """A recording that cannot be read, or only in part; always names the file.
 
     Args:
-        problem: what is wrong, and what to do, in one line.
-        file: the file at fault.
-        offset: where in it, bytes from its start; None where no place can be told.
+        problem: problem and remedy, in one line.
+        file: the file.
+        offset: position in it, bytes from its start; None if unknown.
     """
 
     code = "recording"
@@ -99,11 +99,11 @@ class RecordingError(CohelmError):
 
 
 class StoreError(CohelmError):
-    """What is kept on this machine cannot be read or written, or is not there.
+    """Stored data that cannot be read or written, or is missing.
 
     Args:
-        problem: what is wrong, and what to do, in one line.
-        file: the file or folder at fault, where there is one.
+        problem: problem and remedy, in one line.
+        file: the file or folder, if any.
     """
 
     code = "store"
@@ -115,7 +115,7 @@ class StoreError(CohelmError):
 
 
 class PlanningError(CohelmError):
-    """No path, and why."""
+    """No path; the subclass gives the cause."""
 
     code = "planning"
 
@@ -127,7 +127,7 @@ class _BlockedPoint(PlanningError):
         point: (x, y) in the map frame, m.
         clearance: distance to the nearest obstacle there, m.
         needed: the clearance that the robot needs, m.
-        because: what takes it, where that is a rule and no obstacle, as "a zone to avoid".
+        because: the rule that closes it, if it is not an obstacle, as "a zone to avoid".
     """
 
     what: ClassVar[str]
@@ -148,14 +148,14 @@ class _BlockedPoint(PlanningError):
 
 
 class StartBlocked(_BlockedPoint):
-    """The robot stands where it cannot stand."""
+    """The robot cannot stand at its start."""
 
     code = "start_blocked"
     what = "start"
 
 
 class GoalBlocked(_BlockedPoint):
-    """The goal is where the robot cannot stand."""
+    """The robot cannot stand at the goal."""
 
     code = "goal_blocked"
     what = "goal"
@@ -165,7 +165,7 @@ class OutsideMap(PlanningError):
     """A point outside the map.
 
     Args:
-        what: which point, as ``start``.
+        what: name of the point, as ``start``.
         point: (x, y) in the map frame, m.
         bounds: (x_min, y_min, x_max, y_max) of the map, m.
     """
@@ -190,7 +190,7 @@ class OutsideMap(PlanningError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Passage:
-    """A place too narrow for the robot."""
+    """A passage too narrow for the robot."""
 
     point: tuple[float, float]
     """(x, y) of its middle in the map frame, m."""
@@ -199,14 +199,14 @@ class Passage:
     needed: float
     """The width that the robot needs there, m."""
     resolution: float
-    """Side of the map's cells, m: the width is known no better."""
+    """Side of the map's cells, m, which limits the accuracy of the width."""
     turns: bool = False
-    """Whether the robot would have to turn there; ``needed`` is then what always suffices."""
+    """The robot would have to turn there; ``needed`` is then a sufficient width."""
     clearance: float = 0.0
-    """What of ``needed`` is to be kept free on either side, m."""
+    """Part of ``needed`` that is clearance on either side, m."""
 
     def __str__(self) -> str:
-        """One clause: where, how wide, how much is missing."""
+        """Return one clause with position, width and missing width."""
         x, y = self.point
         cells = f"the map's cells are {self.resolution:.2f} m, the width is known no better"
         wide = f"at ({x:.2f}, {y:.2f})"
@@ -225,14 +225,14 @@ class Passage:
 
 
 class NoPath(PlanningError):
-    """Start and goal are free, and no way leads from one to the other.
+    """No path connects start and goal, which are both free.
 
     Args:
         start, goal: (x, y) in the map frame, m.
-        needed: the clearance that the robot needs all along, m.
-        passage: the tightest place on the way that would be best if it were wide enough; None
-            where there is no such way, because walls close it.
-        because: what else closes it, as "the zones to avoid".
+        needed: the clearance that the robot needs along the path, m.
+        passage: the narrowest place on the path that would be best if it were wide enough; None if
+            walls close every path.
+        because: another cause, as "the zones to avoid".
     """
 
     code = "no_path"
@@ -261,17 +261,17 @@ class NoPath(PlanningError):
 
 
 class InvalidProblem(PlanningError):
-    """Something that is asked for is no number, or negative where it must not be."""
+    """The request contains an invalid number."""
 
     code = "invalid_problem"
 
 
 class TooManyWishes(PlanningError):
-    """The wishes can be passed in more orders than can be tried.
+    """The wishes can be passed in more orders than can be searched.
 
     Args:
-        layers: of the search, one for each set of points that may have been passed.
-        most: that can be searched on this map.
+        layers: layers of the search, one for each set of passed points.
+        most: maximum number of layers on this map.
     """
 
     code = "too_many_wishes"
@@ -286,17 +286,17 @@ class TooManyWishes(PlanningError):
 
 
 class PlanningTimeout(PlanningError):
-    """The budget was used up before a path was found."""
+    """The budget was exhausted before a path was found."""
 
     code = "planning_timeout"
 
 
 class ControlError(CohelmError):
-    """No command, and why.
+    """No command.
 
     Args:
-        problem: what went wrong.
-        evidence: the problem that could not be solved, for a post-mortem.
+        problem: description.
+        evidence: the problem that could not be solved, for debugging.
     """
 
     code = "control"
@@ -307,12 +307,12 @@ class ControlError(CohelmError):
 
 
 class SolverFailed(ControlError):
-    """The quadratic program has no usable answer."""
+    """The quadratic program has no usable solution."""
 
     code = "solver_failed"
 
 
 class Infeasible(ControlError):
-    """The hard limits contradict each other, or something in the problem is no number."""
+    """The hard limits contradict each other, or the problem contains an invalid number."""
 
     code = "infeasible"

@@ -18,12 +18,12 @@ from cohelm.arrays import Booleans, Floats
 
 
 def wrap_angle(angle: Any) -> Any:
-    """``angle`` in (−π, π], elementwise."""
+    """Wrap ``angle`` to (−π, π], elementwise."""
     return -((-np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def compose(X_AB: ArrayLike, X_BC: ArrayLike) -> Floats:
-    """X_AC. Shapes (..., 3) and (..., 3), broadcast; the heading is wrapped."""
+    """Return X_AC; shapes (..., 3) and (..., 3) are broadcast, and the heading is wrapped."""
     a, b = np.asarray(X_AB, dtype=float), np.asarray(X_BC, dtype=float)
     xy = transform(a, b[..., :2])
     if a.ndim == b.ndim == 1:
@@ -32,7 +32,7 @@ def compose(X_AB: ArrayLike, X_BC: ArrayLike) -> Floats:
 
 
 def inverse(X_AB: ArrayLike) -> Floats:
-    """X_BA, shape (..., 3)."""
+    """Return X_BA, shape (..., 3)."""
     a = np.asarray(X_AB, dtype=float)
     if a.ndim == 1:
         x, y, cos, sin = _placed(a)
@@ -49,22 +49,23 @@ def _inverses(a: Floats) -> Floats:
 
 
 def transform(X_AB: ArrayLike, p_B: ArrayLike) -> Floats:
-    """Points (..., 2) of frame B in frame A."""
+    """Transform points (..., 2) from frame B to frame A."""
     a, p = np.asarray(X_AB, dtype=float), np.asarray(p_B, dtype=float)
     if a.ndim == 1:
         return _transformed(*_placed(a), p)
     cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
     x = a[..., 0] + cos * p[..., 0] - sin * p[..., 1]
-    out = np.empty((*x.shape, 2))  # np.stack takes several times as long for a few points
+    # np.stack takes several times as long for a few points.
+    out = np.empty((*x.shape, 2))
     out[..., 0] = x
     out[..., 1] = a[..., 1] + sin * p[..., 0] + cos * p[..., 1]
     return out
 
 
 def _placed(pose: Floats) -> tuple[float, float, float, float]:
-    """(x, y, cos θ, sin θ) of one pose: single numbers are several times as quick as arrays of one.
+    """Return (x, y, cos θ, sin θ) of one pose; plain floats are faster than arrays of one element.
 
-    The cosine is NumPy's, as it is for many poses, so that both ways give the same bits.
+    The cosine is NumPy's as for many poses, so that both give the same bits.
     """
     x, y, heading = pose[:3].tolist()
     return x, y, float(np.cos(heading)), float(np.sin(heading))
@@ -93,7 +94,7 @@ def arc_length(points: Floats) -> Floats:
 
 
 def resample(points: Floats, spacing: float) -> Floats:
-    """The polyline (n, 2) with points about ``spacing`` apart, both ends kept; (m, 2)."""
+    """Resample a polyline (n, 2) to points (m, 2) about ``spacing`` apart, with both ends."""
     s = arc_length(points)
     count = max(math.ceil(s[-1] / spacing), 1) + 1
     at = np.linspace(0.0, s[-1], count)
@@ -102,7 +103,7 @@ def resample(points: Floats, spacing: float) -> Floats:
 
 @njit(cache=True)
 def nearest_on_polyline(points: Floats, x: float, y: float) -> tuple[float, float]:
-    """(arc length of the nearest point of a polyline (n, 2), distance to it)."""
+    """Return the arc length of the nearest point of a polyline (n, 2), and its distance."""
     best, where, along = np.inf, 0.0, 0.0
     if points.shape[0] == 1:
         return 0.0, math.hypot(points[0, 0] - x, points[0, 1] - y)
@@ -131,11 +132,13 @@ def distance_to_polygon(polygon: Floats, x: float, y: float) -> float:
         ax, ay = polygon[j, 0], polygon[j, 1]
         bx, by = polygon[i, 0], polygon[i, 1]
         dx, dy = bx - ax, by - ay
+        # Nearest point of the edge.
         length2 = dx * dx + dy * dy
         t = 0.0
         if length2 > 0.0:
             t = min(max(((x - ax) * dx + (y - ay) * dy) / length2, 0.0), 1.0)
         best = min(best, math.hypot(ax + t * dx - x, ay + t * dy - y))
+        # Even-odd rule.
         if (ay > y) != (by > y) and x < (bx - ax) * (y - ay) / (by - ay) + ax:
             inside = not inside
     return -best if inside else best
@@ -143,7 +146,7 @@ def distance_to_polygon(polygon: Floats, x: float, y: float) -> float:
 
 @njit(cache=True)
 def inside_polygon(polygon: Floats, points: Floats) -> Booleans:
-    """Which of the points (m, 2) lie in a simple polygon (n, 2); (m,)."""
+    """Mask (m,) of the points (m, 2) inside a simple polygon (n, 2)."""
     out = np.empty(points.shape[0], dtype=np.bool_)
     for i in range(points.shape[0]):
         out[i] = distance_to_polygon(polygon, points[i, 0], points[i, 1]) < 0.0

@@ -1,13 +1,13 @@
-"""Lookup of an implementation by name: one file and one entry point add a part.
+"""Plugins: lookup of implementations by name; one file and one entry point add one.
 
-A part is a class with a nested parameter model, constructed from that model alone::
+A plugin is a class with a nested parameter model, constructed from that model alone::
 
     class SoftVia:
         class Parameters(Model): ...
         def __init__(self, parameters: Parameters) -> None: ...
 
-and one line in ``[project.entry-points."cohelm.global_planners"]``. Nothing is imported before the
-moment of use, an unknown name lists the choices, and a part that does not import says why.
+and one line in ``[project.entry-points."cohelm.global_planners"]``. A plugin is
+imported when it is used, an unknown name lists the choices, and an import error is reported.
 """
 
 from __future__ import annotations
@@ -37,45 +37,45 @@ GROUPS = (
     "riders",
     "kinematics",
 )
-"""The kinds of parts; each is the entry-point group ``cohelm.<kind>``."""
+"""Kinds of plugins; each is the entry-point group ``cohelm.<kind>``."""
 
 
 def spelt_out(given: Any) -> Any:
-    """A part that is named by a word, as the mapping that names it."""
+    """Expand a name to the mapping ``{"use": name}``."""
     return {"use": given} if isinstance(given, str) else given
 
 
 Spec = Annotated[dict[str, Any], BeforeValidator(spelt_out)]
-"""How a file names a part: a word, or ``{use: word, parameter: value, …}``."""
+"""Specification of a plugin: a name, or ``{use: name, parameter: value, …}``."""
 
 
 class Part(Protocol):
-    """What an entry point names."""
+    """Target of an entry point."""
 
     Parameters: type[Model]
 
     def __call__(self, parameters: Any) -> Any:
-        """The part with these parameters."""
+        """Create the plugin with these parameters."""
         ...
 
 
 def names(group: str) -> tuple[str, ...]:
-    """The installed implementations of one kind, sorted."""
+    """Return the installed implementations of one kind, sorted."""
     return tuple(sorted(_entries(group)))
 
 
 def origin(group: str, name: str) -> tuple[str, str]:
-    """``(module:class, distribution)`` of an entry point, without importing it."""
+    """Return ``(module:class, distribution)`` of an entry point, without importing it."""
     entry = _entry(group, name)
     distribution = entry.dist.name if entry.dist is not None else "unknown"
     return entry.value, distribution
 
 
 def load(group: str, name: str) -> Any:
-    """The class that ``name`` stands for.
+    """Load the class of an entry point.
 
     Raises:
-        PluginError: if there is no such name, or it does not import, or it has no ``Parameters``.
+        PluginError: if the name is unknown, the import fails, or ``Parameters`` is missing.
     """
     entry = _entry(group, name)
     try:
@@ -98,17 +98,17 @@ def build(
     key: str = "",
     error: type[ConfigError] = ConfigError,
 ) -> Any:
-    """The part that ``spec`` asks for: a name, or ``{"use": name, **parameters}``.
+    """Build a plugin from a name, or from ``{"use": name, **parameters}``.
 
     Args:
         group: one of :data:`GROUPS`.
-        spec: what a scenario says of it.
+        spec: from a scenario.
         file, key: named in an error about the parameters.
-        error: the type to raise for parameters that do not fit.
+        error: the type to raise for invalid parameters.
 
     Raises:
-        PluginError: if the name is unknown or does not import.
-        ConfigError: (or ``error``) if the parameters do not fit.
+        PluginError: if the name is unknown or the import fails.
+        ConfigError: (or ``error``) if the parameters are invalid.
     """
     given = dict(spelt_out(spec))
     name = given.pop("use", None)
@@ -127,7 +127,7 @@ def _entries(group: str) -> Mapping[str, EntryPoint]:
 def _found(
     search: Callable[..., Any], group: str, path: tuple[str, ...]
 ) -> Mapping[str, EntryPoint]:
-    """Entry points by name, looked for once on a path: that reads every distribution's files."""
+    """Find entry points by name; cached by path, because it reads files of every distribution."""
     return {entry.name: entry for entry in search(group=group)}
 
 

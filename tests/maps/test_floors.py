@@ -10,7 +10,7 @@ from skimage.graph import MCP_Geometric
 import cohelm
 from cohelm.maps import FREE, distance_field, read_floor_plan
 
-FLOORS = Path(cohelm.__file__).parent / "evaluation" / "floors"
+FLOORS = Path(cohelm.__file__).parent / "scenarios" / "floors"
 
 HALF_WIDTH = 0.305
 """Of the default chair, m."""

@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 
 from cohelm.errors import MapError
 from cohelm.geometry import distance_to_polygon
-from cohelm.maps import Place, Places, innermost_point, places_beside, read_places, write_places
+from cohelm.maps import (
+    NamedPlace,
+    Places,
+    innermost_point,
+    places_beside,
+    read_places,
+    write_places,
+)
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 
@@ -154,6 +161,6 @@ class TestInnermostPoint:
 
 
 def test_a_place_contains_what_is_inside_its_area():
-    place = Place(name="A", point=np.array([2.0, 2.0]), polygon=SQUARE)
+    place = NamedPlace(name="A", point=np.array([2.0, 2.0]), polygon=SQUARE)
     assert place.contains([0.1, 3.9])
     assert not place.contains([4.1, 2.0])

@@ -33,7 +33,7 @@ def test_every_value_is_frozen_and_has_nothing_beside_its_fields(cls):
 
 
 def test_nobody_is_n_zero():
-    nobody = People.nobody(3.0, source="given")
+    nobody = People.empty(3.0, source="given")
     assert len(nobody) == 0
     assert (nobody.mean.shape, nobody.covariance.shape) == ((0, 4), (0, 4, 4))
     assert (nobody.time, nobody.source) == (3.0, "given")
@@ -129,7 +129,7 @@ def test_reasons_are_as_they_always_were():
         "stale_pose",
         "stale_twist",
         "pose_jump",
-        "rider_silent",
+        "stale_rider_command",
         "rider_stop",
         "late",
         "over_limits",

@@ -7,7 +7,8 @@ import pytest
 
 from cohelm.maps import DistanceField
 from cohelm.robots import load_robot, robot_names
-from cohelm.robots.contact import STANDING, TOUCHING, braking, first_contact
+from cohelm.robots.braking import STANDING, braking
+from cohelm.robots.contact import TOUCHING, ContactMargins, first_contact
 from cohelm.testing.scenes import BODY, open_floor, straight_on, walkers
 
 STEP = 0.1
@@ -36,8 +37,7 @@ def wall_at(x):
     return DistanceField(distance=distance, resolution=0.1, X_MG=np.array([-10.0, -10.0, 0.0]))
 
 
-def contact(chair, poses, people=(), walls=None, agility=0.0, people_margin=MARGIN, **more):
-    steps = more.pop("steps", 40)
+def contact(chair, poses, people=(), walls=None, steps=40, people_margin=MARGIN, **margins):
     who = walkers(np.reshape(people, (-1, 4)))
     return first_contact(
         chair,
@@ -46,10 +46,7 @@ def contact(chair, poses, people=(), walls=None, agility=0.0, people_margin=MARG
         people=who,
         predictions=straight_on(who, steps, STEP),
         walls=open_floor() if walls is None else walls,
-        margin=MARGIN,
-        people_margin=people_margin,
-        agility=agility,
-        **more,
+        margins=ContactMargins(MARGIN, people_margin, **margins),
     )
 
 
@@ -149,7 +146,7 @@ def test_agile_people_need_more_room(chair):
     """The margin is 3 cm + ½ · 0.5 m/s² · t²."""
     person = [[1.0, RADIUS + BODY + 0.3, 0.5, 0.0]]
     assert contact(chair, ahead(0.5), person) == np.inf
-    met = contact(chair, ahead(0.5), person, agility=0.5)
+    met = contact(chair, ahead(0.5), person, acceleration=0.5)
     # she walks beside the nose: 1 − 0.539 m ahead of it, so the gap is that to the nose's disc
     gap = np.hypot(1.0 - NOSE, RADIUS + BODY + 0.3) - RADIUS - BODY
     assert met == at_a_substep(np.sqrt((gap - MARGIN) / 0.25))
@@ -162,7 +159,7 @@ def test_who_stands_needs_less_room_than_who_walks(chair, speed, share):
     for more, met in ((0.01, False), (-0.01, True)):
         across = RADIUS + BODY + share * 0.25 + more
         person = [[0.9, across + 2.0 * speed, 0.0, -speed]]
-        reached = contact(chair, ahead(0.5, 2.0), person, people_margin=0.25, standing=0.4)
+        reached = contact(chair, ahead(0.5, 2.0), person, people_margin=0.25, standing_share=0.4)
         assert (reached < np.inf) is met
 
 
@@ -245,11 +242,9 @@ def test_an_unlikely_future_counts_only_if_it_is_asked_for(chair):
             people=who,
             predictions=two,
             walls=open_floor(),
-            margin=MARGIN,
-            people_margin=MARGIN,
-            at_least=at_least,
+            margins=ContactMargins(MARGIN, MARGIN, min_probability=probability),
         )
-        for at_least in (0.0, 0.2, 0.21, 1.0)
+        for probability in (0.0, 0.2, 0.21, 1.0)
     ]
     assert met[0] == met[1] < np.inf
     assert met[2] == met[3] == np.inf

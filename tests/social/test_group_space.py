@@ -5,7 +5,15 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from cohelm.messages import Groups, Predictions, RiderProfile
-from cohelm.shapes import CONTOUR, PRINTED, distance_to_hull, hull_outline, outline, support
+from cohelm.shapes import (
+    CONTOUR,
+    PRINTED,
+    RadialShape,
+    distance_to_hull,
+    hull_outline,
+    outline,
+    support,
+)
 from cohelm.social import PersonalSpace
 from cohelm.testing.scenes import BODY, straight_on, walkers
 
@@ -25,8 +33,7 @@ def outlines(people, told, step=0, *, steps=0.1):
     return np.concatenate(
         [
             outline(
-                told.kind, told.front[i, 0, step], told.side[i, 0, step], told.rear[i, 0, step],
-                told.scale, told.floor, BODY,
+                told.shape(i, 0, step), BODY,
                 np.array([*(x[:2] + step * steps * x[2:]), told.axis[i, 0, step]]), 720,
             )
             for i, x in enumerate(people.mean)
@@ -119,10 +126,11 @@ sigmas = st.floats(0.2, 3.0)
     floor=st.floats(0.0, 1.5), phi=st.floats(-3.1, 3.1),
 )  # fmt: skip
 def test_the_support_is_the_farthest_of_the_outline(kind, front, side, rear, floor, phi):
-    ring = outline(kind, front, side, rear, 0.125, floor, 0.0, REST, 3600)
+    shape = RadialShape(kind, front, side, rear, 0.125, floor)
+    ring = outline(shape, 0.0, REST, 3600)
     farthest = (ring @ np.array([np.cos(phi), np.sin(phi)])).max()
     # as printed a fast egg is a spike, and one in 5° may miss its tip
-    got = support(kind, front, side, rear, 0.125, floor, np.cos(phi), np.sin(phi))
+    got = support(shape, np.cos(phi), np.sin(phi))
     assert got == pytest.approx(farthest, rel=1e-4 if kind == CONTOUR else 0.3, abs=1e-4)
     assert got >= floor
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from cohelm.messages import Groups, People, Predictions, RiderProfile
-from cohelm.shapes import reach
+from cohelm.shapes import RadialShape, extent
 from cohelm.social import PersonalSpace
 from cohelm.testing import check_social_model
 
@@ -14,7 +14,7 @@ def world(velocity, heading):
     velocity = np.reshape(np.array(velocity, dtype=float), (-1, 2))
     n = len(velocity)
     mean = np.concatenate([np.zeros((n, 2)), velocity], axis=1)
-    nobody = People.nobody(0.0)
+    nobody = People.empty(0.0)
     people = type(nobody)(
         time=0.0,
         id=np.arange(n),
@@ -59,10 +59,7 @@ def test_eq_5_for_a_walker():
 @pytest.mark.parametrize("shape", ["contour", "printed"])
 def test_a_walker_at_1_2_reaches_1_2_ahead_in_either_shape(shape):
     s = spaces([[1.2, 0.0]], [0.0], shape=shape)
-    ahead, _ = reach(
-        s.kind, s.front[0, 0, 0], s.side[0, 0, 0], s.rear[0, 0, 0], s.scale, s.floor, 0.0
-    )
-    assert ahead == pytest.approx(1.2, abs=0.01)
+    assert extent(s.shape(0), 0.0)[0] == pytest.approx(1.2, abs=0.01)
 
 
 def test_who_rests_keeps_the_heading_and_who_has_none_is_round():
@@ -81,10 +78,11 @@ def test_the_floor_is_the_riders():
 def test_the_robots_own_reach_is_a_share_of_a_persons_in_either_shape():
     for shape in ("contour", "printed"):
         s = spaces([[1.0, 0.0]], [0.0], twist=[1.0, 0.0, 0.3], shape=shape, robot_share=0.25)
-        person = (s.kind, s.front[0, 0, 0], s.side[0, 0, 0], s.rear[0, 0, 0], s.scale, 0.0)
+        person = s.shape(0)._replace(floor=0.0)
+        robot = RadialShape(s.kind, *s.robot, s.scale, s.robot_floor)
         for delta in (0.0, 1.0, 2.5):
-            theirs, _ = reach(*person, delta)
-            ours, _ = reach(s.kind, *s.robot, s.scale, s.robot_floor, delta)
+            theirs, _ = extent(person, delta)
+            ours, _ = extent(robot, delta)
             assert ours == pytest.approx(0.25 * theirs)
 
 
@@ -95,7 +93,7 @@ def test_reversing_the_robots_front_is_behind():
 
 def test_switched_off_the_robot_has_no_reach_and_nothing_divides_by_zero():
     s = spaces([], [], twist=[1.0, 0.0, 0.0], robot_share=0.0)
-    length, slope = reach(s.kind, *s.robot, s.scale, s.robot_floor, 0.3)
+    length, slope = extent(RadialShape(s.kind, *s.robot, s.scale, s.robot_floor), 0.3)
     assert 0.0 < length < 1e-3
     assert np.isfinite(slope)
 

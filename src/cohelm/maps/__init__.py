@@ -1,8 +1,8 @@
 """Maps: occupancy grids, their files, distance fields, named places, floor plans."""
 
 from cohelm.maps.distance import DistanceField, distance_field, signed_distance
-from cohelm.maps.floorplan import Door, FloorPlan, Furniture, Space, read_floor_plan
-from cohelm.maps.grid import FARTHEST, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps.floorplan import DoorOpening, FloorPlan, Furniture, Space, read_floor_plan
+from cohelm.maps.grid import FREE, MAX_COORDINATE, OCCUPIED, UNKNOWN, OccupancyGrid
 from cohelm.maps.masks import (
     CostmapFilter,
     FilterType,
@@ -13,7 +13,7 @@ from cohelm.maps.masks import (
 )
 from cohelm.maps.nav2 import MapFile, MapWarning, read_map, write_map
 from cohelm.maps.places import (
-    Place,
+    NamedPlace,
     Places,
     innermost_point,
     places_beside,
@@ -22,20 +22,20 @@ from cohelm.maps.places import (
 )
 
 __all__ = [
-    "FARTHEST",
     "FREE",
+    "MAX_COORDINATE",
     "OCCUPIED",
     "UNKNOWN",
     "CostmapFilter",
     "DistanceField",
-    "Door",
+    "DoorOpening",
     "FilterType",
     "FloorPlan",
     "Furniture",
     "MapFile",
     "MapWarning",
+    "NamedPlace",
     "OccupancyGrid",
-    "Place",
     "Places",
     "Space",
     "closed_cells",

@@ -1,4 +1,4 @@
-"""Drawing of floors: walls, floors, openings and blocks painted into the cells of a grid."""
+"""Drawing of floors: walls, free floor, openings and blocks in the cells of a grid."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from cohelm.maps.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 
 class Canvas:
-    """The cells of a floor while it is drawn; the map's frame has its origin at the lower left.
+    """Cells of a floor while it is drawn; the map's frame has its origin at the lower left.
 
-    A cell belongs to a shape where its centre does.
+    A cell belongs to a shape if its centre does.
 
     Args:
         size: width and height, m.
         resolution: side of a cell, m.
-        outside: what the cells are at first.
+        outside: initial value of the cells.
     """
 
     def __init__(
@@ -39,27 +39,27 @@ class Canvas:
         self._heights: Floats32 = np.full((rows, cols), np.nan, dtype=np.float32)
 
     def wall(self, corners: Floats, thickness: float) -> None:
-        """A wall whose middle runs along a polygon (k, 2)."""
+        """Draw a wall whose centre line is a polygon (k, 2)."""
         half = thickness / 2.0
         self._paint(corners, -half, half, OCCUPIED)
 
     def floor(self, corners: Floats, thickness: float) -> None:
-        """Free floor inside the walls of a polygon (k, 2)."""
+        """Draw free floor inside the walls of a polygon (k, 2)."""
         self._paint(corners, -np.inf, -thickness / 2.0, FREE)
 
     def block(self, corners: Floats) -> None:
-        """Something that stands on the floor, a polygon (k, 2)."""
+        """Draw an object on the floor, a polygon (k, 2)."""
         self._paint(corners, -np.inf, 0.0, OCCUPIED)
 
     def rise(self, corners: Floats, height: float) -> None:
-        """What stands in a polygon (k, 2) is so high, m; NaN: as high as the walls."""
+        """Set the height of the objects in a polygon (k, 2), m; NaN: as high as the walls."""
         window, distance = self._around(corners, reach=0.0)
         self._heights[window][distance < 0.0] = height
 
     def opening(self, at: Floats, a: Floats, b: Floats, width: float, thickness: float) -> None:
-        """A free passage of ``width`` through the wall from a to b (2,), abreast of ``at`` (2,).
+        """Cut a passage of ``width`` through the wall from a to b (2,), beside ``at`` (2,).
 
-        The cut reaches a cell beyond the wall's faces, so that no sliver of it is left.
+        The cut extends a cell beyond the wall's faces, so that none of it is left.
         """
         along = (b - a) / np.hypot(*(b - a))
         middle = a + along * np.dot(at - a, along)
@@ -76,10 +76,10 @@ class Canvas:
         return signed_distance(self._cells != FREE, self._resolution)
 
     def roomiest(self, corners: Floats, clearance: Floats32) -> tuple[Floats, float]:
-        """The cell centre (2,) in a polygon (k, 2) with most room, and its room, m.
+        """Cell centre (2,) in a polygon (k, 2) with the most free space, and that space, m.
 
-        Room is the clearance, or the distance to the polygon's edge where that is nearer. Of cells
-        with equal room to within a cell, the most central.
+        The space is the clearance or the distance to the polygon's edge, whichever is less. Of
+        cells with equal space to within a cell, the most central one is taken.
         """
         window, distance = self._around(corners, reach=0.0)
         room = np.minimum(clearance[window], -distance)
@@ -91,11 +91,11 @@ class Canvas:
         return points[best].astype(np.float64), float(room[rows[best], cols[best]])
 
     def grid(self) -> OccupancyGrid:
-        """What has been drawn."""
+        """Grid of the drawn cells."""
         return OccupancyGrid(data=self._cells.copy(), resolution=self._resolution, X_MG=np.zeros(3))
 
     def heights(self) -> Floats32:
-        """Of the cells (rows, cols), m; NaN where nothing was said."""
+        """Heights of the cells (rows, cols), m; NaN where none was set."""
         return self._heights.copy()
 
     def _paint(self, corners: Floats, low: float, high: float, cell: int) -> None:
@@ -104,7 +104,7 @@ class Canvas:
         self._cells[window][(low <= distance) & (distance < high)] = cell
 
     def _around(self, corners: Floats, *, reach: float) -> tuple[tuple[slice, slice], Floats]:
-        """The cells up to ``reach`` from a polygon (k, 2), and their signed distances to it."""
+        """Cells up to ``reach`` from a polygon (k, 2), and their signed distances to it."""
         low = np.floor((corners.min(axis=0) - reach) / self._resolution).astype(int)
         high = np.ceil((corners.max(axis=0) + reach) / self._resolution).astype(int)
         c0, r0 = np.maximum(low, 0)
@@ -126,8 +126,8 @@ def polygon_of_disc(disc: Sequence[float]) -> Floats:
     return np.array([x, y]) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-def turned(corners: Floats, angle: float) -> Floats:
-    """A polygon (k, 2) turned anticlockwise by ``angle`` about the middle of its bounding box."""
+def rotate(corners: Floats, angle: float) -> Floats:
+    """Polygon (k, 2) rotated anticlockwise by ``angle`` about the centre of its bounding box."""
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
     cos, sin = np.cos(angle), np.sin(angle)
     rotation = np.array([[cos, -sin], [sin, cos]])

@@ -1,12 +1,12 @@
-"""A floor declared in YAML: rooms, corridors, doors, furniture; drawn as a grid with named places.
+"""Floor plan in YAML: rooms, corridors, doors and furniture, drawn as a grid with named places.
 
-A plan reads like this, in metres, with the map's origin at the lower left corner::
+An example, in metres, with the map's origin at the lower left corner::
 
     size: [40, 25]
     rooms:
-      Ward 1: {rect: [0.2, 16, 6, 24.8]}            # between the middles of its walls
+      Ward 1: {rect: [0.2, 16, 6, 24.8]}            # between the centre lines of its walls
     corridors:
-      North corridor: {rect: [0.2, 13, 39.8, 16]}   # spaces that overlap are open to one another
+      North corridor: {rect: [0.2, 13, 39.8, 16]}   # overlapping spaces have no wall between
       Passage: {line: [[20, 2], [20, 13.5]], width: 2.5}
     doors:
       - {at: [3, 16], width: 1.3}                   # cut into the wall that it lies on
@@ -28,12 +28,12 @@ from pydantic import AfterValidator, Field, model_validator
 from cohelm import config
 from cohelm.arrays import Floats, Floats32
 from cohelm.errors import ConfigError
-from cohelm.maps.drawing import Canvas, polygon_of_disc, polygon_of_rect, turned
+from cohelm.maps.drawing import Canvas, polygon_of_disc, polygon_of_rect, rotate
 from cohelm.maps.grid import OccupancyGrid
-from cohelm.maps.places import Place, Places
+from cohelm.maps.places import NamedPlace, Places
 
 _DOOR_REACH = 0.3
-"""How far from the middle of its wall a door may be written down, m."""
+"""Largest distance of a door from the centre line of its wall, m."""
 
 
 def _ordered(rect: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
@@ -48,18 +48,18 @@ Polygon = Annotated[tuple[Point, ...], Field(min_length=3)]
 
 
 class Space(config.Model):
-    """A room, or a stretch of corridor: an area with a wall all round."""
+    """Room or part of a corridor: an area with a wall around it."""
 
     rect: Rect | None = None
-    """[x0, y0, x1, y1] between the middles of the walls, m."""
+    """[x0, y0, x1, y1] between the centre lines of the walls, m."""
     polygon: Polygon | None = None
-    """The same, as corners in order, m."""
+    """Corners between the centre lines of the walls, in order, m."""
     line: tuple[Point, Point] | None = None
-    """The same, as the ends of the line along its middle, m …"""
+    """Ends of the centre line of the area, m; with ``width``."""
     width: float | None = Field(default=None, gt=0.0, le=1000.0)
-    """… and how wide it is there between the middles of its walls, m."""
+    """Width between the centre lines of the walls, m; with ``line``."""
     point: Point | None = None
-    """Where one goes who goes there, m; the roomiest spot where it is not given."""
+    """Destination in the area, m; by default the point with the most free space."""
 
     @model_validator(mode="after")
     def _one_outline(self) -> Space:
@@ -72,29 +72,29 @@ class Space(config.Model):
 
     @property
     def corners(self) -> Floats:
-        """Corners (k, 2) of the middles of the walls, m."""
+        """Corners (k, 2) of the centre lines of the walls, m."""
         if self.line is not None and self.width is not None:
             return _along(np.array(self.line, dtype=float), self.width)
         return _corners(self.rect, self.polygon)
 
 
 class Furniture(config.Model):
-    """Something on the floor that stands in the way."""
+    """Object on the floor."""
 
     name: str = ""
-    """What it is."""
+    """Kind of the object."""
     rect: Rect | None = None
-    """[x0, y0, x1, y1] before it is turned, m."""
+    """[x0, y0, x1, y1] before the rotation, m."""
     disc: tuple[float, float, float] | None = None
     """[x, y, radius], m."""
     polygon: Polygon | None = None
-    """Corners in order, before it is turned, m."""
+    """Corners in order, before the rotation, m."""
     turned: float = 0.0
-    """Turn about the middle of its bounding box, degrees anticlockwise."""
+    """Rotation about the centre of its bounding box, degrees anticlockwise."""
     at: tuple[Point, ...] = ((0.0, 0.0),)
-    """Where one stands each; the outline is relative to that, m."""
+    """Position of each piece; the outline is relative to it, m."""
     height: float | None = Field(default=None, gt=0.0, le=20.0)
-    """Over the floor, m; none: as high as the walls."""
+    """Height above the floor, m; None: as high as the walls."""
 
     @model_validator(mode="after")
     def _one_outline(self) -> Furniture:
@@ -105,19 +105,19 @@ class Furniture(config.Model):
 
     @property
     def outlines(self) -> Floats:
-        """Corners (pieces, k, 2) as they stand, m; k = 32 for a disc."""
+        """Corners (pieces, k, 2) in the map frame, m; k = 32 for a disc."""
         if self.disc is not None:
             corners = polygon_of_disc(self.disc)
         else:
-            corners = turned(_corners(self.rect, self.polygon), np.deg2rad(self.turned))
+            corners = rotate(_corners(self.rect, self.polygon), np.deg2rad(self.turned))
         return np.array(self.at, dtype=float)[:, None, :] + corners
 
 
-class Door(config.Model):
+class DoorOpening(config.Model):
     """An opening in a wall."""
 
     at: Point
-    """Middle of the opening, on the wall to be cut, m."""
+    """Centre of the opening, on the wall, m."""
     width: float = Field(default=1.2, gt=0.0)
     """Clear width, m."""
 
@@ -132,19 +132,19 @@ class FloorPlan(config.Model):
     wall: float = Field(default=0.15, gt=0.0)
     """Thickness of the walls, m."""
     outside: Literal["unknown", "occupied"] = "unknown"
-    """What lies outside of the building."""
+    """State of the cells outside the building."""
     rooms: dict[str, Space] = Field(default_factory=dict)
     """Rooms by name."""
     corridors: dict[str, Space] = Field(default_factory=dict)
     """Corridors and other open areas by name; where two spaces overlap there is no wall."""
-    doors: tuple[Door, ...] = ()
+    doors: tuple[DoorOpening, ...] = ()
     """Openings in the walls."""
     furniture: tuple[Furniture, ...] = ()
-    """What stands in the way."""
+    """Objects on the floor."""
     places: dict[str, Point] = Field(default_factory=dict)
-    """Further points with names, m."""
+    """Additional named points, m."""
     source: str = ""
-    """Where the plan comes from, for an error message; the file, where one was read."""
+    """Source of the plan for error messages, usually the file."""
 
     @property
     def spaces(self) -> dict[str, Space]:
@@ -153,7 +153,7 @@ class FloorPlan(config.Model):
 
     @property
     def openings(self) -> Floats:
-        """Ends (doors, 2, 2) of the openings, on the middles of their walls, m."""
+        """Ends (doors, 2, 2) of the openings, on the centre lines of their walls, m."""
         out = np.empty((len(self.doors), 2, 2))
         for k, door in enumerate(self.doors):
             a, b = _nearest_wall(self, door)
@@ -163,10 +163,10 @@ class FloorPlan(config.Model):
         return out
 
     def draw(self) -> tuple[OccupancyGrid, Places]:
-        """The floor as a grid, and its named places.
+        """Draw the floor as a grid, and list its named places.
 
-        A place of a room or corridor is its area; its point is the one given, or else the free one
-        with most clearance.
+        The place of a room or corridor is its area; its point is the given one, or the free point
+        with the most clearance.
 
         Raises:
             ConfigError: if something lies outside the map, a door not in a wall, a name is used
@@ -189,7 +189,7 @@ class FloorPlan(config.Model):
         return canvas.grid(), places
 
     def heights(self) -> Floats32:
-        """Of the furniture on the cells (rows, cols) of the grid, m; NaN for all else."""
+        """Heights of the furniture on the cells (rows, cols) of the grid, m; NaN elsewhere."""
         canvas = Canvas(size=self.size, resolution=self.resolution, outside=self.outside)
         for piece in self.furniture:
             for corners in piece.outlines:
@@ -198,10 +198,10 @@ class FloorPlan(config.Model):
 
 
 def read_floor_plan(file: Path | str) -> FloorPlan:
-    """The floor plan that a YAML file declares.
+    """Read a floor plan from a YAML file.
 
     Raises:
-        ConfigError: naming file, dotted key and what to do.
+        ConfigError: with file, dotted key and remedy.
     """
     file = Path(file)
     plan = config.load(FloorPlan, file).model_copy(update={"source": str(file)})
@@ -210,7 +210,7 @@ def read_floor_plan(file: Path | str) -> FloorPlan:
 
 
 def _check(plan: FloorPlan) -> None:
-    """Refuse what only the whole plan can tell to be wrong."""
+    """Refuse errors that concern several parts of the plan."""
     file = plan.source or None
     seen: set[str] = set()
     for group in ("rooms", "corridors", "places"):
@@ -232,7 +232,7 @@ def _check(plan: FloorPlan) -> None:
 
 
 def _everything(plan: FloorPlan) -> Iterator[tuple[str, Floats]]:
-    """Dotted key and points (k, 2) of all that must lie on the map."""
+    """Dotted key and points (k, 2) of everything that must lie on the map."""
     for group in ("rooms", "corridors"):
         for name, space in getattr(plan, group).items():
             yield f"{group}.{name}", space.corners
@@ -246,8 +246,8 @@ def _everything(plan: FloorPlan) -> Iterator[tuple[str, Floats]]:
         yield f"places.{name}", np.array([point])
 
 
-def _misfit(plan: FloorPlan, door: Door) -> str:
-    """What is wrong with a door's position; empty where nothing is."""
+def _misfit(plan: FloorPlan, door: DoorOpening) -> str:
+    """Describe the error of a door's position; empty if it is correct."""
     a, b = _nearest_wall(plan, door)
     length = float(np.hypot(*(b - a)))
     along = float(np.dot(np.array(door.at) - a, b - a)) / length
@@ -260,8 +260,8 @@ def _misfit(plan: FloorPlan, door: Door) -> str:
     return ""
 
 
-def _nearest_wall(plan: FloorPlan, door: Door) -> tuple[Floats, Floats]:
-    """Ends of the wall segment nearest to a door; the longest where several are."""
+def _nearest_wall(plan: FloorPlan, door: DoorOpening) -> tuple[Floats, Floats]:
+    """Ends of the wall segment nearest to a door; the longest of several."""
     starts = np.concatenate([s.corners for s in plan.spaces.values()])
     ends = np.concatenate([np.roll(s.corners, -1, axis=0) for s in plan.spaces.values()])
     along = ends - starts
@@ -273,7 +273,7 @@ def _nearest_wall(plan: FloorPlan, door: Door) -> tuple[Floats, Floats]:
     return starts[best], ends[best]
 
 
-def _places(plan: FloorPlan, canvas: Canvas) -> Iterator[Place]:
+def _places(plan: FloorPlan, canvas: Canvas) -> Iterator[NamedPlace]:
     clearance = canvas.clearance()
     for name, space in plan.spaces.items():
         corners = space.corners
@@ -282,9 +282,9 @@ def _places(plan: FloorPlan, canvas: Canvas) -> Iterator[Place]:
             key = f"{'rooms' if name in plan.rooms else 'corridors'}.{name}"
             raise ConfigError("no free floor is left in it", file=plan.source or None, key=key)
         at = point if space.point is None else np.array(space.point)
-        yield Place(name=name, point=at, polygon=corners)
+        yield NamedPlace(name=name, point=at, polygon=corners)
     for name, given in plan.places.items():
-        yield Place(name=name, point=np.array(given))
+        yield NamedPlace(name=name, point=np.array(given))
 
 
 def _corners(rect: tuple[float, ...] | None, polygon: tuple[Point, ...] | None) -> Floats:
@@ -292,7 +292,7 @@ def _corners(rect: tuple[float, ...] | None, polygon: tuple[Point, ...] | None) 
 
 
 def _along(line: Floats, width: float) -> Floats:
-    """Corners (4, 2) of the rectangle about a line (2, 2)."""
+    """Corners (4, 2) of the rectangle around a line (2, 2)."""
     way = (line[1] - line[0]) / np.hypot(*(line[1] - line[0]))
     aside = 0.5 * width * np.array([-way[1], way[0]])
     return np.concatenate([line - aside, line[::-1] + aside])

@@ -1,4 +1,4 @@
-"""The occupancy grid: what is known of a floor."""
+"""Occupancy grid of a floor."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ UNKNOWN = -1
 FREE = 0
 OCCUPIED = 100
 
-FARTHEST = 1e7
-"""From (0, 0) that a coordinate may lie, m: what national grids use, and far below overflow."""
+MAX_COORDINATE = 1e7
+"""Largest coordinate, m: covers national grids, and is far below overflow."""
 
 
 @value
@@ -51,7 +51,7 @@ class OccupancyGrid:
         return float(x0), float(y0), float(x1), float(y1)
 
     def blocked(self) -> Booleans:
-        """Cells where a robot must not be: occupied above half, or unknown; (rows, cols)."""
+        """Blocked cells (rows, cols): occupied above half, or unknown."""
         return (self.data < 0) | (self.data > OCCUPIED // 2)
 
     def occupied(self) -> Booleans:
@@ -69,7 +69,7 @@ class OccupancyGrid:
         return transform(self.X_MG, (c + 0.5) * self.resolution)
 
     def contains(self, points: ArrayLike) -> Booleans:
-        """Which points (..., 2) of the map frame lie on the grid; (...,)."""
+        """True (...,) for the points (..., 2) of the map frame that lie on the grid."""
         cells = self.cells(points)
         inside: Booleans = np.all((cells >= 0) & (cells < np.array(self.shape)), axis=-1)
         return inside

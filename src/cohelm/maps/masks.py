@@ -1,4 +1,4 @@
-"""Masks over a map: where not to go, where to go slowly; Nav2's costmap filters."""
+"""Masks over a map, keepout zones and speed limits: Nav2's costmap filters."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from cohelm.messages import Crowding
 FilterType = Literal["keepout", "speed_percent", "speed_absolute"]
 
 CLOSED = 100.0
-"""The number from which on a keepout mask closes a cell."""
+"""Value from which a keepout mask closes a cell."""
 
 
 @value
 class CostmapFilter:
-    """A mask and what its numbers mean, after nav2_msgs/CostmapFilterInfo.
+    """Mask and the meaning of its values, after nav2_msgs/CostmapFilterInfo.
 
     A cell's number is ``base + multiplier · mask``, with the mask's occupancy 0…100: for
     ``keepout`` 100 is closed, 0 is free and what lies between costs in proportion; for
     ``speed_percent`` it is a share of the robot's full speed in percent and for ``speed_absolute``
-    a speed in m/s, and 0 is no limit. Where the mask is unknown (−1) it says nothing.
+    a speed in m/s, and 0 is no limit. An unknown cell (−1) has no effect.
     """
 
     type: FilterType
     mask: OccupancyGrid
-    """Of any resolution and pose; nothing is said beyond it."""
+    """Grid of any resolution and pose; no effect beyond it."""
     base: float = 0.0
     multiplier: float = 1.0
 
@@ -48,9 +48,9 @@ def read_mask(
     base: float = 0.0,
     multiplier: float = 1.0,
 ) -> CostmapFilter:
-    """A mask from a map YAML and its image, as Nav2's map_server reads them.
+    """Read a mask from a map YAML and its image, like Nav2's map_server.
 
-    ``mode: scale`` or ``raw`` keeps what lies between free and closed; in trinary it is unknown.
+    ``mode: scale`` or ``raw`` keeps values between free and closed; in trinary they are unknown.
 
     Args:
         file: the map YAML of the mask.
@@ -73,12 +73,12 @@ def closed_cells(filters: tuple[CostmapFilter, ...], grid: OccupancyGrid) -> Boo
     closed = np.zeros(grid.shape, dtype=np.uint8)
     for f in filters:
         if f.type == "keepout":
-            project(f, lambda numbers: (numbers >= CLOSED).astype(np.uint8), grid, closed)
+            project_mask(f, lambda numbers: (numbers >= CLOSED).astype(np.uint8), grid, closed)
     return closed.view(np.bool_)
 
 
 def speed_limit_at(filters: tuple[CostmapFilter, ...], point: Floats, full_speed: float) -> float:
-    """The least limit that any speed mask sets at a point, m/s; ``full_speed`` where none does.
+    """Lowest limit of the speed masks at a point, m/s; ``full_speed`` if there is none.
 
     After Nav2's SpeedFilter: 0, an unknown cell and a share outside 0…100 % set none.
 
@@ -100,7 +100,7 @@ def speed_limit_at(filters: tuple[CostmapFilter, ...], point: Floats, full_speed
 
 
 def read_crowding(file: Path | str, *, people_per_m2_at_full: float = 1.0) -> Crowding:
-    """Where people usually are, from a heat map: a map YAML and its image, as masks are given.
+    """Read a heat map of the usual density of people: a map YAML and its image, like a mask.
 
     The image is read as map_server reads it, in ``mode: scale`` (black is crowded, white empty, or
     the other way round with ``negate``) or ``raw`` (0…100); what is unknown counts as empty.
@@ -127,15 +127,15 @@ def read_crowding(file: Path | str, *, people_per_m2_at_full: float = 1.0) -> Cr
     )
 
 
-def project(
+def project_mask(
     f: CostmapFilter, meaning: Callable[[Floats], Bytes], grid: OccupancyGrid, out: Bytes
 ) -> None:
-    """Raise ``out`` (rows, cols) to what a mask says of each cell of ``grid``.
+    """Raise ``out`` (rows, cols) to the bytes of a mask in each cell of ``grid``.
 
     Args:
-        f: the mask; the cell that holds a cell's middle speaks for it.
-        meaning: of numbers (n,), as bytes (n,).
-        grid: where ``out`` lies.
+        f: the mask, sampled at the centres of the grid's cells.
+        meaning: bytes (n,) of values (n,).
+        grid: the grid of ``out``.
         out: changed in place.
     """
     table = np.zeros(256, dtype=np.uint8)  # by the mask's byte taken as unsigned
@@ -145,7 +145,7 @@ def project(
 
 
 def _number_at(f: CostmapFilter, x: float, y: float) -> float:
-    """The mask's number at a point of the map frame; 0 where it says nothing."""
+    """Value of the mask at a point of the map frame; 0 where it is unknown or ends."""
     mask = f.mask
     x0, y0, yaw = mask.X_MG.tolist()
     cos, sin = math.cos(yaw), math.sin(yaw)

@@ -26,7 +26,7 @@ from pydantic import Field, field_validator, model_validator
 from cohelm import config
 from cohelm.arrays import Booleans, Bytes, SignedBytes
 from cohelm.errors import ConfigError, MapError
-from cohelm.maps.grid import FARTHEST, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps.grid import FREE, MAX_COORDINATE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 PIXEL_LIMIT = 100_000_000
 """Largest image that is decoded, in pixels."""
@@ -41,11 +41,11 @@ _BARE_RESOLUTION = 0.05
 
 
 class MapWarning(UserWarning):
-    """A map was read, though not quite as its files say."""
+    """A map was read with an assumption or a substitute file."""
 
 
 class MapFile(config.Model):
-    """What the YAML file of a map says; Nav2's keys and defaults."""
+    """YAML file of a map, with Nav2's keys and defaults."""
 
     image: str = Field(min_length=1)
     """The image; relative to the YAML file, or absolute."""
@@ -60,7 +60,7 @@ class MapFile(config.Model):
     mode: Mode = "trinary"
     """How lightness becomes occupancy; see the module."""
     negate: bool = False
-    """Whether light pixels are the occupied ones."""
+    """Light pixels are occupied."""
 
     @field_validator("origin", mode="before")
     @classmethod
@@ -72,8 +72,8 @@ class MapFile(config.Model):
     @field_validator("origin")
     @classmethod
     def _within_reach(cls, origin: tuple[float, float, float]) -> tuple[float, float, float]:
-        if max(map(abs, origin)) > FARTHEST:
-            raise ValueError(f"must lie within {FARTHEST:g} m of (0, 0)")
+        if max(map(abs, origin)) > MAX_COORDINATE:
+            raise ValueError(f"must lie within {MAX_COORDINATE:g} m of (0, 0)")
         return origin
 
     @field_validator("mode", mode="before")
@@ -92,11 +92,11 @@ class MapFile(config.Model):
 
 
 def read_map(file: Path | str, *, pixel_limit: int = PIXEL_LIMIT) -> OccupancyGrid:
-    """The grid that a map YAML, or a bare image, holds.
+    """Read the grid of a map YAML or a bare image.
 
-    Where the image that the YAML names is absent and one with the YAML's own stem stands beside it,
-    that one is read. A bare image is taken at 0.05 m a pixel with its corner at the origin and the
-    usual thresholds. Both are said by a :class:`MapWarning`.
+    If the image named in the YAML is missing, one with the YAML's stem in the same folder is read.
+    A bare image is read with 0.05 m per pixel, its corner at the origin and the usual thresholds.
+    Both give a :class:`MapWarning`.
 
     Args:
         file: a map YAML, or an image.
@@ -244,7 +244,7 @@ def _bare(file: Path) -> MapFile:
 
 
 def _warn_of_bare_image(file: Path) -> None:
-    """Say what an image was taken for, now that it is one."""
+    """Warn that default values are used for a bare image."""
     warnings.warn(
         f"{file}: an image without a map YAML; taken as {_BARE_RESOLUTION} m a pixel, its lower "
         f"left corner at (0, 0), occupied from 0.65 on, free up to 0.196",
@@ -254,7 +254,7 @@ def _warn_of_bare_image(file: Path) -> None:
 
 
 def _warn_of_lost_unknowns(file: Path, about: MapFile, lightness: Bytes) -> None:
-    """Say so where the shade that map savers write for unknown is read as free."""
+    """Warn if the shade that map savers write for unknown is read as free."""
     usual = about.mode == "trinary" and not about.negate
     if not usual or _occupancy_of_lightness(about)[_UNKNOWN_PIXEL] != FREE:
         return

@@ -1,4 +1,4 @@
-"""Named places on a map: points to go to, and areas to be in."""
+"""Named places on a map: destinations and areas."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import nearest
 from cohelm.errors import ConfigError, MapError
 from cohelm.geometry import distance_to_polygon
-from cohelm.maps.grid import FARTHEST
+from cohelm.maps.grid import MAX_COORDINATE
 
 
 @value
-class Place:
-    """A point with a name, or an area with a name and a point in it."""
+class NamedPlace:
+    """Named point, or named area with a point in it."""
 
     name: str
     point: Annotated[Floats, Shape("2")]
-    """Where one goes who goes there; map frame, m."""
+    """Destination of the place; map frame, m."""
     polygon: Annotated[Floats, Shape("k 2")] | None = None
     """Corners of the area in order; map frame, m."""
 
     def contains(self, point: ArrayLike) -> bool:
-        """Whether a map point (2,) lies in the area; a place that is only a point contains none."""
+        """Check that a map point (2,) lies in the area; a place without an area contains none."""
         x, y = np.asarray(point, dtype=float)
         return self.polygon is not None and distance_to_polygon(self.polygon, x, y) < 0.0
 
 
 @value
 class Places:
-    """The named places of one map; names are told apart without regard to case."""
+    """Named places of one map; names are not case-sensitive."""
 
-    places: tuple[Place, ...] = ()
+    places: tuple[NamedPlace, ...] = ()
     source: str = "this map"
-    """Where the names come from, for an error message."""
+    """Source of the names, for error messages."""
 
-    def __iter__(self) -> Iterator[Place]:
+    def __iter__(self) -> Iterator[NamedPlace]:
         return iter(self.places)
 
     def __len__(self) -> int:
@@ -55,7 +55,7 @@ class Places:
         """All names, in the order of the file."""
         return tuple(place.name for place in self.places)
 
-    def find(self, name: str) -> Place:
+    def find(self, name: str) -> NamedPlace:
         """The place of that name.
 
         Raises:
@@ -89,7 +89,7 @@ def read_places(file: Path | str) -> Places:
         data = config.read_yaml(file)
     except ConfigError as cause:
         raise MapError(cause.problem, file=file) from None
-    found: dict[str, Place] = {}
+    found: dict[str, NamedPlace] = {}
     for key, given in data.items():
         name = str(key).strip()
         if not name or _folded(name) in found:
@@ -141,7 +141,7 @@ def innermost_point(polygon: Floats, *, precision: float = 0.01) -> Floats:
     """
     (x0, y0), (x1, y1) = polygon.min(axis=0), polygon.max(axis=0)
     long, short = max(x1 - x0, y1 - y0), min(x1 - x0, y1 - y0)
-    precision = max(precision, long / 2000.0)  # no army of squares along a thread
+    precision = max(precision, long / 2000.0)  # limits the number of squares along a narrow polygon
     half = max(short, precision) / 2.0
     best = -np.inf, 0.0, 0.0
     squares: list[tuple[float, float, float, float]] = []
@@ -166,18 +166,18 @@ def innermost_point(polygon: Floats, *, precision: float = 0.01) -> Floats:
     return np.array(best[1:])
 
 
-def _place(name: str, given: Any) -> Place:
+def _place(name: str, given: Any) -> NamedPlace:
     if isinstance(given, dict):
         for key in given:
             if key not in {"point", "polygon"}:
                 raise ValueError(f"unknown key {key!r}{nearest(str(key), ('point', 'polygon'))}")
         polygon = _polygon(given["polygon"]) if "polygon" in given else None
         if "point" in given:
-            return Place(name=name, point=_point(given["point"]), polygon=polygon)
+            return NamedPlace(name=name, point=_point(given["point"]), polygon=polygon)
         if polygon is not None:
-            return Place(name=name, point=innermost_point(polygon), polygon=polygon)
+            return NamedPlace(name=name, point=innermost_point(polygon), polygon=polygon)
     elif isinstance(given, list):
-        return Place(name=name, point=_point(given))
+        return NamedPlace(name=name, point=_point(given))
     raise ValueError("must be a point [x, y], or {polygon: [[x, y], …]}")
 
 
@@ -203,7 +203,7 @@ def _numbers(given: Any) -> Floats:
         array = np.array(given, dtype=float)
     except (TypeError, ValueError):
         return np.empty(0)
-    return array if (np.abs(array) <= FARTHEST).all() else np.empty(0)
+    return array if (np.abs(array) <= MAX_COORDINATE).all() else np.empty(0)
 
 
 def _area(polygon: Floats | None) -> float:

@@ -1,4 +1,4 @@
-"""Every value that flows: the language of the project. Read this package first.
+"""The values that pass between the stages. Read this package first.
 
     scan ─► people ─► predictions ─► spaces ──────┐
     goal ─► path ───► reference ─┐                ├─► local plan ─► decision ─► wheels
@@ -6,34 +6,17 @@
 
 All values are frozen and check the shapes of their arrays (``arrays.value``). SI units and REP-103
 (metres, seconds, radians, x forward, y left); positions and poses are in the map frame unless a
-field says otherwise. A *twist* is (v_x, v_y, ω) in the robot frame. n people, h hypotheses a
-person, N horizon steps (N+1 states), k points. The ``Tick``, which binds them all, is in
-``navigation.tick``, because it also holds each stage's memory.
+field states another. A *twist* is (v_x, v_y, ω) in the robot frame. Dimensions: n people, h
+hypotheses a person, N horizon steps (N+1 states), k points. ``navigation.tick.Tick`` binds all
+values of one step; it lives there because it also holds the memory of each stage.
 """
 
-from cohelm.messages.decided import Decision, LocalPlan, Status
-from cohelm.messages.given import (
-    Mode,
-    Observation,
-    People,
-    PointCloud,
-    Request,
-    RiderCommand,
-    RiderProfile,
-    Scan,
-    Side,
-    Wish,
-)
-from cohelm.messages.planned import Authority, Path, Reference, WishReport
-from cohelm.messages.seen import (
-    Crowding,
-    Groups,
-    GroupSpaces,
-    LiveObstacles,
-    Predictions,
-    Sensing,
-    SocialSpaces,
-)
+from cohelm.messages.decision import Decision, LocalPlan, Status
+from cohelm.messages.environment import Crowding, LiveObstacles, Sensing
+from cohelm.messages.observation import Observation, PointCloud, RiderCommand, Scan
+from cohelm.messages.people import Groups, GroupSpaces, People, Predictions, SocialSpaces
+from cohelm.messages.plan import Authority, Path, Reference, WishReport
+from cohelm.messages.request import Mode, Request, RiderProfile, Side, Wish
 from cohelm.reasons import Reason
 
 __all__ = [

@@ -1,6 +1,13 @@
-"""Robots: kinematics, footprint, limits and sensor mounts."""
+"""Robots: motion models, footprint, limits and sensor mounts."""
 
-from cohelm.robots.kinematics import Holonomic, Kinematics, TurnFirst, Unicycle, move
+from cohelm.robots.kinematics import (
+    Holonomic,
+    InputBounds,
+    Kinematics,
+    TurnFirst,
+    Unicycle,
+    move,
+)
 from cohelm.robots.mounts import (
     BlindSector,
     CloudMount,
@@ -15,6 +22,7 @@ __all__ = [
     "CloudMount",
     "DepthCameraMount",
     "Holonomic",
+    "InputBounds",
     "Kinematics",
     "LaserMount",
     "LidarMount",

@@ -1,4 +1,4 @@
-"""Sensors on a robot: planar scanners, 3-D LiDARs and depth cameras."""
+"""Sensor mounts: planar scanners, 3-D LiDARs and depth cameras."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _Radians = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi)]
 Pose6 = tuple[
     _Metres, _Metres, Annotated[float, Field(gt=0.0, le=5.0)], _Radians, _Radians, _Radians
 ]
-"""X_RS: x, y, the height z over the floor, m; then roll, pitch, yaw about the fixed axes, rad."""
+"""X_RS: x, y and height z over the floor, m; then roll, pitch, yaw about the fixed axes, rad."""
 
 _Turn = Annotated[float, Field(ge=0.0, le=360.0)]
 _Elevation = Annotated[float, Field(ge=-90.0, le=90.0)]
@@ -26,17 +26,17 @@ class LaserMount(Model):
     """A planar laser scanner on the robot; the defaults are assumed."""
 
     name: str = "laser"
-    """What it is called."""
+    """Unique name."""
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """X_RL: x, y in m, yaw in rad."""
     beams: int = Field(360, ge=2, le=20_000)
-    """Ranges in a sweep."""
+    """Ranges per sweep."""
     field_of_view_deg: float = Field(360.0, gt=0.0, le=360.0)
     """Centred on the sensor's x axis."""
     range_max: float = Field(10.0, gt=0.0, le=200.0)
     """m."""
     rate: float = Field(10.0, ge=0.1, le=100.0)
-    """Sweeps a second."""
+    """Sweeps per second."""
     noise: float = Field(0.01, ge=0.0, le=1.0)
     """Standard deviation of a range, m."""
     dropout: float = Field(0.005, ge=0.0, lt=1.0)
@@ -44,13 +44,12 @@ class LaserMount(Model):
 
 
 class BlindSector(Model):
-    """Directions in which a LiDAR sees nothing, as where its own chair and rider are."""
+    """Directions in which a LiDAR is occluded, for instance by the chair and its rider."""
 
     azimuth_deg: tuple[_Turn, _Turn]
-    """From where to where, counter-clockwise from the sensor's x axis; [350, 10] is straight
-    ahead."""
+    """From and to, counter-clockwise from the sensor's x axis; [350, 10] is straight ahead."""
     elevation_deg: tuple[_Elevation, _Elevation] = (-90.0, 90.0)
-    """From where up to where."""
+    """Lowest and highest."""
 
     @model_validator(mode="after")
     def _has_a_width(self) -> Self:
@@ -61,9 +60,9 @@ class BlindSector(Model):
         return self
 
     def hides(self, azimuth: Floats, elevation: Floats) -> Booleans:
-        """Which directions (...,) in rad lie in it, its borders included."""
+        """Mask of the directions (...,), rad, in this sector, its borders included."""
         first, last = self.azimuth_deg
-        # an azimuth that a sum of steps gave may lie a rounding beside a border
+        # rounding: an azimuth may be a sum of steps that ends next to a border
         turned = np.round(np.degrees(azimuth) % 360.0, 9) % 360.0
         within = (turned >= first) & (turned <= last)
         if first > last:
@@ -75,31 +74,31 @@ class BlindSector(Model):
 
 
 class LidarMount(Model):
-    """A spinning LiDAR with several rings; its axis is the sensor's z. The defaults are assumed."""
+    """A spinning LiDAR with several rings about the sensor's z axis; the defaults are assumed."""
 
     name: str = "lidar"
-    """What it is called."""
+    """Unique name."""
     pose: Pose6 = (0.0, 0.0, 1.3, 0.0, 0.0, 0.0)
     """X_RS: x, y, height over the floor, m; roll, pitch, yaw, rad (REP-103: pitch > 0 looks
     down)."""
     rings: int = Field(32, ge=1, le=128)
-    """Beams above one another, evenly spread over ``elevation_deg``."""
+    """Beams in a column, evenly spread over ``elevation_deg``."""
     azimuths: int = Field(1024, ge=4, le=4096)
-    """Firings in a turn, the first straight back."""
+    """Firings per turn, the first one backwards."""
     elevation_deg: tuple[_Elevation, _Elevation] = (-25.0, 15.0)
-    """Of the lowest and of the highest ring: the vertical field of view."""
+    """Elevation of the lowest and the highest ring: the vertical field of view."""
     range_min: float = Field(0.3, ge=0.0, le=10.0)
-    """Nearer things give no return, m."""
+    """Smallest range with a return, m."""
     range_max: float = Field(10.0, gt=0.0, le=200.0)
     """m."""
     rate: float = Field(10.0, ge=0.1, le=100.0)
-    """Sweeps a second."""
+    """Sweeps per second."""
     noise: float = Field(0.02, ge=0.0, le=1.0)
     """Standard deviation of a range, m."""
     dropout: float = Field(0.005, ge=0.0, lt=1.0)
     """Share of returns lost."""
     blind: tuple[BlindSector, ...] = ()
-    """Where it sees nothing."""
+    """Occluded directions."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -117,7 +116,7 @@ class LidarMount(Model):
         return np.stack([x, y, np.broadcast_to(np.sin(elevation), x.shape)], axis=-1)
 
     def hidden(self) -> Booleans:
-        """Which rays (azimuths, rings) lie in a blind sector."""
+        """Mask of the rays (azimuths, rings) in a blind sector."""
         azimuth, elevation = self._angles()
         out = np.zeros((self.azimuths, self.rings), dtype=np.bool_)
         for sector in self.blind:
@@ -137,33 +136,33 @@ class LidarMount(Model):
 
 
 class DepthCameraMount(Model):
-    """A depth camera that looks along the sensor's x axis; the defaults are assumed.
+    """A depth camera along the sensor's x axis; the defaults are assumed.
 
-    Field of view after common stereo cameras; the image is thinned as a driver would do.
+    Field of view of common stereo cameras; the image is downsampled as drivers do.
     """
 
     name: str = "depth"
-    """What it is called."""
+    """Unique name."""
     pose: Pose6 = (0.4, 0.0, 0.7, 0.0, 0.35, 0.0)
     """X_RS: x, y, height over the floor, m; roll, pitch, yaw, rad (REP-103: pitch > 0 looks
     down)."""
     columns: int = Field(106, ge=2, le=1280)
-    """Pixels side by side."""
+    """Pixels per row."""
     rows: int = Field(60, ge=2, le=960)
-    """Pixels above one another."""
+    """Pixels per column."""
     field_of_view_deg: tuple[
         Annotated[float, Field(gt=0.0, lt=170.0)], Annotated[float, Field(gt=0.0, lt=170.0)]
     ] = (87.0, 58.0)
-    """Across and upright."""
+    """Horizontal and vertical."""
     range_min: float = Field(0.2, ge=0.0, le=10.0)
-    """Nearer things give no return, m."""
+    """Smallest range with a return, m."""
     range_max: float = Field(10.0, gt=0.0, le=200.0)
     """m."""
     rate: float = Field(15.0, ge=0.1, le=100.0)
-    """Frames a second."""
+    """Frames per second."""
     noise: float = Field(0.0015, ge=0.0, le=1.0)
-    """Standard deviation of a range over the range's square, 1/m: disparity is known to a share of
-    a pixel."""
+    """Standard deviation of a range divided by its square, 1/m: the disparity error is a share of a
+    pixel."""
     dropout: float = Field(0.02, ge=0.0, lt=1.0)
     """Share of pixels lost."""
 
@@ -182,16 +181,16 @@ class DepthCameraMount(Model):
         return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
     def hidden(self) -> Booleans:
-        """None of the rays (columns, rows)."""
+        """Mask of the rays (columns, rows): none is hidden."""
         return np.zeros((self.columns, self.rows), dtype=np.bool_)
 
     def deviation(self, distance: Floats) -> Floats:
-        """Standard deviation of ranges (...,), m: it grows with the square."""
+        """Standard deviation of ranges (...,), m; grows with their square."""
         return self.noise * distance * distance
 
 
 CloudMount = LidarMount | DepthCameraMount
-"""Whatever sends point clouds."""
+"""Any sensor of point clouds."""
 
 
 def _check_reach(least: float, most: float) -> None:

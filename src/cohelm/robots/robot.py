@@ -15,7 +15,7 @@ from cohelm.config import Model, load, nearest
 from cohelm.errors import ConfigError
 from cohelm.geometry import distance_to_polygon
 from cohelm.plugins import build, names
-from cohelm.robots.kinematics import Kinematics
+from cohelm.robots.kinematics import InputBounds, Kinematics
 from cohelm.robots.mounts import CloudMount, DepthCameraMount, LaserMount, LidarMount
 
 _FARTHEST_CORNER = 5.0
@@ -24,7 +24,7 @@ _TIGHTEST = 0.1  # m, curves of a robot whose axle lies at its edge
 
 
 class Robot(Model):
-    """What the planner and the simulator must know of a chair."""
+    """Description of a robot, shared by planners and simulator."""
 
     name: str
     kinematics: str = "unicycle"
@@ -38,14 +38,14 @@ class Robot(Model):
     max_turn_rate: float = Field(gt=0.0, le=10.0)
     """rad/s."""
     minimum_turning_radius: float | None = Field(None, gt=0.0, le=20.0)
-    """Of the curves that paths are made of, m (Nav2's name). None: the inscribed radius, since a
-    chair that turns about a point within itself had better turn on the spot."""
+    """Of the curves in paths, m (Nav2's name). None: the inscribed radius, because a chair that
+    turns about a point within itself turns on the spot instead."""
     max_acceleration: float = Field(ge=0.05, le=20.0)
     """m/s²."""
     max_deceleration: float = Field(ge=0.05, le=20.0)
-    """Braking in ordinary driving, m/s²."""
+    """Comfort braking, m/s²."""
     emergency_deceleration: float = Field(ge=0.05, le=20.0)
-    """The hardest braking that keeps the rider seated, m/s²."""
+    """Emergency braking that still keeps the rider seated, m/s²."""
     max_turn_acceleration: float = Field(ge=0.05, le=50.0)
     """rad/s²."""
     actuation_lag: float = Field(0.0, ge=0.0, le=1.0)
@@ -55,7 +55,7 @@ class Robot(Model):
     lidars: tuple[LidarMount, ...] = ()
     depth_cameras: tuple[DepthCameraMount, ...] = ()
     source: str = ""
-    """Where the figures come from, and which are assumed."""
+    """Source of the figures, and which of them are assumed."""
 
     @field_validator("footprint")
     @classmethod
@@ -86,13 +86,13 @@ class Robot(Model):
         return name
 
     @model_validator(mode="after")
-    def _sensors_are_told_apart(self) -> Self:
+    def _sensors_have_unique_names(self) -> Self:
         given = [mount.name for mount in self.cloud_mounts]
-        if given:  # planar scanners alone are told apart by their order
+        if given:  # planar scanners alone are identified by their order
             given += [mount.name for mount in self.lasers]
         double = next((name for name in given if given.count(name) > 1), None)
         if double is not None:
-            raise ValueError(f"two sensors are called {double!r}; give each a name of its own")
+            raise ValueError(f"two sensors are called {double!r}; names must be unique")
         return self
 
     @model_validator(mode="after")
@@ -102,22 +102,22 @@ class Robot(Model):
         return self
 
     def __eq__(self, other: object) -> bool:
-        """Whether all that was read agrees; what is derived from it does then."""
+        """Check that all fields agree; derived values agree then as well."""
         return isinstance(other, Robot) and self.model_dump() == other.model_dump()
 
     def __hash__(self) -> int:
-        """Of all that was read."""
+        """Hash of all fields."""
         return hash(self.model_dump_json())
 
     @cached_property
     def motion(self) -> Kinematics:
-        """The motion model that ``kinematics`` names."""
+        """The motion model named by ``kinematics``."""
         model: Kinematics = build("kinematics", self.kinematics)
         return model
 
     @property
     def cloud_mounts(self) -> tuple[CloudMount, ...]:
-        """All that send point clouds, LiDARs first."""
+        """All mounts of point cloud sensors, LiDARs first."""
         return (*self.lidars, *self.depth_cameras)
 
     @cached_property
@@ -142,17 +142,16 @@ class Robot(Model):
         )
 
     @cached_property
-    def input_bounds(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """(lowest, highest input, greatest rise, greatest fall a second), (m,) each."""
-        low, high, rise, fall = self.motion.bounds(self.limits)
-        return read_only(low), read_only(high), read_only(rise), read_only(fall)
+    def input_bounds(self) -> InputBounds:
+        """Bounds of the inputs and of their change per second."""
+        return InputBounds(*map(read_only, self.motion.bounds(self.limits)))
 
     @cached_property
     def discs(self) -> Floats:
         """Discs (c, 3) of (x, y, radius) on the long axis that cover the footprint, m.
 
-        The bounding rectangle is cut across its longer side into equal pieces; each disc goes
-        through the corners of its piece. As many as keep the overhang at the sides under 3 cm.
+        The bounding rectangle is cut across its longer side into equal pieces. Each disc passes
+        through the corners of its piece; their number keeps the overhang at the sides under 3 cm.
         """
         low, high = self.outline.min(axis=0), self.outline.max(axis=0)
         size = high - low
@@ -180,7 +179,7 @@ class Robot(Model):
 
     @cached_property
     def max_curvature(self) -> float:
-        """Of a path that the robot follows without stopping to turn, 1/m."""
+        """Largest curvature of a path that the robot follows without stopping to turn, 1/m."""
         return 1.0 / (self.minimum_turning_radius or max(self.inscribed_radius, _TIGHTEST))
 
     @cached_property
@@ -190,7 +189,7 @@ class Robot(Model):
 
 
 def robot_names() -> tuple[str, ...]:
-    """The robots that come with cohelm."""
+    """Names of the robots that are included in cohelm."""
     return tuple(
         sorted(
             f.name.removesuffix(".yaml") for f in _shipped().iterdir() if f.name.endswith(".yaml")
@@ -199,10 +198,10 @@ def robot_names() -> tuple[str, ...]:
 
 
 def load_robot(name_or_file: str | Path) -> Robot:
-    """A robot by its name, or from a YAML file of one's own.
+    """Load a robot by its name, or from a YAML file.
 
     Raises:
-        ConfigError: naming the file and the dotted key, or the robots there are.
+        ConfigError: with the file and the dotted key, or with the known names.
     """
     text = str(name_or_file)
     if text in robot_names():

@@ -1,4 +1,4 @@
-"""Social space: which shape with which parameters for this person, this group."""
+"""Social space: shape and parameters of the space of each person and group."""
 
 from cohelm.social.api import SocialModel
 from cohelm.social.group_space import group_spaces

@@ -1,4 +1,4 @@
-"""What a social model is."""
+"""Interface of social models."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohelm.messages import Groups, People, Predictions, RiderProfile, SocialSpa
 
 
 class SocialModel(Protocol):
-    """An entry point of ``cohelm.social_models``: which shape for this person, this group."""
+    """Entry point of ``cohelm.social_models``: shapes of the spaces of people and groups."""
 
     def spaces(
         self,
@@ -19,5 +19,5 @@ class SocialModel(Protocol):
         twist: Floats,
         profile: RiderProfile,
     ) -> SocialSpaces:
-        """The space of each person over the horizon, and of a robot with this twist (3,)."""
+        """Compute the space of each person over the horizon, and of a robot with a twist (3,)."""
         ...

@@ -1,4 +1,4 @@
-"""Personal space, eq. (5): an asymmetric Gaussian about everyone, stretched along the motion."""
+"""Personal space, eq. (5): an asymmetric Gaussian about each person, elongated along the motion."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from pydantic import Field
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.messages import Groups, People, Predictions, RiderProfile, SocialSpaces
-from cohelm.shapes import KINDS, PRINTED
+from cohelm.shapes import KINDS, PRINTED, gaussian_deviations
 from cohelm.social.group_space import group_spaces
 
 _POINT = 1e-3
-"""σ of a space that is switched off, m: no reach, and no division by zero."""
+"""σ of a disabled space, m: no extent, and no division by zero."""
 
 
 class PersonalSpace:
     """Xu et al., eq. (5): σ_h = max(1/2, 2|v|), σ_s = 2/3 σ_h, σ_r = 1/2 σ_h along the motion.
 
-    |v| is that of the prediction at each step. The axis is the direction of motion, or the kept
-    heading of who is (nearly) at rest; a heading that is unknown gives a circle of σ_h. The robot's
-    own space has the same proportions at its measured speed, shrunk to ``robot_share`` of the
-    reach. A group's space is the convex hull of its members'.
+    |v| is the predicted speed at each step. The axis is the direction of motion, or the last
+    heading of a person (nearly) at rest; an unknown heading gives a circle of σ_h. The robot's own
+    space has the same proportions at its measured speed, reduced to ``robot_share`` of the extent.
+    A group's space is the convex hull of its members'.
     """
 
     class Parameters(Model):
-        """Of the model; assumed where no source is named."""
+        """Parameters of the model; assumed where no source is named."""
 
         shape: Literal["contour", "printed", "ellipse"] = "contour"
-        """``contour``: l = √(c/q), convex. ``printed``: l = c/q, as the paper has it. ``ellipse``:
-        the least ellipse about the contour, as far behind as ahead."""
+        """``contour``: l = √(c/q), convex. ``printed``: l = c/q, as in the paper. ``ellipse``: the
+        smallest ellipse about the contour, with equal extent behind and ahead."""
         contour_scale: float = Field(0.125, gt=0.0, le=10.0)
         """c of contour and ellipse, without unit: ahead l = σ_h √(2c) = |v| · 1 s, so 1.2 m at
         1.2 m/s (Hall's personal distance), 0.8 m aside and 0.6 m behind the contour."""
@@ -41,10 +41,10 @@ class PersonalSpace:
         axis_speed: float = Field(0.2, ge=0.0, le=3.0)
         """Least speed at which the axis follows the predicted motion, m/s."""
         robot_share: float = Field(0.25, ge=0.0, le=1.0)
-        """Reach of the robot's own space in shares of a person's at that speed; 0: none. Eq. (8)
-        takes both off the distance: with much more, no corridor is wide enough."""
+        """Extent of the robot's own space as a share of a person's at that speed; 0: none. Eq. (8)
+        subtracts both from the distance: with much more, no corridor is wide enough."""
         directions: int = Field(32, ge=8, le=360)
-        """In which the space of a group is told."""
+        """Number of normals of a group's hull."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -61,18 +61,18 @@ class PersonalSpace:
         p = self.parameters
         velocity = predictions.velocity
         speed = np.hypot(velocity[..., 0], velocity[..., 1])
-        kept = people.heading[:, None, None]
+        heading = people.heading[:, None, None]
         course = np.arctan2(velocity[..., 1], velocity[..., 0])
-        axis = np.where(speed > p.axis_speed, course, kept)
+        axis = np.where(speed > p.axis_speed, course, heading)
         unknown = np.isnan(axis)
-        front = _front(speed)
+        front, side, rear = gaussian_deviations(speed)
         spaces = SocialSpaces(
             kind=KINDS[p.shape],
             scale=p.printed_scale if p.shape == "printed" else p.contour_scale,
             axis=np.where(unknown, 0.0, axis),
             front=front,
-            side=np.where(unknown, front, front * 2.0 / 3.0),
-            rear=np.where(unknown | (p.shape == "ellipse"), front, front / 2.0),
+            side=np.where(unknown, front, side),
+            rear=np.where(unknown | (p.shape == "ellipse"), front, rear),
             floor=profile.social_distance,
             robot=self._robot(twist),
         )
@@ -80,14 +80,9 @@ class PersonalSpace:
         return replace(spaces, groups=hulls)
 
     def _robot(self, twist: Floats) -> Floats:
-        """(σ_h, σ_s, σ_r) of the robot; reversing, the front is behind."""
+        """(σ_h, σ_s, σ_r) of the robot; in reverse, the front is behind."""
         p = self.parameters
-        front = float(_front(np.hypot(twist[0], twist[1])))
+        front = float(gaussian_deviations(np.hypot(twist[0], twist[1]))[0])
         share = np.sqrt(p.robot_share) if KINDS[p.shape] == PRINTED else p.robot_share
         sigmas = share * front * np.array([1.0, 2.0 / 3.0, 0.5])
         return np.maximum(sigmas[::-1] if twist[0] < 0.0 else sigmas, _POINT)
-
-
-def _front(speed: Floats) -> Floats:
-    """σ_h = max(1/2, 2|v|), m."""
-    return np.maximum(0.5, 2.0 * speed)

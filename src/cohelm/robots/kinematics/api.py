@@ -1,31 +1,44 @@
-"""What a motion model is."""
+"""Interface of a motion model."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from cohelm.arrays import Annotated, Floats, Shape
+
+
+class InputBounds(NamedTuple):
+    """Limits of the inputs, (m,) each."""
+
+    low: Floats
+    """Lowest input."""
+    high: Floats
+    """Highest input."""
+    rise: Floats
+    """Largest increase per second."""
+    fall: Floats
+    """Largest decrease per second."""
 
 
 class Kinematics(Protocol):
     """A motion model x⁺ = f(x, u) with m inputs, discretised with step dt.
 
     Its first ``translating`` inputs are the velocity over the floor in the robot frame, so that
-    their Euclidean norm is the robot's speed; the others turn it.
+    their Euclidean norm is the robot's speed. The others turn it.
     """
 
     inputs: int
     """m."""
     translating: int
-    """How many inputs, the first ones, move it over the floor: 1, along x only, or 2."""
+    """Number of leading inputs that move it over the floor: 1, along x only, or 2."""
     turned: float
-    """Share of a step's turn that is made before the step moves over the floor, 0 to 1."""
+    """Share of a step's turn that happens before its translation, 0 to 1."""
     facets: Annotated[Floats, Shape("f m")]
-    """F of the linear inequalities F u ≤ speed that keep the norm of the translating inputs below
-    a speed; none where the bounds on each input do that already."""
+    """F of the linear inequalities F u ≤ speed that bound the norm of the translating inputs;
+    empty where the bounds of each input suffice."""
 
     def __hash__(self) -> int:
-        """A model is a key of what follows from it; its own identity will do."""
+        """Identity is enough: models are used as cache keys."""
         ...
 
     def twist(self, u: Floats) -> Floats:
@@ -36,14 +49,11 @@ class Kinematics(Protocol):
         """The inputs (..., m) nearest to a twist (..., 3)."""
         ...
 
-    def bounds(self, limits: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def bounds(self, limits: Floats) -> InputBounds:
         """Input bounds from a robot's limits.
 
         Args:
             limits: (v_max, v_reverse, ω_max, a_max, a_brake, α_max), all ≥ 0.
-
-        Returns:
-            (lower, upper, greatest rise a second, greatest fall a second), each (m,).
         """
         ...
 

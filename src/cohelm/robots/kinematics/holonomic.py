@@ -1,4 +1,4 @@
-"""A robot that moves any way: omni-directional wheels, or the agent of a crowd benchmark."""
+"""Omnidirectional robots, and the agents of crowd benchmarks."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ from numba import njit
 
 from cohelm.arrays import Floats, read_only
 from cohelm.config import Model
+from cohelm.robots.kinematics.api import InputBounds
+from cohelm.robots.kinematics.motion import rollout_sensitivity
 
 _SIDES = 16
-"""Of the polygon that stands for the disc of allowed velocities; up to 1.9 % is lost on each."""
+"""Sides of the polygon that replaces the disc of allowed velocities; it loses up to 1.9 %."""
 
 
 class Holonomic:
     """x⁺ = x + Δt (R(θ) (v_x, v_y), ω); inputs (v_x, v_y, ω) in the robot frame.
 
-    Speed is bounded by its norm, ‖(v_x, v_y)‖ ≤ v_max, linearly by an inscribed polygon one corner
-    of which is straight ahead: full speed is kept on both axes. Backwards ``max_reverse_speed``
-    holds besides. Sideways, where the sign does not tell speeding up from braking, changes are
-    bounded by what the brakes can do.
+    The norm of the velocity is bounded, ‖(v_x, v_y)‖ ≤ v_max. The linear form is an inscribed
+    polygon with a corner straight ahead, so both axes keep the full speed. ``max_reverse_speed``
+    bounds backward motion as well. Sideways changes are bounded by the braking deceleration,
+    because their sign does not tell acceleration from braking.
     """
 
     class Parameters(Model):
-        """None."""
+        """There are none."""
 
     inputs = 3
     translating = 2
@@ -44,10 +46,10 @@ class Holonomic:
         """(v_x, v_y, ω)."""
         return np.array(twist, dtype=float)
 
-    def bounds(self, limits: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def bounds(self, limits: Floats) -> InputBounds:
         """See :meth:`Kinematics.bounds`."""
         v, reverse, turn, speed_up, brake, turn_up = limits
-        return (
+        return InputBounds(
             np.array([-reverse, -v, -turn]),
             np.array([v, v, turn]),
             np.array([speed_up, brake, turn_up]),
@@ -60,7 +62,7 @@ class Holonomic:
 
     def sensitivity(self, poses: Floats, inputs: Floats, dt: float) -> Floats:
         """Closed form: ∂p_k/∂v_j = Δt R(θ_j), ∂p_k/∂ω_j = Δt (p_k − p_{j+1})^⊥, ∂θ_k/∂ω_j = Δt."""
-        return holonomic_sensitivity(poses, inputs, dt)
+        return rollout_sensitivity(poses, 3, dt, 0)
 
 
 @njit(cache=True)
@@ -73,22 +75,4 @@ def holonomic_rollout(pose: Floats, inputs: Floats, dt: float) -> Floats:
         out[k + 1, 0] = out[k, 0] + dt * (cos * inputs[k, 0] - sin * inputs[k, 1])
         out[k + 1, 1] = out[k, 1] + dt * (sin * inputs[k, 0] + cos * inputs[k, 1])
         out[k + 1, 2] = out[k, 2] + dt * inputs[k, 2]
-    return out
-
-
-@njit(cache=True)
-def holonomic_sensitivity(poses: Floats, inputs: Floats, dt: float) -> Floats:
-    """See :meth:`Holonomic.sensitivity`; (N+1, 3, 3N)."""
-    n = inputs.shape[0]
-    out = np.zeros((n + 1, 3, 3 * n))
-    for j in range(n):
-        cos, sin = math.cos(poses[j, 2]), math.sin(poses[j, 2])
-        for k in range(j + 1, n + 1):
-            out[k, 0, 3 * j] = dt * cos
-            out[k, 1, 3 * j] = dt * sin
-            out[k, 0, 3 * j + 1] = -dt * sin
-            out[k, 1, 3 * j + 1] = dt * cos
-            out[k, 0, 3 * j + 2] = -dt * (poses[k, 1] - poses[j + 1, 1])
-            out[k, 1, 3 * j + 2] = dt * (poses[k, 0] - poses[j + 1, 0])
-            out[k, 2, 3 * j + 2] = dt
     return out

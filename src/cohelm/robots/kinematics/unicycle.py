@@ -1,4 +1,4 @@
-"""A robot on two driven wheels, or any other that cannot move sideways."""
+"""Robots that cannot move sideways, such as a chair with two driven wheels."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from numba import njit
 
 from cohelm.arrays import Floats, read_only
 from cohelm.config import Model
+from cohelm.robots.kinematics.api import InputBounds
+from cohelm.robots.kinematics.motion import rollout_sensitivity
 
 
 class Unicycle:
     """Xu et al., eq. (10): x⁺ = x + Δt (v cos θ, v sin θ, ω); inputs (v, ω)."""
 
     class Parameters(Model):
-        """None."""
+        """There are none."""
 
     inputs = 2
     translating = 1
@@ -34,13 +36,13 @@ class Unicycle:
         return out
 
     def input(self, twist: Floats) -> Floats:
-        """(v_x, ω); a unicycle cannot move sideways."""
+        """(v_x, ω); the sideways velocity is dropped."""
         return np.asarray(twist)[..., [0, 2]]
 
-    def bounds(self, limits: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def bounds(self, limits: Floats) -> InputBounds:
         """See :meth:`Kinematics.bounds`."""
         v, reverse, turn, speed_up, brake, turn_up = limits
-        return (
+        return InputBounds(
             np.array([-reverse, -turn]),
             np.array([v, turn]),
             np.array([speed_up, turn_up]),
@@ -53,7 +55,25 @@ class Unicycle:
 
     def sensitivity(self, poses: Floats, inputs: Floats, dt: float) -> Floats:
         """Closed form: ∂p_k/∂v_j = Δt e_j, ∂p_k/∂ω_j = Δt (p_k − p_{j+1})^⊥, ∂θ_k/∂ω_j = Δt."""
-        return unicycle_sensitivity(poses, inputs, dt)
+        return rollout_sensitivity(poses, 2, dt, 0)
+
+
+class TurnFirst(Unicycle):
+    """x⁺ = x + Δt (v cos θ⁺, v sin θ⁺, ω) with θ⁺ = θ + Δt ω; inputs (v, ω).
+
+    The unicycle of CrowdNav (Chen et al. 2019, ``crowd_sim/envs/utils/agent.py``): it turns, then
+    moves straight on within each step. No real drive does; planners need it for such simulators.
+    """
+
+    turned = 1.0
+
+    def rollout(self, pose: Floats, inputs: Floats, dt: float) -> Floats:
+        """See :meth:`Kinematics.rollout`."""
+        return _turn_first_rollout(pose, inputs, dt)
+
+    def sensitivity(self, poses: Floats, inputs: Floats, dt: float) -> Floats:
+        """Closed form: ∂p_k/∂v_j = Δt e_{j+1}, ∂p_k/∂ω_j = Δt (p_k − p_j)^⊥, ∂θ_k/∂ω_j = Δt."""
+        return rollout_sensitivity(poses, 2, dt, 1)
 
 
 @njit(cache=True)
@@ -70,16 +90,12 @@ def unicycle_rollout(pose: Floats, inputs: Floats, dt: float) -> Floats:
 
 
 @njit(cache=True)
-def unicycle_sensitivity(poses: Floats, inputs: Floats, dt: float) -> Floats:
-    """See :meth:`Unicycle.sensitivity`; (N+1, 3, 2N)."""
-    n = inputs.shape[0]
-    out = np.zeros((n + 1, 3, 2 * n))
-    for j in range(n):
-        cos, sin = math.cos(poses[j, 2]), math.sin(poses[j, 2])
-        for k in range(j + 1, n + 1):
-            out[k, 0, 2 * j] = dt * cos
-            out[k, 1, 2 * j] = dt * sin
-            out[k, 0, 2 * j + 1] = -dt * (poses[k, 1] - poses[j + 1, 1])
-            out[k, 1, 2 * j + 1] = dt * (poses[k, 0] - poses[j + 1, 0])
-            out[k, 2, 2 * j + 1] = dt
+def _turn_first_rollout(pose: Floats, inputs: Floats, dt: float) -> Floats:
+    out = np.empty((inputs.shape[0] + 1, 3))
+    out[0] = pose
+    for k in range(inputs.shape[0]):
+        v, heading = inputs[k, 0], out[k, 2] + dt * inputs[k, 1]
+        out[k + 1, 0] = out[k, 0] + dt * v * math.cos(heading)
+        out[k + 1, 1] = out[k, 1] + dt * v * math.sin(heading)
+        out[k + 1, 2] = heading
     return out

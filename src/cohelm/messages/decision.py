@@ -1,4 +1,4 @@
-"""What the local planner wants, and what goes to the wheels."""
+"""The local plan, and the decision that is sent to the wheels."""
 
 from __future__ import annotations
 
@@ -15,54 +15,54 @@ from cohelm.reasons import Reason
 
 
 class Status(StrEnum):
-    """What a local plan is."""
+    """Quality of a local plan."""
 
     OK = "ok"
     """Every constraint holds."""
     RELAXED = "relaxed"
-    """Some soft constraint yields; see ``slack``. Verified all the same."""
+    """A soft constraint is relaxed; see ``slack``. Verified nevertheless."""
     STOP = "stop"
     """No verified plan: braking."""
 
 
 @value
 class LocalPlan:
-    """What the local planner wants to do next, and everything it knew when it chose."""
+    """Command and predicted motion of the local planner, with the figures behind its choice."""
 
     time: float
-    """When it was made, s."""
+    """Time of planning, s."""
     step: float
     """Between states, s."""
     command: Annotated[Floats, Shape("3")]
     """Twist for the wheels."""
     poses: Annotated[Floats, Shape("N+1 3")]
     inputs: Annotated[Floats, Shape("N m")]
-    """In the kinematics' own inputs, (v, ω) for a unicycle."""
+    """Inputs of the kinematics, (v, ω) for a unicycle."""
     status: Status
     reason: Reason | None = None
     """Given with ``Status.STOP``."""
     urgent: bool = False
-    """Ordinary braking may not be enough: brake as hard as the robot can."""
+    """Comfort braking may not be enough: use the robot's maximum deceleration."""
     costs: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    """By term."""
+    """Cost of each term."""
     smallest_barrier: float = np.inf
-    """Least h over people and walls along the plan, m; below 0 a social space is entered."""
+    """Minimum h over people and walls along the plan, m; below 0 a social space is entered."""
     slack: float = 0.0
-    """Largest yielding of a soft constraint, m."""
+    """Maximum relaxation of a soft constraint, m."""
     iterations: int = 0
     """Quadratic programs solved."""
     candidate: str = ""
-    """Which of the planner's own ways this is; empty where it has but one."""
+    """Name of the chosen candidate trajectory; empty for planners with a single one."""
     memory: Any | None = None
-    """The planner's own record, for its next call; nobody else reads it."""
+    """Private state of the planner, for its next call."""
 
 
 @value
 class Decision:
-    """What goes to the wheels."""
+    """Twist that is sent to the wheels."""
 
     twist: Annotated[Floats, Shape("3")]
     reason: Reason | None = None
-    """None: exactly what the planner or the rider wanted."""
+    """None: the twist that planner or rider requested, unchanged."""
     emergency: bool = False
-    """Brake as hard as the chair can; the twist is zero."""
+    """Brake with maximum deceleration; the twist is zero."""

@@ -1,4 +1,4 @@
-"""Routes, references, and who steers."""
+"""Paths, references, and the rider's authority."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 
 @value
 class WishReport:
-    """What a wish does to a route."""
+    """Effect of the wishes on a path."""
 
     closest: Annotated[Floats, Shape("w")]
-    """Least distance of the path to each attracting point, m."""
+    """Minimum distance of the path to each attracting point, m."""
     along: Annotated[Floats, Shape("s")] = field(default_factory=lambda: np.empty(0))
     """Mean distance of each stroke's line to the path, m."""
     avoided: Annotated[Floats, Shape("a")] = field(default_factory=lambda: np.empty(0))
-    """Least distance of the path to each avoided zone, m; negative: as deep inside."""
+    """Minimum distance of the path to each avoided zone, m; negative: depth inside."""
     extra_length: float = 0.0
-    """Against the path without wishes, m."""
+    """Compared with the path without wishes, m."""
     extra_cost: float = 0.0
-    """Against the path without wishes, in the unit of ``Path.cost``."""
+    """Compared with the path without wishes, in the unit of ``Path.cost``."""
 
 
 @value
 class Path:
-    """A route from start to goal."""
+    """A path from start to goal."""
 
     points: Annotated[Floats, Shape("k 2")]
     """m; about evenly spaced."""
@@ -39,45 +39,44 @@ class Path:
     """The planner's name."""
     wishes: WishReport
     without_wishes: Annotated[Floats, Shape("j 2")]
-    """The path that would have been taken without wishes, m; the same where there are none."""
+    """Path planned without the wishes, m; equal to ``points`` if there are none."""
     score: float = 0.0
-    """What the method minimises, m: weighted length and the price of the wishes; to be compared
-    with ``kept_score`` only."""
-    kept_score: float | None = None
-    """The same of ``RouteProblem.kept``; ∞ where that is blocked by now."""
+    """Objective of the method, m: weighted length and cost of the wishes; comparable with
+    ``previous_score`` only."""
+    previous_score: float | None = None
+    """Score of ``RouteProblem.previous_path``; ∞ if it is blocked now."""
     pivots: Annotated[Integers, Shape("p")] = field(
         default_factory=lambda: np.empty(0, dtype=np.int64)
     )
-    """Indices of the points where no curve that the robot can drive fits, and it must turn on the
-    spot instead."""
+    """Indices of points at which no drivable curve fits, so that the robot turns on the spot."""
 
 
 @value
 class Reference:
-    """Where the robot should be over the horizon."""
+    """Desired states of the robot over the horizon."""
 
     step: float
     """Time between states, s; state 0 is now."""
     poses: Annotated[Floats, Shape("N+1 3")]
-    """Headings unwrapped, continuous with the robot's own."""
+    """Headings unwrapped, continuous with the robot's heading."""
     speeds: Annotated[Floats, Shape("N+1")]
-    """Wanted forward speed, m/s."""
+    """Desired forward speed, m/s."""
 
 
 @value
 class Authority:
-    """How much the rider steers, and where to."""
+    """Weight of the rider's input, and the motion that it commands."""
 
     eta: float
     """η, weight of the rider's states in the reference, 0…1; Xu et al., eq. (13) corrected, and in
-    a ``Tick`` what is left of it where the chair leads."""
+    a ``Tick`` reduced where the chair takes over."""
     intent: float
-    """i, the number of intents within the time frame."""
+    """i, number of intents within the time frame."""
     deflection: Annotated[Floats, Shape("2")]
-    """The stick after filter and dead zone."""
+    """Stick deflection after filter and dead zone."""
     twist: Annotated[Floats, Shape("3")]
-    """What the stick asks of the wheels."""
+    """Twist commanded by the stick."""
     states: Reference
-    """Where the rider's command would lead."""
+    """Predicted states under the rider's command."""
     wants_stop: bool = False
-    """The stick is held against the travel."""
+    """True while the stick is held against the direction of travel."""

@@ -1,0 +1,82 @@
+"""The request: goal, wishes, mode and rider profile."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.config import Model
+
+
+class Mode(StrEnum):
+    """Division of control between rider and chair; independent of the local planner."""
+
+    AUTONOMOUS = "autonomous"
+    """The chair drives alone."""
+    SHARED = "shared"
+    """The reference blends the path and the rider's input by η."""
+    ASSISTED = "assisted"
+    """The rider drives; the whole safety gate applies, separation included."""
+    MANUAL = "manual"
+    """The rider drives; the gate checks freshness, NaN and limits only, so it can collide."""
+
+
+Side = Literal["left", "right", "none"]
+"""Side on which to pass a person, as the rider sees it; ``none``: no preference."""
+
+
+class RiderProfile(Model):
+    """Preferences of the rider, as in the introduction of Xu et al.; the values are assumed."""
+
+    preferred_speed: float = Field(0.8, gt=0.0, le=3.0)
+    """Cruising speed, m/s; bounded by the robot's limit."""
+    clearance: float = Field(0.05, ge=0.0, le=1.0)
+    """Clearance from walls beyond the footprint, m."""
+    social_distance: float = Field(0.45, ge=0.0, le=2.0)
+    """Minimum extent of a person's social space, m (Hall's intimate distance)."""
+    passing_side: Side = "none"
+    """Side on which to pass a person if both are equally good."""
+    tremor_filter: float = Field(0.0, ge=0.0, le=1.0)
+    """Time constant of the low-pass on the stick, s; 0 is off."""
+    dead_zone: float = Field(0.05, ge=0.0, lt=1.0)
+    """Deflection below which the stick counts as centred, share of full deflection."""
+
+
+@value
+class Wish:
+    """A preference for the route: points to pass, a line to follow, or a zone to avoid.
+
+    The points of one wish are passed in their order; different wishes in the cheapest order.
+    """
+
+    kind: Literal["attract", "avoid", "stroke"] = "attract"
+    """``attract``: pass near each point; ``stroke``: follow the line; ``avoid``: keep out of the
+    zone. One or two points: the zone extends ``radius`` from the point or segment. Three and more:
+    it is the outline, and ``radius`` beyond it."""
+    points: Annotated[Floats, Shape("k 2")]
+    """(x, y), m."""
+    radius: float = 0.0
+    """Extent of an avoided zone beyond its points, m."""
+    hard: bool = False
+    """Of an avoided zone: never enter it, even if no route is left; otherwise it only costs."""
+
+
+@value
+class Request:
+    """Current goal, mode and limits; may change during a ride."""
+
+    goal: Annotated[Floats, Shape("2")]
+    """(x, y), m; NaN: no goal, so that the chair moves on rider input only."""
+    wishes: tuple[Wish, ...] = ()
+    mode: Mode = Mode.SHARED
+    profile: RiderProfile = RiderProfile()
+    speed_limit: float = np.inf
+    """m/s."""
+    stop: bool = False
+    """The STOP control is pressed."""
+    extra_clearance: float = 0.0
+    """Clearance from people in addition to the gate's own margin, m."""
