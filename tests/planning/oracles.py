@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
-from cohelm.evaluation.benches.step_graph import step_graph as graph
+from cohelm.benchmarks.planning import step_graph as graph
 
 
 def random_weights(rng, rows, cols, share_blocked=0.25):

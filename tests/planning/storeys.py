@@ -8,7 +8,7 @@ from cohelm.errors import PlanningError
 from cohelm.maps import FREE, OCCUPIED, OccupancyGrid
 from cohelm.messages import Crowding
 from cohelm.planning import AStar, RouteProblem
-from cohelm.planning.alternatives import alternatives
+from cohelm.planning.alternatives.alternatives import find_alternatives
 
 from .floors import CHAIR
 
@@ -71,7 +71,7 @@ def route_sets(grids, rng, count, k=3):
             grid=grid, robot=CHAIR, start=ends[0], goal=ends[1], crowding=crowd(grid, rng)
         )
         try:
-            routes = alternatives(problem, AStar(), k)
+            routes = find_alternatives(problem, AStar(), k)
         except PlanningError:
             continue
         if len(routes) > 1:

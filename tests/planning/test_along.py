@@ -4,7 +4,7 @@ from scipy.spatial.distance import cdist
 
 from cohelm.geometry import resample, transform
 from cohelm.maps import CostmapFilter, OccupancyGrid, distance_field
-from cohelm.planning.along import least_gap, poses_along, time_in_speed_zones
+from cohelm.planning.path_measures import min_gap, poses_along, time_in_speed_zones
 
 ORIGIN = np.zeros(3)
 
@@ -24,13 +24,13 @@ def test_the_gap_along_a_wall(chair):
     data = np.zeros((80, 120), dtype=np.int8)
     data[:10] = 100
     walls = distance_field(OccupancyGrid(data=data, resolution=0.05, X_MG=ORIGIN))
-    gap = least_gap(np.array([[1.0, 1.5], [5.0, 1.5]]), chair, walls)
+    gap = min_gap(np.array([[1.0, 1.5], [5.0, 1.5]]), chair, walls)
     assert gap == pytest.approx(1.0 - 0.5 * (np.ptp(chair.outline[:, 1])), abs=1e-9)
 
 
 def test_a_gap_to_nothing_is_the_fields_diagonal(chair):
     grid = OccupancyGrid(data=np.zeros((30, 40), dtype=np.int8), resolution=0.1, X_MG=ORIGIN)
-    gap = least_gap(np.array([[1.0, 1.0], [2.0, 1.0]]), chair, distance_field(grid))
+    gap = min_gap(np.array([[1.0, 1.0], [2.0, 1.0]]), chair, distance_field(grid))
     assert gap == pytest.approx(5.0)
 
 
@@ -59,7 +59,7 @@ def test_the_gap_is_that_of_outline_and_squares(chair, seed):
     )
     expected = min(cdist(transform(np.array(pose), edge), squares).min() for pose in driven)
     walls = distance_field(OccupancyGrid(data=data, resolution=0.05, X_MG=X_MG))
-    gap = least_gap(transform(X_MG, line), chair, walls)
+    gap = min_gap(transform(X_MG, line), chair, walls)
     assert gap == pytest.approx(expected, abs=0.012)
 
 
@@ -67,7 +67,7 @@ def test_a_chair_that_stands_in_something_has_no_gap(chair):
     data = np.zeros((60, 60), dtype=np.int8)
     data[30, 30] = 100
     walls = distance_field(OccupancyGrid(data=data, resolution=0.05, X_MG=ORIGIN))
-    assert least_gap(np.array([[1.5, 1.5], [1.6, 1.5]]), chair, walls) == 0.0
+    assert min_gap(np.array([[1.5, 1.5], [1.6, 1.5]]), chair, walls) == 0.0
 
 
 def test_speed_zones_cost_what_the_slower_half_takes():

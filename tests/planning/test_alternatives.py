@@ -10,8 +10,12 @@ from hypothesis import strategies as st
 from cohelm.errors import NoPath
 from cohelm.messages import Wish
 from cohelm.planning import AStar
-from cohelm.planning.alternatives import Differing, alternatives, wish_distance
-from cohelm.planning.overlap import overlap
+from cohelm.planning.alternatives.alternatives import (
+    AlternativeCriteria,
+    find_alternatives,
+    wish_distance,
+)
+from cohelm.planning.alternatives.overlap import overlap
 
 from .floors import problem, room
 from .storeys import route_sets, storey
@@ -47,7 +51,7 @@ def test_overlap_is_the_share_of_the_length():
 
 
 def test_every_corridor_is_found_and_the_planners_own_comes_first():
-    routes = alternatives(three_ways(), AStar(), 3)
+    routes = find_alternatives(three_ways(), AStar(), 3)
     assert sorted(np.round(heights(routes), 0)) == [1.0, 6.0, 11.0]
     own = AStar().plan(three_ways())
     assert np.array_equal(routes[0].path.points, own.points)
@@ -56,44 +60,44 @@ def test_every_corridor_is_found_and_the_planners_own_comes_first():
 
 
 def test_no_more_routes_than_there_are():
-    assert len(alternatives(three_ways(), AStar(), 10)) == 3
-    assert len(alternatives(three_ways(), AStar(), 1)) == 1
+    assert len(find_alternatives(three_ways(), AStar(), 10)) == 3
+    assert len(find_alternatives(three_ways(), AStar(), 1)) == 1
     with pytest.raises(ValueError, match="at least one"):
-        alternatives(three_ways(), AStar(), 0)
+        find_alternatives(three_ways(), AStar(), 0)
 
 
 def test_an_empty_room_has_one_way():
-    assert len(alternatives(problem(room(20.0, 12.0, 0.1), (2, 2), (18, 10)), AStar(), 5)) == 1
+    assert len(find_alternatives(problem(room(20.0, 12.0, 0.1), (2, 2), (18, 10)), AStar(), 5)) == 1
 
 
 def test_the_other_side_of_a_pillar_is_offered_only_where_there_is_nothing_else():
     pillar = (9.8, 5.8, 10.2, 6.2)
     beside = problem(room(20.0, 12.0, 0.1, boxes=[pillar]), (1.5, 6.0), (18.5, 6.0))
-    wide = Differing(overlap=0.9)
-    assert len(alternatives(beside, AStar(), 5, wide)) == 2
+    wide = AlternativeCriteria(overlap=0.9)
+    assert len(find_alternatives(beside, AStar(), 5, wide)) == 2
     wall = (6.0, 2.0, 14.0, 4.0)
     walled = problem(room(20.0, 12.0, 0.1, boxes=[pillar, wall]), (1.5, 6.0), (18.5, 6.0))
-    routes = alternatives(walled, AStar(), 5, wide)
+    routes = find_alternatives(walled, AStar(), 5, wide)
     assert sorted(y > 3.0 for y in heights(routes)) == [False, True]
 
 
 def test_a_detour_beyond_bounds_is_none():
     far = room(20.0, 12.0, 0.1, boxes=[(2.0, 2.0, 18.0, 10.0)])
     there = problem(far, (1.0, 1.0), (19.0, 1.0))  # 18 m, or 38 m round the other side
-    assert len(alternatives(there, AStar(), 3)) == 1
-    assert len(alternatives(there, AStar(), 3, Differing(stretch=3.0))) == 2
+    assert len(find_alternatives(there, AStar(), 3)) == 1
+    assert len(find_alternatives(there, AStar(), 3, AlternativeCriteria(stretch=3.0))) == 2
 
 
 def test_a_dead_end_is_no_way():
     """A cell in an alcove lies on no good way: going in and out again is always dearer."""
     alcoves = room(20.0, 9.0, 0.1, boxes=[(0.0, 3.0, 8.0, 9.0), (10.0, 3.0, 20.0, 9.0)])
-    assert len(alternatives(problem(alcoves, (1.0, 1.5), (19.0, 1.5)), AStar(), 5)) == 1
+    assert len(find_alternatives(problem(alcoves, (1.0, 1.5), (19.0, 1.5)), AStar(), 5)) == 1
 
 
 def test_avoided_zones_hold_for_every_route():
     zone = Wish(kind="avoid", points=np.array([[10.0, 5.8]]), radius=1.0, hard=True)
     asked = three_ways()
-    routes = alternatives(
+    routes = find_alternatives(
         type(asked)(
             grid=asked.grid, robot=asked.robot, start=asked.start, goal=asked.goal, wishes=(zone,)
         ),
@@ -104,11 +108,11 @@ def test_avoided_zones_hold_for_every_route():
 
 
 def test_some_alternative_serves_the_wish_and_some_says_what_it_costs():
-    from cohelm.planning.soft_via import SoftVia
+    from cohelm.planning.planners.soft_via import SoftVia
 
     asked = three_ways(prefer=[(10.0, 11.0)])
     keen = SoftVia(SoftVia.Parameters(closeness=6.0))
-    routes = alternatives(asked, keen, 4)
+    routes = find_alternatives(asked, keen, 4)
     own = routes[0].path
     assert wish_distance(own) < 0.2
     for each in routes[1:]:
@@ -122,11 +126,11 @@ def test_some_alternative_serves_the_wish_and_some_says_what_it_costs():
 def test_no_way_is_said():
     closed = room(20.0, 12.0, 0.1, boxes=[(9.0, 0.0, 10.0, 12.0)])
     with pytest.raises(NoPath):
-        alternatives(problem(closed, (2, 2), (18, 10)), AStar(), 3)
+        find_alternatives(problem(closed, (2, 2), (18, 10)), AStar(), 3)
 
 
 def test_twice_the_same():
-    first, second = (alternatives(three_ways(), AStar(), 3) for _ in range(2))
+    first, second = (find_alternatives(three_ways(), AStar(), 3) for _ in range(2))
     for a, b in zip(first, second, strict=True):
         assert np.array_equal(a.path.points, b.path.points)
 
@@ -135,7 +139,7 @@ def test_twice_the_same():
 @given(seed=st.integers(0, 10_000))
 def test_on_any_storey_routes_differ_pairwise_and_are_no_detours(seed):
     rng = np.random.default_rng(seed)
-    differing = Differing()
+    differing = AlternativeCriteria()
     for routes in route_sets([storey(rng)], rng, 2, k=4):
         for a, b in itertools.combinations(routes, 2):
             assert overlap(a.path.points, b.path.points, differing.corridor) <= 0.7

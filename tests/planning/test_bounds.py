@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohelm.planning.bounds import COARSE, bound_at, lower_bound
-from cohelm.planning.fields import cost_field_from
-from cohelm.planning.search import Weights
+from cohelm.planning.grid_search.cost_field import cost_field
+from cohelm.planning.grid_search.lower_bound import COARSE_SHIFT, bound_at, lower_bound
+from cohelm.planning.grid_search.weights import Weights
 
 from .oracles import random_weights
 
 
-def bound_everywhere(weights, start, goal, shift=COARSE):
+def bound_everywhere(weights, start, goal, shift=COARSE_SHIFT):
     """The bound at every cell of the packed grid, zero at the goal."""
     packed = weights.packed
     begin, end = (start[0] + 1, start[1] + 1), (goal[0] + 1, goal[1] + 1)
@@ -39,12 +39,12 @@ def draw(rng):
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), shift=st.integers(1, COARSE))
+@given(seed=st.integers(0, 2**32 - 1), shift=st.integers(1, COARSE_SHIFT))
 def test_falls_along_no_step_by_more_than_it_costs(seed, shift):
     weights, start, goal = draw(np.random.default_rng(seed))
     h, w = bound_everywhere(weights, start, goal, shift), weights.packed.astype(float)
     if not np.isfinite(h[start[0] + 1, start[1] + 1]):
-        assert np.isinf(cost_field_from(weights, goal)[start[0] + 1, start[1] + 1])
+        assert np.isinf(cost_field(weights, goal)[start[0] + 1, start[1] + 1])
         return
     inner, (rows, cols) = slice(1, -1), w.shape
     for dr, dc in ((0, 1), (1, 0), (1, 1), (1, -1)):
@@ -56,10 +56,10 @@ def test_falls_along_no_step_by_more_than_it_costs(seed, shift):
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), shift=st.integers(1, COARSE))
+@given(seed=st.integers(0, 2**32 - 1), shift=st.integers(1, COARSE_SHIFT))
 def test_is_no_more_than_the_cost(seed, shift):
     weights, start, goal = draw(np.random.default_rng(seed))
-    h, cost = bound_everywhere(weights, start, goal, shift), cost_field_from(weights, goal)
+    h, cost = bound_everywhere(weights, start, goal, shift), cost_field(weights, goal)
     reached = np.isfinite(cost)
     if reached[start[0] + 1, start[1] + 1]:
         assert (h[reached] <= cost[reached] * (1.0 + 1e-9) + 1e-9).all()

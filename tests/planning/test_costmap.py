@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from cohelm.messages import LiveObstacles
 from cohelm.planning import Inflation, build_costmap, combine
-from cohelm.planning.ground import GroundParameters, weigh
+from cohelm.planning.problem import CostmapParameters, weigh
 
 
 def grid_of(data, resolution=0.1):
@@ -119,13 +119,13 @@ def test_live_obstacles_make_anew_their_window_and_nothing_else():
     # On each side the 1 m that obstacles inflate, 20 cells, and one more.
     assert (patch.rows, patch.cols) == (slice(229, 371), slice(179, 301))
     base = build_costmap(grid, 0.36, Inflation(inflation_radius=1.0))
-    assert costmap.kept is base.kept
+    assert costmap.base is base.base
     changed = np.argwhere(costmap.cost != base.cost)
     assert (changed >= [229, 179]).all()
     assert (changed < [371, 301]).all()
 
 
 def test_the_weights_of_the_maps_part_are_kept():
-    grid, parameters = grid_of(np.full((20, 30), FREE)), GroundParameters()
+    grid, parameters = grid_of(np.full((20, 30), FREE)), CostmapParameters()
     costmap = build_costmap(grid, 0.3, parameters.inflation)
     assert weigh(costmap, (5, 5), parameters) is weigh(costmap, (9, 9), parameters)

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from cohelm.geometry import resample
 from cohelm.messages import Crowding
-from cohelm.planning.features import Measuring, route_features, travel_time
-from cohelm.planning.ground import ground_for
-from cohelm.planning.reference import Comfort
-from cohelm.planning.route import RouteParameters
+from cohelm.planning.alternatives.features import FeatureParameters, route_features, travel_time
+from cohelm.planning.planners.route import GridPlannerParameters
+from cohelm.planning.problem import prepare
+from cohelm.planning.reference import ComfortLimits
 
 from .floors import path_of, problem, room
 
@@ -19,7 +19,7 @@ def measured(points, grid=None, measuring=None, **more):
     grid = room(20.0, 10.0, 0.05) if grid is None else grid
     points = np.asarray(points, dtype=float)
     asked = problem(grid, points[0], points[-1], **more)
-    ground = ground_for(asked, RouteParameters())
+    ground = prepare(asked, GridPlannerParameters())
     return route_features(ground, path_of(resample(points, 0.1)), measuring)
 
 
@@ -29,8 +29,8 @@ def test_time_is_speeding_up_cruising_and_braking():
     asked = problem(room(20.0, 10.0), line[0], line[1])
     speed, up, down = 0.8, asked.robot.max_acceleration, 0.6
     expected = 16.0 / speed + 0.5 * speed / up + 0.5 * speed / down
-    ground = ground_for(asked, RouteParameters())
-    measuring = Measuring(speed=speed, comfort=Comfort(deceleration=down))
+    ground = prepare(asked, GridPlannerParameters())
+    measuring = FeatureParameters(speed=speed, comfort=ComfortLimits(deceleration=down))
     assert travel_time(ground, path_of(resample(np.array(line), 0.1)), measuring) == pytest.approx(
         expected, abs=0.2
     )
@@ -52,7 +52,7 @@ def test_clearance_is_that_to_the_nearest_wall():
     # walls are a cell of 0.05 m thick, so the middle line of 10 m is 4.95 m from them
     route = measured([(6.0, 5.0), (14.0, 5.0)])
     assert route.clearance_min == pytest.approx(4.95, abs=0.05)
-    assert route.clearance == Measuring().roomy
+    assert route.clearance == FeatureParameters().roomy
     beside = measured([(6.0, 1.05), (14.0, 1.05)])
     assert beside.clearance == pytest.approx(1.0, abs=0.05)
 

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from cohelm.geometry import distance_to_polygon, inside_polygon, transform
 from cohelm.maps import signed_distance
-from cohelm.planning.footprint import (
-    body_on,
-    drive_overlaps,
-    met_along,
+from cohelm.planning.path_refinement.footprint import (
+    footprint_model,
     overlaps,
-    triangles,
+    overlaps_along,
+    segment_overlaps,
+    triangulate,
     turn_overlaps,
 )
 
@@ -58,7 +58,7 @@ def apart(polygon, square):
 def hits(outline, blocked, pose):
     """The oracle: any triangle of the outline against any blocked square."""
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    pieces = transform(pose, triangles(outline))
+    pieces = transform(pose, triangulate(outline))
     for row, col in np.argwhere(blocked):
         cell = (square + np.array([col, row])) * RES
         if any(not apart(piece, cell) for piece in pieces):
@@ -69,7 +69,7 @@ def hits(outline, blocked, pose):
 @pytest.mark.parametrize("name", SHAPES)
 def test_triangles_make_up_the_outline(name):
     outline = SHAPES[name]
-    pieces = triangles(outline)
+    pieces = triangulate(outline)
     assert len(pieces) == len(outline) - 2
     assert (area(pieces) > 0.0).all()
     assert area(pieces).sum() == pytest.approx(area(outline))
@@ -82,7 +82,7 @@ def test_triangles_make_up_the_outline(name):
 
 def test_an_outline_that_crosses_itself_is_refused():
     with pytest.raises(ValueError, match="crosses itself"):
-        triangles(np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [-0.5, 0.5]])[::-1])
+        triangulate(np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [-0.5, 0.5]])[::-1])
 
 
 @settings(max_examples=150, deadline=None)
@@ -97,12 +97,12 @@ def test_overlap_is_exact(seed, heading, name):
     pose = np.array([*rng.uniform(0.3, 1.7, 2), heading])
     if rng.random() < 0.5:
         pose[:2] = np.round(pose[:2] / RES) * RES  # sides on the cells' edges: touching is free
-    body = body_on(SHAPES[name], signed_distance(blocked, RES), RES)
+    body = footprint_model(SHAPES[name], signed_distance(blocked, RES), RES)
     assert overlaps(body, *pose) == hits(SHAPES[name], blocked, pose)
 
 
 def test_nothing_stands_beyond_the_map():
-    body = body_on(CHAIR.outline, signed_distance(np.zeros((20, 20), dtype=bool), RES), RES)
+    body = footprint_model(CHAIR.outline, signed_distance(np.zeros((20, 20), dtype=bool), RES), RES)
     assert not overlaps(body, 0.1, 0.1, 0.0)
 
 
@@ -113,8 +113,8 @@ def test_clearance_is_not_trusted_beyond_what_it_knows():
     field = signed_distance(blocked, RES)
     field[field > 0.3] = 5.0
     pose = (1.525, 1.525, 0.0)  # the front is at 2.175, the obstacle from 2.0 to 2.05
-    assert overlaps(body_on(CHAIR.outline, field, RES, trust=0.3), *pose)
-    assert not overlaps(body_on(CHAIR.outline, field, RES), *pose)
+    assert overlaps(footprint_model(CHAIR.outline, field, RES, trust=0.3), *pose)
+    assert not overlaps(footprint_model(CHAIR.outline, field, RES), *pose)
 
 
 @settings(max_examples=60, deadline=None)
@@ -122,8 +122,8 @@ def test_clearance_is_not_trusted_beyond_what_it_knows():
 def test_a_sweep_misses_nothing_between_its_poses(seed):
     rng = np.random.default_rng(seed)
     blocked = rng.random((60, 60)) < 0.002
-    body = body_on(CHAIR.outline, signed_distance(blocked, RES), RES)
-    slim = body_on(0.98 * CHAIR.outline, body.clearance, RES)
+    body = footprint_model(CHAIR.outline, signed_distance(blocked, RES), RES)
+    slim = footprint_model(0.98 * CHAIR.outline, body.clearance, RES)
     x, y, heading = *rng.uniform(1.0, 2.0, 2), rng.uniform(-3.0, 3.0)
     turn = rng.uniform(-1.5, 1.5)
     met = any(overlaps(slim, x, y, heading + turn * t) for t in np.linspace(0, 1, 400))
@@ -134,16 +134,16 @@ def test_a_sweep_misses_nothing_between_its_poses(seed):
         overlaps(slim, *p, heading + 0.3 * t)
         for p, t in zip(way, np.linspace(0, 1, 400), strict=True)
     )
-    assert drive_overlaps(body, x, y, *end, heading, heading + 0.3) >= met
+    assert segment_overlaps(body, x, y, *end, heading, heading + 0.3) >= met
 
 
 def test_a_line_tells_where_it_meets_something():
     blocked = np.zeros((60, 120), dtype=bool)
     blocked[38, 60:62] = True  # 0.4 m beside: a turn's corner meets it
-    body = body_on(CHAIR.outline, signed_distance(blocked, RES), RES)
+    body = footprint_model(CHAIR.outline, signed_distance(blocked, RES), RES)
     straight = np.stack([np.arange(0.8, 5.2, 0.1), np.full(44, 1.5)], axis=-1)
-    assert not met_along(body, straight).any()
+    assert not overlaps_along(body, straight).any()
     corner = np.concatenate([straight[:24], [[3.1, 1.5 - 0.1 * k] for k in range(1, 8)]])
-    at = np.flatnonzero(met_along(body, corner))
+    at = np.flatnonzero(overlaps_along(body, corner))
     assert len(at)
     assert np.abs(corner[at] - [3.1, 1.5]).max() < 0.7

@@ -11,21 +11,22 @@ from cohelm.errors import GoalBlocked, StartBlocked
 from cohelm.geometry import compose, transform
 from cohelm.maps import FREE, OCCUPIED, CostmapFilter, OccupancyGrid
 from cohelm.messages import Crowding, LiveObstacles, Wish
-from cohelm.planning.costmap import build_costmap, combine
-from cohelm.planning.ground import (
-    Ground,
-    GroundParameters,
-    closed_by_keepout,
-    closed_by_zones,
+from cohelm.planning.costmap.costmap import build_costmap, combine
+from cohelm.planning.costmap.layers.inflation import Inflation
+from cohelm.planning.grid_search.shortest_path import shortest_path
+from cohelm.planning.grid_search.weights import Weights
+from cohelm.planning.planners.passages import closed_by_keepout, closed_by_zones
+from cohelm.planning.problem import (
+    CostmapParameters,
+    PreparedProblem,
     costmap_for,
-    ground_for,
+    prepare,
     weigh,
 )
-from cohelm.planning.layers.inflation import Inflation
-from cohelm.planning.search import Weights, shortest_path
-from planning.floors import CHAIR, problem, room
 
-P = GroundParameters()
+from .floors import CHAIR, problem, room
+
+P = CostmapParameters()
 CORRIDORS = room(14.0, 8.0, boxes=[(3.0, 2.5, 11.0, 5.5)])
 """Two corridors, 2.4 m wide, above and below a block."""
 FROM, TO = (1.52, 4.63), (12.52, 4.63)
@@ -53,25 +54,25 @@ def goes_above(ground):
 
 
 def test_nothing_said_is_the_nearer_corridor():
-    assert goes_above(ground_for(problem(CORRIDORS, FROM, TO), P))
+    assert goes_above(prepare(problem(CORRIDORS, FROM, TO), P))
 
 
 @pytest.mark.parametrize("hard", [False, True])
 def test_a_zone_moves_the_way_to_the_other_corridor(hard):
     wish = avoid([6.0, 6.8], [8.0, 6.8], radius=1.2, hard=hard)
     given_ = dataclasses.replace(problem(CORRIDORS, FROM, TO), wishes=(wish,))
-    assert not goes_above(ground_for(given_, P))
+    assert not goes_above(prepare(given_, P))
 
 
 def test_a_soft_zone_is_crossed_where_no_way_is_left():
     wish = avoid([6.0, 0.0], [7.0, 0.0], [7.0, 8.0], [6.0, 8.0])
-    ground = ground_for(dataclasses.replace(problem(CORRIDORS, FROM, TO), wishes=(wish,)), P)
+    ground = prepare(dataclasses.replace(problem(CORRIDORS, FROM, TO), wishes=(wish,)), P)
     assert way(ground) is not None
 
 
 def test_hard_zones_that_leave_no_way_are_named():
     wish = avoid([7.0, 0.0], [7.0, 8.0], hard=True)
-    ground = ground_for(dataclasses.replace(problem(CORRIDORS, FROM, TO), wishes=(wish,)), P)
+    ground = prepare(dataclasses.replace(problem(CORRIDORS, FROM, TO), wishes=(wish,)), P)
     assert way(ground) is None
     assert closed_by_zones(ground, P)
     assert not closed_by_keepout(ground, P)
@@ -80,7 +81,7 @@ def test_hard_zones_that_leave_no_way_are_named():
 def test_zones_are_not_blamed_for_walls():
     walled = room(14.0, 8.0, boxes=[(7.0, 0.0, 7.2, 8.0)])
     wish = avoid([3.0, 4.0], radius=0.3, hard=True)
-    ground = ground_for(dataclasses.replace(problem(walled, FROM, TO), wishes=(wish,)), P)
+    ground = prepare(dataclasses.replace(problem(walled, FROM, TO), wishes=(wish,)), P)
     assert way(ground) is None
     assert not closed_by_zones(ground, P)
 
@@ -90,7 +91,7 @@ def test_keepout_masks_that_leave_no_way_are_named():
     data[:, 7] = OCCUPIED
     mask = OccupancyGrid(data=data, resolution=1.0, X_MG=np.zeros(3))
     given_ = dataclasses.replace(problem(CORRIDORS, FROM, TO), filters=(keepout(mask),))
-    ground = ground_for(given_, P)
+    ground = prepare(given_, P)
     assert way(ground) is None
     assert closed_by_keepout(ground, P)
     assert not closed_by_zones(ground, P)
@@ -100,16 +101,16 @@ def test_a_goal_in_a_rule_says_which():
     given_ = problem(CORRIDORS, FROM, TO)
     zone = dataclasses.replace(given_, wishes=(avoid(TO, radius=0.1, hard=True),))
     with pytest.raises(GoalBlocked, match="from a zone to avoid"):
-        ground_for(zone, P)
+        prepare(zone, P)
     everywhere = OccupancyGrid(
         data=np.array([[OCCUPIED]]), resolution=2.0, X_MG=np.array([12, 4, 0])
     )
     masked = dataclasses.replace(given_, filters=(keepout(everywhere),))
     with pytest.raises(GoalBlocked, match="from a keepout zone"):
-        ground_for(masked, P)
+        prepare(masked, P)
     wall = problem(CORRIDORS, FROM, (7.0, 4.0))
     with pytest.raises(GoalBlocked, match=r"clearance, the robot"):
-        ground_for(wall, P)
+        prepare(wall, P)
 
 
 @pytest.mark.parametrize("rule", ["zone", "mask"])
@@ -124,7 +125,7 @@ def test_a_start_in_a_rule_may_leave_it_by_the_short_way(rule):
             data=np.full((4, 1), OCCUPIED), resolution=1.0, X_MG=np.array([2.5, 1.0, 0.0])
         )
         given_ = dataclasses.replace(given_, filters=(keepout(mask),))
-    points = way(ground_for(given_, P))
+    points = way(prepare(given_, P))
     inside = (points > [2.5, 1.0]).all(axis=1) & (points < [3.5, 5.0]).all(axis=1)
     length = np.hypot(*np.diff(points[inside], axis=0).T).sum()
     assert inside[0]
@@ -136,13 +137,13 @@ def test_a_rule_opens_no_wall():
     given_ = problem(CORRIDORS, (7.0, 4.0), TO)
     wish = avoid([7.0, 4.0], radius=3.0, hard=True)
     with pytest.raises(StartBlocked):
-        ground_for(dataclasses.replace(given_, wishes=(wish,)), P)
+        prepare(dataclasses.replace(given_, wishes=(wish,)), P)
 
 
 def test_a_start_beside_a_zone_does_not_open_it():
     """Only the zone that the chair stands in is opened."""
     wishes = (avoid([1.5, 4.6], radius=0.6, hard=True), avoid([6.5, 6.8], radius=0.6, hard=True))
-    ground = ground_for(dataclasses.replace(problem(CORRIDORS, FROM, TO), wishes=wishes), P)
+    ground = prepare(dataclasses.replace(problem(CORRIDORS, FROM, TO), wishes=wishes), P)
     row, col = ground.problem.grid.cells(np.array([6.5, 6.8]))
     assert np.isinf(ground.weights.packed[row + 1, col + 1])
     row, col = ground.start
@@ -161,26 +162,26 @@ def crowd_above(density):
 def test_a_crowded_corridor_moves_the_way_and_decay_brings_it_back():
     given_ = problem(CORRIDORS, FROM, TO)
     crowded = dataclasses.replace(given_, crowding=crowd_above(0.5))
-    assert not goes_above(ground_for(crowded, P))
+    assert not goes_above(prepare(crowded, P))
     faded = dataclasses.replace(given_, crowding=crowd_above(0.5 * np.exp(-6.0)))
-    ground = ground_for(faded, P)
+    ground = prepare(faded, P)
     assert goes_above(ground)
-    assert ground.weights is ground_for(given_, P).weights
+    assert ground.weights is prepare(given_, P).weights
 
 
 def test_a_path_does_not_cut_through_a_group_while_another_way_is_left():
     pair = np.array([[6.0, 5.8], [6.0, 7.6]])
     given_ = dataclasses.replace(problem(CORRIDORS, FROM, TO), groups=(pair,))
-    assert not goes_above(ground_for(given_, P))
+    assert not goes_above(prepare(given_, P))
 
 
 def test_a_group_across_the_only_way_is_crossed():
     line = np.array([[6.0, 0.2], [6.0, 7.8]])
     given_ = dataclasses.replace(problem(room(14.0, 8.0), FROM, TO), groups=(line,))
-    ground = ground_for(given_, P)
+    ground = prepare(given_, P)
     points = way(ground)
     assert points is not None
-    # The dearest weight is the toll, and the whole strip of 0.8 m weighs as much as the detour.
+    # The highest weight is the extra cost, and the strip of 0.8 m costs as much as the detour.
     assert ground.weights.heaviest == pytest.approx(P.groups.detour / (2.0 * P.groups.reach))
 
 
@@ -188,7 +189,7 @@ def test_a_toll_outlives_another_layer():
     pair = np.array([[6.0, 5.8], [6.0, 7.6]])
     given_ = dataclasses.replace(problem(CORRIDORS, FROM, TO), groups=(pair,))
     costmap = costmap_for(given_, P)
-    ground = ground_for(given_, P)
+    ground = prepare(given_, P)
     layer = np.zeros(costmap.cost.shape, dtype=np.uint8)
     again = weigh(combine(costmap, layer), ground.start, P)
     assert np.array_equal(again.packed, ground.weights.packed)
@@ -266,7 +267,7 @@ def test_the_order_of_layers_does_not_matter():
     given_ = problem(CORRIDORS, FROM, TO)
     one = dataclasses.replace(given_, wishes=wishes, groups=(pair,), crowding=crowd_above(0.3))
     other = dataclasses.replace(one, wishes=wishes[::-1])
-    a, b = ground_for(one, P), ground_for(other, P)
+    a, b = prepare(one, P), prepare(other, P)
     assert np.array_equal(a.costmap.cost, b.costmap.cost)
     assert np.array_equal(a.weights.packed, b.weights.packed)
     alone = [
@@ -322,7 +323,7 @@ class RouteSetup:
     wishes: tuple[Wish, ...]
     crowding: Crowding
 
-    def ground(self, start, goal) -> Ground:
+    def ground(self, start, goal) -> PreparedProblem:
         given_ = problem(
             self.grid,
             start,
@@ -331,7 +332,7 @@ class RouteSetup:
             crowding=self.crowding,
             filters=tuple(keepout(mask) for mask in self.masks),
         )
-        return ground_for(dataclasses.replace(given_, wishes=self.wishes), P)
+        return prepare(dataclasses.replace(given_, wishes=self.wishes), P)
 
 
 def test_speed_masks_do_not_move_the_way():
@@ -341,5 +342,5 @@ def test_speed_masks_do_not_move_the_way():
     )
     given_ = problem(CORRIDORS, FROM, TO)
     slow = dataclasses.replace(given_, filters=(mask,))
-    assert ground_for(slow, P).weights is ground_for(given_, P).weights
-    assert CHAIR.inscribed_radius < ground_for(slow, P).costmap.radius
+    assert prepare(slow, P).weights is prepare(given_, P).weights
+    assert CHAIR.inscribed_radius < prepare(slow, P).costmap.radius

@@ -8,7 +8,7 @@ import pytest
 from cohelm.geometry import nearest_on_polyline
 from cohelm.messages import Wish
 from cohelm.planning import AStar, IterativeAStar
-from cohelm.planning.wishes import wished_line
+from cohelm.planning.planners.wishes import wished_line
 
 from .floors import problem, room
 
@@ -73,7 +73,7 @@ def test_start_and_goal_stay_free():
 def test_the_score_is_length_and_what_it_strays_too_far():
     task = island(Wish(points=np.array([[6.0, 1.5]])))
     kept = AStar().plan(task).points
-    path = planned(replace(task, kept=kept), near_enough=0.5)
-    plain = AStar().plan(replace(task, kept=kept))
+    path = planned(replace(task, previous_path=kept), near_enough=0.5)
+    plain = AStar().plan(replace(task, previous_path=kept))
     beyond = max(stray(plain, task) - 0.5, 0.0)
-    assert path.kept_score == pytest.approx(plain.score + beyond, abs=0.05)
+    assert path.previous_score == pytest.approx(plain.score + beyond, abs=0.05)

@@ -9,10 +9,14 @@ from cohelm.geometry import compose, distance_to_polygon, inverse, transform
 from cohelm.maps import FREE, OCCUPIED, UNKNOWN, CostmapFilter, OccupancyGrid
 from cohelm.messages import Crowding, Wish
 from cohelm.planning import Inflation, build_costmap
-from cohelm.planning.layers.crowding import CrowdingCosts, crowding_patches
-from cohelm.planning.layers.groups import GroupCosts, group_patch
-from cohelm.planning.layers.keepout import keepout_costs
-from cohelm.planning.layers.zones import ZoneCosts, distance_to_zone, zone_patch
+from cohelm.planning.costmap.layers.people import (
+    CrowdingCosts,
+    GroupCosts,
+    crowding_patches,
+    group_patch,
+)
+from cohelm.planning.costmap.layers.static import keepout_costs
+from cohelm.planning.costmap.layers.zones import ZoneCosts, distance_to_zone, zone_patch
 
 RADIUS = 0.3
 SQUARE = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 2.0], [1.0, 2.0]])
@@ -133,11 +137,11 @@ def test_a_larger_zone_costs_no_less(small, more):
 def test_the_gap_between_two_members_is_as_dear_as_the_detour():
     groups = GroupCosts(detour=24.0, reach=0.4)
     patch = group_patch(np.array([[2.0, 1.0], [2.0, 3.0]]), floor(), groups)
-    toll = np.zeros((40, 60))
-    toll[patch.rows, patch.cols] = patch.toll
+    extra_cost = np.zeros((40, 60))
+    extra_cost[patch.rows, patch.cols] = patch.extra_cost
     # A way along y = 2.05 crosses 8 cells of 0.1 m that weigh 24 / 0.8 = 30: 24 m.
-    assert toll[20].sum() * 0.1 == pytest.approx(24.0)
-    assert not toll[36].any()  # 0.65 m beyond the farther member
+    assert extra_cost[20].sum() * 0.1 == pytest.approx(24.0)
+    assert not extra_cost[36].any()  # 0.65 m beyond the farther member
 
 
 def test_one_alone_has_no_between():

@@ -6,8 +6,8 @@ import pytest
 from cohelm.errors import NoPath, Passage
 from cohelm.maps import signed_distance
 from cohelm.planning import AStar
-from cohelm.planning.ground import ground_for
-from cohelm.planning.passages import gap_at, tightest_passage
+from cohelm.planning.planners.passages import gap_at, tightest_passage
+from cohelm.planning.problem import prepare
 
 from .floors import CHAIR, problem, room
 
@@ -58,7 +58,7 @@ def two_doors(near, far):
 
 
 def test_of_two_doors_the_one_that_lacks_much_less_is_named():
-    ground = ground_for(
+    ground = prepare(
         problem(two_doors(0.2, 0.5), (2, 2), (8, 2), clearance=0.0), AStar.Parameters()
     )
     passage = tightest_passage(ground)
@@ -67,14 +67,14 @@ def test_of_two_doors_the_one_that_lacks_much_less_is_named():
 
 
 def test_of_two_doors_alike_the_nearer_one_is_named():
-    ground = ground_for(
+    ground = prepare(
         problem(two_doors(0.5, 0.5), (2, 2), (8, 2), clearance=0.0), AStar.Parameters()
     )
     assert tightest_passage(ground).point == pytest.approx((5.0, 2.0), abs=0.2)
 
 
 def test_what_is_wide_enough_is_no_passage_to_name():
-    ground = ground_for(problem(two_doors(1.0, 1.0), (2, 2), (8, 2)), AStar.Parameters())
+    ground = prepare(problem(two_doors(1.0, 1.0), (2, 2), (8, 2)), AStar.Parameters())
     assert tightest_passage(ground) is None
 
 

@@ -280,27 +280,31 @@ def test_what_cannot_be_reached_is_a_compromise():
 def test_the_compromise_is_never_worse_than_the_plain_way(points):
     task = island(prefer=points)
     plain = AStar().plan(task)
-    path = SoftVia().plan(replace(task, kept=plain.points))
-    assert path.score <= path.kept_score
+    path = SoftVia().plan(replace(task, previous_path=plain.points))
+    assert path.score <= path.previous_score
 
 
 @pytest.mark.parametrize("planner", EXACT[1:])
 def test_a_new_path_and_the_kept_one_are_measured_alike(planner):
     task = island(prefer=[(6.0, 1.5)])
     path = planner.plan(task)
-    again = planner.plan(replace(task, kept=path.points))
-    assert again.kept_score == pytest.approx(again.score, rel=1e-3)
-    other = planner.plan(replace(task, kept=planner.plan(island(prefer=[(6.0, 7.5)])).points))
-    assert other.kept_score > other.score + 0.5
+    again = planner.plan(replace(task, previous_path=path.points))
+    assert again.previous_score == pytest.approx(again.score, rel=1e-3)
+    other = planner.plan(
+        replace(task, previous_path=planner.plan(island(prefer=[(6.0, 7.5)])).points)
+    )
+    assert other.previous_score > other.score + 0.5
 
 
 def test_the_score_is_cost_and_the_price_of_closeness():
     task = island(prefer=[(6.0, 4.5)])
     planner, through = SoftVia(SoftVia.Parameters(closeness=0.5)), np.stack([task.start, task.goal])
-    path = planner.plan(replace(task, kept=through))
-    assert path.kept_score == np.inf  # in the box
-    plain = AStar().plan(replace(task, kept=path.points))
-    assert path.score == pytest.approx(plain.kept_score + 0.5 * path.wishes.closest[0], rel=1e-3)
+    path = planner.plan(replace(task, previous_path=through))
+    assert path.previous_score == np.inf  # in the box
+    plain = AStar().plan(replace(task, previous_path=path.points))
+    assert path.score == pytest.approx(
+        plain.previous_score + 0.5 * path.wishes.closest[0], rel=1e-3
+    )
 
 
 def test_every_attracting_point_is_reported_and_no_other():

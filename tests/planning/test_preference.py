@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Wish
-from cohelm.planning.layers.preference import (
+from cohelm.planning.costmap.layers.preference import (
     Preference,
     Source,
     preference_costs,

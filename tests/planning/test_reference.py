@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohelm.geometry import nearest_on_polyline, resample
-from cohelm.planning import Comfort, reference
+from cohelm.planning import ComfortLimits, ReferenceSettings, make_reference
 
 from .floors import CHAIR, path_of
 
@@ -22,9 +22,10 @@ EIGHT = path_of(4.0 * np.stack([np.sin(figure), np.sin(figure) * np.cos(figure)]
 """Crosses itself in the origin, where it starts and ends."""
 
 
-def follow(path, pose, twist=STILL, *, steps=30, step=0.1, speed=0.8, **more):
+def follow(path, pose, twist=STILL, *, progress=None, **settings):
     pose, twist = np.asarray(pose, dtype=float), np.asarray(twist, dtype=float)
-    return reference(path, pose, twist, steps=steps, step=step, speed=speed, robot=CHAIR, **more)
+    given = {"steps": 30, "step": 0.1, "speed": 0.8, "robot": CHAIR, **settings}
+    return make_reference(path, pose, twist, ReferenceSettings(**given), progress=progress)
 
 
 def test_speeds_up_from_the_current_speed_within_the_robots_acceleration():
@@ -55,7 +56,7 @@ def test_brakes_in_comfort_and_ends_on_the_goal_at_rest():
     ref, _ = follow(STRAIGHT, (18.9, 0.0, 0.0), (0.8, 0.0, 0.0), steps=60)
     assert ref.poses[-1].tolist() == pytest.approx([20.0, 0.0, 0.0], abs=1e-12)
     assert ref.speeds[-1] == 0.0
-    brake = Comfort().deceleration
+    brake = ComfortLimits().deceleration
     left = 20.0 - ref.poses[:, 0]
     assert (ref.speeds <= np.sqrt(2.0 * brake * left) + 1e-6).all()
     assert np.diff(ref.speeds)[:-2].min() >= -brake * 0.1 - 0.025  # limits are kept at the points
@@ -78,7 +79,7 @@ def test_curves_are_taken_within_lateral_acceleration_and_turn_rate(radius):
     around = np.linspace(0.0, 2.0 * np.pi, count)
     curve = radius * np.stack([np.sin(around), 1.0 - np.cos(around)], axis=1)
     ref, _ = follow(path_of(curve), (0, 0, 0), (1.2, 0, 0), speed=1.2, steps=200)
-    comfort = Comfort()
+    comfort = ComfortLimits()
     most = min(
         1.2,
         math.sqrt(comfort.lateral_acceleration * radius),
@@ -131,7 +132,7 @@ def test_a_robot_that_faces_away_turns_before_the_reference_leaves():
     ahead, _ = follow(STRAIGHT, (3, 0, 0))
     away, _ = follow(STRAIGHT, (3, 0, 3.0))
     # It has to turn 3 rad at 0.96 rad/s: for the 1.5 s until it faces the path's side, creep.
-    assert away.speeds[:14].max() <= Comfort().creep + 1e-12
+    assert away.speeds[:14].max() <= ComfortLimits().creep + 1e-12
     assert away.poses[14, 0] - 3.0 < 0.1
     assert away.poses[-1, 0] < ahead.poses[-1, 0]
     assert away.poses[0, 2] == pytest.approx(0.0)

@@ -7,8 +7,8 @@ from cohelm.errors import PlanningError
 from cohelm.maps import distance_field
 from cohelm.messages import Wish
 from cohelm.planning import AStar, RouteProblem, SoftVia
-from cohelm.planning.along import least_gap
-from cohelm.planning.rings import ring_in, turns_back
+from cohelm.planning.path_measures import min_gap
+from cohelm.planning.path_refinement.loops import find_loop, reversal_points
 
 from .floors import CHAIR, room
 
@@ -26,15 +26,15 @@ def arc(turn, radius=0.4):
 
 @pytest.mark.parametrize(("degrees", "ring"), [(90, False), (180, False), (300, True), (400, True)])
 def test_a_ring_is_a_curve_that_comes_back_to_where_it_was(degrees, ring):
-    assert (ring_in(arc(np.deg2rad(degrees)), _NONE)[0] >= 0) is ring
+    assert (find_loop(arc(np.deg2rad(degrees)), _NONE)[0] >= 0) is ring
 
 
 def test_out_and_back_is_a_ring_but_for_a_turn_on_the_spot():
     x = np.concatenate([np.arange(0.0, 2.0, 0.1), np.arange(2.0, -0.05, -0.1)])
     line = np.stack([x, np.zeros_like(x)], axis=-1)
-    assert turns_back(line).tolist() == [20]
-    assert ring_in(line, _NONE)[0] >= 0
-    assert ring_in(line, np.array([20])) == (-1, -1)
+    assert reversal_points(line).tolist() == [20]
+    assert find_loop(line, _NONE)[0] >= 0
+    assert find_loop(line, np.array([20])) == (-1, -1)
 
 
 def storey(seed):
@@ -59,8 +59,8 @@ def test_no_line_goes_round_in_a_ring(seed, kind):
         path = SoftVia().plan(task)
     except PlanningError:
         pytest.skip("no way leads there")
-    assert ring_in(path.points, path.pivots) == (-1, -1)
-    assert least_gap(path.points, CHAIR, distance_field(grid)) > 0.0
+    assert find_loop(path.points, path.pivots) == (-1, -1)
+    assert min_gap(path.points, CHAIR, distance_field(grid)) > 0.0
 
 
 @pytest.mark.parametrize("clearance", [0.0, 0.05, 0.1, 0.15])
@@ -70,7 +70,7 @@ def test_the_whole_chair_keeps_the_clearance_asked_for(clearance):
     start, goal = np.array([1.5, 1.5]), np.array([10.5, 6.5])
     task = RouteProblem(grid=grid, robot=CHAIR, start=start, goal=goal, clearance=clearance)
     path = AStar().plan(task)
-    assert least_gap(path.points, CHAIR, distance_field(grid)) >= clearance - 1e-6
+    assert min_gap(path.points, CHAIR, distance_field(grid)) >= clearance - 1e-6
 
 
 @pytest.mark.parametrize("rise", [-4.0, -2.0, 2.0, 4.0])
@@ -79,4 +79,4 @@ def test_a_door_is_not_grazed_where_there_is_room_to_come_straight(rise):
     start, goal = np.array([2.0, 6.0 - rise]), np.array([10.0, 6.0 + rise])
     task = RouteProblem(grid=grid, robot=CHAIR, start=start, goal=goal)
     path = AStar().plan(task)
-    assert least_gap(path.points, CHAIR, distance_field(grid)) >= 0.05
+    assert min_gap(path.points, CHAIR, distance_field(grid)) >= 0.05

@@ -10,8 +10,8 @@ from cohelm.geometry import transform
 from cohelm.maps import FREE, OCCUPIED, OccupancyGrid, signed_distance
 from cohelm.messages import Wish
 from cohelm.planning import AStar, RouteProblem
-from cohelm.planning.footprint import body_on, met_along
-from cohelm.planning.smoothing import curvature_of
+from cohelm.planning.path_refinement.footprint import footprint_model, overlaps_along
+from cohelm.planning.path_refinement.smoothing import curvature_of
 
 from .floors import CHAIR, room
 
@@ -40,8 +40,8 @@ def check(task, path):
     assert np.array_equal(path.points[[0, -1]], [task.start, task.goal])
     assert task.grid.X_MG.tolist() == [0.0, 0.0, 0.0]
     clearance = clearance_of(task)
-    body = body_on(CHAIR.outline, clearance, task.grid.resolution)
-    assert not met_along(body, path.points).any()
+    body = footprint_model(CHAIR.outline, clearance, task.grid.resolution)
+    assert not overlaps_along(body, path.points).any()
     bends = curvature_of(path.points)
     bends[path.pivots] = 0.0
     assert bends.max() <= CHAIR.max_curvature * (1.0 + 1e-6)
@@ -142,8 +142,8 @@ def test_other_chairs_have_routes_too(more):
         grid=grid, robot=robot, start=np.array([1.5, 1.5]), goal=np.array([8.0, 1.5])
     )
     path = AStar().plan(task)
-    body = body_on(robot.outline, clearance_of(task), 0.05)
-    assert not met_along(body, path.points).any()
+    body = footprint_model(robot.outline, clearance_of(task), 0.05)
+    assert not overlaps_along(body, path.points).any()
     assert not len(path.pivots)
     assert curvature_of(path.points).max() <= robot.max_curvature * (1.0 + 1e-6)
 

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from skimage.graph import MCP_Geometric
 
 from cohelm.errors import PlanningTimeout
-from cohelm.planning.cost_values import INSCRIBED
-from cohelm.planning.search import Weights, shortest_path
+from cohelm.planning.costmap.patch import INSCRIBED
+from cohelm.planning.grid_search.shortest_path import shortest_path
+from cohelm.planning.grid_search.weights import Weights
 
 from .oracles import least_cost, random_weights
 

@@ -7,7 +7,7 @@ import numpy as np
 from cohelm.arrays import identical
 from cohelm.messages import LiveObstacles
 from cohelm.planning import SoftVia
-from cohelm.planning.workspace import forget
+from cohelm.planning.grid_search.shortest_path import forget_workspace
 
 from .floors import problem, room
 
@@ -30,7 +30,7 @@ def test_planners_in_threads_and_in_turns_answer_as_each_alone():
     asked, planner = list(questions()), SoftVia()
     alone = []
     for each in asked:
-        forget()
+        forget_workspace()
         alone.append(planner.plan(each))
     in_turns = [planner.plan(each) for each in reversed(asked)][::-1]
     with ThreadPoolExecutor(4) as pool:

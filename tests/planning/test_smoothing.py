@@ -8,8 +8,10 @@ from hypothesis import strategies as st
 from cohelm.arrays import read_only
 from cohelm.maps import signed_distance
 from cohelm.maps.distance import DistanceField
-from cohelm.planning.search import Weights, shortest_path
-from cohelm.planning.smoothing import Smoothing, curvature_of, smooth
+from cohelm.planning.grid_search.shortest_path import shortest_path
+from cohelm.planning.grid_search.weights import Weights
+from cohelm.planning.path_refinement.shortening import LineGrid
+from cohelm.planning.path_refinement.smoothing import LineLimits, Smoothing, curvature_of, smooth
 
 RESOLUTION = 0.1
 needed, wanted = 0.3, 0.6
@@ -24,15 +26,8 @@ def smoothed(blocked, start, goal, smoothing=None):
     if found is None:
         return None
     way = np.ascontiguousarray((found.cells[:, ::-1] + 0.5) * RESOLUTION)
-    line = smooth(
-        way,
-        packed,
-        clearance,
-        RESOLUTION,
-        needed=needed,
-        wanted=wanted,
-        smoothing=smoothing or Smoothing(),
-    )
+    grid = LineGrid(packed.packed, clearance, RESOLUTION, needed)
+    line = smooth(way, grid, LineLimits(wanted), smoothing or Smoothing())
     return line, DistanceField(distance=clearance, resolution=RESOLUTION, X_MG=np.zeros(3)), way
 
 
@@ -86,16 +81,8 @@ def test_a_bend_sharper_than_asked_spreads():
     way = np.ascontiguousarray((found.cells[:, ::-1] + 0.5) * RESOLUTION)
 
     def line(curvature):
-        return smooth(
-            way,
-            weights,
-            clearance,
-            RESOLUTION,
-            needed=0.5,
-            wanted=0.5,
-            smoothing=Smoothing(hold=1.0),
-            curvature=curvature,
-        )
+        grid = LineGrid(weights.packed, clearance, RESOLUTION, 0.5)
+        return smooth(way, grid, LineLimits(0.5, curvature=curvature), Smoothing(hold=1.0))
 
     # Let go, it lies taut along the contour at 0.5 m; that is interpolated between cells of 0.1 m,
     # a polygon and no circle, so it bends by more than 1 / 0.5 m here and there.
@@ -117,22 +104,20 @@ def test_pins_are_passed_within_a_cell():
     there = shortest_path(weights, (10, 10), (40, 40)).cells
     back = shortest_path(weights, (40, 40), (10, 70)).cells[1:]
     way = (np.concatenate([there, back])[:, ::-1] + 0.5) * RESOLUTION
-    pin = len(there) - 1
+    waypoint = len(there) - 1
 
-    def line(pins):
+    def line(waypoints):
+        grid = LineGrid(weights.packed, clearance, RESOLUTION, needed)
         return smooth(
             np.ascontiguousarray(way),
-            weights,
-            clearance,
-            RESOLUTION,
-            needed=needed,
-            wanted=wanted,
-            smoothing=Smoothing(),
-            pins=np.array(pins, dtype=np.int64),
+            grid,
+            LineLimits(wanted),
+            Smoothing(),
+            np.array(waypoints, dtype=np.int64),
         )
 
-    assert np.hypot(*(line([]) - way[pin]).T).min() > 2.0 * RESOLUTION
-    assert np.hypot(*(line([pin]) - way[pin]).T).min() <= RESOLUTION
+    assert np.hypot(*(line([]) - way[waypoint]).T).min() > 2.0 * RESOLUTION
+    assert np.hypot(*(line([waypoint]) - way[waypoint]).T).min() <= RESOLUTION
 
 
 def test_a_zone_is_not_cut_through():
@@ -144,9 +129,8 @@ def test_a_zone_is_not_cut_through():
     weights = Weights.of(closed)
     found = shortest_path(weights, (10, 10), (10, 70))
     way = np.ascontiguousarray((found.cells[:, ::-1] + 0.5) * RESOLUTION)
-    line = smooth(
-        way, weights, clearance, RESOLUTION, needed=needed, wanted=wanted, smoothing=Smoothing()
-    )
+    grid = LineGrid(weights.packed, clearance, RESOLUTION, needed)
+    line = smooth(way, grid, LineLimits(wanted), Smoothing())
     # No deeper than a quarter of a cell: what a chord of 0.1 m cuts off a corner.
     shifts = 0.25 * RESOLUTION * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     row, col = np.floor((line + shifts[:, None])[..., ::-1] / RESOLUTION).astype(int).T

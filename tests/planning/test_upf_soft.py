@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.planning.search import Weights, shortest_path
-from cohelm.planning.upf_soft import STEPS, discounted
+from cohelm.planning.grid_search.shortest_path import shortest_path
+from cohelm.planning.grid_search.weights import Weights
+from cohelm.planning.planners.upf import STEPS, discounted
 
 DISCOUNT = 0.5
 FLOOR = (1000, 400)

@@ -7,9 +7,14 @@ import pytest
 from scipy.sparse.csgraph import dijkstra
 
 from cohelm.errors import PlanningTimeout, TooManyWishes
-from cohelm.planning.search import Weights, path_cost, shortest_path
-from cohelm.planning.via import Chain, cheapest_via, price_along
-from cohelm.planning.via_layers import MAX_LAYERS
+from cohelm.planning.grid_search.shortest_path import shortest_path
+from cohelm.planning.grid_search.via_points import (
+    MAX_LAYERS,
+    ViaChain,
+    cheapest_via_path,
+    via_price,
+)
+from cohelm.planning.grid_search.weights import Weights, path_cost
 
 from .oracles import graph, random_weights
 
@@ -46,13 +51,13 @@ class Ground:
 
     def found(self, *chains):
         """What the way found costs and pays."""
-        given = tuple(Chain(points=np.array(points), price=self.price) for points in chains)
-        way = cheapest_via(self.weights, self.plain, given)
+        given = tuple(ViaChain(points=np.array(points), price=self.price) for points in chains)
+        way = cheapest_via_path(self.weights, self.plain, given)
         assert way.cells[0].tolist() == self.plain.cells[0].tolist()
         assert way.cells[-1].tolist() == self.plain.cells[-1].tolist()
         assert np.abs(np.diff(way.cells, axis=0)).max(initial=0) <= 1
         assert way.cost == path_cost(self.weights.packed, way.cells)
-        return way.cost + price_along(way.cells.astype(float), given)
+        return way.cost + via_price(way.cells.astype(float), given)
 
 
 @pytest.mark.parametrize("seed", range(200))
@@ -69,15 +74,15 @@ def test_is_the_brute_force_minimum(seed):
 
 def via(*chains, start=(15, 2), goal=(15, 37), price=3.0, **more):
     """On an open floor."""
-    given = tuple(Chain(points=np.array(points, dtype=float), price=price) for points in chains)
-    return cheapest_via(OPEN, shortest_path(OPEN, start, goal), given, **more)
+    given = tuple(ViaChain(points=np.array(points, dtype=float), price=price) for points in chains)
+    return cheapest_via_path(OPEN, shortest_path(OPEN, start, goal), given, **more)
 
 
 def test_an_open_floor_is_crossed_through_the_points():
     way = via([[3, 10], [25, 30]])
     cells = way.cells.tolist()
     assert cells.index([3, 10]) < cells.index([25, 30])
-    assert way.cells[way.pins].tolist() == [[3, 10], [25, 30]]
+    assert way.cells[way.waypoints].tolist() == [[3, 10], [25, 30]]
     # octile: (12, 8), (22, 20), (10, 7)
     more = np.sqrt(2.0) - 1.0
     assert way.cost == pytest.approx(12 + 8 * more + 22 + 20 * more + 10 + 7 * more)
@@ -105,15 +110,15 @@ def test_a_price_below_what_a_detour_costs_is_not_worth_a_dead_end(price):
 
 def test_nothing_to_come_near_to_leaves_the_plain_way():
     plain = shortest_path(OPEN, (15, 2), (15, 37))
-    assert cheapest_via(OPEN, plain, ()) is plain
-    assert cheapest_via(OPEN, plain, (Chain(points=np.empty((0, 2)), price=2.0),)) is plain
-    assert cheapest_via(OPEN, plain, (Chain(points=np.ones((1, 2)), price=0.0),)) is plain
+    assert cheapest_via_path(OPEN, plain, ()) is plain
+    assert cheapest_via_path(OPEN, plain, (ViaChain(points=np.empty((0, 2)), price=2.0),)) is plain
+    assert cheapest_via_path(OPEN, plain, (ViaChain(points=np.ones((1, 2)), price=0.0),)) is plain
 
 
 def test_a_way_from_a_cell_to_itself_goes_there_and_back():
     way = via([[15, 12]], start=(15, 2), goal=(15, 2))
     assert way.cost == pytest.approx(20)
-    assert way.cells[way.pins].tolist() == [[15, 12]]
+    assert way.cells[way.waypoints].tolist() == [[15, 12]]
 
 
 def test_a_long_chain_is_followed():
@@ -122,12 +127,12 @@ def test_a_long_chain_is_followed():
     way = via(arc)
     near = np.hypot(*(way.cells[:, None] - arc[None]).transpose(2, 0, 1)).min(axis=0)
     assert near.max() <= np.sqrt(0.5)
-    assert len(way.pins) < 20  # only where it turns
+    assert len(way.waypoints) < 20  # only where it turns
 
 
 def test_a_stretch_between_pins_is_straight_to_a_cell():
     way = via([[15, 10], [15, 20], [15, 30]])
-    assert len(way.pins) == 0  # all on the straight way already
+    assert len(way.waypoints) == 0  # all on the straight way already
 
 
 def test_too_many_orders_are_refused_with_what_to_do():

@@ -4,10 +4,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohelm.planning.bounds import COARSE, bound_at
-from cohelm.planning.search import Weights
-from cohelm.planning.via_bounds import layer_bounds
-from cohelm.planning.via_layers import Chain, layers_of
+from cohelm.planning.grid_search.lower_bound import COARSE_SHIFT, bound_at
+from cohelm.planning.grid_search.via_points import ViaChain, via_graph
+from cohelm.planning.grid_search.via_search import layer_bounds
+from cohelm.planning.grid_search.weights import Weights
 
 from .oracles import random_weights
 
@@ -21,25 +21,25 @@ def draw(rng):
     goal = tuple(rng.integers(0, [rows, cols]))
     weights[goal] = 1.0
     chains = tuple(
-        Chain(
+        ViaChain(
             points=rng.uniform(-20.0, 110.0, (rng.integers(1, 4), 2)),
             price=float(np.exp(rng.uniform(-2.0, 4.0))),
         )
         for _ in range(rng.integers(1, 4))
     )
-    return Weights.of(weights), goal, layers_of(chains, (int(rows), int(cols)))
+    return Weights.of(weights), goal, via_graph(chains, (int(rows), int(cols)))
 
 
 def bounds_everywhere(weights, goal, graph, most):
     """(layers, rows, cols) of the packed grid, zero at the goal of the last."""
     packed, end = weights.packed, (int(goal[0]) + 1, int(goal[1]) + 1)
     light = weights.lightest, weights.heaviest
-    nodes = layer_bounds(packed, graph.points, graph.edges_from, graph.edges, end, *light, most)
+    nodes = layer_bounds(packed, graph, end, *light, most)
     width, (rows, cols) = nodes.shape[2], packed.shape
     h = np.array(
         [
             [
-                [bound_at(layer.reshape(-1), width, r, c, COARSE) for c in range(cols)]
+                [bound_at(layer.reshape(-1), width, r, c, COARSE_SHIFT) for c in range(cols)]
                 for r in range(rows)
             ]
             for layer in nodes
@@ -76,6 +76,6 @@ def test_falls_by_no_more_than_is_paid(seed):
 def test_knows_what_is_left_of_the_way():
     # From one end of a corridor to a point at the other and back, but for the squares' size.
     weights = Weights.of(np.full((9, 400), 2.0, dtype=np.float32))
-    graph = layers_of((Chain(points=np.array([[4.0, 390.0]]), price=10.0),), (9, 400))
+    graph = via_graph((ViaChain(points=np.array([[4.0, 390.0]]), price=10.0),), (9, 400))
     h = bounds_everywhere(weights, (4, 8), graph, 1e5)
     assert 2.0 * (2 * 382 - 2 * 12) <= h[0, 5, 9] <= 2.0 * 2 * 382

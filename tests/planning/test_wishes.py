@@ -8,13 +8,13 @@ import pytest
 from cohelm.errors import TooManyWishes
 from cohelm.geometry import transform
 from cohelm.messages import Wish
-from cohelm.planning.via_layers import MAX_LAYERS
-from cohelm.planning.wishes import (
+from cohelm.planning.grid_search.via_points import MAX_LAYERS
+from cohelm.planning.planners.wishes import (
     chains_of,
     has_wishes,
     on_grid,
     price_of,
-    report,
+    report_wishes,
     wished_line,
 )
 
@@ -36,7 +36,7 @@ def stroke(*points):
 
 
 def said(*wishes):
-    return report(wishing(*wishes), LINE, extra_length=0.0, extra_cost=0.0)
+    return report_wishes(wishing(*wishes), LINE, extra_length=0.0, extra_cost=0.0)
 
 
 def test_says_the_closest_distance_to_every_point():
@@ -128,7 +128,7 @@ def test_reports_turn_with_the_map():
     X = np.array([5.0, -2.0, 0.7])
     wish = attract([2.0, 4.0])
     straight = said(wish)
-    turned = report(
+    turned = report_wishes(
         wishing(replace(wish, points=transform(X, wish.points))),
         transform(X, LINE),
         extra_length=0.0,

@@ -1,7 +1,7 @@
-"""Global planning: costmap layers, the planners, and from path to reference.
+"""Global planning: costmap layers, global planners, and the reference along a path.
 
-A map in, a path out. A hall of 16 × 10 m with a block in its middle, and a rider who would like to
-pass by a point above it:
+The input is a map, the output a path. In this example, a hall of 16 × 10 m has a block in its
+middle, and the rider wants to pass a point above it:
 
 >>> import numpy as np
 >>> from cohelm.maps import OccupancyGrid
@@ -26,7 +26,7 @@ pass by a point above it:
 >>> path.wishes.extra_length > 0.0  # m, against the path without the wish
 True
 
-What cannot be planned is an error that says why:
+A problem without a solution is an error with the reason:
 
 >>> build("global_planners", "astar").plan(
 ...     RouteProblem(grid=problem.grid, robot=problem.robot, start=[2.0, 4.8], goal=[8.0, 5.0])
@@ -35,40 +35,45 @@ Traceback (most recent call last):
 cohelm.errors.GoalBlocked: the goal (8.00, 5.00) has 0.00 m of clearance, the robot needs 0.30 m
 """
 
-from cohelm.planning.alternatives import Alternative, Differing, alternatives
+from cohelm.planning.alternatives.alternatives import (
+    Alternative,
+    AlternativeCriteria,
+    find_alternatives,
+)
+from cohelm.planning.alternatives.features import FeatureParameters, RouteFeatures, route_features
+from cohelm.planning.alternatives.proposal import Proposal, propose
 from cohelm.planning.api import GlobalPlanner, RouteProblem
-from cohelm.planning.astar import AStar
-from cohelm.planning.costmap import Costmap, Inflation, build_costmap, combine
-from cohelm.planning.features import Measuring, RouteFeatures, route_features
-from cohelm.planning.ground import costmap_for
-from cohelm.planning.iterative_astar import IterativeAStar
-from cohelm.planning.proposal import Proposal, propose
-from cohelm.planning.reference import Comfort, reference
-from cohelm.planning.soft_via import SoftVia
-from cohelm.planning.upf import UserPreferenceField
-from cohelm.planning.upf_soft import SoftPreferenceField
+from cohelm.planning.costmap.costmap import Costmap, build_costmap, combine
+from cohelm.planning.costmap.layers.inflation import Inflation
+from cohelm.planning.planners.astar import AStar
+from cohelm.planning.planners.iterative_astar import IterativeAStar
+from cohelm.planning.planners.soft_via import SoftVia
+from cohelm.planning.planners.upf import SoftPreferenceField, UserPreferenceField
+from cohelm.planning.problem import costmap_for
+from cohelm.planning.reference import ComfortLimits, ReferenceSettings, make_reference
 
 __all__ = [
     "AStar",
     "Alternative",
-    "Comfort",
+    "AlternativeCriteria",
+    "ComfortLimits",
     "Costmap",
-    "Differing",
+    "FeatureParameters",
     "GlobalPlanner",
     "Inflation",
     "IterativeAStar",
-    "Measuring",
     "Proposal",
+    "ReferenceSettings",
     "RouteFeatures",
     "RouteProblem",
     "SoftPreferenceField",
     "SoftVia",
     "UserPreferenceField",
-    "alternatives",
     "build_costmap",
     "combine",
     "costmap_for",
+    "find_alternatives",
+    "make_reference",
     "propose",
-    "reference",
     "route_features",
 ]

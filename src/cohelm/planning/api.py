@@ -1,4 +1,4 @@
-"""What a global planner is."""
+"""Interface of global planners and the problem that they solve."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cohelm.robots import Robot
 
 @value
 class RouteProblem:
-    """Everything a global planner may use."""
+    """Everything that a global planner may use."""
 
     grid: OccupancyGrid
     robot: Robot
@@ -21,32 +21,30 @@ class RouteProblem:
     goal: Annotated[Floats, Shape("2")]
     """(x, y), m."""
     wishes: tuple[Wish, ...] = ()
-    wished_from: Annotated[Floats, Shape("2")] | None = None
-    """Where the robot was when the wishes were set, m: d_r of Xu et al., eq. (1), is measured from
-    there, so that the field stays as it was. None: at the start."""
+    wish_origin: Annotated[Floats, Shape("2")] | None = None
+    """Position of the robot when the wishes were set, m. The distance d_r of Xu et al., eq. (1), is
+    measured from there, so that the field does not change during the ride. None: the start."""
     live: LiveObstacles | None = None
-    """What stands where the map knows of nothing."""
+    """Detected obstacles that are not on the map."""
     crowding: Crowding | None = None
-    """Where people have been lately."""
+    """Recent density of people."""
     groups: tuple[Floats, ...] = ()
-    """The outline (k, 2) between the members of each group that stands together, m: not to be cut
-    through while another way is left."""
+    """Outline (k, 2) of each standing group, m; crossed only if no other route is left."""
     filters: tuple[CostmapFilter, ...] = ()
-    """Masks over the map: keepout zones. Speed limits do not move the route."""
-    kept: Annotated[Floats, Shape("k 2")] | None = None
-    """The rest of a path that is followed already, m: the answer says what it is worth now."""
+    """Masks over the map. Keepout masks change the route, speed limits do not."""
+    previous_path: Annotated[Floats, Shape("k 2")] | None = None
+    """Rest of the path that is followed now, m; the answer contains its present score."""
     clearance: float = 0.0
     """Distance to keep beyond the footprint, m."""
     effort: float = 1.0
-    """Share of what it may spend that the planner spends on a way for the footprint: less where the
-    question comes again soon, and the answer must come at once."""
+    """Share of the search budget for the footprint; small if the planner is called again soon."""
 
 
 class GlobalPlanner(Protocol):
-    """An entry point of ``cohelm.global_planners``; a class with ``Parameters``."""
+    """An entry point of ``cohelm.global_planners``: a class with ``Parameters``."""
 
     def plan(self, problem: RouteProblem) -> Path:
-        """A path from start to goal.
+        """Plan a path from start to goal.
 
         Raises:
             PlanningError: StartBlocked, GoalBlocked, OutsideMap, NoPath or PlanningTimeout.

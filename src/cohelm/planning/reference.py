@@ -1,7 +1,7 @@
-"""From a path to where the robot should be over the horizon: poses and speeds.
+"""Reference along a path: poses and speeds over the horizon.
 
-The reference starts at the robot's projection on the path, runs along it no faster than its curves,
-the goal and the robot's acceleration allow, and waits for a robot that has yet to turn toward it.
+The reference starts at the robot's projection on the path. Its speed is limited by curves, the goal
+and the robot's acceleration, and it waits for a robot that must first turn toward the path.
 """
 
 from __future__ import annotations
@@ -13,67 +13,73 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, value
 from cohelm.config import Model
 from cohelm.geometry import arc_length
 from cohelm.messages import Path, Reference
 from cohelm.robots import Robot
 
 _BACK, _AHEAD = 1.0, 2.0  # m of path searched behind and ahead of the last progress
-_AMBIGUOUS = 0.4  # rad short of a full turn-about within which a turn under way goes on
+_AMBIGUOUS = 0.4  # rad from a half turn within which the robot keeps its direction of turn
 
 
-class Comfort(Model):
-    """How a path is driven, where that is gentler than the robot's limits; assumed."""
+class ComfortLimits(Model):
+    """Limits for driving a path that are stricter than the robot's; assumed."""
 
     lateral_acceleration: float = Field(0.6, gt=0.0, le=10.0)
     """v²κ in curves, m/s²."""
     deceleration: float = Field(0.6, gt=0.0, le=10.0)
     """Braking before curves and the goal, m/s²."""
     turn_share: float = Field(0.8, gt=0.0, le=1.0)
-    """Share of the robot's turn rate that a curve may take."""
+    """Share of the robot's turn rate that a curve may use."""
     approach: float = Field(1.0, gt=0.0, le=100.0)
-    """Distance ahead at which a robot beside the path aims to join it, m."""
+    """Distance ahead at which a robot beside the path joins it, m."""
     creep: float = Field(0.05, ge=0.0, le=1.0)
-    """Speed of the reference while the robot still faces away, m/s."""
+    """Speed of the reference while the robot faces away, m/s."""
 
 
-def reference(  # noqa: PLR0913  # each is one word of the question
+@value
+class ReferenceSettings:
+    """Horizon and limits of a reference."""
+
+    steps: int
+    """N."""
+    step: float
+    """Time between states, s."""
+    speed: float
+    """Wanted speed where nothing limits it, m/s; the robot's limit applies too."""
+    robot: Robot
+    comfort: ComfortLimits = ComfortLimits()
+
+
+def make_reference(
     path: Path,
     pose: Floats,
     twist: Floats,
+    settings: ReferenceSettings,
     *,
-    steps: int,
-    step: float,
-    speed: float,
-    robot: Robot,
     progress: float | None = None,
-    comfort: Comfort | None = None,
 ) -> tuple[Reference, float]:
-    """The reference along ``path`` for a robot at ``pose``, and how far along it the robot is.
+    """Compute the reference along ``path`` for a robot at ``pose``, and its position on the path.
 
     Headings are the path's tangent, unwrapped, on the branch nearest to the robot's own heading; a
-    robot that is turning about goes on the way it turns.
+    robot that is turning about keeps its direction of turn.
 
     Args:
         path: to follow.
         pose: X_MR, (3,).
         twist: robot frame, (3,).
-        steps: N.
-        step: between states, s.
-        speed: wanted where nothing limits it, m/s; never more than the robot's limit.
-        robot: its limits.
-        progress: what the last call returned for this path; the projection is then sought near it,
-            so that a path may cross itself. None: the nearest point of all.
-        comfort: how to drive; the default one where None.
+        settings: horizon and limits.
+        progress: returned by the last call for this path; the projection is searched near it, so
+            that a path may cross itself. None: the nearest point of the whole path.
 
     Returns:
         (reference, arc length of the projection, m)
     """
-    comfort = comfort or _COMFORT
+    robot, comfort = settings.robot, settings.comfort
     along, line, heading, curvature = _geometry(path)
     pose, twist = np.asarray(pose, dtype=float), np.asarray(twist, dtype=float)
-    wanted = min(max(speed, 0.0), robot.max_speed)
+    wanted = min(max(settings.speed, 0.0), robot.max_speed)
     limits = np.array(
         [
             wanted,
@@ -85,21 +91,19 @@ def reference(  # noqa: PLR0913  # each is one word of the question
             min(comfort.creep, wanted),
         ]
     )
-    where = -1.0 if progress is None else progress
+    start = -1.0 if progress is None else progress
+    horizon = settings.steps, settings.step
     poses, speeds, at = _drive(
-        along, line, heading, curvature, pose, twist, limits, where, steps, step
+        along, line, heading, curvature, pose, twist, limits, start, *horizon
     )
-    return Reference(step=step, poses=poses, speeds=speeds), at
-
-
-_COMFORT = Comfort()
+    return Reference(step=settings.step, poses=poses, speeds=speeds), at
 
 
 @lru_cache(maxsize=16)
 def _geometry(path: Path) -> tuple[Floats, Floats, Floats, Floats]:
     """(arc length (k,), points (k, 2), unwrapped heading (k,), |curvature| (k,)) of a path.
 
-    Points that repeat are dropped. A path that is a single point has heading NaN: any will do.
+    Repeated points are dropped. A path that is a single point has heading NaN: any heading.
     """
     s = arc_length(path.points)
     keep = np.concatenate([[True], np.diff(s) > 1e-9])
@@ -115,7 +119,7 @@ def _geometry(path: Path) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 @njit(cache=True)
-def _drive(  # noqa: PLR0913, PLR0917  # a kernel takes plain arguments
+def _drive(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     along: Floats,
     line: Floats,
     heading: Floats,
@@ -138,7 +142,7 @@ def _drive(  # noqa: PLR0913, PLR0917  # a kernel takes plain arguments
     v = min(max(twist[0], 0.0), _limit_at(along, allowed, s))
     for k in range(steps + 1):
         if k > 0:
-            # The turn still to make shrinks as the robot turns; until then the reference waits.
+            # The remaining turn decreases as the robot turns; until then the reference waits.
             facing = max(math.cos(max(error - turn * step * k, 0.0)), 0.0)
             faster = min(v + speed_up * step, max(wanted * facing, creep))
             v_next = min(faster, _limit_ahead(along, allowed, s, v, step, faster))
@@ -184,7 +188,7 @@ def _project(
 def _speed_limits(
     along: Floats, curvature: Floats, wanted: float, brake: float, lateral: float, turn: float
 ) -> Floats:
-    """Squared speed (k,) at each point of the path from which every limit ahead can be kept."""
+    """Squared speed (k,) at each point of the path that allows for every limit ahead."""
     n = along.shape[0]
     out = np.empty(n)
     out[n - 1] = 0.0
@@ -197,7 +201,7 @@ def _speed_limits(
 
 @njit(cache=True)
 def _limit_at(along: Floats, allowed: Floats, s: float) -> float:
-    """Greatest speed at arc length ``s``: linear in the squared speed between points."""
+    """Speed limit at arc length ``s``: linear in the squared speed between points."""
     return math.sqrt(max(_interpolate(along, allowed, s), 0.0))
 
 
@@ -205,7 +209,7 @@ def _limit_at(along: Floats, allowed: Floats, s: float) -> float:
 def _limit_ahead(
     along: Floats, allowed: Floats, s: float, v: float, step: float, most: float
 ) -> float:
-    """Greatest speed v' ≤ ``most`` within the limit where a step from ``s`` at ``v`` ends."""
+    """Highest speed v' ≤ ``most`` that respects the limit at the end of a step from ``s``."""
     low, high = 0.0, most
     if most <= _limit_at(along, allowed, s + 0.5 * (v + most) * step):
         return most
@@ -222,7 +226,7 @@ def _limit_ahead(
 def _branch(
     tangent: float, aside: float, approach: float, heading: float, turning: float
 ) -> tuple[float, float]:
-    """(what to add to the path's headings for the robot's branch, the turn it has to make)."""
+    """(offset of the path's headings to the robot's branch, remaining turn), rad."""
     if math.isnan(tangent):
         return 0.0, 0.0
     turn = math.pi - (math.pi - (tangent - heading)) % (2.0 * math.pi)

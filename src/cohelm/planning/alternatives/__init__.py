@@ -1,0 +1,1 @@
+"""Alternative routes, their features, and a rider's learned preference among them."""

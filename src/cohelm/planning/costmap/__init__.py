@@ -1,0 +1,1 @@
+"""Costmap in Nav2's cost values, combined from layers."""

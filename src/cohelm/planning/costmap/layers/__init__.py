@@ -1,0 +1,1 @@
+"""Costmap layers, one module per kind of source."""

@@ -1,0 +1,1 @@
+"""Exact, compiled searches over a grid of weights."""

@@ -1,1 +1,0 @@
-"""Costmap layers, one file each."""

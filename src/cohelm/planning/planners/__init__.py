@@ -1,0 +1,1 @@
+"""The global planners and the steps that they share."""
