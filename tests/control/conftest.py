@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from cohelm.control import Motion, SsMpcDcbf
-from cohelm.control.sqp import moved
-from cohelm.control.warm_start import followed
+from cohelm.control.sqp import with_inputs
+from cohelm.control.warm_start import limited_motion
 from cohelm.robots import Robot
 from cohelm.testing.problems import random_problem
 
@@ -21,7 +21,7 @@ def wandering(problem, rng):
     )
     if problem.robot.motion.inputs == 3:
         inputs = np.insert(inputs, 1, rng.uniform(-0.8, 0.8, steps), axis=1)
-    return followed(problem, inputs, problem.robot.motion.input(problem.twist))
+    return limited_motion(problem, inputs, problem.robot.motion.input(problem.twist))
 
 
 def any_way(problem):
@@ -36,7 +36,9 @@ def slope(of, problem, motion):
     for column in range(motion.inputs.size):
         push = np.zeros(motion.inputs.shape)
         push.flat[column] = PUSH
-        ahead, behind = (of(moved(problem, motion, motion.inputs + s * push)) for s in (1.0, -1.0))
+        ahead, behind = (
+            of(with_inputs(problem, motion, motion.inputs + s * push)) for s in (1.0, -1.0)
+        )
         columns.append((ahead - behind) / (2.0 * PUSH))
     return np.stack(columns, axis=-1)
 
@@ -59,7 +61,7 @@ def standing(problem):
 
 @pytest.fixture(scope="session")
 def motions():
-    """Ways to move, and to differentiate by the inputs."""
+    """CandidateTrajectories to move, and to differentiate by the inputs."""
     return SimpleNamespace(
         wandering=wandering,
         slope=slope,

@@ -9,14 +9,23 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from cohelm.benchmarks.solver.correctness import commands, failures
+from cohelm.benchmarks.solver.states import with_futures
 from cohelm.control import OptimalControl, SsMpcDcbf
-from cohelm.control.constraints import GroupSpace, InputLimits, SocialSpace, WallClearance
-from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
+from cohelm.control.terms import (
+    GroupSpace,
+    InputEffort,
+    InputLimits,
+    PathProgress,
+    SeatComfort,
+    SmoothInput,
+    SocialSpace,
+    TrackReference,
+    WallClearance,
+)
 from cohelm.messages import Groups
 from cohelm.social import PersonalSpace
-from cohelm.testing.benches.solver_proofs import commands, failures
-from cohelm.testing.benches.solver_states import with_futures
-from cohelm.testing.comparison import Verdict, along, compare
+from cohelm.testing.comparison import OptimumVerdict, along, compare
 from cohelm.testing.oracle import solve
 from cohelm.testing.problems import field_of, random_problem
 from cohelm.testing.scenes import local_problem, walkers
@@ -31,7 +40,7 @@ def compared(count, crowds):
     while len(found) < count:
         drawn = random_problem(rng, crowds[len(found) % len(crowds)])
         comparison = compare(drawn, planner)
-        if comparison.verdict is not Verdict.UNSOLVED:
+        if comparison.verdict is not OptimumVerdict.UNSOLVED:
             found.append(comparison)
     return found
 
@@ -45,7 +54,7 @@ def check(found):
         # and an optimum for us as well
         assert c.kept >= 0.999 * c.oracle - 1e-4
     count = Counter(c.verdict for c in found)
-    assert count[Verdict.SAME] + count[Verdict.BETTER] > 0.8 * len(found), count
+    assert count[OptimumVerdict.SAME] + count[OptimumVerdict.BETTER] > 0.8 * len(found), count
 
 
 def test_twenty_problems_have_the_optima_that_ipopt_finds():
@@ -119,8 +128,8 @@ def test_groups_comfort_and_pace_cost_in_the_oracle_what_they_cost_here():
             TrackReference(TrackReference.Parameters(along=0.4)),
             InputEffort(),
             SmoothInput(),
-            Comfort(Comfort.Parameters(acceleration=0.2, jerk=0.05)),
-            Progress(Progress.Parameters(pace=0.5)),
+            SeatComfort(SeatComfort.Parameters(acceleration=0.2, jerk=0.05)),
+            PathProgress(PathProgress.Parameters(pace=0.5)),
         ),
         constraints=(InputLimits(), WallClearance(), GroupSpace()),
     )
@@ -178,7 +187,7 @@ def test_three_iterations_find_the_first_command_of_the_optimum():
     rows = [row for people in (1, 5) for row in commands(people, 2, 10, 3)]
     assert len(rows) == 12
     assert np.mean([row["near_converged"] for row in rows]) >= 0.9
-    same = [row["near_oracle"] for row in rows if row["verdict"] == Verdict.SAME]
+    same = [row["near_oracle"] for row in rows if row["verdict"] == OptimumVerdict.SAME]
     assert np.mean(same) >= 0.9
 
 

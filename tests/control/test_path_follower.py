@@ -42,6 +42,6 @@ def test_nobody_is_left_and_all_else_is(rng):
 
 
 def test_its_parameters_are_those_of_the_social_planner():
-    parameters = PathFollower.Parameters(steps=10, step=0.2, arcs={"horizon": 1.0})
+    parameters = PathFollower.Parameters(steps=10, step=0.2, sampling={"horizon": 1.0})
     assert (PathFollower(parameters).steps, PathFollower(parameters).step) == (10, 0.2)
     assert PathFollower().parameters.model_dump() == SsMpcDcbf.Parameters().model_dump()

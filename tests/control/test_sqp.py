@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 
 from cohelm.control import OptimalControl, SsMpcDcbf
-from cohelm.control.constraints import Bodies, InputLimits
-from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
-from cohelm.control.quadratic import Multipliers, minimise
+from cohelm.control.qp import Multipliers, minimise
+from cohelm.control.terms import (
+    BodyClearance,
+    InputEffort,
+    InputLimits,
+    SmoothInput,
+    TrackReference,
+)
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import mirrored, turned
 from cohelm.testing.scenes import local_problem, straight_reference
@@ -61,7 +66,9 @@ def test_terms_can_be_left_out_and_put_in(motions):
     costs = [TrackReference(), InputEffort(), SmoothInput()]
     seed = dataclasses.replace(motions.standing(problem), last_input=np.array([0.5, 0.0]))
     alone = OptimalControl(costs, [InputLimits()]).solve(problem, seed, iterations=5)
-    nobody = OptimalControl(costs, [InputLimits(), Bodies()]).solve(problem, seed, iterations=5)
+    nobody = OptimalControl(costs, [InputLimits(), BodyClearance()]).solve(
+        problem, seed, iterations=5
+    )
     assert np.array_equal(alone.motion.inputs, nobody.motion.inputs)
     assert set(alone.value.costs) == {"track_reference", "input_effort", "smooth_input"}
 
@@ -96,7 +103,7 @@ def test_where_it_ends_it_stays_by_its_own_program(planner, crowded, motions, rn
         gain = -(0.5 * step @ program.hessian @ step + program.gradient @ step)
         slack = sum(
             c.l1 * m.slack.sum() + 0.5 * c.l2 * m.slack @ m.slack
-            for c, m in zip(planner.control.constraints, found.value.measures, strict=True)
+            for c, m in zip(planner.control.constraints, found.value.constraints, strict=True)
         )
         left = needed(program, step)
         gain += slack - (program.l1 @ left + 0.5 * left @ (program.l2 * left))

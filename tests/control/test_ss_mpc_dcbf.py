@@ -12,7 +12,7 @@ from cohelm.control.warm_start import last_input
 from cohelm.geometry import transform
 from cohelm.maps import distance_field
 from cohelm.messages import Groups, Reason, Status
-from cohelm.robots.contact import STANDING
+from cohelm.robots.braking import STANDING
 from cohelm.social import PersonalSpace
 from cohelm.testing.problems import mirrored, problem_of, random_problem, turned
 from cohelm.testing.scenes import local_problem, open_floor, room, walkers
@@ -162,7 +162,7 @@ def test_the_barrier_holds_along_a_plan_that_needs_no_slack():
     """Eq. (9) for bodies: h_{k+1} ≥ (1 − γ) h_k, h with its growing margin."""
     p = PLANNER.parameters.bodies
     age = np.arange(N + 1) * STEP
-    margin = np.minimum(p.margin + p.growth * age, p.greatest)
+    margin = np.minimum(p.margin + p.growth * age, p.max_margin)
     checked = 0
     for seed in range(40):
         problem = drawn(seed, 1 + seed % 3)
@@ -183,7 +183,7 @@ def test_a_plan_that_is_not_a_stop_is_free_of_contact():
         plan = PLANNER.plan(problem, None)
         if plan.status is Status.STOP:
             continue
-        ahead = round(PLANNER.parameters.verification.time / STEP)
+        ahead = round(PLANNER.parameters.verification.horizon / STEP)
         moves = np.abs(plan.inputs[: ahead - 1]).max(axis=1) > STANDING
         assert gaps(problem, plan.poses)[:, 1:ahead][:, moves].min(initial=1.0) > 0.0
         centres = transform(plan.poses[:, None], problem.robot.discs[:, :2])

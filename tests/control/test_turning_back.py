@@ -7,9 +7,10 @@ import pytest
 
 from cohelm.control import SsMpcDcbf
 from cohelm.control.verification import Verification
-from cohelm.control.warm_start import followed
+from cohelm.control.warm_start import limited_motion
 from cohelm.messages import Status
-from cohelm.robots.contact import STANDING, braking, nearest_on_spine
+from cohelm.robots.braking import STANDING, braking
+from cohelm.robots.capsule import nearest_on_spine_in_map
 from cohelm.testing.scenes import local_problem, walkers
 
 PLANNER = SsMpcDcbf()
@@ -25,18 +26,18 @@ def scene(**given):
 
 def straight_on(problem, speed):
     inputs = np.tile([speed, 0.0], (PLANNER.parameters.steps, 1))
-    return followed(problem.within(PLANNER.parameters.steps), inputs, np.array([speed, 0.0]))
+    return limited_motion(problem.within(PLANNER.parameters.steps), inputs, np.array([speed, 0.0]))
 
 
 def turned(position, velocity, count):
     """Where somebody is every ``FINE`` s from now on who began to turn ``unseen`` ago."""
     ahead = velocity / np.hypot(*velocity)
-    at, pace, out = position - RULES.unseen * velocity, np.hypot(*velocity), []
+    at, pace, out = position - RULES.turn_back_delay * velocity, np.hypot(*velocity), []
     goes = -pace
-    for k in range(round(RULES.unseen / FINE) + count):
+    for k in range(round(RULES.turn_back_delay / FINE) + count):
         at = at + FINE * pace * ahead
         pace = max(pace - TURN * FINE, goes)
-        if k >= round(RULES.unseen / FINE):
+        if k >= round(RULES.turn_back_delay / FINE):
             out.append(at)
     return np.array(out)
 
@@ -64,7 +65,7 @@ def test_who_turns_back_unseen_finds_the_chair_standing():
         where = turned(at, velocity, len(poses))
         gaps = np.array(
             [
-                nearest_on_spine(robot.capsule, pose, *spot)[0]
+                nearest_on_spine_in_map(robot.capsule, pose, *spot)[0]
                 for pose, spot in zip(poses[1:], where, strict=False)
             ]
         )

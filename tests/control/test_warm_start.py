@@ -3,7 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cohelm.control.warm_start import followed, last_input, shifted
+from cohelm.control.warm_start import last_input, limited_motion, shifted_plan
 from cohelm.messages import LocalPlan, Status
 from cohelm.testing.scenes import local_problem
 
@@ -24,7 +24,7 @@ def test_a_plan_is_shifted_by_interpolation():
     problem = local_problem(steps=5, step=0.2, speed=0.5)
     inputs = np.column_stack([0.5 + 0.1 * np.arange(5), np.zeros(5)])
     later = dataclasses.replace(problem, time=0.05)
-    motion = shifted(later, plan_of(problem, inputs), np.array([0.5, 0.0]))
+    motion = shifted_plan(later, plan_of(problem, inputs), np.array([0.5, 0.0]))
     assert motion.inputs[:, 0] == pytest.approx([0.525, 0.625, 0.725, 0.825, 0.9])
     assert np.array_equal(motion.poses[0], problem.pose)
 
@@ -33,13 +33,13 @@ def test_a_plan_is_shifted_by_interpolation():
 def test_a_plan_of_another_time_is_no_seed(elapsed):
     problem = local_problem(steps=5, step=0.2)
     plan = plan_of(problem, np.zeros((5, 2)))
-    assert shifted(dataclasses.replace(problem, time=elapsed), plan, np.zeros(2)) is None
+    assert shifted_plan(dataclasses.replace(problem, time=elapsed), plan, np.zeros(2)) is None
 
 
 def test_no_plan_or_one_of_another_length_is_no_seed():
     problem = local_problem(steps=5, step=0.2)
-    assert shifted(problem, None, np.zeros(2)) is None
-    assert shifted(problem, plan_of(problem, np.zeros((7, 2))), np.zeros(2)) is None
+    assert shifted_plan(problem, None, np.zeros(2)) is None
+    assert shifted_plan(problem, plan_of(problem, np.zeros((7, 2))), np.zeros(2)) is None
 
 
 def test_without_a_plan_the_wheels_do_what_odometry_says():
@@ -66,7 +66,7 @@ def test_a_command_that_was_overruled_is_not():
 
 def test_wild_inputs_are_tamed():
     problem = local_problem(steps=4, step=0.5)
-    motion = followed(problem, np.tile([9.0, -9.0], (4, 1)), np.zeros(2))
+    motion = limited_motion(problem, np.tile([9.0, -9.0], (4, 1)), np.zeros(2))
     # 0.8 m/s² and 2.5 rad/s², half a step for the first; up to the problem's 1 m/s and 1.2 rad/s
     assert motion.inputs[:, 0] == pytest.approx([0.2, 0.6, 1.0, 1.0])
     assert motion.inputs[:, 1] == pytest.approx([-0.625, -1.2, -1.2, -1.2])

@@ -1,13 +1,13 @@
-"""Local planners: the optimal-control problem, its terms and constraints, and who solves it."""
+"""Local planners: the optimal-control problem, its terms and constraints, and its solvers."""
 
 from cohelm.control.api import (
     Constraint,
+    ConstraintRows,
+    ConstraintValues,
     CostTerm,
     LocalPlanner,
     LocalProblem,
-    Measure,
     Motion,
-    Rows,
 )
 from cohelm.control.baselines import PathFollower, without_people
 from cohelm.control.sqp import OptimalControl, Solution
@@ -15,14 +15,14 @@ from cohelm.control.ss_mpc_dcbf import SsMpcDcbf
 
 __all__ = [
     "Constraint",
+    "ConstraintRows",
+    "ConstraintValues",
     "CostTerm",
     "LocalPlanner",
     "LocalProblem",
-    "Measure",
     "Motion",
     "OptimalControl",
     "PathFollower",
-    "Rows",
     "Solution",
     "SsMpcDcbf",
     "without_people",

@@ -1,4 +1,4 @@
-"""What a local planner is, and what the terms and constraints of its problem are."""
+"""Interfaces of local planners, and of the terms and constraints of their problem."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from cohelm.messages import (
     RiderProfile,
     SocialSpaces,
 )
-from cohelm.robots import Robot
+from cohelm.robots import InputBounds, Robot
 
 
 @value
 class LocalProblem:
-    """Everything a local planner may use."""
+    """Input of a local planner."""
 
     time: float
     """Now, s."""
@@ -34,49 +34,50 @@ class LocalProblem:
     twist: Annotated[Floats, Shape("3")]
     """Robot frame."""
     reference: Reference
-    """What to follow: the path and the rider's hand, blended."""
+    """The shared reference: path and rider input, blended."""
     people: People
     predictions: Predictions
     """Over the reference's steps."""
     spaces: SocialSpaces
     walls: DistanceField
-    """Distance to all that is not a person: map and live obstacles, about the robot."""
+    """Distance to everything that is not a person: map and live obstacles around the robot."""
     authority: Authority | None = None
     profile: RiderProfile = RiderProfile()
     speed_limit: float
-    """m/s, of robot, rider and request together."""
+    """Smallest of the limits of robot, rider and request, m/s."""
     stalled: bool = False
-    """The ride has not got on for a while: the robot may squeeze past slowly."""
+    """The ride makes no progress: the robot may squeeze past people slowly."""
     reverses: bool = False
-    """The robot may drive backwards: it is wanted, and what is behind has been seen to be free."""
+    """Reversing is requested, and the rear clearance is known."""
     late: float = 0.0
-    """By how much this tick missed its deadline, s: an input, so that a replay plans the same."""
+    """Delay of this tick, s: an input, so that a replay gives the same plan."""
 
-    def input_bounds(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """(lowest, highest input, greatest rise, greatest fall a second), (m,) each.
+    def input_bounds(self) -> InputBounds:
+        """The robot's limits under the speed limit.
 
-        The robot's limits under the speed limit; that bounds the norm of the first inputs, see
-        ``Kinematics.translating`` and :attr:`top_speed`. Who cannot move sideways does not reverse
-        unless it is wanted: it can become the cheapest answer to a barrier.
+        The speed limit bounds the norm of the first inputs, see ``Kinematics.translating`` and
+        :attr:`top_speed`. A robot that cannot move sideways reverses only on request, because
+        reversing can become the cheapest answer to a barrier.
         """
         over = self.robot.motion.translating
         low, high, rise, fall = self.robot.input_bounds
         forward = over == 1 and not self.reverses
         low, high = _bounded(low, high, over, self.top_speed, forward)
-        return low, high, rise, fall
+        return InputBounds(low, high, rise, fall)
 
     @property
     def top_speed(self) -> float:
-        """The speed over the floor that robot and request allow, m/s."""
+        """Speed over the floor that robot and request allow, m/s."""
         return max(0.0, min(self.robot.max_speed, self.speed_limit))
 
     def within(self, steps: int) -> LocalProblem:
-        """The same problem over the next ``steps`` only, or itself where it is no longer."""
+        """The problem over the next ``steps`` only, or itself where it is no longer."""
         if steps >= len(self.reference.speeds) - 1:
             return self
         r, p, s = self.reference, self.predictions, self.spaces
         near, groups = np.s_[: steps + 1], s.groups
-        whole = np.ascontiguousarray  # as without steps beyond, or kernels are compiled twice
+        # contiguous like the uncut arrays, or every kernel is compiled twice
+        whole = np.ascontiguousarray
 
         def cut(states: Floats) -> Floats:
             return whole(states[:, :, near])
@@ -105,7 +106,7 @@ class LocalProblem:
 def _bounded(
     low: Floats, high: Floats, translating: int, top: float, forward: bool
 ) -> tuple[Floats, Floats]:
-    """(lowest, highest input), (m,), of those that translate no more than ``top`` m/s."""
+    """(lowest, highest input), (m,), with translating inputs within ±``top`` m/s."""
     low, high = low.copy(), high.copy()
     for i in range(translating):
         high[i] = min(high[i], top)
@@ -114,15 +115,15 @@ def _bounded(
 
 
 class LocalPlanner(Protocol):
-    """An entry point of ``cohelm.local_planners``; a class with ``Parameters``."""
+    """Entry point of ``cohelm.local_planners``; a class with ``Parameters``."""
 
     steps: int
-    """The steps of the reference and the predictions it wants; a plan may have fewer."""
+    """Steps of reference and predictions that it needs; a plan may have fewer."""
     step: float
     """Time between them, s."""
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
-        """A command and the plan behind it; ``previous`` is the memory. Never moves its arguments.
+        """Command and plan; ``previous`` is the memory. Arguments are not changed.
 
         Raises:
             ControlError: SolverFailed or Infeasible, with the problem.
@@ -132,9 +133,9 @@ class LocalPlanner(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Motion:
-    """A candidate of the optimal-control problem: inputs and the states they lead to.
+    """A point of the optimal-control problem: inputs and the resulting states.
 
-    This and the next records live in the solver's inner loop, so they do not check themselves.
+    The solver's inner loop creates this record and the next ones, so they have no checks.
     """
 
     step: float
@@ -142,16 +143,16 @@ class Motion:
     poses: Annotated[Floats, Shape("N+1 3")]
     inputs: Annotated[Floats, Shape("N m")]
     last_input: Annotated[Floats, Shape("m")]
-    """What the wheels do now."""
+    """Current input."""
 
 
 class CostTerm(Protocol):
-    """One summand ½‖r‖² of the cost, weights included."""
+    """One summand ½‖r‖² of the cost, including its weights."""
 
     name: str
 
     def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
-        """r, (q,); asked for at every motion that is tried."""
+        """r, (q,); evaluated at every trial motion."""
         ...
 
     def model(
@@ -159,8 +160,8 @@ class CostTerm(Protocol):
     ) -> tuple[Floats, Floats]:
         """Gauss-Newton's (H, (N·m, N·m); g, (N·m,)) of ½‖r‖²: H = JᵀJ, g = Jᵀr, J = dr/du.
 
-        J follows by the chain rule with ``sensitivity`` = ∂poses/∂inputs; who has no shorter way
-        hands r and J to ``costs.gauss_newton``. H may be shared between calls: it is only read.
+        J follows by the chain rule from ``sensitivity`` = ∂poses/∂inputs; ``terms.gauss_newton``
+        serves terms without a closed form. H may be shared between calls: it is only read.
         """
         ...
 
@@ -168,68 +169,68 @@ class CostTerm(Protocol):
 _NO_SERIES = np.empty((0, 1)), np.empty((0, 1, 3))
 
 
-class Measure(NamedTuple):
-    """What a constraint finds at a motion: looked at once, for the merit and for the rows.
+class ConstraintValues(NamedTuple):
+    """Values of a constraint at a motion, for the merit function and for the rows.
 
-    This and the next are tuples, which are made in a fifth of the time.
+    A tuple, because it is created five times faster than a dataclass.
     """
 
     slack: Annotated[Floats, Shape("g")]
-    """What each group needs there, ≥ 0: the merit function prices it."""
+    """Violation of each group, ≥ 0, which the merit function penalises."""
     smallest: float = np.inf
-    """The smallest h along the motion, m; +inf for what is not a barrier."""
+    """Smallest h along the motion, m; +inf without a barrier."""
     h: Annotated[Floats, Shape("s N+1")] = _NO_SERIES[0]
-    """Barrier values of each series, for the rows; where there are any."""
+    """Barrier values of each series, if any."""
     gradient: Annotated[Floats, Shape("s N+1 3")] = _NO_SERIES[1]
     """∂h/∂pose."""
 
 
-class Rows(NamedTuple):
-    """Linearised constraints −margin ≤ G·Δu + s ≤ room, with a slack s ≥ 0 for each group.
+class ConstraintRows(NamedTuple):
+    """Linearised constraints −margin ≤ G·Δu + s ≤ upper, with a slack s ≥ 0 for each group.
 
-    Only rows that can become active within one linearisation need to be there.
+    Rows that cannot become active within one linearisation may be left out.
     """
 
     margin: Annotated[Floats, Shape("r")]
-    """g, how far each row is from its bound; negative where violated."""
+    """g, distance of each row from its lower bound; negative where violated."""
     jacobian: Annotated[Floats, Shape("r c")]
     """G, (r, N·m)."""
     group: Annotated[Integers, Shape("r")]
-    """Index of each row's slack within this constraint; −1 throughout where there are none."""
+    """Index of each row's slack within this constraint; −1 for all rows without slack."""
     key: Annotated[Integers, Shape("r")]
-    """Names each row among all that there can be, whichever of them are present."""
+    """Identifier of each row among all possible rows of the constraint."""
     keys: int
-    """How many rows there can be."""
-    room: Annotated[Floats, Shape("r")] | None = None
-    """How far each row is from an upper bound; None: there is none."""
+    """Number of possible rows."""
+    upper: Annotated[Floats, Shape("r")] | None = None
+    """Distance of each row from an upper bound; None: there is none."""
     groups: int = 0
-    """How many slacks there are; 0: the rows are hard."""
+    """Number of slacks; 0: the rows are hard."""
     low: Annotated[Floats, Shape("c")] | None = None
-    """Least Δu, (N·m,); None: no bound on the inputs themselves."""
+    """Lower bound of Δu; None: the inputs themselves are not bounded."""
     high: Annotated[Floats, Shape("c")] | None = None
-    """Greatest Δu."""
+    """Upper bound of Δu."""
 
 
 class Constraint(Protocol):
-    """A stack of constraints; soft rows yield for l1·s + ½·l2·s² a group."""
+    """A stack of constraints; soft rows have the penalty l1·s + ½·l2·s² per group."""
 
     name: str
     l1: float
     l2: float
 
-    def measure(self, problem: LocalProblem, motion: Motion) -> Measure:
-        """What the merit prices; asked for at every motion that is tried."""
+    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
+        """Values for the merit function; evaluated at every trial motion."""
         ...
 
     def rows(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, measure: Measure
-    ) -> Rows:
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+    ) -> ConstraintRows:
         """The rows that can become active, linearised at ``motion``.
 
         Args:
-            problem: what is to be solved.
-            motion: where.
+            problem: the problem to be solved.
+            motion: point of linearisation.
             sensitivity: ∂poses/∂inputs there, (N+1, 3, N·m).
-            measure: what :meth:`measure` found at the same motion, not to be computed again.
+            values: result of :meth:`values` at the same motion.
         """
         ...

@@ -1,7 +1,7 @@
 """Condensed Gauss-Newton SQP: a sum of cost terms under a stack of constraints.
 
-The states are eliminated by the rollout, so that the inputs Δu and one slack s for each constraint
-group are all that is left:
+The rollout eliminates the states, so that only the inputs Δu and one slack s for each constraint
+group are left:
 
     minimise   ½‖r + J Δu‖² + Σ l1·s + ½ l2·s²
     subject to g + G Δu + s ≥ 0,  s ≥ 0          (hard rows without s)
@@ -19,44 +19,51 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers
-from cohelm.control.api import Constraint, CostTerm, LocalProblem, Measure, Motion, Rows
-from cohelm.control.quadratic import Multipliers, QuadraticProgram, minimise
+from cohelm.control.api import (
+    Constraint,
+    ConstraintRows,
+    ConstraintValues,
+    CostTerm,
+    LocalProblem,
+    Motion,
+)
+from cohelm.control.qp import Multipliers, QuadraticProgram, minimise
 
 _DAMPING = 1e-4
 """Added to the diagonal, so that every program has one solution."""
 _HALVINGS = 6
-"""Lengths that are tried of each step."""
+"""Number of step lengths in the line search."""
 _FAR = 1e6
-"""A bound beyond all that a robot does."""
+"""A bound beyond all inputs of a robot."""
 
 
-class Value(NamedTuple):
-    """What a motion is worth; a tuple, as ``Measure`` is."""
+class MotionValue(NamedTuple):
+    """Cost of a motion and distance from its constraints; a tuple, as ``ConstraintValues`` is."""
 
     merit: float
-    """Cost plus the price of all slack."""
+    """Cost plus the penalty of all slack."""
     costs: Mapping[str, float]
-    """½‖r‖² of each term, and the price of each constraint's slack."""
+    """½‖r‖² of each term, and the penalty of each constraint's slack."""
     slack: float
     """Largest violation of a soft constraint, m."""
     barrier: float
     """Smallest h of any constraint, m."""
-    measures: tuple[Measure, ...]
-    """What each constraint found there."""
+    constraints: tuple[ConstraintValues, ...]
+    """Values of each constraint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
-    """Where the SQP ended."""
+    """Result of the SQP."""
 
     motion: Motion
-    value: Value
+    value: MotionValue
     iterations: int
     """Quadratic programs solved."""
 
 
 class OptimalControl:
-    """One optimal-control problem: what it weighs, what it obeys.
+    """An optimal-control problem.
 
     Args:
         costs: the summands of the cost.
@@ -76,18 +83,18 @@ class OptimalControl:
         *,
         iterations: int,
         tolerance: float = 1e-2,
-        value: Value | None = None,
+        value: MotionValue | None = None,
     ) -> Solution:
-        """At most ``iterations`` quadratic programs from ``seed`` on; stops when Δu < tolerance.
+        """Solve at most ``iterations`` quadratic programs from ``seed``, until Δu < tolerance.
 
-        Each step is halved while it does not lower the merit (‖r‖²/2 plus the price of slack).
+        Each step is halved until it lowers the merit (‖r‖²/2 plus the penalty of the slack).
 
         Args:
-            problem: what is to be solved.
-            seed: where to start.
+            problem: the problem.
+            seed: start of the iteration.
             iterations: the budget.
             tolerance: on every input, m/s and rad/s.
-            value: of the seed, where it is known already.
+            value: of the seed, if known.
 
         Raises:
             SolverFailed: if a quadratic program has no solution.
@@ -95,55 +102,44 @@ class OptimalControl:
         motion, worth = seed, value or self.value(problem, seed)
         done, change, multipliers = 0, np.inf, None
         while done < iterations and change >= tolerance:
-            step, multipliers = self._step(problem, motion, worth, multipliers)
+            program = self.program(problem, motion, worth)
+            step, multipliers = minimise(program, multipliers or Multipliers.none(program))
             done += 1
-            motion, worth, taken = self._search(problem, motion, worth, step)
-            change = taken * float(np.abs(step).max(initial=0.0))
+            motion, worth, share = self._line_search(problem, motion, worth, step)
+            change = share * float(np.abs(step).max(initial=0.0))
         return Solution(motion=motion, value=worth, iterations=done)
 
     def value(
         self,
         problem: LocalProblem,
         motion: Motion,
-        measures: tuple[Measure, ...] | None = None,
-    ) -> Value:
-        """What a motion costs, and how near it comes to its constraints.
+        constraints: tuple[ConstraintValues, ...] | None = None,
+    ) -> MotionValue:
+        """Cost of a motion and distance from its constraints.
 
         Args:
-            problem: what is to be solved.
-            motion: where.
-            measures: what the constraints found there, if known: with another reference, they find
-                the same.
+            problem: the problem.
+            motion: the motion.
+            constraints: values of the constraints, if known: they do not depend on the reference.
         """
         costs = {}
         for term in self.costs:
             residual = term.residual(problem, motion)
             costs[term.name] = 0.5 * float(residual @ residual)
         slack, barrier = 0.0, np.inf
-        if measures is None:
-            measures = tuple([c.measure(problem, motion) for c in self.constraints])
-        for constraint, found in zip(self.constraints, measures, strict=True):
+        if constraints is None:
+            constraints = tuple([c.values(problem, motion) for c in self.constraints])
+        for constraint, found in zip(self.constraints, constraints, strict=True):
             barrier = min(barrier, found.smallest)
             if len(found.slack):
-                price, most = _price(found.slack, constraint.l1, constraint.l2)
+                penalty, most = _penalty(found.slack, constraint.l1, constraint.l2)
                 slack = max(slack, most)
-                costs[constraint.name] = price
-        return Value(
-            merit=sum(costs.values()),
-            costs=costs,
-            slack=slack,
-            barrier=barrier,
-            measures=measures,
-        )
+                costs[constraint.name] = penalty
+        return MotionValue(sum(costs.values()), costs, slack, barrier, constraints)
 
-    def _step(
-        self, problem: LocalProblem, motion: Motion, value: Value, start: Multipliers | None
-    ) -> tuple[Floats, Multipliers]:
-        """(Δu, (N·m,); the multipliers, to start the next step from)."""
-        program = self.program(problem, motion, value)
-        return minimise(program, start or Multipliers.none(program))
-
-    def program(self, problem: LocalProblem, motion: Motion, value: Value) -> QuadraticProgram:
+    def program(
+        self, problem: LocalProblem, motion: Motion, value: MotionValue
+    ) -> QuadraticProgram:
         """The quadratic program of the next step, linearised at a motion of known value."""
         sensitivity = problem.robot.motion.sensitivity(motion.poses, motion.inputs, motion.step)
         size = motion.inputs.size
@@ -155,18 +151,18 @@ class OptimalControl:
         hessian.ravel()[:: size + 1] += _DAMPING
         blocks = [
             c.rows(problem, motion, sensitivity, found)
-            for c, found in zip(self.constraints, value.measures, strict=True)
+            for c, found in zip(self.constraints, value.constraints, strict=True)
         ]
         return _program(hessian, gradient, blocks, self._l1, self._l2)
 
-    def _search(
-        self, problem: LocalProblem, motion: Motion, value: Value, step: Floats
-    ) -> tuple[Motion, Value, float]:
-        """Backtracking: (motion, its value, share of the step taken); 0 where nothing is gained."""
+    def _line_search(
+        self, problem: LocalProblem, motion: Motion, value: MotionValue, step: Floats
+    ) -> tuple[Motion, MotionValue, float]:
+        """Backtracking: (motion, its value, share of the step); 0 if no share lowers the merit."""
         step = step.reshape(motion.inputs.shape)
         share = 1.0
         for _ in range(_HALVINGS):
-            candidate = moved(problem, motion, motion.inputs + share * step)
+            candidate = with_inputs(problem, motion, motion.inputs + share * step)
             reached = self.value(problem, candidate)
             if reached.merit < value.merit:
                 return candidate, reached, share
@@ -174,46 +170,45 @@ class OptimalControl:
         return motion, value, 0.0
 
 
-def moved(problem: LocalProblem, motion: Motion, inputs: Floats) -> Motion:
+def with_inputs(problem: LocalProblem, motion: Motion, inputs: Floats) -> Motion:
     """The motion with other inputs (N, m)."""
     poses = problem.robot.motion.rollout(problem.pose, inputs, motion.step)
     return Motion(step=motion.step, poses=poses, inputs=inputs, last_input=motion.last_input)
 
 
 def _program(
-    hessian: Floats, gradient: Floats, blocks: Sequence[Rows], l1: Floats, l2: Floats
+    hessian: Floats, gradient: Floats, blocks: Sequence[ConstraintRows], l1: Floats, l2: Floats
 ) -> QuadraticProgram:
-    """The program of one step; the groups of all constraints are numbered through.
+    """The program of one step; groups and keys of all constraints are numbered consecutively.
 
     l1, l2: of each block's slacks.
     """
     low, high = np.full(len(gradient), -_FAR), np.full(len(gradient), _FAR)
-    margin = np.concatenate([rows.margin for rows in blocks])
     group = np.concatenate([rows.group for rows in blocks])
     key = np.concatenate([rows.key for rows in blocks])
     sizes = np.array([(len(rows.margin), rows.groups, rows.keys) for rows in blocks])
-    room, l1, l2 = _numbered(group, key, sizes, l1, l2)
-    at, names = 0, 0
+    upper, l1, l2 = _numbered(group, key, sizes, l1, l2)
+    at, keys = 0, 0
     for rows in blocks:
-        if rows.room is not None:
-            room[at : at + len(rows.room)] = rows.room
+        if rows.upper is not None:
+            upper[at : at + len(rows.upper)] = rows.upper
         if rows.low is not None:
             low = np.maximum(low, rows.low)
         if rows.high is not None:
             high = np.minimum(high, rows.high)
         at += len(rows.margin)
-        names += rows.keys
+        keys += rows.keys
     return QuadraticProgram(
         hessian=hessian,
         gradient=gradient,
         low=low,
         high=high,
         jacobian=np.concatenate([rows.jacobian for rows in blocks]),
-        margin=margin,
-        room=room,
+        margin=np.concatenate([rows.margin for rows in blocks]),
+        upper=upper,
         group=group,
         key=key,
-        keys=names,
+        keys=keys,
         l1=l1,
         l2=l2,
     )
@@ -223,11 +218,11 @@ def _program(
 def _numbered(
     group: Integers, key: Integers, sizes: Integers, l1: Floats, l2: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """(room without bounds, l1, l2 of each slack); numbers ``group`` and ``key`` through.
+    """(infinite upper bounds, l1, l2 of each slack); renumbers ``group`` and ``key`` in place.
 
-    sizes: (b, 3), how many rows, groups and keys each block has.
+    sizes: (b, 3), numbers of rows, groups and keys of each block.
     """
-    room = np.full(len(key), _FAR)
+    upper = np.full(len(key), _FAR)
     slacks = np.sum(sizes[:, 1])
     linear, squared = np.empty(slacks), np.empty(slacks)
     at, first, names = 0, 0, 0
@@ -240,14 +235,14 @@ def _numbered(
         squared[first : first + sizes[b, 1]] = l2[b]
         first += sizes[b, 1]
         names += sizes[b, 2]
-    return room, linear, squared
+    return upper, linear, squared
 
 
 @njit(cache=True)
-def _price(slack: Floats, l1: float, l2: float) -> tuple[float, float]:
+def _penalty(slack: Floats, l1: float, l2: float) -> tuple[float, float]:
     """(Σ l1·s + ½ l2·s², the largest s)."""
-    price, most = 0.0, 0.0
+    penalty, most = 0.0, 0.0
     for s in slack:
-        price += l1 * s + 0.5 * l2 * s * s
+        penalty += l1 * s + 0.5 * l2 * s * s
         most = max(most, s)
-    return price, most
+    return penalty, most

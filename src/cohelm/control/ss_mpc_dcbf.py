@@ -6,105 +6,122 @@ import dataclasses
 from dataclasses import dataclass
 from itertools import chain
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.candidates import Arcs, Outlook, Ways
-from cohelm.control.choice import WayTaken, departures, last_touched, remembered, taken
-from cohelm.control.constraints import (
-    Bodies,
+from cohelm.control.commitment import (
+    CommittedClass,
+    EvaluatedCandidate,
+    class_changes,
+    last_contact,
+    previous_commitment,
+)
+from cohelm.control.sampling import CandidateTrajectories, PreparedSampler, TrajectorySampler
+from cohelm.control.sqp import OptimalControl, Solution
+from cohelm.control.terms import (
+    BodyClearance,
     GroupSpace,
+    InputEffort,
     InputLimits,
+    PathProgress,
+    SeatComfort,
+    SmoothInput,
     SocialSpace,
+    TrackReference,
     WallClearance,
 )
-from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
-from cohelm.control.sqp import OptimalControl, Solution, Value
-from cohelm.control.usable import usable
-from cohelm.control.verification import Verification, brought_to_rest
-from cohelm.control.warm_start import followed, last_input, shifted, towards
+from cohelm.control.validation import validated
+from cohelm.control.verification import Verification
+from cohelm.control.warm_start import (
+    braking_motion,
+    last_input,
+    limited_motion,
+    shifted_plan,
+    with_reference_towards,
+)
 from cohelm.messages import LocalPlan, Reason, Status
 
-_LAST, _SAMPLED, _SLOWER, _REST = "last", "sampled", "slower", "rest"
-"""Where ways come from, ``LocalPlan.candidate``."""
+_PREVIOUS, _SAMPLED, _SLOWER, _BRAKING = "previous", "sampled", "slower", "braking"
+"""Origins of a plan, ``LocalPlan.candidate``."""
 _RELAXED = 0.01
 """Slack above this is reported as a relaxed plan, m."""
 
 
 class SsMpcDcbf:
-    """The paper's local planner: the reference tracked, people and walls as barriers.
+    """The paper's local planner: tracks the reference with people and walls as barriers.
 
-    A few ways round, the last plan among them, are polished by the SQP. The cheapest verified one
-    is taken, those that were not polished included, where leaving the last way costs (see
-    ``choice``); else the best one at a share of its speed; else the robot brakes, with a reason.
-    With ``candidates = 1`` the last plan, polished, goes on without a look at others, as long as it
-    is verified and has not become poor.
+    The SQP polishes a few candidate trajectories, the last plan among them. The planner takes the
+    cheapest verified one, unpolished ones included; leaving the committed homotopy class has a cost
+    (see ``commitment``). Otherwise it tries the best one at reduced speed, and finally brakes with
+    a reason. With ``candidates = 1`` it polishes only the last plan, and samples others only if
+    that fails verification or becomes poor.
     """
 
     class Parameters(Model):
         """Steps, budget, terms and constraints; the paper gives no figures, these are assumed."""
 
         steps: int = Field(25, ge=3, le=100)
-        """N, the steps that are polished and planned."""
+        """N, polished and planned steps."""
         step: float = Field(0.16, gt=0.0, le=1.0)
-        """Δt, s; longer than a tick, which is why the last plan is shifted by interpolation."""
+        """Δt, s; longer than a tick, so the last plan is shifted by interpolation."""
         candidates: int = Field(2, ge=1, le=8)
-        """Ways that are polished. With one it is the last plan, as in the paper: ways are sampled
-        only where there is none, it is not verified, the ride is stalled, or it became ``poor``."""
-        poor: float = Field(1.0, ge=0.0, le=100.0)
-        """With one candidate: by so much a plan may be worse than it was before the planner looks
-        round, s."""
+        """Trajectories that are polished. With one it is the last plan, as in the paper:
+        candidates are sampled only without a plan, if it fails verification, if the ride is
+        stalled, or above ``resample_above``."""
+        resample_above: float = Field(1.0, ge=0.0, le=100.0)
+        """With one candidate: increase of the plan's cost above which candidates are sampled, s."""
         iterations: int = Field(2, ge=1, le=50)
-        """Quadratic programs for each of them: the budget, the same on every machine."""
-        loyalty: float = Field(1.5, ge=0.0, le=100.0)
-        """What it costs to pass anybody, or the path, on another side than the last plan, s."""
-        novelty: float = Field(0.2, ge=0.0, le=100.0)
-        """What a sampled way has to be better by than the last plan that it replaces, s."""
-        spoilt: float = Field(1.0, ge=0.0, le=100.0)
-        """What polishing is worth: a way that it makes worse by more than this is taken as it was,
-        and a way that was not polished has to be better by this, s."""
-        follow: float = Field(0.5, ge=0.0, le=1.0)
-        """Share of the way itself in the reference that its polishing tracks."""
+        """Quadratic programs per candidate: the budget, the same on every machine."""
+        switching_cost: float = Field(1.5, ge=0.0, le=100.0)
+        """Cost of leaving the committed homotopy class, s."""
+        exploration_cost: float = Field(0.2, ge=0.0, le=100.0)
+        """Cost of replacing the last plan by a sampled trajectory, s."""
+        polishing_gain: float = Field(1.0, ge=0.0, le=100.0)
+        """Value of polishing, s: a trajectory that it makes worse by more than this is used
+        unpolished, and an unpolished one must be better by this."""
+        seed_tracking: float = Field(0.5, ge=0.0, le=1.0)
+        """Share of the candidate in the reference that its polishing tracks."""
         late: float = Field(0.05, gt=0.0, le=1.0)
-        """Lateness from which on one way is polished, once, s: a tick."""
-        slower: tuple[float, ...] = (0.6, 0.3)
-        """Shares of its speed at which the best way is tried where none is verified as it is."""
-        patience: float = Field(1.0, ge=0.0, le=10.0)
-        """How long the robot stands after somebody who walks has touched it, s."""
-        arcs: Arcs.Parameters = Arcs.Parameters(count=160, pushes=40, rounds=1)
+        """Lateness from which one candidate is polished once, s: a tick."""
+        speed_shares: tuple[float, ...] = (0.6, 0.3)
+        """Shares of its speed at which the best trajectory is tried if none is verified."""
+        contact_wait: float = Field(1.0, ge=0.0, le=10.0)
+        """Standstill after a walking person has touched the robot, s."""
+        sampling: TrajectorySampler.Parameters = TrajectorySampler.Parameters(
+            count=160, perturbations=40, rounds=1
+        )
         verification: Verification = Verification()
         track_reference: TrackReference.Parameters = TrackReference.Parameters()
         input_effort: InputEffort.Parameters = InputEffort.Parameters()
         smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
-        comfort: Comfort.Parameters = Comfort.Parameters()
-        progress: Progress.Parameters = Progress.Parameters()
+        comfort: SeatComfort.Parameters = SeatComfort.Parameters()
+        progress: PathProgress.Parameters = PathProgress.Parameters()
         input_limits: InputLimits.Parameters = InputLimits.Parameters()
         wall_clearance: WallClearance.Parameters = WallClearance.Parameters()
-        bodies: Bodies.Parameters = Bodies.Parameters(at_least=1.0)
+        bodies: BodyClearance.Parameters = BodyClearance.Parameters(min_probability=1.0)
         social_space: SocialSpace.Parameters = SocialSpace.Parameters()
         group_space: GroupSpace.Parameters = GroupSpace.Parameters()
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
-        self.steps, self.step = max(p.steps, round(p.arcs.horizon / p.step)), p.step
-        self.arcs = Arcs(p.arcs)
+        self.steps, self.step = max(p.steps, round(p.sampling.horizon / p.step)), p.step
+        self.sampler = TrajectorySampler(p.sampling)
         self.control = OptimalControl(
             costs=(
                 TrackReference(p.track_reference),
                 InputEffort(p.input_effort),
                 SmoothInput(p.smooth_input),
-                Comfort(p.comfort),
-                Progress(p.progress),
+                SeatComfort(p.comfort),
+                PathProgress(p.progress),
             ),
             constraints=(
                 InputLimits(p.input_limits),
                 WallClearance(p.wall_clearance),
-                Bodies(p.bodies),
+                BodyClearance(p.bodies),
                 SocialSpace(p.social_space),
                 GroupSpace(p.group_space),
             ),
@@ -113,225 +130,217 @@ class SsMpcDcbf:
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
-        problem = usable(problem)
-        memory = remembered(previous, problem.time)
+        problem = validated(problem)
+        memory = previous_commitment(previous, problem.time)
         now = last_input(problem, previous)
-        asked = _Asked(
+        call = _Call(
             problem=problem,
             near=problem.within(p.steps),
-            outlook=self.arcs.look(problem, now),
+            sampler=self.sampler.prepare(problem, now),
             now=now,
             memory=memory,
-            touched=last_touched(problem, memory),
+            last_contact=last_contact(problem, memory),
         )
-        if problem.time - asked.touched < p.patience:
-            return self._stop(asked, 0)
-        beyond = None if memory is None else memory.beyond
-        warm = shifted(asked.near, previous, asked.now, beyond=beyond)
+        if problem.time - call.last_contact < p.contact_wait:
+            return self._stop(call, 0)
+        tail = None if memory is None else memory.tail
+        warm = shifted_plan(call.near, previous, call.now, tail=tail)
         trusted = previous is not None and previous.status is not Status.STOP
         iterations = 0
         if p.candidates == 1 and warm is not None and trusted and not problem.stalled:
-            ways, iterations = self._went_on(asked, warm)
-            for way in ways:
-                if p.verification.passes(asked.near, way.motion):
-                    return self._plan(asked, way, iterations)
-        return self._looked_round(asked, warm, trusted, iterations)
+            candidates, iterations = self._continue(call, warm)
+            for candidate in candidates:
+                if p.verification.passes(call.near, candidate.motion):
+                    return self._plan(call, candidate, iterations)
+        return self._resample(call, warm, trusted, iterations)
 
-    def _went_on(self, asked: _Asked, warm: Motion) -> tuple[list[_Way], int]:
-        """(The last plan, polished, or as it was; quadratic programs solved).
+    def _continue(self, call: _Call, warm: Motion) -> tuple[list[EvaluatedCandidate], int]:
+        """(the last plan, polished or as it was; quadratic programs solved).
 
-        No way at all where it has become poor.
+        The list is empty if the plan has become poor.
         """
-        n = len(asked.near.reference.poses) - 1
+        n = len(call.near.reference.poses) - 1
         seed = Motion(
             step=warm.step,
             poses=warm.poses[: n + 1],
             inputs=warm.inputs[:n],
-            last_input=asked.now,
+            last_input=call.now,
         )
-        solution = self._solved(asked, seed)
+        solution = self._solve(call, seed)
         whole = np.vstack([solution.motion.inputs, warm.inputs[n:]])
-        [way] = self._judged(asked, [whole], [_LAST])
-        ways = [way._replace(motion=solution.motion, found=solution.value)]
-        before = -np.inf if asked.memory is None else asked.memory.score
-        if way.score > before + self.parameters.poor:  # was it the polishing?
-            ways = self._judged(asked, [warm.inputs], [_LAST])
-        return [way for way in ways if way.score <= before + self.parameters.poor], (
-            solution.iterations
-        )
+        [candidate] = self._evaluate(call, [whole], [_PREVIOUS])
+        polished = candidate._replace(motion=solution.motion, value=solution.value)
+        before = -np.inf if call.memory is None else call.memory.score
+        limit = before + self.parameters.resample_above
+        candidates = [polished]
+        if candidate.score > limit:  # the cause may be the polishing
+            candidates = self._evaluate(call, [warm.inputs], [_PREVIOUS])
+        return [each for each in candidates if each.score <= limit], solution.iterations
 
-    def _looked_round(
-        self, asked: _Asked, warm: Motion | None, trusted: bool, done: int
-    ) -> LocalPlan:
-        """The plan among the last and all sampled ways; ``done`` programs were solved before."""
+    def _resample(self, call: _Call, warm: Motion | None, trusted: bool, done: int) -> LocalPlan:
+        """The best of the last plan and all samples; ``done``: programs solved before."""
         p = self.parameters
-        sampled = self._sampled(asked, warm)
-        old = [] if warm is None else self._judged(asked, [warm.inputs], [_LAST])
-        polished, iterations = self._polished(asked, self._seeds(asked, old, sampled))
+        found = call.sampler.sample(warm)
+        sampled = self._candidates(call, found, [_SAMPLED] * len(found))
+        old = [] if warm is None else self._evaluate(call, [warm.inputs], [_PREVIOUS])
+        polished, iterations = self._polish(call, self._seeds(call, old, sampled))
         raw = [*(old if trusted else []), *sampled]
-        costs = [*(way.score for way in polished), *(way.score + p.spoilt for way in raw)]
+        costs = [
+            *(each.score for each in polished),
+            *(each.score + p.polishing_gain for each in raw),
+        ]
         every = [*polished, *raw]
         order = [every[k] for k in np.argsort(costs, kind="stable")]
-        slower = (self._slower(asked, way, share) for way in order[:1] for share in p.slower)
-        for way in chain(order, slower):
-            if p.verification.passes(asked.near, way.motion):
-                return self._plan(asked, way, done + iterations, looked_round=True)
-        return self._stop(asked, done + iterations)
+        slower = (self._slower(call, best, share) for best in order[:1] for share in p.speed_shares)
+        for candidate in chain(order, slower):
+            if p.verification.passes(call.near, candidate.motion):
+                return self._plan(call, candidate, done + iterations, resampled=True)
+        return self._stop(call, done + iterations)
 
-    def _sampled(self, asked: _Asked, warm: Motion | None) -> list[_Way]:
-        """Sampled ways, the best ones first."""
-        found = asked.outlook.ways(warm)
-        return self._listed(asked, found, [_SAMPLED] * len(found))
+    def _evaluate(
+        self, call: _Call, inputs: list[Floats], names: list[str]
+    ) -> list[EvaluatedCandidate]:
+        return self._candidates(call, call.sampler.evaluate(np.stack(inputs)), names)
 
-    def _judged(self, asked: _Asked, inputs: list[Floats], names: list[str]) -> list[_Way]:
-        return self._listed(asked, asked.outlook.score(np.stack(inputs)), names)
-
-    def _listed(self, asked: _Asked, found: Ways, names: list[str]) -> list[_Way]:
-        """The first steps of each way as a motion, the rest as what lies beyond."""
-        n = len(asked.near.reference.poses) - 1
-        leaves = departures(found.signature, asked.problem.people, asked.memory) > 0
-        new = np.array([name != _LAST for name in names])
-        scores = found.score + self.parameters.loyalty * leaves + self.parameters.novelty * new
+    def _candidates(
+        self, call: _Call, found: CandidateTrajectories, names: list[str]
+    ) -> list[EvaluatedCandidate]:
+        """The first steps of each trajectory as a motion, the rest as its tail."""
+        n = len(call.near.reference.poses) - 1
+        leaves = class_changes(found.homotopy, call.problem.people, call.memory) > 0
+        new = np.array([name != _PREVIOUS for name in names])
+        p = self.parameters
+        scores = found.score + p.switching_cost * leaves + p.exploration_cost * new
         return [
-            _Way(
+            EvaluatedCandidate(
                 name=name,
                 motion=Motion(
                     step=found.step,
                     poses=found.poses[k, : n + 1],
                     inputs=found.inputs[k, :n],
-                    last_input=asked.now,
+                    last_input=call.now,
                 ),
-                beyond=found.inputs[k, n:],
+                tail=found.inputs[k, n:],
                 score=float(scores[k]),
-                alone=float(found.score[k]),
-                signature=found.signature[k],
+                own_score=float(found.score[k]),
+                homotopy=found.homotopy[k],
             )
             for k, name in enumerate(names)
         ]
 
-    def _seeds(self, asked: _Asked, old: list[_Way], sampled: list[_Way]) -> list[_Way]:
-        """The ways that are polished: the last plan, and the best that pass otherwise."""
+    def _seeds(
+        self, call: _Call, old: list[EvaluatedCandidate], sampled: list[EvaluatedCandidate]
+    ) -> list[EvaluatedCandidate]:
+        """Trajectories to polish: the best ones of different homotopy classes."""
         p = self.parameters
-        most = 1 if asked.problem.late > p.late else p.candidates
-        out: list[_Way] = []
-        for way in sorted([*old, *sampled], key=lambda way: way.score):
+        most = 1 if call.problem.late > p.late else p.candidates
+        out: list[EvaluatedCandidate] = []
+        for candidate in sorted([*old, *sampled], key=lambda each: each.score):
             if len(out) < most and not any(
-                np.array_equal(way.signature, other.signature) for other in out
+                np.array_equal(candidate.homotopy, other.homotopy) for other in out
             ):
-                out.append(way)
+                out.append(candidate)
         return out
 
-    def _polished(self, asked: _Asked, seeds: list[_Way]) -> tuple[list[_Way], int]:
-        """(The ways after the SQP, the best ones first; quadratic programs solved)."""
-        solutions = [self._solved(asked, seed.motion) for seed in seeds]
+    def _polish(
+        self, call: _Call, seeds: list[EvaluatedCandidate]
+    ) -> tuple[list[EvaluatedCandidate], int]:
+        """(the seeds after the SQP, best first; quadratic programs solved)."""
+        solutions = [self._solve(call, seed.motion) for seed in seeds]
         whole = [
-            np.vstack([solution.motion.inputs, seed.beyond])
+            np.vstack([solution.motion.inputs, seed.tail])
             for seed, solution in zip(seeds, solutions, strict=True)
         ]
-        judged = self._judged(asked, whole, [seed.name for seed in seeds])
-        ways = [
-            way._replace(motion=solution.motion, found=solution.value)
-            for way, solution in zip(judged, solutions, strict=True)
-        ]
-        kept = [
-            seed if way.score > seed.score + self.parameters.spoilt else way
-            for seed, way in zip(seeds, ways, strict=True)
-        ]
-        return sorted(kept, key=lambda way: way.score), sum(s.iterations for s in solutions)
+        evaluated = self._evaluate(call, whole, [seed.name for seed in seeds])
+        out = []
+        for seed, each, solution in zip(seeds, evaluated, solutions, strict=True):
+            worse = each.score > seed.score + self.parameters.polishing_gain
+            polished = each._replace(motion=solution.motion, value=solution.value)
+            out.append(seed if worse else polished)
+        return sorted(out, key=lambda each: each.score), sum(s.iterations for s in solutions)
 
-    def _solved(self, asked: _Asked, seed: Motion) -> Solution:
+    def _solve(self, call: _Call, seed: Motion) -> Solution:
         p = self.parameters
-        iterations = 1 if asked.problem.late > p.late else p.iterations
-        near = towards(asked.near, seed, p.follow)
+        iterations = 1 if call.problem.late > p.late else p.iterations
+        near = with_reference_towards(call.near, seed, p.seed_tracking)
         return self.control.solve(near, seed, iterations=iterations)
 
     def _plan(
-        self, asked: _Asked, way: _Way, iterations: int, *, looked_round: bool = False
+        self, call: _Call, chosen: EvaluatedCandidate, iterations: int, *, resampled: bool = False
     ) -> LocalPlan:
-        measures = None if way.found is None else way.found.measures
-        value = self.control.value(asked.near, way.motion, measures)
-        before = np.inf if looked_round or asked.memory is None else asked.memory.score
-        memory = taken(
-            asked.problem.time,
-            way.signature,
-            asked.problem.people,
-            beyond=way.beyond,
-            touched=asked.touched,
-            score=min(way.alone, before),
+        known = None if chosen.value is None else chosen.value.constraints
+        value = self.control.value(call.near, chosen.motion, known)
+        before = np.inf if resampled or call.memory is None else call.memory.score
+        memory = CommittedClass(
+            time=call.problem.time,
+            side=int(chosen.homotopy[0]),
+            id=call.problem.people.id,
+            turn=chosen.homotopy[1:],
+            tail=chosen.tail,
+            last_contact=call.last_contact,
+            score=min(chosen.own_score, before),
         )
         return LocalPlan(
-            time=asked.problem.time,
-            step=way.motion.step,
-            command=asked.problem.robot.motion.twist(way.motion.inputs[0]),
-            poses=way.motion.poses,
-            inputs=way.motion.inputs,
+            time=call.problem.time,
+            step=chosen.motion.step,
+            command=call.problem.robot.motion.twist(chosen.motion.inputs[0]),
+            poses=chosen.motion.poses,
+            inputs=chosen.motion.inputs,
             status=Status.RELAXED if value.slack > _RELAXED else Status.OK,
             costs=MappingProxyType(dict(value.costs)),
             smallest_barrier=value.barrier,
             slack=value.slack,
             iterations=iterations,
-            candidate=way.name,
+            candidate=chosen.name,
             memory=memory,
         )
 
-    def _slower(self, asked: _Asked, way: _Way, share: float) -> _Way:
-        """The same way at a share of its speed, as soon as the robot can; its arcs are kept."""
-        motion = followed(asked.near, share * way.motion.inputs, asked.now)
-        return way._replace(name=_SLOWER, motion=motion, beyond=share * way.beyond, found=None)
-
-    def _stop(self, asked: _Asked, iterations: int) -> LocalPlan:
-        """Braking, with the reason; how the last plan passed everybody is still remembered."""
-        steps = len(asked.near.reference.poses) - 1
-        motion = brought_to_rest(asked.near, asked.now, steps)
-        nobody = np.zeros(1 + len(asked.problem.people), dtype=np.int64)
-        way = _Way(
-            name=_REST,
-            motion=motion,
-            beyond=np.zeros((0, len(asked.now))),
-            score=np.inf,
-            alone=np.inf,
-            signature=nobody,
+    def _slower(
+        self, call: _Call, candidate: EvaluatedCandidate, share: float
+    ) -> EvaluatedCandidate:
+        """The trajectory at a share of its speed, as soon as the robot can; same curvature."""
+        motion = limited_motion(call.near, share * candidate.motion.inputs, call.now)
+        return candidate._replace(
+            name=_SLOWER, motion=motion, tail=share * candidate.tail, value=None
         )
-        plan = self._plan(asked, way, iterations)
+
+    def _stop(self, call: _Call, iterations: int) -> LocalPlan:
+        """Braking, with the reason; the commitment of the last plan is kept."""
+        steps = len(call.near.reference.poses) - 1
+        candidate = EvaluatedCandidate(
+            name=_BRAKING,
+            motion=braking_motion(call.near, call.now, steps),
+            tail=np.zeros((0, len(call.now))),
+            score=np.inf,
+            own_score=np.inf,
+            homotopy=np.zeros(1 + len(call.problem.people), dtype=np.int64),
+        )
+        plan = self._plan(call, candidate, iterations)
         memory = plan.memory
-        if asked.memory is not None:
-            memory = dataclasses.replace(asked.memory, beyond=way.beyond, touched=asked.touched)
+        if call.memory is not None:
+            memory = dataclasses.replace(
+                call.memory, tail=candidate.tail, last_contact=call.last_contact
+            )
         return dataclasses.replace(
             plan,
             status=Status.STOP,
             reason=Reason.NO_SAFE_PLAN,
-            urgent=self.parameters.verification.urgent(asked.near, asked.now),
+            urgent=self.parameters.verification.urgent(call.near, call.now),
             memory=memory,
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Asked:
-    """What a plan is made for."""
+class _Call:
+    """Everything that the stages of one plan share."""
 
     problem: LocalProblem
     near: LocalProblem
-    """The same over the steps that are planned."""
-    outlook: Outlook
-    """What can be said of ways through all of it."""
+    """The problem over the planned steps."""
+    sampler: PreparedSampler
+    """For the whole problem."""
     now: Floats
-    """What the wheels do, (m,)."""
-    memory: WayTaken | None
-    touched: float
-    """When somebody who walks was last seen to touch the robot, s."""
-
-
-class _Way(NamedTuple):
-    """A way that may be taken."""
-
-    name: str
-    motion: Motion
-    beyond: Floats
-    """(L, m) inputs with which it goes on."""
-    score: float
-    """s, what leaving the last way costs included."""
-    alone: float
-    """The same without that."""
-    signature: Integers
-    found: Value | None = None
-    """What the SQP found at the motion, where it ended there; its costs are those of polishing."""
+    """Current input, (m,)."""
+    memory: CommittedClass | None
+    last_contact: float
+    """Time when a walking person last touched the robot, s."""

@@ -1,7 +1,7 @@
-"""Slack is not safety: what a motion must pass before it is used, and what is done without one.
+"""Verification of a motion before it is used: slack in the optimisation is not safety.
 
-A motion is used only if it stays outside bodies and walls for a while, swept between its steps, and
-if braking after its first command touches nothing.
+A motion is used only if it stays clear of bodies and walls for a while, swept between its steps,
+and if braking after its first command touches nothing.
 """
 
 from __future__ import annotations
@@ -15,82 +15,80 @@ from pydantic import Field
 from cohelm.arrays import Floats, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.warm_start import followed
 from cohelm.messages import Predictions
-from cohelm.robots.contact import braking, first_contact
+from cohelm.robots.braking import braking
+from cohelm.robots.contact import ContactMargins, first_contact
 
 _FINE = 0.05
-"""Between the poses of a braking that is verified, s."""
+"""Time between the poses of a verified braking, s."""
 _FASTER = 4.0
-"""Times as fast as he is seen to go somebody may come back, up to ``Verification.pace``."""
+"""Factor on a person's measured speed with which they may return, up to ``turn_back_speed``."""
 _CERTAIN = 1.0
-"""The probability from which on the likeliest future of each person alone counts."""
+"""Minimum probability at which only the most likely hypothesis of each person counts."""
 
 
 class Verification(Model):
-    """What counts as contact, and how far ahead; assumed. Nothing is below what the gate asks."""
+    """Margins and horizon of the verification; assumed. No margin is below that of the gate."""
 
     wall_margin: float = Field(0.02, ge=0.0)
     """Gap to a wall that counts as contact, m."""
     people_margin: float = Field(0.25, ge=0.0)
-    """Gap to a person that counts as contact, m; see ``first_contact``."""
-    squeezing_margin: float = Field(0.14, ge=0.0)
-    """The same when the ride is stalled, m."""
-    squeezing_wall_margin: float = Field(0.012, ge=0.0)
-    """Gap to a wall that counts as contact when the ride is stalled, m."""
-    standing: float = Field(0.4, ge=0.0, le=1.0)
-    """Share of both, and of ``agility``, that counts for who stands."""
-    agility: float = Field(0.5, ge=0.0)
-    """How fast people may change their velocity, m/s²: hard braking must keep clear of all that
-    they can reach, so the robot goes slowly where they are near."""
-    at_least: float = Field(0.1, ge=0.0, le=1.0)
-    """Probability from which on a future that is not a person's likeliest binds hard braking."""
-    turning: float = Field(6.0, ge=0.0)
-    """What people turn back with where they walk, m/s²: hard braking must keep clear of everybody
-    who does, however unlikely it is; 0: nobody turns back without being predicted to. Who walks at
-    1.1 m/s has turned about within 0.4 s."""
-    unseen: float = Field(0.25, ge=0.0)
-    """How long a turn goes unnoticed, s: two scans and what filtering takes."""
-    pace: float = Field(1.0, ge=0.0)
-    """Up to which people may come back faster than they are seen to go, m/s: who turns is
-    seen to be slow meanwhile."""
-    turned_margin: float = Field(0.1, ge=0.0)
-    """Gap to who turns back that counts as contact, m."""
-    time: float = Field(2.0, gt=0.0)
-    """How far ahead a motion must be free of contact, s; braking is checked in any case."""
+    """Gap to a person that counts as contact, m; see ``ContactMargins``."""
+    stalled_people_margin: float = Field(0.14, ge=0.0)
+    """Gap to a person that counts as contact while the ride is stalled, m."""
+    stalled_wall_margin: float = Field(0.012, ge=0.0)
+    """Gap to a wall that counts as contact while the ride is stalled, m."""
+    standing_share: float = Field(0.4, ge=0.0, le=1.0)
+    """Share of the people margin and of ``people_acceleration`` for a standing person."""
+    people_acceleration: float = Field(0.5, ge=0.0)
+    """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
+    that they can reach, so the robot is slow near people."""
+    min_probability: float = Field(0.1, ge=0.0, le=1.0)
+    """Probability from which a hypothesis that is not the most likely one binds emergency
+    braking."""
+    turn_back_acceleration: float = Field(6.0, ge=0.0)
+    """Acceleration of walking people who turn back, m/s²: emergency braking must keep clear of all
+    of them, however unlikely it is; 0: only predicted turns count. A person who walks at 1.1 m/s
+    has turned within 0.4 s."""
+    turn_back_delay: float = Field(0.25, ge=0.0)
+    """Delay until a turn is detected, s: two scans and the filter."""
+    turn_back_speed: float = Field(1.0, ge=0.0)
+    """Speed up to which people may return faster than measured, m/s: a turning person is measured
+    as slow."""
+    turn_back_margin: float = Field(0.1, ge=0.0)
+    """Gap to a person who turns back that counts as contact, m."""
+    horizon: float = Field(2.0, gt=0.0)
+    """Time for which a motion must be free of contact, s; braking is checked in any case."""
     reaction: float = Field(0.2, gt=0.0)
-    """How long a command acts before braking can begin, s: a tick and the drive's lag."""
+    """Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
 
     def passes(self, problem: LocalProblem, motion: Motion) -> bool:
-        """Whether a motion is clear for a while, and so is braking after its first command.
+        """Check that a motion is clear for a while, and so is braking after its first command.
 
-        All swept, against walls and the people's predicted bodies. Ordinary braking answers what
-        each person most likely does; hard braking what they may do: every future of some
-        probability, in each people who turn as fast as their ``agility`` allows, and everybody who
-        turns back.
+        All motions are swept against walls and predicted bodies. Comfort braking answers the most
+        likely hypothesis of each person. Emergency braking also answers every hypothesis above a
+        probability, people who accelerate, and everybody who turns back.
         """
-        if self._contact(problem, motion.poses, motion.step) < self.time:
+        if self._contact(problem, motion.poses, motion.step) < self.horizon:
             return False
-        command = motion.inputs[0]
-        gently, hard = (
+        command, robot = motion.inputs[0], problem.robot
+        comfort, emergency = (
             self._braking(problem, motion.last_input, command, deceleration)
-            for deceleration in (
-                problem.robot.max_deceleration,
-                problem.robot.emergency_deceleration,
-            )
+            for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
         )
-        return self._contact(problem, gently, _FINE) == np.inf and self._escapes(problem, hard)
+        return self._contact(problem, comfort, _FINE) == np.inf and self._escapes(
+            problem, emergency
+        )
 
     def urgent(self, problem: LocalProblem, now: Floats) -> bool:
-        """Whether who brakes as in ordinary driving may touch what hard braking must keep clear of.
+        """Check that comfort braking may violate the margins of emergency braking.
 
         Args:
-            problem: whose robot brakes.
-            now: what the wheels do, (m,).
+            problem: the present problem.
+            now: current input, (m,).
         """
-        still = np.zeros_like(now)
-        gently = self._braking(problem, now, still, problem.robot.max_deceleration)
-        return not self._escapes(problem, gently)
+        comfort = self._braking(problem, now, np.zeros_like(now), problem.robot.max_deceleration)
+        return not self._escapes(problem, comfort)
 
     def _braking(
         self, problem: LocalProblem, now: Floats, command: Floats, deceleration: float
@@ -106,52 +104,51 @@ class Verification(Model):
         )
 
     def _escapes(self, problem: LocalProblem, poses: Floats) -> bool:
-        """Whether braking keeps clear of all that people may do."""
-        if (
-            self._contact(problem, poses, _FINE, agility=self.agility, at_least=self.at_least)
-            < np.inf
-        ):
+        """Check that braking keeps clear of everything that people may do."""
+        binding = {
+            "acceleration": self.people_acceleration,
+            "min_probability": self.min_probability,
+        }
+        if self._contact(problem, poses, _FINE, **binding) < np.inf:
             return False
-        if self.turning <= 0.0 or problem.stalled or len(problem.people) == 0:
-            return True  # who squeezes past is slow, and would not get away
+        if self.turn_back_acceleration <= 0.0 or problem.stalled or len(problem.people) == 0:
+            return True  # a robot that squeezes past is too slow to escape
         back = unchecked(problem, predictions=self._turned_back(problem))
-        return self._contact(back, poses, _FINE, margin=self.turned_margin) == np.inf
+        return self._contact(back, poses, _FINE, people=self.turn_back_margin) == np.inf
 
     def _turned_back(self, problem: LocalProblem) -> Predictions:
-        """Everybody on the way back since a moment ago, as fast as he came or faster, see ``pace``.
+        """Everybody returning since the undetected start of a turn, see ``turn_back_speed``.
 
-        Where he is seen he would be had he gone on; he is behind that by what he turned meanwhile.
+        The measured position is that of a person who walked on; the turn has taken them behind it.
         """
         given = problem.predictions
-        mean, velocity = _back(
+        mean, velocity = _return(
             problem.people.mean,
             np.asarray(given.step * np.arange(given.mean.shape[2]), dtype=float),
-            self.unseen,
-            self.turning,
-            self.pace,
+            self.turn_back_delay,
+            self.turn_back_acceleration,
+            self.turn_back_speed,
         )
-        people = len(mean)
         return unchecked(
             given,
             names=("turned_back",),
-            weight=np.ones((people, 1)),
+            weight=np.ones((len(mean), 1)),
             mean=mean,
             velocity=velocity,
             deviation=np.zeros(mean.shape[:3]),
         )
 
     def _contact(
-        self,
-        problem: LocalProblem,
-        poses: Floats,
-        step: float,
-        *,
-        agility: float = 0.0,
-        at_least: float = _CERTAIN,
-        margin: float | None = None,
+        self, problem: LocalProblem, poses: Floats, step: float, **changes: float
     ) -> float:
-        if margin is None:
-            margin = self.squeezing_margin if problem.stalled else self.people_margin
+        """First contact of poses (k, 3); changes: of the margins of ordinary driving."""
+        stalled = problem.stalled
+        margins = ContactMargins(
+            wall=self.stalled_wall_margin if stalled else self.wall_margin,
+            people=self.stalled_people_margin if stalled else self.people_margin,
+            min_probability=_CERTAIN,
+            standing_share=self.standing_share,
+        )
         return first_contact(
             problem.robot,
             poses,
@@ -159,17 +156,13 @@ class Verification(Model):
             people=problem.people,
             predictions=problem.predictions,
             walls=problem.walls,
-            margin=self.squeezing_wall_margin if problem.stalled else self.wall_margin,
-            people_margin=margin,
-            agility=agility,
-            at_least=at_least,
-            standing=self.standing,
+            margins=margins._replace(**changes),
         )
 
 
 @njit(cache=True)
-def _back(
-    people: Floats, ahead: Floats, unseen: float, turning: float, pace: float
+def _return(
+    people: Floats, ahead: Floats, delay: float, acceleration: float, top_speed: float
 ) -> tuple[Floats, Floats]:
     """(positions, velocities) (n, 1, N+1, 2) of people (n, 4) who turn back; ``_turned_back``.
 
@@ -179,32 +172,16 @@ def _back(
     mean, velocity = np.empty((count, 1, states, 2)), np.empty((count, 1, states, 2))
     for i in range(count):
         speed = math.hypot(people[i, 2], people[i, 3])
-        back = max(speed, min(_FASTER * speed, pace))
+        back = max(speed, min(_FASTER * speed, top_speed))
         for k in range(states):
-            since = unseen + ahead[k]
-            about = min(since, (speed + back) / turning)
-            way = speed * about - 0.5 * turning * (about * about) - back * (since - about)
-            way -= speed * unseen
-            gains = -back if since > about else speed - turning * about
+            # distance along the former direction: braking, then back at a constant speed
+            since = delay + ahead[k]
+            about = min(since, (speed + back) / acceleration)
+            along = speed * about - 0.5 * acceleration * (about * about) - back * (since - about)
+            along -= speed * delay
+            gains = -back if since > about else speed - acceleration * about
             for a in range(2):
                 unit = people[i, 2 + a] / max(speed, 1e-9)
-                mean[i, 0, k, a] = people[i, a] + way * unit
+                mean[i, 0, k, a] = people[i, a] + along * unit
                 velocity[i, 0, k, a] = gains * unit
     return mean, velocity
-
-
-def brought_to_rest(problem: LocalProblem, now: Floats, steps: int) -> Motion:
-    """Braking as in ordinary driving, all inputs in proportion: the curvature is kept.
-
-    Args:
-        problem: whose robot brakes.
-        now: what the wheels do, (m,).
-        steps: N.
-    """
-    _, _, _, fall = problem.robot.input_bounds
-    step = problem.reference.step
-    moving, turning = now[:-1], now[-1:]
-    fading = max(np.linalg.norm(moving) / fall[0], np.abs(turning).max() / fall[-1], 1e-9)
-    times = (np.arange(steps) + 0.5) * step
-    left = np.clip(1.0 - times / fading, 0.0, 1.0)
-    return followed(problem, left[:, None] * now, now)

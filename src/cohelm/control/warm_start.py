@@ -1,4 +1,4 @@
-"""What every planner that looks ahead begins with: the wheels now, and the last plan shifted."""
+"""Start of every plan: the current input, and the last plan shifted to the present."""
 
 from __future__ import annotations
 
@@ -10,60 +10,55 @@ from numba import njit
 from cohelm.arrays import Floats, unchecked
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.messages import LocalPlan
+from cohelm.robots import InputBounds
 from cohelm.robots.kinematics import within_limits
 
 _STALE = 0.5
 """A plan older than this is no seed, s."""
 _LATENCY, _NOISE = 0.1, 0.02
-"""A command counts as believable for this long before odometry shows it, s, and within m/s."""
+"""A command is plausible for this long before odometry confirms it, s, and within m/s."""
 
 
 def last_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
-    """What the wheels do now, (m,).
+    """Current input of the wheels, (m,).
 
-    The last command where the odometry bears it out within its lag, else what odometry says: noise
-    stays out of the plan, and a command that was overruled is not believed. Nor is more than the
-    robot can do: commands begin here, and keep the limits whatever odometry says.
+    The last command where odometry confirms it within its lag, else the odometry: this keeps noise
+    out of the plan, and ignores a command that was overruled. It is limited to the robot's
+    abilities, so that commands keep the limits whatever the odometry says.
     """
     robot, motion = problem.robot, problem.robot.motion
     measured = motion.input(problem.twist)
-    low, high, rise, fall = robot.input_bounds
     over, top = motion.translating, robot.max_speed
     if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
-        return _possible(measured, low, high, over, top)
+        return _limited(measured, robot.input_bounds, over, top)
     commanded = motion.input(previous.command)
-    lasts = _LATENCY + robot.actuation_lag
-    return _believed(measured, commanded, low, high, rise, fall, over, top, lasts)
+    delay = _LATENCY + robot.actuation_lag
+    return _confirmed(measured, commanded, robot.input_bounds, over, top, delay)
 
 
 @njit(cache=True)
-def _believed(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def _confirmed(
     measured: Floats,
     commanded: Floats,
-    low: Floats,
-    high: Floats,
-    rise: Floats,
-    fall: Floats,
+    bounds: InputBounds,
     translating: int,
     top_speed: float,
-    lasts: float,
+    delay: float,
 ) -> Floats:
-    """The commanded inputs (m,) as far as the measured ones bear them out within ``lasts`` s."""
-    measured = _possible(measured, low, high, translating, top_speed)
+    """The commanded inputs (m,) as far as the measured ones confirm them within ``delay`` s."""
+    measured = _limited(measured, bounds, translating, top_speed)
     out = np.empty(len(measured))
     for i in range(len(measured)):
         if not math.isfinite(commanded[i]):
             return measured
-        reach = max(rise[i], fall[i]) * lasts + _NOISE
+        reach = max(bounds.rise[i], bounds.fall[i]) * delay + _NOISE
         out[i] = min(max(commanded[i], measured[i] - reach), measured[i] + reach)
-    return _possible(out, low, high, translating, top_speed)
+    return _limited(out, bounds, translating, top_speed)
 
 
 @njit(cache=True)
-def _possible(
-    inputs: Floats, low: Floats, high: Floats, translating: int, top_speed: float
-) -> Floats:
-    """Inputs (m,), or the nearest that the robot's limits allow."""
+def _limited(inputs: Floats, bounds: InputBounds, translating: int, top_speed: float) -> Floats:
+    """The inputs (m,) nearest to the given ones within the robot's limits."""
     square = 0.0
     for i in range(translating):
         square += inputs[i] * inputs[i]
@@ -72,25 +67,25 @@ def _possible(
     out = np.empty(len(inputs))
     for i in range(len(inputs)):
         wanted = shorter * inputs[i] if i < translating else inputs[i]
-        out[i] = min(max(wanted, low[i]), high[i])
+        out[i] = min(max(wanted, bounds.low[i]), bounds.high[i])
     return out
 
 
-def shifted(
+def shifted_plan(
     problem: LocalProblem,
     previous: LocalPlan | None,
     now: Floats,
     steps: int | None = None,
-    beyond: Floats | None = None,
+    tail: Floats | None = None,
 ) -> Motion | None:
-    """The last plan from now on, its inputs interpolated; None where it is too old.
+    """The last plan from now on, its inputs interpolated; None if it is too old.
 
     Args:
-        problem: what is asked now.
+        problem: the present problem.
         previous: the last plan.
-        now: what the wheels do, (m,).
-        steps: how many it must have to be of use; None: as many as the reference.
-        beyond: (L, m) inputs that were meant to follow on the plan's; the motion has them, too.
+        now: current input, (m,).
+        steps: required length of the plan; None: that of the reference.
+        tail: (L, m) inputs that continue the plan; the motion includes them.
     """
     steps = steps or len(problem.reference.poses) - 1
     if previous is None or previous.inputs.shape != (steps, len(now)):
@@ -98,14 +93,13 @@ def shifted(
     elapsed = problem.time - previous.time
     if not 0.0 <= elapsed <= _STALE:
         return None
-    step = previous.step
-    given = previous.inputs if beyond is None else np.vstack([previous.inputs, beyond])
-    return followed(problem, _later(given, step, elapsed), now)
+    given = previous.inputs if tail is None else np.vstack([previous.inputs, tail])
+    return limited_motion(problem, _later(given, previous.step, elapsed), now)
 
 
 @njit(cache=True)
 def _later(given: Floats, step: float, elapsed: float) -> Floats:
-    """Inputs (N, m) from ``elapsed`` s on, interpolated; the last one lasts."""
+    """Inputs (N, m) from ``elapsed`` s on, interpolated; the last one is held."""
     count = given.shape[0]
     out = np.empty(given.shape)
     at = 0
@@ -121,8 +115,8 @@ def _later(given: Floats, step: float, elapsed: float) -> Floats:
     return out
 
 
-def towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem:
-    """The problem with the reference moved towards a motion by ``share``."""
+def with_reference_towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem:
+    """The problem with its reference moved towards a motion by ``share``."""
     if share <= 0.0:
         return problem
     r, over = problem.reference, problem.robot.motion.translating
@@ -131,7 +125,7 @@ def towards(problem: LocalProblem, motion: Motion, share: float) -> LocalProblem
 
 
 @njit(cache=True)
-def _blended(  # a kernel takes plain arrays
+def _blended(
     poses: Floats, speeds: Floats, to: Floats, inputs: Floats, translating: int, share: float
 ) -> tuple[Floats, Floats]:
     """(poses (N+1, 3), speeds (N+1,)) moved by ``share`` to others and to the inputs' speeds."""
@@ -148,11 +142,11 @@ def _blended(  # a kernel takes plain arrays
     return moved, sped
 
 
-def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
-    """The motion that inputs (N, m) lead to, made to obey the limits on speed and change."""
+def limited_motion(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
+    """The motion of inputs (N, m) within the limits of speed and acceleration from ``now`` (m,)."""
     robot, step = problem.robot, problem.reference.step
     low, high, rise, fall = problem.input_bounds()
-    sooner = np.array([[0.5 * step], [step]])  # the first change is due within a tick
+    sooner = np.array([[0.5 * step], [step]])  # the first change must fit into half a step
     allowed = within_limits(
         np.asarray(inputs, dtype=float),
         now,
@@ -165,3 +159,17 @@ def followed(problem: LocalProblem, inputs: Floats, now: Floats) -> Motion:
     )
     poses = robot.motion.rollout(problem.pose, allowed, step)
     return Motion(step=step, poses=poses, inputs=allowed, last_input=now)
+
+
+def braking_motion(problem: LocalProblem, now: Floats, steps: int) -> Motion:
+    """Comfort braking over N = ``steps``, all inputs in proportion, so the curvature is constant.
+
+    now: current input, (m,).
+    """
+    _, _, _, fall = problem.robot.input_bounds
+    step = problem.reference.step
+    moving, turning = now[:-1], now[-1:]
+    fading = max(np.linalg.norm(moving) / fall[0], np.abs(turning).max() / fall[-1], 1e-9)
+    times = (np.arange(steps) + 0.5) * step
+    left = np.clip(1.0 - times / fading, 0.0, 1.0)
+    return limited_motion(problem, left[:, None] * now, now)

@@ -5,12 +5,13 @@ import pytest
 
 from cohelm.arrays import identical
 from cohelm.control.baselines import Apf
-from cohelm.control.baselines.apf_forces import people_force, repulsion, walls_force
+from cohelm.control.baselines.apf import PotentialField, people_force, repulsion, walls_force
 from cohelm.maps import distance_field
 from cohelm.messages import Authority, Status
 from cohelm.robots import load_robot
+from cohelm.robots.contact import wall_grid
 from cohelm.testing.problems import field_of, mirrored, random_problem, turned
-from cohelm.testing.scenes import local_problem, room, straight_on, walkers
+from cohelm.testing.scenes import local_problem, open_floor, room, straight_on, walkers
 
 PLANNER = Apf()
 P = PLANNER.parameters
@@ -29,6 +30,27 @@ def pushed(problem, forward, left, eta=0.63):
     return dataclasses.replace(problem, authority=hand)
 
 
+def field(people=(), walls=None, **strengths):
+    return PotentialField(
+        goals=np.empty((0, 2)),
+        speeds=np.empty(0),
+        stick=np.zeros(2),
+        eta=0.0,
+        capsule=CHAIR.capsule,
+        discs=CHAIR.discs,
+        positions=np.reshape(people, (-1, 2)),
+        radius=np.full(len(people), 0.25),
+        walls=wall_grid(open_floor() if walls is None else walls),
+        **{
+            "people_range": 2.0,
+            "people_strength": 0.3,
+            "wall_range": 0.5,
+            "wall_strength": 0.01,
+            **strengths,
+        },
+    )
+
+
 def test_repulsion_by_hand():
     """η (1/ρ − 1/ρ₀) / ρ²: 0.1 · (2 − 1) / 0.25."""
     assert repulsion(0.5, 1.0, 0.1) == pytest.approx(0.4)
@@ -45,7 +67,7 @@ def test_repulsion_falls_with_distance_vanishes_beyond_its_reach_and_stays_finit
 def test_people_push_away(direction):
     """From the spine's nearest point; sideways of it that is straight away."""
     person = np.array([[0.1, 0.0]]) + 1.2 * np.array([[np.cos(direction), np.sin(direction)]])
-    force = people_force(np.zeros(3), CHAIR.capsule, person, np.array([0.25]), 2.0, 0.3)
+    force = people_force(np.zeros(3), field(person))
     ends = CHAIR.capsule[[0, 2]]
     away = np.array([np.clip(person[0, 0], ends.min(), ends.max()), 0.0]) - person[0]
     assert np.dot(force, away) > 0.0
@@ -55,10 +77,7 @@ def test_people_push_away(direction):
 def test_walls_push_along_the_gradient():
     """A wall to the left, half a plane: the push is to the right and nothing else."""
     plane = np.array([[0.0, -1.0, -0.6]])  # free where y < 0.6
-    field = field_of(plane, np.zeros(3))
-    x, y = walls_force(
-        np.zeros(3), CHAIR.discs, field.distance, field.resolution, field.X_MG, 0.5, 0.01
-    )
+    x, y = walls_force(np.zeros(3), field(walls=field_of(plane, np.zeros(3))))
     gap = 0.6 - CHAIR.discs[0, 1] - CHAIR.discs[0, 2]
     assert x == pytest.approx(0.0, abs=1e-6)
     assert y == pytest.approx(-repulsion(gap, 0.5, 0.01), rel=1e-3)

@@ -5,10 +5,18 @@ import numpy as np
 import pytest
 
 from cohelm.control.baselines import Dwa, dwa
-from cohelm.control.baselines.dwa_critics import beside, drive, ramp, scores
+from cohelm.control.baselines.dwa_critics import (
+    DwaWeights,
+    DynamicWindow,
+    beside,
+    drive,
+    ramp,
+    velocity_costs,
+)
 from cohelm.maps import distance_field
 from cohelm.messages import Reason, Status
 from cohelm.robots import load_robot
+from cohelm.robots.contact import wall_grid
 from cohelm.testing.scenes import local_problem, room, walkers
 
 PLANNER = Dwa()
@@ -28,28 +36,23 @@ def test_a_velocity_is_admissible_where_braking_ends_before_the_wall():
     start = np.array([6.0 - gap - nose, 4.0, 0.0])
 
     def admissible(v):
-        cost = scores(
-            np.array([[v, 0.0]]),
-            np.array([v, 0.0]),
-            np.ones(2),
-            np.ones(2),
-            robot.motion.twist(np.eye(2)),
-            start,
-            40,
-            0.05,
-            np.array([[0.0, 4.0], [12.0, 4.0]]),
-            robot.capsule,
-            robot.discs,
-            np.empty((0, 41, 2)),
-            np.empty(0),
-            walls.distance,
-            walls.resolution,
-            walls.X_MG,
-            np.array([margin, 0.2, 0.5]),
-            np.array([reaction, brake, 2.5]),
-            np.ones(7),
-            np.zeros(2),
+        window = DynamicWindow(
+            now=np.array([v, 0.0]),
+            rise=np.ones(2),
+            fall=np.ones(2),
+            twists=robot.motion.twist(np.eye(2)),
+            start=start,
+            steps=40,
+            step=0.05,
+            path=np.array([[0.0, 4.0], [12.0, 4.0]]),
+            capsule=robot.capsule,
+            discs=robot.discs,
+            people=np.empty((0, 41, 2)),
+            radius=np.empty(0),
+            walls=wall_grid(walls),
         )
+        weights = DwaWeights(margin, 0.2, 0.5, reaction, brake, 2.5, *np.ones(7).tolist())
+        cost = velocity_costs(np.array([[v, 0.0]]), window, weights, np.zeros(2))
         return bool(np.isfinite(cost[0]))
 
     # v·reaction + v²/2b = gap − margin, and up to two simulated steps beyond it
@@ -141,12 +144,14 @@ def test_it_comes_to_the_goal_and_not_only_near_it():
 
 def test_a_velocity_that_is_given_up_would_be_dearer_than_the_one_driven(monkeypatch):
     asked = []
-    monkeypatch.setattr(dwa, "scores", lambda *args: asked.append(args) or scores(*args))
+    monkeypatch.setattr(
+        dwa, "velocity_costs", lambda *args: asked.append(args) or velocity_costs(*args)
+    )
     people = walkers([[3.0, 0.3, -0.8, 0.1], [2.0, -1.5, 0.3, 0.6]])
     PLANNER.plan(problem(people=people, speed=0.5), None)
     (args,) = asked
-    together = scores(*args)
-    alone = np.array([scores(each[None], *args[1:])[0] for each in args[0]])
+    together = velocity_costs(*args)
+    alone = np.array([velocity_costs(each[None], *args[1:])[0] for each in args[0]])
     kept = np.isfinite(together)
     assert (together[kept] == alone[kept]).all()
     assert 0 < kept.sum() < np.isfinite(alone).sum()

@@ -6,7 +6,7 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.control import Motion
 from cohelm.control.baselines import Mpc
-from cohelm.control.baselines.distance_now import DistanceNow, distance_barrier
+from cohelm.control.baselines.mpc import PresentDistance, distance_barrier
 from cohelm.control.baselines.tracking import along_reference
 from cohelm.messages import Status
 from cohelm.robots import load_robot
@@ -34,10 +34,9 @@ def barrier(norm, poses, people, *, radius=0.25, margin=0.3, along=0.0):
         CAPSULE,
         poses,
         people,
-        np.full(len(people), radius),
+        CAPSULE[4] + np.full(len(people), radius) + margin,
         np.full(len(poses), along),
         KERNEL[norm],
-        margin,
     )
 
 
@@ -94,8 +93,8 @@ def test_on_the_reference_its_linearisation_is_the_reference():
 
 def test_beside_the_reference_the_linearisation_joins_it():
     problem = scene(speed=0.8, pose=(0.0, 0.0, 0.0))
-    shifted = dataclasses.replace(problem, pose=np.array([0.0, 0.3, 0.2]))
-    motion = along_reference(shifted, np.array([0.8, 0.0]))
+    moved = dataclasses.replace(problem, pose=np.array([0.0, 0.3, 0.2]))
+    motion = along_reference(moved, np.array([0.8, 0.0]))
     aside = np.abs(motion.poses[:, 1])
     assert aside[-1] < 0.5 * aside[0]
     assert abs(motion.poses[-1, 2]) < 0.2
@@ -110,7 +109,7 @@ def test_one_quadratic_program_for_each_profile():
 
 @pytest.mark.parametrize("norm", [1, 2, "inf"])
 def test_it_goes_round_who_stands_there(norm):
-    parameters = Mpc.Parameters(distance=DistanceNow.Parameters(norm=norm))
+    parameters = Mpc.Parameters(distance=PresentDistance.Parameters(norm=norm))
     person = walkers([[2.2, 0.25, 0.0, 0.0]])
     plan = Mpc(parameters).plan(scene(people=person, speed=0.7), None)
     assert plan.poses[-1, 1] < 0.0 or plan.inputs[-1, 0] < 0.4

@@ -6,10 +6,10 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.control import without_people
 from cohelm.control.baselines import MpcDcbf
-from cohelm.control.baselines.mpc_dcbf import Ellipses, bounded_by_ellipses
+from cohelm.control.baselines.mpc_dcbf import EllipseParameters, bounded_by_ellipses
 from cohelm.geometry import transform
 from cohelm.messages import Status
-from cohelm.shapes import reach
+from cohelm.shapes import extent
 from cohelm.testing.problems import mirrored, random_problem, turned
 from cohelm.testing.scenes import local_problem, walkers
 
@@ -35,18 +35,17 @@ def test_horizon_step_and_gamma_are_those_of_jian():
 def test_an_ellipse_contains_the_body(seed):
     """Its reach, measured from the person's centre, is nowhere less than the body's radius."""
     problem = drawn(seed, 6)
-    spaces = bounded_by_ellipses(problem, Ellipses(margin=0.0)).spaces
+    spaces = bounded_by_ellipses(problem, EllipseParameters(margin=0.0)).spaces
     for i in range(6):
         for k in (0, 10, STEPS):
-            front, side, rear = (part[i, 0, k] for part in (spaces.front, spaces.side, spaces.rear))
             for delta in np.linspace(-np.pi, np.pi, 37):
-                far, _ = reach(spaces.kind, front, side, rear, spaces.scale, 0.0, delta)
+                far, _ = extent(spaces.shape(i, 0, k)._replace(floor=0.0), delta)
                 assert far >= problem.people.radius[i] - 1e-12
 
 
 def test_its_long_axis_lies_in_the_direction_of_motion_and_grows():
     problem = scene(people=walkers([[4.0, 0.0, 0.0, 1.0], [4.0, 3.0, 0.0, 0.0]]))
-    spaces = bounded_by_ellipses(problem, Ellipses(margin=0.1, greatest=0.2)).spaces
+    spaces = bounded_by_ellipses(problem, EllipseParameters(margin=0.1, max_extension=0.2)).spaces
     assert spaces.axis[0] == pytest.approx(np.pi / 2)
     # radius 0.25, margin 0.1, deviation 0.05 now, 0.1 m/s more: 0.40 to begin with, 0.55 at most
     assert spaces.front[0, 0, 0] == spaces.side[0, 0, 0] == pytest.approx(0.40)
@@ -58,11 +57,10 @@ def test_its_long_axis_lies_in_the_direction_of_motion_and_grows():
 
 def test_half_axes_by_hand():
     problem = scene(people=walkers([[4.0, 0.0, 1.0, 0.0]]))
-    s = bounded_by_ellipses(problem, Ellipses(margin=0.1, deviations=2.0, greatest=1.0)).spaces
-    ends = [
-        reach(s.kind, s.front[0, 0, -1], s.side[0, 0, -1], s.rear[0, 0, -1], s.scale, 0.0, d)[0]
-        for d in (0.0, np.pi / 2, np.pi)
-    ]
+    s = bounded_by_ellipses(
+        problem, EllipseParameters(margin=0.1, deviations=2.0, max_extension=1.0)
+    ).spaces
+    ends = [extent(s.shape(0, 0, -1)._replace(floor=0.0), d)[0] for d in (0.0, np.pi / 2, np.pi)]
     # 0.25 + 0.1 + 2 · (0.05 + 0.1 · 2.5) along, 0.25 + 0.1 + 2 · 0.05 across
     assert ends == pytest.approx([0.95, 0.45, 0.95])
 

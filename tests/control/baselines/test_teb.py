@@ -5,8 +5,8 @@ import pytest
 
 from cohelm.control.baselines import Teb
 from cohelm.control.baselines import teb as module
-from cohelm.control.baselines.teb_band import _assembled
-from cohelm.control.baselines.teb_steps import BAND, resized, solved
+from cohelm.control.baselines.teb_band import _FEWEST, drawn, resized, shifted_band
+from cohelm.control.baselines.teb_solver import _BAND, _assembled, _solved
 from cohelm.maps import distance_field
 from cohelm.messages import Reason, Status
 from cohelm.robots import load_robot
@@ -35,9 +35,10 @@ def asked(monkeypatch):
     people = walkers([[5.5, 4.4, 0.0, 0.0], [4.0, 5.0, 0.0, 0.0]])  # gaps do not hang on times
     here = problem(walls=walls, people=people, pose=(3.0, 4.0, 0.1), speed=0.4)
     PLANNER.plan(here, None)
-    band = module._drawn(here, 0.2)
+    band = drawn(here, 0.2)
     band[:, :3] += np.random.default_rng(0).normal(0.0, 0.02, (len(band), 3))
-    return band, seen["arguments"][3:]
+    weights, task = seen["arguments"][1:]
+    return band, (weights, weights.obstacles, task)
 
 
 def test_the_slope_is_that_of_the_cost(asked):
@@ -45,7 +46,7 @@ def test_the_slope_is_that_of_the_cost(asked):
     size = 4 * len(band)
 
     def cost(rows):
-        matrix, right = np.zeros((size, BAND)), np.zeros(size)
+        matrix, right = np.zeros((size, _BAND)), np.zeros(size)
         return _assembled(rows, matrix, right, *rest), right
 
     value, right = cost(band)
@@ -62,16 +63,16 @@ def test_the_slope_is_that_of_the_cost(asked):
 def test_the_banded_solution_is_the_dense_one(asked):
     band, rest = asked
     size = 4 * len(band)
-    matrix, right = np.zeros((size, BAND)), np.zeros(size)
+    matrix, right = np.zeros((size, _BAND)), np.zeros(size)
     _assembled(band, matrix, right, *rest)
     dense = np.zeros((size, size))
     for i in range(size):
-        for d in range(min(BAND, i + 1)):
+        for d in range(min(_BAND, i + 1)):
             dense[i, i - d] = dense[i - d, i] = matrix[i, d]
     dense += 0.1 * np.eye(size)
     free = np.s_[3:]
     expected = np.linalg.solve(dense[free, free], right[free])
-    step = solved(matrix, right, 0.1)
+    step = _solved(matrix, right, 0.1)
     assert step[:3] == pytest.approx(0.0)  # the first pose is where the robot is
     assert step[free] == pytest.approx(expected, rel=1e-8, abs=1e-10)
 
@@ -138,7 +139,7 @@ def test_a_robot_that_moves_any_way_may_step_aside():
 def test_a_band_of_two_poses_is_begun_anew():
     """Near the goal, late in a ride, a band may have shrunk to that."""
     here = problem(pose=(3.0, 4.0, 0.1), speed=0.4)
-    rows = module._drawn(here, 0.2)
-    for count in range(1, module._FEWEST):
+    rows = drawn(here, 0.2)
+    for count in range(1, _FEWEST):
         old = module.Band(time=here.time, rows=rows[-count:], side=0.0, other=np.empty((0, 4)))
-        assert module._shifted(here, old, old.rows) is None
+        assert shifted_band(here, old, old.rows) is None

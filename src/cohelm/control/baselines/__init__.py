@@ -1,4 +1,4 @@
-"""Other people's local planners, to compare with; one file each, each an entry point."""
+"""Published local planners for comparison; one file each, each an entry point."""
 
 from cohelm.control.baselines.apf import Apf
 from cohelm.control.baselines.dwa import Dwa

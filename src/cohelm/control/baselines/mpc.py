@@ -1,46 +1,158 @@
-"""Linear tracking MPC that keeps away from where people are now; after Turri et al. (2013)."""
+"""Linear tracking MPC with distances to people's present positions; after Turri et al. (2013)."""
 
 from __future__ import annotations
 
+import math
+from typing import Literal
+
+import numpy as np
+from numba import njit
 from pydantic import Field
 
+from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem
-from cohelm.control.baselines.distance_now import DistanceNow
-from cohelm.control.baselines.tracking import along_reference, planned
-from cohelm.control.constraints import InputLimits, WallClearance
-from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
+from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Motion
+from cohelm.control.baselines.tracking import along_reference, plan_of_solution
 from cohelm.control.sqp import OptimalControl
-from cohelm.control.usable import usable
+from cohelm.control.terms import (
+    InputEffort,
+    InputLimits,
+    SmoothInput,
+    TrackReference,
+    WallClearance,
+    barrier,
+)
+from cohelm.control.validation import validated
 from cohelm.control.warm_start import last_input
 from cohelm.messages import LocalPlan
+from cohelm.robots.capsule import nearest_on_spine_in_map
+
+_NORMS = {1: 1, 2: 2, "inf": 0}
+_DISTANCE = 1.0
+"""γ of a plain distance constraint: h ≥ 0 at every step, independent of the step before."""
 
 
-class Mpc:
-    """One quadratic program for each of a few speed profiles along the reference; the best is used.
+class PresentDistance:
+    """h = ‖q‖ − r_body − r_i − margin, q from the footprint's spine to a person's present position.
 
-    The model is linearised about the reference driven at that profile, so that nothing but the
-    choice of the profile is nonlinear. It predicts nobody: people are where they are.
+    q is taken along and across the reference, so that its norms do not depend on the map's axes.
+    ``inf`` is a box about the person with a linear constraint: pass beside it, or stay behind it.
+    ``1`` is a diamond, √2 as wide so that it contains the disc of norm 2.
     """
 
     class Parameters(Model):
-        """Horizon, profiles, terms and constraints; assumed where no source is named."""
+        """Norm, margin and weights; assumed."""
+
+        norm: Literal[1, 2, "inf"] = 2
+        """Norm of the distance."""
+        margin: float = Field(0.3, ge=0.0, le=2.0)
+        """Distance to a body, m."""
+        l1: float = Field(60.0, ge=0.0)
+        """Weight of the slack, 1/m per person."""
+        l2: float = Field(60.0, ge=0.0)
+        """Weight of the squared slack, 1/m² per person."""
+
+    name = "present_distance"
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        p = self.parameters = parameters or self.Parameters()
+        self.l1, self.l2 = p.l1, p.l2
+
+    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
+        """Largest violation by person, over steps, (n,)."""
+        p, people = self.parameters, problem.people
+        kept = problem.robot.capsule[4] + people.radius + p.margin
+        h, gradient = distance_barrier(
+            problem.robot.capsule,
+            motion.poses,
+            people.mean[:, :2],
+            kept,
+            problem.reference.poses[:, 2],
+            _NORMS[p.norm],
+        )
+        worst = barrier.worst(h, _DISTANCE, barrier.separate(len(h)))
+        return ConstraintValues(*worst, h, gradient)
+
+    def rows(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+    ) -> ConstraintRows:
+        """The rows that can become active."""
+        del problem, motion
+        h, people = values.h, barrier.separate(len(values.h))
+        rows = barrier.linearised(h, values.gradient, sensitivity, _DISTANCE, barrier.NEAR, people)
+        return barrier.constraint_rows(rows, people, h.shape[1])
+
+
+@njit(cache=True)
+def distance_barrier(
+    capsule: Floats, poses: Floats, positions: Floats, kept: Floats, along: Floats, norm: int
+) -> tuple[Floats, Floats]:
+    """(h (n, N+1), gradient (n, N+1, 3)) in norm 1, 2 or 0 for the largest component.
+
+    poses: (N+1, 3).  positions: (n, 2).  kept: (n,) both radii and the margin.  along: (N+1,)
+    headings of the axes.
+    """
+    n, states = positions.shape[0], poses.shape[0]
+    h = np.empty((n, states))
+    gradient = np.empty((n, states, 3))
+    for i in range(n):
+        for k in range(states):
+            d, nx, ny, ax, ay, inside = nearest_on_spine_in_map(
+                capsule, poses[k], positions[i, 0], positions[i, 1]
+            )
+            size, length = kept[i], d
+            ux, uy, turned = nx, ny, 0.0
+            if norm != 2:
+                # the components of q, and the direction in which its norm grows
+                cos, sin = math.cos(along[k]), math.sin(along[k])
+                qx, qy = d * (cos * nx + sin * ny), d * (-sin * nx + cos * ny)
+                gx, gy = math.copysign(1.0, qx), math.copysign(1.0, qy)
+                if norm == 1:
+                    size *= math.sqrt(2.0)
+                elif abs(qx) > abs(qy):
+                    gy = 0.0
+                else:
+                    gx = 0.0
+                d = gx * qx + gy * qy
+                ux, uy = cos * gx - sin * gy, sin * gx + cos * gy
+                if (
+                    inside
+                ):  # the nearest point slides: q stays normal to the spine and turns with it
+                    turned = length * (-ux * ny + uy * nx)
+                    share = ux * nx + uy * ny
+                    ux, uy = share * nx, share * ny
+            h[i, k] = d - size
+            gradient[i, k, 0] = -ux
+            gradient[i, k, 1] = -uy
+            gradient[i, k, 2] = turned - (ux * ax + uy * ay)
+    return h, gradient
+
+
+class Mpc:
+    """One quadratic program for each of a few speed profiles along the reference; takes the best.
+
+    The model is linearised about the reference at that profile, so only the choice of the profile
+    is nonlinear. It has no prediction: people stay where they are.
+    """
+
+    class Parameters(Model):
+        """Horizon, profiles, terms and constraints; assumed unless a source is named."""
 
         steps: int = Field(25, ge=3, le=100)
         """N; as in ``mpc_dcbf``."""
         step: float = Field(0.1, gt=0.0, le=1.0)
         """Δt, s; as in ``mpc_dcbf``."""
         profiles: tuple[float, ...] = Field((1.0, 0.5, 0.0), min_length=1, max_length=9)
-        """Shares of the reference's speed about which the problem is linearised: driving on,
+        """Shares of the reference's speed about which the problem is linearised: cruising,
         slowing down, braking."""
         tolerance: float = Field(0.15, ge=0.0, le=1.0)
-        """Slack beyond which a motion that violates no less than braking is given up, m."""
+        """Slack beyond which braking replaces a motion with no smaller violation, m."""
         track_reference: TrackReference.Parameters = TrackReference.Parameters()
         input_effort: InputEffort.Parameters = InputEffort.Parameters()
         smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
         input_limits: InputLimits.Parameters = InputLimits.Parameters()
         wall_clearance: WallClearance.Parameters = WallClearance.Parameters(gamma=1.0)
-        distance: DistanceNow.Parameters = DistanceNow.Parameters()
+        distance: PresentDistance.Parameters = PresentDistance.Parameters()
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
@@ -54,17 +166,18 @@ class Mpc:
             constraints=(
                 InputLimits(p.input_limits),
                 WallClearance(p.wall_clearance),
-                DistanceNow(p.distance),
+                PresentDistance(p.distance),
             ),
         )
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        problem = usable(problem)
+        problem = validated(problem)
         now = last_input(problem, previous)
         solutions = [
             self.control.solve(problem, along_reference(problem, now, share=share), iterations=1)
             for share in self.parameters.profiles
         ]
         best = min(solutions, key=lambda solution: solution.value.merit)
-        return planned(self.control, problem, best, now, tolerance=self.parameters.tolerance)
+        tolerance = self.parameters.tolerance
+        return plan_of_solution(self.control, problem, best, now, tolerance=tolerance)

@@ -1,4 +1,4 @@
-"""MPC with dynamic control barriers on bounding ellipses that move; after Jian et al. (2022)."""
+"""MPC with dynamic control barriers on moving bounding ellipses; after Jian et al. (2022)."""
 
 from __future__ import annotations
 
@@ -9,53 +9,59 @@ from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem
-from cohelm.control.baselines.tracking import along_reference, planned
-from cohelm.control.constraints import InputLimits, SocialSpace, WallClearance
-from cohelm.control.costs import InputEffort, SmoothInput, TrackReference
+from cohelm.control.baselines.tracking import along_reference, plan_of_solution
 from cohelm.control.sqp import OptimalControl
-from cohelm.control.usable import usable
-from cohelm.control.warm_start import last_input, shifted
+from cohelm.control.terms import (
+    InputEffort,
+    InputLimits,
+    SmoothInput,
+    SocialSpace,
+    TrackReference,
+    WallClearance,
+)
+from cohelm.control.validation import validated
+from cohelm.control.warm_start import last_input, shifted_plan
 from cohelm.messages import LocalPlan
 from cohelm.shapes import ELLIPSE
 
 _WALKING = 0.1
-"""Slower than this nobody has a direction, m/s."""
+"""A person slower than this has no direction, m/s."""
 _NOTHING = 1e-6
-"""Reach of the robot's own space: there is none, m."""
+"""Extent of the robot's own space: there is none, m."""
 
 
-class Ellipses(Model):
-    """How large the ellipse about a person is."""
+class EllipseParameters(Model):
+    """Size of the ellipse about a person."""
 
     margin: float = Field(0.25, ge=0.0, le=2.0)
-    """Distance kept from a body in every direction, m; assumed. The authors keep their robot's
+    """Distance to a body in every direction, m; assumed. The authors keep their robot's
     centre 0.5 m (a Jackal) or 1.3 m (a Scout) off the ellipse."""
     deviations: float = Field(1.0, ge=0.0, le=5.0)
-    """By how many standard deviations of the predicted position the axes are extended: the long
-    one, in the direction of motion, as they grow, the short one by those of now; assumed."""
-    greatest: float = Field(0.4, ge=0.0, le=3.0)
-    """The extension's bound, m; assumed."""
+    """Standard deviations of the predicted position added to the axes; assumed. The long axis, in
+    the direction of motion, grows with them; the short one uses the present value."""
+    max_extension: float = Field(0.4, ge=0.0, le=3.0)
+    """Upper bound of the extension, m; assumed."""
 
 
 class MpcDcbf:
-    """Tracks the reference; people are ellipses at predicted places, under eq. (9) with γ.
+    """Tracks the reference; people are ellipses at predicted positions, under eq. (9) with γ.
 
-    Neither social space nor groups matter to it. Of each person the likeliest future binds, and any
-    other of a fair probability (``barrier.at_least``).
+    It ignores social spaces and groups. The most likely hypothesis of each person binds, and others
+    above a probability (``barrier.min_probability``).
     """
 
     class Parameters(Model):
-        """N, Δt and γ are the authors'; the weights are ours, as in every planner here."""
+        """N, Δt and γ are the authors'; the weights are assumed."""
 
         steps: int = Field(25, ge=3, le=100)
         """N; Jian et al."""
         step: float = Field(0.1, gt=0.0, le=1.0)
         """Δt, s; Jian et al."""
         iterations: int = Field(4, ge=1, le=50)
-        """Quadratic programs a plan; assumed (the authors let IPOPT run)."""
+        """Quadratic programs per plan; assumed (the authors run IPOPT to convergence)."""
         tolerance: float = Field(0.15, ge=0.0, le=1.0)
-        """Slack beyond which a motion that violates no less than braking is given up, m."""
-        ellipses: Ellipses = Ellipses()
+        """Slack beyond which braking replaces a motion with no smaller violation, m."""
+        ellipses: EllipseParameters = EllipseParameters()
         track_reference: TrackReference.Parameters = TrackReference.Parameters()
         input_effort: InputEffort.Parameters = InputEffort.Parameters()
         smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
@@ -83,10 +89,10 @@ class MpcDcbf:
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
-        problem = bounded_by_ellipses(usable(problem), p.ellipses)
+        problem = bounded_by_ellipses(validated(problem), p.ellipses)
         now = last_input(problem, previous)
         seeds = [along_reference(problem, now)]
-        warm = shifted(problem, previous, now)
+        warm = shifted_plan(problem, previous, now)
         if warm is not None:
             seeds.append(warm)
         values = [self.control.value(problem, seed) for seed in seeds]
@@ -94,18 +100,18 @@ class MpcDcbf:
         solution = self.control.solve(
             problem, seeds[best], iterations=p.iterations, value=values[best]
         )
-        return planned(self.control, problem, solution, now, tolerance=p.tolerance)
+        return plan_of_solution(self.control, problem, solution, now, tolerance=p.tolerance)
 
 
-def bounded_by_ellipses(problem: LocalProblem, ellipses: Ellipses) -> LocalProblem:
-    """The same problem with people as ellipses: their bodies, extended by what is uncertain.
+def bounded_by_ellipses(problem: LocalProblem, ellipses: EllipseParameters) -> LocalProblem:
+    """The problem with people as ellipses: their bodies, extended by the uncertainty.
 
-    The ellipse with c = 1/2 has the σ as semi-axes, so that the terms of the social space serve;
-    bodies are inside it, hence points.
+    The ellipse with c = 1/2 has the σ as semi-axes, so the term of the social space applies. Bodies
+    are inside it, hence points.
     """
     predictions, spaces = problem.predictions, problem.spaces
     speed = np.hypot(predictions.velocity[..., 0], predictions.velocity[..., 1])
-    spread = np.minimum(ellipses.deviations * predictions.deviation, ellipses.greatest)
+    spread = np.minimum(ellipses.deviations * predictions.deviation, ellipses.max_extension)
     short = problem.people.radius[:, None, None] + ellipses.margin + spread[..., :1]
     short = np.broadcast_to(short, spread.shape)
     long = np.where(speed > _WALKING, short - spread[..., :1] + spread, short)

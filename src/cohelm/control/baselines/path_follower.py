@@ -1,4 +1,4 @@
-"""A path follower that is blind to people: what the people's own avoiding is worth."""
+"""Path follower that ignores people: a measure of the avoidance by the people themselves."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from cohelm.messages import LocalPlan, People
 
 
 class PathFollower:
-    """The same tracking problem and the same walls, with nobody there.
+    """``ss_mpc_dcbf`` with the same tracking problem and walls, but without people.
 
-    It is the row beside every table that shows how much of a result is the people's doing. Its
-    rides are meant to be run with the gate's separation off, else the gate sees people for it.
+    As a row of a table it shows the contribution of the people to a result. Run its rides with the
+    separation of the gate off, because the gate sees people.
     """
 
     class Parameters(SsMpcDcbf.Parameters):
-        """Those of ``ss_mpc_dcbf``; what concerns people has no effect."""
+        """Those of ``ss_mpc_dcbf``; parameters of people have no effect."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -32,12 +32,12 @@ class PathFollower:
 
 
 def without_people(problem: LocalProblem) -> LocalProblem:
-    """The same problem with nobody there, and no group."""
+    """The problem without people and groups."""
     p, s = problem.predictions, problem.spaces
     none = np.s_[:0]
     return dataclasses.replace(
         problem,
-        people=People.nobody(problem.people.time, problem.people.source),
+        people=People.empty(problem.people.time, problem.people.source),
         predictions=dataclasses.replace(
             p,
             weight=p.weight[none],

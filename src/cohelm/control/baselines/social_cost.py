@@ -1,4 +1,4 @@
-"""What a rollout costs socially: asymmetric Gaussians about people, and passing in good time."""
+"""Social costs of rollouts: asymmetric Gaussians about people, and early passing."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ import math
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Floats32
+from cohelm.arrays import Floats
 from cohelm.control.baselines.steering import wrapped
 from cohelm.maps.distance import sample
-from cohelm.robots.contact import nearest_on_spine, wall_gap
+from cohelm.robots.capsule import nearest_on_spine_in_map
+from cohelm.robots.contact import WallGrid, wall_gap
 
 _SLOW = 0.05
-"""Slower than this a person stands, m/s: front and rear are the same."""
+"""A person slower than this stands, m/s: front and rear are equal."""
 _UNEVEN = 4.0
-"""Cells by which a distance field may fall more than one has moved."""
+"""Cells by which a distance field may decrease more than the motion."""
 
 
 @njit(cache=True)
@@ -32,7 +33,7 @@ def social_cost(  # noqa: PLR0917  # a kernel takes plain arrays
 
     q = g² (cos²δ / 2σ² + sin²δ / 2σ_s²) with g the gap between footprint and body, δ its direction
     from the person's motion, σ = σ_h where cos δ > 0, else σ_r; ``sigma`` is (σ_h, σ_s, σ_r, σ of
-    those who stand). Poddar et al. take a mean over people; a sum lets nobody vanish in a crowd.
+    standing people). Poddar et al. take a mean over people; with a sum nobody vanishes in a crowd.
 
     positions, velocities: (n, h, N+1, 2) at least.  weights: (n, h).  radius: (n,).
     """
@@ -42,7 +43,7 @@ def social_cost(  # noqa: PLR0917  # a kernel takes plain arrays
         for k in range(1, steps + 1):
             for i in range(positions.shape[0]):
                 for h in range(positions.shape[1]):
-                    d, nx, ny, _, _, _ = nearest_on_spine(
+                    d, nx, ny, _, _, _ = nearest_on_spine_in_map(
                         capsule, poses[r, k], positions[i, h, k, 0], positions[i, h, k, 1]
                     )
                     gap = max(d - capsule[4] - radius[i], 0.0)
@@ -60,9 +61,9 @@ def social_cost(  # noqa: PLR0917  # a kernel takes plain arrays
 
 @njit(cache=True)
 def passing(poses: Floats, positions: Floats, velocities: Floats, weights: Floats) -> Floats:
-    """How fast rollouts (r, N+1, 3) get round the people they are ahead of, rad a step, (r,).
+    """Speed at which rollouts (r, N+1, 3) pass the people in front of them, rad per step, (r,).
 
-    The mean over people of |mean change of the direction person → robot|: high where a side is
+    The mean over people of |mean change of the direction person → robot|: high if a side is
     chosen early (topological invariance; Mavrogiannis et al., 2022).
     """
     count, steps = poses.shape[0], poses.shape[1] - 1
@@ -87,10 +88,8 @@ def passing(poses: Floats, positions: Floats, velocities: Floats, weights: Float
 
 
 @njit(cache=True)
-def wall_gaps(
-    poses: Floats, discs: Floats, distance: Floats32, resolution: float, X_MG: Floats
-) -> tuple[Floats, float]:
-    """(least gap to a wall along each rollout, (r,); the gap now), of rollouts (r, N+1, 3), m."""
+def wall_gaps(poses: Floats, discs: Floats, walls: WallGrid) -> tuple[Floats, float]:
+    """(smallest gap to a wall along each rollout (r, N+1, 3), (r,); the gap now), m."""
     out = np.full(poses.shape[0], np.inf)
     last, at = np.empty(discs.shape[0]), np.empty((discs.shape[0], 2))
     for r in range(poses.shape[0]):
@@ -99,25 +98,26 @@ def wall_gaps(
             for j in range(discs.shape[0]):
                 x = poses[r, k, 0] + cos * discs[j, 0] - sin * discs[j, 1]
                 y = poses[r, k, 1] + sin * discs[j, 0] + cos * discs[j, 1]
-                if k > 0:  # a gap shrinks by no more than its disc has moved since the last look
+                # a gap shrinks by no more than the motion of its disc since it was sampled
+                if k > 0:
                     moved = math.sqrt((x - at[j, 0]) ** 2 + (y - at[j, 1]) ** 2)
-                    if last[j] - moved - _UNEVEN * resolution > out[r]:
+                    if last[j] - moved - _UNEVEN * walls.resolution > out[r]:
                         continue
-                gap = sample(distance, resolution, X_MG, x, y)[0] - discs[j, 2]
+                gap = sample(walls.distance, walls.resolution, walls.X_MG, x, y)[0] - discs[j, 2]
                 last[j], at[j, 0], at[j, 1] = gap, x, y
                 if k > 0:
                     out[r] = min(out[r], gap)
     now = np.inf
     for j in range(discs.shape[0]):
-        now = min(now, wall_gap(discs[j], poses[0, 0], distance, resolution, X_MG))
+        now = min(now, wall_gap(discs[j], poses[0, 0], walls))
     return out, now
 
 
 @njit(cache=True)
 def nearest_squared(poses: Floats, path: Floats) -> Floats:
-    """Squared distance from the places of rollouts (r, N+1, 3) to the nearest pose of a path.
+    """Squared distance from the positions of rollouts (r, N+1, 3) to the nearest pose of a path.
 
-    path: (k, 3).  Returns (r, N), m², of all places but the first.
+    path: (k, 3).  Returns (r, N), m², without the first position.
     """
     count, steps = poses.shape[0], poses.shape[1] - 1
     out = np.full((count, steps), np.inf)

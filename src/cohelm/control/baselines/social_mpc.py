@@ -1,4 +1,4 @@
-"""Rollouts over headings, the socially cheapest of which is driven; after Poddar et al. (2023)."""
+"""Rollouts over headings with a social cost; after Poddar et al. (2023)."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Motion
 from cohelm.control.baselines.social_cost import nearest_squared, passing, social_cost, wall_gaps
-from cohelm.control.baselines.steering import Steering, rollouts
+from cohelm.control.baselines.steering import rollouts, steering_of
 from cohelm.control.baselines.tracking import plan_of
-from cohelm.control.usable import usable
-from cohelm.control.verification import brought_to_rest
-from cohelm.control.warm_start import last_input
+from cohelm.control.validation import validated
+from cohelm.control.warm_start import braking_motion, last_input
 from cohelm.geometry import wrap_angle
 from cohelm.messages import LocalPlan, Status
+from cohelm.robots.contact import wall_grid
 
 _TIE = 1e-9
-"""Costs that are as near are equal."""
+"""Costs within this are equal."""
 _CREEP = 0.1
-"""Rollouts are at least so fast where the reference stands, m/s: it may wait for a turn."""
+"""Minimum speed of rollouts where the reference stands, m/s: it may wait for a turn."""
 
 
 @value
 class Rollouts:
-    """What is compared."""
+    """Rollouts to compare."""
 
     direction: Annotated[Floats, Shape("r")]
-    """To drive in, rad in the map frame."""
+    """Direction of motion, rad in the map frame."""
     speed: Annotated[Floats, Shape("r")]
     """m/s."""
     poses: Annotated[Floats, Shape("r N+1 3")]
@@ -40,28 +40,28 @@ class Rollouts:
 class SocialMpc:
     """J = q_goal c_goal² + q_social c_social² − q_passing c_passing² over rollouts of 1.2 s.
 
-    The authors' robot is a ball that moves any way, on an open floor. A chair turns before it
-    drives, so slower rollouts and standing are offered as well, the heading left at the end has a
-    price, and what would touch a wall is left out.
+    The authors' robot is a ball that moves in any direction, on an open floor. A chair turns before
+    it drives, so there are slower rollouts and standing as well, the final heading error has a
+    cost, and rollouts that touch a wall are excluded.
     """
 
     class Parameters(Model):
-        """Horizon, Gaussians and the form of the cost are the authors'; the rest is assumed."""
+        """Horizon, Gaussians and the form of the cost are the authors'; all else is assumed."""
 
         steps: int = Field(20, ge=3, le=100)
-        """Steps of the reference, whose end is the goal of the rollouts."""
+        """Steps of the reference; its end is the goal of the rollouts."""
         step: float = Field(0.1, gt=0.0, le=1.0)
         """Δt, s (the authors: 0.2)."""
         horizon: float = Field(1.2, gt=0.1, le=6.0)
-        """Of the rollouts, s; Poddar et al. Never beyond ``steps``."""
+        """Horizon of the rollouts, s; Poddar et al. Never beyond ``steps``."""
         headings: int = Field(24, ge=3, le=90)
-        """Directions, evenly over ``span`` about the robot's own (the authors: 10)."""
+        """Number of directions, evenly over ``span`` about the robot's own (the authors: 10)."""
         span: float = Field(2.0 * math.pi, gt=0.0, le=2.0 * math.pi)
-        """rad; Poddar et al."""
+        """Range of the directions, rad; Poddar et al."""
         speeds: int = Field(4, ge=1, le=12)
-        """Shares of the wanted speed, evenly from 1 down to 0 (the authors: 1 only)."""
+        """Number of speeds, evenly from the reference's down to 0 (the authors: 1)."""
         gain: float = Field(2.0, gt=0.0, le=10.0)
-        """Turn rate for each radian off the direction, 1/s."""
+        """Turn rate per radian of heading error, 1/s."""
         front: float = Field(1.0, gt=0.0, le=5.0)
         """σ_h, m; Poddar et al."""
         side: float = Field(0.66, gt=0.0, le=5.0)
@@ -69,28 +69,28 @@ class SocialMpc:
         rear: float = Field(0.33, gt=0.0, le=5.0)
         """σ_r, m; Poddar et al."""
         at_rest: float = Field(0.5, gt=0.0, le=5.0)
-        """σ of a person who stands, m; assumed (the authors: 1.0, round which nobody gets who must
-        turn first)."""
+        """σ of a standing person, m; assumed (the authors: 1.0, which a robot that must turn first
+        cannot pass)."""
         goal: float = Field(2.0, ge=0.0)
-        """q_goal, of the share of the way that is not made good, squared."""
+        """q_goal, weight of the squared missing share of the progress."""
         social: float = Field(80.0, ge=0.0)
-        """q_social, of the people's Gaussians along the way, squared."""
-        squeezing: float = Field(0.05, ge=0.0, le=1.0)
-        """Share of q_social that is left when the ride is stalled."""
+        """q_social, weight of the people's squared Gaussians along the rollout."""
+        stalled_share: float = Field(0.05, ge=0.0, le=1.0)
+        """Share of q_social while the ride is stalled."""
         passing: float = Field(3.0, ge=0.0)
-        """q_passing, reward of getting round people early, 1/rad² for each second of it."""
+        """q_passing, reward for passing people early, s²/rad²."""
         path: float = Field(0.02, ge=0.0)
-        """Of the mean distance from the reference, squared, 1/m²: the straight way to the goal may
-        lead through a wall."""
+        """Weight of the squared mean distance from the reference, 1/m²: the straight line to the
+        goal may lead through a wall."""
         heading: float = Field(0.05, ge=0.0)
-        """Of the angle to the goal that is left at the end, 1/rad²: who must turn on the spot to
-        get on gains nothing else by it within the horizon."""
+        """Weight of the final angle to the goal, 1/rad²: the only gain of a turn on the spot within
+        the horizon."""
         turning: float = Field(0.02, ge=0.0)
-        """Of the mean turn rate squared, s²/rad²."""
+        """Weight of the mean squared turn rate, s²/rad²."""
         walls: float = Field(0.5, ge=0.0)
-        """Of the nearness to walls, exp(−gap² / 2σ²)."""
-        wall_reach: float = Field(0.15, gt=0.0, le=2.0)
-        """σ of that nearness, m."""
+        """Weight of the proximity to walls, exp(−gap² / 2σ²)."""
+        wall_range: float = Field(0.15, gt=0.0, le=2.0)
+        """σ of that proximity, m."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
@@ -100,25 +100,26 @@ class SocialMpc:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        problem = usable(problem, self.steps)
+        problem = validated(problem, self.steps)
         now = last_input(problem, previous)
-        ways = self.rollouts(problem, now)
-        costs = self.costs(problem, ways)
+        found = self.rollouts(problem, now)
+        costs = self.costs(problem, found)
         total = np.sum(list(costs.values()), axis=0)
-        best = int(np.argmax(total <= total.min() + _TIE))  # the first, however the world is turned
+        best = int(np.argmax(total <= total.min() + _TIE))  # first: invariant to rotation
         if not np.isfinite(total[best]):
             return plan_of(
-                problem, brought_to_rest(problem, now, self.rolled), Status.STOP, costs={}
+                problem, braking_motion(problem, now, self.rolled), Status.STOP, costs={}
             )
         motion = Motion(
-            step=self.step, poses=ways.poses[best], inputs=ways.inputs[best], last_input=now
+            step=self.step, poses=found.poses[best], inputs=found.inputs[best], last_input=now
         )
         chosen = {name: float(each[best]) for name, each in costs.items()}
         return plan_of(problem, motion, Status.OK, costs=chosen)
 
     def rollouts(self, problem: LocalProblem, now: Floats) -> Rollouts:
-        """Every direction at every speed, and straight to the goal at every speed."""
-        p, steering = self.parameters, Steering.of(problem, self.parameters.gain)
+        """Rollouts in every direction and straight to the goal, at every speed."""
+        p = self.parameters
+        steering = steering_of(problem, p.gain, p.step)
         wanted = max(float(problem.reference.speeds[: self.rolled + 1].max()), _CREEP)
         wanted = min(wanted, problem.top_speed)
         fan = problem.pose[2] + p.span * (np.arange(p.headings) - p.headings // 2) / p.headings
@@ -132,21 +133,16 @@ class SocialMpc:
             now,
             direction,
             speed,
-            steering.to_input,
-            steering.to_twist,
-            steering.bounds,
-            steering.sideways,
-            steering.gain,
+            steering,
             self.rolled,
-            p.step,
         )
         return Rollouts(direction=direction, speed=speed, poses=poses, inputs=inputs)
 
-    def costs(self, problem: LocalProblem, ways: Rollouts) -> dict[str, Floats]:
-        """Each summand of J, (r,); infinite where a wall is touched."""
+    def costs(self, problem: LocalProblem, found: Rollouts) -> dict[str, Floats]:
+        """Summands of J, (r,) each; infinite where a wall is touched."""
         p, robot, predicted = self.parameters, problem.robot, problem.predictions
         social = social_cost(
-            ways.poses,
+            found.poses,
             robot.capsule,
             predicted.mean,
             predicted.velocity,
@@ -154,44 +150,42 @@ class SocialMpc:
             problem.people.radius,
             self._sigma,
         )
-        early = passing(ways.poses, predicted.mean, predicted.velocity, predicted.weight) / p.step
-        w = robot.motion.twist(ways.inputs)[..., 2]
+        early = passing(found.poses, predicted.mean, predicted.velocity, predicted.weight) / p.step
+        w = robot.motion.twist(found.inputs)[..., 2]
         return {
-            "goal": p.goal * self._not_made_good(problem, ways) ** 2,
-            "social": p.social * (p.squeezing if problem.stalled else 1.0) * social**2,
+            "goal": p.goal * self._missing_progress(problem, found) ** 2,
+            "social": p.social * (p.stalled_share if problem.stalled else 1.0) * social**2,
             "passing": -p.passing * early**2,
-            "path": p.path * self._beside(problem, ways) ** 2,
-            "heading": p.heading * self._angle_left(problem, ways) ** 2,
+            "path": p.path * self._path_distance(problem, found) ** 2,
+            "heading": p.heading * self._angle_left(problem, found) ** 2,
             "turning": p.turning * (w**2).mean(axis=1),
-            "walls": self._walls(problem, ways),
+            "walls": self._walls(problem, found),
         }
 
-    def _not_made_good(self, problem: LocalProblem, ways: Rollouts) -> Floats:
-        """Mean over the steps of (distance left − the least possible) / 2 way made, (r,)."""
+    def _missing_progress(self, problem: LocalProblem, found: Rollouts) -> Floats:
+        """Mean over the steps of (remaining − smallest possible distance) / 2 progress, (r,)."""
         goal = problem.reference.poses[-1, :2]
         start = float(np.hypot(*(goal - problem.pose[:2])))
-        left = np.hypot(*(ways.poses[:, 1:, :2] - goal).transpose(2, 0, 1))
-        most = float(ways.speed.max()) * self.step * np.arange(1, self.rolled + 1)
+        left = np.hypot(*(found.poses[:, 1:, :2] - goal).transpose(2, 0, 1))
+        most = float(found.speed.max()) * self.step * np.arange(1, self.rolled + 1)
         made = np.minimum(most, start)
         lost = (left - (start - made)) / (2.0 * np.maximum(made, 1e-3))
         return np.asarray(lost.mean(axis=1))
 
-    def _beside(self, problem: LocalProblem, ways: Rollouts) -> Floats:
-        """Mean distance of the rollout's places from the nearest of the reference, (r,), m."""
-        nearest = nearest_squared(ways.poses, problem.reference.poses)
+    def _path_distance(self, problem: LocalProblem, found: Rollouts) -> Floats:
+        """Mean distance of the rollout from the nearest poses of the reference, (r,), m."""
+        nearest = nearest_squared(found.poses, problem.reference.poses)
         return np.asarray(np.sqrt(nearest).mean(axis=1))
 
-    def _angle_left(self, problem: LocalProblem, ways: Rollouts) -> Floats:
-        """Between the heading at the end of the rollout and the way to the goal now, (r,)."""
+    def _angle_left(self, problem: LocalProblem, found: Rollouts) -> Floats:
+        """Angle between the final heading and the present direction to the goal, (r,)."""
         away = problem.reference.poses[-1, :2] - problem.pose[:2]
-        off = ways.poses[:, -1, 2] - np.arctan2(away[1], away[0])
+        off = found.poses[:, -1, 2] - np.arctan2(away[1], away[0])
         return np.asarray(wrap_angle(off))
 
-    def _walls(self, problem: LocalProblem, ways: Rollouts) -> Floats:
-        p, walls = self.parameters, problem.walls
-        gaps, now = wall_gaps(
-            ways.poses, problem.robot.discs, walls.distance, walls.resolution, walls.X_MG
-        )
-        near = p.walls * np.exp(-0.5 * (np.maximum(gaps, 0.0) / p.wall_reach) ** 2)
+    def _walls(self, problem: LocalProblem, found: Rollouts) -> Floats:
+        p = self.parameters
+        gaps, now = wall_gaps(found.poses, problem.robot.discs, wall_grid(problem.walls))
+        near = p.walls * np.exp(-0.5 * (np.maximum(gaps, 0.0) / p.wall_range) ** 2)
         allowed = min(problem.profile.clearance, max(now - 1e-6, 0.0))
         return np.where(gaps >= allowed, near, np.inf)

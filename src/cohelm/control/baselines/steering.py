@@ -1,42 +1,45 @@
-"""From a direction to drive in to inputs, for a robot that must turn and for one that need not."""
+"""Steering law: from a direction to inputs, for robots with and without sideways motion."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem
+from cohelm.robots import InputBounds
 
 
-@value
-class Steering:
-    """How a robot is steered, as plain arrays for the kernels."""
+class Steering(NamedTuple):
+    """Steering of a robot for compiled code."""
 
-    to_input: Annotated[Floats, Shape("3 m")]
-    """The inputs of each unit twist."""
-    to_twist: Annotated[Floats, Shape("m 3")]
-    """The twist of each unit input."""
-    bounds: Annotated[Floats, Shape("4 m")]
-    """Lowest and highest inputs, greatest rise and fall a second."""
+    to_input: Floats
+    """(3, m) inputs of each unit twist."""
+    to_twist: Floats
+    """(m, 3) twist of each unit input."""
+    bounds: InputBounds
     sideways: bool
-    """Whether it moves any way without turning."""
+    """The robot moves in any direction without turning."""
     gain: float
-    """Turn rate for each radian off the direction wanted, 1/s."""
+    """Turn rate per radian of heading error, 1/s."""
+    step: float
+    """s."""
 
-    @staticmethod
-    def of(problem: LocalProblem, gain: float) -> Steering:
-        """That of the problem's robot, under the problem's limits."""
-        motion = problem.robot.motion
-        return Steering(
-            to_input=np.asarray(motion.input(np.eye(3)), dtype=float),
-            to_twist=np.asarray(motion.twist(np.eye(motion.inputs)), dtype=float),
-            bounds=np.stack(problem.input_bounds()),
-            sideways=motion.translating > 1,
-            gain=gain,
-        )
+
+def steering_of(problem: LocalProblem, gain: float, step: float) -> Steering:
+    """Steering of the problem's robot, under the problem's limits."""
+    motion = problem.robot.motion
+    return Steering(
+        to_input=np.asarray(motion.input(np.eye(3)), dtype=float),
+        to_twist=np.asarray(motion.twist(np.eye(motion.inputs)), dtype=float),
+        bounds=InputBounds(*(np.array(part) for part in problem.input_bounds())),
+        sideways=motion.translating > 1,
+        gain=gain,
+        step=step,
+    )
 
 
 @njit(cache=True)
@@ -46,42 +49,34 @@ def wrapped(angle: float) -> float:
 
 
 @njit(cache=True)
-def twist_toward(
-    off: float, speed: float, gain: float, sideways: bool
-) -> tuple[float, float, float]:
+def twist_toward(off: float, speed: float, steering: Steering) -> tuple[float, float, float]:
     """The twist that drives ``off`` rad to the left of the heading at ``speed``.
 
-    Who must turn first does: v = speed · cos(off), 0 where that is behind, and ω = gain · off.
+    A robot that must turn first has v = speed · cos(off), 0 if that is behind, and ω = gain · off.
     """
-    if sideways:
+    if steering.sideways:
         return speed * math.cos(off), speed * math.sin(off), 0.0
-    return speed * max(math.cos(off), 0.0), 0.0, gain * off
+    return speed * max(math.cos(off), 0.0), 0.0, steering.gain * off
 
 
 @njit(cache=True)
-def stepped(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
-    pose: Floats,
-    inputs: Floats,
-    vx: float,
-    vy: float,
-    w: float,
-    to_input: Floats,
-    to_twist: Floats,
-    bounds: Floats,
-    step: float,
-    change: float,
+def advance(
+    pose: Floats, inputs: Floats, twist: tuple[float, float, float], steering: Steering, k: int
 ) -> None:
-    """Lets ``inputs`` (m,) approach a twist as fast as they may, and moves ``pose`` for a step.
+    """Move ``inputs`` (m,) towards a twist within the limits, and ``pose`` by step k, in place.
 
-    Both are changed in place. change: time that the inputs have to change in, s.
+    The first step, k = 0, allows half a change.
     """
-    m = inputs.shape[0]
+    bounds, step = steering.bounds, steering.step
+    to_input, to_twist = steering.to_input, steering.to_twist
+    vx, vy, w = twist
+    change = step if k > 0 else 0.5 * step
     x, y, turn = 0.0, 0.0, 0.0
-    for i in range(m):
+    for i in range(inputs.shape[0]):
         wanted = vx * to_input[0, i] + vy * to_input[1, i] + w * to_input[2, i]
-        wanted = min(max(wanted, bounds[0, i]), bounds[1, i])
-        least, most = inputs[i] - bounds[3, i] * change, inputs[i] + bounds[2, i] * change
-        inputs[i] = min(max(wanted, least), most)
+        wanted = min(max(wanted, bounds.low[i]), bounds.high[i])
+        low, high = inputs[i] - bounds.fall[i] * change, inputs[i] + bounds.rise[i] * change
+        inputs[i] = min(max(wanted, low), high)
         x += inputs[i] * to_twist[i, 0]
         y += inputs[i] * to_twist[i, 1]
         turn += inputs[i] * to_twist[i, 2]
@@ -92,23 +87,17 @@ def stepped(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def rollouts(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def rollouts(
     start: Floats,
     now: Floats,
     directions: Floats,
     speeds: Floats,
-    to_input: Floats,
-    to_twist: Floats,
-    bounds: Floats,
-    sideways: bool,
-    gain: float,
+    steering: Steering,
     steps: int,
-    step: float,
 ) -> tuple[Floats, Floats]:
     """(poses (r, N+1, 3), inputs (r, N, m)) of driving in each direction (r,) at each speed (r,).
 
-    directions: rad in the map frame.  now: (m,) what the wheels do; the first change must fit into
-    half a step.
+    directions: rad in the map frame.  now: current input, (m,).
     """
     count, m = directions.shape[0], now.shape[0]
     poses = np.empty((count, steps + 1, 3))
@@ -119,9 +108,7 @@ def rollouts(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         poses[r, 0] = start
         for k in range(steps):
             off = wrapped(directions[r] - pose[2])
-            vx, vy, w = twist_toward(off, speeds[r], gain, sideways)
-            change = step if k > 0 else 0.5 * step
-            stepped(pose, u, vx, vy, w, to_input, to_twist, bounds, step, change)
+            advance(pose, u, twist_toward(off, speeds[r], steering), steering, k)
             poses[r, k + 1] = pose
             inputs[r, k] = u
     return poses, inputs

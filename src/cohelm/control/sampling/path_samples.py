@@ -1,0 +1,147 @@
+"""The reference path, evenly sampled for compiled code."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats
+from cohelm.messages import Reference
+
+SPACING = 0.1
+"""Between the samples of the path, m."""
+BEYOND = 2.5
+"""Straight extension of the path beyond its end, m."""
+_CREEP = 0.3
+"""Arcs are tried up to this speed even where the reference stands, m/s."""
+_SLACK = 1e-9
+_AIM = round(2.0 / SPACING)
+"""Lookahead of the final heading: 2 m, in samples."""
+
+
+class PathSamples(NamedTuple):
+    """The path, evenly sampled, and the reference's progress on it."""
+
+    samples: Floats
+    """(q, 4): x, y and the unit tangent."""
+    reference: Floats
+    """(N+1,) arc length of the reference at each step, m."""
+    heading: Floats
+    """(q, 2) unit vector of the reference's heading."""
+    pace: float
+    """Highest speed of the reference, at least the creeping speed, m/s."""
+
+
+def path_samples(reference: Reference, top_speed: float, steps: int) -> PathSamples:
+    """Samples of a reference over ``steps``; beyond its end it keeps its speed and heading.
+
+    top_speed: of the robot, m/s.
+    """
+    speeds = reference.speeds
+    samples, progress, angle = _sampled(
+        reference.poses, steps, reference.step * abs(float(speeds[-1]))
+    )
+    heading = np.empty((len(angle), 2))
+    np.cos(angle, out=heading[:, 0])
+    np.sin(angle, out=heading[:, 1])
+    pace = max(float(speeds.max()), min(_CREEP, top_speed), 0.05)
+    return PathSamples(samples, progress, heading, pace)
+
+
+@njit(cache=True)
+def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, Floats]:
+    """(samples, arc length of the reference, heading angle (q,)); see ``PathSamples``.
+
+    stride: distance per step beyond the reference's end, m.
+    """
+    # corners of the path, without repetitions
+    known = poses.shape[0]
+    s, x, y = np.empty(known + 1), np.empty(known + 1), np.empty(known + 1)
+    turn, progress = np.empty(known + 1), np.empty(steps + 1)
+    along, n = 0.0, 0
+    for k in range(known):
+        gap = 0.0
+        if k > 0:
+            gap = np.hypot(poses[k, 0] - poses[k - 1, 0], poses[k, 1] - poses[k - 1, 1])
+            along += gap
+        progress[k] = along
+        if k == 0 or gap > _SLACK:
+            s[n], x[n], y[n], turn[n] = along, poses[k, 0], poses[k, 1], poses[k, 2]
+            n += 1
+    for k in range(known, steps + 1):
+        progress[k] = along + (k - known + 1) * stride
+    # a straight extension beyond the end
+    if n > 1:
+        ahead_x, ahead_y = x[n - 1] - x[n - 2], y[n - 1] - y[n - 2]
+    else:
+        ahead_x, ahead_y = np.cos(poses[known - 1, 2]), np.sin(poses[known - 1, 2])
+    norm = np.hypot(ahead_x, ahead_y)
+    ahead_x, ahead_y = ahead_x / norm, ahead_y / norm
+    tail = progress[steps] - along + BEYOND
+    s[n], x[n], y[n] = s[n - 1] + tail, x[n - 1] + tail * ahead_x, y[n - 1] + tail * ahead_y
+    turn[n] = poses[known - 1, 2]
+    # positions and headings, interpolated
+    count = int(np.ceil(s[n] / SPACING)) + 1
+    samples, angle = np.empty((count, 4)), np.empty(count)
+    j = 0
+    for i in range(count):
+        at = SPACING * i
+        while j < n and s[j + 1] <= at:
+            j += 1
+        if j == n:
+            samples[i, 0], samples[i, 1], angle[i] = x[n], y[n], turn[n]
+            continue
+        rest, length = at - s[j], s[j + 1] - s[j]
+        samples[i, 0] = (x[j + 1] - x[j]) / length * rest + x[j]
+        samples[i, 1] = (y[j + 1] - y[j]) / length * rest + y[j]
+        angle[i] = (turn[j + 1] - turn[j]) / length * rest + turn[j]
+    # tangents
+    for i in range(count):
+        dx, dy = 0.0, 0.0
+        if i < count - 1:
+            dx, dy = samples[i + 1, 0] - samples[i, 0], samples[i + 1, 1] - samples[i, 1]
+        if np.hypot(dx, dy) < 0.5 * SPACING:
+            dx, dy = ahead_x, ahead_y
+        norm = np.hypot(dx, dy)
+        samples[i, 2], samples[i, 3] = dx / norm, dy / norm
+    return samples, progress, angle
+
+
+@njit(cache=True, error_model="numpy")
+def project_on_path(samples: Floats, x: float, y: float, at: int) -> tuple[int, float, float]:
+    """(sample, arc length, signed distance) of the nearest point of the path near a sample."""
+    last, t, back = samples.shape[0] - 1, 0.0, False
+    while True:
+        t = (x - samples[at, 0]) * samples[at, 2] + (y - samples[at, 1]) * samples[at, 3]
+        if t > SPACING and at < last and not back:
+            at += 1
+        elif t < 0.0 and at > 0:
+            at -= 1
+            back = True  # never forward again: outside a bend the loop would not end
+        else:
+            break
+    aside = samples[at, 2] * (y - samples[at, 1]) - samples[at, 3] * (x - samples[at, 0])
+    return at, at * SPACING + min(max(t, 0.0), SPACING), aside
+
+
+@njit(cache=True, error_model="numpy")
+def heading_error(
+    path: PathSamples, joint: int, x: float, y: float, angle: float, at: int
+) -> float:
+    """1 − cos of the angle between the robot's heading and the path ahead.
+
+    For a holonomic robot only the path's heading counts.
+    """
+    samples, heading = path.samples, path.heading
+    cos, sin = math.cos(angle), math.sin(angle)
+    ahead = min(at + _AIM, samples.shape[0] - 1)
+    if joint:
+        return float(1.0 - (cos * heading[ahead, 0] + sin * heading[ahead, 1]))
+    dx, dy = samples[ahead, 0] - x, samples[ahead, 1] - y
+    norm = max(math.hypot(dx, dy), 1e-9)
+    if heading[at, 0] * samples[at, 2] + heading[at, 1] * samples[at, 3] < 0.0:
+        norm = -norm  # the path is driven backwards
+    return float(1.0 - (cos * dx + sin * dy) / norm)

@@ -1,0 +1,151 @@
+"""Smoothness: changes of the inputs, and acceleration and jerk in the seat."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cohelm.arrays import Floats
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.terms.gauss_newton import gauss_newton, no_cost, per_input
+
+
+class SmoothInput:
+    """Weight on u_k − u_{k−1}, so that the ride is smooth and successive plans agree."""
+
+    class Parameters(Model):
+        """Weights of ½‖r‖²; the paper gives none, these are assumed."""
+
+        speed: float = Field(0.08, ge=0.0)
+        """Weight of the linear acceleration, 1/(m/s²)² per second."""
+        turn: float = Field(0.04, ge=0.0)
+        """Weight of the angular acceleration, 1/(rad/s²)² per second."""
+
+    name = "smooth_input"
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        p = self.parameters = parameters or self.Parameters()
+        self._root_speed, self._root_turn = math.sqrt(p.speed), math.sqrt(p.turn)
+
+    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+        """(N·m,)."""
+        return _changes(motion.inputs, motion.last_input, self._roots(problem, motion))
+
+    def model(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+    ) -> tuple[Floats, Floats]:
+        """See ``CostTerm``; H is constant and block tridiagonal."""
+        del sensitivity
+        scale = tuple(self._roots(problem, motion).tolist())
+        jacobian, hessian = _differences(scale, len(motion.inputs))
+        return hessian, self.residual(problem, motion) @ jacobian
+
+    def _roots(self, problem: LocalProblem, motion: Motion) -> Floats:
+        share = math.sqrt(motion.step)
+        return per_input(problem.robot.motion, self._root_speed, self._root_turn, over=share)
+
+
+class SeatComfort:
+    """Acceleration a = v̇ + ω × v of the drive axle in the robot frame, and its change, the jerk.
+
+    For a chair that is (v̇, ω v): the rider feels a turn at speed as well as braking.
+    ``SmoothInput`` weighs changes of the inputs independently of the speed. The jerk into the first
+    step is unknown and not counted.
+    """
+
+    class Parameters(Model):
+        """Weights of ½‖r‖²; assumed. The term is absent without them."""
+
+        acceleration: float = Field(0.0, ge=0.0)
+        """Weight of the acceleration, 1/(m/s²)² per second."""
+        jerk: float = Field(0.0, ge=0.0)
+        """Weight of the jerk, 1/(m/s³)² per second."""
+
+    name = "comfort"
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+
+    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+        """(2N + 2(N−1),) accelerations, then jerks, each only with a weight."""
+        if not (self.parameters.acceleration or self.parameters.jerk):
+            return np.empty(0)
+        felt, _ = self._felt(problem, motion)
+        return self._weighted(felt[:, :, None], motion.step)[:, 0]
+
+    def model(
+        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+    ) -> tuple[Floats, Floats]:
+        """See ``CostTerm``."""
+        del sensitivity
+        if not (self.parameters.acceleration or self.parameters.jerk):
+            return no_cost(motion.inputs.size)
+        felt, slope = self._felt(problem, motion)
+        return gauss_newton(
+            self._weighted(felt[:, :, None], motion.step)[:, 0],
+            self._weighted(slope, motion.step),
+        )
+
+    def _felt(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
+        over = problem.robot.motion.translating
+        return _accelerations(motion.inputs, motion.last_input, motion.step, over)
+
+    def _weighted(self, felt: Floats, step: float) -> Floats:
+        """(q, c) scaled accelerations and jerks from (N, 2, c)."""
+        p, columns = self.parameters, felt.shape[2]
+        parts = []
+        if p.acceleration:
+            parts.append(math.sqrt(p.acceleration * step) * felt)
+        if p.jerk:
+            parts.append(math.sqrt(p.jerk / step) * np.diff(felt, axis=0))
+        return np.concatenate([part.reshape(-1, columns) for part in parts])
+
+
+@njit(cache=True)
+def _changes(inputs: Floats, now: Floats, roots: Floats) -> Floats:
+    """Changes of inputs (N, m), the first from ``now`` (m,), scaled by ``roots`` (m,); (N·m,)."""
+    steps, m = inputs.shape
+    out = np.empty(steps * m)
+    for k in range(steps):
+        for i in range(m):
+            before = inputs[k - 1, i] if k > 0 else now[i]
+            out[k * m + i] = (inputs[k, i] - before) * roots[i]
+    return out
+
+
+@functools.lru_cache(maxsize=64)
+def _differences(scale: tuple[float, ...], steps: int) -> tuple[Floats, Floats]:
+    """(J, H), (N·m, N·m) each, of scaled changes."""
+    m, size = len(scale), len(scale) * steps
+    jacobian = np.tile(scale, steps)[:, None] * (np.eye(size) - np.eye(size, k=-m))
+    return jacobian, jacobian.T @ jacobian
+
+
+@njit(cache=True)
+def _accelerations(
+    inputs: Floats, now: Floats, step: float, translating: int
+) -> tuple[Floats, Floats]:
+    """(a (N, 2), its derivative (N, 2, N·m) by the inputs)."""
+    steps, m = inputs.shape
+    turn = m - 1
+    felt, slope = np.zeros((steps, 2)), np.zeros((steps, 2, steps * m))
+    for k in range(steps):
+        at = k * m
+        w = inputs[k, turn]
+        for i in range(translating):
+            before = inputs[k - 1, i] if k > 0 else now[i]
+            felt[k, i] += (inputs[k, i] - before) / step
+            slope[k, i, at + i] += 1.0 / step
+            if k > 0:
+                slope[k, i, at - m + i] -= 1.0 / step
+            # ω × v: forward motion accelerates to the left, motion to the left backwards
+            sign = 1.0 if i == 0 else -1.0
+            felt[k, 1 - i] += sign * w * inputs[k, i]
+            slope[k, 1 - i, at + i] += sign * w
+            slope[k, 1 - i, at + turn] += sign * inputs[k, i]
+    return felt, slope
