@@ -11,11 +11,11 @@ from cohelm.maps import OccupancyGrid, distance_field
 from cohelm.messages import PointCloud
 from cohelm.perception import CloudClusters
 from cohelm.robots import LidarMount
-from cohelm.simulation.sensors import LEVEL, Bodies, Scenery, sweep_cloud
+from cohelm.simulation.sensors import LEVEL, HumanBodies, StaticScene, sweep_cloud
 
 CELL = 0.05
 SIDE = 20.0
-NOBODY = Bodies.standing(np.empty((0, 2)))
+NOBODY = HumanBodies.standing(np.empty((0, 2)))
 LIDAR = LidarMount()
 SPARSE = LidarMount(rings=16, azimuths=360)
 HERE = np.zeros(3)
@@ -43,7 +43,7 @@ def scenery(*things, floor=LEVEL, ceiling=2.7):
             inside = np.hypot(dx, dy) <= size
         data[inside], heights[inside] = 100, height
     grid = dataclasses.replace(grid, data=data)
-    return Scenery(grid=grid, heights=heights, wall_height=2.7, ceiling=ceiling, floor=floor)
+    return StaticScene(grid=grid, heights=heights, wall_height=2.7, ceiling=ceiling, floor=floor)
 
 
 def cloud_of(scene, bodies=NOBODY, mount=LIDAR, pose=HERE, seed=0):

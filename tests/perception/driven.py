@@ -3,8 +3,8 @@
 import numpy as np
 
 from cohelm.geometry import compose, inverse, wrap_angle
-from cohelm.perception import follow
-from cohelm.perception.outlines import outline_of_scan
+from cohelm.perception import update_ego_motion
+from cohelm.perception.localisation_check.scan_features import features_of_scan
 
 from .rays import Laser, box, room
 
@@ -62,7 +62,7 @@ def drive(laser, where, seconds, discs=NOTHING, people=lambda _: NOTHING, rate=1
         time = start + k / rate
         pose = np.asarray(where(time), dtype=float)
         scan, _ = laser.scan(time, pose, np.concatenate([discs, people(time)]))
-        way = follow(way, outline_of_scan(scan), time)
+        way = update_ego_motion(way, features_of_scan(scan), time)
         yield way, compose(inverse(first), pose)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.evaluation.perceived import crowd_instants
-from cohelm.evaluation.perceived_scores import tracking_scores
+from cohelm.evaluation.perception.filmed_crowd import crowd_instants
+from cohelm.evaluation.perception.tracking_scores import tracking_scores
 from cohelm.geometry import compose, inverse, transform
 from cohelm.perception import Detections
 
@@ -55,7 +55,7 @@ def imagine(instant, rng, *, missed=0.05, clutter=0.2, merging=0.5):
     hit = ranges <= REACH
     beams = np.stack([np.cos(BEAMS), np.sin(BEAMS)], axis=-1)
     points = origin + ranges[hit, None] * beams[hit]
-    nothing = Detections.nothing(instant.observation.time, instant.observation.pose[:2])
+    nothing = Detections.empty(instant.observation.time, instant.observation.pose[:2])
     fields = {name: getattr(nothing, name) for name in ("time", "origin", "ellipse")}
     count = int(hit.sum())
     return Detections(
@@ -64,7 +64,7 @@ def imagine(instant, rng, *, missed=0.05, clutter=0.2, merging=0.5):
         owner=np.full(count, -1),
         mapped=np.zeros(count, dtype=bool),
         cluster=np.full(count, -1),
-        through=_moved(told, origin + REACH * beams[~hit]),
+        free_ends=_moved(told, origin + REACH * beams[~hit]),
         position=_moved(told, places),
         radius=np.concatenate([radius[found], np.full(len(ghosts), 0.3)]),
         deviation=np.concatenate([spread[found], np.full(len(ghosts), 0.05)]),

@@ -44,7 +44,7 @@ def cast(origin, angles, segments, discs):
     if len(segments):
         a, e = segments[:, :2] - origin, segments[:, 2:] - segments[:, :2]
         det = d[..., 0] * e[:, 1] - d[..., 1] * e[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             t = (a[:, 0] * e[:, 1] - a[:, 1] * e[:, 0]) / det
             u = (a[:, 0] * d[..., 1] - a[:, 1] * d[..., 0]) / det
         ranges.append(np.where((t > 0) & (u >= 0) & (u <= 1), t, np.inf))

@@ -5,7 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from cohelm.perception.association import ALONE, associate, measurements, merged
+from cohelm.perception.tracking.association import (
+    NO_MATCH,
+    Gates,
+    associate,
+    measurements,
+    merged_partners,
+)
 
 
 def tracks(*places):
@@ -13,7 +19,7 @@ def tracks(*places):
     return np.array([(x, y, 0.0, 0.0) for x, y in places])
 
 
-def matched(means, positions, *, confirmed=None, gate=9.0, dearest=100.0, reach=5.0):
+def matched(means, positions, *, confirmed=None, gate=9.0, max_cost=100.0, reach=5.0):
     """With P = 0.09 I of each place and σ = 0.4 m of each sighting, so that S = 0.25 I."""
     m, d = len(means), len(positions)
     return associate(
@@ -22,9 +28,7 @@ def matched(means, positions, *, confirmed=None, gate=9.0, dearest=100.0, reach=
         np.ones(m, dtype=bool) if confirmed is None else np.array(confirmed),
         np.array(positions, dtype=float).reshape(d, 2),
         np.full(d, 0.4),
-        gate=gate,
-        dearest=dearest,
-        reach=np.full(m, reach),
+        Gates(gate, max_cost, np.full(m, reach)),
     )
 
 
@@ -35,7 +39,7 @@ def test_the_sum_of_all_distances_is_least_not_each_of_them():
     assert squared == pytest.approx([1.0, 1.0])  # 0.5² / 0.25
 
 
-@pytest.mark.parametrize(("away", "found"), [(1.49, [0]), (1.51, [ALONE])])
+@pytest.mark.parametrize(("away", "found"), [(1.49, [0]), (1.51, [NO_MATCH])])
 def test_the_gate(away, found):
     # away² / 0.25 ≤ 9 up to 1.5 m; half the reach is 1 m, so that nothing is found beyond the gate
     match, squared = matched(tracks((0.0, 0.0)), [(away, 0.0)], reach=2.0)
@@ -45,16 +49,16 @@ def test_the_gate(away, found):
 
 def test_a_confirmed_track_may_take_what_is_left_within_half_its_reach():
     assert matched(tracks((0.0, 0.0)), [(1.6, 0.0)], reach=4.0)[0].tolist() == [0]
-    assert matched(tracks((0.0, 0.0)), [(1.6, 0.0)], reach=3.0)[0].tolist() == [ALONE]
+    assert matched(tracks((0.0, 0.0)), [(1.6, 0.0)], reach=3.0)[0].tolist() == [NO_MATCH]
     tentative = matched(tracks((0.0, 0.0)), [(1.6, 0.0)], reach=4.0, confirmed=[False])
-    assert tentative[0].tolist() == [ALONE]
+    assert tentative[0].tolist() == [NO_MATCH]
 
 
 def test_beyond_the_largest_cost_a_sighting_is_rather_a_strangers():
     # 0.5 m off: 1 + ln det S = 1 + 2 ln 0.25 = −1.77
     cost = 1.0 + 2.0 * math.log(0.25)
-    for dearest, found in ((cost + 0.01, [0]), (cost - 0.01, [ALONE])):
-        got = matched(tracks((0.0, 0.0)), [(0.5, 0.0)], dearest=dearest, reach=0.9)
+    for max_cost, found in ((cost + 0.01, [0]), (cost - 0.01, [NO_MATCH])):
+        got = matched(tracks((0.0, 0.0)), [(0.5, 0.0)], max_cost=max_cost, reach=0.9)
         assert got[0].tolist() == found
 
 
@@ -62,18 +66,18 @@ def test_a_tentative_track_yields_to_a_confirmed_one_that_is_a_little_farther():
     # 3 on top: 0.25 / 0.25 + 3 against 0.64 / 0.25 = 2.56
     means = tracks((-0.5, 0.0), (0.8, 0.0))
     match, _ = matched(means, [(0.0, 0.0)], confirmed=[False, True])
-    assert match.tolist() == [ALONE, 0]
+    assert match.tolist() == [NO_MATCH, 0]
 
 
 def test_nobody_and_nothing():
     assert matched(np.empty((0, 4)), [(0.0, 0.0)])[0].tolist() == []
-    assert matched(tracks((0.0, 0.0)), [])[0].tolist() == [ALONE]
+    assert matched(tracks((0.0, 0.0)), [])[0].tolist() == [NO_MATCH]
 
 
-def company(means, match, position, *, near=0.3, lonely=(True, False), radius=0.4):
-    return merged(
+def company(means, match, position, *, near=0.3, missing=(True, False), radius=0.4):
+    return merged_partners(
         means,
-        np.array(lonely),
+        np.array(missing),
         np.array(match),
         np.array(position, dtype=float).reshape(-1, 2),
         np.full(len(position), radius),
@@ -84,37 +88,40 @@ def company(means, match, position, *, near=0.3, lonely=(True, False), radius=0.
 def test_two_are_one_where_the_cluster_lies_between_them():
     # expected at ±0.3 m, seen at 0.02 m: 0.02 to the middle, 0.28 and 0.32 to them
     means = tracks((-0.3, 0.0), (0.3, 0.0))
-    assert company(means, [ALONE, 0], [(0.02, 0.0)]) == [1, ALONE]
+    assert company(means, [NO_MATCH, 0], [(0.02, 0.0)]) == [1, NO_MATCH]
 
 
 def test_the_other_is_hidden_where_the_cluster_lies_on_one_of_them():
     # seen at 0.2 m: 0.2 to the middle, 0.1 to the one it was given to
     means = tracks((-0.3, 0.0), (0.3, 0.0))
-    assert company(means, [ALONE, 0], [(0.2, 0.0)]) == [ALONE, ALONE]
+    assert company(means, [NO_MATCH, 0], [(0.2, 0.0)]) == [NO_MATCH, NO_MATCH]
 
 
-@pytest.mark.parametrize(("half", "found"), [(0.69, [1, ALONE]), (0.71, [ALONE, ALONE])])
+@pytest.mark.parametrize(("half", "found"), [(0.69, [1, NO_MATCH]), (0.71, [NO_MATCH, NO_MATCH])])
 def test_they_are_one_up_to_so_far_beyond_the_clusters_radius(half, found):
     # radius 0.4 and 0.3 beyond: up to 0.7 m from the middle of the cluster
-    assert company(tracks((-half, 0.0), (half, 0.0)), [ALONE, 0], [(0.0, 0.0)]) == found
+    assert company(tracks((-half, 0.0), (half, 0.0)), [NO_MATCH, 0], [(0.0, 0.0)]) == found
 
 
 def test_whoever_was_found_or_is_nobody_yet_looks_for_no_company():
     means = tracks((-0.3, 0.0), (0.3, 0.0))
-    assert company(means, [ALONE, 0], [(0.0, 0.0)], lonely=(False, False)) == [ALONE, ALONE]
+    assert company(means, [NO_MATCH, 0], [(0.0, 0.0)], missing=(False, False)) == [
+        NO_MATCH,
+        NO_MATCH,
+    ]
 
 
 def test_one_cluster_is_two_people_at_most():
     means = tracks((-0.3, 0.0), (0.3, 0.0), (-0.3, 0.05))
-    got = company(means, [ALONE, 0, ALONE], [(0.0, 0.0)], lonely=(True, False, True))
-    assert got == [1, ALONE, ALONE]
+    got = company(means, [NO_MATCH, 0, NO_MATCH], [(0.0, 0.0)], missing=(True, False, True))
+    assert got == [1, NO_MATCH, NO_MATCH]
 
 
 def test_one_alone_is_corrected_by_its_own_sighting():
     who, place, deviation = measurements(
         tracks((0.0, 0.0), (5.0, 0.0)),
-        np.array([1, ALONE]),
-        np.array([ALONE, ALONE]),
+        np.array([1, NO_MATCH]),
+        np.array([NO_MATCH, NO_MATCH]),
         np.array([[9.0, 9.0], [0.1, 0.2]]),
         np.array([0.7, 0.05]),
     )
@@ -127,8 +134,8 @@ def test_of_two_the_middle_is_measured_and_each_less_surely_by_half_their_distan
     # 0.6 m apart, the middle seen at (0.1, 0.0) with 0.4 m: ±0.3 m about it, √(0.3² + 0.4²) = 0.5
     who, place, deviation = measurements(
         tracks((-0.3, 0.0), (0.3, 0.0)),
-        np.array([ALONE, 0]),
-        np.array([1, ALONE]),
+        np.array([NO_MATCH, 0]),
+        np.array([1, NO_MATCH]),
         np.array([[0.1, 0.0]]),
         np.array([0.4]),
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.messages import Observation, PointCloud, Scan, Sensing
-from cohelm.perception.clock import Clocks, timely
+from cohelm.perception.localisation_check.clock import Clocks, check_clocks
 
 FRONT, BACK = (0.4, 0.0, 0.0), (-0.4, 0.0, np.pi)
 LIDAR = (0.0, 0.0, np.nan, 0.0, 0.0, 0.0)
@@ -47,7 +47,7 @@ def used(*moments):
     memory, out = Clocks(), []
     for k, readings in enumerate(moments):
         now = max((reading.time for reading in readings), default=0.1 * k)
-        out.append(timely(observed(now, *readings), memory))
+        out.append(check_clocks(observed(now, *readings), memory))
         memory = out[-1].clocks
     return out
 
@@ -68,36 +68,42 @@ def test_a_sensor_may_be_late_behind_another():
 
 
 def test_a_sensor_that_says_the_same_time_again_stands():
-    assert said([scan(1.0)], [scan(1.0)], [scan(1.1)]) == ["ok", "clock_stands", "ok"]
+    assert said([scan(1.0)], [scan(1.0)], [scan(1.1)]) == ["ok", "clock_frozen", "ok"]
     assert said([scan(1.0), cloud(1.0)], [scan(1.0), cloud(1.1)])[-1] == "ok"  # one goes on
-    assert said([cloud(1.0)], [cloud(1.0)])[-1] == "clock_stands"  # of a height not known
+    assert said([cloud(1.0)], [cloud(1.0)])[-1] == "clock_frozen"  # of a height not known
 
 
 def test_a_reading_that_was_overtaken_is_left_out():
     got = used([scan(1.0)], [scan(0.9)], [scan(1.1)], [scan(1.05)], [scan(1.2)])
-    assert [use.sensing.value for use in got] == ["ok", "clock_back", "ok", "clock_back", "ok"]
+    assert [use.sensing.value for use in got] == [
+        "ok",
+        "clock_backwards",
+        "ok",
+        "clock_backwards",
+        "ok",
+    ]
     assert [kept(use) for use in got] == [1, 0, 1, 0, 1]
-    assert not any(use.anew for use in got)
+    assert not any(use.reset for use in got)
 
 
 def test_of_two_sensors_that_cannot_be_told_apart_the_later_one_is_believed():
     got = used(*([cloud(0.1 * k), cloud(0.1 * k - 0.3)] for k in range(5)))
-    assert not any(use.anew for use in got)
+    assert not any(use.reset for use in got)
     assert [kept(use) for use in got] == [2, 1, 1, 1, 1]
 
 
 def test_behind_itself_twice_running_a_sensors_clock_ran_back():
     got = used(*([scan(t)] for t in (1.0, 0.5, 0.6, 0.7)))
-    assert [use.sensing.value for use in got] == ["ok", "clock_back", "clock_back", "ok"]
-    assert [use.anew for use in got] == [False, False, True, False]
+    assert [use.sensing.value for use in got] == ["ok", "clock_backwards", "clock_backwards", "ok"]
+    assert [use.reset for use in got] == [False, False, True, False]
     assert [kept(use) for use in got] == [1, 0, 1, 1]
 
 
 def test_where_all_time_runs_back_by_more_than_a_second_all_sensors_begin_anew():
     got = used([scan(5.0)], [cloud(5.0)], [scan(3.9)], [cloud(3.9)], [scan(4.0)])
-    assert [use.sensing.value for use in got] == ["ok", "ok", "clock_back", "ok", "ok"]
-    assert [use.anew for use in got] == [False, False, True, False, False]
-    assert said([scan(5.0)], [], [])[1:] == ["clock_back", "silent"]
+    assert [use.sensing.value for use in got] == ["ok", "ok", "clock_backwards", "ok", "ok"]
+    assert [use.reset for use in got] == [False, False, True, False, False]
+    assert said([scan(5.0)], [], [])[1:] == ["clock_backwards", "silent"]
 
 
 def test_nobody_speaks():
@@ -106,18 +112,18 @@ def test_nobody_speaks():
 
 @pytest.mark.parametrize("time", [np.nan, np.inf, -np.inf, 3600.0, -3600.0])
 def test_a_reading_from_another_time_is_left_out_and_not_remembered(time):
-    memory = timely(observed(1.0, scan(1.0)), Clocks()).clocks
-    use = timely(observed(1.1, scan(time), cloud(1.1)), memory)
-    assert use.sensing is Sensing.CLOCK_APART
+    memory = check_clocks(observed(1.0, scan(1.0)), Clocks()).clocks
+    use = check_clocks(observed(1.1, scan(time), cloud(1.1)), memory)
+    assert use.sensing is Sensing.CLOCK_OFFSET
     assert (len(use.observation.scans), len(use.observation.clouds)) == (0, 1)
-    assert timely(observed(1.2, scan(1.2)), use.clocks).sensing is Sensing.OK
+    assert check_clocks(observed(1.2, scan(1.2)), use.clocks).sensing is Sensing.OK
 
 
 def test_a_mount_that_moves_costs_no_memory():
     memory = Clocks()
     for k in range(100):
         turned = scan(0.1 * k, (0.0, 0.0, 0.01 * k))
-        use = timely(observed(0.1 * k, turned), memory)
+        use = check_clocks(observed(0.1 * k, turned), memory)
         memory = use.clocks
         assert use.sensing is Sensing.OK
-    assert len(memory.heard) < 20
+    assert len(memory.sensors) < 20

@@ -9,9 +9,9 @@ import pytest
 from cohelm.geometry import compose, transform
 from cohelm.maps import distance_field
 from cohelm.perception import CloudClusters
-from cohelm.perception.cloud_points import gather
+from cohelm.perception.cloud_detection.merged_cloud import merge_clouds
 from cohelm.robots import DepthCameraMount
-from cohelm.simulation.sensors import Bodies
+from cohelm.simulation.sensors import HumanBodies
 from cohelm.testing import check_cloud_detector
 from cohelm.testing.scenes import open_floor
 
@@ -29,7 +29,7 @@ def test_fulfils_the_contract():
 @pytest.mark.parametrize("heading", [0.0, 0.8, np.pi / 2])
 def test_people_are_found_where_they_are(mount, heading):
     places = np.array([[2.0, 0.5], [-1.0, 4.0], [5.0, -3.0], [-6.0, -3.0], [0.5, -7.0]])
-    bodies = Bodies.standing(places, heading=heading)
+    bodies = HumanBodies.standing(places, heading=heading)
     seen = see(scenery(), bodies, mount)
     assert len(seen.position) == 5
     assert off(seen, bodies).max() < 0.1
@@ -39,7 +39,7 @@ def test_people_are_found_where_they_are(mount, heading):
 
 def test_the_printed_centre_is_too_near_and_the_corrected_one_is_not():
     away = np.array([[4.0, 0.0], [-5.0, 0.0], [0.0, 6.0], [0.0, -3.0]])
-    bodies = Bodies.standing(away, heading=0.6)
+    bodies = HumanBodies.standing(away, heading=0.6)
     bias = {}
     for centre in ("printed", "corrected"):
         seen = see(scenery(), bodies, centre=centre)
@@ -51,14 +51,14 @@ def test_the_printed_centre_is_too_near_and_the_corrected_one_is_not():
 @pytest.mark.parametrize("gap", [0.5, 0.6, 0.8])
 @pytest.mark.parametrize("away", [2.0, 4.0, 6.0])
 def test_two_side_by_side_are_two(gap, away):
-    bodies = Bodies.standing(np.array([[away, -gap / 2], [away, gap / 2]]))
+    bodies = HumanBodies.standing(np.array([[away, -gap / 2], [away, gap / 2]]))
     seen = see(scenery(), bodies)
     assert len(seen.position) == 2
     assert off(seen, bodies).max() < 0.1
 
 
 def test_three_abreast_are_three():
-    bodies = Bodies.standing(np.array([[4.0, -0.6], [4.0, 0.0], [4.0, 0.6]]))
+    bodies = HumanBodies.standing(np.array([[4.0, -0.6], [4.0, 0.0], [4.0, 0.6]]))
     assert off(see(scenery(), bodies), bodies).max() < 0.1
 
 
@@ -70,7 +70,7 @@ def test_three_abreast_are_three():
 )
 def test_people_at_walls_and_tables_stand_free_of_them(thing, gap):
     (depth, breadth), height = thing
-    bodies = Bodies.standing(np.array([[5.0 - depth / 2 - gap - 0.12, 0.3]]))
+    bodies = HumanBodies.standing(np.array([[5.0 - depth / 2 - gap - 0.12, 0.3]]))
     seen = see(scenery((5.0, 0.0, (depth, breadth), height)), bodies)
     assert off(seen, bodies)[0] < 0.1
     assert (seen.confidence > SURE).sum() == 1
@@ -78,13 +78,13 @@ def test_people_at_walls_and_tables_stand_free_of_them(thing, gap):
 
 def test_a_person_behind_a_table_or_half_behind_another_is_seen():
     table = (3.0, 0.0, (0.8, 1.6), 0.75)
-    bodies = Bodies.standing(np.array([[4.0, 0.2], [2.0, 3.0], [2.8, 4.6]]))
+    bodies = HumanBodies.standing(np.array([[4.0, 0.2], [2.0, 3.0], [2.8, 4.6]]))
     assert off(see(scenery(table), bodies), bodies).max() < 0.15
 
 
 def test_legs_belong_to_their_body():
     bodies = dataclasses.replace(
-        Bodies.standing(np.array([[3.0, 0.0]])), speed=np.array([1.2]), walked=np.array([0.35])
+        HumanBodies.standing(np.array([[3.0, 0.0]])), speed=np.array([1.2]), walked=np.array([0.35])
     )
     seen = see(scenery(), bodies)
     near = np.hypot(*(seen.points - [3.0, 0.0]).T) < 0.6
@@ -131,7 +131,9 @@ def test_what_hangs_above_heads_is_not_in_the_way():
 
 
 def test_the_order_of_points_does_not_matter():
-    cloud = cloud_of(scenery((3.0, 1.0, (1.0, 0.5), 0.8)), Bodies.standing(np.array([[3.0, -2.0]])))
+    cloud = cloud_of(
+        scenery((3.0, 1.0, (1.0, 0.5), 0.8)), HumanBodies.standing(np.array([[3.0, -2.0]]))
+    )
     order = np.random.default_rng(1).permutation(len(cloud.points))
     detector, walls = CloudClusters(), hall()[1]
     one = detector.detect((cloud,), HERE[None], walls)
@@ -143,7 +145,7 @@ def test_the_order_of_points_does_not_matter():
 
 
 def test_moving_and_turning_the_world_moves_what_is_seen():
-    bodies = Bodies.standing(np.array([[3.0, -2.0], [-4.0, 1.0]]))
+    bodies = HumanBodies.standing(np.array([[3.0, -2.0], [-4.0, 1.0]]))
     cloud, walls = cloud_of(scenery(), bodies), hall()[1]
     X = np.array([12.0, -5.0, 2.2])
     moved = dataclasses.replace(walls, X_MG=compose(X, walls.X_MG))
@@ -158,7 +160,7 @@ def test_moving_and_turning_the_world_moves_what_is_seen():
 def test_clouds_of_two_sensors_are_one():
     # the camera sees the box of 0.2 m beside the footrest that lies below the LiDAR's lowest ring
     scene = scenery((1.3, 0.0, (0.2, 0.2), 0.2))
-    bodies = Bodies.standing(np.array([[4.0, 0.5]]))
+    bodies = HumanBodies.standing(np.array([[4.0, 0.5]]))
     clouds = tuple(cloud_of(scene, bodies, mount) for mount in (LIDAR, DepthCameraMount()))
     detector, walls = CloudClusters(), hall()[1]
 
@@ -176,10 +178,10 @@ def test_clouds_of_two_sensors_are_one():
 def test_a_tilted_sensor_sees_the_same_place():
     # a sensor pitched by 0.2 rad and told so: the cloud is turned back
     turn = np.array([[np.cos(0.2), 0, np.sin(0.2)], [0, 1, 0], [-np.sin(0.2), 0, np.cos(0.2)]])
-    cloud = cloud_of(scenery(), Bodies.standing(np.array([[3.0, 1.0]])))
-    level = gather((cloud,), HERE[None], 15.0).points
+    cloud = cloud_of(scenery(), HumanBodies.standing(np.array([[3.0, 1.0]])))
+    level = merge_clouds((cloud,), HERE[None], 15.0).points
     tilted = bare(cloud.points @ turn, mount=(0.0, 0.0, 1.3, 0.0, 0.2, 0.0))
-    assert np.allclose(gather((tilted,), HERE[None], 15.0).points, level, atol=1e-4)
+    assert np.allclose(merge_clouds((tilted,), HERE[None], 15.0).points, level, atol=1e-4)
 
 
 def test_directions_are_free_as_far_as_the_ground_was_seen_and_blind_ones_are_not():
@@ -188,9 +190,9 @@ def test_directions_are_free_as_far_as_the_ground_was_seen_and_blind_ones_are_no
     points = np.where(behind[:, None], cloud.points, np.nan).astype(np.float32)
     wide = open_floor()
     seen = CloudClusters().detect((dataclasses.replace(cloud, points=points),), HERE[None], wide)
-    assert (seen.through[:, 0] > -0.1).all()
+    assert (seen.free_ends[:, 0] > -0.1).all()
     open_hall = bare(ring_of_ground(6.0))
-    free = CloudClusters().detect((open_hall,), HERE[None], wide).through
+    free = CloudClusters().detect((open_hall,), HERE[None], wide).free_ends
     assert len(free) == 360
     assert np.allclose(np.hypot(*free.T), 6.0, atol=0.05)
 
@@ -220,12 +222,12 @@ def test_nobody_is_made_of_nothing(points, height):
     cloud = bare(points, mount=(0.0, 0.0, height, 0.0, 0.0, 0.0))
     seen = CloudClusters().detect((cloud,), HERE[None], open_floor())
     assert len(seen.position) == 0
-    assert len(seen.through) == 0
+    assert len(seen.free_ends) == 0
 
 
 @pytest.mark.parametrize("bad", [3, 0, "pose", "reach"])
 def test_a_pose_or_a_reach_that_is_no_number_shows_nothing(bad):
-    cloud, pose = cloud_of(scenery(), Bodies.standing(np.array([[3.0, 1.0]]))), HERE.copy()
+    cloud, pose = cloud_of(scenery(), HumanBodies.standing(np.array([[3.0, 1.0]]))), HERE.copy()
     if bad == "pose":
         pose[1] = np.nan
     elif bad == "reach":
@@ -251,7 +253,7 @@ def test_a_million_points_take_a_moment_and_make_no_crash():
 
 
 def test_one_sweep_of_32_by_1024_is_quick():
-    bodies = Bodies.standing(np.array([[2.0, 0.5], [-1.0, 4.0], [5.0, -3.0]]))
+    bodies = HumanBodies.standing(np.array([[2.0, 0.5], [-1.0, 4.0], [5.0, -3.0]]))
     cloud, walls = cloud_of(scenery((3.0, -2.0, (1.0, 0.5), 0.8)), bodies), hall()[1]
     detector, times = CloudClusters(), []
     for _ in range(20):
@@ -267,7 +269,7 @@ def test_beyond_the_reach_of_one_sensor_the_view_is_the_other_s():
 
     steep = bare(slopes(-0.5, 0.25), (0.0, 0.0, 1.3, 0.0, 0.0, 0.0), range_max=6.0)
     flat = bare(slopes(-0.75, 0.1), (1.0, 0.0, 0.8, 0.0, 0.0, 0.0), range_max=10.0)
-    seen = gather((steep, flat), np.zeros((2, 3)), 15.0)
+    seen = merge_clouds((steep, flat), np.zeros((2, 3)), 15.0)
     places = np.array([[4.0, 0.0], [9.0, 0.0], [30.0, 0.0]])
     low, high = seen.in_view(places)
     assert np.allclose(low, [0.8 - 0.75 * 3.0, 0.8 - 0.75 * 8.0, 0.8 - 0.75 * 29.0])
@@ -275,14 +277,14 @@ def test_beyond_the_reach_of_one_sensor_the_view_is_the_other_s():
 
 
 def test_a_sensor_with_returns_at_its_lens_alone_has_no_view():
-    seen = gather((bare([[0.2, 0.0, 0.0]]),), HERE[None], 15.0)
+    seen = merge_clouds((bare([[0.2, 0.0, 0.0]]),), HERE[None], 15.0)
     assert np.isfinite(seen.in_view(np.array([[0.0, 0.0], [3.0, 0.0]]))).all()
 
 
 @pytest.mark.parametrize(("away", "proves"), [(4.0, True), (5.7, False)])
 def test_what_the_end_of_the_reach_cuts_is_no_person_for_sure(away, proves):
     lidar = LIDAR.model_copy(update={"range_max": 6.0})
-    cloud = cloud_of(scenery(ceiling=np.inf), Bodies.standing(np.array([[away, 0.0]])), lidar)
+    cloud = cloud_of(scenery(ceiling=np.inf), HumanBodies.standing(np.array([[away, 0.0]])), lidar)
     seen = CloudClusters().detect((cloud,), HERE[None], open_floor())
     assert len(seen.position) == 1
     assert (seen.confidence[0] > 0.5) == proves

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from cohelm.perception import CloudClusters
-from cohelm.perception.cloud_past import remember_place, with_place
+from cohelm.perception.cloud_detection.change_detection import detect_cloud_changes, remember_cloud
 from cohelm.robots import load_robot
-from cohelm.simulation.sensors import Bodies
+from cohelm.simulation.sensors import HumanBodies
 from cohelm.testing.scenes import open_floor
 
 from .clouds import HERE, NOBODY, cloud_of, scenery
 
-SOMEBODY = Bodies.standing(np.array([[4.0, 0.5]]))
+SOMEBODY = HumanBodies.standing(np.array([[4.0, 0.5]]))
 
 
 def seen_at(time, bodies):
@@ -31,20 +31,20 @@ def after(bodies):
     """The past after two seconds of looking at ``bodies``."""
     past = ()
     for k in range(20):
-        past = remember_place(past, seen_at(0.1 * k, bodies))
+        past = remember_cloud(past, seen_at(0.1 * k, bodies))
     return past
 
 
 @pytest.mark.parametrize(("before", "came"), [(NOBODY, True), (SOMEBODY, False)])
 def test_who_stands_where_floor_was_seen_has_come_there(before, came):
-    seen = with_place(seen_at(2.0, SOMEBODY), after(before))
+    seen = detect_cloud_changes(seen_at(2.0, SOMEBODY), after(before))
     near = np.hypot(*(seen.position - [4.0, 0.5]).T).argmin()
     assert (seen.moved[near] > 0.0) == came
     assert (seen.moved[near] < 0.0) == (not came)
 
 
 def test_without_a_past_nothing_is_said_to_have_come_and_nobody_is_denied():
-    seen = with_place(seen_at(0.0, SOMEBODY), ())
+    seen = detect_cloud_changes(seen_at(0.0, SOMEBODY), ())
     assert len(seen.moved) == len(seen.position)
     assert ((seen.moved < 0.0) & (seen.moved > -1.0)).all()
 
@@ -53,8 +53,8 @@ def test_what_a_camera_turns_to_was_not_empty_before():
     turned = np.array([0.0, 0.0, math.pi])
     past = ()
     for k in range(20):
-        past = remember_place(past, camera_at(0.1 * k, turned, SOMEBODY))
-    seen = with_place(camera_at(2.0, HERE, SOMEBODY), past)
+        past = remember_cloud(past, camera_at(0.1 * k, turned, SOMEBODY))
+    seen = detect_cloud_changes(camera_at(2.0, HERE, SOMEBODY), past)
     assert len(seen.moved)
     assert (seen.moved < 0.0).all()
 
@@ -62,6 +62,6 @@ def test_what_a_camera_turns_to_was_not_empty_before():
 def test_who_comes_into_a_camera_s_view_has_come():
     past = ()
     for k in range(20):
-        past = remember_place(past, camera_at(0.1 * k, HERE, NOBODY))
-    seen = with_place(camera_at(2.0, HERE, SOMEBODY), past)
+        past = remember_cloud(past, camera_at(0.1 * k, HERE, NOBODY))
+    seen = detect_cloud_changes(camera_at(2.0, HERE, SOMEBODY), past)
     assert (seen.moved > 0.0).any()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cohelm.perception.cloud_bodies import touching
+from cohelm.perception.cloud_detection.columns import touching_share
 
 NEAR = 0.15
 
@@ -21,11 +21,11 @@ def test_it_is_what_comparing_every_pair_gives(seed):
     count = rng.integers(0, 400)
     centre = np.round(rng.uniform(-3.0, 3.0, (count, 2)) / 0.05) * 0.05
     labels, asked = rng.integers(-1, 8, count), rng.random(count) < 0.7
-    assert touching(centre, labels, asked, NEAR, 6) == pytest.approx(
+    assert touching_share(centre, labels, asked, NEAR, 6) == pytest.approx(
         by_every_pair(centre, labels, asked, 6)
     )
 
 
 def test_nothing_touches_nothing():
     none = np.empty(0, dtype=np.int64)
-    assert (touching(np.empty((0, 2)), none, none.astype(bool), NEAR, 3) == 0.0).all()
+    assert (touching_share(np.empty((0, 2)), none, none.astype(bool), NEAR, 3) == 0.0).all()

@@ -3,14 +3,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohelm.perception.columns import LAYER, Columns, thin
+from cohelm.perception.cloud_detection.columns import LAYER, HeightLimits, build_columns
 
-BOUNDS = np.array([-0.3, 0.06, 0.0, 2.0, 3.0])
+LIMITS = HeightLimits(-0.3, 0.06, 0.0, 2.0, 3.0)
 
 
-def columns(points, heights, bounds=BOUNDS):
+def columns(points, heights, limits=LIMITS):
     points = np.asarray(points, dtype=float).reshape(-1, 2)
-    return Columns(*thin(points, np.asarray(heights, dtype=float), bounds, 0.05, 10.0, len(points)))
+    heights = np.asarray(heights, dtype=float)
+    return build_columns(points, heights, limits, 0.05, 10.0, len(points))
 
 
 @settings(max_examples=30, deadline=None)
@@ -38,8 +39,8 @@ def test_a_column_keeps_mean_count_extremes_and_layers():
 
 def test_the_ground_grows_with_distance():
     # at 5 m the ground reaches to 0.06 + 0.01 × 5 = 0.11 m
-    bounds = np.array([-0.3, 0.06, 0.01, 2.0, 3.0])
-    assert len(columns([[5.0, 0.0], [0.5, 0.0]], [0.1, 0.1], bounds).centre) == 1
+    limits = LIMITS._replace(ground_growth=0.01)
+    assert len(columns([[5.0, 0.0], [0.5, 0.0]], [0.1, 0.1], limits).centre) == 1
 
 
 @pytest.mark.parametrize("height", [0.0, 0.06, -0.2, 3.1])

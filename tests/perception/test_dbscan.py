@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.cluster import DBSCAN
 
-from cohelm.perception.dbscan import dbscan
+from cohelm.perception.scan_detection.clustering import dbscan
 
 
 @settings(max_examples=60, deadline=None)

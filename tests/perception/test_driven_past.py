@@ -6,8 +6,8 @@ from tests.perception.rays import Laser, box, observation, room
 
 from cohelm.maps import OccupancyGrid, distance_field
 from cohelm.perception import KalmanTracker, PerceptionParts, ScanClusters, perceive
-from cohelm.perception.alone import Alone
-from cohelm.perception.cloud_clusters import CloudClusters
+from cohelm.perception.cloud_detection.detector import CloudClusters
+from cohelm.perception.groups.affinity import NoGroups
 
 NO_MAP = distance_field(
     OccupancyGrid(
@@ -47,7 +47,7 @@ def told(laser, walls, discs, *, speed, seconds):
         detector=ScanClusters(),
         cloud_detector=CloudClusters(),
         tracker=KalmanTracker(),
-        group_detector=Alone(),
+        group_detector=NoGroups(),
     )
     memory = None
     for k in range(round(10 * seconds)):

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 
 from cohelm.geometry import wrap_angle
-from cohelm.perception import EgoMotionParameters, Matching, follow
-from cohelm.perception.outlines import Outline, outline_of_cloud, outline_of_scan
+from cohelm.perception import EgoMotionParameters, MatchStatus, update_ego_motion
+from cohelm.perception.localisation_check.scan_features import (
+    ScanFeatures,
+    features_of_cloud,
+    features_of_scan,
+)
 
 from .clouds import LIDAR, cloud_of, scenery
 from .driven import corridor, drive, errors, furnished, walkers
@@ -32,7 +36,7 @@ def test_ten_metres_of_way_are_found_to_centimetres(where, people):
     off = errors(driven)
     assert off[:, 0].max() < 0.03
     assert off[:, 1].max() < 0.2 * DEGREE
-    assert {way.matching for way, _ in driven} == {Matching.OK}
+    assert {way.status for way, _ in driven} == {MatchStatus.OK}
     assert driven[-1][0].length > 8.0
 
 
@@ -62,7 +66,7 @@ def test_at_rest_is_at_rest_though_walkers_hide_most_of_a_short_view():
             ranges[:180] = ranges[-180:] = np.nan  # looks ahead
             ranges[ranges > 4.5] = np.inf
             scan = replace(scan, ranges=ranges, range_max=4.5)
-            way = follow(way, outline_of_scan(scan), scan.time)
+            way = update_ego_motion(way, features_of_scan(scan), scan.time)
             assert (way.pose == 0.0).all()
 
 
@@ -111,7 +115,7 @@ def test_a_smooth_corridor_says_so_and_invents_nothing():
         return np.array([[-4.0 + 0.9 * t, 0.5, 0.08], [4.0 - t, -0.5, 0.08]])
 
     driven = list(drive(laser, lambda _: (0.0, 0.0, 0.0), 8.0, people=passing))
-    assert {way.matching for way, _ in driven[1:]} == {Matching.PARTLY}
+    assert {way.status for way, _ in driven[1:]} == {MatchStatus.PARTIAL}
     assert not errors(driven).any()
 
 
@@ -122,12 +126,12 @@ def test_another_place_begins_anew_and_keeps_the_pose():
     for k in range(40):
         place = laser if k < 20 else other
         scan, _ = place.scan(0.1 * k, (0.05 * k if k < 20 else 0.0, 0.0, 0.0), discs)
-        before, way = way, follow(way, outline_of_scan(scan), 0.1 * k)
+        before, way = way, update_ego_motion(way, features_of_scan(scan), 0.1 * k)
         if k == 20:
-            assert (way.part, way.matching) == (1, Matching.ANEW)
+            assert (way.segment, way.status) == (1, MatchStatus.RESTARTED)
             assert (way.pose == before.pose).all()
             assert (way.twist == 0.0).all()
-    assert way.part == 1
+    assert way.segment == 1
     assert way.resting
 
 
@@ -137,10 +141,10 @@ def test_after_a_gap_the_same_place_is_known_again():
     scans.append(laser.scan(40.0, (0.6, 0.3, 0.2), discs)[0])
     way = None
     for scan in scans:
-        way = follow(way, outline_of_scan(scan), scan.time)
+        way = update_ego_motion(way, features_of_scan(scan), scan.time)
         if scan.time < 20.0:
             assert (way.pose == 0.0).all()
-    assert way.part == 0
+    assert way.segment == 0
     assert way.pose == pytest.approx([0.6, 0.3, 0.2], abs=0.02)
     assert (way.twist == 0.0).all()  # nobody knows how it went meanwhile
 
@@ -151,39 +155,39 @@ def test_a_covered_view_is_held_out_for_a_moment():
     for k in range(40):
         around = [[0.45 * np.cos(a), 0.45 * np.sin(a), 0.25] for a in np.arange(6) * np.pi / 3]
         scan, _ = laser.scan(0.1 * k, (0, 0, 0), discs if not 10 <= k < 15 else np.array(around))
-        way = follow(way, outline_of_scan(scan), 0.1 * k)
-        said.append(way.matching)
+        way = update_ego_motion(way, features_of_scan(scan), 0.1 * k)
+        said.append(way.status)
         assert (way.pose == 0.0).all()
-    assert set(said[10:15]) == {Matching.HELD}
-    assert set(said[:10] + said[15:]) == {Matching.OK}
+    assert set(said[10:15]) == {MatchStatus.HELD}
+    assert set(said[:10] + said[15:]) == {MatchStatus.OK}
 
 
 def test_too_few_returns_say_nothing_for_ever():
-    nothing = Outline(points=np.empty((0, 2)), normals=np.empty((0, 2)))
+    nothing = ScanFeatures(points=np.empty((0, 2)), normals=np.empty((0, 2)))
     way = None
     for k in range(30):
-        way = follow(way, nothing, float(k))
-    assert (way.matching, way.part) == (Matching.HELD, 0)
+        way = update_ego_motion(way, nothing, float(k))
+    assert (way.status, way.segment) == (MatchStatus.HELD, 0)
     assert (way.pose == 0.0).all()
 
 
 def test_a_clock_that_stands_or_runs_back_moves_nobody():
     laser, discs = furnished()
-    outlines = [outline_of_scan(laser.scan(0.0, (x, 0, 0), discs)[0]) for x in (0.0, 0.1, 0.2)]
-    way = follow(follow(None, outlines[0], 10.0), outlines[1], 10.1)
+    outlines = [features_of_scan(laser.scan(0.0, (x, 0, 0), discs)[0]) for x in (0.0, 0.1, 0.2)]
+    way = update_ego_motion(update_ego_motion(None, outlines[0], 10.0), outlines[1], 10.1)
     assert way.pose[0] == pytest.approx(0.1, abs=0.01)
     for when in (10.1, 9.5, np.nan):
-        assert follow(way, outlines[2], when) is way
-    back = follow(way, outlines[2], 3.0)
+        assert update_ego_motion(way, outlines[2], when) is way
+    back = update_ego_motion(way, outlines[2], 3.0)
     assert (back.pose == way.pose).all()
-    assert (back.matching, back.part, back.resting) == (Matching.ANEW, 0, True)
+    assert (back.status, back.segment, back.resting) == (MatchStatus.RESTARTED, 0, True)
 
 
 def test_a_way_is_a_value():
     laser, discs = furnished(beams=360)
     (first, _), (second, _), *_ = drive(laser, lambda t: (t, 0.0, 0.0), 0.3, discs)
-    outline = outline_of_scan(laser.scan(0.2, (0.2, 0.0, 0.0), discs)[0])
-    once, twice = (follow(second, outline, 0.2) for _ in range(2))
+    outline = features_of_scan(laser.scan(0.2, (0.2, 0.0, 0.0), discs)[0])
+    once, twice = (update_ego_motion(second, outline, 0.2) for _ in range(2))
     assert (once.pose == twice.pose).all()
     assert (first.pose == 0.0).all()
 
@@ -195,8 +199,8 @@ def test_a_cloud_tells_its_way_as_a_scan_does():
     )
     for k in range(40):
         pose = np.array([-2.0 + 0.05 * k, 0.02 * k, 0.01 * k])
-        observation = outline_of_cloud(cloud_of(scene, mount=LIDAR, pose=pose, seed=k))
-        way = follow(way, observation, 0.1 * k)
+        observation = features_of_cloud(cloud_of(scene, mount=LIDAR, pose=pose, seed=k))
+        way = update_ego_motion(way, observation, 0.1 * k)
         first = np.array([-2.0, 0.0, 0.0])
         off.append(np.hypot(*(way.pose - (pose - first))[:2]))
     assert max(off) < 0.05
@@ -210,6 +214,6 @@ def test_a_scan_is_matched_within_three_milliseconds():
     way, cost = None, []
     for scan in scans:
         begin = time.thread_time()
-        way = follow(way, outline_of_scan(scan), scan.time)
+        way = update_ego_motion(way, features_of_scan(scan), scan.time)
         cost.append(time.thread_time() - begin)
     assert np.median(cost[5:]) < 3e-3

@@ -2,12 +2,19 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from cohelm.perception.fits import clutter_evidence, disc_evidence, fit_disc, flat_evidence
+from cohelm.perception.scan_detection.shape_fits import (
+    DiscPrior,
+    clutter_evidence,
+    disc_evidence,
+    fit_disc,
+    flat_evidence,
+)
 
 from .rays import box, cast
 
 ORIGIN = np.zeros(2)
 R0, DEVIATION, NOISE = 0.27, 0.05, 0.015
+PRIOR = DiscPrior(R0, DEVIATION, NOISE)
 BEAMS = np.radians(np.arange(-60, 60))
 
 
@@ -21,7 +28,7 @@ def face(discs=(), segments=(), noise=0.0, seed=0):
 
 @pytest.mark.parametrize("away", [1.0, 3.0, 6.0])
 def test_exact_returns_of_the_expected_body_give_its_centre(away):
-    x, y, r, misfit, _ = fit_disc(face([away, 0.3, R0]), ORIGIN, R0, DEVIATION, NOISE)
+    x, y, r, misfit, _ = fit_disc(face([away, 0.3, R0]), ORIGIN, PRIOR)
     # the weak prior on the start pulls by less than 1 mm
     assert np.hypot(x - away, y - 0.3) < 2e-3
     assert r == pytest.approx(R0, abs=2e-3)
@@ -30,7 +37,7 @@ def test_exact_returns_of_the_expected_body_give_its_centre(away):
 
 def test_is_the_minimum_that_a_general_solver_finds():
     points = face([3.0, -0.4, 0.31], noise=0.01)
-    x, y, r, _, deviation = fit_disc(points, ORIGIN, R0, DEVIATION, NOISE)
+    x, y, r, _, deviation = fit_disc(points, ORIGIN, PRIOR)
     mean = points.mean(axis=0)
     start = mean * (1.0 + 0.8 * R0 / np.hypot(*mean))
 
@@ -53,7 +60,7 @@ def test_the_mean_of_the_returns_lies_most_of_a_radius_too_near():
     points = face([4.0, 0.0, 0.25])
     # about 0.8 r, as measured for the printed eq. (3)
     assert 4.0 - points.mean(axis=0)[0] == pytest.approx(0.8 * 0.25, abs=0.02)
-    x, *_ = fit_disc(points, ORIGIN, R0, DEVIATION, NOISE)
+    x, *_ = fit_disc(points, ORIGIN, PRIOR)
     assert x == pytest.approx(4.0, abs=0.02)
 
 
@@ -61,7 +68,7 @@ def test_the_mean_of_the_returns_lies_most_of_a_radius_too_near():
 @pytest.mark.parametrize("away", [1.0, 2.5, 4.0])
 def test_discs_are_discs_and_boxes_are_not(away, seed):
     def odds(points):
-        _, _, _, misfit, _ = fit_disc(points, ORIGIN, R0, DEVIATION, NOISE)
+        _, _, _, misfit, _ = fit_disc(points, ORIGIN, PRIOR)
         other = min(clutter_evidence(misfit, len(points)), flat_evidence(points, NOISE))
         return 0.5 * (other - disc_evidence(misfit, len(points)))
 
@@ -81,7 +88,7 @@ def test_a_flat_face_costs_two_parameters_and_a_corner_four():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_few_returns_are_solvable_and_unsure(count):
     points = np.stack([np.full(count, 5.0), 0.1 * np.arange(count)], axis=-1)
-    x, y, r, misfit, deviation = fit_disc(points, ORIGIN, R0, DEVIATION, NOISE)
+    x, y, r, misfit, deviation = fit_disc(points, ORIGIN, PRIOR)
     assert np.isfinite([x, y, r, misfit, deviation]).all()
     assert x > 5.0
     assert deviation > 0.01

@@ -9,8 +9,8 @@ from cohelm.perception import (
     ScanClusters,
     perceive,
 )
-from cohelm.perception.alone import Alone
-from cohelm.perception.cloud_clusters import CloudClusters
+from cohelm.perception.cloud_detection.detector import CloudClusters
+from cohelm.perception.groups.affinity import NoGroups
 from cohelm.testing import check_tracker
 
 from .rays import Laser, observation
@@ -81,7 +81,7 @@ def test_only_who_asks_is_told_who_has_moved(tracker, asks):
         detector=ScanClusters(),
         cloud_detector=CloudClusters(),
         tracker=tracker,
-        group_detector=Alone(),
+        group_detector=NoGroups(),
     )
     for time in (0.0, 0.1, 0.2):
         scan, pose = laser.scan(time, (0.0, 0.0, 0.0), [[2.0, 0.5, 0.25]])
@@ -89,4 +89,4 @@ def test_only_who_asks_is_told_who_has_moved(tracker, asks):
         seen, memory = perceive(parts, now, laser.walls, memory)
     assert len(seen.detections[0].position) > 0
     assert (seen.detections[0].moved is not None) is asks
-    assert bool(memory.past) is asks
+    assert bool(memory.past_scans) is asks

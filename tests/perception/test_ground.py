@@ -4,20 +4,22 @@ import numpy as np
 import pytest
 
 from cohelm.geometry import transform
-from cohelm.perception.cloud_points import gather
-from cohelm.perception.ground import ground_heights
+from cohelm.perception.cloud_detection.ground import ground_heights
+from cohelm.perception.cloud_detection.merged_cloud import merge_clouds
 from cohelm.robots import DepthCameraMount
-from cohelm.simulation.sensors import Floor
+from cohelm.simulation.sensors import FloorSurface
 
 from .clouds import HERE, LIDAR, SPARSE, cloud_of, scenery, see
 
 AT = np.array([2.0, 0.0])
 FLOORS = {
-    "level": Floor(at=AT, direction=0.0, gradient=0.0),
-    "ramp ahead": Floor(at=AT, direction=0.0, gradient=0.1, length=4.0),
-    "ramp down": Floor(at=AT, direction=0.0, gradient=-0.1, length=4.0),
-    "ramp aside": Floor(at=np.array([0.0, 2.0]), direction=np.pi / 2, gradient=0.08, length=5.0),
-    "on the ramp": Floor(at=np.array([-1.0, 0.0]), direction=0.0, gradient=0.1, length=4.0),
+    "level": FloorSurface(at=AT, direction=0.0, gradient=0.0),
+    "ramp ahead": FloorSurface(at=AT, direction=0.0, gradient=0.1, length=4.0),
+    "ramp down": FloorSurface(at=AT, direction=0.0, gradient=-0.1, length=4.0),
+    "ramp aside": FloorSurface(
+        at=np.array([0.0, 2.0]), direction=np.pi / 2, gradient=0.08, length=5.0
+    ),
+    "on the ramp": FloorSurface(at=np.array([-1.0, 0.0]), direction=0.0, gradient=0.1, length=4.0),
 }
 
 
@@ -39,7 +41,7 @@ def test_floors_and_ramps_are_no_obstacle_and_boxes_on_them_are(floor, mount, he
 
 def standing(cloud):
     """(k, 2) returns on what stands on the ground, thinner than the detector takes it."""
-    seen = gather((cloud,), HERE[None], 15.0)
+    seen = merge_clouds((cloud,), HERE[None], 15.0)
     heights = ground_heights(seen.points, 0.12, 0.03, 15.0)
     away = np.hypot(*seen.points[:, :2].T)
     above = (heights > 0.06 + 0.004 * away) & (heights < 2.0)
@@ -57,7 +59,7 @@ def test_a_kerb_across_the_way_stays_in_the_way(step, mount):
 
 
 def test_an_unknown_height_is_found():
-    seen = gather(
+    seen = merge_clouds(
         (dataclasses.replace(cloud_of(scenery()), mount=np.array([0, 0, np.nan, 0, 0, 0])),),
         HERE[None],
         15.0,
@@ -69,7 +71,7 @@ def test_returns_from_below_the_floor_do_not_lift_it():
     cloud = cloud_of(scenery())
     ghosts = np.random.default_rng(0).uniform([2.0, -2.0, -2.5], [5.0, 2.0, -1.7], (30, 3))
     points = np.concatenate([cloud.points, ghosts.astype(np.float32)])
-    seen = gather((dataclasses.replace(cloud, points=points),), HERE[None], 15.0)
+    seen = merge_clouds((dataclasses.replace(cloud, points=points),), HERE[None], 15.0)
     heights = ground_heights(seen.points, 0.12, 0.03, 15.0)
     # what lies a hand's breadth over the floor at z = 0 is told as such to within 3 cm
     off = heights - seen.points[:, 2]

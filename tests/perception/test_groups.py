@@ -17,7 +17,7 @@ from tests.perception.formations import (
 from cohelm.arrays import identical
 from cohelm.messages import People
 from cohelm.perception import Affinity
-from cohelm.perception.groups_joining import clusters, inherit
+from cohelm.perception.groups.clustering import cluster_people, inherit_ids
 from cohelm.testing import check_group_detector
 
 TRIES = 40
@@ -163,18 +163,18 @@ def test_a_clock_that_stands_adds_nothing_and_one_that_runs_back_starts_anew():
 def test_joins_by_the_mean_over_all_pairs_and_the_strongest():
     # 0-1 and 1-2 speak for it by 2, 0-2 against it by 1: the mean to the third is 1/2 > 0
     evidence = np.array([[0.0, 2.0, -1.0], [2.0, 0.0, 2.0], [-1.0, 2.0, 0.0]])
-    assert clusters(evidence, 0.0).tolist() == [0, 0, 0]
+    assert cluster_people(evidence, 0.0).tolist() == [0, 0, 0]
     # against it by 3: the mean is −1/2
     evidence[0, 2] = evidence[2, 0] = -3.0
-    assert clusters(evidence, 0.0).tolist() == [0, 0, 2]
+    assert cluster_people(evidence, 0.0).tolist() == [0, 0, 2]
     # a quarter of the strongest: 3/4 · (−1/2) + 1/4 · 2 = 1/8
-    assert clusters(evidence, 0.25).tolist() == [0, 0, 0]
-    assert clusters(np.zeros((4, 4)), 0.5).tolist() == [0, 1, 2, 3]
-    assert clusters(np.zeros((0, 0)), 0.5).tolist() == []
+    assert cluster_people(evidence, 0.25).tolist() == [0, 0, 0]
+    assert cluster_people(np.zeros((4, 4)), 0.5).tolist() == [0, 1, 2, 3]
+    assert cluster_people(np.zeros((0, 0)), 0.5).tolist() == []
 
 
 def inherited(label, before, next_id=10):
-    group, free = inherit(np.array(label, dtype=int), np.array(before, dtype=int), next_id)
+    group, free = inherit_ids(np.array(label, dtype=int), np.array(before, dtype=int), next_id)
     return group.tolist(), free
 
 

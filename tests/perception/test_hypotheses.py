@@ -6,7 +6,7 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.messages import People
 from cohelm.perception import HYPOTHESES, Hypotheses
-from cohelm.perception.modes import drift
+from cohelm.perception.prediction.interacting_models import drift
 from cohelm.testing import check_predictor
 from cohelm.testing.scenes import walkers
 
@@ -101,7 +101,9 @@ def test_nobody_is_taken_to_change_when_he_is_first_seen():
 def test_one_odd_look_proves_the_less_the_heavier_the_tails():
     ways = way(np.tile([1.2, 0.0], (20, 1)))
     ways[-1, 0, 0] -= 0.3
-    predictors = [Hypotheses(Hypotheses.Parameters(tails=tails)) for tails in (3.0, 10.0, 100.0)]
+    predictors = [
+        Hypotheses(Hypotheses.Parameters(student_dof=tails)) for tails in (3.0, 10.0, 100.0)
+    ]
     sure = [likely(crowd(ways, predictor=each)[0], "keeps_going")[-1] for each in predictors]
     assert sure == sorted(sure, reverse=True)
     assert sure[0] > sure[-1] + 0.05
@@ -193,7 +195,7 @@ def test_people_come_and_go():
     # a newcomer is as everybody is
     new = predictor.predict(people, 4, 0.3, one)[0].weight[1]
     assert new == pytest.approx(predictor.predict(people, 4, 0.3, None)[0].weight[1])
-    nobody, memory = predictor.predict(People.nobody(3.3), 4, 0.3, both)
+    nobody, memory = predictor.predict(People.empty(3.3), 4, 0.3, both)
     assert nobody.weight.shape == (0, 5)
     assert len(memory.id) == 0
 

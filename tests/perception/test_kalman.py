@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
-from cohelm.perception.kalman import innovations, larger_deviation, predict, update
+from cohelm.perception.tracking.kalman import innovations, larger_deviation, predict, update
 
 H = np.eye(2, 4)
 

@@ -22,7 +22,7 @@ def nobody(_):
     return np.empty((0, 3))
 
 
-def follow(laser, discs_at, seconds, where=still):
+def track(laser, discs_at, seconds, where=still):
     """(time, people) of each tick, through detector and tracker."""
     told = ride(laser, where, discs_at, seconds, ScanClusters(), KalmanTracker())
     return [(time, people) for time, people, _ in told]
@@ -40,7 +40,7 @@ def sighting(time, positions, confidence=0.98):
     """What a detector would tell of whole bodies, without its points."""
     d = len(positions)
     return dataclasses.replace(
-        Detections.nothing(time, np.zeros(2)),
+        Detections.empty(time, np.zeros(2)),
         position=np.reshape(positions, (-1, 2)),
         radius=np.full(d, R),
         deviation=np.full(d, 0.03),
@@ -58,7 +58,7 @@ def test_a_walker_is_one_track_with_the_right_velocity(away, localisation):
     def walker(t):
         return np.array([[away, -2.0 + 1.2 * t, R]])
 
-    ticks = follow(Laser(localisation=localisation), walker, 3.0)
+    ticks = track(Laser(localisation=localisation), walker, 3.0)
     assert ids(ticks) == [0]
     # three scans, at 0, 0.1 and 0.2 s, confirm a track
     assert all(len(people) == 1 for time, people in ticks if time >= 0.2)
@@ -72,7 +72,7 @@ def test_two_who_cross_keep_their_ids():
     def crossing(t):
         return np.array([[4.0, -2.0 + t, R], [4.8, 2.0 - t, R]])
 
-    ticks = follow(Laser(), crossing, 4.0)
+    ticks = track(Laser(), crossing, 4.0)
     assert ids(ticks) == [0, 1]
     _, first = ticks[10]
     _, last = ticks[-1]
@@ -85,7 +85,7 @@ def test_two_who_cross_keep_their_ids():
 def test_a_person_hidden_for_a_second_keeps_the_id():
     # a wall from y = −0.6 to 0.6 at x = 2 hides the walker at x = 4 from −1.2 + R to 1.2 − R
     screen = np.array([[2.0, -0.6, 2.0, 0.6]])
-    ticks = follow(Laser(segments=screen), lambda t: np.array([[4.0, -3.0 + 1.6 * t, R]]), 4.0)
+    ticks = track(Laser(segments=screen), lambda t: np.array([[4.0, -3.0 + 1.6 * t, R]]), 4.0)
     known = [people for time, people in ticks if time > 0.3]
     assert ids(ticks) == [0]
     # told for a second at least, and at once when seen again; hidden for 1.4 s
@@ -104,7 +104,7 @@ def test_who_turns_back_within_half_a_second_keeps_the_id():
         y = -2.0 + 1.2 * min(t, 2.0) + 1.2 * s - 3.0 * s**2 - 1.2 * max(t - 2.4, 0.0)
         return np.array([[4.0, y, R]])
 
-    ticks = follow(Laser(), distracted, 4.0)
+    ticks = track(Laser(), distracted, 4.0)
     assert ids(ticks) == [0]
     for time, people in ticks:
         if time > 3.0:
@@ -115,7 +115,7 @@ def test_a_person_at_rest_keeps_the_last_heading_and_a_stranger_has_none():
     def stops(t):
         return np.array([[4.0, -1.0 + min(t, 1.5), R], [-3.0, 1.0, R]])
 
-    ticks = follow(Laser(localisation=1.0), stops, 5.0)
+    ticks = track(Laser(localisation=1.0), stops, 5.0)
     _, last = ticks[-1]
     walked, stood = nearest(last, [4.0, 0.5]), nearest(last, [-3.0, 1.0])
     assert last.heading[walked] == pytest.approx(np.pi / 2, abs=0.3)
@@ -127,12 +127,12 @@ def test_a_person_at_rest_keeps_the_last_heading_and_a_stranger_has_none():
 def test_driving_past_boxes_shows_nobody(turn):
     boxes = np.concatenate([box(0.0, 1.5, 0.5, turn), box(2.0, -1.4, 0.6, turn)])
     laser = Laser(segments=boxes, localisation=1.0)
-    ticks = follow(laser, nobody, 9.0, where=lambda t: (-5.0 + t, 0.0, 0.2 * np.sin(t)))
+    ticks = track(laser, nobody, 9.0, where=lambda t: (-5.0 + t, 0.0, 0.2 * np.sin(t)))
     assert ids(ticks) == []
 
 
 def test_an_empty_room_is_empty():
-    ticks = follow(Laser(localisation=1.0), nobody, 8.0, where=lambda t: (-4.0 + t, 0.0, 0.8 * t))
+    ticks = track(Laser(localisation=1.0), nobody, 8.0, where=lambda t: (-4.0 + t, 0.0, 0.8 * t))
     assert ids(ticks) == []
 
 
@@ -225,7 +225,7 @@ def test_twin_runs_are_equal_and_memory_is_a_value():
     def walkers(t):
         return np.array([[4.0, -2.0 + t, R], [-3.0, 1.0, R]])
 
-    runs = [follow(Laser(localisation=1.0), walkers, 1.5) for _ in range(2)]
+    runs = [track(Laser(localisation=1.0), walkers, 1.5) for _ in range(2)]
     assert identical(runs[0], runs[1])
 
 

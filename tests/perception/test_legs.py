@@ -8,11 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cohelm.evaluation.watching import NO_MAP, parts_of
+from cohelm.evaluation.perception.recording_view import NO_MAP, parts_of
 from cohelm.messages import Scan
 from cohelm.perception import PerceptionParts, ScanClusters, perceive
-from cohelm.perception.legs import MOST, pair_legs, stride_odds, width_odds
-from cohelm.perception.novelty import Glance, remember, with_motion
+from cohelm.perception.scan_detection.change_detection import (
+    PastScan,
+    detect_changes,
+    remember_scan,
+)
+from cohelm.perception.scan_detection.legs import (
+    MAX_LOG_ODDS,
+    pair_legs,
+    stride_log_odds,
+    width_log_odds,
+)
 from cohelm.recordings import open_recording
 from cohelm.testing.scenes import scan_of
 
@@ -73,24 +82,24 @@ def furnished(seed):
 
 
 def test_a_leg_is_sooner_as_wide_as_a_leg_than_as_a_chairs_or_a_box():
-    odds = [width_odds(w, 0.01, 0.12, 0.04) for w in (0.03, 0.12, 0.35)]
+    odds = [width_log_odds(w, 0.01, 0.12, 0.04) for w in (0.03, 0.12, 0.35)]
     assert odds[1] > 1.0 > -1.0 > max(odds[0], odds[2])
     # at its peak: 3.4 · 0.12 / (0.0403 √(2π))
     assert odds[1] == pytest.approx(np.log(3.4 * 0.12 / (0.0403 * np.sqrt(2 * np.pi))), abs=0.01)
 
 
 def test_a_stride_is_short_and_chance_is_not():
-    assert stride_odds(0.2, 0.8) > 0.0 > stride_odds(0.75, 0.8)
+    assert stride_log_odds(0.2, 0.8) > 0.0 > stride_log_odds(0.75, 0.8)
     # where the densities agree: ln(2.5² / 2) = d² / 2m², with the mode m = 0.8 / 2.5
     even = 0.8 / 2.5 * np.sqrt(2 * np.log(3.125))
-    assert stride_odds(even, 0.8) == pytest.approx(0.0, abs=1e-9)
+    assert stride_log_odds(even, 0.8) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_nearest_legs_walk_together_and_each_leg_once():
     centre = np.array([[0.0, 0.0], [0.2, 0.0], [0.65, 0.0], [3.0, 0.0]])
     pairs, odds = pair_legs(centre, np.full(4, 1.0), 0.8, -1.0)
     assert sorted(map(tuple, pairs.tolist())) == [(0, 1), (2, -1), (3, -1)]
-    assert (odds <= MOST).all()
+    assert (odds <= MAX_LOG_ODDS).all()
     assert odds[0] > odds[1] == odds[2]
 
 
@@ -153,8 +162,8 @@ def test_a_place_that_was_empty_and_is_not_says_that_something_came():
     past, verdicts = (), []
     for k in range(90):
         scan, told = laser.scan(k / 10, STILL, leg if k >= 40 else [])
-        seen = with_motion(ScanClusters().detect(scan, told, laser.walls), past)
-        past = remember(past, scan, told)
+        seen = detect_changes(ScanClusters().detect(scan, told, laser.walls), past)
+        past = remember_scan(past, scan, told)
         verdicts += list(seen.moved) if k >= 40 else []
     # new for 1.5 s, then at rest, but never furniture
     assert verdicts[0] == 3.0
@@ -167,8 +176,8 @@ def test_what_was_always_there_is_at_rest():
     past = ()
     for k in range(80):
         scan, told = laser.scan(k / 10, STILL, [[2.0, 0.0, LEG]])
-        seen = with_motion(ScanClusters().detect(scan, told, laser.walls), past)
-        past = remember(past, scan, told)
+        seen = detect_changes(ScanClusters().detect(scan, told, laser.walls), past)
+        past = remember_scan(past, scan, told)
     assert seen.moved == pytest.approx([-2.0])
 
 
@@ -183,7 +192,7 @@ def test_memory_grows_with_the_logarithm_of_time():
     )
     past = ()
     for k in range(3000):
-        past = remember(past, type(scan)(**{**_fields(scan), "time": k / 10}), np.zeros(3))
+        past = remember_scan(past, type(scan)(**{**_fields(scan), "time": k / 10}), np.zeros(3))
     ages = [299.9 - g.scan.time for g in past]
     assert ages == sorted(ages)
     # at most two for each factor of 1.25 between 0.2 and 300 s
@@ -198,10 +207,10 @@ def _fields(scan):
 def test_a_clock_that_runs_back_forgets_and_a_blind_pose_is_not_kept():
     scan, _ = Laser().scan(5.0, STILL, [])
     early, _ = Laser().scan(1.0, STILL, [])
-    past = remember((), scan, np.zeros(3))
-    assert isinstance(past[0], Glance)
-    assert [g.scan.time for g in remember(past, early, np.zeros(3))] == [1.0]
-    assert remember(past, scan, np.full(3, np.nan)) is past
+    past = remember_scan((), scan, np.zeros(3))
+    assert isinstance(past[0], PastScan)
+    assert [g.scan.time for g in remember_scan(past, early, np.zeros(3))] == [1.0]
+    assert remember_scan(past, scan, np.full(3, np.nan)) is past
 
 
 @pytest.mark.data

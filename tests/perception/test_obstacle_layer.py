@@ -14,7 +14,7 @@ from cohelm.perception import (
 from .rays import Laser, box, observation, room
 
 HERE = np.zeros(2)
-NOBODY = People.nobody(0.0)
+NOBODY = People.empty(0.0)
 
 
 def somebody(x, y, radius=0.25):

@@ -11,7 +11,7 @@ from cohelm.robots import DepthCameraMount, LidarMount
 
 from .clouds import LIDAR, NOBODY, cloud_of, hall, scenery
 
-NONE = People.nobody(0.0)
+NONE = People.empty(0.0)
 BOX = (0.0, 0.0, (0.4, 0.4), 0.25)
 SIX = LidarMount(pose=(0.0, 0.0, 1.3, 0.0, 0.0, 0.0), rings=16, azimuths=360)
 
@@ -74,7 +74,7 @@ def test_what_is_taken_away_is_cleared_from_where_the_floor_is_seen(mount, heigh
 
 def test_a_planar_scan_leaves_what_clouds_saw_and_clears_what_scans_saw():
     grid, scene, layer = hall()[0], scenery(BOX, ceiling=np.inf), None
-    nothing = Detections.nothing(0.0, np.array([-3.0, 0.0]))
+    nothing = Detections.empty(0.0, np.array([-3.0, 0.0]))
     post = dataclasses.replace(
         nothing,
         points=np.array([[1.01, 1.01]]),
@@ -89,7 +89,7 @@ def test_a_planar_scan_leaves_what_clouds_saw_and_clears_what_scans_saw():
     assert box >= 4
     assert standing(layer, (1.0, 1.0), 0.1) == 1
     free = np.array([[5.02, 2.02 + 0.01 * k] for k in range(-30, 30)])
-    over = dataclasses.replace(nothing, through=np.concatenate([free, free - [0.0, 2.0]]))
+    over = dataclasses.replace(nothing, free_ends=np.concatenate([free, free - [0.0, 2.0]]))
     for _ in range(12):
         layer = update_obstacle_layer(layer, (over,), NONE, grid, np.array([-3.0, 0.0]))
     assert standing(layer) == box

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cohelm.evaluation.watching import NO_MAP, perception_of
+from cohelm.evaluation.perception.recording_view import NO_MAP, perception_of
 from cohelm.messages import Observation
 from cohelm.perception import perceive
 from cohelm.robots import LidarMount
-from cohelm.simulation.sensors import Bodies, Scenery, scan_cloud
+from cohelm.simulation.sensors import HumanBodies, StaticScene, scan_cloud
 from cohelm.testing.scenes import room
 
 STEP, FRAMES, TROUBLE = 0.1, 40, 20
@@ -20,11 +20,11 @@ MOUNT = LidarMount(rings=16, azimuths=512)
 @pytest.fixture(scope="module")
 def clouds():
     """Two people walk past a chair at rest, at 1.2 m/s."""
-    scenery, rng, out = Scenery(grid=room()), np.random.default_rng(0), []
+    scenery, rng, out = StaticScene(grid=room()), np.random.default_rng(0), []
     for k in range(FRAMES):
         time, way = k * STEP, 1.2 * k * STEP
         bodies = replace(
-            Bodies.standing(np.array([[3.0 + way, 6.0], [3.5 + way, 2.5]])),
+            HumanBodies.standing(np.array([[3.0 + way, 6.0], [3.5 + way, 2.5]])),
             walked=np.full(2, way),
             speed=np.full(2, 1.2),
         )
@@ -65,7 +65,7 @@ def test_a_clock_that_runs_back_makes_nobody(clouds, back):
     stamps = times() - np.where(np.arange(FRAMES) < TROUBLE, 0.0, back)
     got = told(clouds, stamps, stamps)
     assert max(len(ids) for ids, _ in got) == 2
-    assert got[TROUBLE][1] == "clock_back"
+    assert got[TROUBLE][1] == "clock_backwards"
     assert len(got[-1][0]) == 2
     assert not set(got[-1][0]) & set(got[TROUBLE - 1][0])  # ids are never used again
 
@@ -76,11 +76,11 @@ def test_one_stamp_that_makes_no_sense_changes_nobody(clouds, stamp):
     stamps[TROUBLE] = stamp
     got = told(clouds, stamps, times())
     assert max(len(ids) for ids, _ in got) == 2
-    assert got[TROUBLE][1] == "clock_apart"
+    assert got[TROUBLE][1] == "clock_offset"
     assert all(ids == got[TROUBLE - 1][0] for ids, _ in got[TROUBLE:])
 
 
 def test_a_sensor_of_another_time_is_told(clouds):
     got = told(clouds, times() + 3600.0, times())
-    assert {status for _, status in got} == {"clock_apart"}
+    assert {status for _, status in got} == {"clock_offset"}
     assert not any(ids for ids, _ in got)

@@ -9,7 +9,7 @@ from cohelm.testing import check_predictor
 
 
 def person(covariance):
-    nobody = People.nobody(0.0)
+    nobody = People.empty(0.0)
     return type(nobody)(
         time=0.0,
         id=np.array([3]),
@@ -34,7 +34,7 @@ def test_keeps_going():
 
 
 def test_who_is_expected_to_stand_stays_where_he_is():
-    stands = ConstantVelocity(ConstantVelocity.Parameters(lasting=0.0))
+    stands = ConstantVelocity(ConstantVelocity.Parameters(velocity_share=0.0))
     got, _ = stands.predict(person(0.01 * np.eye(4)), 5, 0.2)
     assert (got.mean == [1.0, 2.0]).all()
     assert (got.velocity == 0.0).all()
@@ -46,7 +46,7 @@ def test_who_is_expected_to_stand_stays_where_he_is():
 def test_the_noise_about_standing_leads_nobody_away(speed, share):
     """Below 0.1 m/s people stand, from 0.2 m/s on they walk; in between the share is linear."""
     slow = replace(person(0.01 * np.eye(4)), mean=np.array([[1.0, 2.0, 0.6 * speed, 0.8 * speed]]))
-    got, _ = ConstantVelocity(ConstantVelocity.Parameters(standing=0.1)).predict(slow, 5, 0.2)
+    got, _ = ConstantVelocity(ConstantVelocity.Parameters(standing_speed=0.1)).predict(slow, 5, 0.2)
     assert got.velocity[0, 0, 0] == pytest.approx([0.6 * share * speed, 0.8 * share * speed])
     assert got.mean[0, 0, 5] == pytest.approx(slow.mean[0, :2] + got.velocity[0, 0, 0])
 
@@ -56,7 +56,7 @@ def test_grows_unsure_as_the_sampled_motion_does():
     rng = np.random.default_rng(0)
     root = 0.1 * rng.standard_normal((4, 4))
     covariance = root @ root.T
-    got, _ = ConstantVelocity(ConstantVelocity.Parameters(agility=0.05)).predict(
+    got, _ = ConstantVelocity(ConstantVelocity.Parameters(process_noise=0.05)).predict(
         person(covariance), 10, 0.1
     )
     samples = rng.multivariate_normal(np.zeros(4), covariance, 40_000)
@@ -70,6 +70,6 @@ def test_grows_unsure_as_the_sampled_motion_does():
 
 
 def test_is_never_less_sure_than_told():
-    parameters = ConstantVelocity.Parameters(largest_deviation=0.5)
+    parameters = ConstantVelocity.Parameters(max_deviation=0.5)
     got, _ = ConstantVelocity(parameters).predict(person(np.eye(4)), 30, 0.1)
     assert got.deviation.max() == 0.5

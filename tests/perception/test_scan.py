@@ -3,7 +3,7 @@ import pytest
 
 from cohelm.geometry import compose
 from cohelm.messages import Scan
-from cohelm.perception import returns
+from cohelm.perception import scan_returns
 
 
 def scan(ranges, **changes):
@@ -20,7 +20,7 @@ def scan(ranges, **changes):
 
 def test_beams_end_where_frames_compose():
     X_MR, X_RS = np.array([1.0, 2.0, 0.5]), np.array([0.3, -0.1, 1.0])
-    seen = returns(scan([2.0, 3.0], mount=X_RS), X_MR)
+    seen = scan_returns(scan([2.0, 3.0], mount=X_RS), X_MR)
     X_MS = compose(X_MR, X_RS)
     # the second beam looks to the sensor's left: (0, 3) in its frame
     expected = [compose(X_MS, [2.0, 0.0, 0.0])[:2], compose(X_MS, [0.0, 3.0, 0.0])[:2]]
@@ -29,16 +29,16 @@ def test_beams_end_where_frames_compose():
 
 
 def test_only_ranges_within_reach_are_returns_and_only_inf_is_free():
-    seen = returns(scan([np.nan, np.inf, -np.inf, 0.0, -1.0, 10.0, 10.1, 1.0]), np.zeros(3))
+    seen = scan_returns(scan([np.nan, np.inf, -np.inf, 0.0, -1.0, 10.0, 10.1, 1.0]), np.zeros(3))
     assert seen.range.tolist() == [10.0, 1.0]
     # the one free beam looks left and is free as far as 10 m
-    assert seen.through == pytest.approx(np.array([[0.0, 10.0]]))
+    assert seen.free_ends == pytest.approx(np.array([[0.0, 10.0]]))
 
 
 def test_a_clockwise_scanner_gives_the_same_points_in_the_same_order():
     ahead = scan([1.0, 2.0, 3.0], angle_increment=0.2)
     back = scan([3.0, 2.0, 1.0], angle_min=0.4, angle_increment=-0.2)
-    a, b = returns(ahead, np.zeros(3)), returns(back, np.zeros(3))
+    a, b = scan_returns(ahead, np.zeros(3)), scan_returns(back, np.zeros(3))
     assert b.points == pytest.approx(a.points)
     assert b.bearing == pytest.approx(a.bearing)
     assert b.increment == a.increment
@@ -56,6 +56,6 @@ def test_a_clockwise_scanner_gives_the_same_points_in_the_same_order():
     ],
 )
 def test_what_is_not_finite_has_no_returns(changes, pose):
-    seen = returns(scan(**{"ranges": [1.0, np.inf], **changes}), pose)
-    assert len(seen.points) == len(seen.through) == 0
+    seen = scan_returns(scan(**{"ranges": [1.0, np.inf], **changes}), pose)
+    assert len(seen.points) == len(seen.free_ends) == 0
     assert np.isfinite(seen.origin).all()

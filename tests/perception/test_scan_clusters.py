@@ -107,7 +107,7 @@ def test_a_scan_without_a_usable_return_shows_nothing(fill):
     )
     seen = ScanClusters().detect(blind, told, laser.walls)
     assert len(seen.position) == len(seen.points) == 0
-    assert len(seen.through) == (360 if np.isposinf(fill) else 0)
+    assert len(seen.free_ends) == (360 if np.isposinf(fill) else 0)
 
 
 def test_no_return_is_dropped():

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from cohelm.evaluation.changes_of_mind import CHANGES, walk
-from cohelm.evaluation.watched import detections
+from cohelm.evaluation.perception.behaviour_changes import CHANGES, walk
+from cohelm.evaluation.perception.tracked_film import detections
 from cohelm.messages import Observation
 from cohelm.perception import KalmanTracker
-from cohelm.perception.kalman import predict, update
-from cohelm.perception.unsmoothed import by_axis, unsmoothed
+from cohelm.perception.prediction.measurement_recovery import axis_covariance, recover_measurements
+from cohelm.perception.tracking.kalman import predict, update
 
 
 @pytest.mark.parametrize("q", [0.05, 0.4, 3.0])
@@ -20,8 +20,8 @@ def test_finds_what_a_filter_saw_whatever_agitates_it(q, doubt):
         ahead, wide = predict(mean, covariance, steps, np.full(2, q))
         seen = ahead[:, :2] + 0.1 * rng.standard_normal((2, 2))
         after, narrow = update(ahead, doubt * wide, seen, np.full(2, 0.06))
-        found, variance = unsmoothed(
-            ahead[:, :2], by_axis(covariance), after[:, :2], by_axis(narrow), steps
+        found, variance = recover_measurements(
+            ahead[:, :2], axis_covariance(covariance), after[:, :2], axis_covariance(narrow), steps
         )
         assert found == pytest.approx(seen)
         assert variance == pytest.approx(np.full(2, 0.06**2))
@@ -29,8 +29,8 @@ def test_finds_what_a_filter_saw_whatever_agitates_it(q, doubt):
 
 
 def test_takes_as_it_is_what_no_filter_made():
-    covariance = by_axis(np.tile(np.diag([0.01, 0.01, 0.1, 0.1]), (1, 1, 1)))
-    found, variance = unsmoothed(
+    covariance = axis_covariance(np.tile(np.diag([0.01, 0.01, 0.1, 0.1]), (1, 1, 1)))
+    found, variance = recover_measurements(
         np.zeros((1, 2)), covariance, np.ones((1, 2)), covariance, np.full(1, 0.1)
     )
     assert found.tolist() == [[1.0, 1.0]]
@@ -60,11 +60,11 @@ def looked_at(name, tracker, *, noise, dt, late=0.0, every=1):
             continue
         if before is not None:
             since = told.time - before.time
-            found, variance = unsmoothed(
+            found, variance = recover_measurements(
                 before.mean[:, :2] + since * before.mean[:, 2:],
-                by_axis(before.covariance),
+                axis_covariance(before.covariance),
                 told.mean[:, :2],
-                by_axis(told.covariance),
+                axis_covariance(told.covariance),
                 np.full(1, since),
             )
             errors.append(found[0] - (seen[0] if late == 0.0 and every == 1 else now[0]))
@@ -78,7 +78,7 @@ def looked_at(name, tracker, *, noise, dt, late=0.0, every=1):
 @pytest.mark.parametrize("dt", [0.1, 0.2])
 def test_finds_what_the_tracker_saw_however_it_is_set(name, agility, dt):
     # the tracker grows agile with surprise and doubts itself: neither may matter
-    given = {} if agility is None else {"agility": agility}
+    given = {} if agility is None else {"process_noise": agility}
     tracker = KalmanTracker(KalmanTracker.Parameters(**given))
     errors, variances = looked_at(name, tracker, noise=0.035, dt=dt)
     assert len(errors) >= 7

@@ -10,8 +10,8 @@ import pytest
 
 from cohelm.errors import RecordingError
 from cohelm.recordings import open_recording
-from cohelm.recordings.compression import unpack_zstd
-from cohelm.recordings.ros1_bag import MAGIC
+from cohelm.recordings.bags.compression import unpack_zstd
+from cohelm.recordings.bags.ros1 import MAGIC
 
 from .bags import ROS2, write
 from .test_damage import everything

@@ -24,7 +24,7 @@ from cohelm.messages import (
     Wish,
 )
 from cohelm.recordings import RideTick
-from cohelm.recordings.exact import pack, unpack
+from cohelm.recordings.rides.exact import pack, unpack
 
 ANY = st.floats(width=64)
 """NaN, infinities, −0.0 and denormals too."""
@@ -97,7 +97,7 @@ def a_tick():
     )
     decision = Decision(twist=np.array([0.1, -0.0, np.pi]), reason=Reason.TOO_CLOSE)
     seen = Observation.at_rest(1.0)
-    return RideTick(number=7, observation=seen, request=request, decision=decision, made="")
+    return RideTick(number=7, observation=seen, request=request, decision=decision, digest="")
 
 
 def test_requests_decisions_and_their_parameters_come_back():
@@ -115,18 +115,18 @@ def test_every_flipped_bit_is_noticed():
     for at in range(0, len(data), 7):
         broken = bytearray(data)
         broken[at] ^= 1 << (at % 8)
-        with pytest.raises(ValueError, match=r"damaged|no packed value"):
+        with pytest.raises(ValueError, match=r"damaged|not a packed value"):
             unpack(bytes(broken), RideTick)
 
 
 @pytest.mark.parametrize("length", [0, 3, 11, 12, 40, -1])
 def test_what_is_cut_is_refused(length):
-    with pytest.raises(ValueError, match=r"damaged|no packed value"):
+    with pytest.raises(ValueError, match=r"damaged|not a packed value"):
         unpack(pack(a_tick())[:length], RideTick)
 
 
 def test_another_value_is_refused_by_its_name():
-    with pytest.raises(ValueError, match="is no Scan"):
+    with pytest.raises(ValueError, match="is not a Scan"):
         unpack(pack(a_tick()), Scan)
 
 
@@ -173,5 +173,5 @@ def test_the_layout_is_the_one_that_is_documented():
     ],
 )
 def test_what_makes_no_sense_is_refused_though_its_checksum_agrees(tree):
-    with pytest.raises(ValueError, match="is no Decision"):
+    with pytest.raises(ValueError, match="is not a Decision"):
         unpack(sealed(tree, bytes(24)), Decision)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohelm.errors import RecordingError
 from cohelm.recordings import open_recording
-from cohelm.recordings.lzf import decompress_lzf
+from cohelm.recordings.clouds.pcd import decompress_lzf
 
 from .clouds import lzf, pcd
 

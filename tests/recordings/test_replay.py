@@ -9,22 +9,22 @@ import numpy as np
 import pytest
 
 from cohelm.errors import RecordingError
-from cohelm.evaluation import load_scenario
-from cohelm.evaluation.staging import set_stage
 from cohelm.geometry import transform
 from cohelm.maps import FREE, OccupancyGrid
 from cohelm.messages import Decision
 from cohelm.recordings import read_trajectories
-from cohelm.recordings.crowdnav import read_cases
-from cohelm.recordings.replay import Replay
-from cohelm.simulation import Crowd, Scene, World, entered
+from cohelm.recordings.pedestrians.crowdnav import read_cases
+from cohelm.recordings.pedestrians.replay import Replay
+from cohelm.scenarios import load_scenario
+from cohelm.scenarios.build import build_scenario
+from cohelm.simulation import Crowd, CrowdScene, World, prepare_crowd
 
 DT = 0.05
 NOWHERE = OccupancyGrid(data=np.full((4, 4), FREE, dtype=np.int8), resolution=1.0, X_MG=np.zeros(3))
 
 
 def scene(time=0.0, chair=(1e4, 1e4)):
-    return Scene(
+    return CrowdScene(
         grid=NOWHERE,
         robot_position=np.array(chair),
         robot_velocity=np.zeros(2),
@@ -71,7 +71,7 @@ def film(tmp_path):
 def replayed(file, crowd=None, seconds=8.0, **changes):
     model = Replay(Replay.Parameters(file=str(file), **changes))
     rng = np.random.default_rng(0)
-    crowds = [entered(model, nobody() if crowd is None else crowd)]
+    crowds = [prepare_crowd(model, nobody() if crowd is None else crowd)]
     for k in range(round(seconds / DT)):
         crowds.append(model.step(crowds[-1], scene(k * DT), DT, rng))
     return crowds
@@ -125,7 +125,7 @@ def test_a_film_is_laid_where_and_when_it_is_asked_for(film):
 def test_who_comes_after_the_ride_is_left_out(film):
     assert len(replayed(film, seconds=0.0, begin=0.0).pop().radius) == 4
     model = Replay(Replay.Parameters(file=str(film), seconds=1.0))
-    assert len(entered(model, nobody()).radius) == 3
+    assert len(prepare_crowd(model, nobody()).radius) == 3
 
 
 def test_groups_are_the_films_and_nobody_sees_the_chair(film):
@@ -151,7 +151,7 @@ def identical_film(crowd, film):
 def test_who_is_not_there_is_neither_told_nor_touched_nor_measured(film):
     """The chair stands where the third comes to later, and where the fourth was missed."""
     settings = [f"people.model.file={film}", "people.model.at=[10, 10]", "tracker=given"]
-    stage = set_stage(load_scenario("filmed", ["start=[13, 13, 0]", *settings]), 0)
+    stage = build_scenario(load_scenario("filmed", ["start=[13, 13, 0]", *settings]), 0)
     assert not stage.world.crowd.sees_robot.any()
     world = World(stage.world, 0)
     told = []
@@ -170,7 +170,7 @@ def test_who_is_not_there_is_neither_told_nor_touched_nor_measured(film):
 
 def test_nobody_comes_where_nobody_is_wanted(film):
     settings = [f"people.model.file={film}", "people.count=0"]
-    assert len(set_stage(load_scenario("filmed", settings), 0).world.crowd.radius) == 0
+    assert len(build_scenario(load_scenario("filmed", settings), 0).world.crowd.radius) == 0
 
 
 def test_a_film_beside_the_scenario_is_found(film, tmp_path):
@@ -179,7 +179,7 @@ def test_a_film_beside_the_scenario_is_found(film, tmp_path):
         "floor: plaza\nstart: [3, 3]\ngoal: [9, 3]\n"
         f"people: {{model: {{use: replay, file: {film.name}}}}}\n"
     )
-    assert len(set_stage(load_scenario(file), 0).world.crowd.radius) == 4
+    assert len(build_scenario(load_scenario(file), 0).world.crowd.radius) == 4
 
 
 def test_a_file_that_is_no_film_is_refused_by_name(tmp_path):
@@ -214,7 +214,7 @@ def test_recorded_crowds_are_reproduced_at_their_frames(name):
 def came(file, chair, **changes):
     """When the one comes who walks from (3, 4) at 2 s to (3, 2) at 4 s; NaN: never."""
     model = Replay(Replay.Parameters(file=str(file), **changes))
-    crowd = entered(model, nobody())
+    crowd = prepare_crowd(model, nobody())
     for k in range(160):
         crowd = model.step(crowd, scene(k * DT, chair), DT, np.random.default_rng(0))
         if crowd.there[2]:
@@ -235,7 +235,7 @@ def test_who_would_come_upon_the_chair_comes_once_it_is_far_enough(film):
 
 def test_who_is_there_stays_however_near_the_chair_comes(film):
     model = Replay(Replay.Parameters(file=str(film), clear=2.0))
-    crowd = entered(model, nobody())
+    crowd = prepare_crowd(model, nobody())
     for k in range(70):  # far away till they are there, then in their midst
         chair = (1e4, 1e4) if k < 45 else tuple(crowd.position[2])
         crowd = model.step(crowd, scene(k * DT, chair), DT, np.random.default_rng(0))

@@ -136,7 +136,7 @@ def test_a_folder_of_sweeps_is_a_row_in_the_order_of_names(tmp_path):
     recording = open_recording(tmp_path)
     assert recording.frames == 3
     (warning,) = recording.warnings
-    assert "10 sweeps a second" in warning
+    assert "10 sweeps per second" in warning
     frames = list(recording)
     assert [f.observation.clouds[0].points[0, 0] for f in frames] == [1.0, 9.0, 10.0]
     assert [f.observation.time for f in frames] == pytest.approx([0.0, 0.1, 0.2])
@@ -150,7 +150,7 @@ def test_recordings_of_other_kinds_in_a_folder_are_named(tmp_path):
     (tmp_path / "walk.bag").write_bytes(b"x")
     recording = open_recording(tmp_path)
     assert len(list(recording)) == 2
-    assert any("left aside: walk.bag" in text for text in recording.warnings)
+    assert any("ignored: walk.bag" in text for text in recording.warnings)
 
 
 def test_a_folder_of_kitti_is_found_by_its_sweeps(tmp_path, rng):

@@ -111,7 +111,7 @@ def test_the_groups_beside_the_file_are_read(tmp_path):
         ("0 1 2 3\n10 1 nan 3\n", "line 2"),
         ("0 1 2 inf\n", "line 1"),
         ("1 2 3\n", "3 columns"),
-        ("0 1 ? ?\n", "nobody"),
+        ("0 1 ? ?\n", "no positions"),
         ("0 1.5 2 3\n", "whole number"),
         ("0 1 2 3\n0 1 2 3\n", "twice"),
         ("0 1 1e300 3\n", "beyond"),
@@ -127,7 +127,7 @@ def test_what_makes_no_sense_is_said_with_its_place(tmp_path, text, says):
 
 def test_other_things_than_text_are_refused(tmp_path):
     (tmp_path / "picture.txt").write_bytes(b"\x89PNG\r\n\x1a\n\x00\xff")
-    with pytest.raises(RecordingError, match="at byte 0: is no text"):
+    with pytest.raises(RecordingError, match="at byte 0: is not text"):
         read_trajectories(tmp_path / "picture.txt")
     for file in (tmp_path, tmp_path / "absent.txt"):
         with pytest.raises(RecordingError):

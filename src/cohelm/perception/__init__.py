@@ -1,6 +1,5 @@
-"""Perception: scans and clouds → clusters → people → groups and predictions; live obstacles."""
+"""Perception: scans and clouds → detections → people → groups and predictions; live obstacles."""
 
-from cohelm.perception.alone import Alone
 from cohelm.perception.api import (
     CloudDetector,
     Detections,
@@ -9,69 +8,78 @@ from cohelm.perception.api import (
     Predictor,
     Tracker,
 )
-from cohelm.perception.cloud_clusters import CloudClusters
-from cohelm.perception.ego_motion import EgoMotionParameters, Matching, Way, follow
-from cohelm.perception.given_people import GivenPeople, GivenState
-from cohelm.perception.groups import Affinity, AffinityState
-from cohelm.perception.hypotheses import HYPOTHESES, Change, Going, Hypotheses
-from cohelm.perception.kalman_tracker import KalmanTracker
-from cohelm.perception.modes import ModeState
-from cohelm.perception.novelty import NoveltyParameters
-from cohelm.perception.obstacle_layer import (
+from cohelm.perception.cloud_detection.detector import CloudClusters
+from cohelm.perception.groups.affinity import Affinity, AffinityState, NoGroups
+from cohelm.perception.localisation_check.ego_motion import (
+    EgoMotion,
+    EgoMotionParameters,
+    MatchStatus,
+    update_ego_motion,
+)
+from cohelm.perception.localisation_check.scan_features import ScanFeatures, extract_features
+from cohelm.perception.obstacles.obstacle_layer import (
     ObstacleLayerParameters,
     ObstacleLayerState,
     update_obstacle_layer,
 )
-from cohelm.perception.outlines import Outline, outline_of
 from cohelm.perception.perceive import (
-    Perceived,
     PerceptionMemory,
     PerceptionParts,
+    PerceptionResult,
     perceive,
     pose_at,
 )
-from cohelm.perception.prediction import ConstantVelocity
-from cohelm.perception.scan import Returns, returns
-from cohelm.perception.scan_clusters import ScanClusters
-from cohelm.perception.tracks import TrackerState
+from cohelm.perception.prediction.constant_velocity import ConstantVelocity
+from cohelm.perception.prediction.hypotheses import (
+    HYPOTHESES,
+    Hypotheses,
+    ManoeuvreModel,
+    MotionModel,
+)
+from cohelm.perception.prediction.interacting_models import ImmState
+from cohelm.perception.scan_detection.change_detection import ChangeDetectionParameters
+from cohelm.perception.scan_detection.detector import ScanClusters, ScanReturns, scan_returns
+from cohelm.perception.tracking.given_people import GivenPeople, GivenState
+from cohelm.perception.tracking.kalman_tracker import KalmanTracker
+from cohelm.perception.tracking.tracks import TrackerState
 
 __all__ = [
     "HYPOTHESES",
     "Affinity",
     "AffinityState",
-    "Alone",
-    "Change",
+    "ChangeDetectionParameters",
     "CloudClusters",
     "CloudDetector",
     "ConstantVelocity",
     "Detections",
     "Detector",
+    "EgoMotion",
     "EgoMotionParameters",
     "GivenPeople",
     "GivenState",
-    "Going",
     "GroupDetector",
     "Hypotheses",
+    "ImmState",
     "KalmanTracker",
-    "Matching",
-    "ModeState",
-    "NoveltyParameters",
+    "ManoeuvreModel",
+    "MatchStatus",
+    "MotionModel",
+    "NoGroups",
     "ObstacleLayerParameters",
     "ObstacleLayerState",
-    "Outline",
-    "Perceived",
     "PerceptionMemory",
     "PerceptionParts",
+    "PerceptionResult",
     "Predictor",
-    "Returns",
     "ScanClusters",
+    "ScanFeatures",
+    "ScanReturns",
     "Tracker",
     "TrackerState",
-    "Way",
-    "follow",
-    "outline_of",
+    "extract_features",
     "perceive",
     "pose_at",
-    "returns",
+    "scan_returns",
+    "update_ego_motion",
     "update_obstacle_layer",
 ]

@@ -1,4 +1,4 @@
-"""The pipeline of perception: scans and clouds → detections → people → groups."""
+"""Pipeline of perception: scans and clouds → detections → people → groups."""
 
 from __future__ import annotations
 
@@ -18,49 +18,57 @@ from cohelm.perception.api import (
     GroupDetector,
     Tracker,
 )
-from cohelm.perception.clock import RAN_BACK, Clocks, timely
-from cohelm.perception.cloud_past import remember_place, with_place
-from cohelm.perception.novelty import NoveltyParameters, Past, remember, with_motion
+from cohelm.perception.cloud_detection.change_detection import (
+    detect_cloud_changes,
+    remember_cloud,
+)
+from cohelm.perception.localisation_check.clock import CLOCK_RESET, Clocks, check_clocks
+from cohelm.perception.scan_detection.change_detection import (
+    ChangeDetectionParameters,
+    PastScans,
+    detect_changes,
+    remember_scan,
+)
 from cohelm.robots import move
 
-OLDEST = 0.5
-"""The chair's own motion since a scan is made good for at most so long, s."""
-_LONG_AGO = 10.0 * RAN_BACK
-"""So far before now is before all that is remembered, where time ran back, s."""
+MAX_DELAY = 0.5
+"""Longest delay of a scan for which the robot's own motion is compensated, s."""
+_BEFORE_MEMORY = 10.0 * CLOCK_RESET
+"""Step back in time that is longer than any memory, s."""
 
 
 @value
 class PerceptionParts:
-    """The replaceable parts, in the order in which they work."""
+    """Replaceable parts, in the order of processing."""
 
     detector: Detector
     cloud_detector: CloudDetector
     tracker: Tracker
     group_detector: GroupDetector
-    novelty: NoveltyParameters = NoveltyParameters()
-    """How scans are compared with earlier ones."""
+    change_detection: ChangeDetectionParameters = ChangeDetectionParameters()
+    """Parameters of the comparison with earlier scans."""
 
 
 @value
 class PerceptionMemory:
-    """What the parts need of the past."""
+    """State of the pipeline between two calls."""
 
     clocks: Clocks = Clocks()
     tracker: Any | None = None
     groups: Any | None = None
-    past: Past = ()
-    """Scans to compare the next ones with."""
-    stood: Past = ()
-    """The same of what stood in clouds."""
+    past_scans: PastScans = ()
+    """Earlier scans, for change detection."""
+    past_clouds: PastScans = ()
+    """Earlier clouds as planar scans of their upright columns."""
 
 
 @value
-class Perceived:
-    """Who is there, and what else was seen."""
+class PerceptionResult:
+    """People, groups, and the detections they are based on."""
 
     sensing: Sensing
     detections: tuple[Detections, ...]
-    """One for each scan that can be used, and one for all such clouds together."""
+    """One per usable scan, and one for all usable clouds together."""
     people: People
     groups: Groups
 
@@ -70,68 +78,78 @@ def perceive(
     observation: Observation,
     walls: DistanceField,
     memory: PerceptionMemory | None,
-) -> tuple[Perceived, PerceptionMemory]:
-    """Who is there at ``observation.time``, and the memory for the next call.
+) -> tuple[PerceptionResult, PerceptionMemory]:
+    """Detect and track people up to ``observation.time``; also return the new memory.
 
-    What a clock out of step makes useless is left out; where time ran back all begins anew, and
-    only ids go on.
+    Readings with an invalid clock are removed. After a clock reset everything restarts, and only
+    the ids continue.
 
     Args:
-        parts: that do the work.
-        observation: what the sensors say.
+        parts: detectors and trackers.
+        observation: readings of the sensors.
         walls: the static map's distances.
-        memory: what the last call returned, None at first.
+        memory: the one of the last call, None at first.
     """
     memory = memory or PerceptionMemory()
-    use = timely(observation, memory.clocks)
-    observation = use.observation
-    if use.anew:
-        memory = _forgotten(parts, observation, memory)
+    check = check_clocks(observation, memory.clocks)
+    observation = check.observation
+    if check.reset:
+        memory = _reset(parts, observation, memory)
     poses = tuple(pose_at(observation, scan.time) for scan in observation.scans)
     detections = tuple(
         parts.detector.detect(scan, X_MR, walls)
         for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
-    past, stood = memory.past, memory.stood
-    if getattr(parts.tracker, "asks_for_motion", True):
-        detections = tuple(with_motion(seen, past, parts.novelty) for seen in detections)
+    past_scans, past_clouds = memory.past_scans, memory.past_clouds
+    if getattr(parts.tracker, "uses_change_detection", True):
+        detections = tuple(
+            detect_changes(found, past_scans, parts.change_detection) for found in detections
+        )
         for scan, X_MR in zip(observation.scans, poses, strict=True):
-            past = remember(past, scan, X_MR, parts.novelty)
+            past_scans = remember_scan(past_scans, scan, X_MR, parts.change_detection)
     if observation.clouds:
         taken_at = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
-        seen = parts.cloud_detector.detect(observation.clouds, taken_at, walls)
-        detections += (with_place(seen, memory.stood),)
-        stood = remember_place(stood, seen)
+        found = parts.cloud_detector.detect(observation.clouds, taken_at, walls)
+        detections += (detect_cloud_changes(found, past_clouds),)
+        past_clouds = remember_cloud(past_clouds, found)
     people, tracker = parts.tracker.track(observation, detections, memory.tracker)
-    groups, grouping = parts.group_detector.group(people, memory.groups)
-    returned = any(len(each.points) or len(each.through) for each in detections)
-    sensing = Sensing.NO_RETURNS if use.sensing is Sensing.OK and not returned else use.sensing
-    perceived = Perceived(sensing=sensing, detections=detections, people=people, groups=groups)
-    return perceived, PerceptionMemory(
-        clocks=use.clocks, tracker=tracker, groups=grouping, past=past, stood=stood
+    groups, group_memory = parts.group_detector.group(people, memory.groups)
+    returned = any(len(each.points) or len(each.free_ends) for each in detections)
+    sensing = check.sensing
+    if sensing is Sensing.OK and not returned:
+        sensing = Sensing.NO_RETURNS
+    return (
+        PerceptionResult(sensing=sensing, detections=detections, people=people, groups=groups),
+        PerceptionMemory(
+            clocks=check.clocks,
+            tracker=tracker,
+            groups=group_memory,
+            past_scans=past_scans,
+            past_clouds=past_clouds,
+        ),
     )
 
 
-def _forgotten(
+def _reset(
     parts: PerceptionParts, observation: Observation, memory: PerceptionMemory
 ) -> PerceptionMemory:
-    """``memory`` without anything but the ids that were given.
+    """Clear ``memory`` except for the ids in use.
 
-    Trackers and group detectors end all at a time long before what they remember.
+    Trackers and group detectors drop all state when the time is long before what they remember.
     """
-    time = observation.time - _LONG_AGO
+    time = observation.time - _BEFORE_MEMORY
     tracker, groups = memory.tracker, memory.groups
     if tracker is not None:
         before = replace(observation, time=time, scans=(), clouds=(), people=None)
         _, tracker = parts.tracker.track(before, (), tracker)
     if groups is not None:
-        _, groups = parts.group_detector.group(People.nobody(time), groups)
+        _, groups = parts.group_detector.group(People.empty(time), groups)
     return PerceptionMemory(tracker=tracker, groups=groups)
 
 
 def pose_at(observation: Observation, time: float) -> Floats:
-    """Where the robot was (3,) at ``time``, from the pose and the twist that are known now."""
+    """Robot pose (3,) at ``time``, extrapolated from the observation's pose and twist."""
     since = time - observation.pose_time
     if not math.isfinite(since) or not np.isfinite(observation.twist).all():
         return observation.pose
-    return move(observation.pose, observation.twist, min(max(since, -OLDEST), OLDEST))
+    return move(observation.pose, observation.twist, min(max(since, -MAX_DELAY), MAX_DELAY))

@@ -1,22 +1,22 @@
-"""Recordings: bags and clouds in, observations out; rides in and out; walks that others noted."""
+"""Recordings: bags and point clouds, recorded rides, and pedestrian trajectories."""
 
-from cohelm.recordings.api import Frame, Labels, Recording
+from cohelm.recordings.api import Frame, Labels, SensorRecording
 from cohelm.recordings.opening import open_recording
-from cohelm.recordings.ride import RideFacts, RideTick, made_of
-from cohelm.recordings.ride_reading import RecordedRide
-from cohelm.recordings.ride_recorder import RideRecorder
-from cohelm.recordings.trajectories import Trajectories, read_groups, read_trajectories
+from cohelm.recordings.pedestrians.trajectories import Trajectories, read_groups, read_trajectories
+from cohelm.recordings.rides.reader import RecordedRide
+from cohelm.recordings.rides.recorder import RideRecorder
+from cohelm.recordings.rides.ride import RideFacts, RideTick, digest_of
 
 __all__ = [
     "Frame",
     "Labels",
     "RecordedRide",
-    "Recording",
     "RideFacts",
     "RideRecorder",
     "RideTick",
+    "SensorRecording",
     "Trajectories",
-    "made_of",
+    "digest_of",
     "open_recording",
     "read_groups",
     "read_trajectories",

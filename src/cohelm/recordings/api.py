@@ -1,26 +1,30 @@
-"""What a recording is: observations in the order of time, and what others say was there."""
+"""Protocol of sensor recordings: frames of observations, with labels where there are any."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Protocol
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+import numpy as np
+
+from cohelm.arrays import Annotated, Floats, Floats32, Integers, Shape, value
 from cohelm.messages import Observation
 
 
 @value
 class Labels:
-    """Where people, or parts of people, truly were; k of them."""
+    """Labelled positions of k people, or of parts of people."""
 
     time: float
     """s."""
     position: Annotated[Floats, Shape("k 2")]
     """Map frame, m."""
     id: Annotated[Integers, Shape("k")]
-    """Stable over a person's life; −1: not told."""
+    """Stable for each person; −1: unknown."""
     visible: Annotated[Floats, Shape("k")]
-    """Share of the body that the sensor could see, 0…1; 1 where not told."""
+    """Visible share of the body, 0…1; 1 where unknown."""
 
 
 @value
@@ -29,27 +33,38 @@ class Frame:
 
     observation: Observation
     labels: Labels | None = None
-    """None: nobody said."""
+    """None: not labelled."""
     posed: bool = True
-    """Whether the recording says where the robot was; if not, its pose is (0, 0, 0)."""
+    """True where the recording has the robot's pose; otherwise it is (0, 0, 0)."""
 
 
-class Recording(Protocol):
-    """A file of sensor readings, read as it is iterated over."""
+class SensorRecording(Protocol):
+    """A file of sensor readings, read while iterating."""
 
     name: str
-    """Of the file, for people."""
+    """Name of the file."""
     frames: int | None
-    """How many there are, or fewer where some cannot be read; None: not known before."""
+    """Number of frames, some of which may be unreadable; None: unknown."""
     warnings: list[str]
-    """What could not be read, and where, and what had to be assumed, in one line each; grows while
-    it is read."""
+    """One line for everything that could not be read or had to be assumed; grows while reading."""
 
     def __iter__(self) -> Iterator[Frame]:
-        """The frames in the order of time, from the first one on.
+        """Iterate over the frames in the order of time.
 
         Raises:
-            RecordingError: if nothing can be read, naming the file and, where one is at fault, the
-                byte.
+            RecordingError: if nothing can be read; names the file and, where known, the byte.
         """
         ...
+
+
+def natural_order(file: Path) -> list[tuple[int, str]]:
+    """Sort key of file names with numbers: 2 before 10."""
+    parts = re.split(r"([0-9]+)", file.name)
+    return [(int(part), "") if k % 2 else (-1, part) for k, part in enumerate(parts)]
+
+
+def max_range(points: Floats32) -> float:
+    """Distance of the farthest finite point of (p, 3) from the sensor, m; 0 without points."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        distance = np.sqrt(np.einsum("ij,ij->i", points, points))
+    return float(np.max(distance[np.isfinite(distance)], initial=0.0))

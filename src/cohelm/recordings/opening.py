@@ -1,4 +1,4 @@
-"""Any recording: what it is shows in its first bytes, else in its name."""
+"""Open any recording: its kind is recognised by its first bytes, else by its name."""
 
 from __future__ import annotations
 
@@ -7,21 +7,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cohelm.errors import RecordingError
-from cohelm.recordings import mcap_bag, nuscenes, ros1_bag, ros2_bag, sqlite_bag
-from cohelm.recordings.api import Recording
-from cohelm.recordings.bag import BagRecording
-from cohelm.recordings.compression import ZSTD_MAGIC
-from cohelm.recordings.kitti import read_kitti
-from cohelm.recordings.nuscenes import read_nuscenes
-from cohelm.recordings.ordering import natural
-from cohelm.recordings.pcd import looks_like_pcd, read_pcd
-from cohelm.recordings.ros1_bag import read_ros1
-from cohelm.recordings.ros2_bag import read_ros2
-from cohelm.recordings.sweep import Sweep
-from cohelm.recordings.sweeps import SweepRecording
+from cohelm.recordings.api import SensorRecording, natural_order
+from cohelm.recordings.bags import mcap_file, ros1, ros2
+from cohelm.recordings.bags.bag_recording import BagRecording
+from cohelm.recordings.bags.compression import ZSTD_MAGIC
+from cohelm.recordings.clouds.kitti import read_kitti
+from cohelm.recordings.clouds.nuscenes import has_rings, read_nuscenes
+from cohelm.recordings.clouds.pcd import looks_like_pcd, read_pcd
+from cohelm.recordings.clouds.sweep import CloudSweep, SweepRecording
 
 RATE = 10.0
-"""Sweeps a second in a folder that tells no times: that of KITTI's Velodyne, Hz."""
+"""Sweep rate of a folder without times, that of KITTI's Velodyne, Hz."""
 
 KNOWN = (
     "known are ROS 1 bags (.bag), ROS 2 bags (a folder with metadata.yaml, .mcap, .db3), "
@@ -30,24 +26,26 @@ KNOWN = (
 
 _START = 4096
 _FOLDERS = ("velodyne", "velodyne_points/data", "data")
-"""Where KITTI keeps its sweeps within a folder."""
+"""Subfolders in which KITTI keeps its sweeps."""
 _RECORDINGS = ("*.bag", "*.mcap", "*.db3", "*.bin", "*.pcd")
 
 
-def open_recording(path: Path | str, *, topic: str | None = None, rate: float = RATE) -> Recording:
-    """The recording in a file or folder, recognised by its content and then by its name.
+def open_recording(
+    path: Path | str, *, topic: str | None = None, rate: float = RATE
+) -> SensorRecording:
+    """Open the recording in a file or folder, recognised by content and then by name.
 
     ROS 1 bags (format 2.0), ROS 2 bags (folder, .mcap or .db3, either with .zstd), KITTI and
-    nuScenes sweeps, PCD files, and folders of sweeps, which are taken in the order of their names.
+    nuScenes sweeps, PCD files, and folders of sweeps, which are read in the order of their names.
 
     Args:
-        path: the file or folder.
-        topic: the one of a bag that is taken; None: all its scans and clouds.
-        rate: of the sweeps in a folder, Hz.
+        path: File or folder.
+        topic: Topic of a bag; None: all its scans and clouds.
+        rate: Rate of the sweeps in a folder, Hz.
 
     Raises:
-        RecordingError: if nothing is there, nothing known, or nothing can be read of it; names the
-            file, and the byte where one is at fault.
+        RecordingError: if the path does not exist, its kind is unknown, or nothing can be read;
+            names the file and, where known, the byte.
     """
     path = Path(path)
     if not rate > 0.0:
@@ -58,24 +56,24 @@ def open_recording(path: Path | str, *, topic: str | None = None, rate: float = 
         raise RecordingError(error.strerror or str(error), file=path) from None
 
 
-def _file(path: Path, topic: str | None, rate: float) -> Recording:
+def _file(path: Path, topic: str | None, rate: float) -> SensorRecording:
     start = _start(path)
     if not start:
         raise RecordingError(f"is empty; {KNOWN}", file=path, offset=0)
-    if start.startswith(ros1_bag.MAGIC):
-        return BagRecording(path, functools.partial(read_ros1, path), 1, topic)
-    packed = start.startswith(ZSTD_MAGIC) and path.name.endswith(ros2_bag.PACKED)
-    if packed or start.startswith((mcap_bag.MAGIC, sqlite_bag.MAGIC)):
-        return BagRecording(path, functools.partial(read_ros2, path), 2, topic)
+    if start.startswith(ros1.MAGIC):
+        return BagRecording(path, functools.partial(ros1.read_ros1, path), 1, topic)
+    packed = start.startswith(ZSTD_MAGIC) and path.name.endswith(ros2.PACKED)
+    if packed or start.startswith((mcap_file.MAGIC, ros2.SQLITE)):
+        return BagRecording(path, functools.partial(ros2.read_ros2, path), 2, topic)
     read = _reader(path, start)
     if read is None:
-        raise RecordingError(f"is no recording; {KNOWN}", file=path, offset=0)
+        raise RecordingError(f"is not a recording; {KNOWN}", file=path, offset=0)
     return SweepRecording(path, [path], read, rate)
 
 
-def _folder(path: Path, topic: str | None, rate: float) -> Recording:
-    if (path / ros2_bag.METADATA).is_file() or _named(path, ros2_bag.MESSAGES):
-        return BagRecording(path, functools.partial(read_ros2, path), 2, topic)
+def _folder(path: Path, topic: str | None, rate: float) -> SensorRecording:
+    if (path / ros2.METADATA).is_file() or _named(path, ros2.MESSAGE_FILES):
+        return BagRecording(path, functools.partial(ros2.read_ros2, path), 2, topic)
     for folder in (path, *(path / name for name in _FOLDERS)):
         sweeps = _named(folder, ("*.pcd.bin",)) or _named(folder, ("*.pcd",))
         sweeps = sweeps or _named(folder, ("*.bin",))
@@ -83,11 +81,11 @@ def _folder(path: Path, topic: str | None, rate: float) -> Recording:
             recording = SweepRecording(path, sweeps, _read_any, rate)
             others = set(_named(folder, _RECORDINGS)) - set(sweeps)
             if others:
-                names = ", ".join(file.name for file in sorted(others, key=natural)[:3])
+                names = ", ".join(file.name for file in sorted(others, key=natural_order)[:3])
                 more = ", …" if len(others) > 3 else ""
                 recording.warnings.append(
                     f"{folder}: {len(sweeps)} {sweeps[0].suffix} sweeps are read; recordings of "
-                    f"other kinds are left aside: {names}{more}"
+                    f"other kinds are ignored: {names}{more}"
                 )
             return recording
     raise RecordingError(f"holds no recording; {KNOWN}", file=path)
@@ -95,26 +93,26 @@ def _folder(path: Path, topic: str | None, rate: float) -> Recording:
 
 def _named(folder: Path, patterns: Sequence[str]) -> list[Path]:
     found = {file for pattern in patterns for file in folder.glob(pattern) if file.is_file()}
-    return sorted(found, key=natural)
+    return sorted(found, key=natural_order)
 
 
-def _read_any(file: Path) -> Sweep:
-    """One sweep of a folder."""
+def _read_any(file: Path) -> CloudSweep:
+    """Read one sweep of a folder."""
     start = _start(file)
     read = _reader(file, start)
     if not start or read is None:
-        raise RecordingError("is empty" if not start else "is no sweep", file=file, offset=0)
+        raise RecordingError("is empty" if not start else "is not a sweep", file=file, offset=0)
     return read(file)
 
 
-def _reader(file: Path, start: bytes) -> Callable[[Path], Sweep] | None:
+def _reader(file: Path, start: bytes) -> Callable[[Path], CloudSweep] | None:
     if looks_like_pcd(start):
         return read_pcd
     name = file.name.lower()
     if name.endswith(".pcd.bin"):
         return read_nuscenes
     if name.endswith(".bin"):
-        return read_nuscenes if nuscenes.has_rings(start) else read_kitti
+        return read_nuscenes if has_rings(start) else read_kitti
     return None
 
 

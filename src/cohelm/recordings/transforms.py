@@ -1,6 +1,6 @@
-"""Where frames are in each other, at any time: what tf and odometry say.
+"""Transforms between frames over time, from tf and odometry.
 
-A transform is kept as (x, y, z, q_x, q_y, q_z, q_w), as ROS writes it. ``X_AB`` as a 4 × 4 matrix
+A transform is stored as (x, y, z, q_x, q_y, q_z, q_w), as ROS writes it. ``X_AB`` as a 4 × 4 matrix
 is the pose of frame B in frame A.
 """
 
@@ -14,59 +14,62 @@ import numpy as np
 
 from cohelm.arrays import Floats
 
-FARTHEST = 1e8
+MAX_COORDINATE = 1e8
 """m; beyond it nothing on Earth lies, and NaN lies nowhere."""
 
 
 class Transforms:
-    """A forest of frames; each is at home in the frame that was first said to hold it."""
+    """Forest of frames; the first parent of a frame counts."""
 
     def __init__(self) -> None:
         self._parent: dict[str, str] = {}
-        self._noted: dict[str, array.array[float]] = {}
+        self._samples: dict[str, array.array[float]] = {}
         self._tracks: dict[str, Floats] = {}
 
-    def note(self, parent: str, child: str, time: float, transform: Sequence[float]) -> None:
-        """Note where ``child`` is in ``parent`` at ``time``; −inf: always there.
+    def add(self, parent: str, child: str, time: float, transform: Sequence[float]) -> None:
+        """Add the pose of ``child`` in ``parent`` at ``time``, s; −inf: static.
 
-        Left out is what is no number or turns by nothing, a second parent, and a ring.
+        Ignored: numbers that are not finite, zero quaternions, a second parent, and cycles.
         """
         parent, child = name(parent), name(child)
-        if math.isnan(time) or not all(abs(number) < FARTHEST for number in transform):
+        if math.isnan(time) or not all(abs(number) < MAX_COORDINATE for number in transform):
             return
-        if not 1e-3 < math.hypot(*transform[3:]) < 1e3 or child in {parent, *self._holders(parent)}:
+        if not 1e-3 < math.hypot(*transform[3:]) < 1e3 or child in {
+            parent,
+            *self._ancestors(parent),
+        }:
             return
         if self._parent.setdefault(child, parent) != parent:
             return
-        if time == -math.inf or child not in self._noted:
-            self._noted[child] = array.array("d")
-        self._noted[child].extend((time, *transform))
+        if time == -math.inf or child not in self._samples:
+            self._samples[child] = array.array("d")
+        self._samples[child].extend((time, *transform))
         self._tracks.pop(child, None)
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """All that were named."""
+        """All frames."""
         return tuple(dict.fromkeys([*self._parent, *self._parent.values()]))
 
-    def held(self, frame: str) -> bool:
-        """Whether somebody said where that frame is."""
+    def has_parent(self, frame: str) -> bool:
+        """Check that a transform to that frame was added."""
         return frame in self._parent
 
     def connected(self, a: str, b: str) -> bool:
-        """Whether a chain of transforms leads from one frame to the other."""
-        return [a, *self._holders(a)][-1] == [b, *self._holders(b)][-1]
+        """Check that a chain of transforms connects two frames."""
+        return [a, *self._ancestors(a)][-1] == [b, *self._ancestors(b)][-1]
 
     def at(self, a: str, b: str, time: float) -> Floats:
-        """X_AB (4, 4) at ``time``, of two frames that are connected.
+        """X_AB (4, 4) at ``time``, of two connected frames.
 
-        Between two transforms the place is interpolated linearly and the turn along the shorter
-        arc; before the first and after the last that one holds.
+        Between two samples positions are interpolated linearly and rotations along the shorter
+        arc; before the first and after the last sample that one holds.
         """
         shared = {*self._up(a)} & {*self._up(b)}
         return np.linalg.inv(self._along(a, shared, time)) @ self._along(b, shared, time)
 
-    def beyond(self, a: str, b: str, time: float) -> float:
-        """By how much ``time`` lies outside of what was said of the chain between them, s."""
+    def extrapolation(self, a: str, b: str, time: float) -> float:
+        """Largest distance of ``time`` from the samples of the chain between two frames, s."""
         farthest = 0.0
         for child in {*self._up(a)} ^ {*self._up(b)}:
             known = self._track(child)[:, 0]
@@ -75,16 +78,16 @@ class Transforms:
         return farthest
 
     def _up(self, frame: str) -> Iterator[str]:
-        """The frame and those that hold it, as far as they are held themselves."""
+        """The frame and its ancestors that have a parent."""
         while frame in self._parent:
             yield frame
             frame = self._parent[frame]
 
-    def _holders(self, frame: str) -> Iterator[str]:
+    def _ancestors(self, frame: str) -> Iterator[str]:
         return (self._parent[child] for child in self._up(frame))
 
     def _along(self, frame: str, shared: set[str], time: float) -> Floats:
-        """The pose of ``frame`` in the first of its holders that both chains have."""
+        """Pose of ``frame`` in the first ancestor that both chains share."""
         total = np.eye(4)
         for child in self._up(frame):
             if child in shared:
@@ -93,9 +96,9 @@ class Transforms:
         return total
 
     def _track(self, child: str) -> Floats:
-        """(k, 8): time and transform with a quaternion of length 1, in the order of time."""
+        """(k, 8): time and transform with a unit quaternion, in the order of time."""
         if child not in self._tracks:
-            track = np.array(self._noted[child]).reshape(-1, 8)
+            track = np.array(self._samples[child]).reshape(-1, 8)
             track = track[np.argsort(track[:, 0], kind="stable")]
             track[:, 4:] /= np.linalg.norm(track[:, 4:], axis=1, keepdims=True)
             self._tracks[child] = track
@@ -103,7 +106,7 @@ class Transforms:
 
 
 def name(frame: str) -> str:
-    """A frame's name without the slash that old ones begin with."""
+    """Name of a frame without the leading slash of old ones."""
     return frame.lstrip("/")
 
 
@@ -135,7 +138,7 @@ def matrix(transform: Sequence[float] | Floats) -> Floats:
 
 
 def _interpolate(track: Floats, time: float) -> Floats:
-    """The transform (7,) at ``time`` between those of a track (k, 8)."""
+    """Interpolate a track (k, 8) at ``time``; returns the transform (7,)."""
     k = int(np.searchsorted(track[:, 0], time, side="right"))
     if k in {0, len(track)}:
         return np.asarray(track[max(k - 1, 0), 1:])

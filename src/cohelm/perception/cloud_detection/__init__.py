@@ -1,0 +1,1 @@
+"""Detect people in the point clouds of 3-D sensors."""

@@ -1,0 +1,1 @@
+"""Detect groups of people."""

@@ -1,0 +1,89 @@
+"""Clusters of people from evidence about pairs, and their persistent ids."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Booleans, Floats, Integers
+
+
+@njit(cache=True)
+def cluster_people(evidence: Floats, linkage: float) -> Integers:
+    """Cluster n people; the label (n,) of a cluster is the index of its first member.
+
+    The two clusters with the largest link are joined, as long as it is positive:
+
+        (1 − linkage) · mean + linkage · max   of the evidence of all pairs between them
+
+    Average linkage (0) separates chains of strangers; single linkage (1) finds all of a long row,
+    whose ends are joined only by their neighbours.
+
+    Args:
+        evidence: (n, n) of each pair, symmetric; the diagonal is ignored.
+        linkage: 0…1.
+    """
+    n = evidence.shape[0]
+    label, total, most = np.arange(n), evidence.copy(), evidence.copy()
+    size, alive = np.ones(n), np.ones(n, dtype=np.bool_)
+    while True:
+        best, a, b = 0.0, -1, -1
+        for i in range(n):
+            if not alive[i]:
+                continue
+            for j in range(i + 1, n):
+                if alive[j]:
+                    mean = total[i, j] / (size[i] * size[j])
+                    link = (1.0 - linkage) * mean + linkage * most[i, j]
+                    if link > best:
+                        best, a, b = link, i, j
+        if a < 0:
+            return label
+        for k in range(n):
+            total[a, k] += total[b, k]
+            total[k, a] = total[a, k]
+            most[a, k] = max(most[a, k], most[b, k])
+            most[k, a] = most[a, k]
+            if label[k] == b:
+                label[k] = a
+        size[a] += size[b]
+        alive[b] = False
+
+
+@njit(cache=True)
+def inherit_ids(label: Integers, before: Integers, next_id: int) -> tuple[Integers, int]:
+    """(id of each person's group (n,), −1: alone; the next unused id).
+
+    A cluster inherits the id that most of its members had. If two clusters claim one id, the one
+    with more of its members gets it, so that after merges and splits the larger part keeps the id.
+    Other clusters get new ids.
+
+    Args:
+        label: (n,) cluster of each person: the index of its first member.
+        before: (n,) earlier group id of each person, −1: none.
+        next_id: larger than any id used so far.
+    """
+    n = label.shape[0]
+    size = np.bincount(label, minlength=n)
+    group = np.full(n, -1)
+    open_claim = (before >= 0) & (size[label] > 1)
+    while open_claim.any():
+        heir, kept = _strongest(label, before, open_claim)
+        group[label == heir] = kept
+        open_claim &= (label != heir) & (before != kept)
+    for k in range(n):
+        if size[k] > 1 and group[k] < 0:
+            group[label == k] = next_id
+            next_id += 1
+    return group, next_id
+
+
+@njit(cache=True)
+def _strongest(label: Integers, before: Integers, open_claim: Booleans) -> tuple[int, int]:
+    """(cluster, id) that share the most people; the oldest id among equals."""
+    most, heir, kept = 0, -1, -1
+    for k in np.flatnonzero(open_claim):
+        common = ((label == label[k]) & (before == before[k])).sum()
+        if common > most or (common == most and before[k] < kept):
+            most, heir, kept = common, label[k], before[k]
+    return heir, kept

@@ -1,0 +1,1 @@
+"""Check sensor clocks, and estimate ego motion from scans and clouds alone."""

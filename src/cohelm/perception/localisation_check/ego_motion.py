@@ -1,0 +1,332 @@
+"""Ego motion of a sensor from its readings alone, for recordings without odometry.
+
+A reading is matched with a map of earlier ones, not with the last one only, so that errors do not
+accumulate. A sensor that has not clearly moved keeps exactly its pose.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.config import Model
+from cohelm.geometry import compose, inverse, wrap_angle
+from cohelm.perception.localisation_check.local_map import (
+    FeatureMap,
+    feature_map,
+    has_neighbour,
+    sorted_map,
+)
+from cohelm.perception.localisation_check.scan_features import ScanFeatures
+from cohelm.perception.localisation_check.scan_matching import (
+    ScanMatch,
+    evaluate_pose,
+    match_scan,
+    search_pose,
+)
+
+
+class MatchStatus(StrEnum):
+    """Certainty of the ego motion."""
+
+    OK = "ok"
+    """The reading matches the map."""
+    PARTIAL = "partial"
+    """It matches, but at least one direction is unconstrained; the last motion continues there."""
+    HELD = "held"
+    """It does not match for a moment, or shows too little: a resting sensor stays at rest."""
+    RESTARTED = "restarted"
+    """It does not match: a new segment begins at an unknown pose relative to the last one."""
+
+
+class EgoMotionParameters(Model):
+    """Parameters of the ego motion; assumed where no reason is given."""
+
+    noise: float = Field(0.02, gt=0.0, le=0.5)
+    """Standard deviation of one object seen twice, m."""
+    min_points: int = Field(25, ge=3, le=1000)
+    """Points that a reading must show; with fewer, a resting sensor stays at rest."""
+    min_overlap: float = Field(0.5, gt=0.0, le=1.0)
+    """Share of its points that must match the map."""
+    overlap_after_gap: float = Field(0.65, gt=0.0, le=1.0)
+    """That share after a gap, when the motion is unknown."""
+    gap: float = Field(1.0, gt=0.0, le=60.0)
+    """Time between two readings above which it is a gap, s."""
+    patience: float = Field(1.0, ge=0.0, le=60.0)
+    """Time for which the view of a resting sensor may be covered, s."""
+    moved: float = Field(0.02, ge=0.0, le=0.5)
+    """Least motion of a resting sensor, m."""
+    turned: float = Field(0.007, ge=0.0, le=0.5)
+    """Least turn of a resting sensor, rad (0.4°)."""
+    gain: float = Field(0.15, ge=0.0, le=5.0)
+    """Least improvement of the mean squared misfit, in squared standard deviations, for a resting
+    sensor to have moved."""
+    sure_gain: float = Field(0.6, ge=0.0, le=9.0)
+    """Improvement for which a single reading is enough; otherwise two are needed."""
+    changed: float = Field(0.8, gt=0.0, le=1.0)
+    """Overlap below which the reference of a resting sensor is renewed,"""
+    refresh: float = Field(5.0, gt=0.0, le=600.0)
+    """but not more often than this, s: otherwise slow objects would carry the pose along."""
+    calm: float = Field(0.6, gt=0.0, le=10.0)
+    """Time without motion after which a sensor is at rest, s."""
+    keyframe: float = Field(0.25, gt=0.0, le=5.0)
+    """Motion after which a reading is added to the map, m."""
+    keyframe_turn: float = Field(0.2, gt=0.0, le=3.0)
+    """Turn after which a reading is added to the map, rad."""
+    keyframes: int = Field(25, ge=1, le=1000)
+    """Points not seen in this many keyframes are dropped."""
+    spacing: float = Field(0.05, gt=0.0, le=1.0)
+    """Points this near to the map are not added, m."""
+    reach: float = Field(1.6, ge=0.0, le=10.0)
+    """Half the breadth of the search about the expected position, m."""
+    turn: float = Field(0.5, ge=0.0, le=3.1)
+    """Half the range of its headings, rad."""
+
+
+@value
+class LocalMap:
+    """Features of the keyframes."""
+
+    known: FeatureMap
+    number: Annotated[Integers, Shape("k")]
+    """Keyframe in which each point was last seen."""
+    latest: int
+    """Number of the newest keyframe."""
+    X_MR: Annotated[Floats, Shape("3")]
+    """Pose of the newest keyframe."""
+
+
+@value
+class EgoMotion:
+    """Pose of a sensor's robot, and the map for the next reading."""
+
+    time: float
+    """Time of the last reading, s."""
+    pose: Annotated[Floats, Shape("3")]
+    """X_MR; M is the robot's frame at the first reading."""
+    twist: Annotated[Floats, Shape("3")]
+    """Since the previous reading, robot frame."""
+    status: MatchStatus
+    overlap: float
+    """Share of the reading that matches the map, 0…1."""
+    segment: int
+    """Number of restarts."""
+    length: float
+    """Travelled distance, m."""
+    resting: bool
+    surroundings: LocalMap
+    reference: FeatureMap
+    """Features at the beginning of the rest, renewed when much has changed."""
+    reference_time: float
+    """Time of the reference, s."""
+    matched_time: float
+    """Time of the last reading that matched, s."""
+    suspect: bool
+    """True if the last reading indicated that the sensor has moved."""
+    recent: Annotated[Floats, Shape("h 4")]
+    """(time, x, y, heading) of the last readings."""
+
+
+class _Located(NamedTuple):
+    """Located reading."""
+
+    fit: ScanMatch
+    resting: bool
+    suspect: bool = False
+
+
+def update_ego_motion(
+    last: EgoMotion | None,
+    features: ScanFeatures,
+    time: float,
+    parameters: EgoMotionParameters | None = None,
+) -> EgoMotion:
+    """Update the ego motion with one reading.
+
+    Args:
+        last: the last state; None: this is the first reading, taken at rest at (0, 0, 0).
+        features: of the reading, in the robot's frame.
+        time: of the reading, s.
+        parameters: thresholds.
+    """
+    p = parameters or EgoMotionParameters()
+    if last is None:
+        return _started(features, time, np.zeros(3))
+    gap = time - last.time
+    if gap < -p.gap:  # counted as a clock reset, which trackers handle themselves
+        return replace(_restarted(last, features, time), segment=last.segment)
+    if not gap > 0.0:
+        return last
+    found = _locate(last, features, gap, p)
+    if found is not None:
+        return _moved_on(last, features, time, found, p)
+    few = len(features) < p.min_points
+    if last.resting and (few or time - last.matched_time <= p.patience):
+        matched = time if few else last.matched_time
+        return replace(last, time=time, status=MatchStatus.HELD, overlap=0.0, matched_time=matched)
+    return _restarted(last, features, time)
+
+
+def _restarted(last: EgoMotion, features: ScanFeatures, time: float) -> EgoMotion:
+    return replace(
+        _started(features, time, last.pose),
+        status=MatchStatus.RESTARTED,
+        overlap=0.0,
+        segment=last.segment + 1,
+        length=last.length,
+    )
+
+
+def _started(features: ScanFeatures, time: float, pose: Floats) -> EgoMotion:
+    """State at rest without a past."""
+    known = feature_map(features.transformed(pose))
+    number = np.zeros(len(features), dtype=np.int64)
+    return EgoMotion(
+        time=time,
+        pose=pose,
+        twist=np.zeros(3),
+        status=MatchStatus.OK,
+        overlap=1.0,
+        segment=0,
+        length=0.0,
+        resting=True,
+        surroundings=LocalMap(known=known, number=number, latest=0, X_MR=pose),
+        reference=known,
+        reference_time=time,
+        matched_time=time,
+        suspect=False,
+        recent=np.array([[time, *pose]]),
+    )
+
+
+def _locate(
+    last: EgoMotion, features: ScanFeatures, gap: float, p: EgoMotionParameters
+) -> _Located | None:
+    """Locate a reading; None if it matches nowhere."""
+    if len(features) < p.min_points:
+        return None
+    if last.resting:
+        found = _locate_at_rest(last, features, p)
+        if found is not None:
+            return found
+    least = p.min_overlap if gap <= p.gap else p.overlap_after_gap
+    guess = _extrapolated(last, gap) if gap <= p.gap else last.pose
+    known = last.surroundings.known
+    fit = match_scan(known, features, guess, p.noise)
+    if fit.overlap < least:
+        guess = search_pose(known, features, guess, p.reach, p.turn)
+        again = match_scan(known, features, guess, p.noise)
+        fit = again if again.overlap > fit.overlap else fit
+    if fit.overlap < least:
+        return None
+    here = evaluate_pose(known, features, last.pose, p.noise)
+    if last.resting and not _is_better(here, fit, p):  # much is occluded, the rest has not moved
+        return _Located(replace(fit, pose=last.pose), resting=True)
+    return _Located(fit, resting=False)
+
+
+def _locate_at_rest(
+    last: EgoMotion, features: ScanFeatures, p: EgoMotionParameters
+) -> _Located | None:
+    """Exact pose of a resting sensor; None if it has moved or is uncertain."""
+    here = evaluate_pose(last.reference, features, last.pose, p.noise)
+    there = match_scan(last.reference, features, last.pose, p.noise)
+    if here.overlap < p.min_overlap:
+        return None
+    moved = _is_better(here, there, p)
+    if moved and (last.suspect or here.misfit - there.misfit > p.sure_gain):
+        return None
+    fit = replace(here, pose=last.pose, constrained=there.constrained)
+    return _Located(fit, resting=True, suspect=moved)
+
+
+def _is_better(here: ScanMatch, there: ScanMatch, p: EgoMotionParameters) -> bool:
+    """Check that a motion from here to there explains a reading clearly better."""
+    distance, turned = _difference(there.pose, here.pose)
+    return (distance > p.moved or turned > p.turned) and here.misfit - there.misfit > p.gain
+
+
+def _moved_on(
+    last: EgoMotion, features: ScanFeatures, time: float, found: _Located, p: EgoMotionParameters
+) -> EgoMotion:
+    pose, gap = found.fit.pose, time - last.time
+    recent = np.vstack([last.recent[last.recent[:, 0] >= time - 2.0 * p.calm], [time, *pose]])
+    resting = found.resting or _is_calm(recent, p)
+    reference, since, surroundings = last.reference, last.reference_time, last.surroundings
+    changed = found.fit.overlap < p.changed and time - since >= p.refresh and not found.suspect
+    if resting and (changed or not last.resting):
+        reference, since = feature_map(features.transformed(pose)), time
+    if changed or not resting:
+        surroundings = _with_keyframe(surroundings, features, found.fit, p)
+    twist = np.zeros(3) if resting else _twist(last.pose, pose, gap)
+    return EgoMotion(
+        time=time,
+        pose=pose,
+        twist=twist if gap <= p.gap else np.zeros(3),
+        status=MatchStatus.OK if found.fit.constrained == 2 else MatchStatus.PARTIAL,
+        overlap=found.fit.overlap,
+        segment=last.segment,
+        length=last.length + _difference(pose, last.pose)[0],
+        resting=resting,
+        surroundings=surroundings,
+        reference=reference,
+        reference_time=since,
+        matched_time=time,
+        suspect=found.suspect,
+        recent=recent,
+    )
+
+
+def _is_calm(recent: Floats, p: EgoMotionParameters) -> bool:
+    """Check that the last readings were all taken at one pose."""
+    since = recent[recent[:, 0] >= recent[-1, 0] - p.calm - 1e-6]
+    if len(since) < 4 or recent[0, 0] > recent[-1, 0] - p.calm + 1e-6:
+        return False
+    turned = np.abs(wrap_angle(since[:, 3] - since[-1, 3]))
+    distance = np.hypot(*(since[:, 1:3] - since[-1, 1:3]).T)
+    return bool((distance <= 0.75 * p.moved).all() and (turned <= 0.75 * p.turned).all())
+
+
+def _with_keyframe(
+    before: LocalMap, features: ScanFeatures, fit: ScanMatch, p: EgoMotionParameters
+) -> LocalMap:
+    """Add the new points of a reading, if it was taken away from the newest keyframe."""
+    off = _difference(fit.pose, before.X_MR)
+    if off[0] < p.keyframe and off[1] < p.keyframe_turn and fit.overlap > 0.8:
+        return before
+    seen, old = features.transformed(fit.pose), before.known.features
+    new = ~has_neighbour(before.known, seen, p.spacing)
+    again = has_neighbour(feature_map(seen), old, 2.0 * p.spacing)
+    latest = before.latest + 1
+    last_seen = np.where(again, latest, before.number)
+    stays = last_seen > latest - p.keyframes
+    points = np.concatenate([old.points[stays], seen.points[new]])
+    normals = np.concatenate([old.normals[stays], seen.normals[new]])
+    number = np.concatenate([last_seen[stays], np.full(int(new.sum()), latest)])
+    known, order = sorted_map(ScanFeatures(points=points, normals=normals))
+    return LocalMap(known=known, number=number[order], latest=latest, X_MR=fit.pose)
+
+
+def _extrapolated(last: EgoMotion, gap: float) -> Floats:
+    """Pose after the last motion has continued for ``gap``."""
+    dx, dy, turn = last.twist * gap
+    half: Floats = compose([0.0, 0.0, 0.5 * turn], [dx, dy, 0.5 * turn])
+    return compose(last.pose, half)
+
+
+def _twist(before: Floats, now: Floats, gap: float) -> Floats:
+    """Mean twist between two poses of a robot that turns uniformly."""
+    change = compose(inverse(before), now)
+    half: Floats = compose([0.0, 0.0, -0.5 * change[2]], [change[0], change[1], 0.0])
+    return np.array([half[0], half[1], change[2]]) / gap
+
+
+def _difference(a: Floats, b: Floats) -> tuple[float, float]:
+    """(m, rad)."""
+    return math.dist(a[:2], b[:2]), abs(float(wrap_angle(a[2] - b[2])))

@@ -1,0 +1,1 @@
+"""Map live obstacles that are neither in the static map nor people."""

@@ -1,0 +1,266 @@
+"""Live obstacle layer: obstacles near the chair that are neither in the map nor people.
+
+A rolling window on the map's cells stores an evidence of 0…``max_evidence`` per cell. A return that
+neither the map nor a person explains adds evidence, a beam that crosses the cell takes some, and
+cells out of view stay. A cell becomes occupied and free at two different levels, so that neither
+one noisy return nor one stray beam changes it. Cells of tracked people are cleared; everything that
+is not (yet) tracked as a person is an obstacle.
+
+A planar scan is at one height: its beams clear the cells they cross, except objects from a cloud. A
+cloud's beams clear the objects they pass through, not those below them (see ``cloud_evidence``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import (
+    Annotated,
+    Booleans,
+    Bytes,
+    Floats,
+    Floats32,
+    Integers,
+    Shape,
+    SignedBytes,
+    value,
+)
+from cohelm.config import Model
+from cohelm.geometry import inverse, transform
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import LiveObstacles, People
+from cohelm.perception.api import ColumnHeights, Detections
+from cohelm.perception.obstacles.cells import (
+    clear_people,
+    is_empty,
+    mark_and_clear,
+    unexplained,
+    update_occupied,
+)
+from cohelm.perception.obstacles.cloud_evidence import (
+    SpatialBeams,
+    SpatialRules,
+    add_cloud_evidence,
+)
+
+
+class ObstacleLayerParameters(Model):
+    """Parameters of the layer; assumed."""
+
+    side: float = Field(20.0, gt=1.0, le=200.0)
+    """Side of the square window, m."""
+    hit: int = Field(3, ge=1, le=60)
+    """Evidence that returns in a cell add per scan."""
+    miss: int = Field(1, ge=1, le=60)
+    """Evidence that beams across a cell take per scan."""
+    max_evidence: int = Field(9, ge=1, le=127)
+    """Upper bound: a removed object is cleared after ``max_evidence / miss`` scans of its cell."""
+    occupied_from: int = Field(5, ge=1, le=127)
+    """Evidence at which a cell becomes occupied; it becomes free again at 0."""
+    end_margin: float = Field(0.1, ge=0.0, le=1.0)
+    """The last part of a beam clears nothing, m."""
+    end_margin_growth: float = Field(0.01, ge=0.0, le=0.2)
+    """Growth of that part with range, m/m."""
+    person_margin: float = Field(0.2, ge=0.0, le=1.0)
+    """Returns this near a tracked body belong to the person, m."""
+    person_reach: float = Field(0.5, ge=0.0, le=2.0)
+    """A detection whose centre is this near a tracked person's is that person, m."""
+    overhang: float = Field(0.4, ge=0.0, le=2.0)
+    """A cloud's beam this far below the lower end of an object still clears it, m: objects on the
+    floor are not seen down to it."""
+    uneven: float = Field(0.1, ge=0.0, le=0.5)
+    """Possible sag of the ground below a beam, m per remaining metre: the foot of a ramp."""
+
+
+DEFAULTS = ObstacleLayerParameters()
+
+_Cells = TypeVar("_Cells", SignedBytes, Bytes, Floats32)
+
+
+@value
+class ObstacleLayerState:
+    """State of the layer."""
+
+    evidence: Annotated[SignedBytes, Shape("rows cols")]
+    obstacles: LiveObstacles
+    """Output of the layer; the same object as long as nothing changes."""
+    span: Annotated[Floats32, Shape("2 rows cols")] | None = None
+    """Lower and upper end of the object in each cell from clouds, m; 0: unknown. None before the
+    first cloud."""
+
+
+def update_obstacle_layer(
+    layer: ObstacleLayerState | None,
+    detections: tuple[Detections, ...],
+    people: People,
+    grid: OccupancyGrid,
+    position: Floats,
+    parameters: ObstacleLayerParameters = DEFAULTS,
+) -> ObstacleLayerState:
+    """Update the layer with some scans; return ``layer`` itself if nothing changes.
+
+    Args:
+        layer: the last state, None at first.
+        detections: of each new scan; may be empty.
+        people: tracked people at present.
+        grid: the map, whose cells the window uses.
+        position: (2,) position or (3,) pose of the robot, m; the window follows it.
+        parameters: of the layer.
+    """
+    p = parameters
+    corner = _corner(grid, np.asarray(position, dtype=float)[:2], p.side)
+    if layer is None:
+        n = _cells_a_side(grid, p.side)
+        none = LiveObstacles(corner=corner, occupied=np.zeros((n, n), dtype=np.uint8), version=0)
+        layer = ObstacleLayerState(evidence=np.zeros((n, n), dtype=np.int8), obstacles=none)
+    rolled = _rolled(layer, corner)
+    body = people.radius + p.person_margin
+    free = [
+        unexplained(
+            seen.points, seen.mapped, seen.owner, seen.position, people.mean, body, p.person_reach
+        )
+        for seen in detections
+    ]
+    if not any(each.any() for each in free) and _clears_nothing(rolled, detections):
+        return rolled
+    evidence, occupied = rolled.evidence.copy(), rolled.obstacles.occupied.copy()
+    X_WM = _window_from_map(grid, rolled.obstacles.corner)
+    span = None if rolled.span is None else rolled.span.copy()
+    if span is None and any(seen.heights is not None for seen in detections):
+        span = np.zeros((2, *evidence.shape), dtype=np.float32)
+    rules = SpatialRules(p.hit, p.miss, p.max_evidence, p.overhang, p.uneven * grid.resolution)
+    bodies = np.column_stack([_in_cells(X_WM, people.mean[:, :2], grid), people.radius])
+    for seen, new in zip(detections, free, strict=True):
+        if seen.heights is not None and span is not None:
+            beams = _spatial_beams(seen, seen.heights, new, X_WM, grid, p)
+            add_cloud_evidence(evidence, span, seen.heights, beams, rules)
+            continue
+        before = evidence if span is None else evidence.copy()
+        _add_scan(evidence, seen, ~new, X_WM, grid, p)
+        # Objects from clouds keep their evidence: the scan's beams may pass above or below them.
+        if span is not None:
+            np.maximum(evidence, before, out=evidence, where=span[1] > 0.0)
+    clear_people(evidence, bodies, grid.resolution)
+    if not update_occupied(evidence, occupied, p.occupied_from):
+        occupied = rolled.obstacles.occupied
+    if span is not None:
+        span[:, evidence <= 0] = 0.0
+        span.flags.writeable = False
+    return replace(_next(rolled, evidence, occupied), span=span)
+
+
+def _clears_nothing(layer: ObstacleLayerState, detections: tuple[Detections, ...]) -> bool:
+    """Check that beams have nothing to take: no scan, or no evidence and no heights."""
+    if not detections:
+        return True
+    spatial = layer.span is not None or any(seen.heights is not None for seen in detections)
+    return not spatial and is_empty(layer.evidence) and is_empty(layer.obstacles.occupied)
+
+
+def _add_scan(  # all of one scan
+    evidence: SignedBytes,
+    seen: Detections,
+    explained: Booleans,
+    X_WM: Floats,
+    grid: OccupancyGrid,
+    p: ObstacleLayerParameters,
+) -> None:
+    """Add one scan to ``evidence``, in place."""
+    ends = np.concatenate([seen.points, seen.free_ends])
+    margin = p.end_margin + p.end_margin_growth * np.hypot(*(ends - seen.origin).T)
+    margin[len(seen.points) :] = 0.0
+    mark_and_clear(
+        evidence,
+        _in_cells(X_WM, seen.origin, grid),
+        _in_cells(X_WM, ends, grid),
+        np.concatenate([explained, np.ones(len(seen.free_ends), dtype=np.bool_)]),
+        margin / grid.resolution,
+        np.array([p.hit, p.miss, p.max_evidence]),
+    )
+
+
+def _spatial_beams(  # all of one cloud
+    seen: Detections,
+    heights: ColumnHeights,
+    free: Booleans,
+    X_WM: Floats,
+    grid: OccupancyGrid,
+    p: ObstacleLayerParameters,
+) -> SpatialBeams:
+    """Columns and floor of a cloud in cells."""
+    margin = p.end_margin + p.end_margin_growth * np.hypot(*(seen.points - seen.origin).T)
+    sensors = _in_cells(X_WM, heights.sensor[:, :2], grid)
+    return SpatialBeams(
+        columns=np.column_stack([_in_cells(X_WM, seen.points, grid), margin / grid.resolution]),
+        free=free,
+        sensors=np.column_stack([sensors, heights.sensor[:, 2]]),
+        floor=_in_cells(X_WM, heights.floor.astype(float), grid),
+    )
+
+
+def _next(layer: ObstacleLayerState, evidence: SignedBytes, occupied: Bytes) -> ObstacleLayerState:
+    evidence.flags.writeable = False
+    if occupied is layer.obstacles.occupied:
+        return replace(layer, evidence=evidence)
+    occupied.flags.writeable = False
+    known = layer.obstacles
+    changed = replace(known, occupied=occupied, version=known.version + 1)
+    return replace(layer, evidence=evidence, obstacles=changed)
+
+
+def _cells_a_side(grid: OccupancyGrid, side: float) -> int:
+    return max(round(side / grid.resolution), 1)
+
+
+def _corner(grid: OccupancyGrid, position: Floats, side: float) -> Integers:
+    """First cell of the window about ``position``; it moves in steps of about 1 m."""
+    step = max(round(1.0 / grid.resolution), 1)
+    centre = grid.cells(position) // step * step
+    corner: Integers = centre - _cells_a_side(grid, side) // 2
+    return corner
+
+
+def _rolled(layer: ObstacleLayerState, corner: Integers) -> ObstacleLayerState:
+    """Move the window to ``corner``; cells that leave it are dropped."""
+    known = layer.obstacles
+    if np.array_equal(corner, known.corner):
+        return layer
+    shift = corner - known.corner
+    obstacles = replace(
+        known,
+        corner=corner,
+        occupied=_shifted(known.occupied, shift),
+        version=known.version + 1,
+    )
+    span = layer.span
+    return ObstacleLayerState(
+        evidence=_shifted(layer.evidence, shift),
+        obstacles=obstacles,
+        span=None if span is None else np.stack([_shifted(each, shift) for each in span]),
+    )
+
+
+def _shifted(cells: _Cells, shift: Integers) -> _Cells:
+    out = np.zeros_like(cells)
+    rows, cols = cells.shape
+    r, c = int(shift[0]), int(shift[1])
+    if abs(r) < rows and abs(c) < cols:
+        kept = cells[max(r, 0) : rows + min(r, 0), max(c, 0) : cols + min(c, 0)]
+        out[max(-r, 0) : rows - max(r, 0), max(-c, 0) : cols - max(c, 0)] = kept
+    out.flags.writeable = False
+    return out
+
+
+def _window_from_map(grid: OccupancyGrid, corner: Integers) -> Floats:
+    """X_WM: W is at the outer corner of the window's first cell, rows along y, columns along x."""
+    at = transform(grid.X_MG, corner[::-1] * grid.resolution)
+    return inverse(np.array([at[0], at[1], grid.X_MG[2]]))
+
+
+def _in_cells(X_WM: Floats, points: Floats, grid: OccupancyGrid) -> Floats:
+    """(column, row) of map points (..., 2) in the window, as real numbers."""
+    return transform(X_WM, points) / grid.resolution

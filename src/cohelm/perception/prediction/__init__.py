@@ -1,0 +1,1 @@
+"""Predict the motion of people."""

@@ -1,0 +1,1 @@
+"""Detect people in planar scans."""

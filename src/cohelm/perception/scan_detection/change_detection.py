@@ -1,0 +1,301 @@
+"""Change detection: what stands now at places that were free a while ago.
+
+An object on legs that never moves is furniture; one at a place that the scanner saw through before
+has arrived there. Some past scans are stored, ever sparser with age, each with the pose of its
+sensor, so that the comparison works for a moving chair as well.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, SignedBytes, value
+from cohelm.config import Model
+from cohelm.geometry import compose
+from cohelm.messages import Scan
+from cohelm.perception.api import Detections
+from cohelm.perception.localisation_check.clock import CLOCK_RESET
+
+UNKNOWN, OCCUPIED, FREE, NO_RETURN = 0, 1, 2, 3
+"""State of a place in an earlier scan: occluded or out of view, something there, seen through, or
+no beam came back from that direction."""
+
+
+class ChangeDetectionParameters(Model):
+    """Parameters of the comparison with the past; assumed where no reason is given."""
+
+    min_age: float = Field(0.25, gt=0.0, le=5.0)
+    """Age from which a scan is compared, s: a swinging leg has left its place by then."""
+    max_age: float = Field(300.0, gt=0.0, le=3600.0)
+    """Age at which a scan is dropped, s."""
+    age_ratio: float = Field(1.25, gt=1.0, le=10.0)
+    """Ratio of the ages of stored scans, counted in scans: a pause costs no memory."""
+    margin: float = Field(0.15, gt=0.0, le=1.0)
+    """A return within this of an earlier one is the same object, m."""
+    margin_growth: float = Field(0.015, ge=0.0, le=0.2)
+    """Growth of that with range, m/m (1° of localisation error is 0.017)."""
+    max_changed: float = Field(0.05, gt=0.0, le=1.0)
+    """Share of the surroundings that may be new. Above it, the scanner's motion differs from its
+    pose, and the earlier scan is ignored."""
+    min_same: float = Field(0.85, gt=0.0, le=1.0)
+    """Least share of the surroundings that was there before, for a scan of age 0."""
+    same_decay: float = Field(0.2, ge=0.0, le=5.0)
+    """Decrease of that share with age, 1/s: the view of a moving chair changes."""
+    same_floor: float = Field(0.2, ge=0.0, le=1.0)
+    """Least share at any age."""
+    min_looks: int = Field(2, ge=1, le=20)
+    """Earlier scans that must have observed the place."""
+    min_returns: int = Field(3, ge=1, le=20)
+    """Returns of something new: fewer may have passed between two beams."""
+    no_return_weight: float = Field(0.35, ge=0.0, le=1.0)
+    """Weight of a beam without a return against one that passed through: dark and glossy objects
+    appear only now and then."""
+    arrival_time: float = Field(1.5, gt=0.0, le=60.0)
+    """An arrival longer ago than this, s, has come to rest, and is evidence of neither."""
+    rest_time: float = Field(5.0, gt=0.0, le=60.0)
+    """An object that was there for as long as observed, and for this long, is at rest, s."""
+    arrived_log_odds: float = Field(3.0, ge=0.0, le=10.0)
+    """Log-odds of motion where the place was free until recently."""
+    mislocalised_log_odds: float = Field(-2.0, ge=-10.0, le=0.0)
+    """Log-odds of motion of everything while the scanner's motion differs from its pose."""
+    static_log_odds: float = Field(-2.0, ge=-10.0, le=0.0)
+    """Log-odds of motion where the place was occupied as often as it was observed."""
+
+
+@value
+class PastScan:
+    """Stored scan."""
+
+    scan: Scan
+    X_MS: Annotated[Floats, Shape("3")]
+    """Pose of its sensor."""
+    number: int
+    """Count of earlier scans of that sensor."""
+
+
+PastScans = tuple[PastScan, ...]
+"""Stored scans, the newest first."""
+
+
+class PastBeams(NamedTuple):
+    """A past scan for compiled code."""
+
+    ranges: Floats
+    """(b,) m."""
+    angle_min: float
+    increment: float
+    range_max: float
+    X_MS: Floats
+    """(3,)."""
+
+
+class ScanComparison(NamedTuple):
+    """A past scan compared with the present detections."""
+
+    new: int
+    """Returns of the surroundings (of no person) at places that were free."""
+    same: int
+    """Returns of the surroundings at places that were occupied."""
+    total: int
+    """Returns of the surroundings."""
+    occupied: Floats
+    """(d,) share of each detection's place that was occupied, 0…1."""
+    known: Booleans
+    """(d,) True where that place was observed."""
+
+
+def beams_of(past: PastScan) -> PastBeams:
+    """Convert a past scan for :func:`compare_places`."""
+    scan = past.scan
+    first, step, reach = float(scan.angle_min), float(scan.angle_increment), float(scan.range_max)
+    return PastBeams(scan.ranges, first, step, reach, past.X_MS)
+
+
+def detect_changes(
+    found: Detections, past: PastScans, parameters: ChangeDetectionParameters | None = None
+) -> Detections:
+    """Add ``moved`` to ``found``: log-odds that each has arrived at its place, 0 where unknown.
+
+    From the youngest scan backwards, the time for which the place was occupied is skipped; the
+    occupancy before that tells whether the object arrived then.
+    """
+    p = parameters or ChangeDetectionParameters()
+    d = len(found.position)
+    if not d or not past:
+        return replace(found, moved=np.zeros(d))
+    owner = found.owner
+    width = np.concatenate([2.0 * found.ellipse[:, 2], [0.0]])[found.cluster]
+    margin = np.array([p.margin, p.margin_growth])
+    present, occupied, looks = np.zeros(d), np.zeros(d), np.zeros(d)
+    here, consistent, inconsistent = None, 0, 0
+    for each in past:
+        age = found.time - each.scan.time
+        if not p.min_age <= age <= p.max_age:
+            continue
+        beams = beams_of(each)
+        before = _compare(found.points, width, owner, d, beams, margin, p.no_return_weight)
+        if not _is_consistent(before, age, p):
+            inconsistent += age <= p.arrival_time
+            continue
+        consistent += age <= p.arrival_time
+        if here is None:
+            here = np.full(d, age <= p.arrival_time)
+        here &= ~before.known | (before.occupied > 0.5)
+        present[here & before.known] = age
+        occupied += before.known * ~here * before.occupied
+        looks += before.known & ~here
+    if inconsistent > consistent:
+        return replace(found, moved=np.full(d, p.mislocalised_log_odds))
+    moved = _log_odds(present, occupied, looks, p)
+    thin = np.bincount(owner[owner >= 0], minlength=d) < p.min_returns
+    return replace(found, moved=np.where(thin, np.minimum(moved, 0.0), moved))
+
+
+def _log_odds(
+    present: Floats, occupied: Floats, looks: Floats, p: ChangeDetectionParameters
+) -> Floats:
+    """Log-odds (d,) of motion.
+
+    Args:
+        present: time for which the place has been occupied, s.
+        occupied: sum of its occupancy before that.
+        looks: number of observations before that.
+        p: the parameters.
+    """
+    before = occupied / np.maximum(looks, 1.0)
+    values = [p.arrived_log_odds, 0.0, 0.0, p.static_log_odds]
+    moved = np.interp(before, [0.15, 0.35, 0.5, 0.8], values)
+    moved = np.where((present > p.arrival_time) & (moved > 0.0), 0.0, moved)
+    rests = p.static_log_odds * np.clip(present / p.rest_time, 0.0, 1.0)
+    few_looks = np.where(looks > 0.0, np.minimum(moved, 0.0), rests)
+    out: Floats = np.where(looks >= p.min_looks, moved, few_looks)
+    return out
+
+
+def remember_scan(
+    past: PastScans, scan: Scan, X_MR: Floats, parameters: ChangeDetectionParameters | None = None
+) -> PastScans:
+    """Store a scan taken at robot pose ``X_MR``, and drop scans that are dense enough or too old.
+
+    A clock reset clears the past; a scan or a pose that is not finite leaves it unchanged.
+    """
+    p = parameters or ChangeDetectionParameters()
+    given = [scan.time, *X_MR, *scan.mount, scan.angle_min, scan.angle_increment]
+    if not np.isfinite(given).all() or scan.angle_increment == 0.0 or not len(scan.ranges):
+        return past
+    if past and scan.time < past[0].scan.time - CLOCK_RESET:
+        past = ()
+    mount = scan.mount.tolist()
+    others = [each for each in past if each.scan.mount.tolist() != mount]
+    before = [each for each in past if each.scan.mount.tolist() == mount]
+    number = before[0].number + 1 if before else 0
+    stored = [PastScan(scan=scan, X_MS=compose(X_MR, scan.mount), number=number)]
+    for k, each in enumerate(before):
+        older = before[k + 1].number if k + 1 < len(before) else -math.inf
+        since = max(number - stored[-1].number, 2)
+        sparse = p.age_ratio**2 * since < number - older
+        if sparse and scan.time - each.scan.time <= p.max_age:
+            stored.append(each)
+    return tuple(sorted((*stored, *others), key=lambda each: -each.scan.time))
+
+
+_MIN_SURROUNDINGS = 20
+"""Returns of the surroundings that are needed to judge the pose."""
+
+
+def _is_consistent(before: ScanComparison, age: float, p: ChangeDetectionParameters) -> bool:
+    """Check that the surroundings are where they were, as far as the past scan shows them."""
+    if before.total < _MIN_SURROUNDINGS:
+        return True
+    least = max(p.min_same - p.same_decay * age, p.same_floor)
+    few_new = before.new <= p.max_changed * (before.new + before.same)
+    return few_new and before.same >= least * before.total
+
+
+@njit(cache=True)
+def _compare(  # noqa: PLR0917  # a kernel takes arrays and numbers
+    points: Floats,
+    width: Floats,
+    owner: Integers,
+    d: int,
+    beams: PastBeams,
+    margin: Floats,
+    no_return_weight: float,
+) -> ScanComparison:
+    """Compare returns with a past scan; arguments as for :func:`compare_places`."""
+    was = compare_places(points, width, beams, margin)
+    new, same, total = 0, 0, 0
+    known, occupied = np.zeros(d), np.zeros(d)
+    for i in range(len(was)):
+        if owner[i] < 0:
+            total += 1
+            new += was[i] == FREE
+            same += was[i] == OCCUPIED
+        elif was[i] != UNKNOWN:
+            known[owner[i]] += no_return_weight if was[i] == NO_RETURN else 1.0
+            occupied[owner[i]] += was[i] == OCCUPIED
+    return ScanComparison(new, same, total, occupied / np.maximum(known, 1e-9), known > 0.0)
+
+
+@njit(cache=True)
+def compare_places(points: Floats, width: Floats, beams: PastBeams, margin: Floats) -> SignedBytes:
+    """State of the places of points in a past scan, ``UNKNOWN`` to ``NO_RETURN``.
+
+    A place is occupied if a return lies within the margin. It is free if all of three beams about
+    it end beyond the margin, as far as they return, and if they are so dense that at least two
+    would hit the object that stands there now. Otherwise it was occluded or out of view.
+
+    Args:
+        points: (p, 2), map frame, m.
+        width: (p,) of the object of each, m.
+        beams: the past scan.
+        margin: m, and its growth with range, m/m.
+    """
+    ranges, b, X_MS = beams.ranges, beams.ranges.shape[0], beams.X_MS
+    out = np.zeros(points.shape[0], dtype=np.int8)
+    cos, sin, step = math.cos(X_MS[2]), math.sin(X_MS[2]), abs(beams.increment)
+    full_turn = (b + 1) * step >= 2.0 * math.pi
+    for i in range(points.shape[0]):
+        dx, dy = points[i, 0] - X_MS[0], points[i, 1] - X_MS[1]
+        x, y = cos * dx + sin * dy, cos * dy - sin * dx
+        distance = math.hypot(x, y)
+        near = margin[0] + margin[1] * distance
+        turned = math.atan2(y, x) - beams.angle_min
+        turned = turned if beams.increment > 0.0 else -turned
+        if not 0.0 <= turned < 2.0 * math.pi:  # the remainder is expensive
+            turned %= 2.0 * math.pi
+        beam = turned / step
+        middle = round(beam)
+        if distance < near:
+            continue
+        reach = min(int(near / (distance * step)) + 1, b // 2)
+        occupied, clear, lost, count = False, distance + near <= beams.range_max, 0, 0
+        # From the middle outwards: an object that is still there is found at once.
+        for turn in range(2 * reach + 1):
+            k = middle + (-(turn // 2) if turn % 2 == 0 else (turn + 1) // 2)
+            inside = 0 <= k < b
+            if not (full_turn or inside):
+                continue
+            r = ranges[k if inside else k % b]
+            returned = r > 0.0 and r <= beams.range_max
+            if returned:
+                # Squared distance of the two, for a small angle between them.
+                across = (k - beam) * step
+                occupied = (r - distance) ** 2 + r * distance * across * across <= near * near
+                if occupied:
+                    break
+            if abs(k - middle) <= 1:
+                count += 1
+                lost += not returned and not r > beams.range_max
+                clear = clear and (not returned or r > distance + near)
+        if occupied:
+            out[i] = OCCUPIED
+        elif clear and count == 3 and 2.0 * distance * step <= width[i]:
+            out[i] = NO_RETURN if lost == 3 else FREE
+    return out

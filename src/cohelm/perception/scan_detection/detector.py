@@ -1,0 +1,199 @@
+"""Detector of people in planar scans: returns minus the map → DBSCAN → size and roundness."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.config import Model
+from cohelm.geometry import compose
+from cohelm.maps import DistanceField
+from cohelm.messages import Scan
+from cohelm.perception.api import Detections
+from cohelm.perception.scan_detection.bodies import Beams, BodySizes, find_bodies
+from cohelm.perception.scan_detection.clustering import bounding_ellipses, dbscan
+from cohelm.perception.scan_detection.legs import LegModel
+from cohelm.perception.scan_detection.shape_fits import DiscPrior
+
+
+class ScanClusters:
+    """Xu et al., section on perception, for a planar scanner at leg height or above.
+
+    Returns that the static map explains are removed first, so that a person beside a wall is a
+    cluster of their own. A cluster as wide as a body is a possible person; its confidence is the
+    evidence for a disc against a face, a corner or clutter (``shape_fits``). A wide cluster is
+    split where two discs explain it much better than one shape.
+    """
+
+    class Parameters(Model):
+        """Parameters of the detector; assumed where no reason is given."""
+
+        centre: Literal["printed", "corrected"] = "corrected"
+        """``printed``: the mean of the visible returns, eq. (3), about 0.8 of the radius too near.
+        ``corrected``: the disc behind them."""
+        map_margin: float = Field(0.09, ge=0.0, le=1.0)
+        """A return this near a mapped wall belongs to it, m (3 cm of localisation, a cell)."""
+        map_margin_growth: float = Field(0.015, ge=0.0, le=0.2)
+        """Growth of that margin with range, m/m (1° of localisation error is 0.017)."""
+        epsilon: float = Field(0.12, gt=0.0, le=1.0)
+        """ε of DBSCAN at the sensor, m."""
+        epsilon_beams: float = Field(2.2, ge=0.0, le=10.0)
+        """Growth of ε, in gaps between beams: one lost beam does not split a cluster."""
+        min_samples: int = Field(2, ge=1, le=100)
+        """Neighbours, itself included, of a core point (at 9 m a body has three returns)."""
+        narrowest: float = Field(0.3, ge=0.0, le=1.0)
+        """Smallest width of a body without occluded ends, including half a beam at each end, m."""
+        widest: float = Field(0.9, gt=0.0, le=3.0)
+        """Largest width of a body, m."""
+        split_from: float = Field(0.62, gt=0.0, le=3.0)
+        """Width from which a split into two people is tried, m."""
+        body_radius: float = Field(0.27, gt=0.05, le=1.0)
+        """r₀ of a body's disc, m."""
+        body_radius_deviation: float = Field(0.05, gt=0.0, le=0.5)
+        """Its standard deviation among people, m."""
+        leg_width: float = Field(0.12, gt=0.0, le=0.5)
+        """Width of one leg with its trousers from any side, m."""
+        leg_width_deviation: float = Field(0.04, gt=0.0, le=0.5)
+        """m."""
+        both_legs_width: float = Field(0.28, gt=0.0, le=1.0)
+        """Width of two legs that touch or nearly occlude each other, m."""
+        both_legs_width_deviation: float = Field(0.07, gt=0.0, le=0.5)
+        """m."""
+        longest_stride: float = Field(0.8, gt=0.0, le=2.0)
+        """Largest distance between the legs of one person, m."""
+        legs_deviation: float = Field(0.08, gt=0.0, le=0.5)
+        """Standard deviation of a person's centre from the middle of the legs, m."""
+        leg_deviation: float = Field(0.15, gt=0.0, le=0.5)
+        """Standard deviation of a person's centre from the only visible leg, m."""
+        single_leg_log_odds: float = Field(-1.0, ge=-5.0, le=5.0)
+        """Log-odds that only one leg of a person is visible."""
+        range_noise: float = Field(0.015, gt=0.0, le=0.5)
+        """Standard deviation of a return about a disc, m: the sensor's and the body's own."""
+        position_noise: float = Field(0.02, ge=0.0, le=0.5)
+        """Standard deviation of a centre beyond that of its fit (gait, localisation), m."""
+        position_noise_growth: float = Field(0.004, ge=0.0, le=0.1)
+        """Its growth with range, m/m: the part of the heading error that varies between scans."""
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = p = parameters or self.Parameters()
+        self._sizes = BodySizes(p.narrowest, p.widest, p.split_from)
+        self._prior = DiscPrior(p.body_radius, p.body_radius_deviation, p.range_noise)
+        self._legs = LegModel(
+            p.leg_width,
+            p.leg_width_deviation,
+            p.both_legs_width,
+            p.both_legs_width_deviation,
+            p.longest_stride,
+            p.legs_deviation,
+            p.leg_deviation,
+            p.single_leg_log_odds,
+        )
+
+    def detect(self, scan: Scan, X_MR: Floats, walls: DistanceField) -> Detections:
+        """See :meth:`Detector.detect`; a scan without a usable return gives no detections."""
+        p = self.parameters
+        seen = scan_returns(scan, X_MR)
+        if not len(seen.points):
+            return replace(Detections.empty(scan.time, seen.origin), free_ends=seen.free_ends)
+        mapped = walls.at(seen.points) < p.map_margin + p.map_margin_growth * seen.range
+        free = np.flatnonzero(~mapped)
+        cluster = np.full(len(mapped), -1, dtype=np.int64)
+        gap = seen.range[free] * seen.increment
+        cluster[free] = dbscan(seen.points[free], p.epsilon + p.epsilon_beams * gap, p.min_samples)
+        occluded = _occluded(seen.range, seen.bearing, seen.increment, p.epsilon)
+        beams = Beams(seen.points, seen.bearing, occluded, cluster, seen.origin, seen.increment)
+        owner, bodies = find_bodies(beams, self._sizes, self._prior, self._legs)
+        distance = np.hypot(*(bodies[:, :2] - seen.origin).T)
+        noise = p.position_noise + p.position_noise_growth * distance
+        return Detections(
+            time=scan.time,
+            origin=seen.origin,
+            points=seen.points,
+            owner=owner,
+            mapped=mapped,
+            free_ends=seen.free_ends,
+            position=bodies[:, :2] if p.centre == "corrected" else bodies[:, 5:7],
+            radius=bodies[:, 2],
+            deviation=np.hypot(bodies[:, 3], noise),
+            confidence=1.0 / (1.0 + np.exp(-bodies[:, 4])),
+            cluster=cluster,
+            ellipse=bounding_ellipses(
+                seen.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
+            ),
+        )
+
+
+@value
+class ScanReturns:
+    """Usable beams of a scan in the map frame; p returns in beam order, q free beams."""
+
+    origin: Annotated[Floats, Shape("2")]
+    """The sensor, m."""
+    increment: float
+    """Angle between neighbouring beams, rad, ≥ 0."""
+    bearing: Annotated[Floats, Shape("p")]
+    """Of each return from the sensor, rad, not wrapped, increasing."""
+    range: Annotated[Floats, Shape("p")]
+    """m."""
+    points: Annotated[Floats, Shape("p 2")]
+    """m."""
+    free_ends: Annotated[Floats, Shape("q 2")]
+    """Ends of the beams without a return (+inf), at ``range_max``, m."""
+
+
+def scan_returns(scan: Scan, X_MR: Floats) -> ScanReturns:
+    """Returns of a scan taken at robot pose ``X_MR`` (3,).
+
+    NaN, −inf, ranges ≤ 0 and ranges beyond ``range_max`` are no returns; +inf means that the beam
+    is free up to ``range_max`` (REP-117). A scan or a pose that is not finite has no returns.
+    """
+    given = [*X_MR, *scan.mount, scan.angle_min, scan.angle_increment, scan.range_max]
+    if not np.isfinite(given).all():
+        none = np.empty(0)
+        pairs, zero = none.reshape(0, 2), np.zeros(2)
+        return ScanReturns(
+            origin=zero, increment=0.0, bearing=none, range=none, points=pairs, free_ends=pairs
+        )
+    X_MS = compose(X_MR, scan.mount)
+    angles = X_MS[2] + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    ranges = scan.ranges
+    if scan.angle_increment < 0.0:
+        angles, ranges = angles[::-1], ranges[::-1]
+    hit = (ranges > 0.0) & (ranges <= scan.range_max)
+    free = np.isposinf(ranges)
+    origin = X_MS[:2]
+    return ScanReturns(
+        origin=origin,
+        increment=abs(scan.angle_increment),
+        bearing=angles[hit],
+        range=ranges[hit],
+        points=origin + _at(angles[hit], ranges[hit]),
+        free_ends=origin + _at(angles[free], np.full(int(free.sum()), scan.range_max)),
+    )
+
+
+def _at(angle: Floats, distance: Floats) -> Floats:
+    return np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1)
+
+
+@njit(cache=True)
+def _occluded(distance: Floats, bearing: Floats, increment: float, step: float) -> Integers:
+    """(p, 2): 1 where the return before (after) each, a beam or two away, is nearer by ``step``.
+
+    The first and the last return are neighbours if the scan covers a full turn.
+    """
+    n = distance.shape[0]
+    out = np.zeros((n, 2), dtype=np.int64)
+    for i in range(n):
+        before = i - 1 if i > 0 else n - 1
+        apart = (bearing[i] - bearing[before]) % (2.0 * math.pi) > 2.5 * increment
+        if not apart:
+            out[i, 0] = distance[before] < distance[i] - step
+            out[before, 1] = distance[i] < distance[before] - step
+    return out

@@ -1,0 +1,1 @@
+"""Track people over time, or pass on people that an external source reports."""

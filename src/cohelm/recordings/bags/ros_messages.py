@@ -1,0 +1,165 @@
+"""Decode ROS messages and convert them to cohelm's."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cohelm.arrays import Floats, Floats32
+from cohelm.messages import PointCloud, Scan
+from cohelm.recordings.api import max_range
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
+SCAN = "sensor_msgs/msg/LaserScan"
+CLOUD = "sensor_msgs/msg/PointCloud2"
+ODOMETRY = "nav_msgs/msg/Odometry"
+POSES = "geometry_msgs/msg/PoseArray"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+OLD_TRANSFORMS = "tf/msg/tfMessage"
+
+_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+"""Types of a PointField."""
+_MAX_BEAMS = 1_000_000
+
+
+class Decoder:
+    """Decoder of messages, with the types that ROS defines, not those that a bag embeds.
+
+    Args:
+        version: ROS version, 1 or 2.
+    """
+
+    def __init__(self, version: int) -> None:
+        types = store(version)
+        self._decode = types.deserialize_ros1 if version == 1 else types.deserialize_cdr
+
+    def decode(self, data: bytes, type_: str) -> Any:
+        """Decode a message.
+
+        Raises:
+            ValueError: if the bytes are not a message of that type.
+        """
+        try:
+            return self._decode(data, type_)
+        except Exception as error:  # damaged bytes raise many kinds of errors in rosbags
+            raise ValueError(f"not a {type_.rpartition('/')[2]}: {error}") from None
+
+
+@functools.cache
+def store(version: int) -> Typestore:
+    """Type store of ROS 1 or 2."""
+    from rosbags.typesys import (  # noqa: PLC0415  # only where a bag is read
+        Stores,
+        get_types_from_msg,
+        get_typestore,
+    )
+
+    if version == 2:
+        return get_typestore(Stores.ROS2_HUMBLE)
+    types = get_typestore(Stores.ROS1_NOETIC)
+    for type_ in (TRANSFORMS, OLD_TRANSFORMS):
+        text = "geometry_msgs/TransformStamped[] transforms"
+        types.register(get_types_from_msg(text, type_))
+    return types
+
+
+def stamp(header: Any) -> float:
+    """Time of a header, s; 0 where it has none."""
+    return float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec)
+
+
+def transform(pose: Any) -> tuple[float, ...]:
+    """(x, y, z, q_x, q_y, q_z, q_w) of a Pose or a Transform."""
+    p = pose.position if hasattr(pose, "position") else pose.translation
+    q = pose.orientation if hasattr(pose, "orientation") else pose.rotation
+    return p.x, p.y, p.z, q.x, q.y, q.z, q.w
+
+
+def scan(message: Any, time: float, X_RS: Floats) -> Scan:
+    """Convert a LaserScan of a sensor mounted at ``X_RS`` (6,), upright or upside down.
+
+    After REP-117, and as older drivers do: 0, below ``range_min`` or −inf is a dropout; at or
+    beyond ``range_max`` is no return.
+
+    Raises:
+        ValueError: if the directions of its beams are not valid.
+    """
+    ranges = np.array(message.ranges, dtype=float)
+    first, step = float(message.angle_min), float(message.angle_increment)
+    if len(ranges) > _MAX_BEAMS or not math.isfinite(first) or not 0.0 < abs(step) < math.tau:
+        raise ValueError(f"{len(ranges)} beams from {first:g} rad by {step:g} rad are not a scan")
+    with np.errstate(invalid="ignore"):
+        lower = np.nan_to_num(float(message.range_min), nan=0.0, posinf=0.0)
+        ranges[(ranges <= 0.0) | (ranges < lower)] = np.nan
+        reach = float(message.range_max)
+        if not 0.0 < reach < math.inf:
+            reach = np.nextafter(max(ranges[np.isfinite(ranges)], default=0.0), np.inf)
+        ranges[ranges >= reach] = np.inf
+    if abs(X_RS[3]) > math.pi / 2.0:  # mounted upside down: beams run the other way
+        first, step = -first, -step
+    if step < 0.0:
+        first, step, ranges = first + (len(ranges) - 1) * step, -step, ranges[::-1]
+    return Scan(
+        time=time,
+        mount=X_RS[[0, 1, 5]],
+        angle_min=first,
+        angle_increment=step,
+        range_max=reach,
+        ranges=ranges,
+    )
+
+
+def cloud(message: Any, time: float, X_RS: Floats) -> PointCloud:
+    """Convert a PointCloud2 of a sensor mounted at ``X_RS`` (6,); the range is the farthest return.
+
+    A point at (0, 0, 0) is no return, as many drivers write it.
+
+    Raises:
+        ValueError: if its fields do not match its data, or x, y or z is missing.
+    """
+    points = _points(message)
+    points[~points.any(axis=1)] = np.nan
+    return PointCloud(time=time, mount=X_RS, points=points, range_max=max_range(points))
+
+
+def _points(message: Any) -> Floats32:
+    """Points (p, 3) of fields in any order, type and padding."""
+    shape = height, width = int(message.height), int(message.width)
+    if height * width == 0:
+        return np.empty((0, 3), dtype=np.float32)
+    row, step = int(message.row_step), int(message.point_step)
+    if width * step > row or (height - 1) * row + width * step > len(message.data):
+        raise ValueError(
+            f"a PointCloud2 of {height} × {width} points of {step} bytes in {len(message.data)}"
+        )
+    order = ">" if message.is_bigendian else "<"
+    fields = {field.name: field for field in message.fields}
+    columns = [_column(message, fields.get(axis), axis, order, shape) for axis in "xyz"]
+    points = np.empty((height * width, 3), dtype=np.float32)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k, column in enumerate(columns):
+            points[:, k] = column.ravel()
+    return points
+
+
+def _column(
+    message: Any, field: Any, axis: str, order: str, shape: tuple[int, int]
+) -> NDArray[Any]:
+    if field is None or field.datatype not in _NUMBERS:
+        raise ValueError(f"a PointCloud2 without a numeric field {axis}")
+    number = np.dtype(order + _NUMBERS[field.datatype])
+    if field.offset + number.itemsize > message.point_step:
+        raise ValueError(f"a PointCloud2 whose field {axis} lies outside its points")
+    return np.ndarray(
+        shape,
+        dtype=number,
+        buffer=np.ascontiguousarray(message.data),
+        offset=int(field.offset),
+        strides=(int(message.row_step), int(message.point_step)),
+    )

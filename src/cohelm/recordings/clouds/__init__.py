@@ -1,0 +1,1 @@
+"""Point clouds of KITTI, nuScenes and PCL as sensor recordings."""

@@ -1,0 +1,1 @@
+"""Recorded pedestrian trajectories, and their replay as simulated pedestrians."""

@@ -1,0 +1,1 @@
+"""Recorded rides in MCAP files: write, read, and the exact values inside."""
