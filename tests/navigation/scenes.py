@@ -92,7 +92,7 @@ def navigator(**changes: object) -> Navigator:
         detector=plugins.build("detectors", "scan_clusters"),
         cloud_detector=plugins.build("cloud_detectors", "cloud_clusters"),
         tracker=plugins.build("trackers", "kalman"),
-        group_detector=plugins.build("group_detectors", "alone"),
+        group_detector=plugins.build("group_detectors", "no_groups"),
         predictor=plugins.build("predictors", "constant_velocity"),
         social_model=plugins.build("social_models", "personal_space"),
     )

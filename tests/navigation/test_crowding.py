@@ -7,7 +7,7 @@ import pytest
 
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Crowding
-from cohelm.navigation.crowding import CrowdingParameters, crowding
+from cohelm.navigation.crowding import CrowdingParameters, update_crowding
 from cohelm.testing.scenes import walkers
 
 GRID = OccupancyGrid(data=np.zeros((160, 240)), resolution=0.05, X_MG=[-1.0, 2.0, 0.3])
@@ -26,10 +26,10 @@ def people(time, *positions):
 
 def counted(spans, prior=None, rules=RULES):
     """The memory after (from, to, positions) each, counted twice a second."""
-    state = crowding(None, people(0.0), GRID, prior, rules)
+    state = update_crowding(None, people(0.0), GRID, prior, rules)
     for start, end, positions in spans:
         for k in range(round(start * 2) + 1, round(end * 2) + 1):
-            state = crowding(state, people(0.5 * k, *positions), GRID, prior, rules)
+            state = update_crowding(state, people(0.5 * k, *positions), GRID, prior, rules)
     return state
 
 
@@ -44,10 +44,10 @@ def test_one_person_counts_as_one(at):
 def test_who_is_unsure_to_be_a_person_counts_for_less():
     sure = people(0.5, (6.0, 4.0))
     unsure = replace(sure, confidence=[0.4])
-    first = crowding(None, people(0.0), GRID, None, RULES)
-    whole = crowding(first, sure, GRID, None, RULES).density
+    first = update_crowding(None, people(0.0), GRID, None, RULES)
+    whole = update_crowding(first, sure, GRID, None, RULES).density
     np.testing.assert_allclose(
-        crowding(first, unsure, GRID, None, RULES).density, 0.4 * whole, rtol=1e-6
+        update_crowding(first, unsure, GRID, None, RULES).density, 0.4 * whole, rtol=1e-6
     )
 
 
@@ -73,16 +73,16 @@ def test_a_walker_leaves_little_and_a_flow_much():
 
 def test_between_two_counts_nothing_changes():
     state = counted([(0.0, 3.0, [(6.0, 4.0)])])
-    assert crowding(state, people(3.4, (1.0, 1.0)), GRID, None, RULES) is state
+    assert update_crowding(state, people(3.4, (1.0, 1.0)), GRID, None, RULES) is state
 
 
 def test_routes_are_told_of_changes_that_matter_and_keep_the_object_till_then():
-    state, told = crowding(None, people(0.0), GRID, None, RULES), []
+    state, told = update_crowding(None, people(0.0), GRID, None, RULES), []
     for k in range(1, 400):
         there = [(6.0, 4.0)] if k < 60 else []
-        state = crowding(state, people(0.5 * k, *there), GRID, None, RULES)
-        told.append(state.told)
-        assert np.abs(state.density - state.told.density).max() < RULES.notice
+        state = update_crowding(state, people(0.5 * k, *there), GRID, None, RULES)
+        told.append(state.published)
+        assert np.abs(state.density - state.published.density).max() < RULES.threshold
     versions = [each.version for each in told]
     assert versions == sorted(versions)
     # up to 1/π people/m² in steps of 0.1 and more, and down again, by halves at the end
@@ -96,4 +96,4 @@ def test_a_heat_map_is_a_floor_that_does_not_fade():
     expected = np.zeros((16, 24))
     expected[0:4, 4:8] = 0.8
     np.testing.assert_allclose(state.density, expected)
-    assert state.told.version == 0
+    assert state.published.version == 0

@@ -9,7 +9,7 @@ from cohelm import errors
 from cohelm.arrays import identical
 from cohelm.messages import Mode, Reason, Status, Wish
 from cohelm.navigation import Navigator
-from cohelm.navigation.recovery import Stage
+from cohelm.navigation.recovery.stages import RecoveryStage
 from cohelm.testing.conformance import steady
 
 from .scenes import (
@@ -153,7 +153,7 @@ def test_a_stick_held_against_the_travel_stops_the_chair_until_it_is_let_go():
 
     ticks = ride(steered, 25, stick=pull)
     stopped = [t.decision.reason is Reason.RIDER_STOP for t in ticks]
-    assert stopped == [10 + 4 <= k < 20 for k in range(25)]  # against_time 0.2 s: 4 ticks
+    assert stopped == [10 + 4 <= k < 20 for k in range(25)]  # stop_time 0.2 s: 4 ticks
     assert ticks[15].decision.emergency
 
 
@@ -309,9 +309,9 @@ def test_where_the_hand_leads_nowhere_the_chair_finds_its_way_itself():
     led = [t for t in ticks if t.recovery.stage is None]
     assert len(planner.asked) == 2  # at first, and 0.5 s on for the hand
     assert led[-1].authority.eta > 0.5
-    assert led[-1].observation.time == pytest.approx(stuck.setup.recovery.push, abs=0.2)
-    assert all(t.authority.eta == 0.0 for t in ticks if t.recovery.stage is Stage.CREEP)
-    assert ticks[-1].recovery.stage is Stage.CREEP
+    assert led[-1].observation.time == pytest.approx(stuck.setup.recovery.input_delay, abs=0.2)
+    assert all(t.authority.eta == 0.0 for t in ticks if t.recovery.stage is RecoveryStage.CREEP)
+    assert ticks[-1].recovery.stage is RecoveryStage.CREEP
 
 
 def test_a_chair_that_finds_its_way_itself_does_not_set_off_against_a_pull():
@@ -321,7 +321,7 @@ def test_a_chair_that_finds_its_way_itself_does_not_set_off_against_a_pull():
     for k in range(40, 50):  # nothing is in the way any more
         seen = observation(k, stick=(-1.0, 0.0))
         ticks.append(freed.step(seen, request(), ticks[-1]))
-        assert ticks[-1].recovery.stage is Stage.CREEP
+        assert ticks[-1].recovery.stage is RecoveryStage.CREEP
         assert ticks[-1].decision.twist[0] < 0.05  # m/s; below this it stands
     pushed = freed.step(observation(50, stick=(1.0, 0.0)), request(), ticks[-1])
     assert pushed.authority.eta == 0.0  # a push forwards is no pull
@@ -421,11 +421,11 @@ def test_a_request_that_there_is_no_path_for_is_asked_again_now_and_then():
     ticks = ride(steered, 25)
     assert len(planner.asked) == 3
     assert all(tick.decision.reason is Reason.NO_PATH for tick in ticks)
-    assert all(tick.trouble == str(error) for tick in ticks)
+    assert all(tick.planning_error == str(error) for tick in ticks)
     other = request(goal=(8.0, 6.0))
     steered.step(observation(25), other, ticks[-1])
     assert len(planner.asked) == 4
     planner.error = None
     found = steered.step(observation(40), request(), ticks[-1])
-    assert found.trouble == ""
+    assert found.planning_error == ""
     assert found.path is not None

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cohelm.evaluation import load_scenario, set_stage
 from cohelm.geometry import distance_to_polygon, inverse, transform
 from cohelm.maps import write_map
 from cohelm.messages import Mode, Reason, RiderCommand
-from cohelm.navigation import Navigator, Stage
+from cohelm.navigation import Navigator, RecoveryStage
+from cohelm.scenarios import build_scenario, load_scenario
 from cohelm.simulation import World
 from cohelm.testing.scenes import BODY, room, walkers
 
@@ -83,7 +83,7 @@ def drive(tmp_path):
         }
         file = tmp_path / "ride.yaml"
         file.write_text("\n".join(f"{key}: {value}" for key, value in scenario.items()))
-        stage = set_stage(load_scenario(file), 0)
+        stage = build_scenario(load_scenario(file), 0)
         world, navigator, tick = World(stage.world, 0), Navigator(stage.navigator), None
         log = Log(stage.robot)
         while world.truth.time < seconds and not (stops and tick and tick.arrived):
@@ -119,7 +119,10 @@ def test_somebody_in_a_corridor_is_waited_for_and_the_ride_goes_on_when_they_lea
     log = drive(60.0, boxes=CORRIDOR, people=people)
     assert log.ticks[-1].arrived
     assert not log.touched
-    assert in_order(log.stages, [Stage.WAIT, Stage.REPLAN, Stage.BACK_UP, Stage.CREEP])
+    assert in_order(
+        log.stages,
+        [RecoveryStage.WAIT, RecoveryStage.REPLAN, RecoveryStage.BACK_UP, RecoveryStage.CREEP],
+    )
     assert {Reason.WAITING, Reason.BACKING_UP, Reason.CREEPING} <= log.reasons()
     assert 0.1 < log.backwards() <= 0.5
     # on within 2 s of the moment when they have left
@@ -138,7 +141,7 @@ def test_somebody_who_comes_out_of_the_corridor_is_only_waited_for(drive):
     log = drive(60.0, boxes=CORRIDOR, people=people, start=(1.2, 4.0, 0))
     assert log.ticks[-1].arrived
     assert not log.touched
-    assert set(log.stages) <= {None, Stage.WAIT}
+    assert set(log.stages) <= {None, RecoveryStage.WAIT}
 
 
 @pytest.mark.slow
@@ -147,7 +150,7 @@ def test_a_goal_close_behind_is_backed_up_to(drive):
     log = drive(30.0, boxes=CORRIDOR, start=(6.5, 4.0, 0), goal=[5.95, 4.0])
     assert log.ticks[-1].arrived
     assert not log.touched
-    assert Stage.BACK_UP in log.stages
+    assert RecoveryStage.BACK_UP in log.stages
     assert log.backwards() > 0.1
 
 
@@ -168,7 +171,7 @@ def test_before_a_box_across_the_rider_is_asked_till_the_end(drive):
     box = "[{at: [7.0, 4.0], size: [0.4, 1.3]}]"
     log = drive(40.0, boxes=CORRIDOR, obstacles=box)
     assert not log.touched
-    assert log.stages[-1] is Stage.ASK
+    assert log.stages[-1] is RecoveryStage.ASK
     assert log.reasons(35.0) == {Reason.ASK_RIDER}
     assert log.backwards() <= 0.5
 
@@ -187,7 +190,7 @@ def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, 
     before = [k for k in log.ticks if pushed - 1.0 < k.observation.time < pushed]
     assert all(k.recovery.stage is not None for k in before)
     after = [k for k in log.ticks if pushed <= k.observation.time < pushed + 1.0]
-    assert after[0].recovery.stage is Stage.CREEP
+    assert after[0].recovery.stage is RecoveryStage.CREEP
     assert after[0].recovery.side == side
     moves = [t.twist for t in log.truths if pushed <= t.time < pushed + 1.0]
     assert max(np.hypot(twist[0], twist[2]) for twist in moves) > 0.05
@@ -210,7 +213,7 @@ def test_the_chair_backs_up_only_where_it_is_free_behind(drive, behind):
     log = drive(15.0, boxes=boxes, people=lambda t: people, start=start)
     assert not log.touched
     backs = behind == "nothing"
-    assert (Stage.BACK_UP in log.stages) is backs
+    assert (RecoveryStage.BACK_UP in log.stages) is backs
     assert (log.backwards() > 0.1) is backs
     assert backs or not any(tick.recovery.reverses for tick in log.ticks)
 

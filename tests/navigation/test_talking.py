@@ -1,7 +1,8 @@
 """Three people stand and talk in the way: a ride."""
 
-from cohelm.evaluation import load_scenario, run
-from cohelm.navigation.groups import cuts, outlines
+from cohelm.evaluation import run
+from cohelm.navigation.group_outlines import count_crossed_groups, group_outlines
+from cohelm.scenarios import load_scenario
 
 
 def test_the_chair_goes_round_three_who_talk():
@@ -18,5 +19,8 @@ def test_the_chair_goes_round_three_who_talk():
     assert all(tick.groups.member.tolist() == [0, 0, 0] for tick in whole)
     # the route at the last moment before the chair is beside them does not lead between them
     before = whole[-1]
-    assert cuts(before.path.points, outlines(before.people, before.groups, 0.3)) == 0
+    assert (
+        count_crossed_groups(before.path.points, group_outlines(before.people, before.groups, 0.3))
+        == 0
+    )
     assert ride.gap_people.min() > 0.3

@@ -10,7 +10,7 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.messages import Mode, Observation, People, PointCloud, Reason, RiderCommand, Scan
 from cohelm.robots import DepthCameraMount, LidarMount
-from cohelm.robots.contact import braking
+from cohelm.robots.braking import braking
 from cohelm.safety import GateParameters, check_input
 from cohelm.testing.scenes import walkers
 
@@ -161,7 +161,7 @@ AGES = [
     ("scan", LIMITS.scan_limit, Reason.STALE_SCAN),
     ("pose", LIMITS.pose_limit, Reason.STALE_POSE),
     ("twist", LIMITS.twist_limit, Reason.STALE_TWIST),
-    ("rider", LIMITS.rider_limit, Reason.RIDER_SILENT),
+    ("rider", LIMITS.rider_limit, Reason.STALE_RIDER_COMMAND),
 ]
 
 
@@ -293,14 +293,14 @@ def test_a_cloud_from_the_future_cannot_keep_a_dead_sensor_fresh(check, seer):
 @pytest.mark.parametrize("mode", list(Mode))
 def test_no_device_is_a_fault_where_the_rider_alone_drives(check, mode):
     alone = mode in {Mode.MANUAL, Mode.ASSISTED}
-    expected = Reason.RIDER_SILENT if alone else None
+    expected = Reason.STALE_RIDER_COMMAND if alone else None
     assert check(sound(rider=None), asked=request(mode))[0] is expected
 
 
 @pytest.mark.parametrize("mode", list(Mode))
 def test_a_device_that_fell_silent_stops_the_chair_in_every_mode(check, mode):
     silent = aged("rider", LIMITS.rider_limit + JUST)
-    assert check(silent, asked=request(mode))[0] is Reason.RIDER_SILENT
+    assert check(silent, asked=request(mode))[0] is Reason.STALE_RIDER_COMMAND
 
 
 @pytest.mark.parametrize("mode", list(Mode))

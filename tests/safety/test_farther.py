@@ -19,7 +19,7 @@ def decided(chair, gap, *, farther, margin, mode=Mode.SHARED):
     return gate(
         np.array([0.8, 0.0, 0.0]),
         sound(speed=0.8),
-        replace(request(mode), farther=farther),
+        replace(request(mode), extra_clearance=farther),
         chair,
         **surroundings(None, somebody),
         parameters=GateParameters(people_margin=margin),

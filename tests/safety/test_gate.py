@@ -12,7 +12,7 @@ from cohelm.testing.scenes import walkers
 
 from .scenes import request, sound, surroundings, wall_at
 
-EXACT = GateParameters(margin=0.02, margin_time=0.0, people_margin=0.05, reaction=0.15)
+EXACT = GateParameters(wall_margin=0.02, wall_margin_time=0.0, people_margin=0.05, reaction=0.15)
 """The figures that the distances below are derived for."""
 GATED = [Mode.AUTONOMOUS, Mode.SHARED, Mode.ASSISTED]
 
@@ -151,7 +151,7 @@ def test_where_ordinary_braking_comes_too_late_it_brakes_as_hard_as_it_can(ask, 
 
 def test_where_no_planner_keeps_away_from_walls_a_faster_chair_keeps_wider(ask, chair):
     """At 0.8 m/s by 8 cm, at three quarters of it by 6; the pose is wrong by centimetres."""
-    hasty = EXACT.model_copy(update={"margin_time": 0.1})
+    hasty = EXACT.model_copy(update={"wall_margin_time": 0.1})
     full, three_quarters = stopping(0.7, 0.8), stopping(0.7, 0.6)
 
     def driven(gap, mode):
@@ -297,14 +297,14 @@ HARD = {
     Reason.OVER_LIMITS,
     Reason.TOO_CLOSE,
     Reason.BLOCKED,
-    Reason.NOBODY_DRIVES,
-    Reason.PAGE_SILENT,
-    Reason.LET_GO,
+    Reason.NO_DRIVER,
+    Reason.CONNECTION_LOST,
+    Reason.RELEASE_STICK,
     Reason.CONFIRM,
-    Reason.NAVIGATOR_SILENT,
+    Reason.NAVIGATOR_TIMEOUT,
     Reason.COLLISION,
     Reason.PAUSED,
-    Reason.GETTING_READY,
+    Reason.STARTING,
 }
 
 

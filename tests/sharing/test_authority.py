@@ -8,7 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohelm.messages import Observation, RiderCommand, RiderProfile
-from cohelm.sharing import AuthorityParameters, authority, docked, stick_twist
+from cohelm.sharing import (
+    AuthorityParameters,
+    InputHorizon,
+    authority,
+    limit_authority,
+    stick_twist,
+)
 
 TICK = 0.05
 N, STEP = 12, 0.1
@@ -40,8 +46,7 @@ def ask(chair):
                 observation((first + k) * tick, stick, twist),
                 profile,
                 chair,
-                steps=N,
-                step=STEP,
+                horizon=InputHorizon(steps=N, step=STEP),
                 speed_limit=speed_limit,
                 memory=memory,
                 parameters=AuthorityParameters(**changes),
@@ -130,8 +135,7 @@ def test_whatever_the_hand_does_the_chair_keeps_a_say(chair, sticks, first):
             observation((first + k) * TICK, stick),
             RiderProfile(),
             chair,
-            steps=N,
-            step=STEP,
+            horizon=InputHorizon(steps=N, step=STEP),
             speed_limit=1.0,
             memory=memory,
             parameters=AuthorityParameters(),
@@ -182,7 +186,11 @@ def test_the_first_message_passes_the_filter_whole(ask):
 
 def test_an_instant_told_twice_does_not_pass_the_filter(chair, ask):
     profile = RiderProfile(dead_zone=0.0, tremor_filter=0.5)
-    arguments = {"steps": N, "step": STEP, "speed_limit": 1.0, "parameters": AuthorityParameters()}
+    arguments = {
+        "horizon": InputHorizon(steps=N, step=STEP),
+        "speed_limit": 1.0,
+        "parameters": AuthorityParameters(),
+    }
     _, memory = authority(observation(1.0, CENTRE), profile, chair, memory=None, **arguments)
     hand, _ = authority(observation(1.0, AHEAD), profile, chair, memory=memory, **arguments)
     assert not hand.deflection.any()
@@ -218,7 +226,7 @@ ROLLING = (0.5, 0.0, 0.0)
 
 @pytest.mark.parametrize("first", [0, 1, 3, 67, 12345])
 def test_held_against_the_travel_it_asks_for_a_stop_after_a_while_and_until_let_go(ask, first):
-    # against_time 0.2 s: 4 ticks after the first; the chair stands from tick 8 on
+    # stop_time 0.2 s: 4 ticks after the first; the chair stands from tick 8 on
     sticks = [CENTRE] * 2 + [BACK] * 12 + [CENTRE] * 3
     twists = [ROLLING] * 8 + [(0.0, 0.0, 0.0)] * 9
     hands = ask(sticks, twists=twists, first=first)
@@ -254,8 +262,7 @@ def test_the_riders_states_are_the_rollout_of_the_ramped_stick(chair):
         observation(0.0, stick, twist, pose),
         PLAIN,
         chair,
-        steps=N,
-        step=STEP,
+        horizon=InputHorizon(steps=N, step=STEP),
         speed_limit=1.0,
         memory=None,
         parameters=AuthorityParameters(),
@@ -283,8 +290,11 @@ def test_a_stick_let_go_leads_to_a_stand(ask):
 @pytest.mark.parametrize(("left", "share"), [(4.0, 1.0), (1.5, 1.0), (0.75, 0.5), (0.0, 0.0)])
 def test_the_end_of_the_way_is_the_chairs(ask, left, share):
     hand = ask([AHEAD])[0]
-    led = docked(hand, left, AuthorityParameters(docking=1.5))
+    led = limit_authority(hand, left, AuthorityParameters(docking_distance=1.5))
     assert led.eta == pytest.approx(share * hand.eta)
     assert led.states is hand.states
     for rounded in (left, left - 1e-12):
-        assert docked(hand, rounded, AuthorityParameters(docking=0.0)).eta == hand.eta
+        assert (
+            limit_authority(hand, rounded, AuthorityParameters(docking_distance=0.0)).eta
+            == hand.eta
+        )

@@ -1,12 +1,16 @@
-"""The navigator: where the stages meet."""
+"""The navigator: the package in which all stages meet."""
 
-from cohelm.navigation.course import reason_of
 from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.navigator import Navigator
-from cohelm.navigation.progress import ProgressParameters
-from cohelm.navigation.question import Why
-from cohelm.navigation.recovery import Recovery, RecoveryParameters, Stage
-from cohelm.navigation.replanning import ReplanningParameters
+from cohelm.navigation.path_and_reference import planning_reason
+from cohelm.navigation.recovery.progress_checker import ProgressParameters
+from cohelm.navigation.recovery.stages import (
+    RecoveryAction,
+    RecoveryParameters,
+    RecoveryStage,
+)
+from cohelm.navigation.replanning.replanner import ReplanningParameters
+from cohelm.navigation.replanning.route_query import PlanReason
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.tick import Memory, Tick
 
@@ -15,12 +19,12 @@ __all__ = [
     "Memory",
     "Navigator",
     "NavigatorSetup",
+    "PlanReason",
     "ProgressParameters",
-    "Recovery",
+    "RecoveryAction",
     "RecoveryParameters",
+    "RecoveryStage",
     "ReplanningParameters",
-    "Stage",
     "Tick",
-    "Why",
-    "reason_of",
+    "planning_reason",
 ]

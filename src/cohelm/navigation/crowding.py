@@ -1,9 +1,9 @@
-"""Where people have been lately, for the global planner: a coarse grid that fades.
+"""Recent crowding for the global planner: a coarse grid of people's density that fades.
 
-Each tracked person counts as their confidence spread evenly over a disc. A cell's density rises to
-what is there now within seconds, so that one who walks past leaves little and a queue or a steady
-flow all of it, and falls with a half-life of half a minute. A heat map from a file is a floor below
-which nothing falls.
+Each tracked person contributes their confidence, spread evenly over a disc. The density of a cell
+rises to its present value within seconds, so that a person who walks past leaves little, but a
+queue or a steady flow everything. It falls with a half-life of half a minute. A heat map from a
+file is a lower bound.
 """
 
 from __future__ import annotations
@@ -26,85 +26,87 @@ _ROUNDING = 1e-9  # s; times are sums of float steps
 
 
 class CrowdingParameters(Model):
-    """How people's presence is remembered; all assumed."""
+    """Time constants and resolution; all assumed."""
 
     resolution: float = Field(0.5, ge=0.1, le=10.0)
     """Side of a cell, m."""
-    reach: float = Field(1.0, ge=0.1, le=10.0)
-    """Radius of the disc over which one person counts, m."""
+    radius: float = Field(1.0, ge=0.1, le=10.0)
+    """Radius of the disc of one person, m."""
     rise: float = Field(3.0, ge=0.0, le=600.0)
-    """Half-life of the way up to the density that is there now, s."""
+    """Half-life of the rise to the present density, s."""
     fade: float = Field(30.0, gt=0.0, le=36000.0)
-    """Half-life of what was there, s."""
-    every: float = Field(0.5, ge=0.0, le=60.0)
-    """Time from count to count, s."""
-    notice: float = Field(0.1, gt=0.0, le=10.0)
-    """Change of the density anywhere that routes are to be told of, people/m²; a fifth of it is
-    enough where half of what they know is gone."""
+    """Half-life of past density, s."""
+    interval: float = Field(0.5, ge=0.0, le=60.0)
+    """Time between updates, s."""
+    threshold: float = Field(0.1, gt=0.0, le=10.0)
+    """Change of the density of any cell that is published, people/m²; a fifth of it is enough if
+    half of the published density is gone."""
 
 
 @value
 class CrowdingState:
-    """What is remembered."""
+    """Density, and its last published version."""
 
     time: float
-    """Of the last count, s."""
+    """Time of the last update, s."""
     density: Annotated[Floats32, Shape("rows cols")]
-    """Then, people/m²."""
-    told: Crowding
-    """What routes know: the same object until there is something to tell."""
+    """At that time, people/m²."""
+    published: Crowding
+    """Density for the global planner: the same object until it changes enough."""
 
 
-def crowding(
+def update_crowding(
     memory: CrowdingState | None,
     people: People,
     grid: OccupancyGrid,
     prior: Crowding | None,
     parameters: CrowdingParameters,
 ) -> CrowdingState:
-    """The memory after another look at who is there; ``memory`` itself between two counts.
+    """Update the density; returns ``memory`` itself between two updates.
 
     Args:
         memory: of the last call, None at first.
-        people: tracked ones, now.
+        people: tracked people.
         grid: the map that the memory covers.
-        prior: a heat map from a file, which holds where nobody has been seen.
-        parameters: how it is remembered.
+        prior: heat map from a file, a lower bound.
+        parameters: time constants.
     """
     p = parameters
     if memory is None:
         density = _floor(grid, prior, p)
         first = Crowding(density=density, resolution=p.resolution, X_MG=grid.X_MG)
-        memory = CrowdingState(time=people.time, density=density, told=first)
+        memory = CrowdingState(time=people.time, density=density, published=first)
     elapsed = people.time - memory.time
-    if elapsed < max(p.every, _ROUNDING) - _ROUNDING:
+    if elapsed < max(p.interval, _ROUNDING) - _ROUNDING:
         return memory
-    there = np.zeros(memory.density.shape, dtype=np.float32)
+    present = np.zeros(memory.density.shape, dtype=np.float32)
     xy = transform(inverse(grid.X_MG), people.mean[:, :2])
-    _count(there, xy, people.confidence, p.resolution, p.reach)
+    _count(present, xy, people.confidence, p.resolution, p.radius)
     risen = 1.0 - 0.5 ** (elapsed / p.rise) if p.rise > 0.0 else 1.0
     faded = memory.density * np.float32(0.5 ** (elapsed / p.fade))
-    rising = memory.density + np.float32(risen) * (there - memory.density)
-    density = np.where(there > memory.density, rising, np.maximum(faded, there))
+    rising = memory.density + np.float32(risen) * (present - memory.density)
+    density = np.where(present > memory.density, rising, np.maximum(faded, present))
     if prior is not None:
         density = np.maximum(density, _floor(grid, prior, p))
-    return _told(CrowdingState(time=people.time, density=density, told=memory.told), p.notice)
+    state = CrowdingState(time=people.time, density=density, published=memory.published)
+    return _publish(state, p.threshold)
 
 
-def _told(state: CrowdingState, notice: float) -> CrowdingState:
-    """With news for routes where the density has changed enough since they were told."""
-    known = state.told.density
+def _publish(state: CrowdingState, threshold: float) -> CrowdingState:
+    """Publish the density if it has changed enough since the last time."""
+    known = state.published.density
     rise, fall = state.density - known, known - state.density
-    enough = np.minimum(np.maximum(0.5 * known, 0.2 * notice), notice)
-    if not ((rise >= notice) | (fall >= enough)).any():
+    enough = np.minimum(np.maximum(0.5 * known, 0.2 * threshold), threshold)
+    if not ((rise >= threshold) | (fall >= enough)).any():
         return state
-    told = replace(state.told, density=state.density, version=state.told.version + 1)
-    return replace(state, told=told)
+    version = state.published.version + 1
+    published = replace(state.published, density=state.density, version=version)
+    return replace(state, published=published)
 
 
 @lru_cache(maxsize=4)
 def _floor(grid: OccupancyGrid, prior: Crowding | None, p: CrowdingParameters) -> Floats32:
-    """The prior at the memory's cells (rows, cols), people/m², read-only; 0 beyond it."""
+    """Prior at the cells of the memory (rows, cols), people/m², read-only; 0 beyond it."""
     rows, cols = (math.ceil(side * grid.resolution / p.resolution) for side in grid.shape)
     if prior is None:
         return read_only(np.zeros((rows, cols), dtype=np.float32))
@@ -119,18 +121,20 @@ def _floor(grid: OccupancyGrid, prior: Crowding | None, p: CrowdingParameters) -
 
 @njit(cache=True)
 def _count(
-    there: Floats32, people: Floats, confidence: Floats, resolution: float, reach: float
+    density: Floats32, people: Floats, confidence: Floats, resolution: float, radius: float
 ) -> None:
     """Add each person (n, 2), in the grid's frame, to the cells about them; in place.
 
-    A cell counts by its centre; the shares of one person add up to their confidence.
+    A cell belongs to the disc by its centre; the shares of one person sum to their confidence.
     """
-    rows, cols = there.shape
+    rows, cols = density.shape
     for i in range(people.shape[0]):
         x, y = people[i, 0] / resolution - 0.5, people[i, 1] / resolution - 0.5
-        far = max(reach / resolution, 0.75)  # at least the nearest cell's centre
+        # At least the centre of the nearest cell lies within.
+        far = max(radius / resolution, 0.75)
         r0, r1 = max(math.ceil(y - far), 0), min(math.floor(y + far), rows - 1)
         c0, c1 = max(math.ceil(x - far), 0), min(math.floor(x + far), cols - 1)
+        # Cells outside of the grid take their share, too.
         cells = 0
         for r in range(math.ceil(y - far), math.floor(y + far) + 1):
             for c in range(math.ceil(x - far), math.floor(x + far) + 1):
@@ -139,4 +143,4 @@ def _count(
         for r in range(r0, r1 + 1):
             for c in range(c0, c1 + 1):
                 if (r - y) ** 2 + (c - x) ** 2 <= far * far:
-                    there[r, c] += share
+                    density[r, c] += share

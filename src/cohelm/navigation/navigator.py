@@ -1,4 +1,4 @@
-"""The pipeline: one observation in, one tick out; the only place where the stages meet."""
+"""The navigator: one observation in, one tick out; the only place where all stages meet."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from cohelm import sharing
 from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.errors import ControlError
@@ -22,292 +23,285 @@ from cohelm.messages import (
     Reason,
     Request,
 )
-from cohelm.navigation.course import Course, lay_course
-from cohelm.navigation.recovery import Recovery
+from cohelm.navigation.local_walls import local_walls
+from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
+from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
+from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.setup import NavigatorSetup
-from cohelm.navigation.sight import Sight, see
-from cohelm.navigation.situation import explained, recover
-from cohelm.navigation.standing import closed_but_for
-from cohelm.navigation.stopwatch import Stopwatch
-from cohelm.navigation.tick import Memory, Tick
-from cohelm.navigation.walls import walls_about
-from cohelm.navigation.zones import limited, walled
+from cohelm.navigation.static_people import with_closed_side
+from cohelm.navigation.tick import Memory, StepInput, Tick
+from cohelm.navigation.world_model import WorldModel, update_world_model
+from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import GateState, check_input, gate, stop
-from cohelm.sharing import authority, docked
+from cohelm.stopwatch import Stopwatch
+
+_RIDER_DRIVES = frozenset({Mode.MANUAL, Mode.ASSISTED})
 
 
 class Navigator:
-    """From what is known to what the wheels do.
+    """The pipeline from an observation to the command for the wheels.
 
-    It holds nothing that changes: what a stage needs of the past comes back in the last tick.
+    It holds nothing that changes: state that a stage needs again comes back in the last tick.
 
     Args:
-        setup: a map, a robot and the parts.
+        setup: map, robot and parts.
     """
 
     def __init__(self, setup: NavigatorSetup) -> None:
         self.setup = setup
         self.walls = distance_field(setup.grid)
-        closed = walled(setup.grid, setup.filters)
+        closed = with_keepout_walls(setup.grid, setup.filters)
         self.barriers = self.walls if closed is setup.grid else distance_field(closed)
 
     def step(self, observation: Observation, request: Request, last: Tick | None) -> Tick:
-        """One tick.
+        """Compute one tick.
 
-        Planning and control errors become a stop whose reason a rider can read; any other error is
-        a fault of the program and passes through, so that ticks cease and the watchdog acts.
+        Planning and control errors become a stop with a reason that the rider can read. Any other
+        exception is a program error and propagates, so that ticks cease and the watchdog acts.
+
+        Args:
+            observation: everything known of the world now.
+            request: goal, mode and limits.
+            last: the previous tick, None at first.
         """
-        setup, watch = self.setup, Stopwatch()
-        memory = last.memory if last else None
-        fault, gate_state = check_input(
-            observation, request, setup.robot, memory.gate if memory else None, setup.gate
-        )
+        setup, stopwatch = self.setup, Stopwatch()
+        memory = last.memory if last else Memory()
+
+        # Input that is invalid or too old stops the chair before any stage uses it.
+        fault, gate_state = check_input(observation, request, setup.robot, memory.gate, setup.gate)
         if fault is not None:
-            return _blind(observation, request, fault, gate_state, last)
-        asked = request
-        request = limited(
-            asked,
-            setup.filters,
-            setup.robot,
-            observation,
-            memory.route if memory else None,
-            setup.zones,
+            return _stopped_by_input(observation, request, fault, gate_state, last)
+
+        # The speed limits of the map apply to everything that follows.
+        limited = with_zone_limits(
+            request, setup.filters, setup.robot, observation, memory.route, setup.zones
         )
-        seen = see(
-            setup, self.walls, self.barriers, observation, request, memory=memory, watch=watch
-        )
-        hand, hand_state = authority(
+        step = StepInput(setup=setup, observation=observation, request=limited, memory=memory)
+
+        # People and obstacles, now and over the horizon.
+        world = update_world_model(step, self.walls, self.barriers, stopwatch)
+
+        # The rider's input and its weight.
+        authority, authority_state = sharing.authority(
             observation,
-            request.profile,
+            limited.profile,
             setup.robot,
-            steps=setup.local_planner.steps,
-            step=setup.local_planner.step,
-            speed_limit=setup.speed_limit(request),
-            memory=memory.authority if memory else None,
+            horizon=sharing.InputHorizon(
+                steps=setup.local_planner.steps, step=setup.local_planner.step
+            ),
+            speed_limit=setup.speed_limit(limited),
+            memory=memory.authority,
             parameters=setup.authority,
         )
-        watch.lap("sharing")
-        arrived = self._arrived(observation, request, last)
-        rests = arrived or self._rests(request, hand)
-        remedy, recovering, behind = recover(
-            setup, observation, request, seen, hand, memory, rests=rests
+        stopwatch.lap("sharing")
+
+        # Recovery, if the ride makes no progress although it should.
+        arrived = self._has_arrived(observation, limited, last)
+        hold = arrived or self._holds(limited, authority)
+        recovery, recovery_state, rear = update_recovery(step, world, authority, hold=hold)
+        authority = self._limit_authority(step, authority, recovery)
+
+        # Path, reference along it, local plan.
+        course = plan_path_and_reference(step, world, authority, recovery, hold=hold)
+        stopwatch.lap("planning")
+        plan, command = self._plan(
+            step, world, authority, course, recovery=recovery, last=last, arrived=arrived
         )
-        hand = self._lent(hand, request, remedy, memory)
-        course = lay_course(
-            setup, observation, request, seen, hand, memory, remedy=remedy, rests=rests
-        )
-        watch.lap("planning")
-        plan, wanted = self._want(
-            observation,
-            request,
-            seen,
-            hand,
-            course,
-            remedy=remedy,
-            last=last,
-            arrived=arrived,
-        )
-        watch.lap("control")
-        decision = self._decide(observation, request, seen, wanted)
-        decision = explained(decision, plan, observation.twist, remedy)
-        watch.lap("safety")
+        stopwatch.lap("control")
+
+        # The gate has the last word.
+        decision = self._decide(step, world, command)
+        decision = with_recovery_reason(decision, plan, observation.twist, recovery)
+        stopwatch.lap("safety")
         return Tick(
             observation=observation,
-            request=asked,
+            request=request,
             decision=decision,
             memory=Memory(
                 gate=gate_state,
-                perception=seen.perception,
-                predictor=seen.predictor,
-                obstacles=seen.layer,
-                beyond=seen.beyond,
-                crowding=seen.crowding,
+                perception=world.perception,
+                predictor=world.predictor,
+                obstacles=world.layer,
+                obstacle_memory=world.obstacle_memory,
+                crowding=world.crowding,
                 route=course.route,
-                refusal=course.refusal,
+                planning_failure=course.failure,
                 progress=course.progress,
-                behind=behind,
-                recovery=recovering,
-                authority=hand_state,
+                rear=rear,
+                recovery=recovery_state,
+                authority=authority_state,
             ),
-            sensing=seen.sensing,
-            people=seen.people,
-            groups=seen.groups,
-            predictions=seen.predictions,
-            spaces=seen.spaces,
+            sensing=world.sensing,
+            people=world.people,
+            groups=world.groups,
+            predictions=world.predictions,
+            spaces=world.spaces,
             path=course.route.path if course.route else None,
             reference=course.reference,
-            authority=hand,
-            recovery=remedy,
+            authority=authority,
+            recovery=recovery,
             shared=course.shared,
             plan=plan,
-            trouble=course.refusal.trouble if course.refusal else "",
+            planning_error=course.failure.detail if course.failure else "",
             arrived=arrived,
-            durations=MappingProxyType(watch.laps),
+            durations=MappingProxyType(stopwatch.laps),
         )
 
-    def _arrived(self, observation: Observation, request: Request, last: Tick | None) -> bool:
-        """Within the tolerance; once there, still there a little beyond it.
+    def _has_arrived(self, observation: Observation, request: Request, last: Tick | None) -> bool:
+        """Check the distance to the goal, with hysteresis.
 
-        A chair that comes hardly any nearer has arrived a little before: turning about for the last
-        centimetres helps nobody.
+        A chair that has become slow arrives a little earlier: turning for the last centimetres
+        helps nobody.
         """
         setup = self.setup
-        away = float(np.hypot(*(request.goal - observation.pose[:2])))
+        distance = float(np.hypot(*(request.goal - observation.pose[:2])))
         stays = (
             last is not None and last.arrived and np.array_equal(last.request.goal, request.goal)
         )
-        slow = float(np.hypot(*observation.twist[:2])) < setup.goal_crawl
+        slow = float(np.hypot(*observation.twist[:2])) < setup.goal_slow_speed
         if not stays and slow and last is not None:
-            return bool(away <= max(setup.goal_reach, setup.goal_tolerance))
-        return bool(away <= setup.goal_tolerance * (2.0 if stays else 1.0))
+            return bool(distance <= max(setup.goal_slow_tolerance, setup.goal_tolerance))
+        return bool(distance <= setup.goal_tolerance * (2.0 if stays else 1.0))
 
-    def _rests(self, request: Request, hand: Authority) -> bool:
-        """The chair is not to get on: the rider steers alone, or wants it to stand."""
-        alone = request.mode in {Mode.MANUAL, Mode.ASSISTED}
-        return alone or hand.wants_stop or self.setup.speed_limit(request) <= 0.0
+    def _holds(self, request: Request, authority: Authority) -> bool:
+        """Check that the chair need not make progress: the rider drives or wants it to stand."""
+        drives = request.mode in _RIDER_DRIVES
+        return drives or authority.wants_stop or self.setup.speed_limit(request) <= 0.0
 
-    def _lent(
-        self, hand: Authority, request: Request, remedy: Recovery, memory: Memory | None
+    def _limit_authority(
+        self, step: StepInput, authority: Authority, recovery: RecoveryAction
     ) -> Authority:
-        """What is left of the hand's share where the chair must find its way itself."""
-        way = memory.route if memory else None
-        if request.mode is not Mode.SHARED or way is None:
-            return hand
-        if remedy.leads:
-            if hand.deflection[0] <= -self.setup.authority.against:
-                return hand  # a chair that stands must not set off against a pull
-            return dataclasses.replace(hand, eta=0.0)
-        return docked(hand, way.path.length - way.progress, self.setup.authority)
+        """Reduce η where the chair takes over: during recovery and at the end of the path."""
+        route = step.memory.route
+        if step.request.mode is not Mode.SHARED or route is None:
+            return authority
+        if recovery.takes_over:
+            # A chair at rest must not set off against a stick that is pulled back.
+            if authority.deflection[0] <= -self.setup.authority.stop_deflection:
+                return authority
+            return dataclasses.replace(authority, eta=0.0)
+        remaining = route.path.length - route.progress
+        return sharing.limit_authority(authority, remaining, self.setup.authority)
 
-    def _want(
+    def _plan(
         self,
-        observation: Observation,
-        request: Request,
-        seen: Sight,
-        hand: Authority,
-        course: Course,
+        step: StepInput,
+        world: WorldModel,
+        authority: Authority,
+        course: PathAndReference,
         *,
-        remedy: Recovery,
+        recovery: RecoveryAction,
         last: Tick | None,
         arrived: bool,
-    ) -> tuple[LocalPlan | None, _Wanted]:
-        """The twist that planner or rider want, or why to stand."""
-        if request.mode in {Mode.MANUAL, Mode.ASSISTED}:
-            return None, _Wanted(twist=hand.twist)
-        if hand.wants_stop:
-            return None, _Wanted(reason=Reason.RIDER_STOP)
+    ) -> tuple[LocalPlan | None, _Command]:
+        """Compute the command of rider or local planner, or the reason to stop."""
+        setup, observation, request = step.setup, step.observation, step.request
+        if request.mode in _RIDER_DRIVES:
+            return None, _Command(twist=authority.twist)
+        if authority.wants_stop:
+            return None, _Command(reason=Reason.RIDER_STOP)
         if arrived:
-            return None, _Wanted(reason=Reason.ARRIVED)
+            return None, _Command(reason=Reason.ARRIVED)
         if course.shared is None:
-            reason = course.refusal.reason if course.refusal else Reason.PLANNING
-            return None, _Wanted(reason=reason)
-        limit = self.setup.speed_limit(request)
-        profile, walls = request.profile, seen.walls
-        if remedy.side != "none":
-            profile = profile.model_copy(update={"passing_side": remedy.side})
-            walls = self._barred(observation.pose, seen, remedy)
+            reason = course.failure.reason if course.failure else Reason.PLANNING
+            return None, _Command(reason=reason)
+        limit = setup.speed_limit(request)
+        profile, walls = request.profile, world.walls
+        if recovery.side != "none":
+            profile = profile.model_copy(update={"passing_side": recovery.side})
+            walls = self._walls_with_closed_side(observation.pose, world, recovery)
         problem = LocalProblem(
             time=observation.time,
-            robot=self.setup.robot,
+            robot=setup.robot,
             pose=observation.pose,
             twist=observation.twist,
             reference=course.shared,
-            people=seen.people,
-            predictions=seen.predictions,
-            spaces=seen.spaces,
+            people=world.people,
+            predictions=world.predictions,
+            spaces=world.spaces,
             walls=walls,
-            authority=hand,
+            authority=authority,
             profile=profile,
-            speed_limit=min(limit, self.setup.progress.creep) if remedy.squeezes else limit,
-            stalled=remedy.squeezes,
-            reverses=remedy.reverses,
+            speed_limit=min(limit, setup.progress.creep_speed) if recovery.creeps else limit,
+            stalled=recovery.creeps,
+            reverses=recovery.reverses,
             late=observation.late,
         )
         try:
-            plan = self.setup.local_planner.plan(problem, last.plan if last else None)
+            plan = setup.local_planner.plan(problem, last.plan if last else None)
         except ControlError:
-            return None, _Wanted(reason=Reason.SOLVER_FAILED)
-        return plan, _Wanted(twist=plan.command, reason=plan.reason, urgent=plan.urgent)
+            return None, _Command(reason=Reason.SOLVER_FAILED)
+        return plan, _Command(twist=plan.command, reason=plan.reason, urgent=plan.urgent)
 
-    def _barred(self, pose: Floats, seen: Sight, remedy: Recovery) -> DistanceField:
-        """The walls, with the side on which the rider does not want to pass closed."""
-        setup, below = self.setup, self.setup.replanning.standing
-        live = closed_but_for(remedy.side, seen.live, setup.grid, seen.people, pose, below)
-        return walls_about(setup.grid, self.barriers, live, pose[:2], setup.window)
+    def _walls_with_closed_side(
+        self, pose: Floats, world: WorldModel, recovery: RecoveryAction
+    ) -> DistanceField:
+        """Close the side on which the rider does not want to pass."""
+        setup, speed = self.setup, self.setup.replanning.standing_speed
+        live = with_closed_side(recovery.side, world.live, setup.grid, world.people, pose, speed)
+        return local_walls(setup.grid, self.barriers, live, pose[:2], setup.window)
 
-    def _decide(
-        self, observation: Observation, request: Request, seen: Sight, wanted: _Wanted
-    ) -> Decision:
-        """The gate's word; the planner's own reason where the gate has none."""
-        if wanted.twist is None:
-            return stop(wanted.reason or Reason.PLANNING)
-        decision = self._gated(wanted.twist, observation, request, seen, seen.walls)
-        if wanted.urgent:
+    def _decide(self, step: StepInput, world: WorldModel, command: _Command) -> Decision:
+        """Pass the command through the gate; keep its own reason where the gate gives none."""
+        if command.twist is None:
+            return stop(command.reason or Reason.PLANNING)
+        decision = self._gate(command.twist, step, world, world.walls)
+        if command.urgent:
             decision = dataclasses.replace(decision, twist=np.zeros(3), emergency=True)
-        if decision.reason is Reason.BLOCKED and self._only_rules(
-            wanted, observation, request, seen
-        ):
+        if decision.reason is Reason.BLOCKED and self._only_keepout(command.twist, step, world):
             return dataclasses.replace(decision, reason=Reason.KEEPOUT)
-        if decision.reason is None and wanted.reason is not None:
-            return dataclasses.replace(decision, reason=wanted.reason)
+        if decision.reason is None and command.reason is not None:
+            return dataclasses.replace(decision, reason=command.reason)
         return decision
 
-    def _only_rules(
-        self, wanted: _Wanted, observation: Observation, request: Request, seen: Sight
-    ) -> bool:
-        """Whether nothing but a keepout zone is in the way of the wanted twist."""
-        if self.barriers is self.walls or wanted.twist is None:
+    def _only_keepout(self, twist: Floats, step: StepInput, world: WorldModel) -> bool:
+        """Check that without keepout zones the gate would let the twist pass."""
+        if self.barriers is self.walls:
             return False
-        setup = self.setup
-        bodily = walls_about(setup.grid, self.walls, seen.live, observation.pose[:2], setup.window)
-        decision = self._gated(wanted.twist, observation, request, seen, bodily)
-        return decision.reason is not Reason.BLOCKED
+        setup, position = self.setup, step.observation.pose[:2]
+        physical = local_walls(setup.grid, self.walls, world.live, position, setup.window)
+        return self._gate(twist, step, world, physical).reason is not Reason.BLOCKED
 
-    def _gated(
-        self,
-        twist: Floats,
-        observation: Observation,
-        request: Request,
-        seen: Sight,
-        walls: DistanceField,
+    def _gate(
+        self, twist: Floats, step: StepInput, world: WorldModel, walls: DistanceField
     ) -> Decision:
         return gate(
             twist,
-            observation,
-            request,
+            step.observation,
+            step.request,
             self.setup.robot,
             walls=walls,
-            people=seen.people,
-            predictions=seen.predictions,
+            people=world.people,
+            predictions=world.predictions,
             parameters=self.setup.gate,
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Wanted:
-    """A twist, or None and why."""
+class _Command:
+    """Command to the gate: a twist, or None and the reason to stop."""
 
     twist: Floats | None = None
     reason: Reason | None = None
     urgent: bool = False
-    """To be stood as hard as the chair can brake."""
+    """Brake with maximum deceleration."""
 
 
-def _blind(
+def _stopped_by_input(
     observation: Observation,
     request: Request,
     reason: Reason,
     gate_state: GateState,
     last: Tick | None,
 ) -> Tick:
-    """A stop without a look at anything; what the stages remember is kept."""
-    memory = last.memory if last else Memory(gate=gate_state)
+    """Return the stop for unusable input; the memory of all stages is kept."""
+    memory = last.memory if last else Memory()
     return Tick(
         observation=observation,
         request=request,
         decision=stop(reason),
         memory=dataclasses.replace(memory, gate=gate_state),
-        people=last.people if last else People.nobody(observation.time),
+        people=last.people if last else People.empty(observation.time),
         path=last.path if last else None,
         arrived=last.arrived if last else False,
     )

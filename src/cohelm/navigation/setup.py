@@ -1,4 +1,4 @@
-"""What a navigator is made of."""
+"""Setup of a navigator: map, robot and parts."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from cohelm.control import LocalPlanner
 from cohelm.maps import CostmapFilter, OccupancyGrid
 from cohelm.messages import Crowding, Request
 from cohelm.navigation.crowding import CrowdingParameters
-from cohelm.navigation.progress import ProgressParameters
-from cohelm.navigation.recovery import RecoveryParameters
-from cohelm.navigation.replanning import ReplanningParameters
+from cohelm.navigation.recovery.progress_checker import ProgressParameters
+from cohelm.navigation.recovery.stages import RecoveryParameters
+from cohelm.navigation.replanning.replanner import ReplanningParameters
 from cohelm.navigation.zones import ZoneParameters
 from cohelm.perception import (
+    ChangeDetectionParameters,
     CloudDetector,
     Detector,
     GroupDetector,
-    NoveltyParameters,
     ObstacleLayerParameters,
     PerceptionParts,
     Predictor,
     Tracker,
 )
-from cohelm.planning import Comfort, GlobalPlanner
+from cohelm.planning import ComfortLimits, GlobalPlanner
 from cohelm.robots import Robot
 from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters
@@ -45,38 +45,38 @@ class NavigatorSetup:
     filters: tuple[CostmapFilter, ...] = ()
     """Masks over the map: keepout zones and speed limits."""
     heat: Crowding | None = None
-    """Where people are known to be."""
+    """Heat map of known crowding."""
     crowding: CrowdingParameters = CrowdingParameters()
     zones: ZoneParameters = ZoneParameters()
-    novelty: NoveltyParameters = NoveltyParameters()
+    change_detection: ChangeDetectionParameters = ChangeDetectionParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
     recovery: RecoveryParameters = RecoveryParameters()
     gate: GateParameters = GateParameters()
-    comfort: Comfort = Comfort()
-    """How a path is driven."""
+    comfort: ComfortLimits = ComfortLimits()
+    """Speeds and accelerations along a path."""
     goal_tolerance: float = 0.12
-    """Distance at which the goal is reached and the chair stays, m."""
-    goal_reach: float = 0.16
-    """The same for a chair that has become slower than ``goal_crawl``, m."""
-    goal_crawl: float = 0.1
+    """Distance at which the chair has arrived, m."""
+    goal_slow_tolerance: float = 0.16
+    """Distance at which a chair slower than ``goal_slow_speed`` has arrived, m."""
+    goal_slow_speed: float = 0.1
     """m/s."""
     window: float = 8.0
-    """Half the side of the window in which walls matter to the local planner, m."""
+    """Half the side of the local planner's window of walls, m."""
 
     @property
     def perception(self) -> PerceptionParts:
-        """The parts that find people."""
+        """Parts of the perception pipeline."""
         return PerceptionParts(
             detector=self.detector,
             cloud_detector=self.cloud_detector,
             tracker=self.tracker,
             group_detector=self.group_detector,
-            novelty=self.novelty,
+            change_detection=self.change_detection,
         )
 
     def speed_limit(self, request: Request) -> float:
-        """Of robot, request and rider together, m/s."""
+        """Minimum of the limits of robot, request and rider, m/s."""
         return min(self.robot.max_speed, request.speed_limit, request.profile.preferred_speed)

@@ -1,13 +1,13 @@
-"""One step of the navigator, whole: what came in, every value between, what went to the wheels.
+"""One navigator step: its input, every intermediate value, and the memory of each stage.
 
-It binds the values of ``messages`` and each stage's memory, and therefore lives with the
-navigator, the only place that knows all stages.
+It binds the values of ``messages``, and lives with the navigator because only the navigator knows
+all stages.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -26,13 +26,14 @@ from cohelm.messages import (
     Sensing,
     SocialSpaces,
 )
-from cohelm.navigation.behind import Behind
-from cohelm.navigation.beyond import Beyond
 from cohelm.navigation.crowding import CrowdingState
-from cohelm.navigation.progress import ProgressState
-from cohelm.navigation.question import Refusal
-from cohelm.navigation.recovery import Recovery, RecoveryState
-from cohelm.navigation.replanning import RouteState
+from cohelm.navigation.obstacle_memory import ObstacleMemory
+from cohelm.navigation.recovery.progress_checker import ProgressState
+from cohelm.navigation.recovery.rear_clearance import RearMemory
+from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryState
+from cohelm.navigation.replanning.replanner import RouteState
+from cohelm.navigation.replanning.route_query import PlanningFailure
+from cohelm.navigation.setup import NavigatorSetup
 from cohelm.perception import ObstacleLayerState, PerceptionMemory
 from cohelm.safety import GateState
 from cohelm.sharing import AuthorityState
@@ -40,26 +41,26 @@ from cohelm.sharing import AuthorityState
 
 @value
 class Memory:
-    """What each stage needs of the past, under its name."""
+    """State that each stage passes to its next call; None before the first one."""
 
-    gate: GateState
+    gate: GateState | None = None
     perception: PerceptionMemory | None = None
     predictor: Any | None = None
     """The predictor's own record."""
     obstacles: ObstacleLayerState | None = None
-    beyond: Beyond | None = None
+    obstacle_memory: ObstacleMemory | None = None
     crowding: CrowdingState | None = None
     route: RouteState | None = None
-    refusal: Refusal | None = None
+    planning_failure: PlanningFailure | None = None
     progress: ProgressState | None = None
-    behind: Behind | None = None
+    rear: RearMemory | None = None
     recovery: RecoveryState | None = None
     authority: AuthorityState | None = None
 
 
 @value
 class Tick:
-    """One step; ``last`` of the next one. A stage that did not run left None."""
+    """Result of one step, and ``last`` of the next one. A stage that did not run left None."""
 
     observation: Observation
     request: Request
@@ -74,14 +75,27 @@ class Tick:
     reference: Reference | None = None
     """Along the path."""
     authority: Authority | None = None
-    recovery: Recovery | None = None
-    """What is done about a ride that does not get on; its stage is None while it does."""
+    recovery: RecoveryAction | None = None
+    """Recovery action; its stage is None while the ride makes progress."""
     shared: Reference | None = None
-    """The path's reference and the rider's hand, blended."""
+    """Reference along the path, blended with the rider's input."""
     plan: LocalPlan | None = None
-    trouble: str = ""
-    """Why there is no path, in words, with places and widths; empty where there is one."""
+    planning_error: str = ""
+    """Text of the planning error, with places and widths; empty if there is a path."""
     arrived: bool = False
-    """At the goal, and standing still is what is wanted."""
+    """At the goal, where the chair should stand still."""
     durations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    """Thread CPU time by stage, s; the one thing that two equal rides may differ in."""
+    """Thread CPU time by stage, s; the only field in which two equal rides may differ."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepInput:
+    """Input of every stage in one step."""
+
+    setup: NavigatorSetup
+    observation: Observation
+    """Checked, see ``safety.check_input``."""
+    request: Request
+    """With the speed limits of the map."""
+    memory: Memory
+    """Of the previous step."""

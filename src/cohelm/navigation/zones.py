@@ -1,9 +1,8 @@
-"""Masks in the ride: where the chair must not be, and how slow it must be.
+"""Keepout zones and speed limits during a ride (Nav2's costmap filters).
 
-A keepout zone is a wall to the local planner and to the gate (in ``Mode.MANUAL`` the gate minds no
-walls, and so none of these), while perception is given the true map: nothing stands there, and who
-walks there is seen. A speed limit holds where the chair is, and is looked for ahead, so that the
-chair is slow on entering.
+A keepout zone is a wall to the local planner and to the gate (in ``Mode.MANUAL`` the gate ignores
+walls, and so these). Perception uses the true map: people who walk there are detected. A speed
+limit applies at the chair and ahead of it, so that the chair is slow when it enters.
 """
 
 from __future__ import annotations
@@ -20,27 +19,27 @@ from cohelm.geometry import resample, transform
 from cohelm.maps import OCCUPIED, CostmapFilter, OccupancyGrid
 from cohelm.maps.masks import closed_cells, speed_limit_at
 from cohelm.messages import Mode, Observation, Request
-from cohelm.navigation.ahead import rest_of
-from cohelm.navigation.replanning import RouteState
+from cohelm.navigation.replanning.remaining_path import remaining_path
+from cohelm.navigation.replanning.replanner import RouteState
 from cohelm.robots import Robot
 
 _SPACING = 0.1
-"""Between points at which limits are read, m."""
+"""Spacing of points at which limits are read, m."""
 
 
 class ZoneParameters(Model):
-    """How the chair comes to a speed limit; assumed."""
+    """Approach of a speed limit; assumed."""
 
     deceleration: float = Field(0.5, gt=0.0, le=10.0)
-    """Of braking for a limit ahead, m/s²; never more than the robot's."""
+    """Deceleration for a limit ahead, m/s²; at most the robot's."""
     reaction: float = Field(0.4, ge=0.0, le=5.0)
-    """How much sooner the braking begins than it would have to, s: ticks and the drive's lag."""
+    """Time by which braking begins early, s: ticks and lag of the drive."""
     margin: float = Field(0.1, ge=0.0, le=2.0)
-    """Distance before the zone at which its limit holds already, m: the pose is no more exact."""
+    """Distance before the zone at which its limit already applies, m: error of the pose."""
 
 
-def walled(grid: OccupancyGrid, filters: tuple[CostmapFilter, ...]) -> OccupancyGrid:
-    """The grid with keepout zones as if they were walls; itself where there are none."""
+def with_keepout_walls(grid: OccupancyGrid, filters: tuple[CostmapFilter, ...]) -> OccupancyGrid:
+    """Add keepout zones to the grid as walls; returns the grid itself if there are none."""
     closed = closed_cells(filters, grid)
     if not closed.any():
         return grid
@@ -49,7 +48,7 @@ def walled(grid: OccupancyGrid, filters: tuple[CostmapFilter, ...]) -> Occupancy
     return OccupancyGrid(data=data, resolution=grid.resolution, X_MG=grid.X_MG)
 
 
-def limited(
+def with_zone_limits(
     request: Request,
     filters: tuple[CostmapFilter, ...],
     robot: Robot,
@@ -57,47 +56,45 @@ def limited(
     route: RouteState | None,
     parameters: ZoneParameters,
 ) -> Request:
-    """The request with the speed limit that the masks set here and ahead; itself if they set none.
+    """Add the speed limit of the masks here and ahead; returns the request itself if there is none.
 
-    v ≤ √(L² + 2 b s), with s the way to a place with limit L, less margin and reaction, and b the
-    deceleration: from everywhere the chair can be as slow as the place wants when it comes there.
+    v ≤ √(L² + 2 b s), with s the distance to a place with limit L, less margin and reaction, and b
+    the deceleration, so that the chair reaches every place at no more than its limit.
 
     Args:
-        request: what is wanted.
+        request: goal, mode and limits.
         filters: masks of any type.
-        robot: its full speed and brakes.
-        observation: where the chair is and how fast.
-        route: that is followed where the chair steers itself; the rider alone goes straight on.
-        parameters: how the chair comes to a limit.
+        robot: its maximum speed and deceleration.
+        observation: pose and speed.
+        route: followed if the chair steers; a rider who drives alone goes straight on.
+        parameters: approach of a limit.
     """
     if all(f.type == "keepout" for f in filters):
         return request
     p, full, speed = parameters, robot.max_speed, float(observation.twist[0])
     brake = min(p.deceleration, robot.max_deceleration)
     early = p.margin + p.reaction * abs(speed)
-    reach = early + 0.5 * full * full / brake
-    away, points = _ahead(request, observation.pose, route, reach, backwards=speed < 0.0)
+    extent = early + 0.5 * full * full / brake
+    distances, points = _ahead(request, observation.pose, route, extent, backwards=speed < 0.0)
     limits = np.array([speed_limit_at(filters, point, full) for point in points])
-    allowed = np.sqrt(limits**2 + 2.0 * brake * np.maximum(away - early, 0.0))
-    least = float(allowed[limits < full].min(initial=math.inf))
-    if least >= request.speed_limit:
-        return request
-    return replace(request, speed_limit=least)
+    allowed = np.sqrt(limits**2 + 2.0 * brake * np.maximum(distances - early, 0.0))
+    limit = float(allowed[limits < full].min(initial=math.inf))
+    return request if limit >= request.speed_limit else replace(request, speed_limit=limit)
 
 
 def _ahead(
-    request: Request, pose: Floats, route: RouteState | None, reach: float, *, backwards: bool
+    request: Request, pose: Floats, route: RouteState | None, extent: float, *, backwards: bool
 ) -> tuple[Floats, Floats]:
-    """(distance (k,), points (k, 2)) of where the chair will be within ``reach``, m, itself first.
+    """Distances (k,) and points (k, 2) that the chair will pass within ``extent``, m, itself first.
 
-    Straight on, and along the path where the chair follows one.
+    Straight on, or along the path if the chair follows one.
     """
-    steps = np.arange(0.0, reach + _SPACING, _SPACING)
-    way = -steps if backwards else steps
-    straight = transform(pose, np.stack([way, np.zeros(len(steps))], axis=-1))
+    steps = np.arange(0.0, extent + _SPACING, _SPACING)
+    travelled = -steps if backwards else steps
+    straight = transform(pose, np.stack([travelled, np.zeros(len(steps))], axis=-1))
     if route is None or request.mode in {Mode.MANUAL, Mode.ASSISTED}:
         return steps, straight
-    line = resample(rest_of(route.path, route.progress), _SPACING)[: len(steps)]
+    line = resample(remaining_path(route.path, route.progress), _SPACING)[: len(steps)]
     along = _SPACING * np.arange(len(line))
     points = np.concatenate([pose[None, :2], line])
     return np.concatenate([[0.0], along]), points

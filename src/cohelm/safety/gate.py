@@ -1,12 +1,12 @@
-"""The last stage before the wheels: whatever the planner says, these rules hold.
+"""Safety gate: the last stage before the wheels; its rules hold for every planner.
 
     input       older than its limit, not a number, a clock or a pose that jumps    → stop
     rider       STOP pressed, device silent                                         → stop
     limits      more than the chair allows                                          → bounded
-    separation  something inside the stopping distance                              → scaled, stop
+    separation  an obstacle inside the stopping distance                            → scaled, stop
 
-Each with its ``Reason``; the first two are in ``safety.trust``. The gate knows no planner; it sees
-the observation, the map's and the sensors' obstacles, the people, and the twist that is wanted.
+Each rule has its ``Reason``; the first two are in ``safety.input_check``. The gate sees the
+observation, the obstacles of map and sensors, the people, and the requested twist.
 """
 
 from __future__ import annotations
@@ -21,53 +21,53 @@ from cohelm.config import Model
 from cohelm.maps import DistanceField
 from cohelm.messages import Decision, Mode, Observation, People, Predictions, Reason, Request
 from cohelm.robots import Robot
-from cohelm.robots.contact import braking, first_contact
+from cohelm.robots.braking import braking
+from cohelm.robots.contact import ContactMargins, first_contact
 
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""Of the wanted twist: the first after which the chair can brake without a touch is taken."""
+"""Shares of the requested twist; the first one that allows braking without contact is used."""
 _STEP = 0.05
-"""Between the poses of the braking that is looked at, s."""
+"""Time between the poses of the predicted braking, s."""
 
 
 class GateParameters(Model):
     """Limits of the gate; all assumed."""
 
     scan_limit: float = Field(0.35, gt=0.0, le=5.0)
-    """Greatest age of the newest scan or cloud of any one sensor, s."""
+    """Maximum age of the newest scan or cloud of each sensor, s."""
     pose_limit: float = Field(0.3, gt=0.0, le=5.0)
-    """Greatest age of the pose, s."""
+    """Maximum age of the pose, s."""
     twist_limit: float = Field(0.2, gt=0.0, le=5.0)
-    """Greatest age of the odometry, s."""
+    """Maximum age of the odometry, s."""
     rider_limit: float = Field(0.3, gt=0.0, le=5.0)
-    """Greatest age of the device's heartbeat, s."""
+    """Maximum age of the device's heartbeat, s."""
     late_limit: float = Field(0.15, gt=0.0, le=5.0)
-    """Greatest lateness of a tick, s."""
+    """Maximum lateness of a tick, s."""
     jump: float = Field(0.25, gt=0.0, le=10.0)
     """Change of pose beyond what the speed explains that is a jump, m."""
     jump_angle: float = Field(0.35, gt=0.0, le=math.pi)
-    """The same for the heading, rad."""
+    """Change of heading beyond what the turn rate explains that is a jump, rad."""
     jump_hold: float = Field(0.5, ge=0.0, le=10.0)
-    """How long the chair stands after a jump, s."""
+    """Standstill after a jump, s."""
     blind_share: float = Field(0.5, gt=0.0, le=1.0)
-    """Share of a scan's beams that are not a number at which the scan counts for nothing; a cloud
-    does where none of its points is one."""
+    """Share of beams without a number from which a scan is unusable; a cloud is unusable without
+    any finite point."""
     separation: bool = True
-    """Whether things inside the stopping distance stop the chair; off for blind baselines only."""
+    """Stop for obstacles inside the stopping distance; off only for blind baselines."""
     reaction: float = Field(0.2, ge=0.0, le=2.0)
-    """How long a command is assumed to act before braking begins, s: a tick and the drive's lag."""
-    margin: float = Field(0.01, ge=0.0, le=1.0)
+    """Time for which a command acts before braking begins, s: a tick and the drive's lag."""
+    wall_margin: float = Field(0.01, ge=0.0, le=1.0)
     """Gap to a wall that counts as contact, m."""
-    margin_time: float = Field(0.1, ge=0.0, le=1.0)
-    """By how much that gap grows with the speed of the command, s, where the rider steers and no
-    planner keeps away from walls: the pose is wrong by centimetres, and what is on the map is met
-    where it really is."""
+    wall_margin_time: float = Field(0.1, ge=0.0, le=1.0)
+    """Growth of that gap with the commanded speed, s, in assisted mode, where no planner keeps
+    clear of walls: pose and map are wrong by centimetres."""
     people_margin: float = Field(0.12, ge=0.0, le=1.0)
     """Gap to a person that counts as contact, m."""
-    standing: float = Field(0.4, ge=0.0, le=1.0)
-    """Share of that which counts for who stands."""
-    at_least: float = Field(0.5, ge=0.0, le=1.0)
-    """Probability from which on a future counts that is not a person's likeliest; what is less
-    likely is the planner's to weigh."""
+    standing_share: float = Field(0.4, ge=0.0, le=1.0)
+    """Share of the people margin for a standing person."""
+    min_probability: float = Field(0.5, ge=0.0, le=1.0)
+    """Probability from which a hypothesis counts that is not a person's most likely one; the
+    planner weighs the others."""
 
 
 def gate(
@@ -81,10 +81,10 @@ def gate(
     predictions: Predictions,
     parameters: GateParameters,
 ) -> Decision:
-    """What of the wanted twist (3,) goes to the wheels, in a usable observation.
+    """Decide which part of the requested twist (3,) goes to the wheels; the observation is usable.
 
-    The greatest share after which ordinary braking touches nothing; see ``robots.contact``.
-    In ``Mode.MANUAL`` only numbers and limits are checked: the rider alone answers for distance.
+    It is the largest share after which comfort braking touches nothing; see ``robots.contact``.
+    In ``Mode.MANUAL`` only numbers and limits are checked: distance is the rider's responsibility.
     """
     if not np.isfinite(wanted).all():
         return stop(Reason.NOT_FINITE)
@@ -95,7 +95,7 @@ def gate(
     stands = not (allowed.any() or now.any())
     if request.mode is Mode.MANUAL or not parameters.separation or stands:
         return Decision(twist=allowed, reason=reason)
-    hasty = parameters.margin_time if request.mode is Mode.ASSISTED else 0.0
+    growth = parameters.wall_margin_time if request.mode is Mode.ASSISTED else 0.0
     for share in _SHARES:
         poses = braking(
             robot,
@@ -106,6 +106,12 @@ def gate(
             deceleration=robot.max_deceleration,
             step=_STEP,
         )
+        margins = ContactMargins(
+            wall=parameters.wall_margin + growth * share * float(np.hypot(*allowed[:2])),
+            people=min(parameters.people_margin + max(request.extra_clearance, 0.0), 1.0),
+            min_probability=parameters.min_probability,
+            standing_share=parameters.standing_share,
+        )
         contact = first_contact(
             robot,
             poses,
@@ -113,10 +119,7 @@ def gate(
             people=people,
             predictions=predictions,
             walls=walls,
-            margin=parameters.margin + hasty * share * float(np.hypot(*allowed[:2])),
-            people_margin=min(parameters.people_margin + max(request.farther, 0.0), 1.0),
-            at_least=parameters.at_least,
-            standing=parameters.standing,
+            margins=margins,
         )
         if contact == math.inf:
             if share < 1.0:
@@ -126,14 +129,13 @@ def gate(
 
 
 def stop(reason: Reason) -> Decision:
-    """Zero at the wheels; hard braking where the senses cannot be trusted or STOP is pressed."""
-    gentle = reason in _GENTLE
-    return Decision(twist=np.zeros(3), reason=reason, emergency=not gentle)
+    """Zero twist; emergency braking where the sensors are not trusted or STOP is pressed."""
+    return Decision(twist=np.zeros(3), reason=reason, emergency=reason not in _GENTLE)
 
 
 _GENTLE = frozenset(
     {
-        Reason.RIDER_SILENT,
+        Reason.STALE_RIDER_COMMAND,
         Reason.NO_SAFE_PLAN,
         Reason.SOLVER_FAILED,
         Reason.START_BLOCKED,
@@ -153,7 +155,7 @@ _GENTLE = frozenset(
         Reason.ASK_RIDER,
     }
 )
-"""The senses can be trusted and nobody presses STOP: ordinary braking will do."""
+"""Reasons for comfort braking: the sensors are trusted and STOP is not pressed."""
 
 
 def _within_limits(wanted: Floats, robot: Robot, speed_limit: float) -> Floats:

@@ -1,19 +1,21 @@
-"""Shared control: the rider's intent, authority η and the shared reference."""
+"""Shared control: rider intent, authority η and the shared reference."""
 
 from cohelm.sharing.authority import (
     AuthorityParameters,
     AuthorityState,
+    InputHorizon,
     authority,
-    docked,
+    limit_authority,
+    shared_reference,
     stick_twist,
 )
-from cohelm.sharing.blend import blended
 
 __all__ = [
     "AuthorityParameters",
     "AuthorityState",
+    "InputHorizon",
     "authority",
-    "blended",
-    "docked",
+    "limit_authority",
+    "shared_reference",
     "stick_twist",
 ]

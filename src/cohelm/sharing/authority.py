@@ -1,4 +1,4 @@
-"""How much the rider steers: from the stick to intent, from intent to η.
+"""Authority of the rider: from the stick to intent, from intent to η, and the shared reference.
 
 Xu et al., eq. (13), prints η = 1 − eⁱ, which is never positive; it must be η = 1 − e⁻ⁱ: 0, 0.63,
 0.86, 0.95 … for i = 0, 1, 2, 3. It never reaches 1: manual mode is separate.
@@ -15,6 +15,7 @@ from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
+from cohelm.geometry import wrap_angle
 from cohelm.messages import Authority, Observation, Reference, RiderProfile
 from cohelm.robots import Robot
 
@@ -22,38 +23,48 @@ _ROUNDING = 1e-9  # s; times are sums of float steps
 
 
 class AuthorityParameters(Model):
-    """What counts as an intent; the paper gives no figures, these are assumed."""
+    """Definition of an intent; the paper gives no figures, these are assumed."""
 
     count: Literal["intent", "messages"] = "intent"
-    """``intent``: changes of the stick and time it is held; ``messages``: every deflected message,
-    as printed (a held stick streams 20 a second, so η is at once nearly 1)."""
-    frame: float = Field(1.0, gt=0.0, le=10.0)
-    """The time frame in which intents are counted, s."""
+    """``intent``: changes of the stick and the time it is held; ``messages``: every deflected
+    message, as printed (a held stick sends 20 a second, so η is nearly 1 at once)."""
+    window: float = Field(1.0, gt=0.0, le=10.0)
+    """Time window in which intents are counted, s."""
     change: float = Field(0.3, gt=0.0, le=2.0)
-    """A change of deflection that is an intent of its own, share of full deflection."""
+    """Change of deflection that is an intent of its own, share of full deflection."""
     sustain: float = Field(0.25, gt=0.0, le=5.0)
-    """A stick held for this long is a further intent, s."""
-    docking: float = Field(1.5, ge=0.0, le=10.0)
-    """Way left from which η fades, down to 0 at the goal, m; 0: never."""
-    against: float = Field(0.5, gt=0.0, le=1.0)
-    """Deflection against the travel that asks for a stop …"""
-    against_time: float = Field(0.2, ge=0.0, le=5.0)
-    """… once held for this long, s."""
+    """Time after which a held stick is a further intent, s."""
+    docking_distance: float = Field(1.5, ge=0.0, le=10.0)
+    """Remaining distance from which η fades, down to 0 at the goal, m; 0: never."""
+    stop_deflection: float = Field(0.5, gt=0.0, le=1.0)
+    """Deflection against the direction of travel that requests a stop."""
+    stop_time: float = Field(0.2, ge=0.0, le=5.0)
+    """Time for which this deflection must be held, s."""
 
 
 @value
 class AuthorityState:
-    """What sharing remembers."""
+    """Memory of the sharing stage."""
 
     time: float
     filtered: Annotated[Floats, Shape("2")]
-    """The stick after the tremor filter."""
+    """Deflection after the tremor filter."""
     intents: tuple[float, ...] = ()
-    """When the intents within the frame happened, s."""
+    """Times of the intents within the window, s."""
     counted: Annotated[Floats, Shape("2")]
-    """The deflection at the last intent."""
+    """Deflection at the last intent."""
     against_since: float = math.inf
-    """Since when the stick is held against the travel, s."""
+    """Time since which the stick is held against the travel, s."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class InputHorizon:
+    """Steps of the predicted rider states."""
+
+    steps: int
+    """N."""
+    step: float
+    """Δt, s."""
 
 
 def authority(
@@ -61,8 +72,7 @@ def authority(
     profile: RiderProfile,
     robot: Robot,
     *,
-    steps: int,
-    step: float,
+    horizon: InputHorizon,
     speed_limit: float,
     memory: AuthorityState | None,
     parameters: AuthorityParameters,
@@ -70,18 +80,17 @@ def authority(
     """The rider's authority now; Xu et al., eq. (13), corrected.
 
     Args:
-        observation: its rider, pose and twist; a rider without a device never deflects.
+        observation: rider input, pose and twist; a rider without a device never deflects.
         profile: filter and dead zone.
-        robot: whose limits a full deflection means.
-        steps, step: N and Δt of the rider's states.
-        speed_limit: m/s; a full deflection means this, where the robot can do as much.
-        memory: of the last call, None at first.
-        parameters: what counts as an intent.
+        robot: full deflection requests its limits.
+        horizon: steps of the rider's predicted states.
+        speed_limit: speed of a full deflection where the robot can reach it, m/s.
+        memory: result of the last call, None at first.
+        parameters: definition of an intent.
     """
     now = observation.time
     raw = np.zeros(2) if observation.rider is None else observation.rider.deflection
-    nothing = AuthorityState(time=now, filtered=raw, counted=np.zeros(2))
-    memory = memory or nothing
+    memory = memory or AuthorityState(time=now, filtered=raw, counted=np.zeros(2))
     filtered = _filtered(raw, memory, now, profile.tremor_filter)
     stick = _beyond_dead_zone(filtered, profile.dead_zone)
     intents, counted = _intents(stick, memory, now, parameters)
@@ -92,8 +101,8 @@ def authority(
         intent=float(len(intents)),
         deflection=stick,
         twist=twist,
-        states=_rider_states(observation, twist, robot, steps, step),
-        wants_stop=now - since >= parameters.against_time - _ROUNDING,
+        states=_rider_states(observation, twist, robot, horizon),
+        wants_stop=now - since >= parameters.stop_time - _ROUNDING,
     )
     state = AuthorityState(
         time=now, filtered=filtered, intents=intents, counted=counted, against_since=since
@@ -101,24 +110,45 @@ def authority(
     return out, state
 
 
-def docked(hand: Authority, left: float, parameters: AuthorityParameters) -> Authority:
-    """The hand with what η is left to it at the end of the way.
+def limit_authority(
+    given: Authority, remaining: float, parameters: AuthorityParameters
+) -> Authority:
+    """The rider's authority, with η reduced near the goal.
 
-    A hand that leads past the goal in a narrow place leaves a chair that cannot turn back to it.
+    A rider who steers past a goal in a narrow place would leave the chair unable to turn back.
 
     Args:
-        hand: the rider's authority.
-        left: way left, m.
-        parameters: ``docking`` says from where η fades.
+        given: authority of the rider.
+        remaining: distance to the goal along the path, m.
+        parameters: with the ``docking_distance``.
     """
-    left = max(left, 0.0)
-    if left >= parameters.docking:
-        return hand
-    return dataclasses.replace(hand, eta=hand.eta * left / parameters.docking)
+    remaining = max(remaining, 0.0)
+    if remaining >= parameters.docking_distance:
+        return given
+    return dataclasses.replace(given, eta=given.eta * remaining / parameters.docking_distance)
+
+
+def shared_reference(path: Reference, authority: Authority) -> Reference:
+    """The shared reference x̂ = η x_user + (1 − η) x_global, Xu et al., eq. (12).
+
+    Headings blend on the circle. With η = 0 it is the path's reference itself, bit for bit.
+    """
+    eta, rider = authority.eta, authority.states
+    if eta == 0.0:
+        return path
+    poses = np.empty_like(path.poses)
+    poses[:, :2] = eta * rider.poses[:, :2] + (1.0 - eta) * path.poses[:, :2]
+    turn = wrap_angle(rider.poses[:, 2] - path.poses[:, 2])
+    poses[:, 2] = path.poses[:, 2] + eta * np.unwrap(turn)
+    return Reference(
+        step=path.step,
+        poses=poses,
+        speeds=eta * rider.speeds + (1.0 - eta) * path.speeds,
+    )
 
 
 def stick_twist(stick: Floats, robot: Robot, speed_limit: float) -> Floats:
-    """The twist (3,) that a deflection (forward, left) asks for."""
+    """The twist (3,) that a deflection (forward, left) requests."""
     fastest = robot.max_speed if stick[0] > 0.0 else robot.max_reverse_speed
     top = min(fastest, speed_limit)
     twist = np.array([stick[0] * top, 0.0, stick[1] * robot.max_turn_rate])
@@ -133,7 +163,7 @@ def _filtered(raw: Floats, memory: AuthorityState, now: float, time_constant: fl
 
 
 def _beyond_dead_zone(stick: Floats, dead_zone: float) -> Floats:
-    """The deflection, rescaled so that it starts from 0 at the dead zone's edge."""
+    """The deflection, rescaled so that it starts from 0 at the edge of the dead zone."""
     size = float(np.hypot(*stick))
     if not size > dead_zone:
         return np.zeros(2)
@@ -143,7 +173,8 @@ def _beyond_dead_zone(stick: Floats, dead_zone: float) -> Floats:
 def _intents(
     stick: Floats, memory: AuthorityState, now: float, p: AuthorityParameters
 ) -> tuple[tuple[float, ...], Floats]:
-    recent = tuple(t for t in memory.intents if now - t < p.frame - _ROUNDING)
+    """(times of the intents in the window, deflection at the last of them)."""
+    recent = tuple(t for t in memory.intents if now - t < p.window - _ROUNDING)
     if not stick.any():
         return recent, np.zeros(2)
     changed = float(np.hypot(*(stick - memory.counted))) >= p.change
@@ -157,9 +188,8 @@ def _intents(
 def _against_since(
     stick: Floats, twist: Floats, memory: AuthorityState, now: float, p: AuthorityParameters
 ) -> float:
-    """Once held against the travel it counts until it is let go, though the chair may stand."""
-    back = stick[0] <= -p.against
-    if not back:
+    """Start of the deflection against the travel, s; it lasts until release, even at standstill."""
+    if not stick[0] <= -p.stop_deflection:
         return math.inf
     if math.isfinite(memory.against_since):
         return memory.against_since
@@ -167,13 +197,13 @@ def _against_since(
 
 
 def _rider_states(
-    observation: Observation, twist: Floats, robot: Robot, steps: int, step: float
+    observation: Observation, twist: Floats, robot: Robot, horizon: InputHorizon
 ) -> Reference:
-    """Where the stick would lead, from the present twist on within the robot's acceleration."""
+    """Predicted states under the stick, from the present twist within the acceleration limits."""
     _, _, rise, fall = robot.input_bounds
     now, wanted = robot.motion.input(observation.twist), robot.motion.input(twist)
-    times = (np.arange(steps) + 1.0)[:, None] * step
+    times = (np.arange(horizon.steps) + 1.0)[:, None] * horizon.step
     inputs = now + np.clip(wanted - now, -fall * times, rise * times)
-    poses = robot.motion.rollout(observation.pose, inputs, step)
+    poses = robot.motion.rollout(observation.pose, inputs, horizon.step)
     speeds = robot.motion.twist(inputs)[:, 0]
-    return Reference(step=step, poses=poses, speeds=np.append(speeds, speeds[-1]))
+    return Reference(step=horizon.step, poses=poses, speeds=np.append(speeds, speeds[-1]))

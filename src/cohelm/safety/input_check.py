@@ -1,4 +1,4 @@
-"""Whether what the chair is told can be trusted: numbers, clock, pose, and every sensor's age."""
+"""Plausibility of the observation: numbers, clock, pose and the age of every sensor's data."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from cohelm.robots import Robot
 from cohelm.safety.gate import GateParameters
 
 _UNDERRATED = 2.0
-"""How many times the motion that odometry tells a pose may move without having jumped."""
+"""Factor on the odometry's motion up to which a change of pose is no jump."""
 _IMPOSSIBLE = 5.0
-"""A twist beyond so many times what the robot can do, in any direction, tells nothing: a wheel that
-spins or a push downhill is less. Braking from it would be looked at over hours."""
+"""Factor on the robot's limits beyond which a twist is implausible, in any direction: a spinning
+wheel or a push downhill is less. A predicted braking from it would be extremely long."""
 _ROUNDING = 1e-6  # s; times are sums of float steps: what is exactly at its limit is still good
 
 
 @value
 class GateState:
-    """What the gate remembers."""
+    """Memory of the gate."""
 
     time: float
-    heard: Annotated[Floats, Shape("s")]
-    """Time of the newest usable scan or cloud of each of the robot's sensors, s."""
+    last_message: Annotated[Floats, Shape("s")]
+    """Time of the newest usable scan or cloud of each sensor of the robot, s."""
     pose: Annotated[Floats, Shape("3")]
-    """The last one believed."""
+    """The last accepted pose."""
     pose_time: float
     held_until: float = -math.inf
-    """The chair stands until then after a jump, s."""
+    """End of the standstill after a jump, s."""
 
 
 def check_input(
@@ -42,30 +42,31 @@ def check_input(
     memory: GateState | None,
     parameters: GateParameters,
 ) -> tuple[Reason | None, GateState]:
-    """Whether the observation can be used at all: the reason why not, and the gate's memory.
+    """Check the observation before anything is computed from it.
 
-    To be asked before anything is computed from the observation.
+    Returns:
+        (the reason why it is unusable, or None; the gate's memory).
     """
     if _not_finite(observation):
         return Reason.NOT_FINITE, memory or _first_state(observation, robot, usable=False)
     memory = memory or _first_state(observation, robot, usable=True)
     if _blinded(observation, parameters):
-        # until a scan can be used again, what was seen before counts for nothing
-        return Reason.NOT_FINITE, replace(memory, heard=_never(robot))
+        # earlier scans expire as well, until one is usable again
+        return Reason.NOT_FINITE, replace(memory, last_message=_never(robot))
     if observation.time < memory.time or _from_the_future(observation, parameters):
         return Reason.CLOCK, memory
     held_until = memory.held_until
-    most = _most(robot)
-    if _jumped(observation, np.clip(observation.twist, -most, most), memory, parameters):
+    largest = _plausible_twist(robot)
+    if _jumped(observation, np.clip(observation.twist, -largest, largest), memory, parameters):
         held_until = observation.time + parameters.jump_hold
     state = GateState(
         time=observation.time,
-        heard=_heard(observation, robot, memory.heard),
+        last_message=_last_messages(observation, robot, memory.last_message),
         pose=observation.pose,
         pose_time=observation.pose_time,
         held_until=held_until,
     )
-    unknown = bool((np.abs(observation.twist) > most).any())
+    unknown = bool((np.abs(observation.twist) > largest).any())
     return _stale(observation, request, state, parameters, unknown=unknown), state
 
 
@@ -77,7 +78,7 @@ def _not_finite(observation: Observation) -> bool:
         numbers += scan.mount.tolist()
     for cloud in o.clouds:
         numbers += (cloud.time, cloud.range_max)
-        numbers += np.delete(cloud.mount, 2).tolist()  # at what height may be unknown
+        numbers += np.delete(cloud.mount, 2).tolist()  # the height may be unknown
     if rider is not None:
         numbers += (*rider.deflection.tolist(), rider.heartbeat)
     if people is not None and not all(np.isfinite(n).all() for n in _numbers_of(people)):
@@ -86,17 +87,17 @@ def _not_finite(observation: Observation) -> bool:
 
 
 def _blinded(observation: Observation, p: GateParameters) -> bool:
-    """NaN is a dropout, −inf something on the glass; +inf says that the beam is free (REP-117)."""
+    """Check for unusable scans: NaN is a dropout, −inf a blocked lens, +inf free (REP-117)."""
     scans = any(
         len(s.ranges) == 0 or (~(s.ranges > -np.inf)).mean() >= p.blind_share
         for s in observation.scans
     )
-    # where a LiDAR points at the sky most rows are no numbers: only none at all is blind
+    # most rows of a LiDAR that points at the sky are NaN, so one finite point is enough
     return scans or not all(np.isfinite(c.points).all(axis=1).any() for c in observation.clouds)
 
 
 def _numbers_of(people: People) -> list[Floats]:
-    """All that must be finite of people given from outside; a heading may be unknown (NaN)."""
+    """Arrays that must be finite of people given from outside; a heading may be unknown (NaN)."""
     return [
         np.array([people.time]),
         people.mean,
@@ -108,7 +109,7 @@ def _numbers_of(people: People) -> list[Floats]:
 
 
 def _from_the_future(observation: Observation, p: GateParameters) -> bool:
-    """Whether a stamp is further ahead than it may be old: it would keep a dead sensor fresh."""
+    """Check for stamps in the far future: they would keep a dead sensor fresh."""
     rider = observation.rider
     stamps = [
         (observation.pose_time, p.pose_limit),
@@ -128,11 +129,11 @@ def _stale(
     *,
     unknown: bool,
 ) -> Reason | None:
-    """The first thing that is too old, too late, or says stop; ``unknown``: the twist is."""
+    """The first violated rule, or None. unknown: the twist is implausible."""
     now, rider = observation.time, observation.rider
     needs_rider = request.mode in {Mode.MANUAL, Mode.ASSISTED}
-    looks = observation.people is None
-    oldest = state.heard.min(initial=np.inf)
+    uses_scans = observation.people is None
+    oldest = state.last_message.min(initial=np.inf)
     rules = (
         (request.stop, Reason.RIDER_STOP),
         (observation.late > p.late_limit + _ROUNDING, Reason.LATE),
@@ -142,24 +143,24 @@ def _stale(
             unknown or now - observation.twist_time > p.twist_limit + _ROUNDING,
             Reason.STALE_TWIST,
         ),
-        (looks and now - oldest > p.scan_limit + _ROUNDING, Reason.STALE_SCAN),
-        (rider is None and needs_rider, Reason.RIDER_SILENT),
+        (uses_scans and now - oldest > p.scan_limit + _ROUNDING, Reason.STALE_SCAN),
+        (rider is None and needs_rider, Reason.STALE_RIDER_COMMAND),
         (
             rider is not None and now - rider.heartbeat > p.rider_limit + _ROUNDING,
-            Reason.RIDER_SILENT,
+            Reason.STALE_RIDER_COMMAND,
         ),
     )
     return next((reason for holds, reason in rules if holds), None)
 
 
-def _most(robot: Robot) -> Floats:
-    """Size of a twist (3,) from which on it cannot be one."""
+def _plausible_twist(robot: Robot) -> Floats:
+    """Largest plausible twist (3,)."""
     speed = max(robot.max_speed, robot.max_reverse_speed)
     return _IMPOSSIBLE * np.array([speed, speed, robot.max_turn_rate])
 
 
 def _jumped(observation: Observation, twist: Floats, memory: GateState, p: GateParameters) -> bool:
-    """Whether the pose moved more than speed and time explain."""
+    """Check that the pose moved more than speed and time explain."""
     elapsed = max(observation.pose_time - memory.pose_time, 0.0)
     moved = float(np.hypot(*(observation.pose[:2] - memory.pose[:2])))
     turned = abs(float(wrap_angle(observation.pose[2] - memory.pose[2])))
@@ -171,40 +172,42 @@ def _jumped(observation: Observation, twist: Floats, memory: GateState, p: GateP
 
 
 def _first_state(observation: Observation, robot: Robot, *, usable: bool) -> GateState:
-    """The first tick has nothing to compare with; scans get their time limit to arrive."""
+    """Memory at the first tick; scans have their time limit to arrive."""
     if not usable:
-        return GateState(time=-math.inf, heard=_never(robot), pose=np.zeros(3), pose_time=-math.inf)
+        return GateState(
+            time=-math.inf, last_message=_never(robot), pose=np.zeros(3), pose_time=-math.inf
+        )
     return GateState(
         time=observation.time,
-        heard=np.full_like(_never(robot), observation.time),
+        last_message=np.full_like(_never(robot), observation.time),
         pose=observation.pose,
         pose_time=observation.pose_time,
     )
 
 
 def _never(robot: Robot) -> Floats:
-    """No sensor was heard; (s,)."""
+    """Times of no message at all, (s,)."""
     return np.full(len(robot.lasers) + len(robot.cloud_mounts), -math.inf)
 
 
-def _heard(observation: Observation, robot: Robot, before: Floats) -> Floats:
-    """When each sensor was heard, scanners before the others; (s,).
+def _last_messages(observation: Observation, robot: Robot, before: Floats) -> Floats:
+    """Time of the newest message of each sensor, scanners first, (s,).
 
-    A message comes from the sensor of its kind that is mounted where it says, or next to there.
+    A message belongs to the sensor of its kind whose mount is nearest to the one that it states.
     """
     out = before.copy()
     scanners = len(robot.lasers)
     for scan in observation.scans:
-        _note(out[:scanners], scan, np.array([m.pose for m in robot.lasers]))
+        _record(out[:scanners], scan, np.array([m.pose for m in robot.lasers]))
     for cloud in observation.clouds:
-        _note(out[scanners:], cloud, np.array([m.pose for m in robot.cloud_mounts]))
+        _record(out[scanners:], cloud, np.array([m.pose for m in robot.cloud_mounts]))
     return out
 
 
-def _note(heard: Floats, message: Scan | PointCloud, poses: Floats) -> None:
-    """Put the message's time down for the sensors (s,) at the nearest of ``poses`` (s, ·)."""
-    if not len(heard):
+def _record(last_message: Floats, message: Scan | PointCloud, poses: Floats) -> None:
+    """Record the message's time for the sensors (s,) at the nearest of ``poses`` (s, ·)."""
+    if not len(last_message):
         return
     apart = np.abs(np.nan_to_num(poses - message.mount)).sum(axis=1)
     nearest = apart <= apart.min() + _ROUNDING
-    heard[nearest] = np.maximum(heard[nearest], message.time)
+    last_message[nearest] = np.maximum(last_message[nearest], message.time)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from cohelm import plugins
-from cohelm.evaluation import load_scenario, set_stage
 from cohelm.maps import distance_field
 from cohelm.messages import LiveObstacles, Request, Wish
-from cohelm.navigation.beyond import Beyond, all_obstacles
-from cohelm.navigation.crowding import CrowdingParameters, crowding
-from cohelm.navigation.question import RouteQuestion, Why
-from cohelm.navigation.replanning import ReplanningParameters, route
+from cohelm.navigation.crowding import CrowdingParameters, update_crowding
+from cohelm.navigation.obstacle_memory import ObstacleMemory, merge_obstacles
+from cohelm.navigation.replanning.replanner import ReplanningParameters, update_route
+from cohelm.navigation.replanning.route_query import PlanReason, RouteQuery
+from cohelm.scenarios import build_scenario, load_scenario
 from cohelm.testing.scenes import walkers
 
 START = np.array([3.0, 3.3, 0.0])
@@ -24,17 +24,17 @@ STEP = 0.5
 
 @pytest.fixture(scope="module")
 def stage():
-    return set_stage(load_scenario("door"), 0)
+    return build_scenario(load_scenario("door"), 0)
 
 
 @pytest.fixture(scope="module")
 def ask(stage):
-    """A question on that floor, of a chair that stands in the western hall."""
+    """A query on that floor, of a chair in the western hall."""
     walls = distance_field(stage.grid)
     nothing = LiveObstacles(corner=[0, 0], occupied=np.zeros((10, 10)), version=0)
 
     def make(time, **changes):
-        plain = RouteQuestion(
+        plain = RouteQuery(
             time=time,
             request=Request(goal=stage.request.goal),
             pose=START,
@@ -59,7 +59,7 @@ def follow(ask, planner, until, what, state=None, start=0.0):
     states = []
     for k in range(round((until - start) / STEP)):
         time = start + k * STEP
-        state = route(ask(time, **what(time)), planner, state, RULES)
+        state = update_route(ask(time, **what(time)), planner, state, RULES)
         states.append(state)
     return states
 
@@ -73,16 +73,16 @@ def test_a_crowded_corridor_moves_the_route_away_and_after_decay_back(ask, stage
     def seen(time):
         nonlocal memory
         people = replace(walkers(CROWD if 10.0 <= time < 60.0 else []), time=time)
-        memory = crowding(memory, people, stage.grid, None, rules)
-        return {"crowding": memory.told, "people": people}
+        memory = update_crowding(memory, people, stage.grid, None, rules)
+        return {"crowding": memory.published, "people": people}
 
     states = follow(ask, planner, 240.0, seen)
-    whys = [
-        state.why
+    reasons = [
+        state.reason
         for state, before in zip(states[1:], states, strict=False)
         if state.path is not before.path
     ]
-    assert whys == [Why.BETTER, Why.BETTER]
+    assert reasons == [PlanReason.BETTER, PlanReason.BETTER]
     away = [north(state) for state in states]
     assert not any(away[:20])
     assert all(away[60:120])
@@ -101,7 +101,7 @@ def test_a_path_that_is_found_blocked_far_ahead_is_left_once_and_kept_left(ask):
     states = follow(ask, planner, 60.0, lambda t: {"live": closed_door()} if t >= 10.0 else {})
     assert [north(s) for s in states[:20]] == [False] * 20
     assert states[-1].replans == 1
-    assert states[-1].why is Why.BLOCKED
+    assert states[-1].reason is PlanReason.BLOCKED
     assert north(states[-1])
 
 
@@ -109,8 +109,9 @@ def test_what_is_out_of_the_window_still_blocks(ask):
     planner = plugins.build("global_planners", "soft_via")
     door = closed_door()
     cells = np.argwhere(door.occupied) + door.corner
-    rolled = all_obstacles(
-        LiveObstacles(corner=[0, 0], occupied=np.zeros((60, 60)), version=9), Beyond(cells=cells)
+    rolled = merge_obstacles(
+        LiveObstacles(corner=[0, 0], occupied=np.zeros((60, 60)), version=9),
+        ObstacleMemory(cells=cells),
     )
     state = follow(ask, planner, 20.0, lambda t: {"live": door} if t >= 5.0 else {})[-1]
     assert north(state)
@@ -124,7 +125,7 @@ def test_a_way_that_opens_again_is_taken_only_where_it_is_much_better(ask):
     state = follow(ask, planner, 20.0, lambda t: {"live": closed_door()} if t >= 5.0 else {})[-1]
     opened = replace(closed_door(2), occupied=np.zeros((100, 100)))
     back = follow(ask, planner, 120.0, lambda t: {"live": opened}, state, 20.0)[-1]
-    assert (back.why, north(back)) == (Why.BETTER, False)
+    assert (back.reason, north(back)) == (PlanReason.BETTER, False)
     on = replace(state, progress=9.0)  # in the northern corridor by now
     there = np.array([8.0, 7.7, 0.0])
     kept = follow(ask, planner, 120.0, lambda t: {"live": opened, "pose": there}, on, 20.0)[-1]
@@ -133,14 +134,16 @@ def test_a_way_that_opens_again_is_taken_only_where_it_is_much_better(ask):
 
 def test_a_new_wish_is_planned_for_at_once_and_remembers_nothing(ask):
     planner = plugins.build("global_planners", "soft_via")
-    first = route(ask(0.0), planner, None, RULES)
+    first = update_route(ask(0.0), planner, None, RULES)
     goal = first.request.goal
     wished = Request(goal=goal, wishes=(Wish(points=np.array([[13.0, 7.7]])),))
-    state = route(ask(0.05, request=wished), planner, first, RULES)
-    assert (state.why, state.replans, north(state)) == (Why.WISH, 1, True)
-    np.testing.assert_array_equal(state.wished_from, START[:2])
+    state = update_route(ask(0.05, request=wished), planner, first, RULES)
+    assert (state.reason, state.replans, north(state)) == (PlanReason.WISH, 1, True)
+    np.testing.assert_array_equal(state.wish_origin, START[:2])
     elsewhere = Request(goal=np.array([22.5, 6.0]), wishes=wished.wishes)
-    assert route(ask(0.1, request=elsewhere), planner, state, RULES).why is Why.GOAL
+    assert (
+        update_route(ask(0.1, request=elsewhere), planner, state, RULES).reason is PlanReason.GOAL
+    )
 
 
 def test_nothing_changes_and_nothing_is_asked(ask):

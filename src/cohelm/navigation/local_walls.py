@@ -1,4 +1,4 @@
-"""Distance to all that is not a person, about the robot: the map's field and the live obstacles."""
+"""Local distance field about the robot: the map's field and the live obstacles."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from cohelm.maps import DistanceField, OccupancyGrid, signed_distance
 from cohelm.messages import LiveObstacles
 
 
-def walls_about(
+def local_walls(
     grid: OccupancyGrid,
     static: DistanceField,
     live: LiveObstacles,
     position: Floats,
-    reach: float,
+    extent: float,
 ) -> DistanceField:
-    """The distance field of a window of ``reach`` about the robot.
+    """Compute the distance field of a window about the robot.
 
     Args:
         grid: the map.
         static: its distance field.
-        live: what stands where the map knows of nothing.
+        live: obstacles that are not in the map.
         position: (2,), m.
-        reach: half the window's side, m.
+        extent: half the side of the window, m.
     """
     row, col = grid.cells(position)
-    half = int(np.ceil(reach / grid.resolution))
+    half = int(np.ceil(extent / grid.resolution))
     r0, c0 = max(int(row) - half, 0), max(int(col) - half, 0)
     r1, c1 = min(int(row) + half, grid.shape[0]), min(int(col) + half, grid.shape[1])
     r1, c1 = max(r1, r0 + 1), max(c1, c0 + 1)
@@ -37,7 +37,8 @@ def walls_about(
     window = static.distance[r0:r1, c0:c1]
     live_distance = _live_distances(live, grid.resolution)
     if live_distance is None:
-        distance = np.ascontiguousarray(window)  # as with obstacles, or kernels are compiled twice
+        # Contiguous as with obstacles; otherwise kernels are compiled for both layouts.
+        distance = np.ascontiguousarray(window)
     else:
         distance = window.copy()
         lr, lc = int(live.corner[0]), int(live.corner[1])
@@ -47,7 +48,8 @@ def walls_about(
         if a1 > a0 and b1 > b0:
             ours = distance[a0 - r0 : a1 - r0, b0 - c0 : b1 - c0]
             np.minimum(ours, live_distance[a0 - lr : a1 - lr, b0 - lc : b1 - lc], out=ours)
-    distance.flags.writeable = False  # or it is copied again
+    # A read-only array is not copied by the value.
+    distance.flags.writeable = False
     X_MW = grid.X_MG.copy()
     X_MW[:2] = transform(grid.X_MG, np.array([c0, r0]) * grid.resolution)
     return DistanceField(distance=distance, resolution=grid.resolution, X_MG=X_MW)
@@ -55,9 +57,9 @@ def walls_about(
 
 @lru_cache(maxsize=4)
 def _live_distances(live: LiveObstacles, resolution: float) -> Floats32 | None:
-    """Signed distance (rows, cols) to the live obstacles in their window, m; None without any.
+    """Signed distance (rows, cols) to live obstacles in their window, m; None without any.
 
-    Cached: the layer hands out the same object as long as nothing changes.
+    Cached: the layer returns the same object while nothing changes.
     """
     if not live.occupied.any():
         return None

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cohelm.messages import Groups
-from cohelm.navigation.groups import cuts, outlines
+from cohelm.navigation.group_outlines import count_crossed_groups, group_outlines
 from cohelm.testing.scenes import walkers
 
 STANDING = 0.3
@@ -21,7 +21,7 @@ def square(*others):
 
 def test_four_about_a_fifth_make_a_square():
     people = square()
-    (hull,) = outlines(people, Groups(id=[7], member=[0] * 5), STANDING)
+    (hull,) = group_outlines(people, Groups(id=[7], member=[0] * 5), STANDING)
     assert sorted(map(tuple, hull.tolist())) == sorted(map(tuple, people.mean[:4, :2].tolist()))
     # in order round the outline: its area by the shoelace formula is 1 m², whichever way round
     x, y = (hull - hull.mean(axis=0)).T
@@ -30,28 +30,28 @@ def test_four_about_a_fifth_make_a_square():
 
 def test_two_make_a_segment_and_so_do_three_in_line():
     two = walkers([[0.0, 0.0, 0.0, 0.0], [1.0, 2.0, 0.1, 0.0], [5.0, 5.0, 0.0, 0.0]])
-    (segment,) = outlines(two, Groups(id=[1], member=[0, 0, -1]), STANDING)
+    (segment,) = group_outlines(two, Groups(id=[1], member=[0, 0, -1]), STANDING)
     assert sorted(segment.tolist()) == [[0.0, 0.0], [1.0, 2.0]]
     line = walkers([[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [2.0, 2.0, 0.0, 0.0]])
-    (segment,) = outlines(line, Groups(id=[1], member=[0, 0, 0]), STANDING)
+    (segment,) = group_outlines(line, Groups(id=[1], member=[0, 0, 0]), STANDING)
     assert {tuple(p) for p in segment.tolist()} >= {(0.0, 0.0), (2.0, 2.0)}
 
 
 def test_who_walks_or_is_alone_is_no_part_of_it():
     people = walkers([[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.5, 1.0, 0.9, 0.0]])
-    (segment,) = outlines(people, Groups(id=[3], member=[0, 0, 0]), STANDING)
+    (segment,) = group_outlines(people, Groups(id=[3], member=[0, 0, 0]), STANDING)
     assert len(segment) == 2
     walking = walkers([[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
-    assert outlines(walking, Groups(id=[3], member=[0, 0]), STANDING) == ()
-    assert outlines(people, Groups.alone(3), STANDING) == ()
-    assert outlines(walkers([]), Groups.alone(0), STANDING) == ()
+    assert group_outlines(walking, Groups(id=[3], member=[0, 0]), STANDING) == ()
+    assert group_outlines(people, Groups.alone(3), STANDING) == ()
+    assert group_outlines(walkers([]), Groups.alone(0), STANDING) == ()
 
 
 def test_a_way_that_leads_between_members_cuts_their_group():
     line = np.stack([np.linspace(0.0, 4.0, 41), np.zeros(41)], axis=-1)
     pair = np.array([[2.0, -0.6], [2.0, 0.6]])
     three = np.array([[1.0, -1.0], [3.0, -1.0], [2.0, 0.5]])
-    assert cuts(line, (pair, three)) == 2
+    assert count_crossed_groups(line, (pair, three)) == 2
     # beside both, and with no group at all
-    assert cuts(line + np.array([0.0, 1.0]), (pair, three)) == 0
-    assert cuts(line, ()) == 0
+    assert count_crossed_groups(line + np.array([0.0, 1.0]), (pair, three)) == 0
+    assert count_crossed_groups(line, ()) == 0

@@ -1,0 +1,1 @@
+"""Recovery of rides that make no progress: progress checker, stages, rear clearance."""

@@ -1,0 +1,167 @@
+"""Recovery context: the facts for the stage machine, and the use of its action."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.geometry import inverse, transform, wrap_angle
+from cohelm.messages import Authority, Decision, LocalPlan, Mode, People, Reason, Reference
+from cohelm.navigation.recovery.progress_checker import ProgressState
+from cohelm.navigation.recovery.rear_clearance import (
+    RearMemory,
+    RearScene,
+    extend_trail,
+    is_recent,
+    rear_clearance,
+    reverse_poses,
+)
+from cohelm.navigation.recovery.stages import (
+    PeopleNearby,
+    RecoveryAction,
+    RecoveryContext,
+    RecoveryParameters,
+    RecoveryStage,
+    RecoveryState,
+    recovery_step,
+)
+from cohelm.navigation.replanning.remaining_path import remaining_path
+from cohelm.navigation.replanning.replanner import RouteState
+from cohelm.navigation.replanning.route_query import PlanReason
+from cohelm.navigation.tick import StepInput
+from cohelm.navigation.world_model import WorldModel
+
+_STANDING_SPEED, _STANDING_TURN_RATE = 0.05, 0.1
+"""Odometry below this is noise or standstill, m/s and rad/s."""
+_GOAL_OFFSET = 0.15
+"""Maximum lateral offset of a goal that counts as straight behind the chair, m."""
+_DIRECTION_POINTS = 8
+"""Number of path points over which its direction is computed."""
+_MAX_CURVATURE = 1.5
+"""Of backing up, rad/m."""
+_REQUESTED = frozenset({PlanReason.FIRST, PlanReason.GOAL, PlanReason.WISH})
+_LESS_SPECIFIC = frozenset({None, Reason.NO_SAFE_PLAN, Reason.BLOCKED, Reason.OVER_LIMITS})
+"""Reasons that the reason of the recovery replaces."""
+
+
+def is_standing_still(twist: Floats) -> bool:
+    """Check that a measured twist (3,) is that of a chair at rest."""
+    speed, turn_rate = float(np.hypot(*twist[:2])), abs(float(twist[2]))
+    return speed < _STANDING_SPEED and turn_rate < _STANDING_TURN_RATE
+
+
+def update_recovery(
+    step: StepInput, world: WorldModel, authority: Authority, *, hold: bool
+) -> tuple[RecoveryAction, RecoveryState | None, RearMemory]:
+    """Compute the recovery action of this tick, and what to remember.
+
+    Args:
+        step: input of the step.
+        world: people and obstacles.
+        authority: of the rider.
+        hold: True while the chair need not make progress.
+    """
+    observation, memory, p = step.observation, step.memory, step.setup.recovery
+    rear = extend_trail(memory.rear, observation.pose, observation.time, p.trail_time)
+    progress, route = memory.progress, memory.route
+    if hold or progress is None or route is None:
+        return RecoveryAction(), None, rear
+
+    # Rear clearance matters only once waiting did not help.
+    clearance = curvature = 0.0
+    state = memory.recovery
+    if state is not None and state.stage is not RecoveryStage.WAIT and p.back_up > 0.0:
+        scene = RearScene(world.detections, world.walls, world.people)
+        curvatures = _curvatures(observation.pose, route, state, p.back_up)
+        if not world.detections and is_recent(rear, observation.time):
+            curvatures = (rear.curvature,)
+        for curvature in curvatures:
+            clearance, rear = rear_clearance(
+                rear, step.setup.robot, observation, scene, curvature=curvature, limit=p.back_up
+            )
+            if clearance >= p.min_back_up:
+                break
+    context = dataclasses.replace(
+        _context(step, authority, progress, route),
+        people=_people_nearby(observation.pose, world.people, p),
+        rear_clearance=clearance,
+        curvature=curvature,
+    )
+    action, state = recovery_step(context, state, p, step.setup.progress)
+    return action, state, rear
+
+
+def _context(
+    step: StepInput, authority: Authority, progress: ProgressState, route: RouteState
+) -> RecoveryContext:
+    observation, request = step.observation, step.request
+    shares = request.mode in {Mode.SHARED, Mode.AUTONOMOUS}
+    return RecoveryContext(
+        time=observation.time,
+        position=observation.pose[:2],
+        stands=is_standing_still(observation.twist),
+        stalled_for=observation.time - progress.since,
+        progress_at=progress.since,
+        planned_at=route.planned_at,
+        searched_at=max(route.planned_at, route.attempted_at),
+        requested_at=route.planned_at if route.reason in _REQUESTED else -np.inf,
+        deflection=authority.deflection if shares else np.zeros(2),
+        goal_behind=_distance_behind(observation.pose, request.goal),
+    )
+
+
+def _curvatures(
+    pose: Floats, route: RouteState, state: RecoveryState, distance: float
+) -> tuple[float, ...]:
+    """Curvatures to try, rad/m: so as to face along the path afterwards, else straight back."""
+    if state.stage is RecoveryStage.BACK_UP:
+        return (state.curvature,)
+    points = remaining_path(route.path, route.progress)
+    direction = points[min(_DIRECTION_POINTS, len(points) - 1)] - points[0]
+    error = float(wrap_angle(math.atan2(direction[1], direction[0]) - pose[2]))
+    return (math.copysign(min(abs(error) / distance, _MAX_CURVATURE), error), 0.0)
+
+
+def _people_nearby(pose: Floats, people: People, p: RecoveryParameters) -> PeopleNearby:
+    near = np.hypot(*(people.mean[:, :2] - pose[:2]).T) < p.people_radius
+    if not near.any():
+        return PeopleNearby.NONE
+    walks = np.hypot(*people.mean[near, 2:].T) >= p.walking_speed
+    return PeopleNearby.WALKING if walks.any() else PeopleNearby.STANDING
+
+
+def _distance_behind(pose: Floats, goal: Floats) -> float:
+    """Distance to back up until the goal is abreast, m; ∞: it is not straight behind."""
+    x, y = transform(inverse(pose), goal)
+    return float(-x) if x < 0.0 and abs(y) <= _GOAL_OFFSET else float("inf")
+
+
+def reverse_reference(
+    pose: Floats, action: RecoveryAction, speed: float, *, steps: int, step: float
+) -> Reference:
+    """Compute the reference of a chair that backs up from ``pose`` (3,).
+
+    Args:
+        pose: X_MR.
+        action: distance and curvature.
+        speed: upper bound, m/s.
+        steps, step: N and Δt.
+    """
+    travelled = np.minimum(np.arange(steps + 1) * speed * step, action.back_up_distance)
+    speeds = np.where(travelled < action.back_up_distance, -speed, 0.0)
+    poses = reverse_poses(pose, action.curvature, travelled)
+    return Reference(step=step, poses=poses, speeds=speeds)
+
+
+def with_recovery_reason(
+    decision: Decision, plan: LocalPlan | None, twist: Floats, action: RecoveryAction
+) -> Decision:
+    """Replace a less specific reason of the decision by that of the recovery."""
+    stands = is_standing_still(twist) and is_standing_still(decision.twist)
+    reason = action.reason(stands=stands)
+    if plan is None or reason is None or decision.reason not in _LESS_SPECIFIC:
+        return decision
+    return dataclasses.replace(decision, reason=reason)

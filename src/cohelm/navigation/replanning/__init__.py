@@ -1,0 +1,1 @@
+"""Replanning: causes, path switching, remaining path and wishes."""

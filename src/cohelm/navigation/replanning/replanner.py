@@ -1,0 +1,329 @@
+"""Replanning: keep the current path, or plan a new one.
+
+A path is kept while it is usable. A new one is planned if there is none, if the goal or a wish
+changes, if the path ahead has been blocked for some time, if the chair has left the path or makes
+no progress (``recovery``), if another path has become much better (``path_switching``), and while
+the rider steers away from it, except near the goal. In the last case the new path starts where the
+rider's input leads, so that it passes an obstacle on the side that the rider chose.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats, identical, value
+from cohelm.config import Model
+from cohelm.errors import PlanningError
+from cohelm.geometry import arc_length, nearest_on_polyline
+from cohelm.messages import Authority, Path, Request, Wish
+from cohelm.navigation.group_outlines import count_crossed_groups
+from cohelm.navigation.replanning.path_switching import (
+    AbandonedPath,
+    SwitchingParameters,
+    SwitchingState,
+    evaluate_candidate,
+    should_search,
+)
+from cohelm.navigation.replanning.remaining_path import (
+    remaining_path,
+    remaining_wishes,
+    trim_strokes,
+)
+from cohelm.navigation.replanning.route_query import PlanReason, RouteQuery
+from cohelm.navigation.static_people import with_closed_side, with_static_people
+from cohelm.planning import GlobalPlanner, RouteProblem
+
+_ROUNDING = 1e-9  # s; times are sums of float steps
+_ABANDONS = frozenset({PlanReason.BLOCKED, PlanReason.BETTER, PlanReason.STALLED})
+"""Reasons after which the old path counts as abandoned."""
+
+
+class ReplanningParameters(Model):
+    """Conditions for planning a new path; assumed."""
+
+    blocked_time: float = Field(0.7, ge=0.0, le=30.0)
+    """Time for which the path ahead must be blocked, s."""
+    lookahead: float = Field(6.0, gt=0.0, le=50.0)
+    """Distance ahead of the chair over which the path is checked, m."""
+    max_deviation: float = Field(1.0, gt=0.0, le=10.0)
+    """Distance from the path beyond which it is given up, m."""
+    steering_eta: float = Field(0.5, ge=0.0, le=1.0)
+    """Minimum η at which the path follows the rider's input."""
+    steering_offset: float = Field(0.2, ge=0.0, le=5.0)
+    """Minimum distance from the path of the rider's predicted position, m."""
+    docking_distance: float = Field(1.5, ge=0.0, le=10.0)
+    """Remaining length below which the path no longer follows the rider, m: otherwise it could
+    begin beyond the goal."""
+    steering_effort: float = Field(0.15, gt=0.0, le=1.0)
+    """Share of the planner's budget for following the rider: planning is repeated at once, and the
+    old path stays usable until it succeeds."""
+    standing_speed: float = Field(0.3, ge=0.0, le=3.0)
+    """Speed below which people are obstacles to a stalled ride, m/s."""
+    min_interval: float = Field(0.5, ge=0.0, le=30.0)
+    """Minimum time between two plans, s."""
+    switching: SwitchingParameters = SwitchingParameters()
+    """Conditions for replacing a usable path."""
+
+
+@value
+class RouteState:
+    """The current path, and the state of replanning."""
+
+    request: Request
+    """Request for which the path was planned."""
+    path: Path
+    planned_at: float
+    """s."""
+    reason: PlanReason
+    """Cause of planning it."""
+    replans: int = 0
+    """Number of paths before this one."""
+    wish_origin: Floats
+    """Position of the chair when the wishes were set, (2,), m."""
+    wishes: tuple[Wish, ...] = ()
+    """Remaining wishes."""
+    progress: float = 0.0
+    """Arc length of the chair's projection on the path, m."""
+    blocked_since: float = math.inf
+    """Time since which the path ahead is blocked, s."""
+    attempted_at: float = -math.inf
+    """Time of the last failed attempt to replan, s."""
+    switching: SwitchingState
+    abandoned: AbandonedPath | None = None
+
+
+def update_route(
+    query: RouteQuery,
+    planner: GlobalPlanner,
+    memory: RouteState | None,
+    parameters: ReplanningParameters,
+) -> RouteState:
+    """Return the path to follow now.
+
+    Raises:
+        PlanningError: if there is no path at all; an existing path is kept if replanning fails.
+    """
+    q, p = query, parameters
+    changed = _changed_request(q.request, memory)
+    if memory is None or changed is not None:
+        here = q.pose[:2]
+        path = planner.plan(
+            _problem(q, here, q.request.wishes, wish_origin=here, previous_path=None, effort=1.0)
+        )
+        return _first_route(q, path, changed or PlanReason.FIRST, memory)
+    current = _update(memory, q, p)
+    if q.time - max(current.attempted_at, current.planned_at) < p.min_interval - _ROUNDING:
+        return current
+    reason = _cause(q, current, p)
+    if reason is not None:
+        return _replan(q, planner, current, reason, p)
+    return _search_better(q, planner, current, p)
+
+
+def _changed_request(now: Request, memory: RouteState | None) -> PlanReason | None:
+    if memory is None:
+        return None
+    if not identical(now.goal, memory.request.goal):
+        return PlanReason.GOAL
+    return None if identical(now.wishes, memory.request.wishes) else PlanReason.WISH
+
+
+def _update(memory: RouteState, q: RouteQuery, p: ReplanningParameters) -> RouteState:
+    """Update remaining wishes and blockage of the current path."""
+    blocked = _is_blocked(memory.path, memory.progress, q, p)
+    return replace(
+        memory,
+        request=q.request,
+        wishes=remaining_wishes(memory.wishes, memory.path, memory.progress),
+        blocked_since=min(memory.blocked_since, q.time) if blocked else math.inf,
+    )
+
+
+def _cause(q: RouteQuery, current: RouteState, p: ReplanningParameters) -> PlanReason | None:
+    x, y = q.pose[:2]
+    _, deviation = nearest_on_polyline(current.path.points, float(x), float(y))
+    rules = (
+        (q.time - current.blocked_since >= p.blocked_time - _ROUNDING, PlanReason.BLOCKED),
+        (q.stalled, PlanReason.STALLED),
+        (_rider_leaves_path(q, current, p), PlanReason.STEERING),
+        (deviation > p.max_deviation, PlanReason.OFF_PATH),
+    )
+    return next((reason for holds, reason in rules if holds), None)
+
+
+def _replan(
+    q: RouteQuery,
+    planner: GlobalPlanner,
+    current: RouteState,
+    reason: PlanReason,
+    p: ReplanningParameters,
+) -> RouteState:
+    """Plan a new path; keep the old one if there is none."""
+    steering = _steering(q, current, p)
+    start = _steered_start(q, steering, current, p.docking_distance) if steering else q.pose[:2]
+    query = q
+    if q.stalled or q.side != "none":
+        live = with_static_people(q.live, q.grid, q.people, p.standing_speed)
+        live = with_closed_side(q.side, live, q.grid, q.people, q.pose, p.standing_speed)
+        query = replace(q, live=live)
+    try:
+        effort = p.steering_effort if reason is PlanReason.STEERING else 1.0
+        path = planner.plan(_problem_from(query, start, current, effort))
+    except PlanningError:
+        return replace(current, attempted_at=q.time)
+    return _next_route(q, path, reason, current)
+
+
+def _search_better(
+    q: RouteQuery, planner: GlobalPlanner, current: RouteState, p: ReplanningParameters
+) -> RouteState:
+    """Switch to a much better path if there is one."""
+    if (
+        q.time - current.planned_at < p.switching.min_hold - _ROUNDING
+        or current.path.length - current.progress < p.switching.min_remaining
+    ):
+        return current
+    remaining = remaining_path(current.path, current.progress)
+    crossed = count_crossed_groups(remaining, q.groups) if q.groups else 0
+    if not should_search(current.switching, q, p.switching, crossed_groups=crossed):
+        return current
+    state = replace(
+        current.switching, at=q.time, live=q.live, crowding=q.crowding, crossed_groups=crossed
+    )
+    try:
+        path = planner.plan(_problem_from(q, q.pose[:2], current))
+    except PlanningError:
+        return replace(current, switching=state)
+    reason, state = evaluate_candidate(
+        path,
+        remaining,
+        state,
+        current.abandoned,
+        time=q.time,
+        blocked_time=p.blocked_time,
+        parameters=p.switching,
+    )
+    if reason is None:
+        return replace(current, switching=state)
+    return _next_route(q, path, reason, current)
+
+
+def _problem_from(
+    q: RouteQuery, start: Floats, current: RouteState, effort: float = 1.0
+) -> RouteProblem:
+    return _problem(
+        q,
+        start,
+        trim_strokes(current.wishes, current.path, current.progress),
+        wish_origin=current.wish_origin,
+        previous_path=remaining_path(current.path, current.progress),
+        effort=effort,
+    )
+
+
+def _problem(
+    q: RouteQuery,
+    start: Floats,
+    wishes: tuple[Wish, ...],
+    *,
+    wish_origin: Floats,
+    previous_path: Floats | None,
+    effort: float,
+) -> RouteProblem:
+    return RouteProblem(
+        grid=q.grid,
+        robot=q.robot,
+        start=start,
+        goal=q.request.goal,
+        wishes=wishes,
+        wish_origin=wish_origin,
+        live=q.live,
+        crowding=q.crowding,
+        groups=q.groups,
+        filters=q.filters,
+        previous_path=previous_path,
+        clearance=q.request.profile.clearance,
+        effort=effort,
+    )
+
+
+def _first_route(
+    q: RouteQuery, path: Path, reason: PlanReason, before: RouteState | None
+) -> RouteState:
+    """State on a path to a new goal or with new wishes; nothing else is kept."""
+    return RouteState(
+        request=q.request,
+        path=path,
+        planned_at=q.time,
+        reason=reason,
+        replans=before.replans + 1 if before else 0,
+        wish_origin=q.pose[:2],
+        wishes=q.request.wishes,
+        switching=SwitchingState(at=q.time, live=q.live, crowding=q.crowding),
+    )
+
+
+def _next_route(q: RouteQuery, path: Path, reason: PlanReason, current: RouteState) -> RouteState:
+    """State on a new path to the same goal."""
+    abandoned = None
+    if reason in _ABANDONS:
+        points = remaining_path(current.path, current.progress)
+        abandoned = AbandonedPath(points=points, at=q.time)
+    return replace(
+        current,
+        path=path,
+        planned_at=q.time,
+        reason=reason,
+        replans=current.replans + 1,
+        progress=0.0,
+        blocked_since=math.inf,
+        switching=SwitchingState(
+            at=q.time,
+            live=q.live,
+            crowding=q.crowding,
+            has_scores=current.switching.has_scores,
+        ),
+        abandoned=abandoned,
+    )
+
+
+def _steering(q: RouteQuery, current: RouteState, p: ReplanningParameters) -> Authority | None:
+    """Rider input that the path may follow: strong enough, and not near the goal."""
+    strong = q.authority is not None and q.authority.eta >= p.steering_eta
+    far = current.path.length - current.progress >= p.docking_distance
+    return q.authority if strong and far else None
+
+
+def _rider_leaves_path(q: RouteQuery, current: RouteState, p: ReplanningParameters) -> bool:
+    """Check that the rider's input leads away from the path."""
+    steering = _steering(q, current, p)
+    if steering is None:
+        return False
+    x, y = _steered_start(q, steering, current, p.docking_distance)
+    _, offset = nearest_on_polyline(current.path.points, float(x), float(y))
+    return offset > p.steering_offset
+
+
+def _steered_start(
+    q: RouteQuery, steering: Authority, current: RouteState, docking: float
+) -> Floats:
+    """Last position that the rider's input leads to without contact and not near the goal."""
+    positions = steering.states.poses[:, :2]
+    fits = q.walls.at(positions) > q.robot.inscribed_radius + q.request.profile.clearance
+    along = [nearest_on_polyline(current.path.points, float(x), float(y))[0] for x, y in positions]
+    fits &= current.path.length - np.array(along) >= docking
+    count = len(positions) if fits.all() else int(np.argmin(fits))
+    start: Floats = positions[max(count - 1, 0)]
+    return start
+
+
+def _is_blocked(path: Path, progress: float, q: RouteQuery, p: ReplanningParameters) -> bool:
+    """Check for a passage ahead that is narrower than the chair."""
+    along = arc_length(path.points)
+    ahead = path.points[(along >= progress) & (along <= progress + p.lookahead)]
+    near = np.hypot(*(ahead - q.pose[:2]).T) < p.lookahead
+    return bool((q.walls.at(ahead[near]) < q.robot.inscribed_radius).any())

@@ -1,0 +1,105 @@
+"""World model update: scans → people → predictions → social spaces; everything else is walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cohelm.maps import DistanceField
+from cohelm.messages import (
+    Groups,
+    LiveObstacles,
+    People,
+    Predictions,
+    Sensing,
+    SocialSpaces,
+)
+from cohelm.navigation.crowding import CrowdingState, update_crowding
+from cohelm.navigation.local_walls import local_walls
+from cohelm.navigation.obstacle_memory import EMPTY, ObstacleMemory, update_obstacle_memory
+from cohelm.navigation.tick import StepInput
+from cohelm.perception import (
+    Detections,
+    ObstacleLayerState,
+    PerceptionMemory,
+    perceive,
+    update_obstacle_layer,
+)
+from cohelm.stopwatch import Stopwatch
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldModel:
+    """Output of perception and the social model for one observation."""
+
+    people: People
+    groups: Groups
+    predictions: Predictions
+    spaces: SocialSpaces
+    walls: DistanceField
+    """Map, keepout zones and live obstacles, in a window about the robot."""
+    live: LiveObstacles
+    sensing: Sensing
+    detections: tuple[Detections, ...]
+    """One for each new scan."""
+    perception: PerceptionMemory
+    predictor: Any
+    """Memory of the predictor."""
+    layer: ObstacleLayerState
+    obstacle_memory: ObstacleMemory
+    """Obstacles outside the window of the layer."""
+    crowding: CrowdingState
+
+
+def update_world_model(
+    step: StepInput, map_walls: DistanceField, barriers: DistanceField, stopwatch: Stopwatch
+) -> WorldModel:
+    """Run perception, prediction and the social model.
+
+    Args:
+        step: input of the step.
+        map_walls: distance field of the static map.
+        barriers: the same with keepout zones as walls, which hold in every mode but manual.
+        stopwatch: books the time by stage.
+    """
+    setup, observation, memory = step.setup, step.observation, step.memory
+    perceived, perception = perceive(setup.perception, observation, map_walls, memory.perception)
+    people, groups, detections = perceived.people, perceived.groups, perceived.detections
+    layer = update_obstacle_layer(
+        memory.obstacles,
+        detections,
+        people,
+        setup.grid,
+        observation.pose,
+        setup.obstacle_layer,
+    )
+    obstacle_memory, layer = update_obstacle_memory(
+        memory.obstacle_memory or EMPTY, memory.obstacles, layer, setup.obstacle_layer
+    )
+    stopwatch.lap("perception")
+    crowding = update_crowding(memory.crowding, people, setup.grid, setup.heat, setup.crowding)
+    predictions, predictor = setup.predictor.predict(
+        people, setup.local_planner.steps, setup.local_planner.step, memory.predictor
+    )
+    spaces = setup.social_model.spaces(
+        people, groups, predictions, observation.twist, step.request.profile
+    )
+    stopwatch.lap("social")
+    live = layer.obstacles
+    walls = local_walls(setup.grid, barriers, live, observation.pose[:2], setup.window)
+    stopwatch.lap("walls")
+    return WorldModel(
+        people=people,
+        groups=groups,
+        predictions=predictions,
+        spaces=spaces,
+        walls=walls,
+        live=live,
+        sensing=perceived.sensing,
+        detections=detections,
+        perception=perception,
+        predictor=predictor,
+        layer=layer,
+        obstacle_memory=obstacle_memory,
+        crowding=crowding,
+    )
