@@ -10,7 +10,7 @@ import pytest
 
 from cohelm.maps import OccupancyGrid
 from cohelm.robots import Robot, load_robot
-from cohelm.simulation import Crowd, Idle, Orca, Scene, WorldSetup
+from cohelm.simulation import Crowd, CrowdScene, Idle, Orca, WorldSetup
 
 RESOLUTION = 0.05
 
@@ -60,10 +60,10 @@ def make_crowd() -> Callable[..., Crowd]:
 
 
 @pytest.fixture
-def make_scene(make_grid: Callable[..., OccupancyGrid]) -> Callable[..., Scene]:
+def make_scene(make_grid: Callable[..., OccupancyGrid]) -> Callable[..., CrowdScene]:
     """Surroundings with the robot far away, unless told otherwise."""
 
-    def make(grid: OccupancyGrid | None = None, **changes: Any) -> Scene:
+    def make(grid: OccupancyGrid | None = None, **changes: Any) -> CrowdScene:
         fields = {
             "grid": make_grid() if grid is None else grid,
             "robot_position": np.full(2, 1000.0),
@@ -71,7 +71,7 @@ def make_scene(make_grid: Callable[..., OccupancyGrid]) -> Callable[..., Scene]:
             "robot_radius": 0.5,
             "time": 0.0,
         }
-        return Scene(**{**fields, **changes})
+        return CrowdScene(**{**fields, **changes})
 
     return make
 

@@ -12,17 +12,17 @@ from cohelm.geometry import compose, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.robots import BlindSector, DepthCameraMount, LidarMount
 from cohelm.simulation.sensors import (
-    Bodies,
-    Floor,
-    Scenery,
+    FloorSurface,
+    HumanBodies,
+    StaticScene,
     cast,
     scan_cloud,
     sweep_cloud,
     visible_shares,
 )
-from cohelm.simulation.sensors.cloud import sensor_pose
+from cohelm.simulation.sensors.point_cloud import sensor_pose
 
-NOBODY = Bodies.standing(np.empty((0, 2)))
+NOBODY = HumanBodies.standing(np.empty((0, 2)))
 HERE = np.array([5.0, 5.0, 0.0])
 HEIGHT = 1.3
 ATOL = 2e-6  # points are float32, up to 10 m
@@ -47,7 +47,7 @@ def hall(*boxes, size=(12.0, 10.0), X_MG=(0.0, 0.0, 0.0), heights=None, **change
     grid = OccupancyGrid(data=data, resolution=0.05, X_MG=np.array(X_MG))
     if heights is not None:
         changes["heights"] = np.full(data.shape, heights, dtype=np.float32)
-    return Scenery(grid=grid, **changes)
+    return StaticScene(grid=grid, **changes)
 
 
 def swept(mount, scenery, bodies=NOBODY, X_MR=HERE, seed=0):
@@ -95,7 +95,7 @@ def test_walls_are_where_the_planar_caster_meets_them(seed, pitch):
     rng = np.random.default_rng(seed)
     data = np.where(rng.random((80, 100)) < 0.02, 100, 0).astype(np.int8)
     grid = OccupancyGrid(data=data, resolution=0.1, X_MG=np.array([1.0, -2.0, rng.uniform(-3, 3)]))
-    scenery = Scenery(grid=grid, wall_height=1e3)
+    scenery = StaticScene(grid=grid, wall_height=1e3)
     X_MR = np.array([*transform(grid.X_MG, rng.uniform(1, 7, 2)), rng.uniform(-3, 3)])
     mount = lidar(azimuths=45, pose=(0.1, 0.2, HEIGHT, 0.0, pitch, 0.4))
     sweep = swept(mount, scenery, X_MR=X_MR)
@@ -152,7 +152,7 @@ def test_heights_of_another_grid_are_refused():
 @pytest.mark.parametrize("start", [6.0, 2.0])
 def test_points_of_a_ramp_lie_on_it(gradient, start):
     """Before it, on it and beyond it; the chair stands as the floor slopes where it is."""
-    floor = Floor(at=np.array([start, 0.0]), direction=0.3, gradient=gradient, length=3.5)
+    floor = FloorSurface(at=np.array([start, 0.0]), direction=0.3, gradient=gradient, length=3.5)
     scenery = replace(hall(), floor=floor)
     mount = lidar(rings=48, elevation_deg=(-30.0, 10.0))
     points = in_map(swept(mount, scenery), mount, scenery)
@@ -165,7 +165,9 @@ def test_points_of_a_ramp_lie_on_it(gradient, start):
 
 
 def test_a_tilted_floor_looks_level_to_a_chair_that_stands_on_it():
-    scenery = replace(hall(), floor=Floor(at=np.array([-100.0, 0.0]), direction=0.5, gradient=0.12))
+    scenery = replace(
+        hall(), floor=FloorSurface(at=np.array([-100.0, 0.0]), direction=0.5, gradient=0.12)
+    )
     tilted, level = (swept(lidar(), s, X_MR=np.array([5, 5, 1.0])) for s in (scenery, hall()))
     np.testing.assert_allclose(tilted.cloud.points, level.cloud.points, atol=2e-4)
 
@@ -182,11 +184,11 @@ def walker(**changes):
         "height": np.array([1.7]),
         "radius": np.array([0.25]),
     }
-    return Bodies(**{**fields, **changes})
+    return HumanBodies(**{**fields, **changes})
 
 
 def test_a_body_alone_is_wholly_visible_and_behind_a_wall_not_at_all():
-    body = Bodies.standing(np.array([[8.0, 5.0]]))
+    body = HumanBodies.standing(np.array([[8.0, 5.0]]))
     for mount in (lidar(), camera(), lidar(pose=(0, 0, 1.0, 0.1, 0.2, 0))):
         assert visible_shares(mount, hall(), body, HERE).tolist() == [1.0]
         assert visible_shares(mount, hall((7, 3, 7.2, 7)), body, HERE).tolist() == [0.0]
@@ -195,20 +197,20 @@ def test_a_body_alone_is_wholly_visible_and_behind_a_wall_not_at_all():
 def test_behind_another_or_a_counter_a_body_is_partly_visible():
     mount = lidar(rings=64, azimuths=1024)
     # twice as far away the shadow is twice as wide: it ends in the middle of the one behind
-    row = Bodies.standing(np.array([[7.0, 5.0], [9.0, 5.0 + 2 * 0.14 * 1.7]]))
+    row = HumanBodies.standing(np.array([[7.0, 5.0], [9.0, 5.0 + 2 * 0.14 * 1.7]]))
     before, behind = visible_shares(mount, hall(), row, HERE)
     assert before == 1.0
     assert 0.4 < behind < 0.75  # beside the first one's narrower legs more is seen
     # over a counter's edge, 2 m away and 1 m high, from 1.3 m up: at 3 m 1.3 − 0.3 · 3/2 = 0.85 m;
     # the lower half of 1.7 m is hidden, which is narrower
-    body = Bodies.standing(np.array([[8.0, 5.0]]))
+    body = HumanBodies.standing(np.array([[8.0, 5.0]]))
     counter = hall((6.9, 3.0, 7.0, 7.0), heights=1.0)
     assert 0.4 < visible_shares(mount, counter, body, HERE)[0] < 0.75
 
 
 def test_who_is_met_is_told_of_every_point():
     mount = lidar(rings=32, azimuths=512)
-    bodies = Bodies.standing(np.array([[7.0, 5.0], [4.0, 8.0], [5.5, 2.0]]))
+    bodies = HumanBodies.standing(np.array([[7.0, 5.0], [4.0, 8.0], [5.5, 2.0]]))
     sweep = swept(mount, hall(), bodies)
     points = in_map(sweep, mount, hall())
     apart = np.linalg.norm(points[:, None, :2] - bodies.position, axis=2)
@@ -279,7 +281,7 @@ def test_who_stands_has_both_legs_below_the_hips():
 
 def busy():
     rng = np.random.default_rng(4)
-    bodies = Bodies(
+    bodies = HumanBodies(
         position=rng.uniform([1, 1], [11, 9], (8, 2)),
         heading=rng.uniform(-3, 3, 8),
         walked=rng.uniform(0, 3, 8),
@@ -348,7 +350,7 @@ def test_blind_sectors_are_empty_and_the_rest_is_as_it_was():
     assert np.isnan(blind[inside]).all()
     np.testing.assert_array_equal(blind[~inside], whole[~inside])
     # who stands in it is hidden by it
-    ahead = Bodies.standing(np.array([[6.0, 5.0]]))
+    ahead = HumanBodies.standing(np.array([[6.0, 5.0]]))
     assert visible_shares(lidar(blind=(sector,)), hall(), ahead, HERE)[0] < 0.5
 
 

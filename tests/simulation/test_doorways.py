@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from cohelm.messages import Decision
-from cohelm.simulation import Change, Doorway, World
-from cohelm.simulation.doorways import with_shut
+from cohelm.simulation import ManualDoor, MapChange, World
+from cohelm.simulation.dynamic_objects import with_shut_doors
 
 STAY = Decision(twist=np.zeros(3))
 WALL = ((6.0, 0.0, 6.2, 4.0), (6.0, 6.0, 6.2, 10.0))
-DOOR = Doorway(a=np.array([6.1, 4.0]), b=np.array([6.1, 6.0]), depth=0.2)
+DOOR = ManualDoor(a=np.array([6.1, 4.0]), b=np.array([6.1, 6.0]), depth=0.2)
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def advanced(world, count=1, decision=STAY):
 def test_a_leaf_fills_its_opening_and_nothing_else(make_grid):
     """2 m of door in a wall 0.2 m thick at 0.05 m a cell: 40 by 4 cells."""
     grid = make_grid(boxes=WALL)
-    shut = with_shut(grid, (DOOR,))
+    shut = with_shut_doors(grid, (DOOR,))
     new = np.argwhere(shut.occupied() & ~grid.occupied())
     assert len(new) == 40 * 4
     np.testing.assert_array_equal([new.min(axis=0), new.max(axis=0)], [[80, 120], [119, 123]])
@@ -41,8 +41,8 @@ def test_a_leaf_is_tight_however_it_lies(make_grid, turn):
     """No path of free cells, 8-connected, leads through the rectangle of a shut door."""
     grid = make_grid()
     half = np.array([np.cos(turn), np.sin(turn)])
-    door = Doorway(a=np.array([6.0, 5.0]) - half, b=np.array([6.0, 5.0]) + half, depth=0.1)
-    shut = with_shut(grid, (door,))
+    door = ManualDoor(a=np.array([6.0, 5.0]) - half, b=np.array([6.0, 5.0]) + half, depth=0.1)
+    shut = with_shut_doors(grid, (door,))
     for along in np.linspace(-0.95, 0.95, 77):
         across = np.linspace(-0.4, 0.4, 33)[:, None] * np.array([-half[1], half[0]])
         cells = grid.cells(np.array([6.0, 5.0]) + along * half + across)
@@ -118,7 +118,7 @@ def test_where_it_can_just_stop_it_touches_nothing(doored, robot):
 
 def test_a_timed_door_goes_its_own_way(doored, make_grid):
     other = make_grid(boxes=(*WALL, (9.0, 0.0, 9.2, 10.0)))
-    changes = (Change(time=0.5, grid=other), Change(time=1.0, grid=doored.grid))
+    changes = (MapChange(time=0.5, grid=other), MapChange(time=1.0, grid=doored.grid))
     world = World(replace(doored, changes=changes), 0)
     world.set_door(0, shut=True)
     seen = []

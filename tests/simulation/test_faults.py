@@ -75,19 +75,19 @@ def test_a_jump_is_to_the_left():
 
 
 def test_a_clock_that_goes_back_takes_all_stamps_along():
-    back = with_faults(NOW, faulty("clock_back"), LAST)
+    back = with_faults(NOW, faulty("clock_backwards"), LAST)
     sensors = (back.scans[0].time, back.clouds[0].time)
     stamps = (back.time, back.pose_time, back.twist_time, *sensors, back.rider.heartbeat)
     assert stamps == (4.5,) * 6
 
 
-@pytest.mark.parametrize("kind", [*EXPECTED, "pose_jump", "clock_back"])
+@pytest.mark.parametrize("kind", [*EXPECTED, "pose_jump", "clock_backwards"])
 @pytest.mark.parametrize("at", [5.05, 3.9])
 def test_nothing_before_and_after(kind, at):
     assert with_faults(NOW, faulty(kind, at=at, duration=1.1), LAST) is NOW
 
 
-@pytest.mark.parametrize("kind", [*EXPECTED, "pose_jump", "clock_back"])
+@pytest.mark.parametrize("kind", [*EXPECTED, "pose_jump", "clock_backwards"])
 def test_without_a_device_or_a_past(kind):
     with_faults(replace(NOW, rider=None), faulty(kind), None)
 

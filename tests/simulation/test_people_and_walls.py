@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
 from cohelm.simulation import Orca
-from cohelm.simulation.walls import free_region, walls_of
+from cohelm.simulation.wall_geometry import free_region, walls_of
 
 BODY = 0.25
 

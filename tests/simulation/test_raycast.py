@@ -9,7 +9,7 @@ from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
 from cohelm.robots import LaserMount
 from cohelm.simulation.sensors import cast, sweep
-from cohelm.simulation.sensors.raycast import in_sight
+from cohelm.simulation.sensors.grid_raycast import in_sight
 
 ALL_ROUND = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 NOBODY = np.empty((0, 3))

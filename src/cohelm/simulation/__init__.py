@@ -1,12 +1,18 @@
-"""The simulator: a true world, people, sensors and riders. It never meets the navigator."""
+"""The simulator: world, pedestrians, sensors and riders. It never imports the navigator."""
 
-from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, RiderView, Scene
-from cohelm.simulation.chance import generator
-from cohelm.simulation.changes import Change
-from cohelm.simulation.crowds import Aggressive, Distracted, Inattentive, Orca, SocialForce, entered
-from cohelm.simulation.doorways import Doorway
+from cohelm.simulation.api import Crowd, CrowdScene, PedestrianModel, Rider, RiderAct, RiderView
+from cohelm.simulation.crowds import (
+    Aggressive,
+    Distracted,
+    Inattentive,
+    Orca,
+    SocialForce,
+    prepare_crowd,
+)
+from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
 from cohelm.simulation.faults import Fault
-from cohelm.simulation.newcomers import Newcomer
+from cohelm.simulation.ground_truth import GroundTruth, is_standing
+from cohelm.simulation.random_streams import generator
 from cohelm.simulation.riders import (
     Biased,
     Delayed,
@@ -24,25 +30,28 @@ from cohelm.simulation.riders import (
     Watchful,
 )
 from cohelm.simulation.sensors import Localisation, Odometry
-from cohelm.simulation.setting import WorldSetup
-from cohelm.simulation.world import Truth, World, is_standing
+from cohelm.simulation.spawning import NewPedestrian
+from cohelm.simulation.world import World
+from cohelm.simulation.world_setup import WorldSetup
 
 __all__ = [
     "Aggressive",
     "Biased",
-    "Change",
     "Crowd",
+    "CrowdScene",
     "Delayed",
     "Distracted",
-    "Doorway",
     "Dropout",
     "Fault",
+    "GroundTruth",
     "Ideal",
     "Idle",
     "Inattentive",
     "Laggy",
     "Localisation",
-    "Newcomer",
+    "ManualDoor",
+    "MapChange",
+    "NewPedestrian",
     "NoRider",
     "Noisy",
     "Nudge",
@@ -54,15 +63,13 @@ __all__ = [
     "Rider",
     "RiderAct",
     "RiderView",
-    "Scene",
     "SocialForce",
     "Tremor",
-    "Truth",
     "Uncooperative",
     "Watchful",
     "World",
     "WorldSetup",
-    "entered",
     "generator",
     "is_standing",
+    "prepare_crowd",
 ]

@@ -1,4 +1,4 @@
-"""What the replaceable parts of the simulator are."""
+"""Interfaces of pedestrian models and riders."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cohelm.messages import RiderCommand
 
 @value
 class Crowd:
-    """The true state of the pedestrians; n of them, at most w way-points each."""
+    """True state of n pedestrians with at most w way-points each."""
 
     position: Annotated[Floats, Shape("n 2")]
     velocity: Annotated[Floats, Shape("n 2")]
@@ -24,38 +24,38 @@ class Crowd:
     radius: Annotated[Floats, Shape("n")]
     preferred_speed: Annotated[Floats, Shape("n")]
     waypoints: Annotated[Floats, Shape("n w 2")]
-    """Where each walks, in order; NaN beyond a person's last."""
+    """Way-points in order; NaN beyond a person's last."""
     target: Annotated[Integers, Shape("n")]
-    """Index of the way-point each is walking to; the number of way-points when done."""
+    """Index of the current way-point; the number of way-points when done."""
     loop: Annotated[Booleans, Shape("n")]
-    """Starts again at the first way-point after the last."""
+    """Start again at the first way-point after the last."""
     sees_robot: Annotated[Booleans, Shape("n")]
-    """Avoids the robot."""
+    """Avoid the robot."""
     group: Annotated[Integers, Shape("n")] | None = None
-    """Who belongs together, by number; −1: nobody's. None: all are alone."""
+    """Group number; −1: alone. None: all are alone."""
     present: Annotated[Booleans, Shape("n")] | None = None
-    """Who is there; the rest, not there yet or any more, is far away. None: everybody."""
+    """False for people who have not come yet or have left, who are far away. None: all True."""
     memory: Annotated[Floats, Shape("n m")] | None = None
-    """A pedestrian model's own record."""
+    """Private state of the pedestrian model."""
 
     @property
     def there(self) -> Booleans:
-        """Who is there, (n,)."""
-        return _everybody(len(self.radius)) if self.present is None else self.present
+        """Mask (n,) of people who are present."""
+        return _all_true(len(self.radius)) if self.present is None else self.present
 
 
 @lru_cache(maxsize=64)
-def _everybody(count: int) -> Booleans:
-    """(count,) True, which nobody can write to."""
+def _all_true(count: int) -> Booleans:
+    """Return (count,) True, read-only."""
     return read_only(np.ones(count, dtype=np.bool_))
 
 
 @value
-class Scene:
-    """What surrounds the pedestrians in one step."""
+class CrowdScene:
+    """Surroundings of the pedestrians in one step."""
 
     grid: OccupancyGrid
-    """Everything that truly stands there."""
+    """True obstacles."""
     robot_position: Annotated[Floats, Shape("2")]
     robot_velocity: Annotated[Floats, Shape("2")]
     """Map frame, m/s."""
@@ -64,24 +64,24 @@ class Scene:
 
 
 class PedestrianModel(Protocol):
-    """An entry point of ``cohelm.pedestrian_models``.
+    """Entry point of ``cohelm.pedestrian_models``.
 
-    One that also has ``enter(crowd) -> Crowd`` is given the people at time 0 by whoever sets the
-    stage: it may bring people of its own, give them a memory, or make them blind to the robot.
-    Without it, or where it was not called, ``step`` takes people as they are.
+    A model may also have ``enter(crowd) -> Crowd``, which is called with the people at time 0: it
+    may add people, give them a memory, or make them blind to the robot. ``step`` must accept a
+    crowd for which it was not called.
     """
 
-    def step(self, crowd: Crowd, scene: Scene, dt: float, rng: np.random.Generator) -> Crowd:
-        """The crowd ``dt`` later."""
+    def step(self, crowd: Crowd, scene: CrowdScene, dt: float, rng: np.random.Generator) -> Crowd:
+        """Return the crowd ``dt`` later."""
         ...
 
 
 @value
 class RiderView:
-    """What a simulated rider can see and feel: own state, own wishes; no internals of the chair.
+    """Perception of a simulated rider: motion, destination and surroundings; no internal state.
 
-    n people are in sight; b glances go round from right to left. What lies about the chair is as
-    the rider has it before them: in the chair's own frame.
+    n people are in sight; b viewing directions go from right to left. Surroundings are in the
+    chair's frame.
     """
 
     time: float
@@ -89,42 +89,42 @@ class RiderView:
     twist: Annotated[Floats, Shape("3")]
     goal: Annotated[Floats, Shape("2")]
     route: Annotated[Floats, Shape("k 2")]
-    """The way the rider wants to go, m."""
+    """Desired route, m."""
     people: Annotated[Floats, Shape("n 5")] = field(default_factory=lambda: np.empty((0, 5)))
-    """Who is in sight: (x, y, v_x, v_y, radius), over the floor, in the chair's frame."""
+    """People in sight: (x, y, v_x, v_y, radius), velocity over the floor, in the chair's frame."""
     bearings: Annotated[Floats, Shape("b")] = field(default_factory=lambda: np.empty(0))
-    """Directions of the glances, in the chair's frame, rad."""
+    """Viewing directions in the chair's frame, rad."""
     free: Annotated[Floats, Shape("b")] = field(default_factory=lambda: np.empty(0))
-    """How far the floor is free of walls and things there, m; +inf: as far as one sees."""
+    """Free distance in each direction, m; +inf: as far as the rider sees."""
     outline: Annotated[Floats, Shape("c 2")] = field(default_factory=lambda: np.empty((0, 2)))
-    """Corners of the chair, which the rider knows, in its own frame, m; none: nothing is said."""
+    """Corners of the chair in its own frame, m; empty: unknown."""
 
 
 @value
 class RiderAct:
-    """What a rider does now, and what they must remember of it."""
+    """Input of a rider, and the rider's state."""
 
     command: RiderCommand | None
-    """What the rider's device sends now; None: there is no device."""
+    """Message of the rider's device; None: there is no device."""
     memory: Any | None = None
-    """The rider's own record, for the next call; nobody else reads it."""
+    """Private state of the rider, for the next call."""
 
 
 class Rider(Protocol):
-    """An entry point of ``cohelm.riders``, with ``Parameters``; called 20 times a second.
+    """Entry point of ``cohelm.riders``, with ``Parameters``; called 20 times a second.
 
-    One whose class says ``looks = False`` never looks about: it is told neither of people nor of
-    what stands there, and finding that out is saved.
+    A class with ``needs_view = False`` gets neither people nor obstacles, which saves computing
+    them.
     """
 
     def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
-        """What the rider does now.
+        """Return the input of the rider now.
 
-        A pure function of view, memory and generator: the rider itself holds nothing that changes.
+        A pure function of its arguments: the rider itself holds nothing that changes.
 
         Args:
-            view: what the rider sees and feels.
-            memory: what the last call gave; None at first.
-            rng: all chance.
+            view: perception of the rider.
+            memory: of the last call; None at first.
+            rng: source of all randomness.
         """
         ...

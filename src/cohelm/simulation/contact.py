@@ -1,4 +1,4 @@
-"""Gaps between the chair's footprint and what it must not touch; exact, surface to surface."""
+"""Exact gaps between the chair's footprint and people or walls, surface to surface."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats
 from cohelm.geometry import distance_to_polygon, transform
 from cohelm.maps import OccupancyGrid
-from cohelm.simulation.walls import near_cells, walls_of
+from cohelm.simulation.wall_geometry import SurfaceCells, near_cells, to_grid_frame, walls_of
 
 _ROUNDING = 1e-9
 """m."""
@@ -31,13 +31,11 @@ def gap_to_people(outline: Floats, X_MR: Floats, position: Floats, radius: Float
 def gap_to_walls(outline: Floats, X_MR: Floats, grid: OccupancyGrid) -> float:
     """Distance from the footprint to the nearest occupied cell, m; ≤ 0 where they overlap.
 
-    +inf where nothing is occupied.
+    +inf if no cell is occupied.
     """
     walls = walls_of(grid, unknown=False)
-    polygon_G = _in_grid(transform(X_MR, outline), walls.X_MG)
-    gap: float = _to_cells(
-        polygon_G, walls.solid, walls.centre, walls.start, walls.tiles, walls.half
-    )
+    polygon_G = _in_grid(transform(X_MR, outline), walls.cells)
+    gap: float = _to_cells(polygon_G, walls.solid, walls.cells)
     return gap
 
 
@@ -50,50 +48,42 @@ def _to_discs(polygon: Floats, position: Floats, radius: Floats) -> Floats:
 
 
 @njit(cache=True)
-def _in_grid(points: Floats, X_MG: Floats) -> Floats:
-    cos, sin = math.cos(X_MG[2]), math.sin(X_MG[2])
+def _in_grid(points: Floats, cells: SurfaceCells) -> Floats:
     out = np.empty_like(points)
     for k in range(points.shape[0]):
-        dx, dy = points[k, 0] - X_MG[0], points[k, 1] - X_MG[1]
-        out[k, 0], out[k, 1] = cos * dx + sin * dy, -sin * dx + cos * dy
+        out[k, 0], out[k, 1] = to_grid_frame(cells, points[k, 0], points[k, 1])
     return out
 
 
 @njit(cache=True)
-def _to_cells(
-    polygon: Floats,
-    solid: Booleans,
-    centre: Floats,
-    start: Integers,
-    tiles: Integers,
-    half: float,
-) -> float:
-    """The gap to the nearest cell, the search ring growing until it holds one for certain."""
+def _to_cells(polygon: Floats, solid: Booleans, cells: SurfaceCells) -> float:
+    """Gap to the nearest cell; the search radius grows until it certainly contains that cell."""
+    # A corner inside an occupied cell may be far from any surface cell.
+    half = cells.half
     row, col = math.floor(polygon[0, 1] / (2.0 * half)), math.floor(polygon[0, 0] / (2.0 * half))
     if 0 <= row < solid.shape[0] and 0 <= col < solid.shape[1] and solid[row, col]:
-        return 0.0  # perhaps deep inside, away from any surface
+        return 0.0
     x, y = polygon[:, 0].mean(), polygon[:, 1].mean()
     extent = 0.0
     for k in range(polygon.shape[0]):
         extent = max(extent, math.hypot(polygon[k, 0] - x, polygon[k, 1] - y))
-    if centre.shape[0] == 0:
+    if cells.centre.shape[0] == 0:
         return np.inf
-    reach = extent + 0.5
+    radius = extent + 0.5
     while True:
-        cells = near_cells(centre, start, tiles, half, x, y, reach)
-        gap = _nearest_cell(polygon, cells, half, x, y, extent)
-        if gap <= reach - extent:
+        near = near_cells(cells, x, y, radius)
+        gap = _nearest_cell(polygon, near, half, x, y, extent)
+        if gap <= radius - extent or near.shape[0] == cells.centre.shape[0]:
             return gap
-        if cells.shape[0] == centre.shape[0]:
-            return gap
-        reach *= 2.0
+        radius *= 2.0
 
 
 @njit(cache=True)
 def _nearest_cell(
     polygon: Floats, cells: Floats, half: float, x: float, y: float, extent: float
 ) -> float:
-    """Least distance from a polygon within a disc (x, y, extent) to square cells; inf: no cells."""
+    """Minimum distance of a polygon within a disc (x, y, extent) to square cells; inf: no cells."""
+    # Distances to centres first, from the cell whose centre is nearest to the disc.
     n = cells.shape[0]
     coarse = np.full(n, np.inf)
     first, square = 0, np.inf
@@ -105,12 +95,13 @@ def _nearest_cell(
     for k in range(n):
         dx, dy = cells[k, 0] - x, cells[k, 1] - y
         reach = least + 3.0 * half + extent + _ROUNDING
-        if dx * dx + dy * dy <= reach * reach:  # or the disc is too far off
+        if dx * dx + dy * dy <= reach * reach:
             coarse[k] = distance_to_polygon(polygon, cells[k, 0], cells[k, 1])
             least = min(least, coarse[k])
+    # Corners of a cell lie within √2 half of its centre, so only near centres matter.
     gap = np.inf
     for k in range(n):
-        if coarse[k] <= least + 3.0 * half:  # a cell's corners lie within √2 half of its centre
+        if coarse[k] <= least + 3.0 * half:
             gap = min(gap, _to_cell(polygon, cells[k, 0], cells[k, 1], half))
     return gap
 
@@ -137,7 +128,7 @@ def _to_cell(polygon: Floats, cx: float, cy: float, half: float) -> float:
 
 @njit(cache=True)
 def _cuts_square(a: Floats, b: Floats, cx: float, cy: float, half: float) -> bool:
-    """Whether the segment from ``a`` to ``b`` enters a square (slab test)."""
+    """Check that the segment from ``a`` to ``b`` enters a square (slab test)."""
     low, high = 0.0, 1.0
     for axis in range(2):
         at = a[axis] - (cx if axis == 0 else cy)

@@ -1,4 +1,4 @@
-"""What may go wrong between the world and the navigator, injected at will."""
+"""Fault injection between world and navigator."""
 
 from __future__ import annotations
 
@@ -30,32 +30,32 @@ class Fault(Model):
         "rider_nan",
         "pose_jump",
         "late",
-        "clock_back",
+        "clock_backwards",
     ]
-    """What fails and how: ``silent`` sends no more, ``nan`` sends what is not a number; ``scan``
-    stands for all that looks out, planar scanners, LiDARs and depth cameras."""
+    """``silent``: no new messages; ``nan``: invalid numbers. ``scan`` stands for planar scanners,
+    LiDARs and depth cameras together."""
     at: float = Field(ge=0.0)
     """s."""
     duration: float = Field(1.0, gt=0.0)
     """s."""
     magnitude: float = Field(1.0, ge=0.0)
-    """Of a jump (m, to the chair's left), of lateness or of the clock's step back (s)."""
+    """Size of a jump (m, to the chair's left), of the lateness or of the clock's step back (s)."""
 
     def active(self, time: float) -> bool:
-        """Whether it is there at ``time``, s."""
+        """Check that the fault is active at ``time``, s."""
         return self.at - _ROUNDING <= time < self.at + self.duration - _ROUNDING
 
 
 def with_faults(
     observation: Observation, faults: tuple[Fault, ...], last: Observation | None
 ) -> Observation:
-    """The observation as it arrives with the faults that are active at its time.
+    """Apply the faults that are active at the time of the observation.
 
     Args:
-        observation: the sound one.
+        observation: without faults.
         faults: applied in order.
-        last: what arrived before; a silent sender leaves its last word standing. None at the
-            beginning: whoever is silent from then on has spoken once.
+        last: previous observation, whose values a silent sender repeats; None at first, when every
+            sender has sent once.
     """
     now = observation.time
     for fault in faults:
@@ -67,23 +67,15 @@ def with_faults(
 _Effect = Callable[[Observation, Fault, Observation | None], Observation]
 
 
-def _scan_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    return replace(o, scans=(), clouds=())
-
-
-def _pose_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
+def _pose_silent(o: Observation, _: Fault, last: Observation | None) -> Observation:
     return o if last is None else replace(o, pose=last.pose, pose_time=last.pose_time)
 
 
-def _twist_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
+def _twist_silent(o: Observation, _: Fault, last: Observation | None) -> Observation:
     return o if last is None else replace(o, twist=last.twist, twist_time=last.twist_time)
 
 
-def _rider_silent(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    return o if last is None else replace(o, rider=last.rider)
-
-
-def _scan_nan(o: Observation, fault: Fault, last: Observation | None) -> Observation:
+def _scan_nan(o: Observation) -> Observation:
     return replace(
         o,
         scans=tuple(replace(s, ranges=np.full_like(s.ranges, np.nan)) for s in o.scans),
@@ -91,30 +83,18 @@ def _scan_nan(o: Observation, fault: Fault, last: Observation | None) -> Observa
     )
 
 
-def _pose_nan(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    return replace(o, pose=np.full(3, np.nan))
+def _rider_nan(o: Observation) -> Observation:
+    if o.rider is None:
+        return o
+    return replace(o, rider=replace(o.rider, deflection=np.full(2, np.nan)))
 
 
-def _twist_nan(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    return replace(o, twist=np.full(3, np.nan))
-
-
-def _rider_nan(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    return (
-        o if o.rider is None else replace(o, rider=replace(o.rider, deflection=np.full(2, np.nan)))
-    )
-
-
-def _pose_jump(o: Observation, fault: Fault, last: Observation | None) -> Observation:
+def _pose_jump(o: Observation, fault: Fault, _: Observation | None) -> Observation:
     left = np.array([-np.sin(o.pose[2]), np.cos(o.pose[2]), 0.0])
     return replace(o, pose=o.pose + fault.magnitude * left)
 
 
-def _late(o: Observation, fault: Fault, last: Observation | None) -> Observation:
-    return replace(o, late=fault.magnitude)
-
-
-def _clock_back(o: Observation, fault: Fault, last: Observation | None) -> Observation:
+def _clock_backwards(o: Observation, fault: Fault, _: Observation | None) -> Observation:
     by = fault.magnitude
     rider = None if o.rider is None else replace(o.rider, heartbeat=o.rider.heartbeat - by)
     return replace(
@@ -130,16 +110,16 @@ def _clock_back(o: Observation, fault: Fault, last: Observation | None) -> Obser
 
 _EFFECTS: Mapping[str, _Effect] = MappingProxyType(
     {
-        "scan_silent": _scan_silent,
+        "scan_silent": lambda o, fault, last: replace(o, scans=(), clouds=()),
         "pose_silent": _pose_silent,
         "twist_silent": _twist_silent,
-        "rider_silent": _rider_silent,
-        "scan_nan": _scan_nan,
-        "pose_nan": _pose_nan,
-        "twist_nan": _twist_nan,
-        "rider_nan": _rider_nan,
+        "rider_silent": lambda o, fault, last: o if last is None else replace(o, rider=last.rider),
+        "scan_nan": lambda o, fault, last: _scan_nan(o),
+        "pose_nan": lambda o, fault, last: replace(o, pose=np.full(3, np.nan)),
+        "twist_nan": lambda o, fault, last: replace(o, twist=np.full(3, np.nan)),
+        "rider_nan": lambda o, fault, last: _rider_nan(o),
         "pose_jump": _pose_jump,
-        "late": _late,
-        "clock_back": _clock_back,
+        "late": lambda o, fault, last: replace(o, late=fault.magnitude),
+        "clock_backwards": _clock_backwards,
     }
 )

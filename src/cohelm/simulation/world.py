@@ -1,8 +1,8 @@
-"""The true world: a chair, its rider, the people about it, and what the chair's sensors tell.
+"""Simulated world: a chair, its rider, people and sensors.
 
-``observe`` gives what the navigator may know, ``advance`` takes what it decided, ``truth`` is for
-the referee alone. Every source of chance has a generator of its own, named by its purpose, so that
-one more sensor does not change what the people do; the same set-up and seed give the same ride bit
+``observe`` returns the navigator's input, ``advance`` takes its decision, and ``truth`` is for
+evaluation only. Every source of randomness has its own generator, named by its purpose, so that an
+additional sensor does not change the pedestrians. The same setup and seed give the same ride bit
 for bit.
 """
 
@@ -14,163 +14,147 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
+from cohelm.arrays import Booleans, Floats
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
-from cohelm.messages import Decision, Observation, People
+from cohelm.messages import Decision, Observation
 from cohelm.robots import Robot
-from cohelm.simulation.api import Crowd, RiderAct, RiderView, Scene
-from cohelm.simulation.chance import generator
-from cohelm.simulation.changes import is_clear, present
+from cohelm.simulation.api import Crowd, CrowdScene, RiderAct, RiderView
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
-from cohelm.simulation.crowds.steps import between, went
-from cohelm.simulation.doorways import on_the_way, with_shut
-from cohelm.simulation.drive import Wheels, at_rest, drive, ordered
-from cohelm.simulation.eyes import seen_by
+from cohelm.simulation.crowds.motion import displacement, interpolated
+from cohelm.simulation.drivetrain import DriveState, at_rest, drive_command, step_drivetrain
+from cohelm.simulation.dynamic_objects import (
+    braking_outlines,
+    current_grid,
+    is_clear,
+    with_shut_doors,
+)
 from cohelm.simulation.faults import with_faults
-from cohelm.simulation.newcomers import Newcomer, joined
-from cohelm.simulation.senses import Sensed, Senses
-from cohelm.simulation.sensors.figures import STEP_LENGTH, Bodies
+from cohelm.simulation.ground_truth import GroundTruth, is_standing
+from cohelm.simulation.random_streams import generator
+from cohelm.simulation.rider_view import DIRECTIONS, view_from
+from cohelm.simulation.sensing import SensorReadings, SensorSuite
+from cohelm.simulation.sensors.human_bodies import STEP_LENGTH, HumanBodies
 from cohelm.simulation.sensors.localisation import with_error
-from cohelm.simulation.sensors.scenery import Scenery
-from cohelm.simulation.setting import WorldSetup
+from cohelm.simulation.sensors.static_scene import StaticScene
+from cohelm.simulation.spawning import NewPedestrian, with_pedestrian
+from cohelm.simulation.world_setup import WorldSetup
 
-STANDING = 0.02
-"""A chair slower than this stands, m/s …"""
-STANDING_TURN = 0.05
-"""… if it does not turn faster than this either, rad/s."""
 STATURE = 1.7
-"""Height of people of whom nothing is said, m."""
+"""Default height of people, m."""
 _ROUNDING = 1e-6
-"""More than what a gap may be wrong by, m."""
-
-
-@value
-class Truth:
-    """The true state, and what has touched since the last one. n people."""
-
-    time: float
-    """s."""
-    pose: Annotated[Floats, Shape("3")]
-    """X_MR."""
-    twist: Annotated[Floats, Shape("3")]
-    """Robot frame."""
-    crowd: Crowd
-    gap_people: Annotated[Floats, Shape("n")]
-    """Footprint to body now, m; negative where they overlap, +inf for who is not there."""
-    gap_wall: float
-    """Footprint to the nearest occupied cell now, m; +inf without any."""
-    hit_moving: Annotated[Booleans, Shape("n")]
-    """Touched since the last truth, while the chair moved."""
-    hit_standing: Annotated[Booleans, Shape("n")]
-    """Touched since the last truth, while the chair stood."""
-    hit_wall: bool
-    """A wall was touched since the last truth."""
+"""Bound on the rounding error of a gap, m."""
+_STREAMS = ("people", "localisation", "odometry", "rider", "strides", "newcomers")
 
 
 class World:
-    """One ride's world; the only thing in it that changes.
+    """World of one ride; the only object of the simulator that changes.
 
     Args:
-        setup: what there is.
-        seed: of all chance, ≥ 0.
+        setup: definition of the world.
+        seed: of all randomness, ≥ 0.
     """
 
     def __init__(self, setup: WorldSetup, seed: int) -> None:
         self.setup = setup
-        self._random = {
-            purpose: generator(seed, purpose)
-            for purpose in (
-                "people", "localisation", "odometry", "rider", "strides", "newcomers"
-            )
-        }  # fmt: skip
+        self._random = {purpose: generator(seed, purpose) for purpose in _STREAMS}
         self._ticks = 0
         self._shut: frozenset[int] = frozenset()
         self._open = setup.grid
-        self._scenery = Scenery(
+        self._scene = StaticScene(
             grid=setup.grid,
             heights=setup.heights,
             wall_height=setup.wall_height,
             ceiling=setup.ceiling,
         )
-        self._senses = Senses(setup.robot, seed)
+        self._sensors = SensorSuite(setup.robot, seed)
         self._walked = self._random["strides"].uniform(
             0.0, 2.0 * STEP_LENGTH * STATURE, len(setup.crowd.radius)
         )
         statures = setup.statures
         self._statures = np.full_like(self._walked, STATURE) if statures is None else statures
-        self._wheels = at_rest(setup.robot, setup.start)
+        self._drive = at_rest(setup.robot, setup.start)
         self._act: RiderAct | None = None
         self._error = setup.localisation.first(self._random["localisation"])
-        self._truth = self._judged(setup.crowd, nobody_touched(setup.crowd), touched_wall=False)
-        sensed = self._sense(0.0, setup.crowd, setup.crowd, 1.0)
-        self._observation = self._told(sensed, last=None)
+        self._truth = self._ground_truth(setup.crowd, _no_contact(setup.crowd), hit_wall=False)
+        readings = self._sense(0.0, setup.crowd, setup.crowd, 1.0)
+        self._observation = self._observe(readings, last=None)
 
     @property
-    def truth(self) -> Truth:
-        """How things are; not for the navigator."""
+    def truth(self) -> GroundTruth:
+        """True state; not for the navigator."""
         return self._truth
 
+    @property
+    def grid(self) -> OccupancyGrid:
+        """True obstacles now; not for the navigator."""
+        return self._scene.grid
+
+    @property
+    def shut(self) -> frozenset[int]:
+        """Indices of the doors that are shut."""
+        return self._shut
+
     def observe(self) -> Observation:
-        """What the chair knows now; the same until the world advances."""
+        """Return the current observation, which changes only with ``advance``."""
         return self._observation
 
     def advance(self, decision: Decision) -> None:
-        """Let one control step pass under ``decision``.
+        """Simulate one control step under ``decision``.
 
-        Contact does not stop the world; who rides on after it decides.
+        Contact does not stop the world; the caller decides whether the ride ends.
         """
         setup = self.setup
-        before, stood = self._truth.crowd, self.grid
-        standing = self._standing()
-        if standing is not stood:
-            self._scenery = replace(self._scenery, grid=standing)
+        before, old_grid = self._truth.crowd, self.grid
+        grid = self._update_grid()
+        if grid is not old_grid:
+            self._scene = replace(self._scene, grid=grid)
         steps = max(round(setup.control_step / setup.physics_step), 1)
         dt = setup.control_step / steps
         start = self._ticks * setup.control_step
         after = setup.pedestrian_model.step(
-            before, self._scene(), setup.control_step, self._random["people"]
+            before, self._crowd_scene(), setup.control_step, self._random["people"]
         )
-        sensed = Sensed()
-        order = ordered(setup.robot, decision)
-        touched = nobody_touched(before)
-        touched_wall = False
-        clearance = self._truth.gap_wall if self.grid is stood else 0.0
+        readings = SensorReadings()
+        command = drive_command(setup.robot, decision)
+        hits, hit_wall = _no_contact(before), False
+
+        # Lower bounds of the gaps: exact gaps are computed only when a bound is used up.
+        wall_gap = self._truth.gap_wall if self.grid is old_grid else 0.0
         there = before.there & after.there
-        way = np.hypot(*went(before, after).T)
-        room = float((self._truth.gap_people - way).min(initial=np.inf))
+        walked = np.hypot(*displacement(before, after).T)
+        people_gap = float((self._truth.gap_people - walked).min(initial=np.inf))
         for k in range(1, steps + 1):
-            old = self._wheels
-            self._wheels = drive(setup.robot, old, order, dt)
-            swept = _swept(setup.robot, old, self._wheels)
-            room, clearance = room - swept, clearance - swept
-            if room <= _ROUNDING:  # else nobody can have come so near
-                gaps = self._gaps(between(before, after, k / steps), before.radius, there)
-                touched[int(is_standing(self._wheels.twist))] |= gaps <= 0.0
-            if clearance <= 0.0:
-                clearance = gap_to_walls(setup.robot.outline, self._wheels.pose, self.grid)
-                touched_wall |= clearance <= 0.0
+            old = self._drive
+            self._drive = step_drivetrain(setup.robot, old, command, dt)
+            moved = _max_motion(setup.robot, old, self._drive)
+            people_gap, wall_gap = people_gap - moved, wall_gap - moved
+            if people_gap <= _ROUNDING:
+                gaps = self._gaps(interpolated(before, after, k / steps), before.radius, there)
+                hits[int(is_standing(self._drive.twist))] |= gaps <= 0.0
+            if wall_gap <= 0.0:
+                wall_gap = gap_to_walls(setup.robot.outline, self._drive.pose, self.grid)
+                hit_wall |= wall_gap <= 0.0
             time = start + k * dt
-            if self._senses.are_due(time):
-                sensed += self._sense(time, before, after, k / steps)
-        self._walked += way
+            if self._sensors.are_due(time):
+                readings += self._sense(time, before, after, k / steps)
+        self._walked += walked
         self._ticks += 1
-        self._truth = self._judged(after, touched, touched_wall=touched_wall)
+        self._truth = self._ground_truth(after, hits, hit_wall=hit_wall)
         self._error = setup.localisation.after(
             self._error, setup.control_step, self._random["localisation"]
         )
-        self._observation = self._told(sensed, last=self._observation)
+        self._observation = self._observe(readings, last=self._observation)
 
-    def admit(self, newcomer: Newcomer) -> int:
-        """Let somebody come in now, between two steps; their number, behind everybody else's.
+    def spawn(self, new: NewPedestrian) -> int:
+        """Add a pedestrian between two steps, and return their index.
 
-        Without it a ride is what it was before; with it, from here on another one, and the same
-        again for the same newcomers at the same times.
+        The ride before it is unchanged; the same pedestrians at the same times give the same ride.
         """
-        truth, crowd = self._truth, joined(self._truth.crowd, newcomer)
-        phase = self._random["newcomers"].uniform(0.0, 2.0 * STEP_LENGTH * newcomer.stature)
+        truth, crowd = self._truth, with_pedestrian(self._truth.crowd, new)
+        phase = self._random["newcomers"].uniform(0.0, 2.0 * STEP_LENGTH * new.stature)
         self._walked = np.append(self._walked, phase)
-        self._statures = np.append(self._statures, newcomer.stature)
+        self._statures = np.append(self._statures, new.stature)
         self._truth = replace(
             truth,
             crowd=crowd,
@@ -181,170 +165,138 @@ class World:
         return len(crowd.radius) - 1
 
     def set_door(self, door: int, *, shut: bool) -> bool:
-        """Shut or open one of the set-up's doors, from the next step on.
+        """Shut or open a door, from the next step on.
 
         Returns:
-            whether it is so; a door stays open whose leaf would come within 0.1 m of a person, of
-            the chair, or of where the chair could still stop.
+            True if the door obeyed; it stays open if the leaf would come within 0.1 m of a person,
+            of the chair, or of the chair's stopping distance.
 
         Raises:
             IndexError: if there is no such door.
         """
         if not 0 <= door < len(self.setup.doors):
-            raise IndexError(f"there are {len(self.setup.doors)} doors, and none is {door}")
-        wanted = self._shut | {door} if shut else self._shut - {door}
-        if wanted != self._shut and shut:
-            robot, wheels, bodies = self.setup.robot, self._wheels, self._bodies()
-            way = on_the_way(robot.outline, wheels.pose, wheels.twist, robot.max_deceleration)
-            then, now = self._with_doors(wanted), self._with_doors(self._shut)
-            if not all(is_clear(then, now, outline, bodies) for outline in way):
+            raise IndexError(f"no door {door}: there are {len(self.setup.doors)} doors")
+        shut_doors = self._shut | {door} if shut else self._shut - {door}
+        if shut_doors != self._shut and shut:
+            robot, drive, bodies = self.setup.robot, self._drive, self._bodies()
+            outlines = braking_outlines(
+                robot.outline, drive.pose, drive.twist, robot.max_deceleration
+            )
+            then, now = self._with_doors(shut_doors), self._with_doors(self._shut)
+            if not all(is_clear(then, now, outline, bodies) for outline in outlines):
                 return False
-        self._shut = wanted
+        self._shut = shut_doors
         return True
 
-    @property
-    def shut(self) -> frozenset[int]:
-        """The set-up's doors that are shut."""
-        return self._shut
-
     def _with_doors(self, shut: frozenset[int]) -> OccupancyGrid:
-        return with_shut(self._open, tuple(self.setup.doors[door] for door in sorted(shut)))
+        return with_shut_doors(self._open, tuple(self.setup.doors[door] for door in sorted(shut)))
 
-    def _standing(self) -> OccupancyGrid:
-        """What stands there now; a timed door waits for whoever is in it."""
-        outline = transform(self._wheels.pose, self.setup.robot.outline)
-        self._open = present(self.setup.changes, self._open, self._now, outline, self._bodies())
+    def _update_grid(self) -> OccupancyGrid:
+        """Apply due changes; a timed door waits for people and chair in its way."""
+        outline = transform(self._drive.pose, self.setup.robot.outline)
+        self._open = current_grid(
+            self.setup.changes, self._open, self._now, outline, self._bodies()
+        )
         return self._with_doors(self._shut)
 
     def _bodies(self) -> Floats:
-        """People who are there, (n, 3) as (x, y, radius), m."""
+        """Present people, (n, 3) as (x, y, radius), m."""
         crowd = self._truth.crowd
         return np.column_stack([crowd.position, crowd.radius])[crowd.there]
-
-    @property
-    def grid(self) -> OccupancyGrid:
-        """What truly stands there now; not for the navigator."""
-        return self._scenery.grid
 
     @property
     def _now(self) -> float:
         return self._ticks * self.setup.control_step
 
-    def _judged(self, crowd: Crowd, touched: Booleans, *, touched_wall: bool) -> Truth:
-        pose, outline = self._wheels.pose, self.setup.robot.outline
-        return Truth(
+    def _ground_truth(self, crowd: Crowd, hits: Booleans, *, hit_wall: bool) -> GroundTruth:
+        pose, outline = self._drive.pose, self.setup.robot.outline
+        return GroundTruth(
             time=self._now,
             pose=pose,
-            twist=self._wheels.twist,
+            twist=self._drive.twist,
             crowd=crowd,
             gap_people=self._gaps(crowd.position, crowd.radius, crowd.there),
             gap_wall=gap_to_walls(outline, pose, self.grid),
-            hit_moving=touched[0],
-            hit_standing=touched[1],
-            hit_wall=touched_wall,
+            hit_moving=hits[0],
+            hit_standing=hits[1],
+            hit_wall=hit_wall,
         )
 
     def _gaps(self, position: Floats, radius: Floats, there: Booleans) -> Floats:
-        """From the footprint to each body (n,), m; +inf for who is not there."""
-        gaps = gap_to_people(self.setup.robot.outline, self._wheels.pose, position, radius)
+        """Gap (n,) between footprint and each body, m; +inf for absent people."""
+        gaps = gap_to_people(self.setup.robot.outline, self._drive.pose, position, radius)
         return np.where(there, gaps, np.inf)
 
-    def _scene(self) -> Scene:
-        """The chair as pedestrians meet it: the disc about its footprint."""
-        robot, wheels = self.setup.robot, self._wheels
+    def _crowd_scene(self) -> CrowdScene:
+        """Surroundings of the pedestrians; the chair is the disc about its footprint."""
+        robot, drive = self.setup.robot, self._drive
         low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
         centre = (low + high) / 2.0
-        vx, vy, turn = wheels.twist
-        velocity = np.array([vx - turn * centre[1], vy + turn * centre[0]])
-        return Scene(
+        vx, vy, turn_rate = drive.twist
+        velocity = np.array([vx - turn_rate * centre[1], vy + turn_rate * centre[0]])
+        return CrowdScene(
             grid=self.grid,
-            robot_position=transform(wheels.pose, centre),
-            robot_velocity=transform([0.0, 0.0, wheels.pose[2]], velocity),
+            robot_position=transform(drive.pose, centre),
+            robot_velocity=transform([0.0, 0.0, drive.pose[2]], velocity),
             robot_radius=float(np.hypot(*(robot.outline - centre).T).max()),
             time=self._now,
         )
 
-    def _sense(self, time: float, before: Crowd, after: Crowd, share: float) -> Sensed:
-        """The sweeps due at ``time``, a share of a control step after ``before``."""
+    def _sense(self, time: float, before: Crowd, after: Crowd, share: float) -> SensorReadings:
+        """Return the sweeps due at ``time``, a share of a control step after ``before``."""
         there = before.there & after.there
-        way = np.hypot(*went(before, after).T)
-        bodies = Bodies(
-            position=between(before, after, share)[there],
+        walked = np.hypot(*displacement(before, after).T)
+        bodies = HumanBodies(
+            position=interpolated(before, after, share)[there],
             heading=after.heading[there],
-            walked=(self._walked + share * way)[there],
-            speed=way[there] / self.setup.control_step,
+            walked=(self._walked + share * walked)[there],
+            speed=walked[there] / self.setup.control_step,
             height=self._statures[there],
             radius=before.radius[there],
         )
-        return self._senses.sense(time, self._scenery, bodies, self._wheels.pose)
+        return self._sensors.sense(time, self._scene, bodies, self._drive.pose)
 
-    def _told(self, sensed: Sensed, last: Observation | None) -> Observation:
+    def _observe(self, readings: SensorReadings, last: Observation | None) -> Observation:
         setup, truth = self.setup, self._truth
-        self._act = setup.rider.act(self._seen_by_rider(), self._remembered, self._random["rider"])
+        memory: Any | None = self._act.memory if self._act is not None else None
+        self._act = setup.rider.act(self._rider_view(), memory, self._random["rider"])
         observation = Observation(
             time=truth.time,
-            # along the start's heading, so that a rotated world has the same ride rotated
+            # Along the heading at the start, so that a rotated world has the same ride rotated.
             pose=with_error(truth.pose, self._error, axis=setup.start[2]),
             pose_time=truth.time,
             twist=setup.odometry.measure(truth.twist, self._random["odometry"]),
             twist_time=truth.time,
-            scans=sensed.scans,
-            clouds=sensed.clouds,
+            scans=readings.scans,
+            clouds=readings.clouds,
             rider=self._act.command,
-            people=_known_exactly(truth) if setup.give_people else None,
+            people=truth.as_people() if setup.give_people else None,
         )
         return with_faults(observation, setup.faults, last)
 
-    @property
-    def _remembered(self) -> Any | None:
-        return self._act.memory if self._act is not None else None
-
-    def _seen_by_rider(self) -> RiderView:
+    def _rider_view(self) -> RiderView:
         setup, truth = self.setup, self._truth
-        people, bearings, free = seen_by(setup.rider, self.grid, truth.pose, truth.crowd)
-        return RiderView(
+        view = RiderView(
             time=truth.time,
             pose=truth.pose,
             twist=truth.twist,
             goal=setup.rider_goal,
             route=setup.rider_route,
-            people=people,
-            bearings=bearings,
-            free=free,
             outline=setup.robot.outline,
         )
+        if not getattr(setup.rider, "needs_view", True):
+            return view
+        people, free = view_from(self.grid, truth.pose, truth.crowd)
+        return replace(view, people=people, bearings=DIRECTIONS, free=free)
 
 
-def is_standing(twist: Floats) -> Booleans:
-    """Which twists (..., 3) stand still, neither moving nor turning; (...,)."""
-    moves = np.hypot(twist[..., 0], twist[..., 1]) >= STANDING
-    turns = np.abs(twist[..., 2]) >= STANDING_TURN
-    still: Booleans = ~(moves | turns)
-    return still
-
-
-def nobody_touched(crowd: Crowd) -> Booleans:
-    """(2, n) False: touched while the chair moved, touched while it stood."""
+def _no_contact(crowd: Crowd) -> Booleans:
+    """(2, n) False: contact while the chair moved, contact while it stood."""
     return np.zeros((2, len(crowd.radius)), dtype=bool)
 
 
-def _swept(robot: Robot, old: Wheels, new: Wheels) -> float:
-    """A bound on how far any point of the footprint has moved, m."""
+def _max_motion(robot: Robot, old: DriveState, new: DriveState) -> float:
+    """Upper bound of the motion of any point of the footprint, m."""
     dx, dy, _ = new.pose - old.pose
     turn = abs(math.remainder(new.pose[2] - old.pose[2], 2.0 * math.pi))
     return math.hypot(dx, dy) + turn * robot.circumscribed_radius
-
-
-def _known_exactly(truth: Truth) -> People:
-    crowd, who = truth.crowd, np.flatnonzero(truth.crowd.there)
-    n = len(who)
-    return People(
-        time=truth.time,
-        id=who,
-        mean=np.column_stack([crowd.position, crowd.velocity])[who],
-        covariance=np.zeros((n, 4, 4)),
-        heading=crowd.heading[who],
-        radius=crowd.radius[who],
-        confidence=np.ones(n),
-        source="simulation",
-    )

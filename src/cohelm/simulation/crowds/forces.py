@@ -15,11 +15,11 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.simulation.walls import free_region, near_cells
+from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
 
 
 @njit(cache=True)
-def pair_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
+def pair_forces(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scalars
     position: Floats,
     velocity: Floats,
     radius: Floats,
@@ -33,26 +33,27 @@ def pair_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
     weight: float,
     bias: float,
 ) -> Floats:
-    """What people do for the sake of each other, (n, 2); Moussaïd et al. 2009.
+    """Accelerations (n, 2) between people; Moussaïd et al. 2009.
 
     With D = λ(v_i − v_j) + e_ij, t = D/‖D‖, n to its left, B = γ‖D‖, θ the angle from t to e_ij
     plus Bε:
     f_ij = −A e^(−d/B) (e^(−(n'Bθ)²) t + sgn θ · e^(−(nBθ)²) n).
 
-    So f_ji = −f_ij. d is the distance between centres, less what the two bodies are wider than two
-    like person i. Who is in the same group has no force of this kind.
+    So f_ji = −f_ij. d is the distance between centres, corrected for bodies wider than that of
+    person i. Members of the same group have no force of this kind.
 
     Args:
         position, velocity, radius: (n + 1, 2), (n + 1, 2), (n + 1,); the last is the robot.
-        group: (n,), −1: nobody's.
+        group: (n,), −1: alone.
         sees_robot: (n,).
-        reach: beyond which there is no force, m.
+        reach: range of the force, m.
         strength, gamma, narrow, wide, weight, bias: A, γ, n', n, λ, ε.
     """
     n = group.shape[0]
     out = np.zeros((n, 2))
     order = np.argsort(position[:, 0], kind="mergesort")
     for a in range(n + 1):
+        # Sorted by x, so the inner loop ends at the range of the force.
         i = order[a]
         for b in range(a + 1, n + 1):
             j = order[b]
@@ -64,6 +65,7 @@ def pair_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
                 continue
             if i < n and j < n and group[i] >= 0 and group[i] == group[j]:
                 continue
+            # Interaction vector D, and the angle θ to the line of sight.
             d = math.sqrt(d2)
             ex, ey = dx / d, dy / d
             rx = weight * (velocity[i, 0] - velocity[j, 0]) + ex
@@ -74,6 +76,7 @@ def pair_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
             tx, ty = rx / size, ry / size
             B = gamma * size
             theta = math.atan2(tx * ey - ty * ex, tx * ex + ty * ey) + B * bias
+            # Deceleration along t, turning along n; equal and opposite for both.
             ahead = math.exp(-((narrow * B * theta) ** 2))
             aside = math.exp(-((wide * B * theta) ** 2))
             aside = math.copysign(aside, theta) if theta != 0.0 else 0.0
@@ -90,31 +93,26 @@ def pair_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
 
 
 @njit(cache=True)
-def wall_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
+def wall_forces(
     position: Floats,
     body: Floats,
-    cells: Floats,
-    start: Integers,
-    tiles: Integers,
-    half: float,
-    X_MG: Floats,
+    walls: SurfaceCells,
     strength: float,
     decay: float,
 ) -> Floats:
-    """Away from the nearest wall, a e^(−d/b) with d from the body's surface, (n, 2).
+    """Accelerations (n, 2) away from the nearest wall, a e^(−d/b) with d from the body's surface.
 
     Args:
         position, body: (n, 2), (n,).
-        cells, start, tiles, half, X_MG: of ``Walls``.
+        walls: surface cells of the grid.
         strength, decay: a, m/s², and b, m.
     """
     out = np.zeros((position.shape[0], 2))
-    cos, sin = math.cos(X_MG[2]), math.sin(X_MG[2])
+    cos, sin = math.cos(walls.X_MG[2]), math.sin(walls.X_MG[2])
     for i in range(position.shape[0]):
-        ox, oy = position[i, 0] - X_MG[0], position[i, 1] - X_MG[1]
-        x, y = cos * ox + sin * oy, -sin * ox + cos * oy
-        near = near_cells(cells, start, tiles, half, x, y, body[i] + 7.0 * decay)
-        region = free_region(near, half, x, y)
+        x, y = to_grid_frame(walls, position[i, 0], position[i, 1])
+        near = near_cells(walls, x, y, body[i] + 7.0 * decay)
+        region = free_region(near, walls.half, x, y)
         if region.shape[0] == 0:
             continue
         f = -strength * math.exp(-max(region[0, 2] - body[i], 0.0) / decay)
@@ -124,10 +122,10 @@ def wall_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
 
 
 @njit(cache=True)
-def group_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
+def group_forces(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scalars
     position: Floats,
     velocity: Floats,
-    wanted: Floats,
+    preferred: Floats,
     group: Integers,
     gaze: float,
     attraction: float,
@@ -135,24 +133,25 @@ def group_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
     sight: float,
     near: float,
 ) -> Floats:
-    """What people do for the sake of their group, (n, 2); Moussaïd et al. 2010.
+    """Accelerations (n, 2) within groups; Moussaïd et al. 2010.
 
-    Slower, so that the others come into sight: −β₁ α v, where α is how far the centre of the group
-    lies outside of the field of sight; to the centre with β₂, if it is farther than (N − 1)/2 m;
-    away from each who is too near, with β₃.
+    −β₁ α v, where α is the angle of the group's centre outside of the field of view: people slow
+    down until they see the others; β₂ to the centre, if it is farther than (N − 1)/2 m; β₃ away
+    from each member who is too near.
 
     Args:
-        position, velocity, wanted: (n, 2); people look where they want to go.
-        group: (n,), −1: nobody's.
+        position, velocity, preferred: (n, 2); people look in the direction of ``preferred``.
+        group: (n,), −1: alone.
         gaze, attraction, repulsion: β₁, 1/(rad s), β₂ and β₃, m/s².
-        sight: half the field of sight, rad.
-        near: who is nearer than this is too near, m.
+        sight: half the field of view, rad.
+        near: minimum distance between members, m.
     """
     n = group.shape[0]
     out = np.zeros((n, 2))
     order = np.argsort(group, kind="mergesort")
     a = 0
     while a < n:
+        # Members of one group are contiguous in the order.
         b = a
         while b < n and group[order[b]] == group[order[a]]:
             b += 1
@@ -172,9 +171,9 @@ def group_forces(  # noqa: PLR0913, PLR0917  # a kernel takes arrays and scalars
                 if away > 0.5 * (size - 1):
                     out[i, 0] += attraction * cx / away
                     out[i, 1] += attraction * cy / away
-                if away > 0.0 and (wanted[i, 0] != 0.0 or wanted[i, 1] != 0.0):
-                    cross = wanted[i, 0] * cy - wanted[i, 1] * cx
-                    angle = abs(math.atan2(cross, wanted[i, 0] * cx + wanted[i, 1] * cy))
+                if away > 0.0 and (preferred[i, 0] != 0.0 or preferred[i, 1] != 0.0):
+                    cross = preferred[i, 0] * cy - preferred[i, 1] * cx
+                    angle = abs(math.atan2(cross, preferred[i, 0] * cx + preferred[i, 1] * cy))
                     slow = gaze * max(angle - sight, 0.0)
                     out[i, 0] -= slow * velocity[i, 0]
                     out[i, 1] -= slow * velocity[i, 1]

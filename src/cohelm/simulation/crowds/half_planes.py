@@ -1,8 +1,8 @@
-"""Velocities under half-planes: the linear programs of ORCA (van den Berg et al. 2011, §5).
+"""Linear programs of ORCA: velocities under half-planes (van den Berg et al. 2011, §5).
 
-A half-plane is a row (p_x, p_y, d_x, d_y): a point on its border and the border's unit direction;
-what lies to the left of the direction is allowed. The programs visit the half-planes in the order
-given, so that, with the same order, they answer as the RVO2 library does.
+A half-plane is a row (p_x, p_y, d_x, d_y): a point on its border and the unit direction of the
+border; the left of the direction is allowed. The programs visit the half-planes in the given order,
+so that with the same order they give the result of the RVO2 library.
 """
 
 from __future__ import annotations
@@ -20,33 +20,33 @@ _PARALLEL = 1e-5
 
 @njit(cache=True)
 def best_velocity(
-    planes: Floats, hard: int, max_speed: float, wanted_x: float, wanted_y: float
+    planes: Floats, hard: int, max_speed: float, preferred_x: float, preferred_y: float
 ) -> tuple[float, float]:
-    """The velocity nearest to the wanted one within all half-planes and the speed limit.
+    """Find the velocity nearest to the preferred one within all half-planes and the speed limit.
 
-    Where that is impossible, the greatest violation of the half-planes after the first ``hard`` is
-    made as small as can be, and the first ones still hold.
+    If there is none, the maximum violation of the half-planes after the first ``hard`` ones is
+    minimised, and the first ones still hold.
 
     Args:
         planes: (k, 4), hard ones first.
-        hard: how many of them never yield.
+        hard: number of half-planes that never yield.
         max_speed: m/s.
-        wanted_x, wanted_y: m/s.
+        preferred_x, preferred_y: m/s.
 
     Returns:
         (v_x, v_y), m/s.
     """
-    failed, x, y = _nearest(planes, planes.shape[0], max_speed, wanted_x, wanted_y, False)
+    failed, x, y = _nearest(planes, planes.shape[0], max_speed, preferred_x, preferred_y, False)
     if failed < planes.shape[0]:
         x, y = _least_violation(planes, hard, failed, max_speed, x, y)
     return x, y
 
 
 @njit(cache=True)
-def _nearest(  # a scalar kernel takes scalars
+def _nearest(
     planes: Floats, count: int, max_speed: float, x: float, y: float, along: bool
 ) -> tuple[int, float, float]:
-    """The two-dimensional program over ``planes[:count]``.
+    """Two-dimensional program over ``planes[:count]``.
 
     ``along``: go as far as possible in the unit direction (x, y); else as near as possible to
     (x, y). Returns the index of the first half-plane that cannot be kept (``count`` where all are),
@@ -70,10 +70,10 @@ def _nearest(  # a scalar kernel takes scalars
 
 
 @njit(cache=True)
-def _on_border(  # a scalar kernel takes scalars
+def _on_border(
     planes: Floats, i: int, max_speed: float, x: float, y: float, along: bool
 ) -> tuple[bool, float]:
-    """The one-dimensional program on the border of half-plane ``i``, under those before it."""
+    """One-dimensional program on the border of half-plane ``i``, under those before it."""
     px, py, dx, dy = planes[i]
     dot = px * dx + py * dy
     discriminant = dot * dot + max_speed * max_speed - (px * px + py * py)
@@ -102,10 +102,10 @@ def _on_border(  # a scalar kernel takes scalars
 
 
 @njit(cache=True)
-def _least_violation(  # a scalar kernel takes scalars
+def _least_violation(
     planes: Floats, hard: int, begin: int, max_speed: float, vx: float, vy: float
 ) -> tuple[float, float]:
-    """The three-dimensional program: the least depth by which the soft half-planes must yield."""
+    """Three-dimensional program: the minimum depth by which the soft half-planes must yield."""
     depth = 0.0
     projected = np.empty_like(planes)
     projected[:hard] = planes[:hard]

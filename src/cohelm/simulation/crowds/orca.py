@@ -2,8 +2,11 @@
 
 Among people the algorithm is that of the RVO2 library, step by step: the nearest neighbours in
 order of distance, one half-plane of velocities for each, the collision case with 1/dt, and the
-linear programs of ``half_planes``. Walls are hard half-planes about the person (see ``walls``), by
-which nobody ever walks through one.
+linear programs of ``half_planes``. Walls are hard half-planes about the person (``wall_geometry``),
+so that nobody ever walks through one.
+
+Deadlocks are broken as in RVO2's examples, by a disturbance of people who make no progress. That
+needs no memory: the lack of progress shows in the velocity that ORCA allows.
 """
 
 from __future__ import annotations
@@ -13,74 +16,84 @@ from dataclasses import replace
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
-from cohelm.simulation.api import Crowd, Scene
-from cohelm.simulation.crowds.deadlock import go_back, lost_sight, share_stuck, sway, turned
-from cohelm.simulation.crowds.steps import turned_towards
-from cohelm.simulation.crowds.velocities import velocities
-from cohelm.simulation.crowds.waypoints import advance_targets, towards_targets
-from cohelm.simulation.walls import NO_WALLS, walls_of
+from cohelm.simulation.api import Crowd, CrowdScene
+from cohelm.simulation.crowds.motion import (
+    advance_targets,
+    current_targets,
+    last_passed,
+    towards_targets,
+    turned_towards,
+)
+from cohelm.simulation.crowds.velocity_constraints import orca_velocities
+from cohelm.simulation.sensors.grid_raycast import in_sight
+from cohelm.simulation.wall_geometry import NO_WALLS, GridWalls, walls_of
+
+_GOLDEN = 0.6180339887498949
+"""Fraction of the golden ratio: its multiples never coincide."""
 
 
 class Orca:
-    """People who avoid each other, the walls and, if they see it, the robot."""
+    """People who avoid each other, walls and, if they see it, the robot."""
 
     class Parameters(Model):
-        """Those of RVO2 with CrowdNav's values, and what a building adds (assumed)."""
+        """Parameters of RVO2 with CrowdNav's values, and additions for buildings (assumed)."""
 
         neighbor_dist: float = Field(10.0, gt=0.0, le=100.0)
-        """How far others are taken notice of, m."""
+        """Distance up to which others are considered, m."""
         max_neighbors: int = Field(10, ge=0, le=100)
-        """How many others at most, the nearest."""
+        """Maximum number of others, the nearest first."""
         time_horizon: float = Field(5.0, gt=0.0, le=30.0)
-        """For how long a velocity must stay free of other people, s."""
+        """Time for which a velocity must be free of other people, s."""
         time_horizon_obstacles: float = Field(0.5, ge=0.1, le=30.0)
-        """For how long it must stay free of walls, s; longer makes people timid in doors."""
+        """Time for which it must be free of walls, s; longer makes people timid in doors."""
         max_speed_factor: float = Field(1.3, ge=1.0, le=3.0)
-        """Greatest speed as a multiple of the preferred one; RVO2's maxSpeed."""
+        """Maximum speed as a multiple of the preferred one; RVO2's maxSpeed."""
         extra_radius: float = Field(0.01, ge=0.0, le=1.0)
         """Added to each body, m; CrowdNav's 0.01."""
         walls: bool = True
-        """Whether the grid stands in the way."""
+        """Avoid occupied cells of the grid."""
         robot_responsibility: float = Field(0.5, ge=0.0, le=1.0)
-        """Share of the avoiding taken on towards the robot; RVO2 gives each agent half."""
+        """Share of the avoidance of the robot; RVO2 gives each agent half."""
         robot_clearance: float = Field(0.15, ge=0.0, le=2.0)
-        """What those who see the robot keep from it beyond its disc, m (assumed: nobody presses
-        against a chair's metal as one does against a shoulder)."""
+        """Clearance from the robot's disc of people who see it, m (assumed: larger for a
+        chair's metal than for a shoulder)."""
         perturbation: float = Field(1.0, ge=0.0, le=3.2)
-        """How far those who get no further turn aside, to break deadlocks, rad; 0: never."""
+        """Angle by which people without progress turn, to break deadlocks, rad; 0: never."""
         agility: float = Field(6.0, gt=0.0, le=1e6)
-        """How fast what a person wants may change, m/s²: 6 turns a walk of 1.2 m/s about in 0.4 s,
-        the paper's *distracted* person. Avoiding is as quick as in RVO2."""
+        """Maximum rate of change of the preferred velocity, m/s²: 6 reverses a walk of 1.2 m/s in
+        0.4 s, the paper's *distracted* person. Avoidance is as fast as in RVO2."""
         turn_time: float = Field(0.3, gt=0.0, le=5.0)
-        """Time constant of turning the body to where one walks, s."""
+        """Time constant of turning the body to the direction of motion, s."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def step(self, crowd: Crowd, scene: Scene, dt: float, rng: np.random.Generator) -> Crowd:
+    def step(self, crowd: Crowd, scene: CrowdScene, dt: float, rng: np.random.Generator) -> Crowd:
         """See :meth:`cohelm.simulation.api.PedestrianModel.step`.
 
-        The people look at where all were at the beginning of the step.
+        All people react to the positions at the beginning of the step.
         """
         p = self.parameters
-        n = len(crowd.radius)
         target = advance_targets(crowd.position, crowd.waypoints, crowd.target, crowd.loop)
-        wanted = towards_targets(
+        preferred = towards_targets(
             crowd.position, crowd.waypoints, target, crowd.loop, crowd.preferred_speed
         )
-        wanted = _within_reach(wanted, crowd.velocity, p.agility * dt)
+        preferred = _limit_change(preferred, crowd.velocity, p.agility * dt)
         fastest = p.max_speed_factor * crowd.preferred_speed
-        velocity = self.velocities(crowd, scene, wanted, fastest, dt)
-        noise = rng.standard_normal(n)  # always drawn, so that no one's fate shifts another's
-        stuck = share_stuck(wanted, velocity)
+        velocity = self.velocities(crowd, scene, preferred, fastest, dt)
+        # Always drawn, so that a deadlock of one person does not change the draws of others.
+        noise = rng.standard_normal(len(crowd.radius))
+        stuck = _stuck_share(preferred, velocity)
         if p.perturbation > 0.0 and stuck.any():
             walls = walls_of(scene.grid) if p.walls else NO_WALLS
-            back = lost_sight(crowd.position, crowd.waypoints, target, crowd.loop, walls)
-            wanted = go_back(wanted, crowd.position, back, stuck, crowd.preferred_speed)
-            wanted = turned(wanted, p.perturbation * stuck * sway(scene.time, noise))
-            velocity = self.velocities(crowd, scene, wanted, fastest, dt)
+            back = _lost_waypoint(crowd.position, crowd.waypoints, target, crowd.loop, walls)
+            preferred = _return(preferred, crowd.position, back, stuck, crowd.preferred_speed)
+            preferred = _rotated(
+                preferred, p.perturbation * stuck * _oscillation(scene.time, noise)
+            )
+            velocity = self.velocities(crowd, scene, preferred, fastest, dt)
         return replace(
             crowd,
             position=crowd.position + dt * velocity,
@@ -90,43 +103,100 @@ class Orca:
         )
 
     def velocities(
-        self, crowd: Crowd, scene: Scene, wanted: Floats, max_speed: Floats, dt: float
+        self, crowd: Crowd, scene: CrowdScene, preferred: Floats, max_speed: Floats, dt: float
     ) -> Floats:
-        """The velocities (n, 2) that people choose who want ``wanted`` (n, 2), m/s.
+        """Compute the velocities (n, 2) nearest to the preferred ones, m/s.
 
         Args:
-            crowd: where they are now.
+            crowd: current state.
             scene: walls and robot.
-            wanted: (n, 2) preferred velocities, m/s.
+            preferred: (n, 2), m/s.
             max_speed: (n,) m/s.
-            dt: how long the velocities will be kept, s.
+            dt: time for which the velocities are kept, s.
         """
         p = self.parameters
         walls = walls_of(scene.grid) if p.walls else NO_WALLS
-        return velocities(
+        return orca_velocities(
             np.vstack([crowd.position, scene.robot_position]),
             np.vstack([crowd.velocity, scene.robot_velocity]),
             np.append(crowd.radius, scene.robot_radius + p.robot_clearance) + p.extra_radius,
             crowd.radius,
-            wanted,
+            preferred,
             max_speed,
             crowd.sees_robot,
-            walls.centre,
-            walls.start,
-            walls.tiles,
-            walls.half,
-            walls.X_MG,
+            walls.cells,
             p.neighbor_dist,
             p.max_neighbors,
             p.time_horizon,
-            max(p.time_horizon_obstacles, dt),  # or a step could lead past a wall
+            # A shorter horizon would allow a step past a wall.
+            max(p.time_horizon_obstacles, dt),
             p.robot_responsibility,
             dt,
         )
 
 
-def _within_reach(wanted: Floats, now: Floats, most: float) -> Floats:
-    """``wanted`` (n, 2), or as much of the change from ``now`` to it as ``most`` allows, m/s."""
-    change = wanted - now
+def _limit_change(preferred: Floats, now: Floats, limit: float) -> Floats:
+    """Limit the change from ``now`` to the preferred velocities (n, 2), m/s."""
+    change = preferred - now
     size = np.hypot(change[:, 0], change[:, 1])[:, None]
-    return now + change * np.minimum(1.0, most / np.maximum(size, 1e-12))
+    return now + change * np.minimum(1.0, limit / np.maximum(size, 1e-12))
+
+
+# --- deadlocks -----------------------------------------------------------------------------------
+
+
+def _stuck_share(preferred: Floats, velocity: Floats) -> Floats:
+    """Share of stuckness (n,): 0 from a third of the preferred progress on, 1 without any.
+
+    Args:
+        preferred: (n, 2) preferred velocities, m/s.
+        velocity: (n, 2) the possible ones, m/s.
+    """
+    speed2 = np.sum(preferred * preferred, axis=1)
+    progress = np.sum(preferred * velocity, axis=1) / np.maximum(speed2, 1e-9)
+    return np.where(speed2 > 0.0, np.clip(1.0 - 3.0 * progress, 0.0, 1.0), 0.0)
+
+
+def _oscillation(time: float, noise: Floats) -> Floats:
+    """Slow oscillation (n,) within ±1.5 with noise, out of phase from person to person.
+
+    Of two people who block each other one then gives way for a while, and no symmetry lasts.
+    """
+    phase = np.arange(len(noise)) * _GOLDEN
+    wave = np.sin(2.0 * np.pi * (time * (0.12 + 0.06 * (phase % 1.0)) + phase))
+    return np.clip(wave + 0.3 * noise, -1.5, 1.5)
+
+
+def _rotated(velocity: Floats, angle: Floats) -> Floats:
+    """Rotate each velocity (n, 2) by its angle (n,)."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    x, y = velocity[:, 0], velocity[:, 1]
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
+
+
+def _lost_waypoint(
+    position: Floats, waypoints: Floats, target: Integers, loop: Booleans, walls: GridWalls
+) -> Floats:
+    """Previous way-point (n, 2) of people pushed out of sight of their target, else NaN.
+
+    A person who has passed the way-point of a door may be pushed back through the door, and would
+    then walk against the wall for ever.
+    """
+    grid = (walls.solid, 2.0 * walls.cells.half, walls.cells.X_MG)
+    ahead = current_targets(waypoints, target)
+    behind = last_passed(waypoints, target, loop)
+    lost = np.isfinite(behind[:, 0])
+    lost[lost] &= ~in_sight(*grid, position[lost], ahead[lost])
+    lost[lost] &= in_sight(*grid, position[lost], behind[lost])
+    return np.where(lost[:, None], behind, np.nan)
+
+
+def _return(
+    preferred: Floats, position: Floats, back: Floats, stuck: Floats, speed: Floats
+) -> Floats:
+    """Preferred velocities (n, 2), but to ``back`` (n, 2) at ``speed`` (n,) for stuck people."""
+    offset = back - position
+    distance = np.hypot(offset[:, 0], offset[:, 1])
+    returns = (stuck > 0.0) & (distance > 1e-6)
+    rate = np.where(returns, speed / np.where(returns, distance, 1.0), 0.0)
+    return np.where(returns[:, None], rate[:, None] * offset, preferred)

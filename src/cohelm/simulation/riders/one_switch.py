@@ -1,4 +1,4 @@
-"""A rider with one button: four directions light up in turn, and the lit one is driven."""
+"""Single-switch scanning: four directions light up in turn; the button drives the lit one."""
 
 from __future__ import annotations
 
@@ -12,106 +12,118 @@ from pydantic import Field
 from cohelm.arrays import Floats, value
 from cohelm.config import Model
 from cohelm.simulation.api import RiderAct, RiderView
-from cohelm.simulation.riders.hand import IDEAL, Underlying, steered, underlying
+from cohelm.simulation.riders.rider_input import IDEAL, BaseRider, base_rider, deflected
 
 DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-"""In the order in which they light up: forward, left, back, right."""
+"""In scanning order: forward, left, back, right."""
 _FORWARD, _LEFT, _BACK, _RIGHT = range(4)
 _STOP = -1
 _ROUNDING = 1e-9  # s; times are sums of float steps
 
 
 class OneSwitch:
-    """Waits for the direction, presses the button, and holds it for as long as it is right.
+    """Waits for the desired direction, presses the button, and holds it while it is right.
 
-    While the button is held the lit direction is driven; when it is let go the chair stands and the
-    scan begins again at forward.
+    While the button is held the chair drives in the lit direction. When it is released the chair
+    stops, and the scan begins again at forward.
     """
 
     class Parameters(Model):
-        """The scan, the hand and what it would do with a stick."""
+        """Scan, reaction and thresholds."""
 
-        of: Underlying = Field(default_factory=lambda: {**IDEAL, "slowing": 0.2})
-        """Who would steer, if there were a stick; a button does not slow down before the goal."""
-        scan: float = Field(1.0, gt=0.0, le=10.0)
-        """How long each direction is lit, s: the time to press over 0.65 (Simpson, Koester and
-        LoPresti, 2006)."""
-        reaction: float = Field(0.65, ge=0.0, le=5.0)
-        """From seeing to pressing or letting go, s (assumed)."""
-        drive: float = Field(0.6, gt=0.0, le=1.0)
-        """Deflection that forward and back mean, share of full (assumed)."""
-        spin: float = Field(0.4, gt=0.0, le=1.0)
-        """Deflection that left and right mean, share of full (assumed)."""
-        off: float = Field(0.5, gt=0.0, le=2.0)
-        """A stick this far off forward would mean to turn first, rad (assumed)."""
-        on: float = Field(0.25, ge=0.0, le=1.0)
-        """A turn ends when it is no more than this, rad (assumed)."""
+        base: BaseRider = Field(default_factory=lambda: {**IDEAL, "slowing_distance": 0.2})
+        """Rider whose stick input is approximated; a button does not slow down before the goal."""
+        scan_period: float = Field(1.0, gt=0.0, le=10.0)
+        """Time for which each direction is lit, s: the time to press divided by 0.65 (Simpson,
+        Koester and LoPresti, 2006)."""
+        reaction_time: float = Field(0.65, ge=0.0, le=5.0)
+        """From perception to pressing or releasing, s (assumed)."""
+        drive_deflection: float = Field(0.6, gt=0.0, le=1.0)
+        """Deflection of forward and back, share of full (assumed)."""
+        turn_deflection: float = Field(0.4, gt=0.0, le=1.0)
+        """Deflection of left and right, share of full (assumed)."""
+        turn_start_angle: float = Field(0.5, gt=0.0, le=2.0)
+        """Angle of the stick from forward above which the chair turns first, rad (assumed)."""
+        turn_end_angle: float = Field(0.25, ge=0.0, le=1.0)
+        """Angle below which a turn ends, rad (assumed)."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
-        self.of = underlying(self.parameters.of)
+        self.base = base_rider(self.parameters.base)
 
     def act(self, view: RiderView, memory: Any | None, rng: np.random.Generator) -> RiderAct:
         """See :meth:`cohelm.simulation.api.Rider.act`."""
         p, now = self.parameters, view.time
-        before: _Memory = memory or _Memory(
-            of=None, scanned=now, held=_STOP, wanted=_STOP, since=now, right=now
+        last: _Memory = memory or _Memory(
+            base=None, scan_start=now, held=_STOP, desired=_STOP, since=now, right_at=now
         )
-        act = self.of.act(_when_pressed(view, p.reaction), before.of, rng)
+        act = self.base.act(_predicted(view, p.reaction_time), last.base, rng)
         if act.command is None:
             return act
-        wanted = self._wanted(act.command.deflection, before.wanted)
-        since = before.since if wanted == before.wanted else now
-        held, scanned = before.held, before.scanned
-        right = now if held == wanted else before.right
-        lit, lit_since = self._lit(now - scanned)
-        may = now - max(since, scanned + lit_since) >= p.reaction - _ROUNDING
-        if held == _STOP and wanted == lit and may:
-            held, right = wanted, now
-        elif held != _STOP and now - right > p.reaction + _ROUNDING:
-            held, scanned = _STOP, now
-        push = np.zeros(2) if held == _STOP else DIRECTIONS[held] * np.array([p.drive, p.spin])
+        desired = self._direction(act.command.deflection, last.desired)
+        since = last.since if desired == last.desired else now
+        held, scan_start = last.held, last.scan_start
+        right_at = now if held == desired else last.right_at
+        lit, lit_since = self._lit(now - scan_start)
+        reacts = now - max(since, scan_start + lit_since) >= p.reaction_time - _ROUNDING
+        if held == _STOP and desired == lit and reacts:
+            held, right_at = desired, now
+        elif held != _STOP and now - right_at > p.reaction_time + _ROUNDING:
+            held, scan_start = _STOP, now
+        deflection = np.zeros(2)
+        if held != _STOP:
+            deflection = DIRECTIONS[held] * np.array([p.drive_deflection, p.turn_deflection])
         kept = _Memory(
-            of=act.memory, scanned=scanned, held=held, wanted=wanted, since=since, right=right
+            base=act.memory,
+            scan_start=scan_start,
+            held=held,
+            desired=desired,
+            since=since,
+            right_at=right_at,
         )
-        return steered(view, push, kept)
+        return deflected(view, deflection, kept)
 
     def _lit(self, scanning: float) -> tuple[int, float]:
-        """The direction that is lit, and after how much of the scan it was, s."""
-        count = math.floor((scanning + _ROUNDING) / self.parameters.scan)
-        return count % 4, count * self.parameters.scan
+        """Return the lit direction, and the time of the scan at which it lit up, s."""
+        count = math.floor((scanning + _ROUNDING) / self.parameters.scan_period)
+        return count % 4, count * self.parameters.scan_period
 
-    def _wanted(self, push: Floats, before: int) -> int:
-        """Which direction comes nearest to what a stick would do."""
-        if not push.any():
+    def _direction(self, deflection: Floats, last: int) -> int:
+        """Return the direction nearest to a stick deflection (2,), with hysteresis."""
+        if not deflection.any():
             return _STOP
-        p, aside = self.parameters, math.atan2(push[1], push[0])
-        if abs(aside) > math.pi - p.off:
+        p, angle = self.parameters, math.atan2(deflection[1], deflection[0])
+        if abs(angle) > math.pi - p.turn_start_angle:
             return _BACK
-        side = _LEFT if aside > 0.0 else _RIGHT
-        turns_on = before == side and abs(aside) > p.on
-        return side if turns_on or abs(aside) > p.off else _FORWARD
+        side = _LEFT if angle > 0.0 else _RIGHT
+        still_turns = last == side and abs(angle) > p.turn_end_angle
+        return side if still_turns or abs(angle) > p.turn_start_angle else _FORWARD
 
 
-def _when_pressed(view: RiderView, reaction: float) -> RiderView:
-    """Where the chair will be when the hand has done what is wanted now, as practice tells."""
+def _predicted(view: RiderView, reaction_time: float) -> RiderView:
+    """View at the end of the reaction time, which a practised rider anticipates."""
     x, y, heading = view.pose
-    gone, half = view.twist[0] * reaction, heading + view.twist[2] * reaction / 2.0
+    travel = view.twist[0] * reaction_time
+    half = heading + view.twist[2] * reaction_time / 2.0
     pose = np.array(
-        [x + gone * math.cos(half), y + gone * math.sin(half), heading + view.twist[2] * reaction]
+        [
+            x + travel * math.cos(half),
+            y + travel * math.sin(half),
+            heading + view.twist[2] * reaction_time,
+        ]
     )
     return replace(view, pose=pose)
 
 
 @value
 class _Memory:
-    of: Any
-    scanned: float
-    """When the scan began, s."""
+    base: Any
+    scan_start: float
+    """s."""
     held: int
-    """The direction that is driven."""
-    wanted: int
+    """Direction of motion."""
+    desired: int
     since: float
-    """Since when it is wanted, s."""
-    right: float
-    """When the driven direction was last the wanted one, s."""
+    """Time since which it is desired, s."""
+    right_at: float
+    """Last time at which the held direction was the desired one, s."""

@@ -1,20 +1,25 @@
-"""What the chair's sensors see of the true world."""
+"""Simulated sensors: laser scanners, LiDARs and depth cameras, localisation, odometry."""
 
-from cohelm.simulation.sensors.cloud import Sweep, scan_cloud, sweep_cloud, visible_shares
-from cohelm.simulation.sensors.figures import Bodies
+from cohelm.simulation.sensors.grid_raycast import cast
+from cohelm.simulation.sensors.human_bodies import HumanBodies
 from cohelm.simulation.sensors.laser import sweep
 from cohelm.simulation.sensors.localisation import Localisation, Odometry
-from cohelm.simulation.sensors.raycast import cast
-from cohelm.simulation.sensors.scenery import LEVEL, Floor, Scenery
+from cohelm.simulation.sensors.point_cloud import (
+    LabelledCloud,
+    scan_cloud,
+    sweep_cloud,
+    visible_shares,
+)
+from cohelm.simulation.sensors.static_scene import LEVEL, FloorSurface, StaticScene
 
 __all__ = [
     "LEVEL",
-    "Bodies",
-    "Floor",
+    "FloorSurface",
+    "HumanBodies",
+    "LabelledCloud",
     "Localisation",
     "Odometry",
-    "Scenery",
-    "Sweep",
+    "StaticScene",
     "cast",
     "scan_cloud",
     "sweep",

@@ -11,11 +11,11 @@ from cohelm.geometry import compose
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Scan
 from cohelm.robots import LaserMount
-from cohelm.simulation.sensors.raycast import cast
-from cohelm.simulation.walls import walls_of
+from cohelm.simulation.sensors.grid_raycast import cast
+from cohelm.simulation.wall_geometry import walls_of
 
 
-def sweep(  # one reading depends on all of these
+def sweep(
     mount: LaserMount,
     grid: OccupancyGrid,
     people: Floats,
@@ -24,14 +24,13 @@ def sweep(  # one reading depends on all of these
     time: float,
     rng: np.random.Generator,
 ) -> Scan:
-    """What the scanner reads; the chair that carries it is not seen.
+    """Simulate one sweep; the chair that carries the scanner is not detected.
 
-    Only occupied cells reflect; unknown ones do not. As many random numbers are drawn whatever
-    there is to see.
+    Only occupied cells reflect; unknown ones do not. The number of random draws is constant.
 
     Args:
         mount: the scanner on the robot.
-        grid: what truly stands there.
+        grid: true obstacles.
         people: (n, 3) bodies as (x, y, radius), map frame, m.
         X_MR: (3,) the robot's true pose.
         time: of the sweep, s.

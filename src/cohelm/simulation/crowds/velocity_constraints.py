@@ -1,0 +1,232 @@
+"""Velocity constraints of pedestrians: ORCA's half-planes, and freedom from contact in one step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.simulation.crowds.half_planes import best_velocity
+from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
+
+PARTING_SPEED = 0.5
+"""Maximum speed at which overlapping bodies part, m/s."""
+
+
+@njit(cache=True)
+def orca_velocities(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scalars
+    position: Floats,
+    velocity: Floats,
+    radius: Floats,
+    body: Floats,
+    desired: Floats,
+    max_speed: Floats,
+    sees_robot: Booleans,
+    walls: SurfaceCells,
+    neighbor_dist: float,
+    max_neighbors: int,
+    horizon: float,
+    wall_horizon: float,
+    robot_share: float,
+    dt: float,
+) -> Floats:
+    """Compute the velocities (n, 2) of n people; row n of the first three arrays is the robot."""
+    n = desired.shape[0]
+    out = np.empty((n, 2))
+    for i in range(n):
+        # Walls are hard constraints, other people soft ones.
+        extent = body[i] + max_speed[i] * wall_horizon + 2.0 * walls.half
+        fixed = wall_planes(walls, position[i], body[i], extent, wall_horizon)
+        others = _neighbours(position, i, sees_robot[i], neighbor_dist, max_neighbors)
+        hard = fixed.shape[0]
+        planes = np.empty((hard + others.shape[0], 4))
+        planes[:hard] = fixed
+        for k in range(others.shape[0]):
+            j = others[k]
+            share = robot_share if j == n else 0.5
+            planes[hard + k] = _orca_plane(position, velocity, radius, i, j, horizon, dt, share)
+        vx, vy = best_velocity(planes, hard, max_speed[i], desired[i, 0], desired[i, 1])
+        # Rounding must not lead through a wall.
+        keep = allowed_share(fixed, vx, vy)
+        out[i, 0], out[i, 1] = keep * vx, keep * vy
+    return out
+
+
+@njit(cache=True)
+def _neighbours(
+    position: Floats, i: int, sees_robot: bool, distance: float, limit: int
+) -> Integers:
+    """Find the ``limit`` nearest others within a distance; the last row is the robot."""
+    m = position.shape[0]
+    found = np.empty(limit, dtype=np.int64)
+    near = np.empty(limit)
+    count = 0
+    farthest = distance * distance
+    for j in range(m):
+        if j == i or (j == m - 1 and not sees_robot) or limit == 0:
+            continue
+        dx, dy = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+        d2 = dx * dx + dy * dy
+        if d2 >= farthest:
+            continue
+        if count < limit:
+            count += 1
+        k = count - 1
+        while k > 0 and d2 < near[k - 1]:
+            near[k], found[k] = near[k - 1], found[k - 1]
+            k -= 1
+        near[k], found[k] = d2, j
+        if count == limit:
+            farthest = near[count - 1]
+    return found[:count]
+
+
+@njit(cache=True)
+def _orca_plane(  # noqa: PLR0917  # numba kernel: arrays and scalars
+    position: Floats,
+    velocity: Floats,
+    radius: Floats,
+    i: int,
+    j: int,
+    horizon: float,
+    dt: float,
+    share: float,
+) -> tuple[float, float, float, float]:
+    """Half-plane of velocities of ``i`` induced by ``j``; van den Berg et al., eq. (4)–(6).
+
+    u is the smallest change of the relative velocity that leaves the velocity obstacle, truncated
+    at the horizon; ``i`` takes ``share`` of it. Overlapping bodies must part within ``dt``.
+    """
+    px, py = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+    vx, vy = velocity[i, 0] - velocity[j, 0], velocity[i, 1] - velocity[j, 1]
+    d2 = px * px + py * py
+    r = radius[i] + radius[j]
+    apart = d2 > r * r
+    rate = 1.0 / horizon if apart else 1.0 / dt
+    wx, wy = vx - rate * px, vy - rate * py
+    w2 = wx * wx + wy * wy
+    dot = wx * px + wy * py
+    if not apart or (dot < 0.0 and dot * dot > r * r * w2):
+        # The cut-off circle is nearest.
+        w = math.sqrt(w2)
+        nx, ny = (wx / w, wy / w) if w > 0.0 else (-1.0, 0.0)
+        dx, dy = ny, -nx
+        ux, uy = (r * rate - w) * nx, (r * rate - w) * ny
+    else:
+        # A leg of the cone is nearest.
+        leg = math.sqrt(d2 - r * r)
+        if px * wy - py * wx > 0.0:
+            dx, dy = (px * leg - py * r) / d2, (px * r + py * leg) / d2
+        else:
+            dx, dy = -(px * leg + py * r) / d2, -(-px * r + py * leg) / d2
+        along = vx * dx + vy * dy
+        ux, uy = along * dx - vx, along * dy - vy
+    return velocity[i, 0] + share * ux, velocity[i, 1] + share * uy, dx, dy
+
+
+@njit(cache=True)
+def wall_planes(
+    walls: SurfaceCells,
+    position: Floats,
+    body: float,
+    distance: float,
+    horizon: float,
+) -> Floats:
+    """Hard half-planes (k, 4): v·u ≤ max(d − body, 0) / horizon towards walls within a distance.
+
+    d is the distance to the wall. Standing still is always allowed.
+    """
+    x, y = to_grid_frame(walls, position[0], position[1])
+    region = free_region(near_cells(walls, x, y, distance), walls.half, x, y)
+    cos, sin = math.cos(walls.X_MG[2]), math.sin(walls.X_MG[2])
+    out = np.empty((region.shape[0], 4))
+    for k in range(region.shape[0]):
+        ux = cos * region[k, 0] - sin * region[k, 1]
+        uy = sin * region[k, 0] + cos * region[k, 1]
+        speed = max(region[k, 2] - body, 0.0) / horizon
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = speed * ux, speed * uy, -uy, ux
+    return out
+
+
+@njit(cache=True)
+def allowed_share(planes: Floats, vx: float, vy: float) -> float:
+    """Share of a velocity that half-planes about 0 allow; 1 except for rounding."""
+    keep = 1.0
+    for k in range(planes.shape[0]):
+        px, py, dx, dy = planes[k]
+        towards = vx * dy - vy * dx
+        allowed = max(px * dy - py * dx, 0.0)
+        if towards > allowed:
+            keep = min(keep, allowed / towards)
+    return keep
+
+
+@njit(cache=True)
+def without_contact(  # noqa: PLR0917  # numba kernel: arrays and scalars
+    position: Floats,
+    velocity: Floats,
+    radius: Floats,
+    desired: Floats,
+    max_speed: Floats,
+    sees_robot: Booleans,
+    walls: SurfaceCells,
+    dt: float,
+) -> Floats:
+    """Velocities (n, 2) nearest to the desired ones without overlap of bodies after ``dt``.
+
+    Towards another v·u ≤ gap / 2dt, towards the robot v·u ≤ gap / dt + its own velocity along u,
+    towards a wall v·u ≤ gap / dt: half-planes, of which those of walls are hard. Each person
+    closes at most their share of a gap. Overlapping bodies part at up to ``PARTING_SPEED``.
+
+    Args:
+        position, velocity, radius: (n + 1, 2), (n + 1, 2), (n + 1,); the last is the robot.
+        desired: (n, 2), m/s.
+        max_speed: (n,), m/s.
+        sees_robot: (n,); False: the robot is ignored.
+        walls: surface cells of the grid.
+        dt: s.
+    """
+    n = desired.shape[0]
+    out = np.empty((n, 2))
+    order = np.argsort(position[:, 0], kind="mergesort")
+    fastest = max(np.max(max_speed) if n > 0 else 0.0, math.hypot(velocity[n, 0], velocity[n, 1]))
+    widest = np.max(radius) if n > 0 else 0.0
+    for a in range(n + 1):
+        i = order[a]
+        if i == n:
+            continue
+        extent = radius[i] + max_speed[i] * dt + 2.0 * walls.half
+        fixed = wall_planes(walls, position[i], radius[i], extent, dt)
+        hard, count = fixed.shape[0], fixed.shape[0]
+        # Candidates are contiguous in the order of x.
+        reach = radius[i] + widest + 2.0 * fastest * dt
+        low, high = a, a + 1
+        while low > 0 and position[i, 0] - position[order[low - 1], 0] <= reach:
+            low -= 1
+        while high <= n and position[order[high], 0] - position[i, 0] <= reach:
+            high += 1
+        planes = np.empty((hard + high - low, 4))
+        planes[:hard] = fixed
+        for b in range(low, high):
+            j = order[b]
+            if j == i or (j == n and not sees_robot[i]):
+                continue
+            dx, dy = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+            d = math.hypot(dx, dy)
+            if d > reach or d == 0.0:
+                continue
+            ux, uy = dx / d, dy / d
+            gap = d - radius[i] - radius[j]
+            if j == n:
+                speed = max(gap / dt, -PARTING_SPEED) + velocity[n, 0] * ux + velocity[n, 1] * uy
+            else:
+                speed = max(0.5 * gap / dt, -PARTING_SPEED)
+            planes[count, 0], planes[count, 1] = speed * ux, speed * uy
+            planes[count, 2], planes[count, 3] = -uy, ux
+            count += 1
+        vx, vy = best_velocity(planes[:count], hard, max_speed[i], desired[i, 0], desired[i, 1])
+        keep = allowed_share(fixed, vx, vy)
+        out[i, 0], out[i, 1] = keep * vx, keep * vy
+    return out

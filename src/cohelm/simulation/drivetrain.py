@@ -1,0 +1,115 @@
+"""Drivetrain: limits, lag and braking between command and state."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Annotated, Floats, Shape, unchecked, value
+from cohelm.messages import Decision
+from cohelm.robots import Robot, move
+from cohelm.robots.kinematics import slowed
+
+
+@value
+class DriveState:
+    """State of the drivetrain."""
+
+    pose: Annotated[Floats, Shape("3")]
+    """X_MR, true."""
+    setpoint: Annotated[Floats, Shape("m")]
+    """Set-point of the motor controller after its ramps, inputs of the kinematics."""
+    inputs: Annotated[Floats, Shape("m")]
+    """Actual inputs."""
+    twist: Annotated[Floats, Shape("3")]
+    """Actual twist in the robot frame."""
+
+
+def at_rest(robot: Robot, pose: Floats) -> DriveState:
+    """Return the state of a chair at rest at ``pose``."""
+    zero = np.zeros(robot.motion.inputs)
+    return DriveState(pose=pose, setpoint=zero, inputs=zero, twist=np.zeros(3))
+
+
+@dataclass(frozen=True, slots=True)
+class DriveCommand:
+    """Command to the motor controller, (m,) each; constant until the next decision."""
+
+    target: Floats
+    """Inputs within the speed limits."""
+    rise: Floats
+    """Maximum rise per second."""
+    fall: Floats
+    """Maximum fall per second."""
+    braking: Floats | None
+    """Deceleration of an emergency stop; None: no emergency."""
+
+
+def drive_command(robot: Robot, decision: Decision) -> DriveCommand:
+    """Convert a decision to a command.
+
+    The twist is limited to the robot's speed limits; NaN counts as zero. An emergency brakes with
+    the maximum deceleration.
+    """
+    lower, upper, rise, fall = robot.input_bounds
+    target = robot.motion.input(decision.twist)
+    target = np.where(np.isfinite(target), target, 0.0)
+    target = np.minimum(np.maximum(target, lower), upper)
+    target = slowed(target, robot.max_speed, robot.motion.translating)
+    if not decision.emergency:
+        return DriveCommand(target, rise, fall, None)
+    return DriveCommand(np.zeros_like(target), rise, fall, _emergency_deceleration(robot))
+
+
+def step_drivetrain(
+    robot: Robot, state: DriveState, command: DriveCommand, dt: float
+) -> DriveState:
+    """Return the state ``dt`` later.
+
+    The set-point follows the command within the acceleration limits, and the wheels follow the
+    set-point with a first-order lag; the pose moves on an exact arc.
+    """
+    rise, fall, hardest = command.rise, command.fall, command.braking
+    if hardest is not None:
+        rise = np.where(state.setpoint < 0.0, np.maximum(rise, hardest), rise)
+        fall = np.where(state.setpoint > 0.0, np.maximum(fall, hardest), fall)
+    lag = robot.actuation_lag
+    follow = 1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0
+    setpoint, inputs = _followed(
+        state.setpoint, state.inputs, command.target, -fall * dt, rise * dt, follow
+    )
+    twist = robot.motion.twist(inputs)
+    pose = move(state.pose, twist, dt)
+    return unchecked(state, pose=pose, setpoint=setpoint, inputs=inputs, twist=twist)
+
+
+_STILL = 1e-4
+"""Input below which the brakes hold a chair that should stand, m/s or rad/s."""
+
+
+@njit(cache=True)
+def _followed(
+    setpoint: Floats, inputs: Floats, target: Floats, low: Floats, high: Floats, share: float
+) -> tuple[Floats, Floats]:
+    """Next set-point and inputs, (m,) each.
+
+    low, high: limits of the change of the set-point; share: of the remaining difference by which
+    the inputs approach it.
+    """
+    to, do = np.empty(len(target)), np.empty(len(target))
+    for i in range(len(target)):
+        to[i] = setpoint[i] + min(max(target[i] - setpoint[i], low[i]), high[i])
+        do[i] = inputs[i] + share * (to[i] - inputs[i])
+        if to[i] == 0.0 and abs(do[i]) < _STILL:
+            do[i] = 0.0
+    return to, do
+
+
+def _emergency_deceleration(robot: Robot) -> Floats:
+    """Emergency deceleration (m,) of the inputs that translate the chair, 0 of the others."""
+    twists = robot.motion.twist(np.eye(robot.motion.inputs))
+    translates = np.any(twists[:, :2] != 0.0, axis=1)
+    return np.where(translates, robot.emergency_deceleration, 0.0)
