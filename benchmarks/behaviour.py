@@ -171,7 +171,8 @@ def run_case(key: str, out: Path) -> str:
 
 def ride(key: str) -> Arrays:
     """One ride: every pose, command and reason."""
-    from cohelm.evaluation import load_scenario, run
+    from cohelm.evaluation import run
+    from cohelm.scenarios import load_scenario
 
     name, seed, given = RIDES[key.removeprefix("ride/")]
     given = dict(given)
@@ -202,11 +203,11 @@ def ride(key: str) -> Arrays:
 
 def plan(key: str) -> Arrays:
     """One route across the hospital floor."""
-    from cohelm.evaluation import load_scenario, set_stage
+    from cohelm.scenarios import build_scenario, load_scenario
 
     floor, method, wish = PLANS[key]
     changes = {"prefer": None, **wish, "global_planner": {"use": method}}
-    path = set_stage(load_scenario(floor, ["people.count=0"], changes), 0).route
+    path = build_scenario(load_scenario(floor, ["people.count=0"], changes), 0).route
     return {"points": path.points, "cost": path.cost, "length": path.length}
 
 
@@ -214,14 +215,14 @@ def recording(key: str) -> Arrays:
     """Who is found in every frame of a recording."""
     from itertools import islice
 
-    from cohelm.evaluation import perception_of, watch
+    from cohelm.evaluation import perceive_frames, perception_of
     from cohelm.recordings import open_recording
 
     (name,) = (each for each in RECORDINGS if Path(each).stem == key.removeprefix("recording/"))
     people, times = [], []
     source = open_recording(data(name))
     still = source.frames == 1
-    for seen in watch(islice(source, FRAMES), perception_of(), still=still, at_rest=True):
+    for seen in perceive_frames(islice(source, FRAMES), perception_of(), still=still, at_rest=True):
         found = seen.perceived.people
         times.append(seen.observation.time)
         member = seen.perceived.groups.member
@@ -232,11 +233,11 @@ def recording(key: str) -> Arrays:
 
 def crowdnav(key: str) -> Arrays:
     """CrowdNav's first recorded cases."""
-    from cohelm.evaluation.benches.crowdnav import on
-    from cohelm.evaluation.crowdnav import run
+    from cohelm.benchmarks.external.crowdnav import create
+    from cohelm.evaluation.external.crowdnav import run
 
     model = key.removeprefix("crowdnav/")
-    bench = on(kinematics=model)
+    bench = create(kinematics=model)
     outcomes = [
         run(bench._people(case), bench._driver(0.0, model), model) for case in range(CROWDNAV_CASES)
     ]

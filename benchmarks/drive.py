@@ -63,7 +63,7 @@ class Rider:
         """Alive, and where the stick is."""
         self.seq += 1
         await self.send(
-            type="beat",
+            type="heartbeat",
             seq=self.seq,
             sent=1e3 * time.monotonic(),
             forward=self.stick,
@@ -76,17 +76,17 @@ class Rider:
             now, said = time.monotonic(), json.loads(text)
             if said["type"] == "welcome":
                 self.client = said["client"]
-            elif said["type"] == "ended":
+            elif said["type"] == "ride_ended":
                 self.arrived += said["outcome"] == "arrived"
             elif said["type"] == "state":
                 self.state = said
                 if said["driver"] == self.client:
-                    for seq in [each for each in self.pushed if each <= said["heard"]]:
+                    for seq in [each for each in self.pushed if each <= said["heartbeat"]]:
                         self.took.append(1e3 * (now - self.pushed.pop(seq)))
 
     async def drive(self, seconds: float) -> None:
         """From place to place, nudging the stick and confirming whatever asks for it."""
-        await self.send(type="take")
+        await self.send(type="take_control")
         end, chosen, push, k = time.monotonic() + seconds, 0.0, 0.0, 0
         while (now := time.monotonic()) < end:
             await asyncio.sleep(BEAT / 4)
@@ -95,12 +95,12 @@ class Rider:
                 self.confirmed += 1
                 await self.send(type="resume")
             if link == "ready" and (self.state["goal"] is None or now - chosen > LONG):
-                await self.send(type="go", id=k + 1, place=PLACES[k % len(PLACES)])
+                await self.send(type="set_goal", id=k + 1, place=PLACES[k % len(PLACES)])
                 chosen, k = now, k + 1
             pushes = now % OFTEN < WHILE
             if link == "ready" and now - push > PUSH and (pushes or self.stick):
                 self.stick, push, changed = 0.3 - self.stick, now, True
-            elif link in {"centre", "stopped", "confirm", "silent"}:
+            elif link in {"centre_stick", "stick_held", "confirm", "no_heartbeat"}:
                 self.stick = 0.0
             if changed or now * 40 % 4 < 1:
                 await self.beat()

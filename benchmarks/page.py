@@ -109,7 +109,7 @@ def opened(browser: Browser, address: str, width: int, height: int, **more: Any)
     page = context.new_page()
     page.set_default_timeout(60_000)
     page.goto(address)
-    expect(page.get_by_text("Nobody drives.")).to_be_visible(timeout=60_000)
+    expect(page.get_by_text("No driver.")).to_be_visible(timeout=60_000)
     yield page
     context.close()
 
@@ -133,7 +133,7 @@ def take(page: Page) -> None:
 
 def go(page: Page, place: str) -> None:
     """Choose where to go."""
-    show(page, "Where")
+    show(page, "Go to")
     field = page.get_by_role("searchbox")
     field.fill(place)
     field.press("Enter")
@@ -157,7 +157,7 @@ def release(page: Page) -> None:
     """Let the next page drive, from where the chair stands now."""
     page.get_by_role("button", name="STOP", exact=True).click()
     show(page, "Drive")
-    page.get_by_role("button", name="Stop driving from this page").click()
+    page.get_by_role("button", name="Release control").click()
     page.wait_for_timeout(500)
 
 
@@ -200,7 +200,7 @@ def keys(browser: Browser, address: str) -> None:
         states: list[dict[str, Any]] = []
         page.on("websocket", lambda socket: listen(socket, beats, states))
         page.reload()
-        expect(page.get_by_text("Nobody drives.")).to_be_visible(timeout=60_000)
+        expect(page.get_by_text("No driver.")).to_be_visible(timeout=60_000)
         epoch = page.evaluate("performance.timeOrigin") / 1000.0 - time.time() + time.monotonic()
         take(page)
         page.evaluate("document.activeElement.blur()")
@@ -224,7 +224,7 @@ def keys(browser: Browser, address: str) -> None:
 
 def listen(socket: Any, beats: list[dict[str, Any]], states: list[dict[str, Any]]) -> None:
     """Keep what goes to and fro."""
-    socket.on("framesent", lambda text: '"beat"' in text and beats.append(json.loads(text)))
+    socket.on("framesent", lambda text: '"heartbeat"' in text and beats.append(json.loads(text)))
     socket.on("framereceived", lambda text: '"heard"' in text and states.append(json.loads(text)))
 
 
@@ -236,7 +236,7 @@ def wheels(
     if told is None or told["sent"] > pressed + 120.0:
         return None
     for state in states:
-        if state["heard"] >= told["seq"]:
+        if state["heartbeat"] >= told["seq"]:
             return float(state["clock"] - epoch - pressed / 1000.0)
     return None
 
@@ -250,16 +250,16 @@ def pictures(browser: Browser, address: str, folder: Path) -> None:
         keep(page, folder / "page-phone.png")
         release(page)
     with opened(browser, address, 820, 1180) as page:
-        show(page, "Way")
-        page.get_by_label("Or by the name of a place").select_option("Laboratory")
-        page.get_by_role("button", name="Go by there").click()
+        show(page, "Route")
+        page.get_by_label("Or choose a place").select_option("Laboratory")
+        page.get_by_role("button", name="Go via here").click()
         page.wait_for_timeout(4000)
         keep(page, folder / "page-tablet.png")
-        page.get_by_role("button", name="Do it").click()
+        page.get_by_role("button", name="Use this route").click()
         page.wait_for_timeout(1000)
     with opened(browser, address, 1280, 800) as page:
         take(page)
-        show(page, "Way")
+        show(page, "Route")
         ride(page, 9.0)
         keep(page, folder / "page-desktop.png")
         release(page)
@@ -270,10 +270,10 @@ def pictures(browser: Browser, address: str, folder: Path) -> None:
         keep(page, folder / "page-dark.png")
         release(page)
     with opened(browser, address, 1280, 800, contrast="more") as page:
-        show(page, "More")
+        show(page, "Settings")
         page.get_by_label("One switch").check()
         take(page)
-        show(page, "Where")
+        show(page, "Go to")
         ride(page, 6.0)
         keep(page, folder / "page-high-contrast.png")
 

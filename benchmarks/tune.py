@@ -3,11 +3,11 @@
     python benchmarks/tune.py [--planners ss_mpc_dcbf,dwa] [--draws 60] [--workers 2]
 
 What is drawn is declared in ``benchmarks/tuned/spaces.yaml``; how, and what the cost counts, in
-``cohelm.evaluation.tuning``: collisions first, then arriving, then time, standing about, coming
+``cohelm.benchmarks.tuning``: collisions first, then arriving, then time, standing about, coming
 nearer than 0.45 m, and jerk. Seeds are 1000 and beyond; results are ridden on those below.
 
 For each planner it writes to ``benchmarks/tuned/`` all rides (``.csv``) and all draws with their
-costs, versions and seeds (``.json``), and the best draw to ``src/cohelm/evaluation/tuned/`` where
+costs, versions and seeds (``.json``), and the best draw to ``src/cohelm/scenarios/tuned/`` where
 ``cohelm bench rides --tuned`` finds it. Ctrl-C keeps what is there, and the next call goes on with
 it, as long as the code has not changed since.
 """
@@ -31,9 +31,7 @@ from typing import Any
 import yaml
 
 import cohelm
-from cohelm.errors import CohelmError
-from cohelm.evaluation.presets import nested, tuned_file
-from cohelm.evaluation.tuning import (
+from cohelm.benchmarks.tuning import (
     CYCLE,
     DRAWS,
     FIRST_SEED,
@@ -46,11 +44,13 @@ from cohelm.evaluation.tuning import (
     read_spaces,
     survivors,
 )
+from cohelm.errors import CohelmError
+from cohelm.scenarios.presets import nested, tuned_file
 
 FOLDER = Path(__file__).parent / "tuned"
 COLUMNS = ("key", "draw", "ride", "scene", "seed", "outcome", "cost", *PARTS, "error")
-NO_PART_OF_RIDES = ("cli", "pictures", "recordings", "testing", "benches", "tuned")
-"""Folders of the package whose code decides no ride."""
+NO_PART_OF_RIDES = ("cli", "live", "plotting", "recordings", "testing", "tuned", "web")
+"""Folders of the package whose code does not affect rides."""
 PARTS_THAT_COUNT = ("cohelm", "numpy", "scipy", "numba", "daqp")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohelm.evaluation.benches.bench import Result
+from cohelm.benchmarks.bench import Result
 
 PLANNERS = ("ours", "dwa", "teb")
 SCENES = ("crossing", "aggressive")
@@ -17,7 +17,7 @@ def result(scene="crossing", planner="ours", seed=0, **changes):
         "planner": planner,
         "seed": seed,
         "outcome": "reached",
-        "time_alone": 10.0,
+        "time_empty_floor": 10.0,
         "collision_speed": np.nan,
         "stops": 0,
         "time": 12.0,
@@ -27,7 +27,7 @@ def result(scene="crossing", planner="ours", seed=0, **changes):
         "collisions_wall": 0.0,
         "standing_contacts": 0.0,
         "agreement": np.nan,
-        "people_from": "tracker",
+        "people_source": "tracker",
         "config": "c0ffee",
         "version": "0.1.0",
         "error": "",

@@ -8,12 +8,12 @@ import math
 import numpy as np
 import pytest
 
+from cohelm.benchmarks.bench import Result
 from cohelm.cli.app import status
-from cohelm.evaluation.benches.bench import Result
-from cohelm.evaluation.results import Rides, read_rides, write_results
-from cohelm.evaluation.results.compare import as_dict, compare
-from cohelm.evaluation.results.ratings import read_ratings
-from cohelm.evaluation.sweeps.asked import Asked, write_asked
+from cohelm.evaluation.report import Rides, read_rides, write_results
+from cohelm.evaluation.report.compare import as_dict, compare
+from cohelm.evaluation.report.ratings import read_ratings
+from cohelm.evaluation.sweeps.store import SweepHeader, SweepSize, SweepStore
 from cohelm.evaluation.sweeps.sweep import write_rows
 
 from .sweep_rows import result, sweep
@@ -44,7 +44,8 @@ def test_a_part_is_called_one(tmp_path, capsys):
     folders = [tmp_path / "a", tmp_path / "b"]
     for folder, many in zip(folders, (6, 4), strict=True):
         folder.mkdir()
-        write_asked(Asked(tasks=6, rides=6), folder)
+        with SweepStore(folder, SweepHeader("rides", {}, {})) as store:
+            store.set_size(SweepSize(tasks=6, rides=6))
         write_rows([result(seed=k).row for k in range(many)], folder / "rows.csv")
     paths = [str(folder) for folder in folders]
     assert status(["compare", *paths]) == 0
@@ -65,7 +66,7 @@ def test_an_injected_regression_is_flagged(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     worse = [c for c in found["changes"] if c["verdict"] == "worse"]
     assert {(c["planner"], c["measure"]) for c in worse} == {("dwa", "time")}
-    assert worse[0]["less"] == pytest.approx(0.3, abs=1e-3)
+    assert worse[0]["difference"] == pytest.approx(0.3, abs=1e-3)
 
     assert status(["compare", str(a), str(b)]) == 1
     assert "regression" in capsys.readouterr().out
@@ -115,12 +116,15 @@ def test_only_equal_seeds_are_compared():
 
 def test_what_has_no_number_is_left_out_without_a_warning():
     """The nearest person of a ride with nobody near is at infinity, in A as in B."""
-    far, odd = {"min_distance": math.inf, "time": 10.0}, {"time_alone": 0.0, "time": math.inf}
+    far, odd = {"min_distance": math.inf, "time": 10.0}, {"time_empty_floor": 0.0, "time": math.inf}
     results = [result(seed=k, **(odd if k % 2 else far)) for k in range(6)]
     found = compare(_rides(results), _rides(results))
     assert (found.pairs, found.identical, found.regressions) == (6, 6, ())
     assert _rides(results).column("time_ratio").tolist() == pytest.approx(
-        [10.0 / r.row["time_alone"] if r.row["time_alone"] else math.nan for r in results],
+        [
+            10.0 / r.row["time_empty_floor"] if r.row["time_empty_floor"] else math.nan
+            for r in results
+        ],
         nan_ok=True,
     )
     json.dumps(as_dict(found))
@@ -178,7 +182,7 @@ def test_a_rating_is_not_of_a_ride_that_was_changed(tmp_path):
 def test_ratings_pick_exactly_one_ride(tmp_path, capsys):
     folder = _folder(tmp_path / "a", sweep(2))
     assert status(["rate", str(folder), "--rating", "4", "--seed", "0"]) == 2
-    assert "6 rides are meant" in capsys.readouterr().err
+    assert "6 rides match" in capsys.readouterr().err
     assert status(["rate", str(folder), "--rating", "4", "--seed", "77"]) == 2
     assert status(["rate", str(folder), "--rating", "4", "--ride", "who=me"]) == 2
     assert status(["rate", str(folder), "--rating", "6", "--seed", "0"]) == 2
@@ -199,4 +203,4 @@ def test_ratings_that_cannot_be_read_are_refused_but_sink_no_report(tmp_path, ca
     write_results([result()], tmp_path, seconds=0.0, panels=False)
     assert "no ratings" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert status(["rate", str(tmp_path)]) == 2
-    assert "is no rating" in capsys.readouterr().err
+    assert "is not a rating" in capsys.readouterr().err

@@ -15,9 +15,9 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps import dask_cluster
-from cohelm.evaluation.sweeps.executors import WorkersFailed, executor_for, serially
+from cohelm.evaluation.sweeps.executors import WorkersFailed, serially
 from cohelm.evaluation.sweeps.ride_task import TIMINGS
-from cohelm.evaluation.sweeps.sweep import sweep
+from cohelm.evaluation.sweeps.sweep import executor_for, sweep
 
 pytest.importorskip("distributed")
 quiet = pytest.mark.filterwarnings("default")  # those of the cluster's own processes and sockets
@@ -43,14 +43,15 @@ def toy(toys):
     return toy_bench
 
 
+@pytest.mark.slow
 @quiet
 def test_a_worker_that_dies_loses_nothing_and_files_come_back(toy, tmp_path):
     tasks = toy.Toy().tasks(range(8))
-    bench = toy.on([(1, "exits once"), (2, "raises")], tmp_path)
+    bench = toy.create([(1, "exits once"), (2, "raises")], tmp_path)
     done = on_cluster(bench, tasks, tmp_path / "dask")
-    assert {i: each.error for i, each in done.faults.items()} == {2: "ZeroDivisionError: no task 2"}
+    assert {i: each.error for i, each in done.errors.items()} == {2: "ZeroDivisionError: no task 2"}
     (tmp_path / "serial").mkdir()
-    serial = sweep(toy.on(), tasks, tmp_path / "serial", executor=serially)
+    serial = sweep(toy.create(), tasks, tmp_path / "serial", executor=serially)
     assert plain(done.results) == plain([r for r in serial.results if r.row["seed"] != 2])
     assert (tmp_path / "dask" / "file-7.txt").read_text() == "task 7"
 
@@ -58,8 +59,8 @@ def test_a_worker_that_dies_loses_nothing_and_files_come_back(toy, tmp_path):
 @quiet
 @pytest.mark.slow
 def test_a_task_that_ends_every_worker_is_a_fault(toy, tmp_path):
-    done = on_cluster(toy.on([(1, "exits")]), toy.Toy().tasks(range(4)), tmp_path / "dask")
-    assert {i: each.error for i, each in done.faults.items()} == {1: "its worker died, 3 times"}
+    done = on_cluster(toy.create([(1, "exits")]), toy.Toy().tasks(range(4)), tmp_path / "dask")
+    assert {i: each.error for i, each in done.errors.items()} == {1: "its worker died, 3 times"}
     assert len(done.results) == 6
 
 
@@ -156,7 +157,7 @@ def test_workers_that_come_later_and_a_scheduler_that_goes(
         if progress.done == 6:
             os.killpg(scheduler[1].pid, signal.SIGKILL)
 
-    bench = toy.on(takes=0.2)
+    bench = toy.create(takes=0.2)
     with pytest.raises(WorkersFailed, match=r"scheduler went away.*--resume"):
         on_cluster(bench, bench.tasks(range(400)), tmp_path / "o", where=scheduler[0], watch=watch)
     with (tmp_path / "o" / "rows.csv").open() as rows:
@@ -196,7 +197,7 @@ def test_a_worker_with_other_code_is_told(scheduler, worker, patient, toy, toys,
     )
     worker(PYTHONPATH=f"{tmp_path}:{toys}")
     with pytest.raises(WorkersFailed, match=r"runs other code \(daqp .* → 1.0\)"):
-        on_cluster(toy.on(), toy.Toy().tasks(range(2)), tmp_path / "out", where=scheduler[0])
+        on_cluster(toy.create(), toy.Toy().tasks(range(2)), tmp_path / "out", where=scheduler[0])
 
 
 # ---------------------------------------------------------------------------- rides
@@ -230,7 +231,7 @@ def test_thousands_of_rides_are_those_of_one_process_though_a_worker_is_killed(t
     (tmp_path / "serial").mkdir()
     there = on_cluster(bench, bench.tasks(range(count)), tmp_path / "dask", watch=kill_one)
     assert killed
-    assert (len(there.results), there.whole, there.faults) == (count, True, {})
+    assert (len(there.results), there.is_complete, there.errors) == (count, True, {})
     here = sweep(bench, bench.tasks(range(count)), tmp_path / "serial", executor=serially)
     assert {each.row["error"] for each in here.results} == {""}
     same_rides(here.results, there.results)

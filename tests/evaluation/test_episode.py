@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import identical
-from cohelm.evaluation import Outcome, load_scenario, measure, run
+from cohelm.evaluation import Outcome, measure, run
+from cohelm.scenarios import load_scenario
 from cohelm.simulation import is_standing
 
 
@@ -68,9 +69,9 @@ def test_a_lidar_that_fails_stops_the_chair_and_the_ride_says_why(kind, reason):
 def test_driving_blind_into_a_person_is_a_collision():
     # A rider who does not look, with nobody checking: manual is allowed to collide.
     settings = [
-        "people={ways: [{points: [[6, 7]]}], see_robot: false}",
+        "people={pedestrians: [{points: [[6, 7]]}], see_robot: false}",
         "mode=manual",
-        "rider={use: ideal, looks: false}",
+        "rider={use: ideal, avoids_obstacles: false}",
     ]
     ride = run(load_scenario("empty", settings), 0)
     assert ride.outcome is Outcome.COLLISION

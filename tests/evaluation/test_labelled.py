@@ -7,16 +7,22 @@ import numpy as np
 import pytest
 
 from cohelm.errors import RecordingError
-from cohelm.evaluation.labelled import REACH, Noted, Own, Scoring, read_truth
-from cohelm.evaluation.mot import Compared, identities
+from cohelm.evaluation.perception.labelled import (
+    REACH,
+    LabelledInstants,
+    LabelScoring,
+    RecordingLabels,
+    read_label_source,
+)
+from cohelm.evaluation.perception.tracking_scores import FrameMatch, identities
 
-from .seen import labels, seen
+from .perceived import labels, seen
 
 HERE = [3.0, 0.0, 0.0, 0.0]
 
 
 def scores(frames, truth=None):
-    scoring = Scoring(truth or Own())
+    scoring = LabelScoring(truth or RecordingLabels())
     for each in frames:
         scoring(each)
     return scoring.scores()
@@ -71,8 +77,8 @@ def test_an_id_that_changes_halfway_is_one_change_and_half_the_identity():
 def test_identities_of_misses_and_false_ones():
     nobody = np.empty((0, 2)), np.empty(0, dtype=int)
     instants = [
-        Compared(true_id=[1], true=[[0.0, 0.0]], told_id=[5], told=[[0.6, 0.0]]),
-        Compared(true_id=[1], true=[[0.0, 0.0]], told_id=nobody[1], told=nobody[0]),
+        FrameMatch(true_id=[1], true=[[0.0, 0.0]], tracked_id=[5], tracked=[[0.6, 0.0]]),
+        FrameMatch(true_id=[1], true=[[0.0, 0.0]], tracked_id=nobody[1], tracked=nobody[0]),
     ]
     found = identities(instants, within=0.5)
     assert (found.misses, found.false, found.switches, found.positions) == (2, 1, 0, 2)
@@ -80,7 +86,7 @@ def test_identities_of_misses_and_false_ones():
 
 
 def test_labels_between_frames_meet_the_first_near_one_only_and_people_who_walked_on():
-    truth = Noted([labels(0.05, [[3.1, 0.0]]), labels(5.0, [[9.0, 0.0]])])
+    truth = LabelledInstants([labels(0.05, [[3.1, 0.0]]), labels(5.0, [[9.0, 0.0]])])
     walking = [[3.0, 0.0, 2.0, 0.0]]
     assert truth.at(seen(0.2, walking)) is None
     found = scores([seen(0.0, walking), seen(0.1, walking)], truth)
@@ -96,7 +102,7 @@ def test_own_json_lines_are_labels(tmp_path):
         {"scores": {}},
     ]
     file.write_text("\n".join(json.dumps(line) for line in lines) + "\n\n")
-    truth = read_truth(file, tmp_path / "a.bag")
+    truth = read_label_source(file, tmp_path / "a.bag")
     assert truth.at(seen(0.0)).id.tolist() == [4]
     assert len(truth.at(seen(0.1)).id) == 0
     assert truth.at(seen(0.3)) is None
@@ -120,7 +126,7 @@ def test_lines_that_make_no_sense_are_named(tmp_path, text, says):
     file = tmp_path / "truth.json"
     file.write_text(text)
     with pytest.raises(RecordingError, match=says) as refused:
-        read_truth(file, tmp_path / "a.bag")
+        read_label_source(file, tmp_path / "a.bag")
     assert str(file) in str(refused.value)
 
 
@@ -128,7 +134,7 @@ def test_walks_begin_with_the_recording(tmp_path):
     file = tmp_path / "obsmat.txt"
     rows = [[frame, 3, 0.1 * frame, 0.0, 2.0, 0.0, 0.0, 0.0] for frame in (0, 10, 20)]
     file.write_text("\n".join(" ".join(map(str, row)) for row in rows))
-    truth = read_truth(file, tmp_path / "a.bag")
+    truth = read_label_source(file, tmp_path / "a.bag")
     assert truth.at(seen(100.0)).position.tolist() == [[0.0, 2.0]]
     assert truth.at(seen(100.4)).position == pytest.approx(np.array([[1.0, 2.0]]))
 
@@ -137,7 +143,7 @@ def test_walks_begin_with_the_recording_and_not_with_what_is_shown_of_it(tmp_pat
     file = tmp_path / "obsmat.txt"
     rows = [[frame, 3, 0.1 * frame, 0.0, 2.0, 0.0, 0.0, 0.0] for frame in (0, 10, 20)]
     file.write_text("\n".join(" ".join(map(str, row)) for row in rows))
-    truth = read_truth(file, tmp_path / "a.bag", 100.0)
+    truth = read_label_source(file, tmp_path / "a.bag", 100.0)
     assert truth.at(seen(100.4)).position == pytest.approx(np.array([[1.0, 2.0]]))
     assert len(truth.at(seen(101.0)).id) == 0  # the walk ended at 0.8 s
 
@@ -162,4 +168,4 @@ def test_a_truth_that_is_missing_or_of_something_else_is_refused(tmp_path, name,
     if not name.startswith("nothing"):
         (tmp_path / name).write_text("Pedestrian 0 0 0 0 0 0 0 1.8 0.5 0.5 1 1 8 0\n")
     with pytest.raises(RecordingError, match=says):
-        read_truth(tmp_path / name, tmp_path / recording)
+        read_label_source(tmp_path / name, tmp_path / recording)

@@ -1,23 +1,21 @@
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cohelm.evaluation import (
-    Outcome,
-    load_scenario,
-    measure,
-    pedestrian_delay,
-    pedestrian_deviation,
-    run,
-    timing,
+from cohelm.evaluation import Outcome, measure, pedestrian_delay, pedestrian_deviation, run, timing
+from cohelm.evaluation.episode.counterfactual import (
+    Counterfactual,
+    counterfactual,
+    simulate_without_robot,
 )
-from cohelm.evaluation.metrics import path_error, people
-from cohelm.evaluation.metrics.groups import group_depth
-from cohelm.evaluation.unmet import Unmet, _walked, unmet
+from cohelm.evaluation.metrics import MEASURES, measure_info, measure_table, path_error, people
+from cohelm.evaluation.metrics.people import group_depth
 from cohelm.messages import Path as Route
 from cohelm.messages import WishReport
+from cohelm.scenarios import load_scenario
 
 
 def along_x(*x):
@@ -183,17 +181,19 @@ def test_agreement_of_commands(made_ride):
     # limits 2 m/s and 1 rad/s: (1, 0) and (0, 1) are at right angles, (1, 0) and (½, 0) agree
     asked = [[2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
     command = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
-    values = measure(made_ride(along_x(0, 1, 2), asked=asked, command=command))
+    values = measure(made_ride(along_x(0, 1, 2), requested=asked, command=command))
     assert values["agreement"] == pytest.approx(0.5)  # (0 + 1)/2; the centred stick does not count
     assert values["disagreement"] == pytest.approx((math.sqrt(2.0) + 0.5) / 2.0)
     assert values["intervention_share"] == 1.0
-    assert values["fight_rate"] == 0.0
+    assert values["conflict_share"] == 0.0
 
 
 def test_fighting_is_turning_opposite_ways(made_ride):
     asked = [[0.0, 0.0, 0.5], [0.0, 0.0, 0.5]]
     command = [[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]]
-    assert measure(made_ride(along_x(0, 1), asked=asked, command=command))["fight_rate"] == 0.5
+    assert (
+        measure(made_ride(along_x(0, 1), requested=asked, command=command))["conflict_share"] == 0.5
+    )
 
 
 def test_effort_and_reversals_of_the_stick(made_ride):
@@ -206,7 +206,7 @@ def test_effort_and_reversals_of_the_stick(made_ride):
 
 def test_without_a_device_the_riders_measures_have_no_meaning(made_ride):
     values = measure(made_ride(along_x(0, 1)))
-    for name in ("agreement", "disagreement", "fight_rate", "rider_effort", "rider_reversals"):
+    for name in ("agreement", "disagreement", "conflict_share", "rider_effort", "rider_reversals"):
         assert math.isnan(values[name])
 
 
@@ -248,12 +248,12 @@ def test_a_group_of_whom_one_is_there_is_none(made_ride):
 def test_people_without_the_chair_are_those_whom_nobody_sees():
     """Blind people walk as if nobody were there, whatever the chair does."""
     blind = run(load_scenario("crossing", ["people.see_robot=false", "time_limit=6"]), 3)
-    assert unmet(blind) is None
-    walked = _walked(blind.setup, blind.seed, len(blind.time))
+    assert counterfactual(blind) is None
+    walked = simulate_without_robot(blind.setup, blind.seed, len(blind.time))
     assert np.array_equal(walked.people, blind.people, equal_nan=True)
     assert np.array_equal(walked.people_target, blind.people_target)
     seen = run(load_scenario("crossing", ["time_limit=6"]), 3)
-    assert np.array_equal(unmet(seen).people[0], seen.people[0])
+    assert np.array_equal(counterfactual(seen).people[0], seen.people[0])
     assert measure(seen)["pedestrian_deviation"] > 0.01
 
 
@@ -272,7 +272,7 @@ def test_deviation_and_delay_against_the_twin_without_the_robot(made_ride):
     )
     moved = np.zeros((4, 1, 4))
     moved[:, :, 0] = 2.0
-    without = Unmet(people=moved, people_target=[[0], [1], [1], [1]])
+    without = Counterfactual(people=moved, people_target=[[0], [1], [1], [1]])
     assert pedestrian_deviation(with_robot, without) == pytest.approx(2.0)
     assert pedestrian_delay(with_robot, without) == pytest.approx(0.5)
     blind = dataclasses.replace(with_robot, people_see=[False])
@@ -290,3 +290,29 @@ def test_timing_gives_median_tail_and_worst_and_the_first_apart(made_ride):
 def test_one_tick_is_all_there_is(made_ride):
     found = timing(made_ride(along_x(0), durations={"tick": np.array([0.5])}))["tick"]
     assert set(found.values()) == {0.5}
+
+
+def test_the_document_of_measures_agrees_with_their_table():
+    page = Path(__file__).parents[2] / "docs" / "measures.md"
+    rows = [
+        [cell.strip() for cell in line.strip("|\n").split("|")]
+        for line in page.read_text(encoding="utf-8").splitlines()
+        if line.startswith("| `")
+    ]
+    directions = {"higher": 1, "lower": -1, "": 0}
+    documented = {
+        name.strip("`"): (label, unit, directions[better]) for name, label, unit, better, _ in rows
+    }
+    table = {
+        each["name"]: (each["label"], each["unit"], each["better"]) for each in measure_table()
+    }
+    assert documented == table
+
+
+def test_a_measure_is_shown_with_its_unit():
+    assert MEASURES["time"].heading == "time to goal, s"
+    assert MEASURES["authority"].text(0.123) == "12.3"  # percent
+    assert MEASURES["reached"].text(1.0) == "100"
+    assert MEASURES["min_distance"].text(-0.001) == "0.00"
+    assert MEASURES["min_distance"].text(math.nan) == "–"
+    assert measure_info("people.count").heading == "people.count"

@@ -15,18 +15,18 @@ from rosbags.highlevel import AnyReader
 
 from cohelm.arrays import identical
 from cohelm.errors import RecordingError, ScenarioError
-from cohelm.evaluation import Episode, load_scenario, run
-from cohelm.evaluation.open_loop import CHANGEABLE, replayed, scenario_of
-from cohelm.evaluation.recorded import facts_of, run_recorded
-from cohelm.evaluation.scenario import PARTS
-from cohelm.evaluation.staging import set_stage
+from cohelm.evaluation import Episode, run
+from cohelm.evaluation.episode.open_loop import CHANGEABLE, replay_ride, scenario_of
+from cohelm.evaluation.episode.recorded import facts_of, run_recorded
 from cohelm.messages import Mode
-from cohelm.recordings import RecordedRide, RideRecorder, RideTick, open_recording, ros_writing
-from cohelm.recordings.exact import pack, unpack
-from cohelm.recordings.ride import TICK_TOPIC
-from cohelm.recordings.ride_file import FLUSH
-from cohelm.recordings.ride_topics import TOPICS
-from cohelm.recordings.undisturbed import undisturbed
+from cohelm.recordings import RecordedRide, RideRecorder, RideTick, open_recording
+from cohelm.recordings.rides import ros_messages as ros_writing
+from cohelm.recordings.rides.exact import pack, unpack
+from cohelm.recordings.rides.mcap_writer import FLUSH, delayed_interrupt
+from cohelm.recordings.rides.ride import TICK_TOPIC, TOPICS
+from cohelm.scenarios import load_scenario
+from cohelm.scenarios.build import build_scenario
+from cohelm.scenarios.scenario import PARTS
 
 SECONDS = 2.0
 SHORT = (f"time_limit={SECONDS}", "rider=nudge", "prefer=[[7, 7]]")
@@ -115,7 +115,7 @@ def test_what_is_read_back_is_what_the_navigator_was_given_and_decided(kept):
         assert identical(read.request, tick.request)
         assert identical(read.decision, tick.decision)
     assert ride.warnings == []
-    assert identical(ride.facts, facts_of(set_stage(load_scenario("crossing", SHORT), 3)))
+    assert identical(ride.facts, facts_of(build_scenario(load_scenario("crossing", SHORT), 3)))
 
 
 def test_every_topic_is_a_documented_one_of_a_type_whose_definition_is_embedded(kept):
@@ -234,7 +234,7 @@ def test_the_status_gives_the_reason_in_words(kept, said):
         facts = {pair.key: pair.value for pair in status.values}
         reason = at[time].decision.reason
         assert facts["reason"] == ("" if reason is None else reason.value)
-        assert status.message == ("as wanted" if reason is None else reason.sentence)
+        assert status.message == ("no limitation" if reason is None else reason.sentence)
         assert facts["mode"] == "shared"
 
 
@@ -264,16 +264,16 @@ def test_clouds_of_several_sensors_have_topics_of_their_own(tmp_path):
     for message, cloud in zip(read, clouds, strict=True):
         points = message.data.view("<f4").reshape(-1, 3)
         assert np.array_equal(points, cloud.points, equal_nan=True)
-    assert all(each.same for each in replayed(RecordedRide(kept.file)))
+    assert all(each.same for each in replay_ride(RecordedRide(kept.file)))
 
 
 # riding it again
 
 
 def test_a_replay_gives_the_same_commands_tick_by_tick(kept):
-    again = list(replayed(RecordedRide(kept.file)))
+    again = list(replay_ride(RecordedRide(kept.file)))
     assert [each.number for each in again] == list(range(len(kept.ticks)))
-    assert all(each.same and each.same_way for each in again)
+    assert all(each.same and each.same_inputs for each in again)
     for each, tick in zip(again, kept.ticks, strict=True):  # and all else it made of it
         assert identical(each.tick, tick, ignore=frozenset({"durations"}))
 
@@ -287,7 +287,7 @@ def test_an_observation_that_was_tampered_with_is_noticed(kept, tmp_path, at):
         return replace(tick, observation=replace(seen, pose=seen.pose + np.array([0.0, 0.02, 0.0])))
 
     ride = RecordedRide(rewritten(kept.file, tmp_path / "tampered.mcap", nudged))
-    parted = next(each for each in replayed(ride) if not each.same_way)
+    parted = next(each for each in replay_ride(ride) if not each.same_inputs)
     assert parted.number == at
 
 
@@ -299,7 +299,7 @@ def test_a_decision_that_was_tampered_with_is_noticed_at_its_last_bit(kept, tmp_
         return replace(tick, decision=replace(tick.decision, twist=twist))
 
     ride = RecordedRide(rewritten(kept.file, tmp_path / "tampered.mcap", nudged))
-    assert [each.number for each in replayed(ride) if not each.same] == [20]
+    assert [each.number for each in replay_ride(ride) if not each.same] == [20]
 
 
 @pytest.mark.parametrize(
@@ -307,11 +307,11 @@ def test_a_decision_that_was_tampered_with_is_noticed_at_its_last_bit(kept, tmp_
     ["local_planner.steps=20", "local_planner=dwa", "profile.preferred_speed=0.4", "mode=manual"],
 )
 def test_other_parameters_are_compared_on_the_same_observations(kept, setting):
-    some = list(itertools.islice(replayed(RecordedRide(kept.file), [setting]), 30))
+    some = list(itertools.islice(replay_ride(RecordedRide(kept.file), [setting]), 30))
     assert not all(each.same for each in some)
     for each, tick in zip(some, kept.ticks, strict=False):
         assert identical(each.tick.observation, tick.observation)
-        assert identical(each.then, tick.decision)
+        assert identical(each.recorded, tick.decision)
     if setting == "mode=manual":
         assert some[-1].tick.request.mode is Mode.MANUAL
 
@@ -319,9 +319,9 @@ def test_other_parameters_are_compared_on_the_same_observations(kept, setting):
 @pytest.mark.parametrize(
     ("setting", "problem"),
     [
-        ("people.count=3", "people: made what was recorded"),
-        ("goal=[1, 2]", "goal: made what was recorded"),
-        ("rider=ideal", "rider: made what was recorded"),
+        ("people.count=3", "people: decided what was recorded"),
+        ("goal=[1, 2]", "goal: decided what was recorded"),
+        ("rider=ideal", "rider: decided what was recorded"),
         ("local_plannr=dwa", "did you mean 'local_planner'"),
         ("local_planner.stepps=20", "did you mean 'steps'"),
         ("gate.nothing=1", "gate.nothing"),
@@ -329,7 +329,7 @@ def test_other_parameters_are_compared_on_the_same_observations(kept, setting):
 )
 def test_settings_that_do_not_fit_are_refused(kept, setting, problem):
     with pytest.raises(ScenarioError, match=problem.replace("(", r"\(")):
-        replayed(RecordedRide(kept.file), [setting])
+        replay_ride(RecordedRide(kept.file), [setting])
 
 
 def test_of_several_settings_that_do_not_fit_the_first_by_name_is_told(kept):
@@ -341,7 +341,7 @@ def test_of_several_settings_that_do_not_fit_the_first_by_name_is_told(kept):
 
 
 def test_every_part_and_parameter_of_the_navigator_can_be_set():
-    stage = set_stage(load_scenario("empty"), 0)
+    stage = build_scenario(load_scenario("empty"), 0)
     own = {*stage.navigator.__dataclass_fields__} & {*type(stage.scenario).model_fields}
     assert own - {"crowding", "filters"} <= {*CHANGEABLE}  # these two are recorded
     assert {*PARTS} - {"rider"} <= {*CHANGEABLE}
@@ -389,7 +389,7 @@ def test_of_a_file_that_is_cut_off_the_beginning_is_replayed(copy, kept, back):
         chunk = make_reader(stream).get_summary().chunk_indexes[-back]
     copy.write_bytes(copy.read_bytes()[: chunk.chunk_start_offset + chunk.chunk_length // 2])
     ride = RecordedRide(copy)
-    read = list(replayed(ride))
+    read = list(replay_ride(ride))
     assert all(each.same for each in read)
     began = round(20 * 1e-9 * chunk.message_start_time)
     # the last chunk may hold no more than what the last tick draws
@@ -400,7 +400,7 @@ def test_of_a_file_that_is_cut_off_the_beginning_is_replayed(copy, kept, back):
 
 
 def test_a_recorder_that_is_killed_loses_a_second_at_most(tmp_path):
-    stage = set_stage(load_scenario("empty", ["time_limit=2.9"]), 0)
+    stage = build_scenario(load_scenario("empty", ["time_limit=2.9"]), 0)
     file, left = tmp_path / "ride.mcap", tmp_path / "left.mcap"
 
     def killed(tick, truth):
@@ -410,7 +410,7 @@ def test_a_recorder_that_is_killed_loses_a_second_at_most(tmp_path):
 
     with RideRecorder(file, facts_of(stage)) as recorder:
         Episode(stage).run(killed)
-    read = list(replayed(RecordedRide(left)))
+    read = list(replay_ride(RecordedRide(left)))
     assert all(each.same for each in read)
     assert read[-1].time >= 2.8 - FLUSH
 
@@ -445,7 +445,7 @@ def test_an_interrupt_in_the_midst_of_writing_waits_for_its_end(interrupts):
     done = []
 
     def work():
-        with undisturbed():
+        with delayed_interrupt():
             signal.raise_signal(signal.SIGINT)
             done.append("all of it")
 
@@ -487,7 +487,7 @@ def test_a_file_without_ticks_is_refused(kept, tmp_path):
     ("content", "problem"),
     [
         (b"", "is empty"),
-        (b"#ROSBAG V2.0\n", "is no MCAP file"),
+        (b"#ROSBAG V2.0\n", "is not an MCAP file"),
         (b"\x89MCAP0\r\n", "cut off"),
         (b"\x89MCAP0\r\n" + bytes(50), "no record begins here"),
     ],
@@ -515,11 +515,11 @@ def test_a_bag_of_somebody_else_is_refused_with_what_it_holds(tmp_path):
 
 
 def test_a_recording_of_another_format_is_refused(tmp_path):
-    stage = set_stage(load_scenario("empty"), 0)
+    stage = build_scenario(load_scenario("empty"), 0)
     file = tmp_path / "ride.mcap"
     with RideRecorder(file, replace(facts_of(stage), format=99)):
         pass
-    with pytest.raises(RecordingError, match="is of format 99; this cohelm knows 1"):
+    with pytest.raises(RecordingError, match="is of format 99; this version reads format 2"):
         RecordedRide(file)
 
 

@@ -15,31 +15,36 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
+from cohelm.benchmarks.bench import BenchReport, Sheet
 from cohelm.errors import ConfigError
-from cohelm.evaluation.benches.bench import Report, Sheet
-from cohelm.evaluation.bootstrap import mean_of, median_of
-from cohelm.evaluation.results import PaperTable, Rides, read_rides, write_results
-from cohelm.evaluation.results.again import task_of
-from cohelm.evaluation.results.chosen import choices
-from cohelm.evaluation.results.contrasts import (
+from cohelm.evaluation.metrics.measures import RideMeasure, measure_info
+from cohelm.evaluation.report import PaperTable, Rides, read_rides, write_results
+from cohelm.evaluation.report.exemplars import exemplars
+from cohelm.evaluation.report.figures import curve_of, evenly, typical
+from cohelm.evaluation.report.html import Table, TableCell, render
+from cohelm.evaluation.report.statistics import (
+    bootstrap_mean,
+    bootstrap_median,
     contrast,
     corrected,
     exact_mcnemar,
     holm_corrected,
     signed_ranks,
 )
-from cohelm.evaluation.results.figures import _curve, some_of, typical
-from cohelm.evaluation.results.markup import table, tag
-from cohelm.evaluation.results.measures import KNOWN, Measure, measure
-from cohelm.evaluation.results.report import _marked
-from cohelm.evaluation.results.store import _read_csv
-from cohelm.evaluation.results.summary import case_name, contrasts
-from cohelm.evaluation.results.tables import _number, proxies
-from cohelm.evaluation.sweeps.asked import Asked, read_asked, write_asked
-from cohelm.evaluation.sweeps.ledger import is_begun
+from cohelm.evaluation.report.store import _read_csv
+from cohelm.evaluation.report.summary import case_name, contrasts
+from cohelm.evaluation.report.tables import proxies
+from cohelm.evaluation.report.write import note_of
 from cohelm.evaluation.sweeps.ride_task import RideTask
+from cohelm.evaluation.sweeps.store import (
+    SweepHeader,
+    SweepSize,
+    SweepStore,
+    is_begun,
+    read_size,
+)
 from cohelm.evaluation.sweeps.sweep import write_rows
-from cohelm.pictures import panels
+from cohelm.plotting import panels
 
 from .sweep_rows import PLANNERS, result, sweep
 
@@ -77,6 +82,10 @@ def _rides(results):
     return Rides(
         [each.row for each in results], BY, [each.arrays.get("series") for each in results]
     )
+
+
+def _html(table):
+    return render("table.html", table=table)
 
 
 def _page(folder):
@@ -134,7 +143,7 @@ def test_folders_without_rides_are_refused(tmp_path):
 
 def test_intervals_agree_with_scipy():
     values = np.random.default_rng(3).exponential(size=60)
-    for ours, of in ((mean_of, np.mean), (median_of, np.median)):
+    for ours, of in ((bootstrap_mean, np.mean), (bootstrap_median, np.median)):
         found = ours(values)
         theirs = stats.bootstrap(
             (values,), of, n_resamples=4000, method="percentile", rng=np.random.default_rng(1)
@@ -149,7 +158,7 @@ def test_intervals_agree_with_scipy():
 @given(arrays(float, st.integers(1, 12), elements=st.floats(-5, 5)))
 @settings(max_examples=25, deadline=None)
 def test_intervals_hold_their_value_and_no_order(values):
-    for of in (mean_of, median_of):
+    for of in (bootstrap_mean, bootstrap_median):
         found, turned = of(values), of(values[::-1])
         assert found.low - 1e-12 <= found.mean <= found.high + 1e-12
         assert (found.low, found.high) == (turned.low, turned.high)
@@ -196,20 +205,20 @@ def test_differences_are_of_equal_seeds_and_cases_only():
     ours = _rides([result("a", seed=0, time=10.0), result("a", seed=1, time=20.0)])
     theirs = _rides([result("a", "dwa", 1, time=21.0), result("b", "dwa", 0, time=99.0)])
     i, j = theirs.pairs(ours)
-    found = contrast(theirs.column("time")[i], ours.column("time")[j], measure("time"))
-    assert (found.less.count, found.less.mean) == (1, 1.0)
+    found = contrast(theirs.column("time")[i], ours.column("time")[j], measure_info("time"))
+    assert (found.difference.count, found.difference.mean) == (1, 1.0)
 
 
 def test_nothing_is_better_whose_mean_and_pairs_lie_on_different_sides():
     # 30 pairs a little below, three far above: ranks 1…30 against 31 + 32 + 33.
     theirs = np.zeros(33)
     ours = np.concatenate([np.linspace(-0.3, -0.2, 30), [40.0, 41.0, 42.0]])
-    (found,) = corrected([contrast(ours, theirs, measure("time"))])
+    (found,) = corrected([contrast(ours, theirs, measure_info("time"))])
     assert found.p < 0.05
-    assert (found.leans, found.less.mean > 0.0, found.verdict) == (-1, True, "differs")
-    (found,) = corrected([contrast(ours[:30], theirs[:30], measure("time"))])
+    assert (found.sign, found.difference.mean > 0.0, found.verdict) == (-1, True, "differs")
+    (found,) = corrected([contrast(ours[:30], theirs[:30], measure_info("time"))])
     assert found.verdict == "better"
-    (found,) = corrected([contrast(ours[:30], theirs[:30], measure("min_distance"))])
+    (found,) = corrected([contrast(ours[:30], theirs[:30], measure_info("min_distance"))])
     assert found.verdict == "worse"
 
 
@@ -225,19 +234,20 @@ def _steered(riders, seeds=6):
 
 
 def test_riders_of_one_scene_and_seed_are_no_more_proof_than_one_of_them():
-    one, ten = (contrasts(_steered(k).together(), "shared", ["time", "reached"]) for k in (1, 10))
+    names = ["time", "reached"]
+    one, ten = (contrasts(_steered(k).by_contender(), "shared", names) for k in (1, 10))
     for key, each in one.items():
-        assert (ten[key].p, ten[key].less.count) == (each.p, 6)
-        assert ten[key].less.mean == pytest.approx(each.less.mean)
-    assert not _steered(1).has_alike
-    assert _steered(2).has_alike
+        assert (ten[key].p, ten[key].difference.count) == (each.p, 6)
+        assert ten[key].difference.mean == pytest.approx(each.difference.mean)
+    assert not _steered(1).has_shared_draws
+    assert _steered(2).has_shared_draws
 
 
 def test_a_mean_of_shares_is_tested_by_its_ranks():
     # Three units of two: +1 and 0, +1 and +1, 0 and 0 make 0.5, 1, 0.
     ours, theirs = np.array([1.0, 0, 1, 1, 0, 0]), np.zeros(6)
-    found = contrast(ours, theirs, measure("reached"), units=[0, 0, 1, 1, 2, 2])
-    assert found.less.mean == 0.5
+    found = contrast(ours, theirs, measure_info("reached"), units=[0, 0, 1, 1, 2, 2])
+    assert found.difference.mean == 0.5
     assert found.p == signed_ranks(np.array([0.5, 1.0, 0.0]))
 
 
@@ -248,7 +258,7 @@ def test_summary_says_what_is_worse(tmp_path):
     slow = rows["crossing", "teb", "time"]
     assert slow["verdict"] == "worse"
     assert slow["pairs"] == "20"
-    assert float(slow["less"]) == pytest.approx(1.6, abs=0.1)
+    assert float(slow["difference"]) == pytest.approx(1.6, abs=0.1)
     assert rows["crossing", "teb", "path_length"]["verdict"] == ""
     assert rows["crossing", "ours", "time"]["base"] == ""
     assert float(rows["crossing", "ours", "reached"]["low"]) == pytest.approx(0.8389, abs=1e-3)
@@ -256,7 +266,7 @@ def test_summary_says_what_is_worse(tmp_path):
 
 def test_the_page_stands_by_itself_and_is_well_formed(tmp_path):
     paper = PaperTable("A paper, Table 3", {("crossing", "ours"): {"time": 16.89}})
-    report = Report((Sheet("own", ("a",), (("b",),)),), ("it reached: met", "x: MISSED"), {})
+    report = BenchReport((Sheet("own", ("a",), (("b",),)),), ("it reached: met", "x: MISSED"), {})
     written = write_results(
         sweep(3), tmp_path, title="All", paper=paper, report=report, limitations=("One floor.",),
         seconds=0.0,
@@ -282,7 +292,7 @@ def test_hostile_text_stays_text(tmp_path):
                outcome="error" if seed else "reached")
         for seed in range(2) for planner in (HOSTILE, "dwa")
     ]  # fmt: skip
-    report = Report((Sheet(HOSTILE, (HOSTILE,), ((HOSTILE,),)),), (HOSTILE,), {})
+    report = BenchReport((Sheet(HOSTILE, (HOSTILE,), ((HOSTILE,),)),), (HOSTILE,), {})
     write_results(results, tmp_path, title=HOSTILE, report=report, limitations=(HOSTILE,))
     page = _page(tmp_path)
     assert "<script" not in page
@@ -293,12 +303,14 @@ def test_hostile_text_stays_text(tmp_path):
 
 @given(st.text(), st.text())
 @settings(max_examples=60, deadline=None)
-def test_markup_escapes_whatever_it_is_given(words, value):
-    html = tag("p", words, tag("i", words), title=value)
-    found = _Elements(html)
-    assert found.names == ["p", "i"]
+def test_tables_escape_any_text(words, value):
+    table = Table([words], [[words], [TableCell(value, (words,), "good")]], words)
+    found = _Elements(_html(table))
     assert not found.open
-    assert _Elements(table([words], [[words]])).names.count("td") == 0
+    assert found.names.count("td") == 0
+    assert set(found.names) <= set(_Elements(_html(Table(["a"], [["b"]], "c"))).names) | {
+        "span", "small", "caption",
+    }  # fmt: skip
 
 
 def test_the_length_of_half_a_way_is_none():
@@ -311,14 +323,14 @@ def test_the_length_of_half_a_way_is_none():
 
 def test_words_begin_at_the_left_and_figures_end_at_the_right():
     rows = [["ours", "1.2 m/s, crossing", "1.20 m"], ["dwa", "", "–"]]
-    html = table(["planner", "case", "gap"], rows)
+    html = _html(Table(["planner", "case", "gap"], rows))
     assert html.count('<td class="words">') == 2
     assert "<td>1.20 m</td>" in html
 
 
 def test_a_verdict_is_seen_and_a_limitation_told_once(tmp_path):
     notes = ("three asked: met; lost: none", "one asked: MISSED", "One floor.")
-    report = Report((), notes, {})
+    report = BenchReport((), notes, {})
     write_results([result()], tmp_path, report=report, limitations=notes[2:], seconds=0.0)
     page = _page(tmp_path)
     assert 'asked: <span class="good">met</span>; lost' in page
@@ -368,7 +380,7 @@ def test_the_page_counts_what_was_ridden(tmp_path, rides, says):
 
 def test_ticks_of_a_panel_are_told_apart():
     values = panels.Values(panels.look(0), np.array([0.9912, 0.9987]), np.zeros(2, dtype=bool))
-    svg = panels.box_panel("box", "time ÷ time alone", {"ours": values})
+    svg = panels.box_panel("box", "time ratio", {"ours": values})
     ticks = re.findall(r"<text[^>]*>\s*(\d\.\d+)\s*</text>", svg)
     assert len(set(ticks)) == len(ticks) > 2
     assert not re.search(r"<[^>]*\d\.\d{3}", svg)  # coordinates are short
@@ -378,7 +390,7 @@ def test_ticks_of_a_panel_are_told_apart():
     ("x", "says"), [(-0.004, "0.00"), (0.004, "0.00"), (-0.006, "-0.01"), (np.nan, "–")]
 )
 def test_nothing_has_no_sign(x, says):
-    assert _number(x, Measure("time")) == says
+    assert RideMeasure("time").text(x) == says
 
 
 def test_no_rides_make_no_report(tmp_path):
@@ -404,7 +416,7 @@ def test_best_median_and_worst_are_by_how_it_ended_and_then_by_time():
             result(seed=4, outcome="error", time=np.nan),
         ]
     )
-    found = {each.which: each.row["seed"] for each in choices(rides)}
+    found = {each.rank: each.row["seed"] for each in exemplars(rides)}
     assert found == {"best": 1, "median": 0, "worst": 3}
 
 
@@ -416,22 +428,21 @@ def test_a_ride_that_stands_for_all_is_of_one_seed():
 
 
 def test_cases_that_are_drawn_are_spread_evenly():
-    assert some_of([(str(i),) for i in range(11)], 3) == [("0",), ("5",), ("10",)]
+    assert evenly([(str(i),) for i in range(11)], 3) == [("0",), ("5",), ("10",)]
 
 
-def test_a_replay_command_is_the_ride_again():
-    task = RideTask((), "crossing", ("local_planner.use=dwa", "people.ways=[{a: b c}]"), 7)
-    assert task_of({"replay": task.replay}) == task
-    short = task_of({"replay": "cohelm run hospital --planner dwa --seed 3 --set mode=manual"})
-    assert short == RideTask((), "hospital", ("local_planner.use=dwa", "mode=manual"), 3)
-    for no in ("", "rm -rf x", "cohelm run 'x", "cohelm run x --seed", None):
-        assert task_of({"replay": no}) is None
+def test_a_row_stores_its_ride():
+    settings = ("local_planner.use=dwa", "people.pedestrians=[{a: b c}]")
+    task = RideTask((), "crossing", settings, 7)
+    assert RideTask.from_row({"task": task.as_json()}) == task
+    for no in ({}, {"task": ""}, {"task": None}, {"task": "cohelm run x"}, {"task": float("nan")}):
+        assert RideTask.from_row(no) is None
 
 
 @pytest.mark.slow
 def test_rides_are_ridden_again_for_pictures(tmp_path):
     task = RideTask((), "empty", ("local_planner.use=path_follower", "time_limit=3"), 0)
-    again = [result("empty", p, replay=task.replay, outcome="timeout") for p in ("ours", "dwa")]
+    again = [result("empty", p, task=task.as_json(), outcome="timeout") for p in ("ours", "dwa")]
     said = []
     write_results(again, tmp_path, seconds=300.0, say=said.append, panels=False)
     sources = [s for s in _Elements(_page(tmp_path)).sources if s.startswith("data:image")]
@@ -440,39 +451,38 @@ def test_rides_are_ridden_again_for_pictures(tmp_path):
     json.dumps(said)
 
 
-def test_every_measure_of_a_ride_is_explained():
-    from cohelm.evaluation.metrics.table import MEASURES
-
-    assert set(MEASURES) - {"success"} <= set(KNOWN)
+def _sized(folder, size):
+    with SweepStore(folder, SweepHeader("rides", {}, {}), resume=True) as store:
+        store.set_size(size)
 
 
 def test_a_page_of_a_part_says_at_its_top_how_much_of_what_it_is(tmp_path):
-    write_asked(Asked(tasks=4, rides=12), tmp_path)
+    _sized(tmp_path, SweepSize(tasks=4, rides=12))
     assert not is_begun(tmp_path)  # nothing is done yet
     rides = [result(seed=k) for k in range(9)]
     write_results(rides, tmp_path)
     page = (tmp_path / "report.html").read_text()
-    said = page.index("This is a part: 9 of 12 rides")
-    assert page.index("</h1>") < said < page.index("<h2>")
+    at = page.index("This is a part: 9 of 12 rides")
+    assert page.index("</h1>") < at < page.index("<h2>")
     write_results([*rides, *(result(seed=k) for k in (9, 10, 11))], tmp_path)
     assert "This is a part" not in (tmp_path / "report.html").read_text()
 
 
-def test_the_last_word_on_how_much_was_asked_for_counts(tmp_path):
-    assert read_asked(tmp_path) is None
-    for number in (Asked(2, 4), Asked(3, 6)):
-        write_asked(number, tmp_path)
-    assert read_asked(tmp_path) == Asked(3, 6)
-    for damaged in ("", "[]", '{"tasks": 9', '{"tasks": "x", "rides": null}'):
-        (tmp_path / "asked.json").write_text(damaged)
-        assert read_asked(tmp_path) is None
+def test_the_last_size_of_a_sweep_counts(tmp_path):
+    assert read_size(tmp_path) is None
+    for size in (SweepSize(2, 4), SweepSize(3, 6)):
+        _sized(tmp_path, size)
+    assert read_size(tmp_path) == SweepSize(3, 6)
+    (tmp_path / "sweep.sqlite").write_text("damaged")
+    assert read_size(tmp_path) is None
 
 
 def test_nobody_at_a_stick_has_no_stand_in_for_an_opinion():
     alone = Rides([result(seed=k, authority=0.0).row for k in range(3)], ("scene", "planner"))
-    assert proxies(alone) == ""
+    assert proxies(alone) is None
     steered = [result(seed=k, authority=0.9, agreement=0.8).row for k in range(3)]
-    assert "agreement" in proxies(Rides(steered, ("scene", "planner")))
+    table = proxies(Rides(steered, ("scene", "planner")))
+    assert any(each.startswith("agreement") for each in table.columns)
 
 
 def test_what_overlaps_is_no_nearer_than_touching():
@@ -480,13 +490,15 @@ def test_what_overlaps_is_no_nearer_than_touching():
     one = result()
     curve = one.arrays["series"].copy()
     curve[:, 6] = np.linspace(1.0, -0.5, len(curve))
-    shown = _curve(Rides([one.row], ("scene", "planner"), [curve]))
+    shown = curve_of(Rides([one.row], ("scene", "planner"), [curve]))
     assert shown[:, 6].min() == 0.0
     assert shown[0, 6] == 1.0
     assert curve[:, 6].min() == -0.5
 
 
-def test_claims_that_hold_are_seen_at_a_glance():
-    said = "".join(_marked("the paper: it is so. Here: does not agree; time, s: 1 of a"))
-    assert '<span class="bad">does not agree</span>; time' in said
-    assert '<span class="good">agrees</span>' in "".join(_marked("Here: agrees; time, s"))
+def test_verdicts_of_claims_are_marked():
+    disagrees = note_of("the paper: it is so. Here: does not agree; time, s: 1 of a")
+    assert (disagrees.verdict, disagrees.css) == ("does not agree", "bad")
+    assert disagrees.after == "; time, s: 1 of a"
+    assert note_of("Here: agrees; time, s").css == "good"
+    assert note_of("a sentence").verdict == ""

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.scenario import load_scenario
-from cohelm.evaluation.staging import set_stage
+from cohelm.scenarios.build import build_scenario
+from cohelm.scenarios.scenario import load_scenario
 
 
 def stage(*settings):
-    return set_stage(load_scenario("empty", settings), 0)
+    return build_scenario(load_scenario("empty", settings), 0)
 
 
 def test_a_rider_wants_what_the_chair_does_unless_told_otherwise():

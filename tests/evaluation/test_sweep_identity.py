@@ -9,17 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohelm.benchmarks.rides import rides
 from cohelm.config import Model
 from cohelm.errors import ConfigError
-from cohelm.evaluation.benches import rides
+from cohelm.evaluation.code_version import code, code_digest, differences
 from cohelm.evaluation.sweeps.identity import (
+    canonical_text,
     check_plain,
-    code,
-    code_digest,
-    differences,
-    keys_of,
     options_of,
-    words_of,
+    task_keys,
 )
 
 PLAIN = st.recursive(
@@ -31,8 +29,8 @@ PLAIN = st.recursive(
 
 @given(PLAIN, PLAIN)
 def test_words_are_equal_where_values_are(one, other):
-    assert words_of(one) == words_of(one)
-    if words_of(one) == words_of(other):
+    assert canonical_text(one) == canonical_text(one)
+    if canonical_text(one) == canonical_text(other):
         assert one == other
 
 
@@ -49,32 +47,32 @@ def test_what_a_task_may_be_made_of():
 
     values = [Ride(1), Ride(2), Parameters(), Parameters(width=2.0), Way.LEFT, range(2), {1}]
     values += [np.arange(3), np.arange(3.0), Path("a"), None, (), "", 0, False, 0.0]
-    assert len({words_of(each) for each in values}) == len(values)
-    assert words_of(np.float64(0.5)) == words_of(0.5)
-    assert words_of({"a": 1, "b": 2}) == words_of({"b": 2, "a": 1})
-    with pytest.raises(ConfigError, match="object is no plain value"):
+    assert len({canonical_text(each) for each in values}) == len(values)
+    assert canonical_text(np.float64(0.5)) == canonical_text(0.5)
+    assert canonical_text({"a": 1, "b": 2}) == canonical_text({"b": 2, "a": 1})
+    with pytest.raises(ConfigError, match="object is not a plain value"):
         check_plain([(object(),)])
 
 
 def test_a_file_counts_with_what_is_in_it(tmp_path):
     file = tmp_path / "ward.yaml"
-    unknown = words_of(str(file))
+    unknown = canonical_text(str(file))
     file.write_text("people: {count: 3}")
-    before = words_of((str(file), 1))
+    before = canonical_text((str(file), 1))
     file.write_text("people: {count: 4}")
-    assert len({unknown, before, words_of((str(file), 1))}) == 3
+    assert len({unknown, before, canonical_text((str(file), 1))}) == 3
 
 
 def test_tasks_have_keys_of_their_own_that_are_the_same_in_every_run():
-    keys = keys_of([(1, "a"), (2, "a"), (1, "a")])
+    keys = task_keys([(1, "a"), (2, "a"), (1, "a")])
     assert len(set(keys)) == 3
-    assert keys == keys_of([(1, "a"), (2, "a"), (1, "a")])
-    assert keys[0] == keys_of([(1, "a")])[0]
+    assert keys == task_keys([(1, "a"), (2, "a"), (1, "a")])
+    assert keys[0] == task_keys([(1, "a")])[0]
 
 
 def test_options_tell_sweeps_apart_but_not_how_they_are_run():
-    one = rides.on(planners="dwa", scenes="crossing")
-    other = rides.on(planners="dwa", scenes="crossing", settings=["time_limit=5"])
+    one = rides.create(planners="dwa", scenes="crossing")
+    other = rides.create(planners="dwa", scenes="crossing", settings=["time_limit=5"])
     assert set(options_of(one)) == {"planners", "scenes"}
     assert options_of(one) != options_of(other)
     assert options_of(rides) == {}
@@ -82,9 +80,9 @@ def test_options_tell_sweeps_apart_but_not_how_they_are_run():
 
 def test_the_code_is_every_source_but_what_only_shows():
     found = code()
-    assert "cohelm/evaluation/episode.py" in found
-    assert "cohelm/evaluation/scenarios/crossing.yaml" in found
-    assert not any(name.startswith(("cohelm/cli/", "cohelm/pictures/")) for name in found)
+    assert "cohelm/evaluation/episode/episode.py" in found
+    assert "cohelm/scenarios/library/crossing.yaml" in found
+    assert not any(name.startswith(("cohelm/cli/", "cohelm/plotting/")) for name in found)
     assert {"numpy", "numba", "python"} <= set(found)
     assert len(code_digest()) == 16
 

@@ -1,10 +1,11 @@
 """Sweeps: the same results whoever does the tasks, in any order, however often it was cut short."""
 
+import contextlib
 import csv
-import errno
 import json
 import math
 import os
+import sqlite3
 import subprocess
 import sys
 
@@ -13,14 +14,14 @@ import pytest
 
 from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps import executors, ride_task
-from cohelm.evaluation.sweeps import ledger as ledgers
 from cohelm.evaluation.sweeps.executors import RETRIES, WorkersFailed, in_processes, serially
-from cohelm.evaluation.sweeps.ledger import Header, Ledger, is_begun, read_records
+from cohelm.evaluation.sweeps.identity import task_keys
 from cohelm.evaluation.sweeps.ride_task import RideTask
+from cohelm.evaluation.sweeps.store import STORE, SweepHeader, SweepStore, is_begun, read_records
 from cohelm.evaluation.sweeps.sweep import run_tasks, sweep, write_rows
-from cohelm.evaluation.sweeps.tasks import Done, Fault, Progress, Result
+from cohelm.evaluation.sweeps.tasks import CompletedTask, Result, SweepState, TaskError
 
-HEADER = Header("toy", {"takes": "0.0"}, {"cohelm": "1", "cohelm/a.py": "f00"})
+HEADER = SweepHeader("toy", {"takes": "0.0"}, {"cohelm": "1", "cohelm/a.py": "f00"})
 
 
 @pytest.fixture
@@ -32,8 +33,8 @@ def toy(toys):
 
 def kept(bench, folder, count=6, *, executor=serially, resume=False, header=HEADER):
     folder.mkdir(exist_ok=True)
-    with Ledger(folder, header, resume=resume) as ledger:
-        return sweep(bench, bench.tasks(range(count)), folder, executor=executor, ledger=ledger)
+    with SweepStore(folder, header, resume=resume) as store:
+        return sweep(bench, bench.tasks(range(count)), folder, executor=executor, store=store)
 
 
 def plain(results):
@@ -52,19 +53,19 @@ def test_the_order_in_which_tasks_end_is_not_that_of_the_results(toy, tmp_path):
         yield from serially(work, folder, tasks[::-1])
 
     there, back = tmp_path / "there", tmp_path / "back"
-    one, other = kept(toy.on(), there), kept(toy.on(), back, executor=backwards)
+    one, other = kept(toy.create(), there), kept(toy.create(), back, executor=backwards)
     assert plain(one.results) == plain(other.results)
     assert (there / "rows.csv").read_bytes() == (back / "rows.csv").read_bytes()
-    assert one.whole
-    assert not one.faults
+    assert one.is_complete
+    assert not one.errors
 
 
 def test_processes_give_what_one_gives_though_one_of_them_dies(toy, tmp_path):
-    bench = toy.on([(1, "exits once"), (2, "raises")], tmp_path)
+    bench = toy.create([(1, "exits once"), (2, "raises")], tmp_path)
     done = kept(bench, tmp_path / "many", 6, executor=in_processes(2))
-    assert {i: each.error for i, each in done.faults.items()} == {2: "ZeroDivisionError: no task 2"}
-    assert "toy_bench.py" in done.faults[2].traceback
-    serial = kept(toy.on(), tmp_path / "one", 6).results
+    assert {i: each.error for i, each in done.errors.items()} == {2: "ZeroDivisionError: no task 2"}
+    assert "toy_bench.py" in done.errors[2].traceback
+    serial = kept(toy.create(), tmp_path / "one", 6).results
     assert plain(done.results) == plain([each for each in serial if each.row["seed"] != 2])
 
 
@@ -73,15 +74,15 @@ def test_a_task_that_ends_every_process_is_tried_three_times_and_harms_no_other(
     marks = tmp_path / "marks"
     marks.mkdir()
     fails = ((1, "exits"), (3, "exits once"), (5, "killed"))
-    done = kept(toy.on(fails, marks), tmp_path / "many", 7, executor=in_processes(2))
-    assert done.whole
-    assert {i: each.error for i, each in done.faults.items()} == {
+    done = kept(toy.create(fails, marks), tmp_path / "many", 7, executor=in_processes(2))
+    assert done.is_complete
+    assert {i: each.error for i, each in done.errors.items()} == {
         1: f"its process died, {1 + RETRIES} times (exit status 3)",
         5: f"its process died, {1 + RETRIES} times (killed by SIGKILL)",
     }
     begun = [len(list(marks.glob(f"{seed}-*"))) for seed in range(7)]
     assert begun == [1, 1 + RETRIES, 1, 2, 1, 1 + RETRIES, 1]
-    serial = kept(toy.on(), tmp_path / "one", 7).results
+    serial = kept(toy.create(), tmp_path / "one", 7).results
     fine = [each for each in serial if each.row["seed"] not in {1, 5}]
     assert plain(done.results) == plain(fine)
 
@@ -94,14 +95,14 @@ def test_processes_that_do_not_start_are_told(toy, tmp_path):
 
 
 def test_without_a_ledger_a_failure_is_raised(toy, tmp_path):
-    assert len(run_tasks(toy.on(), toy.on().tasks(range(2)), tmp_path, workers=1)) == 4
+    assert len(run_tasks(toy.create(), toy.create().tasks(range(2)), tmp_path, workers=1)) == 4
     with pytest.raises(RuntimeError, match="task 1: ZeroDivisionError"):
-        run_tasks(toy.on([(1, "raises")]), toy.on().tasks(range(2)), tmp_path, workers=1)
+        run_tasks(toy.create([(1, "raises")]), toy.create().tasks(range(2)), tmp_path, workers=1)
 
 
 def test_a_ride_whose_process_died_is_a_row(tmp_path):
     def dying(work, folder, tasks):
-        yield from (Done(index, (), Fault("its process died")) for index, _ in tasks)
+        yield from (CompletedTask(index, (), TaskError("its process died")) for index, _ in tasks)
 
     class Rides:
         def tasks(self, seeds):
@@ -116,21 +117,21 @@ def test_a_ride_whose_process_died_is_a_row(tmp_path):
     ]  # fmt: skip
     assert {each.row["error"] for each in done.results} == {"its process died"}
     assert done.results[1].row["replay"] == "cohelm run crossing --seed 1"
-    assert list(done.faults) == [0, 1]
+    assert list(done.errors) == [0, 1]
 
 
 @pytest.mark.parametrize("executor", [serially, in_processes(1)])
 def test_a_task_that_leaves_the_program_ends_itself_alone(toy, tmp_path, executor):
-    done = kept(toy.on([(1, "leaves")]), tmp_path, 3, executor=executor)
-    assert {i: each.error for i, each in done.faults.items()} == {1: "SystemExit: 4"}
-    assert done.whole
+    done = kept(toy.create([(1, "leaves")]), tmp_path, 3, executor=executor)
+    assert {i: each.error for i, each in done.errors.items()} == {1: "SystemExit: 4"}
+    assert done.is_complete
     assert len(done.results) == 4
 
 
 _FIRST_PROCESS = """
 import signal
 from multiprocessing import resource_tracker
-from cohelm.evaluation.processes import without_interrupts
+from cohelm.processes import without_interrupts
 with without_interrupts():
     resource_tracker.getfd()  # as the first process of a program does before it begins
     assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
@@ -166,10 +167,10 @@ def interrupted_after(count):
 
 @pytest.mark.parametrize("count", [0, 1, 3, 6])
 def test_a_sweep_that_went_on_is_one_that_was_never_cut_short(toy, tmp_path, count):
-    whole = kept(toy.on(), tmp_path / "whole")
-    part = kept(toy.on(), tmp_path / "part", executor=interrupted_after(count))
-    assert (part.done, part.whole) == (count, False) if count < 6 else (6, True)
-    again = kept(toy.on(), tmp_path / "part", resume=True)
+    whole = kept(toy.create(), tmp_path / "whole")
+    part = kept(toy.create(), tmp_path / "part", executor=interrupted_after(count))
+    assert (part.done, part.is_complete) == (count, False) if count < 6 else (6, True)
+    again = kept(toy.create(), tmp_path / "part", resume=True)
     assert plain(again.results) == plain(whole.results)
     rows = [(tmp_path / name / "rows.csv").read_bytes() for name in ("whole", "part")]
     assert rows[0] == rows[1]
@@ -178,9 +179,9 @@ def test_a_sweep_that_went_on_is_one_that_was_never_cut_short(toy, tmp_path, cou
 def test_only_what_is_missing_is_done_and_what_failed_is_tried_again(toy, tmp_path):
     marks = tmp_path / "marks"
     marks.mkdir()
-    bench = toy.on([(1, "raises")], marks)
-    assert list(kept(bench, tmp_path / "out", 3).faults) == [1]
-    assert list(kept(bench, tmp_path / "out", 5, resume=True).faults) == [1]
+    bench = toy.create([(1, "raises")], marks)
+    assert list(kept(bench, tmp_path / "out", 3).errors) == [1]
+    assert list(kept(bench, tmp_path / "out", 5, resume=True).errors) == [1]
     begun = [len(list(marks.glob(f"{seed}-*"))) for seed in range(5)]
     assert begun == [1, 2, 1, 1, 1]
 
@@ -194,198 +195,191 @@ def test_tasks_that_are_asked_for_twice_are_done_twice(toy, tmp_path):
     assert len(read_records(tmp_path)) == 4
 
 
-def test_wherever_a_record_is_cut_its_task_is_done_again(toy, tmp_path):
-    whole = plain(kept(toy.on(), tmp_path, 3).results)
-    file = tmp_path / ledgers.LEDGER
-    content = file.read_bytes()
-    last = content.rstrip(b"\n").rindex(b"\n") + 1
-    for end in {*range(last, len(content), 37), last, last + 1, len(content) - 1}:
-        file.write_bytes(content[:end])
-        assert len(read_records(tmp_path)) == 2
-        assert plain(kept(toy.on(), tmp_path, 3, resume=True).results) == whole
-        assert len(file.read_bytes().splitlines()) == 4  # nothing of the cut line is left
+def _changed(folder, statement, *values):
+    with contextlib.closing(sqlite3.connect(folder / STORE)) as database, database:
+        database.execute(statement, values)
 
 
-def test_a_ledger_that_was_cut_before_its_first_line_ended_begins_anew(toy, tmp_path):
-    kept(toy.on(), tmp_path, 1)
-    file = tmp_path / ledgers.LEDGER
-    file.write_bytes(file.read_bytes()[:20])
-    assert len(kept(toy.on(), tmp_path, 1, resume=True).results) == 2
+_HALF = """
+import os, sqlite3, sys
+database = sqlite3.connect(sys.argv[1])
+database.execute("PRAGMA cache_size = 1")  # pages of a transaction reach the disk before its end
+database.execute("BEGIN")
+for i in range(2000):
+    database.execute("INSERT INTO task VALUES (?, '[]', ?, NULL, 'x')", (str(i), bytes(500)))
+os._exit(9)
+"""
 
 
-@pytest.mark.parametrize(
-    "what", ["a byte", "zeros", "arrays", "no arrays", "other arrays", "compressed otherwise"]
-)
-def test_what_is_damaged_is_done_again(toy, tmp_path, what):
-    whole = plain(kept(toy.on(), tmp_path, 3).results)
-    file = tmp_path / ledgers.LEDGER
-    lines = file.read_bytes().splitlines(keepends=True)
-    if what == "a byte":
-        lines[2] = lines[2].replace(b"task 1", b"task 7")
-    elif what == "zeros":  # as a file system leaves them that lost its power
-        lines[2] = bytes(len(lines[2]) - 1) + b"\n"
-    else:
-        _damage(next(iter((tmp_path / "arrays").glob("*.npz"))), what)
-    file.write_bytes(b"".join(lines))
+def test_a_task_that_was_cut_short_while_it_was_written_is_done_again(toy, tmp_path):
+    whole = plain(kept(toy.create(), tmp_path / "whole", 3).results)
+    kept(toy.create(), tmp_path / "part", 2)
+    ended = subprocess.run(
+        [sys.executable, "-c", _HALF, tmp_path / "part" / STORE], check=False
+    ).returncode
+    assert ended == 9
+    assert (tmp_path / "part" / f"{STORE}-journal").exists()
+    again = kept(toy.create(), tmp_path / "part", 3, resume=True)
+    assert plain(again.results) == whole
+    assert len(read_records(tmp_path / "part")) == 3
+
+
+def test_a_store_without_a_sweep_begins_anew(toy, tmp_path):
+    (tmp_path / STORE).write_bytes(b"")
+    assert not is_begun(tmp_path)
+    assert len(kept(toy.create(), tmp_path, 1, resume=True).results) == 2
+
+
+@pytest.mark.parametrize("column", ["rows", "arrays", "digest"])
+def test_a_damaged_task_is_done_again(toy, tmp_path, column):
+    whole = plain(kept(toy.create(), tmp_path, 3).results)
+    _changed(
+        tmp_path,
+        f"UPDATE task SET {column} = substr({column}, 1, length({column}) - 9) WHERE key = ?",
+        task_keys(toy.create().tasks(range(3)))[1],
+    )
     assert len(read_records(tmp_path)) == 2
-    assert plain(kept(toy.on(), tmp_path, 3, resume=True).results) == whole
+    assert plain(kept(toy.create(), tmp_path, 3, resume=True).results) == whole
 
 
-def _damage(file, what):
-    content = bytearray(file.read_bytes())
-    match what:
-        case "arrays":
-            file.write_bytes(b"PK\x03\x04 no more")
-        case "no arrays":
-            file.unlink()
-        case "other arrays":
-            np.savez(file, **{"7/noise": np.ones(2)})
-        case _:  # a method of compression that no zip file has
-            content[content.rindex(b"PK\x01\x02") + 10] ^= 0xFF
-            file.write_bytes(content)
+@pytest.mark.parametrize("content", [b"no database at all" * 99, b"SQLite format 3\0" + bytes(99)])
+def test_a_file_that_is_no_store_is_refused_and_stays(toy, tmp_path, content):
+    kept(toy.create(), tmp_path, 1)
+    (tmp_path / STORE).write_bytes(content)
+    assert is_begun(tmp_path)
+    with pytest.raises(ConfigError, match="damaged"):
+        kept(toy.create(), tmp_path, 1, resume=True)
+    assert (tmp_path / STORE).read_bytes() == content
 
 
-def test_a_line_of_another_sweep_among_the_records_does_not_count(toy, tmp_path):
-    whole = plain(kept(toy.on(), tmp_path, 3).results)
-    file = tmp_path / ledgers.LEDGER
-    lines = file.read_bytes().splitlines(keepends=True)
-    file.write_bytes(b"".join([*lines[:2], lines[0], b"\n", b"\xff\xfe no line\n", *lines[2:]]))
-    assert len(read_records(tmp_path)) == 3
-    assert plain(kept(toy.on(), tmp_path, 3, resume=True).results) == whole
+def test_a_store_of_another_version_is_refused(toy, tmp_path):
+    kept(toy.create(), tmp_path, 1)
+    _changed(tmp_path, "UPDATE sweep SET value = '1' WHERE name = 'format'")
+    with pytest.raises(ConfigError, match="another version"):
+        kept(toy.create(), tmp_path, 1, resume=True)
 
 
 @pytest.mark.parametrize(
     ("header", "says"),
     [
-        (Header("rides", HEADER.options, HEADER.code), "of 'cohelm bench toy'"),
-        (Header("toy", {"takes": "1.0"}, HEADER.code), r"other options \(takes 0.0 → 1.0\)"),
+        (SweepHeader("rides", HEADER.options, HEADER.code), "of 'cohelm bench toy'"),
+        (SweepHeader("toy", {"takes": "1.0"}, HEADER.code), r"other options \(takes 0.0 → 1.0\)"),
         (
-            Header("toy", HEADER.options, {"cohelm": "2", "cohelm/a.py": "ba5"}),
+            SweepHeader("toy", HEADER.options, {"cohelm": "2", "cohelm/a.py": "ba5"}),
             r"other code \(cohelm 1 → 2, cohelm/a.py\), and 1 of 4 tasks",
         ),
     ],
 )
 def test_the_folder_of_another_sweep_is_refused_and_stays(toy, tmp_path, header, says):
-    kept(toy.on(), tmp_path, 3)
-    before = (tmp_path / ledgers.LEDGER).read_bytes()
+    kept(toy.create(), tmp_path, 3)
+    before = (tmp_path / STORE).read_bytes()
     with pytest.raises(ConfigError, match=says):
-        kept(toy.on(), tmp_path, 4, resume=True, header=header)
-    assert (tmp_path / ledgers.LEDGER).read_bytes() == before
+        kept(toy.create(), tmp_path, 4, resume=True, header=header)
+    assert (tmp_path / STORE).read_bytes() == before
 
 
 def test_other_code_may_report_what_is_whole(toy, tmp_path):
-    bench = toy.on([(1, "raises")])
+    bench = toy.create([(1, "raises")])
     kept(bench, tmp_path, 3)
-    newer = Header("toy", HEADER.options, {"cohelm": "2"})
+    newer = SweepHeader("toy", HEADER.options, {"cohelm": "2"})
     again = kept(bench, tmp_path, 3, resume=True, header=newer)
-    assert (len(again.results), list(again.faults), again.whole) == (4, [1], True)
+    assert (len(again.results), list(again.errors), again.is_complete) == (4, [1], True)
 
 
 def test_results_of_which_nothing_tells_what_they_are_are_not_gone_on_with(tmp_path):
     (tmp_path / "rows.csv").write_text("a\n1\n")
     assert is_begun(tmp_path)
-    with pytest.raises(ConfigError, match=r"no ledger.jsonl"):
-        Ledger(tmp_path, HEADER, resume=True)
+    with pytest.raises(ConfigError, match=r"no sweep.sqlite"):
+        SweepStore(tmp_path, HEADER, resume=True)
 
 
 def test_two_do_not_write_the_same_folder(tmp_path):
     with (
-        Ledger(tmp_path, HEADER),
+        SweepStore(tmp_path, HEADER),
         pytest.raises(ConfigError, match="another process"),
     ):
-        Ledger(tmp_path, HEADER)
-    with Ledger(tmp_path, HEADER):
+        SweepStore(tmp_path, HEADER)
+    with SweepStore(tmp_path, HEADER):
         pass
 
 
 def test_nobody_throws_away_what_another_is_writing(toy, tmp_path):
-    with Ledger(tmp_path, HEADER) as ledger:
-        ledger.add("k", [Result({"a": 1}, {"b": np.ones(2)})])
+    with SweepStore(tmp_path, HEADER) as store:
+        store.add("k", [Result({"a": 1}, {"b": np.ones(2)})])
         with pytest.raises(ConfigError, match="another process"):
-            Ledger(tmp_path, HEADER, overwrite=True)
-        ledger.add("l", [])
+            SweepStore(tmp_path, HEADER, overwrite=True)
+        store.add("l", [])
     assert set(read_records(tmp_path)) == {"k", "l"}
 
 
 def test_results_that_came_while_one_waited_are_not_lost(toy, tmp_path):
     """Between the first look at the folder and the ledger, a cluster may take seconds to start."""
-    kept(toy.on(), tmp_path, 1)
+    kept(toy.create(), tmp_path, 1)
     with pytest.raises(ConfigError, match="has results"):
-        Ledger(tmp_path, HEADER)
+        SweepStore(tmp_path, HEADER)
     assert len(read_records(tmp_path)) == 1
 
 
 def test_what_is_made_of_older_rows_does_not_outlive_them(toy, tmp_path):
     """A sweep may be killed before it writes its report; programs read the Parquet file first."""
-    kept(toy.on(), tmp_path, 2)
+    kept(toy.create(), tmp_path, 2)
     for name in ("episodes.parquet", "report.html", "ratings.csv"):
         (tmp_path / name).write_text("of older rows")
-    kept(toy.on(), tmp_path, 2, resume=True)
+    kept(toy.create(), tmp_path, 2, resume=True)
     assert (tmp_path / "episodes.parquet").exists()  # nothing is new
-    kept(toy.on(), tmp_path, 3, resume=True)
+    kept(toy.create(), tmp_path, 3, resume=True)
     assert not (tmp_path / "episodes.parquet").exists()
-    with Ledger(tmp_path, HEADER, overwrite=True):
+    with SweepStore(tmp_path, HEADER, overwrite=True):
         names = {each.name for each in tmp_path.iterdir()}
     assert {"ratings.csv", "file-1.txt"} <= names
     assert not {"report.html", "rows.csv"} & names
     assert read_records(tmp_path) == {}
-    assert not list((tmp_path / "arrays").iterdir())
 
 
 # ---------------------------------------------------------------------------- writing
 
 
 def test_a_full_disk_ends_it_and_keeps_what_was_written(toy, tmp_path, monkeypatch):
-    write = os.write
-    calls = []
+    def full(store, *arguments):
+        if len(store.records) == 2:
+            pages = store._database.execute("PRAGMA page_count").fetchone()[0]
+            store._database.execute(f"PRAGMA max_page_count = {pages}")
+            arguments = (arguments[0], [Result({"x": "x" * 100_000})])
+        return add(store, *arguments)
 
-    def full(stream, line):
-        calls.append(line)
-        if len(calls) == 4:  # the header, two tasks, half of the third
-            write(stream, line[: len(line) // 2])
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return write(stream, line)
-
+    add = SweepStore.add
     with monkeypatch.context() as patch:
-        patch.setattr(os, "write", full)
-        with pytest.raises(ConfigError, match=r"No space left.*resume"):
-            kept(toy.on(), tmp_path)
-    assert (tmp_path / ledgers.LEDGER).read_bytes().endswith(b"\n")
+        patch.setattr(SweepStore, "add", full)
+        with pytest.raises(ConfigError, match=r"full.*resume"):
+            kept(toy.create(), tmp_path)
     assert len(read_records(tmp_path)) == 2
-    whole = kept(toy.on(), tmp_path / "whole").results
-    assert plain(kept(toy.on(), tmp_path, resume=True).results) == plain(whole)
+    whole = kept(toy.create(), tmp_path / "whole").results
+    assert plain(kept(toy.create(), tmp_path, resume=True).results) == plain(whole)
 
 
 def test_a_disk_that_is_full_from_the_first_is_told(tmp_path, monkeypatch):
-    def full(stream, line):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    def full(*_, **__):
+        raise sqlite3.OperationalError("database or disk is full")
 
     with monkeypatch.context() as patch:
-        patch.setattr(os, "write", full)
-        with pytest.raises(ConfigError, match="No space left"):
-            Ledger(tmp_path, HEADER)
-    with Ledger(tmp_path, HEADER) as ledger:  # nobody holds its lock
-        assert not ledger.records
-
-
-def test_a_short_write_is_gone_on_with(toy, tmp_path, monkeypatch):
-    write = os.write
-    monkeypatch.setattr(os, "write", lambda stream, line: write(stream, line[:11]))
-    kept(toy.on(), tmp_path, 2)
-    assert len(read_records(tmp_path)) == 2
+        patch.setattr(sqlite3, "connect", full)
+        with pytest.raises(ConfigError, match="disk is full"):
+            SweepStore(tmp_path, HEADER)
+    with SweepStore(tmp_path, HEADER) as store:  # its lock is free again
+        assert not store.records
 
 
 def test_a_row_that_no_file_holds_is_a_fault(toy, tmp_path):
-    done = kept(toy.on([(1, "no row")]), tmp_path, 3)
-    assert "words and numbers, not object" in done.faults[1].error
+    done = kept(toy.create([(1, "no row")]), tmp_path, 3)
+    assert "text and numbers, not object" in done.errors[1].error
     assert len(done.results) == 4
 
 
 def test_numbers_are_kept_to_the_last_bit(tmp_path):
     numbers = {"a": 0.1 + 0.2, "b": 5e-324, "c": math.nan, "d": -math.inf, "e": 2**60 + 1}
     arrays = {"x": np.array([math.nan, 1 / 3]), "none": np.empty((0, 8)), "on": np.array([True])}
-    with Ledger(tmp_path, HEADER) as ledger:
-        ledger.add("k", [Result(numbers, arrays), Result({"a": np.float32(0.1)})])
+    with SweepStore(tmp_path, HEADER) as store:
+        store.add("k", [Result(numbers, arrays), Result({"a": np.float32(0.1)})])
     (first, second) = read_records(tmp_path)["k"].results
     assert json.dumps(first.row) == json.dumps(numbers)
     assert second.row["a"] == np.float32(0.1)
@@ -405,8 +399,8 @@ def test_rows_have_the_columns_of_any(tmp_path):
 
 def test_the_time_left_counts_what_was_done_now():
     # 10 of 100 in 20 s, 30 were there before: 60 are left at 2 s
-    assert Progress(done=40, total=100, seconds=20.0, before=30).left == 120.0
-    assert math.isnan(Progress(done=30, total=100, seconds=20.0, before=30).left)
+    assert SweepState(done=40, total=100, seconds=20.0, before=30).left == 120.0
+    assert math.isnan(SweepState(done=30, total=100, seconds=20.0, before=30).left)
 
 
 def test_an_interrupt_of_compiled_code_is_no_fault_of_the_ride(monkeypatch):

@@ -1,40 +1,38 @@
-"""Rides: scenarios, episodes, and what they measure; and what perception makes of recordings.
+"""Rides and their measures, and scores of perception on recordings.
 
-What draws has to be asked for by name: ``cohelm.evaluation.filming``.
+Drawing is not imported here; see ``cohelm.evaluation.perception.film``.
 """
 
-from cohelm.evaluation.episode import Episode, run
+from cohelm.evaluation.episode.episode import Episode, run
+from cohelm.evaluation.episode.ride import Outcome, Replan, Ride, StopEvent
 from cohelm.evaluation.metrics import measure, pedestrian_delay, pedestrian_deviation, timing
-from cohelm.evaluation.people import make_crowd
-from cohelm.evaluation.perceived_crowds import CrowdScores, crowd_scores
-from cohelm.evaluation.ride import Outcome, Replan, Ride, Stop
-from cohelm.evaluation.scenario import Scenario, load_scenario, scenario_names
-from cohelm.evaluation.staging import Stage, set_stage
-from cohelm.evaluation.watching import Seen, Tracks, parts_of, perception_of, told, watch
+from cohelm.evaluation.perception.crowd_scores import CrowdScores, crowd_scores
+from cohelm.evaluation.perception.recording_view import (
+    PerceivedFrame,
+    RecordingSummary,
+    frame_record,
+    parts_of,
+    perceive_frames,
+    perception_of,
+)
 
 __all__ = [
     "CrowdScores",
     "Episode",
     "Outcome",
+    "PerceivedFrame",
+    "RecordingSummary",
     "Replan",
     "Ride",
-    "Scenario",
-    "Seen",
-    "Stage",
-    "Stop",
-    "Tracks",
+    "StopEvent",
     "crowd_scores",
-    "load_scenario",
-    "make_crowd",
+    "frame_record",
     "measure",
     "parts_of",
     "pedestrian_delay",
     "pedestrian_deviation",
+    "perceive_frames",
     "perception_of",
     "run",
-    "scenario_names",
-    "set_stage",
     "timing",
-    "told",
-    "watch",
 ]

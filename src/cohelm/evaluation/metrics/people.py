@@ -1,84 +1,216 @@
-"""What the people had of it."""
+"""Effect of a ride on the people around: distances, contacts, intrusions and delays."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
 from cohelm.arrays import Booleans, Floats
-from cohelm.evaluation.ride import Ride
-from cohelm.evaluation.unmet import Unmet
+from cohelm.evaluation.episode.counterfactual import Counterfactual
+from cohelm.evaluation.episode.ride import Ride
+from cohelm.shapes import gaussian_deviations
 
 ENCOUNTER = 2.0
-"""A person who comes within this is met, m."""
+"""Distance within which a person counts as encountered, m."""
 INTRUSION_LEVEL = 0.5
-"""A person's Gaussian, 1 at the person, above this at the chair is an intrusion; our choice."""
-
+"""Value of a person's Gaussian, 1 at the person, above which the chair intrudes; our choice."""
 ABREAST, SIDE_BY_SIDE = 1.0, 1.5
-"""A companion is beside the chair no farther ahead or behind than this, and at most this gap away,
-m; our choice."""
+"""Largest longitudinal offset and largest gap of a companion side by side, m; our choice."""
+DIRECTIONS = 72
+"""Directions in which the extent of a group space is evaluated; the depth errs by ≤ 0.002."""
 
 
 def encounters(ride: Ride) -> int:
-    """People who came within 2 m."""
+    """Number of people who came within 2 m."""
     return int((ride.gap_people.min(axis=0) <= ENCOUNTER).sum())
 
 
 def min_distance(ride: Ride) -> float:
-    """Least gap to a person over the ride, clipped at 0, m; NaN where there is nobody."""
+    """Smallest gap to a person, clipped at 0, m; NaN without people."""
     return _finite(ride.nearest.min())
 
 
 def mean_distance(ride: Ride) -> float:
-    """Mean over time of the gap to the nearest person, clipped at 0, m; NaN without people.
-
-    Over the time in which anybody is there.
-    """
+    """Gap to the nearest person, clipped at 0, mean over the time with people, m; NaN without."""
     there = np.isfinite(ride.nearest)
     return float(ride.nearest[there].mean()) if there.any() else float("nan")
 
 
 def collisions_person(ride: Ride) -> int:
-    """People touched while the chair moved."""
+    """Number of people touched while the chair moved."""
     return int(ride.hit_moving.any(axis=0).sum())
 
 
 def collisions_wall(ride: Ride) -> int:
-    """Times that the footprint came to touch what stands there."""
+    """Number of times that the footprint began to touch an obstacle."""
     return int((np.diff(ride.hit_wall.astype(int), prepend=0) == 1).sum())
 
 
 def standing_contacts(ride: Ride) -> int:
-    """People who touched the chair only while it stood still: counted apart, no failure."""
+    """Number of people who touched the chair only while it stood; not a failure of the ride."""
     return int((ride.hit_standing.any(axis=0) & ~ride.hit_moving.any(axis=0)).sum())
 
 
-def proxemics(ride: Ride, nearer: float, farther: float) -> float:
-    """Share of time with the nearest gap in [nearer, farther), m (Hall's zones)."""
-    return float(((ride.nearest >= nearer) & (ride.nearest < farther)).mean())
+def proxemics(ride: Ride, lower: float, upper: float) -> float:
+    """Share of time with the nearest gap in [lower, upper), m (Hall's zones)."""
+    return float(((ride.nearest >= lower) & (ride.nearest < upper)).mean())
 
 
 def social_space_intrusion(ride: Ride) -> float:
-    """∫ max over people of their Gaussian at the drive axle's centre dt, s."""
+    """∫ max over people of their Gaussian at the centre of the drive axle dt, s."""
     return float(_gaussian(ride).max(axis=1, initial=0.0).sum() * ride.step)
 
 
 def social_space_intrusion_share(ride: Ride) -> float:
-    """Share of time in which some person's Gaussian at the drive axle exceeds one half."""
+    """Share of time in which a person's Gaussian at the drive axle exceeds one half."""
     return float((_gaussian(ride).max(axis=1, initial=0.0) > INTRUSION_LEVEL).mean())
 
 
-def beside_share(ride: Ride) -> float:
-    """Share of time in which the scenario's companion is beside the chair; NaN where it has none.
+def group_space_intrusion(ride: Ride) -> float:
+    """∫ max over groups of the depth of the drive axle in their space dt, s; NaN without groups."""
+    depth = _deepest(ride)
+    return float("nan") if depth is None else float(depth.sum() * ride.step)
 
-    Beside: at most 1 m ahead of the drive axle or behind it, with a gap of at most 1.5 m.
+
+def group_space_intrusion_share(ride: Ride) -> float:
+    """Share of time in which the drive axle is deeper than one half in a group space.
+
+    That is inside the convex hull of the members' Gaussian contours at one half. NaN without
+    groups.
     """
-    who = ride.scenario.companion
-    if who is None or who >= ride.people.shape[1]:
+    depth = _deepest(ride)
+    return float("nan") if depth is None else float((depth > INTRUSION_LEVEL).mean())
+
+
+def side_by_side_share(ride: Ride) -> float:
+    """Share of time side by side with the scenario's companion; NaN without a companion.
+
+    Side by side: at most 1 m ahead of the drive axle or behind it, with a gap of at most 1.5 m.
+    """
+    i = ride.scenario.companion
+    if i is None or i >= ride.people.shape[1]:
         return float("nan")
-    away = ride.people[:, who, :2] - ride.pose[:, :2]
+    away = ride.people[:, i, :2] - ride.pose[:, :2]
     along = np.cos(ride.pose[:, 2]) * away[:, 0] + np.sin(ride.pose[:, 2]) * away[:, 1]
-    beside = (np.abs(along) <= ABREAST) & (ride.gap_people[:, who] <= SIDE_BY_SIDE)
+    beside = (np.abs(along) <= ABREAST) & (ride.gap_people[:, i] <= SIDE_BY_SIDE)
     return float(beside.mean())
+
+
+def time_to_collision(ride: Ride) -> float:
+    """Shortest time to a contact at constant velocities, s; NaN without one.
+
+    The discs of the footprint and the body move straight; rotation of the chair is neglected.
+    """
+    cos, sin = np.cos(ride.pose[:, 2]), np.sin(ride.pose[:, 2])
+    v = ride.twist[:, :2]
+    velocity = np.stack([cos * v[:, 0] - sin * v[:, 1], sin * v[:, 0] + cos * v[:, 1]], axis=-1)
+    closing = ride.people[:, :, 2:] - velocity[:, None]
+    first = np.inf
+    for x, y, radius in ride.robot.discs:
+        centre = ride.pose[:, :2] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+        touch = radius + ride.people_radius
+        times = _contact_time(ride.people[:, :, :2] - centre[:, None], closing, touch)
+        first = min(first, float(times.min(initial=np.inf)))
+    return _finite(first)
+
+
+def pedestrian_deviation(ride: Ride, without: Counterfactual | None) -> float:
+    """Mean ‖p_with − p_without‖ over reacting people and the common time, m.
+
+    Args:
+        ride: ride with the robot.
+        without: the same people without it; None: nobody reacts, or it is not known.
+    """
+    if without is None:
+        return float("nan")
+    k, reacting = min(len(ride.people), len(without.people)), _reacting(ride)
+    apart = ride.people[:k, reacting, :2] - without.people[:k, reacting, :2]
+    distance = np.hypot(apart[..., 0], apart[..., 1])
+    there = np.isfinite(distance)
+    return float(distance[there].mean()) if there.any() else float("nan")
+
+
+def pedestrian_delay(ride: Ride, without: Counterfactual | None) -> float:
+    """Added time to the last waypoint passed in both cases, mean over reacting people, s.
+
+    Args:
+        ride: ride with the robot.
+        without: the same people without it; None: nobody reacts, or it is not known.
+
+    Returns:
+        NaN if nobody passed a waypoint in both cases.
+    """
+    if without is None:
+        return float("nan")
+    delays, reacting = [], _reacting(ride)
+    targets = zip(
+        ride.people_target[:, reacting].T, without.people_target[:, reacting].T, strict=True
+    )
+    for one, other in targets:
+        passed, passed_without = np.flatnonzero(np.diff(one)), np.flatnonzero(np.diff(other))
+        last = min(len(passed), len(passed_without)) - 1
+        if last >= 0:
+            delays.append((passed[last] - passed_without[last]) * ride.step)
+    return float(np.mean(delays)) if delays else float("nan")
+
+
+def widths(ride: Ride) -> tuple[Floats, Floats, Floats]:
+    """(σ_h, σ_s, σ_r) of each person's Gaussian, each (k, n), m."""
+    return gaussian_deviations(np.hypot(ride.people[..., 2], ride.people[..., 3]))
+
+
+def group_depth(ride: Ride, members: Booleans) -> Floats:
+    """Depth of the drive axle in the space of a group with some members (n,), (k,), 0…1.
+
+    The depth is the largest g for which the convex hull of the members' Gaussian contours at g
+    contains the centre of the axle; for one person it is the Gaussian itself. The contour at g is
+    the contour at 1/e scaled by s = √(ln 1/g). Therefore s is the maximum over directions u of the
+    minimum over members of (r − p)·u / h(u), with h the extent of the contour at 1/e along u.
+
+    It is 0 while fewer than two members are present.
+    """
+    there = np.isfinite(ride.people[:, members, 0])
+    at = np.flatnonzero(there.sum(axis=1) > 1)
+    depth = np.zeros(len(ride.people))
+    if not len(at):
+        return depth
+    angle = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
+    delta = ride.pose[at, None, :2] - ride.people[at][:, members, :2]
+    along = delta[..., :1] * np.cos(angle) + delta[..., 1:] * np.sin(angle)
+    share = along / _extent(ride, members, angle)[at]
+    least = np.where(there[at][..., None], share, np.inf).min(axis=1)
+    depth[at] = np.exp(-(least.max(axis=1).clip(min=0.0) ** 2))
+    return depth
+
+
+def _deepest(ride: Ride) -> Floats | None:
+    """Largest depth in any group space, (k,), 0…1; None without groups."""
+    depth = None
+    for members in _groups(ride):
+        here = group_depth(ride, members)
+        depth = here if depth is None else np.maximum(depth, here)
+    return depth
+
+
+def _groups(ride: Ride) -> Iterator[Booleans]:
+    """Members (n,) of every group of two or more."""
+    numbers = None if ride.setup is None else ride.setup.crowd.group
+    if numbers is None or len(numbers) != ride.people.shape[1]:
+        return
+    for number in np.unique(numbers[numbers >= 0]):
+        members = numbers == number
+        if members.sum() > 1:
+            yield members
+
+
+def _extent(ride: Ride, members: Booleans, angle: Floats) -> Floats:
+    """Extent of the contours at 1/e in directions (u,), (k, m, u), m."""
+    front, side, rear = (each[:, members, None] for each in widths(ride))
+    cos = np.cos(angle - ride.people_heading[:, members, None])
+    along = np.where(cos > 0.0, front, rear)
+    extent: Floats = np.sqrt(2.0 * ((along * cos) ** 2 + side**2 * (1.0 - cos**2)))
+    return extent
 
 
 def _gaussian(ride: Ride) -> Floats:
@@ -93,83 +225,22 @@ def _gaussian(ride: Ride) -> Floats:
     front, side, rear = widths(ride)
     along = np.where(ahead > 0.0, front, rear)
     exponent = ahead**2 / (2.0 * along**2) + aside**2 / (2.0 * side**2)
-    return np.nan_to_num(np.exp(-exponent))  # NaN: a person who is not there
+    return np.nan_to_num(np.exp(-exponent))  # NaN: an absent person
 
 
-def widths(ride: Ride) -> tuple[Floats, Floats, Floats]:
-    """(σ_h, σ_s, σ_r) of each person's Gaussian, each (k, n), m."""
-    front = np.maximum(0.5, 2.0 * np.hypot(ride.people[..., 2], ride.people[..., 3]))
-    return front, 2.0 * front / 3.0, front / 2.0
-
-
-def time_to_collision(ride: Ride) -> float:
-    """Least time to a contact if both went on with the velocities they have, s; NaN: never one.
-
-    The footprint's discs and the body's disc move straight; the chair's turning is left out.
-    """
-    cos, sin = np.cos(ride.pose[:, 2]), np.sin(ride.pose[:, 2])
-    v = ride.twist[:, :2]
-    velocity = np.stack([cos * v[:, 0] - sin * v[:, 1], sin * v[:, 0] + cos * v[:, 1]], axis=-1)
-    closing = ride.people[:, :, 2:] - velocity[:, None]
-    first = np.inf
-    for x, y, radius in ride.robot.discs:
-        centre = ride.pose[:, :2] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
-        reach = radius + ride.people_radius
-        times = _contact_time(ride.people[:, :, :2] - centre[:, None], closing, reach)
-        first = min(first, float(times.min(initial=np.inf)))
-    return _finite(first)
-
-
-def _contact_time(offset: Floats, velocity: Floats, reach: Floats) -> Floats:
-    """When ‖offset + t·velocity‖ first equals ``reach``, (k, n), t ≥ 0; +inf: never."""
+def _contact_time(offset: Floats, velocity: Floats, touch: Floats) -> Floats:
+    """First t ≥ 0 with ‖offset + t·velocity‖ = ``touch``, (k, n); +inf: never."""
     a = (velocity**2).sum(axis=-1)
     b = (offset * velocity).sum(axis=-1)
-    c = (offset**2).sum(axis=-1) - reach**2
+    c = (offset**2).sum(axis=-1) - touch**2
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
     meets = (b < 0.0) & (b * b >= a * c) & (a > 0.0)
     time = np.where(meets, (-b - root) / np.where(a > 0.0, a, 1.0), np.inf)
     return np.where(c <= 0.0, 0.0, time)
 
 
-def pedestrian_deviation(ride: Ride, twin: Unmet | None) -> float:
-    """Mean ‖p_with − p_without‖ over those who may react to the chair and the common time, m.
-
-    Args:
-        ride: with the robot.
-        twin: the same people without it; None: nobody reacts, and nothing can be said.
-    """
-    if twin is None:
-        return float("nan")
-    k, who = min(len(ride.people), len(twin.people)), _reacting(ride)
-    apart = ride.people[:k, who, :2] - twin.people[:k, who, :2]
-    distance = np.hypot(apart[..., 0], apart[..., 1])
-    there = np.isfinite(distance)
-    return float(distance[there].mean()) if there.any() else float("nan")
-
-
-def pedestrian_delay(ride: Ride, twin: Unmet | None) -> float:
-    """Added time to the last way-point passed in both, mean over those who may react, s.
-
-    Args:
-        ride: with the robot.
-        twin: the same people without it; None: nobody reacts, and nothing can be said.
-
-    Returns:
-        NaN where nobody passed a way-point in both.
-    """
-    if twin is None:
-        return float("nan")
-    delays, who = [], _reacting(ride)
-    for one, other in zip(ride.people_target[:, who].T, twin.people_target[:, who].T, strict=True):
-        passed, passed_twin = np.flatnonzero(np.diff(one)), np.flatnonzero(np.diff(other))
-        last = min(len(passed), len(passed_twin)) - 1
-        if last >= 0:
-            delays.append((passed[last] - passed_twin[last]) * ride.step)
-    return float(np.mean(delays)) if delays else float("nan")
-
-
 def _reacting(ride: Ride) -> Booleans:
-    """Who may react to the chair, (n,)."""
+    """People who may react to the chair, (n,)."""
     sees = ride.people_see
     return np.ones(ride.people.shape[1], dtype=np.bool_) if sees is None else sees
 

@@ -1,51 +1,51 @@
-"""How the chair and the rider got on. Commands are compared as shares of the robot's limits."""
+"""Cooperation of rider and chair; commands are shares of the robot's limits."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from cohelm.arrays import Booleans, Floats
-from cohelm.evaluation.ride import Ride
+from cohelm.evaluation.episode.ride import Ride
 
 INTERVENTION = 0.1
-"""A difference above this share of the limits is felt."""
+"""Difference of commands above which the chair intervenes, as a share of the limits."""
 
 
 def agreement(ride: Ride) -> float:
-    """Mean cosine of the angle between asked and given command, both non-zero; else NaN."""
-    asked, given = _commands(ride)
-    both = _moving(asked) & _moving(given)
+    """Mean cosine between requested and executed command where both are non-zero; else NaN."""
+    requested, executed = _commands(ride)
+    both = _moving(requested) & _moving(executed)
     if not both.any():
         return float("nan")
-    norms = np.hypot(*asked[both].T) * np.hypot(*given[both].T)
-    return float(((asked[both] * given[both]).sum(axis=-1) / norms).mean())
+    norms = np.hypot(*requested[both].T) * np.hypot(*executed[both].T)
+    return float(((requested[both] * executed[both]).sum(axis=-1) / norms).mean())
 
 
 def disagreement(ride: Ride) -> float:
-    """Mean ‖asked − given‖ while the stick is deflected; NaN where it never is."""
+    """Mean ‖requested − executed‖ while the stick is deflected; NaN where it never is."""
     return _mean(_difference(ride))
 
 
 def intervention_share(ride: Ride) -> float:
-    """Share of the deflected time in which ‖asked − given‖ > 0.1; NaN where there is none."""
+    """Share of the deflected time in which ‖requested − executed‖ > 0.1; NaN without any."""
     return _mean(_difference(ride) > INTERVENTION)
 
 
-def fight_rate(ride: Ride) -> float:
-    """Share of the deflected time in which asked and given turn opposite ways; NaN without any."""
-    asked, given = _commands(ride)
-    deflected = _moving(asked)
-    return _mean(asked[deflected, 1] * given[deflected, 1] < 0.0)
+def conflict_share(ride: Ride) -> float:
+    """Share of the deflected time in which requested and executed turn oppose; NaN without any."""
+    requested, executed = _commands(ride)
+    deflected = _moving(requested)
+    return _mean(requested[deflected, 1] * executed[deflected, 1] < 0.0)
 
 
 def effort(ride: Ride) -> float:
-    """∫‖u̇‖dt of the stick, in full deflections; NaN where there is no device."""
+    """∫‖u̇‖dt of the stick, in full deflections; NaN without a device."""
     stick = ride.stick[np.isfinite(ride.stick).all(axis=1)]
     return float(np.hypot(*np.diff(stick, axis=0).T).sum()) if len(stick) else float("nan")
 
 
 def reversals(ride: Ride) -> float:
-    """Changes of the stick's sign on either axis, a minute; NaN where there is no device."""
+    """Sign changes of the stick on either axis, 1/min; NaN without a device."""
     stick = ride.stick[np.isfinite(ride.stick).all(axis=1)]
     if not len(stick):
         return float("nan")
@@ -57,16 +57,16 @@ def reversals(ride: Ride) -> float:
 
 
 def _commands(ride: Ride) -> tuple[Floats, Floats]:
-    """(asked, given) as (v, ω) shares of the robot's limits, (j, 2), where there is a device."""
-    there = np.isfinite(ride.asked).all(axis=1)
+    """(requested, executed) as (v, ω) shares of the limits, (j, 2), at ticks with a device."""
+    there = np.isfinite(ride.requested).all(axis=1)
     limits = np.array([ride.robot.max_speed, ride.robot.max_turn_rate])
-    return ride.asked[there][:, [0, 2]] / limits, ride.command[there][:, [0, 2]] / limits
+    return ride.requested[there][:, [0, 2]] / limits, ride.command[there][:, [0, 2]] / limits
 
 
 def _difference(ride: Ride) -> Floats:
-    asked, given = _commands(ride)
-    deflected = _moving(asked)
-    apart = asked[deflected] - given[deflected]
+    requested, executed = _commands(ride)
+    deflected = _moving(requested)
+    apart = requested[deflected] - executed[deflected]
     return np.hypot(apart[:, 0], apart[:, 1])
 
 

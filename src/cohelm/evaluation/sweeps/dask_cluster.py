@@ -1,8 +1,8 @@
-"""The tasks of a sweep on Dask distributed: on a cluster here, or on many machines.
+"""Executor on Dask distributed: a cluster on this machine, or many machines.
 
-A worker does one task at a time, whatever its threads, in a folder of its own; the files that the
-task writes there come back with the results, so that no folder has to be shared. Who runs other
-code than this process is told so instead of being given tasks.
+A worker does one task at a time in a temporary folder. The files that the task writes there are
+returned with the results, so no folder has to be shared. A worker with other code than this process
+ends the sweep.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.processes import without_interrupts
+from cohelm.evaluation.code_version import code, code_digest, differences
 from cohelm.evaluation.sweeps.executors import (
     RETRIES,
     Executor,
@@ -30,39 +30,39 @@ from cohelm.evaluation.sweeps.executors import (
     WorkersFailed,
     do,
 )
-from cohelm.evaluation.sweeps.identity import code, code_digest, differences
-from cohelm.evaluation.sweeps.tasks import Done, Fault, Task, Work
+from cohelm.evaluation.sweeps.tasks import CompletedTask, Task, TaskError, Work
+from cohelm.processes import without_interrupts
 
 LOCAL = "local"
 ANSWER, FIRST_WORKER = 5.0, 10.0
-"""How long to wait for a scheduler, and for its first worker, s."""
+"""Timeouts of a scheduler and of its first worker, s."""
 
 _one_at_a_time = threading.Lock()
 
 
 @dataclass(frozen=True)
-class _Back:
-    """What a worker gives back."""
+class _Returned:
+    """Return value of a worker."""
 
-    done: Done | None
-    """None: it runs other code."""
+    done: CompletedTask | None
+    """None: the worker has other code."""
     files: Mapping[str, bytes]
-    """What the task wrote, by its name in the folder."""
+    """Files of the task, by their path in the folder."""
     code: Mapping[str, str]
-    """What runs there, where it is not what runs here."""
+    """Code of the worker, where it differs."""
 
 
 @contextmanager
 def on_dask(address: str, workers: int) -> Iterator[Executor]:
-    """Connect to Dask.
+    """Provide an executor on Dask.
 
     Args:
-        address: of a scheduler, as ``tcp://host:8786``; ``local``: one is started here.
-        workers: of a cluster that is started here.
+        address: address of a scheduler, as ``tcp://host:8786``; ``local``: start a cluster here.
+        workers: number of workers of a cluster that is started here.
 
     Raises:
         ConfigError: if Dask is not installed.
-        WorkersFailed: if there is no such scheduler, or no worker that can do the tasks.
+        WorkersFailed: if there is no such scheduler, or no suitable worker.
     """
     try:
         distributed = import_module("distributed")
@@ -82,7 +82,7 @@ def on_dask(address: str, workers: int) -> Iterator[Executor]:
 
 @contextmanager
 def _quiet(log: logging.Logger) -> Iterator[None]:
-    """Workers may die and come back without a word in the log."""
+    """Silence the log: workers may die and come back."""
     level = log.level
     log.setLevel(logging.CRITICAL)
     try:
@@ -92,13 +92,13 @@ def _quiet(log: logging.Logger) -> Iterator[None]:
 
 
 class _Dask:
-    """A scheduler that is given a task for each worker there is, and another when one is done."""
+    """Scheduler that holds one task for each worker."""
 
     def __init__(self, client: Any, cluster: Any, address: str) -> None:
         self.client, self._cluster, self._address = client, cluster, address
 
     def close(self) -> None:
-        """Leave the scheduler; a cluster that was started here ends."""
+        """Disconnect; end a cluster that was started here."""
         for each in (self.client, self._cluster):
             if each is not None:
                 with suppress(OSError, TimeoutError):
@@ -106,8 +106,8 @@ class _Dask:
 
     def run(
         self, work: Work, folder: Path, tasks: Sequence[Numbered]
-    ) -> Generator[Done, None, None]:
-        """An executor."""
+    ) -> Generator[CompletedTask, None, None]:
+        """Do tasks, as an executor."""
         distributed: Any = import_module("distributed")
         job, digest = pickle.dumps(work), code_digest()
         waiting = iter(tasks)
@@ -128,41 +128,42 @@ class _Dask:
                 self.client.cancel(list(running), force=True)
 
     def _workers(self) -> int:
-        """How many there are; one where all have just died."""
+        """Number of workers; one where all have just died."""
         try:
             return max(len(self.client.nthreads()), 1)
         except (OSError, TimeoutError):
             raise self._gone() from None
 
-    def _done(self, future: Any, index: int, folder: Path) -> Done:
+    def _done(self, future: Any, index: int, folder: Path) -> CompletedTask:
         if future.status == "cancelled":
             raise self._gone()
         try:
             failure = future.exception()
-            back: _Back | None = None if failure else future.result()
+            returned: _Returned | None = None if failure else future.result()
         except (OSError, TimeoutError, asyncio.CancelledError, concurrent.futures.CancelledError):
             raise self._gone() from None
         if isinstance(failure, import_module("distributed").KilledWorker):
-            return Done(index, (), Fault(f"its worker died, {RETRIES + 1} times"))
+            error = TaskError(f"its worker died, {RETRIES + 1} times")
+            return CompletedTask(index, (), error)
         if failure is not None:
             raise WorkersFailed(f"{self._address}: a worker cannot do the tasks: {failure}")
-        if back is None:
+        if returned is None:
             raise self._gone()
-        if back.done is None:
-            other = differences(code(), back.code)
+        if returned.done is None:
+            other = differences(code(), returned.code)
             raise WorkersFailed(f"{self._address}: a worker runs other code ({other})")
-        for name, content in back.files.items():
+        for name, content in returned.files.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(content)
-        return back.done
+        return returned.done
 
     def _gone(self) -> WorkersFailed:
-        return WorkersFailed(f"{self._address}: the scheduler went away; --resume goes on")
+        return WorkersFailed(f"{self._address}: the scheduler went away; --resume continues")
 
 
 def _connect(distributed: Any, address: str, workers: int) -> _Dask:
     if address == LOCAL:
-        with without_interrupts():  # else its workers hear what is for this process
+        with without_interrupts():  # its workers must not receive an interrupt of this process
             cluster = distributed.LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
@@ -182,9 +183,9 @@ def _connect(distributed: Any, address: str, workers: int) -> _Dask:
 
 
 def _check(client: Any, address: str) -> None:
-    """Whether there are workers, and whether they have cohelm on the same Python.
+    """Check that there are workers, with cohelm and the same Python.
 
-    What they run is told with each task, for others may come later.
+    Their code is checked with each task, because workers may come later.
     """
     try:
         client.wait_for_workers(1, timeout=FIRST_WORKER)
@@ -204,14 +205,14 @@ def _check(client: Any, address: str) -> None:
             raise WorkersFailed(f"{worker}: this worker runs Python {other}, not {one}")
 
 
-def _remotely(job: bytes, digest: str, index: int, task: Task) -> _Back:
-    """One task, in the process of a worker."""
+def _remotely(job: bytes, digest: str, index: int, task: Task) -> _Returned:
+    """Do one task, in the process of a worker."""
     if code_digest() != digest:
-        return _Back(None, {}, code())
+        return _Returned(None, {}, code())
     with _one_at_a_time, tempfile.TemporaryDirectory(prefix="cohelm-") as name:
         folder = Path(name)
         done = do(pickle.loads(job), folder, index, task)
         files = [file for file in sorted(folder.rglob("*")) if file.is_file()]
-        return _Back(
+        return _Returned(
             done, {file.relative_to(folder).as_posix(): file.read_bytes() for file in files}, {}
         )

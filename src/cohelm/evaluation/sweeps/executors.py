@@ -1,7 +1,8 @@
-"""Where the tasks of a sweep are done: in this process, or in processes of its own.
+"""Executors of tasks: in this process, or in worker processes.
 
-A process that dies is replaced, and the task it was at is tried again, at most twice. Whatever a
-task raises comes back as a fault.
+A worker process that dies is replaced, and its task is tried again, at most twice; the exit status
+or signal is kept, which is why this is not a ``concurrent.futures`` pool. An exception in a task is
+returned as its error.
 """
 
 from __future__ import annotations
@@ -9,81 +10,62 @@ from __future__ import annotations
 import signal
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from cohelm.errors import CohelmError
-from cohelm.evaluation.processes import compiled, leave_interrupts, spawn, without_interrupts
-from cohelm.evaluation.sweeps.tasks import Done, Fault, Task, Work
+from cohelm.evaluation.sweeps.tasks import CompletedTask, Task, TaskError, Work
+from cohelm.processes import compiled, leave_interrupts, spawn, without_interrupts
 
 Numbered = tuple[int, Task]
-Executor = Callable[[Work, Path, Sequence[Numbered]], Generator[Done, None, None]]
-"""Does tasks, each with its index; what is done first comes first."""
+Executor = Callable[[Work, Path, Sequence[Numbered]], Generator[CompletedTask, None, None]]
+"""Does tasks, each with its index, and yields them in the order of completion."""
 
 RETRIES = 2
-"""How often a task is tried again whose process died."""
+"""Number of further tries of a task whose process died."""
 _FALSE_STARTS = 3
 _PATIENCE = 5.0  # s, for a process to end
 
 
 class WorkersFailed(CohelmError):
-    """Processes that do not start, or that are not what the sweep needs."""
+    """Workers do not start, or are not those that the sweep needs."""
 
     code = "workers"
 
 
-def do(work: Work, folder: Path, index: int, task: Task) -> Done:
-    """Do one task; what it raises is a fault."""
+def do(work: Work, folder: Path, index: int, task: Task) -> CompletedTask:
+    """Do one task; an exception becomes its error."""
     try:
-        return Done(index, tuple(work(task, folder)))
-    except (Exception, SystemExit) as failure:  # whatever it is, the others go on
-        return Done(index, (), Fault.of(failure))
+        return CompletedTask(index, tuple(work(task, folder)))
+    except (Exception, SystemExit) as failure:  # the other tasks go on
+        return CompletedTask(index, (), TaskError.of(failure))
 
 
-def serially(work: Work, folder: Path, tasks: Sequence[Numbered]) -> Generator[Done, None, None]:
-    """In this process, one after the other."""
+def serially(
+    work: Work, folder: Path, tasks: Sequence[Numbered]
+) -> Generator[CompletedTask, None, None]:
+    """Do the tasks in this process, one after the other."""
     for index, task in tasks:
         yield do(work, folder, index, task)
 
 
 def in_processes(workers: int) -> Executor:
-    """In so many processes of its own; in this one where one is asked for."""
+    """Executor with a number of worker processes; with one it uses this process."""
 
-    def run(work: Work, folder: Path, tasks: Sequence[Numbered]) -> Generator[Done, None, None]:
-        crew = min(workers, len(tasks))
-        if crew <= 1:
+    def run(
+        work: Work, folder: Path, tasks: Sequence[Numbered]
+    ) -> Generator[CompletedTask, None, None]:
+        count = min(workers, len(tasks))
+        if count <= 1:
             return serially(work, folder, tasks)
-        return _Crew(work, folder, tasks).run(crew)
+        return _Pool(work, folder, tasks).run(count)
 
     return run
 
 
-@contextmanager
-def executor_for(cluster: str | None, workers: int) -> Iterator[Executor]:
-    """What does the tasks: processes here, or where ``cluster`` says.
-
-    Args:
-        cluster: ``local`` for a Dask cluster of so many workers here, or the address of a Dask
-            scheduler; None: no Dask.
-        workers: processes; at a scheduler, those that are there count.
-
-    Raises:
-        ConfigError: if Dask is not installed.
-        WorkersFailed: if the scheduler does not answer, or has no workers.
-    """
-    if cluster is None:
-        yield in_processes(workers)
-        return
-    from cohelm.evaluation.sweeps.dask_cluster import on_dask  # noqa: PLC0415 # an extra
-
-    with on_dask(cluster, workers) as executor:
-        yield executor
-
-
 class _Worker:
-    """A process that does one task after the other."""
+    """Worker process that does one task after the other."""
 
     def __init__(self, work: Work, folder: Path) -> None:
         self.pipe, theirs = spawn.Pipe()
@@ -100,21 +82,21 @@ class _Worker:
         self.at = numbered
         try:
             self.pipe.send(numbered)
-        except OSError:  # it has died; the next to be heard of it is the end of its pipe
+        except OSError:  # it has died; its pipe will report the end
             return
 
     def end(self, *, kill: bool) -> None:
         if kill:
             self.process.terminate()
-        self.pipe.close()  # it ends by itself when it hears no more
+        self.pipe.close()  # the process ends at the end of its pipe
         self.process.join(_PATIENCE)
         if self.process.exitcode is None:
             self.process.kill()
             self.process.join()
 
 
-class _Crew:
-    """Workers, what waits for them, and how often it was tried."""
+class _Pool:
+    """Worker processes, waiting tasks, and the number of their tries."""
 
     def __init__(self, work: Work, folder: Path, tasks: Sequence[Numbered]) -> None:
         self._work, self._folder = work, folder
@@ -124,36 +106,33 @@ class _Crew:
         self._cold = not compiled()
         self._workers: list[_Worker] = []
 
-    def run(self, count: int) -> Generator[Done, None, None]:
+    def run(self, count: int) -> Generator[CompletedTask, None, None]:
         done = False
         try:
-            self._workers = [self._hire() for _ in range(count)]
+            self._workers = [_Worker(self._work, self._folder) for _ in range(count)]
             while self._waiting or any(each.at for each in self._workers):
-                heard = wait([each.pipe for each in self._workers])
-                for worker in [each for each in self._workers if each.pipe in heard]:
-                    yield from self._hear(worker)
+                ready = wait([each.pipe for each in self._workers])
+                for worker in [each for each in self._workers if each.pipe in ready]:
+                    yield from self._receive(worker)
                 self._give()
             done = True
         finally:
             for each in self._workers:
                 each.end(kill=not done)
 
-    def _hire(self) -> _Worker:
-        return _Worker(self._work, self._folder)
-
-    def _hear(self, worker: _Worker) -> Iterator[Done]:
+    def _receive(self, worker: _Worker) -> Iterator[CompletedTask]:
         try:
-            said = worker.pipe.recv()
+            message = worker.pipe.recv()
         except (EOFError, OSError):
-            yield from self._bury(worker)
+            yield from self._replace(worker)
             return
-        if said is None:
+        if message is None:
             worker.ready, self._false_starts = True, 0
             return
         worker.at, self._cold = None, False
-        yield said
+        yield message
 
-    def _bury(self, worker: _Worker) -> Iterator[Done]:
+    def _replace(self, worker: _Worker) -> Iterator[CompletedTask]:
         worker.end(kill=False)
         self._workers.remove(worker)
         how = _end_of(worker.process.exitcode)
@@ -166,16 +145,17 @@ class _Crew:
             self._deaths[index] += 1
             if self._deaths[index] > RETRIES:
                 times = self._deaths[index]
-                yield Done(index, (), Fault(f"its process died, {times} times ({how})"))
+                error = TaskError(f"its process died, {times} times ({how})")
+                yield CompletedTask(index, (), error)
             else:
                 self._waiting.appendleft(worker.at)
         if self._waiting:
-            self._workers.append(self._hire())
+            self._workers.append(_Worker(self._work, self._folder))
 
     def _give(self) -> None:
-        """Tasks to who is free; to one alone while nothing is compiled yet.
+        """Give tasks to free workers; to a single one while nothing is compiled yet.
 
-        Two processes that compile the same at the same time may spoil numba's index of it.
+        Two processes that compile the same function at once may damage numba's cache index.
         """
         for worker in self._workers:
             busy = any(each.at for each in self._workers)
@@ -186,7 +166,7 @@ class _Crew:
 
 
 def _serve(pipe: Connection, work: Work, folder: Path) -> None:
-    """What a process does: tasks from a pipe, until it ends."""
+    """Do tasks from a pipe until it ends."""
     leave_interrupts()
     try:
         pipe.send(None)
@@ -195,8 +175,8 @@ def _serve(pipe: Connection, work: Work, folder: Path) -> None:
             done = do(work, folder, index, task)
             try:
                 pipe.send(done)
-            except (TypeError, AttributeError, ValueError) as failure:  # not to be pickled
-                pipe.send(Done(index, (), Fault.of(failure)))
+            except (TypeError, AttributeError, ValueError) as failure:  # cannot be pickled
+                pipe.send(CompletedTask(index, (), TaskError.of(failure)))
     except (EOFError, OSError):
         return
 

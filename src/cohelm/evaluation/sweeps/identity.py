@@ -1,19 +1,11 @@
-"""What makes two sweeps the same: their tasks in words, their options, and the code that rides.
-
-Everything becomes text before it is compared, so that a folder can say what it is of.
-"""
+"""Identity of sweeps: keys of tasks and options as text, equal on every machine."""
 
 from __future__ import annotations
 
 import dataclasses
 import enum
-import hashlib
-import platform
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
-from importlib.metadata import entry_points, version
-from importlib.util import find_spec
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,20 +13,14 @@ import numpy as np
 from pydantic import BaseModel
 
 from cohelm.errors import ConfigError
+from cohelm.evaluation.code_version import digest
 
-LIBRARIES = ("cohelm", "daqp", "numba", "numpy", "opencv-python-headless", "scipy")
-"""Those whose versions decide the numbers; and Python's."""
-_ONLY_SHOWS = ("cli", "driving", "evaluation/results", "pictures", "web")
-"""Parts of the package that no row comes of."""
-_NOT_ASKED = ("TITLE", "SEEDS", "WORKERS")
+_NOT_OPTIONS = ("TITLE", "SEEDS", "WORKERS")
 _FILES = (".yaml", ".yml", ".npz", ".txt", ".csv", ".pgm", ".png", ".json", ".geojson", ".mcap")
-_DIGITS = 16
 
 
-def words_of(value: Any) -> str:
-    """A value as text; equal values, on whatever machine, give equal text.
-
-    Whatever names a file that is there counts with what is in the file.
+def canonical_text(value: Any) -> str:
+    """A value as text; equal values give equal text. A file name counts with the file's content.
 
     Raises:
         TypeError: if a part of it is neither plain nor a frozen value of plain parts.
@@ -50,13 +36,13 @@ def words_of(value: Any) -> str:
     return _of_parts(value)
 
 
-def keys_of(tasks: Sequence[Any]) -> list[str]:
-    """A key for each task, the same in every run; those that are asked for twice are numbered.
+def task_keys(tasks: Sequence[Any]) -> list[str]:
+    """A key for each task, the same in every run; equal tasks are numbered.
 
     Raises:
-        TypeError: as :func:`words_of`.
+        TypeError: as :func:`canonical_text`.
     """
-    digests = [_digest(words_of(task).encode()) for task in tasks]
+    digests = [digest(canonical_text(task).encode()) for task in tasks]
     seen: Counter[str] = Counter()
     out = []
     for each in digests:
@@ -66,109 +52,50 @@ def keys_of(tasks: Sequence[Any]) -> list[str]:
 
 
 def options_of(bench: Any) -> dict[str, str]:
-    """What a benchmark was asked for, in words, by name; nothing of one that asks nothing."""
+    """Options of a benchmark as text, by name; empty for one without options."""
     if not dataclasses.is_dataclass(bench):
         return {}
     return {
-        each.name: words_of(getattr(bench, each.name))
+        each.name: canonical_text(getattr(bench, each.name))
         for each in dataclasses.fields(bench)
-        if each.name not in _NOT_ASKED
+        if each.name not in _NOT_OPTIONS
     }
 
 
-@cache
-def code() -> Mapping[str, str]:
-    """File or library → its digest or version: all that decides a row but the task.
-
-    The packages of parts that others have installed belong to it.
-    """
-    out = {name: version(name) for name in LIBRARIES} | {"python": platform.python_version()}
-    for package in ("cohelm", *sorted(_others())):
-        spec = find_spec(package)
-        if spec is None or not spec.origin:
-            continue
-        file = Path(spec.origin)
-        whole = spec.submodule_search_locations is not None
-        for each in _sources(file.parent) if whole else [file]:
-            name = each.relative_to(file.parent).as_posix()
-            if not (package == "cohelm" and name.startswith(_ONLY_SHOWS)):
-                out[f"{package}/{name}"] = _digest(each.read_bytes())
-    return out
-
-
-def code_digest() -> str:
-    """Of all that :func:`code` tells, in one word."""
-    return _digest(words_of(dict(code())).encode())
-
-
-def differences(one: Mapping[str, str], other: Mapping[str, str], most: int = 3) -> str:
-    """Names that do not mean the same in both, the first few of them; empty: none."""
-    names = sorted(name for name in {*one, *other} if one.get(name) != other.get(name))
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(_change(name, one, other) for name in names[:most]) + more
-
-
 def check_plain(tasks: Sequence[Any]) -> None:
-    """Whether tasks can be told apart.
+    """Check that tasks have keys.
 
     Raises:
         ConfigError: if not.
     """
     try:
-        keys_of(tasks)
+        task_keys(tasks)
     except TypeError as cause:
-        raise ConfigError(f"no sweep can be kept of these tasks: {cause}") from None
+        raise ConfigError(f"these tasks cannot be stored: {cause}") from None
 
 
 def _of_parts(value: Any) -> str:
     if isinstance(value, np.ndarray):
-        return f"array{value.shape}{value.dtype}{_digest(np.ascontiguousarray(value).tobytes())}"
+        return f"array{value.shape}{value.dtype}{digest(np.ascontiguousarray(value).tobytes())}"
     if isinstance(value, list | tuple | range):
-        return f"({', '.join(map(words_of, value))})"
+        return f"({', '.join(map(canonical_text, value))})"
     if isinstance(value, set | frozenset):
-        return f"{{{', '.join(sorted(map(words_of, value)))}}}"
+        return f"{{{', '.join(sorted(map(canonical_text, value)))}}}"
     if isinstance(value, Mapping):
-        return f"{{{', '.join(sorted(f'{words_of(k)}: {words_of(v)}' for k, v in value.items()))}}}"
+        items = (f"{canonical_text(k)}: {canonical_text(v)}" for k, v in value.items())
+        return f"{{{', '.join(sorted(items))}}}"
     if isinstance(value, BaseModel):
         names = tuple(type(value).model_fields)
     elif dataclasses.is_dataclass(value) and not isinstance(value, type):
         names = tuple(each.name for each in dataclasses.fields(value))
     else:
-        raise TypeError(f"{type(value).__name__} is no plain value that tells sweeps apart")
-    inside = ", ".join(f"{name}={words_of(getattr(value, name))}" for name in names)
+        raise TypeError(f"{type(value).__name__} is not a plain value")
+    inside = ", ".join(f"{name}={canonical_text(getattr(value, name))}" for name in names)
     return f"{type(value).__name__}({inside})"
-
-
-def _change(name: str, one: Mapping[str, str], other: Mapping[str, str]) -> str:
-    if "/" in name:
-        return name
-    return f"{name} {one.get(name, 'none')} → {other.get(name, 'none')}"
-
-
-def _others() -> set[str]:
-    """Top packages of parts that are installed beside ours."""
-    points = entry_points()
-    found = {
-        point.module.partition(".")[0]
-        for group in points.groups
-        if group.startswith("cohelm.")
-        for point in points.select(group=group)
-    }
-    return found - {"cohelm"}
-
-
-def _sources(folder: Path) -> Iterator[Path]:
-    for file in sorted(folder.rglob("*")):
-        if file.suffix in {".py", ".yaml", ".yml", ".so"} and file.is_file():
-            yield file
 
 
 def _of_text(text: str) -> str:
     if not text.endswith(_FILES):
         return repr(text)
     file = Path(text)
-    return f"{text!r}[{_digest(file.read_bytes())}]" if file.is_file() else repr(text)
-
-
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+    return f"{text!r}[{digest(file.read_bytes())}]" if file.is_file() else repr(text)

@@ -1,4 +1,4 @@
-"""Tasks done in any order, kept as they come, and given back in the order they were asked for."""
+"""Run the tasks of a sweep in any order, store each result, and return them in task order."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ import csv
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 from cohelm.errors import ConfigError
-from cohelm.evaluation.sweeps.asked import Asked
 from cohelm.evaluation.sweeps.executors import Executor, in_processes
-from cohelm.evaluation.sweeps.identity import keys_of
-from cohelm.evaluation.sweeps.ledger import EPISODES, Ledger, Record
+from cohelm.evaluation.sweeps.identity import task_keys
 from cohelm.evaluation.sweeps.ride_task import failed_rides, rides_in
-from cohelm.evaluation.sweeps.tasks import Done, Fault, Progress, Result, Task
+from cohelm.evaluation.sweeps.store import EPISODES, ROWS, Record, SweepSize, SweepStore
+from cohelm.evaluation.sweeps.tasks import CompletedTask, Result, SweepState, Task, TaskError
 
-Watch = Callable[[Progress], None]
+Watch = Callable[[SweepState], None]
 _SHARE = 20.0
-"""Rows are written when that took less than this part of the time since."""
-_RARELY = 1.0  # s
+"""Time between two writes of the rows, as a multiple of the time that one takes."""
+_RARELY = 1.0
+"""Shortest time between two writes of the rows, s."""
 
 
 class Worker(Protocol):
-    """The part of a benchmark that a sweep needs."""
+    """Part of a benchmark that a sweep needs."""
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """Do one task."""
@@ -34,20 +34,42 @@ class Worker(Protocol):
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """What came of a sweep."""
+class SweepResult:
+    """Results of a sweep."""
 
     results: list[Result]
     """In the order of the tasks."""
-    faults: Mapping[int, Fault]
-    """Of the tasks, by number, that raised or whose process died."""
+    errors: Mapping[int, TaskError]
+    """Errors by the index of the task."""
     done: int
     total: int
 
     @property
-    def whole(self) -> bool:
-        """Whether every task was tried."""
+    def is_complete(self) -> bool:
+        """True where every task was tried."""
         return self.done == self.total
+
+
+@contextmanager
+def executor_for(cluster: str | None, workers: int) -> Iterator[Executor]:
+    """Provide the executor of a sweep.
+
+    Args:
+        cluster: ``local`` for a Dask cluster of so many workers on this machine, or the address of
+            a Dask scheduler; None: processes.
+        workers: number of processes; a scheduler uses those it has.
+
+    Raises:
+        ConfigError: if Dask is not installed.
+        WorkersFailed: if the scheduler does not answer, or has no workers.
+    """
+    if cluster is None:
+        yield in_processes(workers)
+        return
+    from cohelm.evaluation.sweeps.dask_cluster import on_dask  # noqa: PLC0415 # an extra
+
+    with on_dask(cluster, workers) as executor:
+        yield executor
 
 
 def sweep(
@@ -56,50 +78,50 @@ def sweep(
     folder: Path,
     *,
     executor: Executor,
-    ledger: Ledger | None = None,
+    store: SweepStore | None = None,
     watch: Watch = lambda progress: None,
-) -> Sweep:
-    """Do those tasks that the ledger does not have; ``rows.csv`` in the folder grows.
+) -> SweepResult:
+    """Do the tasks that the store does not have; ``rows.csv`` in the folder grows meanwhile.
 
-    Tasks that failed before are tried again; a ride that failed is a row all the same. An
-    interrupt ends it: what is done by then is returned. The results are those the ledger gives
-    back, so that a sweep that went on is the same as one that was never interrupted.
+    Failed tasks are tried again; a failed ride is a row. An interrupt ends the sweep and returns
+    what is done. The results are read as from the store: a resumed sweep equals an uninterrupted
+    one.
 
     Raises:
-        ConfigError: if the ledger cannot be written to.
+        ConfigError: if the store cannot be written to, or tasks are left and the code has changed.
         WorkersFailed: if there are no workers, or not the right ones.
     """
-    keys = keys_of(tasks) if ledger else []
-    records = _known(keys, ledger)
-    missing = [(i, task) for i, task in enumerate(tasks) if _is_open(records.get(i), ledger)]
-    if missing and ledger and ledger.changed:
+    keys = task_keys(tasks) if store else []
+    records = _known(keys, store)
+    missing = [(i, task) for i, task in enumerate(tasks) if _is_open(records.get(i), store)]
+    if missing and store and store.changed:
         raise ConfigError(
-            f"{folder} was begun with other code ({ledger.changed}), and {len(missing)} of "
-            f"{len(tasks)} tasks are left: go on with the code of then, or begin in another folder",
+            f"{folder} was begun with other code ({store.changed}), and {len(missing)} of "
+            f"{len(tasks)} tasks are left: continue with that code, or begin in another folder",
             key="--resume",
         )
-    if ledger:
-        ledger.ask(Asked(len(tasks), sum(map(rides_in, tasks))))
-    file = _Rows(folder / "rows.csv")
+    if store:
+        store.set_size(SweepSize(len(tasks), sum(map(rides_in, tasks))))
+    file = _Rows(folder / ROWS)
     tally = _Tally(records, len(tasks), before=len(tasks) - len(missing))
     watch(tally.progress())
     try:
         for done in _done(bench, missing, folder, executor):
-            record = _kept(tasks, keys, ledger, done)
+            record = _stored(tasks, keys, store, done)
             tally.count(records.get(done.index), record)
             records[done.index] = record
-            (folder / EPISODES).unlink(missing_ok=True)  # it lacks this one
+            (folder / EPISODES).unlink(missing_ok=True)  # it lacks this task
             file.write_now_and_then(records)
             watch(tally.progress())
     except KeyboardInterrupt:
         pass
     except BaseException:
-        with suppress(OSError):  # it is told what came before
+        with suppress(OSError):  # the first error is reported
             file.write(records)
         raise
     file.write(records)
-    faults = {i: each.fault for i, each in sorted(records.items()) if each.fault is not None}
-    return Sweep(_in_order(records), faults, len(records), len(tasks))
+    errors = {i: each.error for i, each in sorted(records.items()) if each.error is not None}
+    return SweepResult(_in_order(records), errors, len(records), len(tasks))
 
 
 def run_tasks(
@@ -110,60 +132,62 @@ def run_tasks(
     workers: int,
     watch: Watch = lambda progress: None,
 ) -> list[Result]:
-    """The results in the order of the tasks, nothing kept but ``rows.csv``.
+    """Do all tasks without a store; returns their results in order.
 
     Raises:
-        RuntimeError: if a task failed, with what it raised; the others are done before.
+        RuntimeError: if a task failed; the others are done before.
     """
     done = sweep(bench, tasks, folder, executor=in_processes(workers), watch=watch)
-    for index, fault in done.faults.items():
-        raise RuntimeError(f"task {index}: {fault.error}\n{fault.traceback}")
+    for index, error in done.errors.items():
+        raise RuntimeError(f"task {index}: {error.error}\n{error.traceback}")
     return done.results
 
 
 def write_rows(rows: Sequence[Mapping[str, Any]], file: Path) -> None:
-    """Rows as a table that replaces the one there at once; the columns are those of any row."""
+    """Write rows as a CSV file, replaced at once; it has the columns of all rows."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    beside = file.with_suffix(".part")
+    part = file.with_suffix(".part")
     try:
-        with beside.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
+        with part.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
             writer = csv.writer(stream, lineterminator="\n")
             writer.writerow(columns)
             writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
-        beside.replace(file)
+        part.replace(file)
     finally:
-        beside.unlink(missing_ok=True)
+        part.unlink(missing_ok=True)
 
 
-def _known(keys: Sequence[str], ledger: Ledger | None) -> dict[int, Record]:
-    there = ledger.records if ledger else {}
+def _known(keys: Sequence[str], store: SweepStore | None) -> dict[int, Record]:
+    there = store.records if store else {}
     return {i: there[key] for i, key in enumerate(keys) if key in there}
 
 
-def _is_open(record: Record | None, ledger: Ledger | None) -> bool:
-    """Whether a task is to be done; with other code than before, what failed is left alone."""
-    changed = ledger is not None and bool(ledger.changed)
-    return record is None or (record.fault is not None and not changed)
+def _is_open(record: Record | None, store: SweepStore | None) -> bool:
+    """Check that a task is to be done; failed ones are not tried again with other code."""
+    changed = store is not None and bool(store.changed)
+    return record is None or (record.error is not None and not changed)
 
 
 def _done(
     bench: Worker, missing: Sequence[tuple[int, Task]], folder: Path, executor: Executor
-) -> Iterator[Done]:
+) -> Iterator[CompletedTask]:
     if missing:
         with closing(executor(bench.work, folder, missing)) as each:
             yield from each
 
 
-def _kept(tasks: Sequence[Task], keys: Sequence[str], ledger: Ledger | None, done: Done) -> Record:
-    results, fault = done.results, done.fault
-    if fault is not None:
-        results = failed_rides(tasks[done.index], fault)
-    if ledger is None:
-        return Record(tuple(results), fault)
+def _stored(
+    tasks: Sequence[Task], keys: Sequence[str], store: SweepStore | None, done: CompletedTask
+) -> Record:
+    results, error = done.results, done.error
+    if error is not None:
+        results = failed_rides(tasks[done.index], error)
+    if store is None:
+        return Record(tuple(results), error)
     try:
-        return ledger.add(keys[done.index], results, fault)
-    except TypeError as failure:  # a row of things that no file holds
-        return ledger.add(keys[done.index], (), Fault.of(failure))
+        return store.add(keys[done.index], results, error)
+    except TypeError as failure:  # a row that cannot be stored
+        return store.add(keys[done.index], (), TaskError.of(failure))
 
 
 def _in_order(records: Mapping[int, Record]) -> list[Result]:
@@ -171,26 +195,26 @@ def _in_order(records: Mapping[int, Record]) -> list[Result]:
 
 
 class _Tally:
-    """How many tasks are done and failed, counted as they come; ``before``: at the begin."""
+    """Count of done and failed tasks."""
 
     def __init__(self, records: Mapping[int, Record], total: int, *, before: int) -> None:
-        self._failed = sum(each.fault is not None for each in records.values())
+        self._failed = sum(each.error is not None for each in records.values())
         self._total, self._before, self._done = total, before, before
         self._began = time.monotonic()
 
     def count(self, old: Record | None, new: Record) -> None:
-        """One more is done; ``old`` is what came of it before."""
+        """Count one more task; ``old`` is its former record."""
         self._done += 1
-        self._failed += new.fault is not None
-        self._failed -= old is not None and old.fault is not None
+        self._failed += new.error is not None
+        self._failed -= old is not None and old.error is not None
 
-    def progress(self) -> Progress:
+    def progress(self) -> SweepState:
         seconds = time.monotonic() - self._began
-        return Progress(self._done, self._total, seconds, self._before, self._failed)
+        return SweepState(self._done, self._total, seconds, self._before, self._failed)
 
 
 class _Rows:
-    """The table of the rows, written anew as rarely as it takes time."""
+    """CSV file of the rows, rewritten at intervals that depend on the time it takes."""
 
     def __init__(self, file: Path) -> None:
         self._file = file

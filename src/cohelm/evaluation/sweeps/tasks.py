@@ -1,4 +1,4 @@
-"""What a sweep is made of: tasks, what comes of one, and how far it has come."""
+"""Tasks of a sweep, their results and errors, and its progress."""
 
 from __future__ import annotations
 
@@ -12,71 +12,71 @@ from typing import Any
 from cohelm.arrays import Floats
 
 Task = tuple[Any, ...]
-"""Plain values, or frozen values of them, that a worker understands."""
+"""Plain values, or frozen values of them, for a worker."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """One thing that came of a task."""
+    """One result of a task."""
 
     row: Mapping[str, Any]
-    """Words and numbers, a line of the table of all results; NaN: no meaning here."""
+    """Text and numbers, a row of the table of all results; NaN: does not apply."""
     arrays: Mapping[str, Floats] = field(default_factory=dict)
-    """What the report's pictures need."""
+    """Arrays for the pictures of the report."""
 
 
 @dataclass(frozen=True)
-class Fault:
-    """Why nothing came of a task."""
+class TaskError:
+    """Error that ended a task."""
 
     error: str
-    """In one line: what was raised, or how the process ended."""
+    """One line: the exception, or how the process ended."""
     traceback: str = ""
-    """Where it was raised; empty where a process died."""
+    """Traceback of the exception; empty where a process died."""
 
     @classmethod
-    def of(cls, failure: BaseException) -> Fault:
-        """What was raised, in a line, and where; both cut to what a table can hold.
+    def of(cls, failure: BaseException) -> TaskError:
+        """Error of an exception, cut to what a table can hold.
 
         Raises:
-            KeyboardInterrupt: if that led to it: compiled code that is interrupted raises a
+            KeyboardInterrupt: if that is its cause: interrupted compiled code raises a
                 ``SystemError``, and the task is not done.
         """
         if isinstance(failure.__cause__, KeyboardInterrupt):
             raise KeyboardInterrupt from failure
-        said = (str(failure).splitlines() or [""])[0]
+        text = (str(failure).splitlines() or [""])[0]
         where = "".join(traceback.format_exception(failure))
-        return cls(f"{type(failure).__name__}: {said}"[:300], where[-4000:])
+        return cls(f"{type(failure).__name__}: {text}"[:300], where[-4000:])
 
 
 Work = Callable[[Any, Path], Sequence[Result]]
-"""Does one task; may write files to the folder."""
+"""Function that does one task and may write files to the folder."""
 
 
 @dataclass(frozen=True)
-class Done:
-    """What came of one task."""
+class CompletedTask:
+    """Results of one task, or its error."""
 
     index: int
-    """Of the task, from 0."""
+    """Index of the task."""
     results: Sequence[Result]
-    fault: Fault | None = None
+    error: TaskError | None = None
 
 
 @dataclass(frozen=True)
-class Progress:
-    """How far a sweep has come."""
+class SweepState:
+    """Progress of a sweep."""
 
     done: int
     total: int
     seconds: float
-    """Since it began, s."""
+    """Time since the start, s."""
     before: int = 0
-    """Of those done, how many were done when it began."""
+    """Tasks that were done at the start."""
     failed: int = 0
 
     @property
     def left(self) -> float:
-        """Time that is probably left, s; NaN before the first result."""
+        """Estimated remaining time, s; NaN before the first result."""
         now = self.done - self.before
         return self.seconds / now * (self.total - self.done) if now else math.nan

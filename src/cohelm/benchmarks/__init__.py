@@ -1,0 +1,1 @@
+"""Benchmarks of ``cohelm bench``: tasks, references, claims and reports."""

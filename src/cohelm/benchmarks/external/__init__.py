@@ -1,0 +1,1 @@
+"""Benchmarks of others, ported to this simulator."""

@@ -1,0 +1,1 @@
+"""Experiments of Xu et al., compared with the paper's own figures."""

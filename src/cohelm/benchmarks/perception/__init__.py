@@ -1,0 +1,1 @@
+"""Benchmark of perception: recordings, filmed crowds, invalid readings, cost."""

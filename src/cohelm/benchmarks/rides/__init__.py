@@ -1,0 +1,1 @@
+"""Benchmarks that compare planners, riders and modes over many rides."""

@@ -1,0 +1,244 @@
+"""Value of each idea in our planner: everything as it is, then one idea at a time left out.
+
+All variants ride the same scenes with the same seeds. People do not see the chair, because their
+caution would replace what is left out. Sharing is judged by rides with a rider who steers, compared
+with equal rides in which the rider's input is ignored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.benchmarks.bench import BenchReport, Result, Task, split_names, unset
+from cohelm.benchmarks.claims import ENOUGH, OURS
+from cohelm.benchmarks.rides.cases import (
+    BenchScene,
+    Contender,
+    comparisons,
+    scenario_of,
+    scenes_of,
+)
+from cohelm.benchmarks.rides.report import MEASURES, Findings, ReportSpec, finish
+from cohelm.benchmarks.tables import (
+    as_dict,
+    differences_sheet,
+    group_table,
+    groups_of,
+    measure,
+    paired_differences,
+    value_text,
+)
+from cohelm.evaluation.report.rides import Rides
+from cohelm.evaluation.report.statistics import Estimate, bootstrap_mean
+from cohelm.evaluation.sweeps import ride_row
+from cohelm.scenarios.presets import tuned_settings
+from cohelm.scenarios.scenario import PARTS
+
+TITLE = "Value of each idea: one at a time left out"
+WHOLE, STEERED = "complete", "complete, with a rider"
+SCENES = ("crossing", "aggressive", "distracted", "talking", "hospital")
+COMPARED = ("reached", "person_collision", "time", "min_distance", "proxemics_intimate")
+ALL_SCENES = "all scenes"
+_MARGINS = ("wall", "people", "stalled_people", "stalled_wall")
+_RIDER = ("rider.use=ideal", "mode=shared")
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """One idea left out."""
+
+    text: str
+    """Behaviour instead."""
+    settings: tuple[str, ...]
+    base: str = WHOLE
+    """Variant that it is compared with."""
+
+
+VARIANTS: Mapping[str, Ablation] = {
+    WHOLE: Ablation("nothing left out", ()),
+    "γ = 1": Ablation(
+        "barriers are plain distance constraints, without foresight in how they close",
+        tuple(
+            f"local_planner.{each}.gamma=1" for each in ("bodies", "social_space", "group_space")
+        ),
+    ),
+    "no social space": Ablation(
+        "people are bodies without personal space",
+        ("social_model.contour_scale=1e-6", "profile.social_distance=0"),
+    ),
+    "no groups": Ablation(
+        "members of a group are treated as single people", ("group_detector.use=no_groups",)
+    ),
+    "no prediction": Ablation(
+        "people are expected to stand still",
+        ("predictor.use=constant_velocity", "predictor.velocity_share=0"),
+    ),
+    "one future": Ablation("people are expected to continue", ("predictor.use=constant_velocity",)),
+    "five futures": Ablation(
+        "people may continue, stop, turn back or turn aside", ("predictor.use=hypotheses",)
+    ),
+    "one candidate": Ablation(
+        "the last plan continues; others are sampled only where it fails",
+        ("local_planner.candidates=1",),
+    ),
+    "short horizon": Ablation(
+        "candidates are evaluated no farther ahead than they are planned",
+        ("local_planner.sampling.horizon=0.1",),
+    ),
+    "thin verification": Ablation(
+        "plans are verified without margins and for the present only",
+        (
+            *(f"local_planner.verification.{each}_margin=0" for each in _MARGINS),
+            "local_planner.verification.people_acceleration=0",
+            "local_planner.verification.horizon=0.01",
+        ),
+    ),
+    STEERED: Ablation("an ideal rider steers too, and the chair follows", _RIDER),
+    "η = 0": Ablation(
+        "the same rider steers, and the chair ignores it",
+        (*_RIDER, "mode=autonomous"),
+        base=STEERED,
+    ),
+}
+"""Name → what is left out; the settings are those of a scenario."""
+SPEC = ReportSpec(
+    title=TITLE,
+    compared=COMPARED,
+    base=WHOLE,
+    limitations=(
+        "One idea is left out at a time; all other parameters stay as they were tuned with it. "
+        "The rest could be tuned to do without.",
+        f"Differences on the page are from {WHOLE!r}, that of 'η = 0' too; the tables of the "
+        "benchmark compare it with equal rides in which the chair follows the rider.",
+        "A difference is called clear by its own 95 % interval: of twenty differences that do not "
+        "exist, one is called clear.",
+    ),
+    picture="ablation.png",
+)
+
+
+@dataclass(frozen=True)
+class AblationBench:
+    """The benchmark with some variants in some scenes."""
+
+    variants: tuple[Contender, ...]
+    scenes: tuple[BenchScene, ...]
+    TITLE: str = TITLE
+    SEEDS: int = 20
+    WORKERS: int | None = None
+
+    def tasks(self, seeds: range) -> Sequence[Task]:
+        """One per seed and scene."""
+        return comparisons(self.scenes, self.variants, seeds)
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """Ride with every variant."""
+        return [ride_row(each) for each in task]
+
+    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
+        """Difference of each variant from its base, over all scenes and scene by scene."""
+        groups = groups_of([result.row for result in results])
+        return finish(results, folder, SPEC, ablation_findings(groups), groups)
+
+
+def create(
+    scenes: str | None = None,
+    settings: Sequence[str] = (),
+    *,
+    blind: bool = True,
+    true_people: bool = False,
+    tuned: bool = False,
+) -> AblationBench:
+    """Create the benchmark from its options; names are comma-separated.
+
+    Raises:
+        ScenarioError, PluginError, ConfigError: if a scene or a setting does not exist.
+    """
+    unset(settings, {"people.see_robot": "--seeing"} if blind else {})
+    requested = scenes_of(
+        split_names(scenes, "--scenes") or SCENES,
+        blind=blind,
+        both=False,
+        true_people=true_people,
+        settings=tuple(settings),
+    )
+    best = tuned_settings(OURS) if tuned else ()
+    contenders = tuple(
+        Contender(name=name, planner=OURS, settings=(*best, *variant.settings))
+        for name, variant in VARIANTS.items()
+        if not _is_default(variant)
+    )
+    for scene in requested:
+        for contender in contenders:
+            scenario_of(scene, contender, 0)
+    return AblationBench(variants=contenders, scenes=requested)
+
+
+def _is_default(variant: Ablation) -> bool:
+    """Check that a variant only names the default predictor."""
+    return variant.settings == (f"predictor.use={PARTS['predictor'][1]}",)
+
+
+Differences = Mapping[str, Mapping[str, Estimate]]
+"""Variant → measure → difference from its base."""
+
+
+def ablation_findings(groups: Mapping[str, Mapping[str, Rides]]) -> Findings:
+    """Tables of differences and of rides, and one sentence per variant.
+
+    Args:
+        groups: scene → variant → rides.
+    """
+    by_scene = {scene: _differences(each) for scene, each in groups.items()}
+    pooled = {
+        name: {m: np.concatenate([d[name][m] for d in by_scene.values() if name in d])
+               for m in COMPARED}
+        for name in dict.fromkeys(name for d in by_scene.values() for name in d)
+    }  # fmt: skip
+    means = {
+        scene: {name: {m: bootstrap_mean(x) for m, x in by.items()} for name, by in each.items()}
+        for scene, each in {ALL_SCENES: pooled, **by_scene}.items()
+    }
+    title = "difference from the complete planner on equal seeds"
+    sheets = [
+        differences_sheet(f"{scene}: {title}", each, COMPARED, "left out")
+        for scene, each in means.items()
+    ]
+    sheets += [group_table(scene, each, MEASURES, "variant") for scene, each in groups.items()]
+    summary = {
+        scene: {name: {m: as_dict(x) for m, x in by.items()} for name, by in each.items()}
+        for scene, each in means.items()
+    }
+    return Findings(tuple(sheets), _sentences(means[ALL_SCENES]), {"differences": summary})
+
+
+def _differences(by_variant: Mapping[str, Rides]) -> dict[str, dict[str, Floats]]:
+    """Variant → measure → its difference from the base, by ride."""
+    out = {}
+    for name, rides in by_variant.items():
+        base = VARIANTS[name].base
+        if base != name and base in by_variant:
+            out[name] = {m: paired_differences(rides, by_variant[base], m) for m in COMPARED}
+    return out
+
+
+def _sentences(differences: Differences) -> tuple[str, ...]:
+    """Measures that get clearly better or worse without each idea."""
+    out = []
+    for name, by_measure in differences.items():
+        found: dict[str, list[str]] = {"worse": [], "better": []}
+        for key, each in by_measure.items():
+            if each.count >= ENOUGH and not each.low <= 0.0 <= each.high:
+                word = "better" if each.mean * measure(key).better > 0.0 else "worse"
+                sign = "+" if each.mean > 0.0 else ""
+                found[word].append(f"{measure(key).label} {sign}{value_text(each.mean, key)}")
+        clear = "; ".join(f"clearly {w}: {', '.join(what)}" for w, what in found.items() if what)
+        count = max((each.count for each in by_measure.values()), default=0)
+        none = "no clear difference" if count >= ENOUGH else f"{count} rides are too few to judge"
+        out.append(f"{name} ({VARIANTS[name].text}): {clear or none}")
+    return tuple(out)

@@ -1,0 +1,267 @@
+"""Riders in all modes on the same seeds: ``paper-static`` and ``riders``.
+
+The paper's people rode its corridors (Xu et al., Fig. 13); here simulated riders do. The paper's
+shared control is ``shared``; ``assisted`` is the rider behind the safety gate. No person was asked
+for satisfaction: effort and agreement are stand-ins, and are called so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from cohelm import plugins
+from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split_names, unset
+from cohelm.benchmarks.claims import (
+    AGREES,
+    CONTRADICTS,
+    NONE,
+    OURS,
+    UNCLEAR,
+    Bound,
+    Verdict,
+)
+from cohelm.benchmarks.ride_claims import (
+    Claim,
+    Groups,
+    Ordering,
+    Requirement,
+    within,
+)
+from cohelm.benchmarks.rides.cases import BenchScene, Contender, scenes_of
+from cohelm.benchmarks.rides.report import Findings, ReportSpec, finish, rides_by
+from cohelm.benchmarks.tables import (
+    difference_table,
+    figures,
+    group_table,
+    paired_differences,
+)
+from cohelm.evaluation.report.rides import Rides
+from cohelm.evaluation.report.statistics import bootstrap_mean
+from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
+from cohelm.messages import Mode
+
+MODES = tuple(each.value for each in (Mode.MANUAL, Mode.ASSISTED, Mode.SHARED, Mode.AUTONOMOUS))
+STEER_NOWHERE = ("none", "idle", "nudge", "watchful")
+"""Riders without a destination of their own."""
+BY = ("scene", "rider", "mode")
+ALL_RIDES = "all rides"
+_FIGURES = ("time", "path_length", "heading_change", "rider_effort", "agreement", "conflict_share")
+MEASURES = ("reached", "any_collision", "touch_speed", "standing_contact", *_FIGURES)
+LIMITATIONS = (
+    "collision: the moving chair touches a person, or it touches a wall; the ride ends there",
+    "effort (stick movement, in full deflections), agreement and fights (share of time in which "
+    "requested and given turn are opposite) stand in for a rider's opinion",
+    "riders are simulated; intervals of differences take the rides of one scene and seed together, "
+    "those of shares and medians take each ride for itself and are too narrow",
+)
+REQUIREMENTS = (
+    Requirement("fast_contacts", NONE, (ALL_RIDES,), "assisted"),
+    Requirement("fast_contacts", NONE, (ALL_RIDES,), "shared"),
+    Requirement("reached", Bound(low=0.95), (ALL_RIDES,), "shared"),
+    Requirement("time_ratio", Bound(high=1.4), (ALL_RIDES,), "shared"),
+    Requirement("fast_contacts", NONE, ("rider *",), "assisted", only_missed=True),
+    Requirement("fast_contacts", NONE, ("rider *",), "shared", only_missed=True),
+    Requirement("reached", Bound(low=0.95), ("rider *",), "shared", only_missed=True),
+)
+"""Requirements for every rider: no fast contact, nearly all arrive, and in time."""
+SOURCE = "Xu et al., Fig. 13"
+
+
+@dataclass(frozen=True)
+class BetterThanAlone:
+    """Statement that shared control is better than the chair alone, scene by scene.
+
+    Better is to arrive more often, or as often and clearly sooner.
+    """
+
+    def verdicts(self, groups: Groups) -> Iterator[Verdict]:
+        """See :class:`~cohelm.benchmarks.claims.Claim`."""
+        for case, by_mode in groups.items():
+            if case.startswith("scene ") and {"shared", "autonomous"} <= by_mode.keys():
+                yield self._verdict(case, by_mode["shared"], by_mode["autonomous"])
+
+    @staticmethod
+    def _verdict(case: str, shared: Rides, alone: Rides) -> Verdict:
+        more, later = (
+            bootstrap_mean(paired_differences(shared, alone, key)) for key in ("reached", "time")
+        )
+        if more.low > 0.0 or (more.low >= 0.0 and later.count and later.high < 0.0):
+            result = AGREES
+        elif more.high < 0.0 or (later.count and later.low > 0.0):
+            result = CONTRADICTS
+        else:
+            result = UNCLEAR
+        found = (
+            f"{int(shared.reached.sum())} of {len(shared)} arrive, alone "
+            f"{int(alone.reached.sum())} of {len(alone)}, time {later.mean:+.1f} s"
+        )
+        faultless = result != AGREES and alone.reached.all() and not alone.any_collision.any()
+        remark = "the chair alone neither fails nor freezes here" if faultless else ""
+        text = f"shared control is better than the chair alone in {case.removeprefix('scene ')}"
+        return Verdict(SOURCE, text, found, result=result, remark=remark)
+
+
+def _less(one: str, measure: str, text: str) -> Ordering:
+    return Ordering(text, (measure,), -1, within((ALL_RIDES,), one, ("manual",)), SOURCE)
+
+
+PAPER = (
+    _less("shared", "any_collision", "shared control collides less than manual driving"),
+    _less("assisted", "any_collision", "assisted driving collides less than manual driving"),
+    _less("shared", "heading_change", "shared control turns less than manual driving"),
+    BetterThanAlone(),
+)
+"""Conclusions of the paper on its corridors."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Defaults and claims of one benchmark."""
+
+    title: str
+    claims: tuple[Claim, ...]
+    scenes: tuple[str, ...]
+    seeds: int
+
+
+CORRIDORS = Experiment(
+    title="The paper's corridors: manual, assisted, shared and alone (Xu et al., Fig. 13)",
+    claims=PAPER,
+    scenes=("corridor-1", "corridor-2", "corridor-3", "corridor-4"),
+    seeds=5,
+)
+"""Each scene has an obstacle near its centre line, and a turn of at most 1.3 m."""
+ALL_RIDERS = Experiment(
+    title="Riders of all kinds: manual, assisted, shared and alone",
+    claims=REQUIREMENTS,
+    scenes=("corridor-1", "corridor-4", "crossing", "distracted", "talking"),
+    seeds=10,
+)
+EXPERIMENTS = {"paper-static": CORRIDORS, "riders": ALL_RIDERS}
+
+
+@dataclass(frozen=True)
+class ModesBench:
+    """The benchmark with some riders in some scenes."""
+
+    riders: tuple[str, ...]
+    modes: tuple[str, ...]
+    scenes: tuple[BenchScene, ...]
+    experiment: str
+    """Key of ``EXPERIMENTS``."""
+    TITLE: str = ""
+    SEEDS: int = 10
+    WORKERS: int | None = None
+
+    def tasks(self, seeds: range) -> Sequence[Task]:
+        """One per seed, scene and rider, with the rides of all modes."""
+        return [
+            tuple(self.ride(scene, rider, mode, seed) for mode in self.modes)
+            for seed in seeds
+            for scene in self.scenes
+            for rider in self.riders
+        ]
+
+    def ride(self, scene: BenchScene, rider: str, mode: str, seed: int) -> RideTask:
+        """One ride; the rider's draws do not depend on the mode."""
+        contender = Contender(rider, OURS, (f"rider.use={rider}", f"mode={mode}"))
+        return RideTask(
+            columns=(("scene", scene.label), ("rider", rider), ("mode", mode)),
+            scenario=scene.scenario,
+            settings=scene.settings_for(contender, seed),
+            seed=seed,
+        )
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """Ride in every mode."""
+        return [ride_row(each) for each in task]
+
+    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
+        """Tables by mode, scene and rider, paired differences, verdicts."""
+        return modes_report(results, folder, EXPERIMENTS[self.experiment])
+
+
+def modes_report(results: Sequence[Result], folder: Path, experiment: Experiment) -> BenchReport:
+    """Report of rides with columns ``scene``, ``rider`` and ``mode``."""
+    rides = Rides([result.row for result in results], BY)
+    scenes, riders = rides_by(rides, "scene"), rides_by(rides, "rider")
+    modes = rides_by(rides, "mode")
+    by_scene = {scene: rides_by(each, "mode") for scene, each in scenes.items()}
+    by_rider = {rider: rides_by(each, "mode") for rider, each in riders.items()}
+    groups = {
+        ALL_RIDES: modes,
+        **{f"scene {scene}": each for scene, each in by_scene.items()},
+        **{f"rider {rider}": each for rider, each in by_rider.items()},
+    }
+    sheets = [group_table("all riders in all scenes", modes, MEASURES, "mode")]
+    sheets += [
+        group_table(f"{mode}, all scenes", rides_by(each, "rider"), MEASURES, "rider")
+        for mode, each in modes.items()
+    ]
+    sheets += [
+        group_table(f"{scene}, all riders", each, MEASURES, "mode")
+        for scene, each in by_scene.items()
+    ]
+    compared = ("reached", "any_collision", *_FIGURES)
+    sheets += [
+        difference_table(where, each, "shared", compared, "mode")
+        for where, each in {"all scenes": modes, **by_scene}.items()
+    ]
+    summary = {
+        "modes": figures(modes, MEASURES),
+        "riders": {rider: figures(each, MEASURES) for rider, each in by_rider.items()},
+    }
+    spec = ReportSpec(
+        title=experiment.title,
+        claims=experiment.claims,
+        by=BY,
+        base="shared",
+        page=("reached", "person_collision", "wall_collision", *_FIGURES),
+        limitations=LIMITATIONS,
+    )
+    return finish(results, folder, spec, Findings(tuple(sheets), summary=summary), groups)
+
+
+def known_riders() -> tuple[str, ...]:
+    """Installed riders with a destination; ``ideal`` first."""
+    names = [name for name in plugins.names("riders") if name not in STEER_NOWHERE]
+    return tuple(sorted(names, key=lambda name: (name != "ideal", name)))
+
+
+def create(
+    experiment: str,
+    riders: str | None = None,
+    modes: str | None = None,
+    scenes: str | None = None,
+    settings: Sequence[str] = (),
+    *,
+    true_people: bool = False,
+) -> ModesBench:
+    """Create the benchmark of an experiment from its options; names are comma-separated.
+
+    Raises:
+        ScenarioError, PluginError, ConfigError: if a name or a setting does not exist.
+    """
+    unset(settings, {"rider": "--riders", "mode": "--modes"})
+    default = EXPERIMENTS[experiment]
+    chosen = split_names(modes, "--modes") or MODES
+    for mode in chosen:
+        known_name(mode, MODES, "mode", "--modes")
+    requested = scenes_of(
+        split_names(scenes, "--scenes") or default.scenes,
+        blind=False,
+        both=False,
+        true_people=true_people,
+        settings=tuple(settings),
+    )
+    names = split_names(riders, "--riders") or known_riders()
+    bench = ModesBench(names, chosen, requested, experiment, default.title, default.seeds)
+    check_rides(replace(bench, modes=chosen[:1]).tasks(range(1)), "rider")
+    return bench
+
+
+create_corridors = partial(create, "paper-static")
+create_riders = partial(create, "riders")

@@ -1,0 +1,1 @@
+"""Benchmark of the local planner's solver beside oracles of ``cohelm.testing``."""

@@ -1,1 +1,0 @@
-"""Benchmarks that anybody can repeat: scenes from seeds, outside references, honest tables."""

@@ -1,0 +1,1 @@
+"""One ride from start to outcome, and its record."""

@@ -1,0 +1,174 @@
+"""Run one ride: the only place where a world and a navigator meet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import MappingProxyType
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.evaluation.episode.ride import GOAL_RADIUS, Outcome, Replan, Ride
+from cohelm.evaluation.episode.ride_log import StopLog, row_of, states_of
+from cohelm.messages import Path
+from cohelm.navigation import Navigator, Tick
+from cohelm.scenarios.build import RideSetup, build_scenario
+from cohelm.scenarios.scenario import Scenario
+from cohelm.simulation import GroundTruth, World, is_standing
+
+SETTLING = 2.0
+"""Longest time from the arrival at the goal's radius to a standstill, s."""
+PATIENCE = 20.0
+"""Longest time of standing before the ride ends as stopped, s."""
+PICTURE_STEP = 0.5
+"""Time between the ticks that are recorded for pictures, s."""
+
+Watcher = Callable[[Tick, GroundTruth], None]
+"""Called after every tick with the navigator's tick and the ground truth."""
+
+
+def run(scenario: Scenario, seed: int, on_tick: Watcher | None = None) -> Ride:
+    """Run a ride of a scenario; equal scenarios and seeds give equal rides, except for durations.
+
+    Raises:
+        ConfigError, MapError, PluginError, PlanningError: see ``build_scenario``.
+    """
+    return Episode(build_scenario(scenario, seed)).run(on_tick)
+
+
+class Episode:
+    """Run of one ride.
+
+    Args:
+        setup: built scenario.
+    """
+
+    def __init__(self, setup: RideSetup) -> None:
+        self.setup = setup
+
+    def run(self, on_tick: Watcher | None = None) -> Ride:
+        """Run the ride to its end: goal, collision, stop or time limit."""
+        setup = self.setup
+        world = World(setup.world, setup.seed)
+        navigator = Navigator(setup.navigator)
+        record = _Record()
+        tick: Tick | None = None
+        while True:
+            truth = world.truth
+            tick = navigator.step(world.observe(), setup.request, tick)
+            record.add(truth, tick)
+            if on_tick is not None:
+                on_tick(tick, truth)
+            outcome = record.outcome(setup)
+            if outcome is not None:
+                return record.ride(setup, outcome)
+            world.advance(tick.decision)
+
+
+class _Record:
+    """Record of a ride so far."""
+
+    def __init__(self) -> None:
+        self.truths: list[GroundTruth] = []
+        self.rows: list[Floats] = []
+        self.durations: list[dict[str, float]] = []
+        self.pictures: list[Tick] = []
+        self.closest: tuple[float, Tick] | None = None
+        self.stops = StopLog()
+        self.replans: list[Replan] = []
+        self._path: Path | None = None
+        self.first: Tick | None = None
+        self._entered: float | None = None
+
+    def add(self, truth: GroundTruth, tick: Tick) -> None:
+        """Add one tick and its ground truth."""
+        self.truths.append(truth)
+        self.rows.append(row_of(tick))
+        self.durations.append(dict(tick.durations))
+        self.first = self.first or tick
+        last = self.pictures[-1].observation.time if self.pictures else -np.inf
+        if truth.time - last > PICTURE_STEP - 1e-9:
+            self.pictures.append(tick)
+        gap = float(truth.gap_people.min(initial=np.inf))
+        if np.isfinite(gap) and (self.closest is None or gap < self.closest[0]):
+            self.closest = gap, tick
+        self.stops.add(truth, tick)
+        self._add_path(truth, tick)
+
+    def _add_path(self, truth: GroundTruth, tick: Tick) -> None:
+        """Record a new path, except the first one."""
+        route = tick.memory.route
+        if route is None or route.path is self._path:
+            return
+        if self._path is not None:
+            found = Replan(time=truth.time, why=route.reason, points=route.path.points)
+            self.replans.append(found)
+        self._path = route.path
+
+    def outcome(self, setup: RideSetup) -> Outcome | None:
+        """Outcome of the ride; None: it has not ended."""
+        truth = self.truths[-1]
+        if truth.hit_moving.any() or truth.hit_wall:
+            return Outcome.COLLISION
+        if np.hypot(*(truth.pose[:2] - setup.request.goal)) > GOAL_RADIUS:
+            self._entered = None
+        else:
+            self._entered = truth.time if self._entered is None else self._entered
+            in_time = truth.time - self._entered <= SETTLING + 1e-9
+            if in_time and bool(is_standing(truth.twist)):
+                return Outcome.REACHED
+        if self.stops.standing(truth.time) > PATIENCE:
+            return Outcome.STOPPED
+        if truth.time >= setup.scenario.time_limit - 1e-9:
+            return Outcome.TIMEOUT
+        return None
+
+    def ride(self, setup: RideSetup, outcome: Outcome) -> Ride:
+        """Ride as one value."""
+        truths, rows = self.truths, np.array(self.rows)
+        k, n = len(truths), len(truths[0].crowd.radius)
+        people = [states_of(t.crowd) for t in truths]
+        return Ride(
+            scenario=setup.scenario,
+            seed=setup.seed,
+            outcome=outcome,
+            robot=setup.robot,
+            grid=setup.grid,
+            world=setup.world.grid,
+            places=setup.places,
+            goal=setup.request.goal,
+            prefer=setup.prefer,
+            step=setup.world.control_step,
+            time=np.array([t.time for t in truths]),
+            pose=np.array([t.pose for t in truths]),
+            twist=np.array([t.twist for t in truths]),
+            command=rows[:, :3],
+            requested=rows[:, 3:6],
+            stick=rows[:, 6:8],
+            eta=rows[:, 8],
+            gap_people=np.array([t.gap_people for t in truths]).reshape(k, n),
+            gap_wall=np.array([t.gap_wall for t in truths]),
+            hit_moving=np.array([t.hit_moving for t in truths]).reshape(k, n),
+            hit_standing=np.array([t.hit_standing for t in truths]).reshape(k, n),
+            hit_wall=np.array([t.hit_wall for t in truths]),
+            people=np.array(people).reshape(k, n, 4),
+            people_heading=np.array([t.crowd.heading for t in truths]).reshape(k, n),
+            people_target=np.array([t.crowd.target for t in truths]).reshape(k, n),
+            people_radius=truths[0].crowd.radius,
+            people_see=truths[0].crowd.sees_robot,
+            setup=setup.world,
+            stops=tuple(self.stops.all),
+            path=self.first.path if self.first is not None else None,
+            replans=tuple(self.replans),
+            ticks=tuple(self.pictures),
+            closest=self.closest[1] if self.closest is not None else None,
+            durations=_by_stage(self.durations),
+        )
+
+
+def _by_stage(durations: list[dict[str, float]]) -> MappingProxyType[str, Floats]:
+    """Durations (k,) of each stage, 0 where it did not run, and of the whole tick."""
+    stages = sorted({stage for each in durations for stage in each} - {"tick"})
+    by_stage = {s: np.array([each.get(s, 0.0) for each in durations]) for s in stages}
+    whole = np.sum(list(by_stage.values()), axis=0) if by_stage else np.zeros(len(durations))
+    return MappingProxyType({**by_stage, "tick": whole})

@@ -1,0 +1,1 @@
+"""Benchmarks and data of other authors: BARN, CrowdNav, filmed crowds."""

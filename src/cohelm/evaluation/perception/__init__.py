@@ -1,0 +1,1 @@
+"""Perception scored on recordings and on crowds of which the truth is known."""

@@ -1,0 +1,114 @@
+"""Poses of the sensors of a recording that has none, estimated from their readings."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+from enum import StrEnum
+
+from cohelm.arrays import value
+from cohelm.geometry import transform
+from cohelm.messages import Observation
+from cohelm.perception import EgoMotion, MatchStatus, extract_features, update_ego_motion
+from cohelm.recordings import Frame
+
+
+class PoseSource(StrEnum):
+    """Origin of the robot's poses."""
+
+    RECORDED = "recorded"
+    ESTIMATED = "estimated from its readings"
+    ASSUMED = "assumed at rest"
+
+
+@value
+class PosedFrame:
+    """Frame with its pose and its origin."""
+
+    frame: Frame
+    source: PoseSource
+    way: EgoMotion | None = None
+    """The way so far, where it was found."""
+
+
+class EgoPoses:
+    """Adds poses and twists to frames without, and transforms their labels.
+
+    Sensors with unknown mounts have a trajectory each.
+
+    Args:
+        at_rest: assume that they are at rest.
+    """
+
+    def __init__(self, *, at_rest: bool = False) -> None:
+        self._at_rest = at_rest
+        self._ways: dict[Hashable, EgoMotion] = {}
+
+    @property
+    def parts(self) -> int:
+        """Number of restarts of the estimation; the pose between two parts is unknown."""
+        return sum(way.segment for way in self._ways.values())
+
+    def __call__(self, frame: Frame) -> PosedFrame:
+        """Next frame with its pose."""
+        if frame.posed:
+            return PosedFrame(frame=frame, source=PoseSource.RECORDED)
+        if self._at_rest:
+            return PosedFrame(frame=frame, source=PoseSource.ASSUMED)
+        observation, sensor = frame.observation, _sensor(frame.observation)
+        way = update_ego_motion(
+            self._ways.get(sensor), extract_features(observation), observation.time
+        )
+        self._ways[sensor] = way
+        labels = frame.labels
+        if labels is not None:
+            labels = replace(labels, position=transform(way.pose, labels.position))
+        placed = replace(observation, pose=way.pose, twist=way.twist)
+        return PosedFrame(
+            frame=replace(frame, observation=placed, labels=labels),
+            source=PoseSource.ESTIMATED,
+            way=way,
+        )
+
+
+class EgoPathSummary:
+    """Summary of the robot's trajectory in a recording."""
+
+    def __init__(self) -> None:
+        self.source = PoseSource.RECORDED
+        """Origin of the poses; for a partly recorded trajectory that of the rest."""
+        self.length = 0.0
+        """Length of the estimated trajectory, m."""
+        self.restarts = 0
+        """Frames that matched no earlier ones, so that the estimation restarted."""
+        self.uncertain = 0
+        """Frames that did not determine all directions, or matched nothing for a moment."""
+
+    def add(self, source: PoseSource, way: EgoMotion | None) -> None:
+        """Add one frame."""
+        if source is not PoseSource.RECORDED:
+            self.source = source
+        if way is None:
+            return
+        self.restarts += way.status is MatchStatus.RESTARTED
+        self.uncertain += way.status in {MatchStatus.PARTIAL, MatchStatus.HELD}
+        self.length = way.length
+
+    def __str__(self) -> str:
+        """Summary in words."""
+        if self.source is not PoseSource.ESTIMATED:
+            return self.source.value
+        parts = [f"{self.length:.1f} m, {self.source.value}" if self.length else "at rest"]
+        parts += [f"restarted {self.restarts} times"] * (self.restarts > 0)
+        parts += [f"uncertain in {self.uncertain} frames"] * (self.uncertain > 0)
+        return ", ".join(parts)
+
+
+def _sensor(observation: Observation) -> Hashable:
+    """Identity of the sensors with these readings."""
+    scans = tuple(
+        (*each.mount.tolist(), each.angle_min, each.angle_increment, each.range_max)
+        for each in observation.scans
+    )
+    clouds = tuple(tuple(map(str, each.mount.tolist())) for each in observation.clouds)
+    return scans, clouds

@@ -1,0 +1,272 @@
+"""Build everything that a ride needs from a scenario: map, chair, pedestrians and parts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cohelm import plugins
+from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
+from cohelm.errors import MapError, PluginError, ScenarioError
+from cohelm.maps import (
+    CostmapFilter,
+    OccupancyGrid,
+    Places,
+    places_beside,
+    read_crowding,
+    read_map,
+    read_mask,
+)
+from cohelm.messages import Path, Request, Wish
+from cohelm.navigation import NavigatorSetup
+from cohelm.planning import GlobalPlanner, RouteProblem
+from cohelm.robots import Robot
+from cohelm.scenarios.crowd import make_crowd
+from cohelm.scenarios.floor import (
+    doorways,
+    floor_plan,
+    grid_changes,
+    with_heights,
+    with_obstacles,
+)
+from cohelm.scenarios.scenario import (
+    NAVIGATOR_PARAMETERS,
+    NAVIGATOR_PARTS,
+    PARTS,
+    Scenario,
+    robot_of,
+)
+from cohelm.simulation import ManualDoor, WorldSetup, generator, prepare_crowd
+
+
+class Floor(NamedTuple):
+    """Floor of a scenario without the objects that are not on the map."""
+
+    grid: OccupancyGrid
+    places: Places
+    heights: Floats32 | None
+    """Heights of occupied cells, m; None: not known."""
+    doors: tuple[ManualDoor, ...]
+
+
+class _Routes(NamedTuple):
+    """Start pose, planned route, and the rider's own route (k, 2), m."""
+
+    start: Floats
+    route: Path
+    rider: Floats
+
+
+@value
+class RideSetup:
+    """A scenario with all its parts built; equal for equal seeds."""
+
+    scenario: Scenario
+    seed: int
+    grid: OccupancyGrid
+    """Map of the navigator."""
+    places: Places
+    """Named places of the map."""
+    robot: Robot
+    start: Annotated[Floats, Shape("3")]
+    """X_MR."""
+    request: Request
+    prefer: Annotated[Floats, Shape("w 2")]
+    """Via points that attract the route, m."""
+    route: Path
+    """First route, planned on the map alone."""
+    world: WorldSetup
+    navigator: NavigatorSetup
+
+
+def build_scenario(scenario: Scenario, seed: int) -> RideSetup:
+    """Build everything that a ride of this scenario needs.
+
+    Raises:
+        ConfigError, MapError, PluginError: if the scenario names something that does not exist.
+        PlanningError: if no route leads from the start to the goal, or to the rider's goal.
+    """
+    robot = robot_of(scenario)
+    floor = floor_of(scenario)
+    parts = {key: _part(scenario, key) for key in PARTS}
+    start = _point(scenario, "start", floor.places)
+    request = Request(
+        goal=_point(scenario, "goal", floor.places)[:2],
+        wishes=_wishes(scenario),
+        mode=scenario.mode,
+        profile=scenario.profile,
+    )
+    navigator = _navigator(scenario, floor.grid, robot, parts)
+    problem = _problem(navigator, start, request)
+    planner = navigator.global_planner
+    route = planner.plan(problem)
+    if math.isnan(start[2]):
+        start = np.array([*start[:2], _heading(route.points)])
+    routes = _Routes(start, route, _rider_route(scenario, problem, planner, floor.places, route))
+    return RideSetup(
+        scenario=scenario,
+        seed=seed,
+        grid=floor.grid,
+        places=floor.places,
+        robot=robot,
+        start=start,
+        request=request,
+        prefer=np.array([point for each in scenario.prefer for point in each]).reshape(-1, 2),
+        route=route,
+        world=_world(scenario, seed, floor, robot, routes, parts["rider"]),
+        navigator=navigator,
+    )
+
+
+def floor_of(scenario: Scenario) -> Floor:
+    """Map, places, heights and doors of a scenario."""
+    if scenario.floor is not None:
+        plan = floor_plan(scenario)
+        return Floor(*plan.draw(), plan.heights(), doorways(plan))
+    file = scenario.beside(scenario.map or "")
+    return Floor(read_map(file), places_beside(file), None, ())
+
+
+def _wishes(scenario: Scenario) -> tuple[Wish, ...]:
+    """Wishes of the rider: via points, a line to follow, and zones to avoid."""
+    attract = [Wish(points=np.array(points)) for points in scenario.prefer]
+    stroke = [Wish(kind="stroke", points=np.array(scenario.stroke))] if scenario.stroke else []
+    avoid = [
+        Wish(kind="avoid", points=np.array(zone.points), radius=zone.radius, hard=zone.hard)
+        for zone in scenario.avoid
+    ]
+    return (*attract, *stroke, *avoid)
+
+
+def _filters(scenario: Scenario) -> tuple[CostmapFilter, ...]:
+    return tuple(
+        read_mask(
+            scenario.beside(mask.file),
+            type=mask.type,
+            base=mask.base,
+            multiplier=mask.multiplier,
+        )
+        for mask in scenario.filters
+    )
+
+
+def _navigator(
+    scenario: Scenario, grid: OccupancyGrid, robot: Robot, parts: Mapping[str, Any]
+) -> NavigatorSetup:
+    return NavigatorSetup(
+        grid=grid,
+        robot=robot,
+        filters=_filters(scenario),
+        heat=read_crowding(scenario.beside(scenario.crowding)) if scenario.crowding else None,
+        **{key: parts[key] for key in NAVIGATOR_PARTS},
+        **{key: getattr(scenario, key) for key in NAVIGATOR_PARAMETERS},
+    )
+
+
+def _problem(navigator: NavigatorSetup, start: Floats, request: Request) -> RouteProblem:
+    """Route problem from the start to the goal, before any observation."""
+    return RouteProblem(
+        grid=navigator.grid,
+        robot=navigator.robot,
+        start=start[:2],
+        goal=request.goal,
+        wishes=request.wishes,
+        filters=navigator.filters,
+        crowding=navigator.heat,
+        clearance=request.profile.clearance,
+    )
+
+
+def _part(scenario: Scenario, key: str) -> Any:
+    group, _ = PARTS[key]
+    return _built(scenario, group, getattr(scenario, key), key)
+
+
+def _built(scenario: Scenario, group: str, spec: dict[str, Any], key: str) -> Any:
+    try:
+        return plugins.build(group, spec, file=scenario.file, key=key, error=ScenarioError)
+    except PluginError as cause:
+        raise ScenarioError(str(cause), file=scenario.file, key=key) from cause
+
+
+def _point(scenario: Scenario, key: str, places: Places) -> Floats:
+    """(x, y, heading) of ``start`` or ``goal``; the heading is NaN where none is given."""
+    pose = getattr(scenario, key)
+    if isinstance(pose, str):
+        try:
+            return np.array([*places.find(pose).point, np.nan])
+        except MapError as cause:
+            raise ScenarioError(cause.problem, file=scenario.file, key=key) from None
+    if len(pose) == 3:
+        return np.array([pose[0], pose[1], math.radians(pose[2])])
+    return np.array([*pose, np.nan])
+
+
+def _heading(points: Floats) -> float:
+    """Direction of the first half metre of a polyline (k, 2), rad."""
+    away = np.hypot(*(points - points[0]).T)
+    ahead = points[int(np.argmax(away > 0.5))] if (away > 0.5).any() else points[-1]
+    return math.atan2(ahead[1] - points[0, 1], ahead[0] - points[0, 0])
+
+
+def _rider_route(
+    scenario: Scenario,
+    problem: RouteProblem,
+    planner: GlobalPlanner,
+    places: Places,
+    route: Path,
+) -> Floats:
+    """Route (k, 2) from the start to the rider's goal, m."""
+    if scenario.rider_goal is None and not scenario.rider_route:
+        return route.points
+    goal = problem.goal
+    if scenario.rider_goal is not None:
+        goal = _point(scenario, "rider_goal", places)[:2]
+    if scenario.rider_route:
+        return np.vstack([problem.start, np.array(scenario.rider_route), goal])
+    return planner.plan(replace(problem, goal=goal, wishes=())).points
+
+
+def _pedestrian_model(scenario: Scenario) -> Any:
+    """Pedestrian model; a recording that it names is looked for beside the scenario first."""
+    spec = scenario.people.model
+    file = scenario.beside(str(spec.get("file", "")))
+    spec = {**spec, "file": str(file)} if file.is_file() else spec
+    return _built(scenario, "pedestrian_models", spec, "people.model")
+
+
+def _world(
+    scenario: Scenario, seed: int, floor: Floor, robot: Robot, routes: _Routes, rider: Any
+) -> WorldSetup:
+    """True world of the ride."""
+    grid = floor.grid
+    first, *later = grid_changes(with_obstacles(grid, scenario.obstacles), scenario.doors)
+    model = _pedestrian_model(scenario)
+    crowd = make_crowd(scenario.people, first.grid, routes.route.points, generator(seed, "crowd"))
+    if scenario.people.count != 0:
+        crowd = prepare_crowd(model, crowd)
+    storey, stature = scenario.storey, scenario.people.stature
+    return WorldSetup(
+        grid=first.grid,
+        changes=tuple(later),
+        heights=with_heights(floor.heights, grid, scenario.obstacles),
+        wall_height=storey.wall_height,
+        ceiling=storey.wall_height if storey.ceiling else math.inf,
+        robot=robot,
+        start=routes.start,
+        crowd=crowd,
+        statures=generator(seed, "statures").uniform(*stature, size=len(crowd.radius)),
+        pedestrian_model=model,
+        rider=rider,
+        rider_goal=routes.rider[-1],
+        rider_route=routes.rider,
+        localisation=scenario.localisation,
+        odometry=scenario.odometry,
+        give_people=scenario.tracker["use"] == "given",
+        faults=scenario.faults,
+        doors=floor.doors,
+    )

@@ -1,0 +1,111 @@
+"""Objects of a scenario: obstacles, doors, zones and masks."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from cohelm.config import Model
+from cohelm.maps import FilterType
+from cohelm.scenarios.pedestrian_spec import Length, Point
+
+
+class Obstacle(Model):
+    """Obstacle in the world that is not on the map."""
+
+    at: Point
+    """Centre, m."""
+    size: tuple[Length, Length] | None = None
+    """Width and depth of a rectangle, m."""
+    angle_deg: float = 0.0
+    """Rotation of the rectangle, degrees."""
+    radius: Length | None = None
+    """Radius of a disc, m."""
+    height: Length | None = None
+    """Height above the floor for 3-D sensors, m; None: as high as the walls. A planar scanner sees
+    obstacles of any height."""
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if (self.size is None) == (self.radius is None):
+            raise ValueError("give either size: [width, depth] or radius")
+        return self
+
+
+class ScheduledDoor(Model):
+    """Door of the world that is open on the map; it does not close on people or the chair."""
+
+    at: Point
+    """Centre, m."""
+    size: tuple[Length, Length]
+    """Width and depth of its leaf, m."""
+    angle_deg: float = 0.0
+    """Rotation of the leaf, degrees."""
+    closed: tuple[tuple[float, float], ...] = Field(min_length=1)
+    """Intervals [from, to] in which it is closed, s, in order."""
+
+    @model_validator(mode="after")
+    def _times_in_order(self) -> Self:
+        times = [time for interval in self.closed for time in interval]
+        in_order = all(a < b for a, b in itertools.pairwise(times))
+        if times[0] < 0.0 or not in_order:
+            raise ValueError("closed must be [[from, to], …] with 0 ≤ from < to < the next from")
+        return self
+
+    @property
+    def leaf(self) -> Obstacle:
+        """Obstacle that the closed door is."""
+        return Obstacle(at=self.at, size=self.size, angle_deg=self.angle_deg)
+
+    def is_closed(self, time: float) -> bool:
+        """Check that the door is scheduled to be closed at ``time``, s."""
+        return any(start <= time < end for start, end in self.closed)
+
+
+class Storey(Model):
+    """Vertical extent of the building for 3-D sensors; assumed."""
+
+    wall_height: float = Field(2.5, gt=0.0, le=20.0)
+    """Height of the walls, m."""
+    ceiling: bool = True
+    """Close the storey by a ceiling on top of the walls."""
+
+
+class Zone(Model):
+    """Zone that the route should avoid."""
+
+    points: tuple[Point, ...] = Field(min_length=1)
+    """One point, the ends of a line, or the corners of a polygon, m."""
+    radius: float = Field(0.0, ge=0.0, le=1000.0)
+    """Extent of the zone beyond the points, m."""
+    hard: bool = False
+    """Forbid the zone; otherwise it costs more."""
+
+    @model_validator(mode="after")
+    def _has_an_area(self) -> Self:
+        if len(self.points) < 3 and self.radius <= 0.0:
+            raise ValueError("give a radius, or three or more corners of a polygon")
+        return self
+
+
+class Mask(Model):
+    """Mask over the map, after Nav2's costmap filters."""
+
+    type: FilterType
+    file: str
+    """A map_server YAML file, relative to the scenario's folder."""
+    base: float = Field(0.0, ge=-1e6, le=1e6)
+    multiplier: float = Field(1.0, ge=-1e6, le=1e6)
+
+
+def _as_points(given: Any) -> Any:
+    """One point or a list of points, as a list of points."""
+    pair = isinstance(given, list | tuple) and len(given) == 2
+    single = pair and all(isinstance(x, int | float) for x in given)
+    return (tuple(given),) if single else given
+
+
+Preferred = Annotated[tuple[Point, ...], Field(min_length=1), BeforeValidator(_as_points)]
+"""Via point, or several in order, that attract the route, m."""
