@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from cohelm.benchmarks.bench import BenchReport, Result, Sheet, split_names
 from cohelm.cli import bench
-from cohelm.cli.benches import BENCHES
+from cohelm.cli.bench_commands import BENCHES, OPTIONS
 from cohelm.errors import ConfigError
-from cohelm.evaluation.benches.bench import Report, Result, Sheet, parted
 from cohelm.evaluation.sweeps import RideTask
 
 
@@ -29,7 +29,7 @@ def work(task, folder):
 def report(results, folder):
     total = sum(each.row["square"] for each in results)
     sheet = Sheet(title="sum", columns=("of", "is"), rows=(("squares", f"{total:g}"),))
-    return Report(sheets=(sheet,), notes=("that is all",), summary={"total": total})
+    return BenchReport(sheets=(sheet,), notes=("that is all",), summary={"total": total})
 
 
 @pytest.fixture
@@ -38,13 +38,15 @@ def squares(monkeypatch):
         TITLE="Squares", SEEDS=4, WORKERS=1, tasks=count, work=work, report=report
     )
     module = ModuleType("squares")
-    module.on = lambda: made
+    module.create = lambda: made
     monkeypatch.setitem(sys.modules, "squares", module)
     return made
 
 
 def asked(**changes):
-    return bench.Asked(**{"seeds": None, "out": None, "workers": None, "json": False, **changes})
+    return bench.BenchRequest(
+        **{"seeds": None, "out": None, "workers": None, "json": False, **changes}
+    )
 
 
 def test_help_lists_every_benchmark(cohelm):
@@ -55,7 +57,8 @@ def test_help_lists_every_benchmark(cohelm):
 
 @pytest.mark.parametrize("name", BENCHES)
 def test_every_benchmark_is_one(name):
-    found = importlib.import_module(BENCHES[name][0]).on()
+    module, _, function = BENCHES[name][0].partition(":")
+    found = getattr(importlib.import_module(module), function or "create")()
     assert dataclasses.is_dataclass(found)
     assert found.TITLE
     assert found.SEEDS >= 1
@@ -65,13 +68,11 @@ def test_every_benchmark_is_one(name):
     assert callable(found.report)
 
 
-@pytest.mark.parametrize("name", [*BENCHES, "all"])
-def test_planners_and_settings_are_taken_or_refused_with_a_reason(cohelm, name, tmp_path):
-    """Nowhere is one of them an option that there is not."""
-    for option, given in (("--planners", "nobody"), ("--set", "nonsense.of.all=1")):
-        code, out, err = cohelm("bench", name, option, given, "--out", tmp_path)
-        assert (code, out, len(err.splitlines())) == (2, "", 1)
-        assert "No such option" not in err
+@pytest.mark.parametrize("name", OPTIONS)
+def test_a_setting_that_does_not_exist_is_refused_in_one_line(cohelm, name, tmp_path):
+    code, out, err = cohelm("bench", name, "--set", "nonsense.of.all=1", "--out", tmp_path)
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert "No such option" not in err
 
 
 def test_rows_summary_and_table(squares, tmp_path, capsys):
@@ -131,7 +132,7 @@ def test_wrong_options(cohelm, options):
 
 
 def test_a_name_that_is_there_twice_is_taken_once():
-    assert parted("apf, dwa,,apf", "--planners") == ("apf", "dwa")
+    assert split_names("apf, dwa,,apf", "--planners") == ("apf", "dwa")
 
 
 def test_two_files_of_one_name_are_refused_before_anything_is_ridden(squares, tmp_path):

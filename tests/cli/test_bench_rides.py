@@ -1,7 +1,7 @@
 """The options of the benches that ride."""
 
 from cohelm.cli import bench as command
-from cohelm.cli.benches import BENCHES
+from cohelm.cli.bench_commands import BENCHES
 
 
 def test_options_reach_the_bench(monkeypatch, cohelm, tmp_path):

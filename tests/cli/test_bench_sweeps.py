@@ -1,4 +1,4 @@
-"""``cohelm bench``: folders that have results, going on, what failed, and all of them in turn."""
+"""``cohelm bench``: folders that have results, going on, what failed and what was killed."""
 
 import contextlib
 import json
@@ -10,18 +10,18 @@ import time
 
 import pytest
 
-from cohelm.cli import bench, bench_all, bench_progress
-from cohelm.cli.bench import Asked
-from cohelm.cli.benches import BENCHES
+from cohelm.cli import bench, progress
+from cohelm.cli.bench import BenchRequest
+from cohelm.cli.bench_commands import BENCHES
 from cohelm.errors import ConfigError
-from cohelm.evaluation.sweeps.ledger import read_records
-from cohelm.evaluation.sweeps.tasks import Progress
+from cohelm.evaluation.sweeps.store import read_records
+from cohelm.evaluation.sweeps.tasks import SweepState
 
 COMMON = ("--seeds", "--first", "--workers", "--out", "--resume", "--overwrite", "--cluster")
 
 
 def run(folder, name="toy", **changes):
-    return bench.bench(name, "toy_bench", Asked(out=folder, **changes))
+    return bench.bench(name, "toy_bench", BenchRequest(out=folder, **changes))
 
 
 def summary(folder):
@@ -32,11 +32,11 @@ def without_rows_of_time(folder):
     return {k: v for k, v in summary(folder).items() if k != "versions"}
 
 
-@pytest.mark.parametrize("name", [*BENCHES, "all"])
+@pytest.mark.parametrize("name", BENCHES)
 def test_every_benchmark_has_the_common_options(name):
     from typer.main import get_command
 
-    from cohelm.cli.benches import app
+    from cohelm.cli.bench_commands import app
 
     known = {option for each in get_command(app).commands[name].params for option in each.opts}
     assert set(COMMON) <= known
@@ -51,7 +51,7 @@ def test_results_are_neither_mixed_nor_lost_in_silence(toys, tmp_path, capsys):
         run(tmp_path, seeds=4, resume=True, options={"takes": 0.001})
     with pytest.raises(ConfigError, match="'cohelm bench toy'"):
         run(tmp_path, name="rides", resume=True)
-    with pytest.raises(ConfigError, match="--overwrite throws away"):
+    with pytest.raises(ConfigError, match="--resume: cannot be combined"):
         run(tmp_path, resume=True, overwrite=True)
     assert before == {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
     (tmp_path / "mine.txt").write_text("stays")
@@ -70,7 +70,7 @@ def test_a_first_run_may_say_resume_and_a_later_one_ask_for_more(toys, tmp_path,
 def test_what_failed_is_told_and_the_rest_reported(toys, tmp_path, capsys):
     assert run(tmp_path, options={"fails": [(1, "raises"), (4, "raises")]}) == 1
     out = capsys.readouterr().out
-    assert "FAILED: 1 of 6 tasks, the first number 1: ZeroDivisionError: no task 1" in out
+    assert "FAILED: 1 of 6 tasks, first task 1: ZeroDivisionError: no task 1" in out
     found = summary(tmp_path)
     assert found["complete"]
     assert [each["task"] for each in found["failures"]] == [1, 4]
@@ -100,49 +100,16 @@ def test_a_report_that_nothing_comes_of_leaves_the_rows(toys, tmp_path, capsys, 
 
 
 def test_progress_is_lines_where_there_is_no_terminal(monkeypatch, capsys):
-    monkeypatch.setattr(bench_progress, "EVERY", -1.0)
-    with bench_progress.Bar("toy") as bar:
-        bar(Progress(0, 100, 0.0))
-        bar(Progress(10, 100, 20.0, failed=2))
-        bar(Progress(10, 10_000, 20.0))
+    monkeypatch.setattr(progress, "LINE_INTERVAL", -1.0)
+    with progress.SweepProgress("toy") as bar:
+        bar(SweepState(0, 100, 0.0))
+        bar(SweepState(10, 100, 20.0, failed=2))
+        bar(SweepState(10, 10_000, 20.0))
     assert capsys.readouterr().err.splitlines() == [
-        "toy: 0 of 100, compiling, riding …",
+        "toy: 0 of 100, compiling and simulating …",
         "toy: 10 of 100, about 3 min left, 2 failed",
         "toy: 10 of 10000, about 5.5 h left",
     ]
-
-
-# ---------------------------------------------------------------------------- all
-
-
-def test_all_runs_every_one_and_none_stops_the_others(toys, tmp_path, capsys):
-    benches = {
-        "fine": ("toy_bench", ""), "none": ("no_such_bench", ""), "last": ("toy_bench", "")
-    }  # fmt: skip
-    assert bench_all.bench_all(benches, Asked(out=tmp_path, seeds=2)) == 1
-    found = summary(tmp_path)["benches"]
-    status = {name: each["status"] for name, each in found.items()}
-    assert status == {"fine": "done", "none": "not run", "last": "done"}
-    assert "no_such_bench" in found["none"]["error"]
-    assert len(summary(tmp_path / "last")["rows"]) == 4
-    assert "every benchmark" in capsys.readouterr().out
-    assert bench_all.bench_all(benches, Asked(out=tmp_path, seeds=2, resume=True)) == 1
-
-
-def test_an_interrupt_ends_all(toys, tmp_path, monkeypatch, capsys):
-    import toy_bench
-
-    def work(self, task, folder):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(toy_bench.Toy, "work", work)
-    benches = {"first": ("toy_bench", ""), "second": ("toy_bench", "")}
-    assert bench_all.bench_all(benches, Asked(out=tmp_path)) == 130
-    assert list(summary(tmp_path)["benches"]) == ["first"]
-
-
-def test_little_of_each_is_of_benchmarks_that_exist():
-    assert set(bench_all.LITTLE) <= set(BENCHES)
 
 
 # ---------------------------------------------------------------------------- killed
@@ -154,7 +121,7 @@ from cohelm.cli import bench
 given = dict(out=pathlib.Path(sys.argv[1]), seeds=40, workers=int(sys.argv[2]),
              cluster=sys.argv[3] or None, resume=True, options={"takes": 0.05})
 if __name__ == "__main__":
-    sys.exit(bench.bench("toy", "toy_bench", bench.Asked(**given)))
+    sys.exit(bench.bench("toy", "toy_bench", bench.BenchRequest(**given)))
 """
 
 
@@ -185,9 +152,16 @@ def command(toys, tmp_path):
         each.communicate()
 
 
+def stored(folder):
+    try:
+        return len(read_records(folder))
+    except ConfigError:  # it has not begun
+        return 0
+
+
 def wait_for(folder, count, process):
     until = time.monotonic() + 300.0
-    while not (folder / "ledger.jsonl").exists() or len(read_records(folder)) < count:
+    while stored(folder) < count:
         assert process.poll() is None
         assert time.monotonic() < until
         time.sleep(0.02)
@@ -231,7 +205,7 @@ def test_an_interrupt_leaves_what_is_done_and_no_process(command, tmp_path, work
     found = summary(folder)
     assert not found["complete"]
     done, total = found["tasks"]["done"], found["tasks"]["total"]
-    assert f"interrupted: this is a part, {done} of {total} tasks" in out
+    assert f"interrupted after {done} of {total} tasks" in out
     assert len(read_records(folder)) == done < total
     assert len(found["rows"]) == 2 * len(read_records(folder))
     assert is_alone(process)

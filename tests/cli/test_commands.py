@@ -6,12 +6,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from cohelm.cli import words
+from cohelm.cli import parsing
 from cohelm.cli.report import as_json
-from cohelm.cli.run import Asked, _headline, scenario_of
+from cohelm.cli.requests import RunRequest
+from cohelm.cli.run import _headline
+from cohelm.cli.scenario_request import scenario_of
 from cohelm.errors import ConfigError
 from cohelm.evaluation import Outcome
-from cohelm.evaluation.metrics.table import MEASURES
+from cohelm.evaluation.metrics.measures import RIDE_MEASURES
 
 SHORT = ("run", "empty", "--set", "time_limit=1.5")
 
@@ -51,7 +53,7 @@ def test_json_is_exactly_one_object_with_every_metric(cohelm):
     assert report["outcome"] == "timeout"
     assert report["seed"] == 0
     assert report["min_distance"] is None  # nobody there
-    assert set(MEASURES) <= set(report)
+    assert set(RIDE_MEASURES) <= set(report)
     assert {"cohelm", "numpy", "python"} <= set(report["versions"])
     assert {"tick", "wall_time"} <= set(report["timing"])
     assert list(report) == sorted(report)
@@ -68,8 +70,11 @@ def test_twice_the_same_but_for_timing(cohelm):
 def test_a_table_ends_with_the_outcome(cohelm):
     code, out, _ = cohelm(*SHORT)
     assert code == 1
-    assert "path_length" in out
+    assert "path_length" not in out
     assert out.splitlines()[-1] == "outcome: timeout"
+    # title, five figures, outcome
+    assert len(out.splitlines()) == 7
+    assert "path_length" in cohelm(*SHORT, "--all")[1]
     assert cohelm(*SHORT, "-q")[1] == "outcome: timeout\n"
 
 
@@ -99,14 +104,14 @@ def test_nothing_that_lies_somewhere_is_brought_to_another_map(tmp_path):
         " companion: 0, people: {groups: [{points: [[7, 4]], size: 3}], flows: [{lane: [[2, 2],"
         " [9, 2]], count: 4}]}}"
     )
-    asked = Asked(str(file), map="room.yaml", start="-4,0", goal="3,1")
-    scenario = scenario_of(asked)
+    request = RunRequest(scenario=str(file), map="room.yaml", start="-4,0", goal="3,1")
+    scenario = scenario_of(request)
     assert (scenario.people.groups, scenario.people.flows, scenario.people.count) == ((), (), 7)
     assert (scenario.rider_goal, scenario.rider_route, scenario.companion) == (None, (), None)
 
 
 def test_out_writes_three_files(cohelm, tmp_path):
-    folder = tmp_path / "new" / "ride"
+    folder = tmp_path / "ride"
     code, _, _ = cohelm(*SHORT, "--out", folder, "-q")
     assert code == 1
     assert json.loads((folder / "ride.json").read_text())["outcome"] == "timeout"
@@ -159,13 +164,13 @@ def test_listings(cohelm, monkeypatch, tmp_path):
     [("1,2", (1.0, 2.0)), ("-1,-2.5", (-1.0, -2.5)), ("Ward 3", "Ward 3"), ("3,4,90", (3, 4, 90))],
 )
 def test_places_are_points_or_names(text, spot):
-    assert words.place(text, "--start", heading=True) == spot
+    assert parsing.place(text, "--start", heading=True) == spot
 
 
 @pytest.mark.parametrize("text", ["", "1", "1,2,3", "1,", "inf,0", "1 2"])
 def test_what_is_no_point(text):
     with pytest.raises(ConfigError):
-        words.point(text, "--prefer")
+        parsing.point(text, "--prefer")
 
 
 def test_json_has_no_nan():
@@ -174,7 +179,7 @@ def test_json_has_no_nan():
 
 def test_every_measure_is_explained():
     page = (Path(__file__).parents[2] / "docs" / "measures.md").read_text(encoding="utf-8")
-    for name in MEASURES:
+    for name in RIDE_MEASURES:
         head, _, tail = name.rpartition("_")
         assert f"`{name}`" in page or (f"`{head}_" in page and f"`_{tail}`" in page), name
 
@@ -186,3 +191,47 @@ def test_a_picture_says_when_the_goal_was_reached_else_how_long_was_tried(outcom
     ride = SimpleNamespace(outcome=Outcome(outcome), time=[0.0, 9.0])
     report = {"time": 4.5, "min_distance": float("nan")}
     assert _headline(ride, report, "a ride") == f"a ride: {outcome} {says}"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "option"),
+    [
+        (("--mode", "nonsense"), "--mode"),
+        (("--goal", "Nowhere"), "--goal"),
+        (("--robot", "nope"), "--robot"),
+        (("--planner", "nope"), "--planner"),
+        (("--set", "mode=nonsense"), "--set mode"),
+        (("--set", "people.count=-1"), "--set people.count"),
+    ],
+)
+def test_an_error_names_the_option_and_not_the_scenario_file(cohelm, arguments, option):
+    code, _, err = cohelm("run", "hospital", *arguments)
+    assert code == 2
+    assert err.startswith(f"error: {option}: ")
+    assert ".yaml" not in err
+
+
+@pytest.mark.parametrize(
+    ("option", "file"),
+    [("--plot", "x/a.png"), ("--animate", "x/a.gif"), ("--out", "x/y"), ("--record", "x/a.mcap")],
+)
+def test_a_mistyped_folder_is_named_and_not_made(cohelm, tmp_path, option, file):
+    code, _, err = cohelm(*SHORT, option, tmp_path / file)
+    assert (code, err) == (2, f"error: {option}: no folder {tmp_path / 'x'}\n")
+    assert not (tmp_path / "x").exists()
+
+
+def test_map_prints_size_and_checks_points(cohelm, room, tmp_path):
+    code, out, _ = cohelm("map", room, "--at=0,0", "--plot", tmp_path / "map.png")
+    assert code == 0
+    assert "10.00 × 6.00 m" in out
+    assert "(0.00, 0.00): the chair fits and can turn on the spot" in out
+    assert (tmp_path / "map.png").stat().st_size > 5_000
+    code, out, _ = cohelm("map", room, "--at=-4.9,0", "--at=30,30", "--json")
+    assert code == 1
+    report = json.loads(out)
+    # free: without the walls of one cell, 9.8 × 5.8 m
+    assert report["free_area"] == pytest.approx(9.8 * 5.8)
+    assert [each["fits"] for each in report["at"]] == [False, False]
+    x, y = report["at"][0]["nearest"]
+    assert cohelm("map", room, f"--at={x},{y}")[0] == 0

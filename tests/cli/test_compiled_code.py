@@ -12,10 +12,10 @@ def cache(monkeypatch, tmp_path):
 
 
 def test_code_is_there_once_its_cache_is(cache):
-    assert not compiled_code.is_there()
+    assert not compiled_code.is_compiled()
     (cache / "control_0").mkdir()
-    (cache / "control_0" / "quadratic._solve-94.py311.nbi").write_bytes(b"")
-    assert compiled_code.is_there()
+    (cache / "control_0" / "qp._solve-94.py311.nbi").write_bytes(b"")
+    assert compiled_code.is_compiled()
 
 
 def test_compiling_is_said_where_there_is_no_terminal_to_show_it(cache, capsys):

@@ -8,9 +8,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from cohelm.cli import door
 from cohelm.cli import drive as command
-from cohelm.web.built import FOLDER
+from cohelm.cli import web_server as door
+from cohelm.cli.requests import DriveRequest
+from cohelm.web.page_files import FOLDER
 
 BUILT = (FOLDER / "index.html").is_file()
 
@@ -41,7 +42,7 @@ def test_without_the_extra_it_says_what_to_install(cohelm, monkeypatch):
 
 
 def test_without_the_page_it_says_how_to_build_it(cohelm, monkeypatch, tmp_path):
-    from cohelm.web.built import read_page
+    from cohelm.web.page_files import read_page
 
     monkeypatch.setattr(door, "read_page", lambda: read_page(tmp_path))
     assert "make page" in refused(cohelm)
@@ -77,7 +78,7 @@ def test_what_cannot_be_done_is_said_in_a_line(cohelm, monkeypatch, tmp_path, ar
 
 def test_on_a_map_of_ones_own_the_chair_stands_where_there_is_room(room):
     """A room of 10 × 6 m about the origin: the middle line is farthest from its walls."""
-    scenario = command.scenario_of(command.Asked("hospital", map=str(room)))
+    scenario = command.scenario_of_drive(DriveRequest(map=str(room)))
     x, y = scenario.start[:2]
     assert abs(y) < 0.11
     assert abs(x) <= 2.1
@@ -92,7 +93,8 @@ def test_a_code_for_a_camera_is_square():
 
 TOLD = """
 import sys
-from cohelm.cli import door, main
+from cohelm.cli import (main)
+from cohelm.cli import web_server as door
 class Drive:
     def __init__(self, setup): self.setup = setup
     def listen(self, callback): pass
@@ -118,7 +120,7 @@ def test_it_ends_quietly_when_told_to(tmp_path, number):
         out, err = process.communicate(timeout=20.0)
     assert process.returncode == 0
     assert err == ""
-    assert out == "closed\nthe chair stands, and the page is closed\n"
+    assert out == "closed\nstopped; the page is closed\n"
     assert lines[1].split()[:1] == ["drive"]
     assert "http://127.0.0.1:" in lines[1]
     assert "/therapist#token=" in lines[2]
@@ -179,3 +181,11 @@ def test_a_wheel_without_the_page_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv(module.WITHOUT, "1")
     hook.initialize("standard", {})
     assert len(said) == 1
+
+
+def test_a_blocked_start_on_your_own_map_names_the_nearest_free_point(cohelm, room):
+    code, out, err = cohelm("drive", "hospital", "--map", room, "--start=-4.95,0")
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert err.startswith(
+        "error: --start: the chair does not fit at -4.95,0.00; nearest free point"
+    )

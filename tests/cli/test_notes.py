@@ -83,4 +83,4 @@ def test_a_hard_zone_is_measured_from_the_outline_of_the_chair(cohelm, planned, 
     report = planned(*zone)
     assert 0.0 < report["gaps_to_zones"][0] < report["closest_to_zones"][0]
     out = cohelm("plan", room, *ENDS, *zone)[1]
-    assert f"kept {report['gaps_to_zones'][0]:.2f} m from the chair's outline" in out
+    assert f"kept {report['gaps_to_zones'][0]:.2f} m from the chair's footprint" in out

@@ -96,10 +96,10 @@ def test_twice_the_same(cohelm, bag):
 
 
 def test_the_table_says_what_there_was(cohelm, bag, tmp_path):
-    plot, film = tmp_path / "a" / "who.png", tmp_path / "who.gif"
+    plot, film = tmp_path / "who.png", tmp_path / "who.gif"
     code, out, _ = cohelm("people", bag, "--plot", plot, "--animate", film, "--at", 2)
     assert code == 0
-    for word in ("walk.bag", "frames", "2.9 s", "ok 30", "who stayed longest", "written"):
+    for word in ("walk.bag", "frames", "2.9 s", "ok 30", "people tracked longest", "written"):
         assert word in out
     with Image.open(plot) as image, Image.open(film) as moving:
         assert image.size[0] > 500
@@ -124,7 +124,7 @@ def test_walks_go_on_before_what_is_shown(cohelm, bag, tmp_path):
 
 
 def test_instants_count_from_the_first_frame_of_the_recording(cohelm, bag, tmp_path, monkeypatch):
-    from cohelm.pictures import canvas
+    from cohelm.plotting import canvas
 
     titles = []
     drawn = canvas.sheet
@@ -136,7 +136,7 @@ def test_instants_count_from_the_first_frame_of_the_recording(cohelm, bag, tmp_p
     assert code == 0
     assert [title.rpartition(" at ")[2] for title in titles] == ["2.0 s"]
     assert err.count("--at") == 0
-    froms = [line.split() for line in out.partition("who stayed longest")[2].splitlines()]
+    froms = [line.split() for line in out.partition("people tracked longest")[2].splitlines()]
     starts = [float(cells[3]) for cells in froms if len(cells) > 8 and cells[1].isdigit()]
     assert starts
     assert min(starts) >= 1.0
@@ -157,12 +157,12 @@ def test_labels_of_something_else_are_worth_a_warning(cohelm, bag, tmp_path):
     truth.write_text(json.dumps({"t": 102.0, "people": [{"id": 1, "x": -5.0, "y": 5.0}]}))
     code, _, err = cohelm("people", bag, "--truth", truth)
     assert code == 0
-    assert "nobody is near any label" in err
+    assert "nobody was found near a label" in err
 
 
 @pytest.mark.parametrize(
     ("steps", "says"),
-    [([0] * 8, "clock_stands"), ([*range(100, 110), *range(8)], "clock_back")],
+    [([0] * 8, "clock_frozen"), ([*range(100, 110), *range(8)], "clock_backwards")],
     ids=["stands", "back"],
 )
 def test_a_clock_that_stands_or_runs_back_is_told(cohelm, tmp_path, steps, says):
@@ -272,7 +272,7 @@ def test_labels_that_fit_no_instant_are_told(cohelm, bag, tmp_path):
     truth.write_text("\n".join(json.dumps(line) for line in lines))
     code, _, err = cohelm("people", bag, "--json", "--truth", truth)
     assert code == 0
-    assert "no instant" in err
+    assert "no labels at the times" in err
 
 
 def test_nobody_reads_any_more(bag):

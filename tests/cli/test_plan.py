@@ -5,8 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from cohelm.cli import words
-from cohelm.cli.wishes import Asked, read_stroke, wishes_of
+from cohelm.cli import parsing
+from cohelm.cli.parsing import read_stroke, wishes_of
+from cohelm.cli.requests import RouteRequest
 from cohelm.errors import ConfigError
 
 from .conftest import mask
@@ -137,7 +138,7 @@ def test_people_read_what_the_wish_costs(cohelm, room):
     assert code == 0
     assert "the wish costs +" in out
     assert "point 1 (0, 1.5): the route comes to" in out
-    assert "zone 1, rather avoided: kept" in out
+    assert "zone 1, to avoid: kept" in out
 
 
 # ---------------------------------------------------------------------------- words and files
@@ -146,7 +147,7 @@ def test_people_read_what_the_wish_costs(cohelm, room):
 @pytest.mark.parametrize(
     ("text", "corners", "radius"),
     [
-        ("1,2", [(1, 2)], words.ZONE_RADIUS),
+        ("1,2", [(1, 2)], parsing.ZONE_RADIUS),
         ("-1,2,1.5", [(-1, 2)], 1.5),
         ("0,0 4,0,0.3", [(0, 0), (4, 0)], 0.3),
         ("0,0 4,0 4,3", [(0, 0), (4, 0), (4, 3)], 0.0),
@@ -154,7 +155,7 @@ def test_people_read_what_the_wish_costs(cohelm, room):
     ],
 )
 def test_zones(text, corners, radius):
-    assert words.zone(text, "--avoid") == (corners, radius)
+    assert parsing.zone(text, "--avoid") == (corners, radius)
 
 
 @pytest.mark.parametrize(
@@ -162,14 +163,17 @@ def test_zones(text, corners, radius):
 )
 def test_what_is_no_zone(text):
     with pytest.raises(ConfigError, match="--avoid"):
-        words.zone(text, "--avoid")
+        parsing.zone(text, "--avoid")
 
 
 def test_wishes_keep_their_order(tmp_path):
     file = tmp_path / "line.json"
     file.write_text("[[0, 0], [1, 1]]")
-    asked = Asked(prefer=("1,2", "3,4"), avoid=("0,0",), avoid_hard=("5,5,1",), stroke=(file,))
-    kinds = [(wish.kind, wish.hard) for wish in wishes_of(asked)]
+    request = RouteRequest(
+        map="room.yaml", start="0,0", goal="1,1", prefer=("1,2", "3,4"), avoid=("0,0",),
+        avoid_hard=("5,5,1",), stroke=(file,),
+    )  # fmt: skip
+    kinds = [(wish.kind, wish.hard) for wish in wishes_of(request)]
     assert kinds == [
         ("attract", False), ("attract", False), ("stroke", False), ("avoid", False),
         ("avoid", True),
@@ -200,8 +204,8 @@ def test_a_stroke_in_every_form(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "two points or more"),
-        ("0,0\n", "two points or more"),
+        ("", "at least two points"),
+        ("0,0\n", "at least two points"),
         ("0,0\n1;1\n", "line 2"),
         ("0,0\n1\n", "line 2"),
         ("0,0\nnan,1\n", "metres"),

@@ -98,7 +98,7 @@ def test_choices_are_noted_learned_and_forgotten(cohelm, propose, at_home):
 def test_take_notes_at_once(propose, at_home):
     code, out, _ = propose("--rider", "ada", "--take", "2")
     assert code == 0
-    assert "noted: route 2" in out
+    assert "recorded: route 2" in out
     saved = json.loads((at_home / "ada.json").read_text())
     assert saved["choices"][0]["taken"] == 1
 
@@ -165,7 +165,7 @@ def test_one_way_is_no_choice(cohelm, room):
     assert "no other route differs enough" in out
     code, _, err = cohelm("choose", "1", "--rider", "ada")
     assert code == 2
-    assert "one route only" in err
+    assert "only one route" in err
 
 
 def test_all_routes_are_drawn(propose, tmp_path):

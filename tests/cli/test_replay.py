@@ -24,7 +24,7 @@ def recorded(tmp_path_factory):
 def test_a_ride_is_replayed_the_same(cohelm, recorded):
     code, out, err = cohelm("replay", recorded)
     assert code == 0
-    assert out == "the same to the bit: 21 ticks, 1.0 s\n"
+    assert out == "equal to the bit: 21 ticks, 1.0 s\n"
     assert err == ""
 
 
@@ -41,7 +41,7 @@ def test_other_parameters_are_told_apart_with_the_first_tick(cohelm, recorded, t
         "replay", recorded, "--set", "profile.preferred_speed=0.1", "--plot", picture
     )
     assert code == 0  # it was asked for
-    assert "first at " in out
+    assert "first difference at " in out
     assert "recorded  " in out
     assert "replayed  " in out
     assert out.splitlines()[-1].startswith("different: ")
@@ -63,13 +63,13 @@ def test_json_says_where_the_commands_part(cohelm, recorded):
 def test_other_versions_are_named_and_a_tolerance_is_taken(cohelm, recorded, monkeypatch):
     facts = RecordedRide(recorded).facts
     older = {**facts.versions, "daqp": "0.0.1"}
-    monkeypatch.setattr("cohelm.cli.replay.ride_versions", lambda: older)
+    monkeypatch.setattr("cohelm.cli.replay.navigation_versions", lambda: older)
     code, out, _ = cohelm("replay", recorded)
     assert code == 0
     assert f"recorded with other versions: daqp {facts.versions['daqp']} → 0.0.1" in out
     assert out.splitlines()[-1].startswith("the same within 0.001 m/s and rad/s: ")
     code, out, _ = cohelm("replay", recorded, "--tolerance", 0)
-    assert out.splitlines()[-1].startswith("the same to the bit: ")
+    assert out.splitlines()[-1].startswith("equal to the bit: ")
 
 
 def test_a_command_that_differs_fails_and_both_are_said(cohelm, recorded, monkeypatch):
@@ -84,7 +84,7 @@ def test_a_command_that_differs_fails_and_both_are_said(cohelm, recorded, monkey
     monkeypatch.setattr(Navigator, "step", stopped)
     code, out, _ = cohelm("replay", recorded)
     assert code == 1
-    assert "first at 0.50 s, tick 10:" in out
+    assert "first difference at 0.50 s, tick 10:" in out
     assert "replayed  0.0 m/s, 0.0 rad/s (late)" in out
 
 
@@ -107,13 +107,13 @@ def test_a_file_that_was_cut_off_is_replayed_with_a_warning(cohelm, recorded, tm
     cut.write_bytes(recorded.read_bytes()[:-300])
     code, out, err = cohelm("replay", cut)
     assert code == 0
-    assert "the same to the bit" in out
+    assert "equal to the bit" in out
     assert err.startswith("warning: ")
     assert "read until" in err
 
 
 @pytest.mark.parametrize(
-    ("content", "problem"), [(b"", "is empty"), (b"#ROSBAG V2.0\n", "is no MCAP file")]
+    ("content", "problem"), [(b"", "is empty"), (b"#ROSBAG V2.0\n", "is not an MCAP file")]
 )
 def test_what_is_no_ride_is_refused_in_one_line(cohelm, tmp_path, content, problem):
     file = tmp_path / "other.mcap"

@@ -10,8 +10,7 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from cohelm.cli import options
-from cohelm.errors import ConfigError
+from cohelm.cli.requests import Json
 
 
 class Option(NamedTuple):
@@ -21,7 +20,7 @@ class Option(NamedTuple):
     """The annotation: its type, its name if that is not the key's, its help."""
     unset: Any = None
     into: Callable[[Any], Mapping[str, Any]] | None = None
-    """What a benchmark's ``on`` is given for it; None: the value, by the key's name."""
+    """What a benchmark's ``create`` is given for it; None: the value, by the key's name."""
 
 
 COMMON: Mapping[str, Option] = {
@@ -72,9 +71,9 @@ COMMON: Mapping[str, Option] = {
             ),
         ]
     ),
-    "json": Option(options.Json, False),
+    "json": Option(Json, False),
 }
-"""Those of every benchmark; they do not reach its ``on``."""
+"""Those of every benchmark; they do not reach its ``create``."""
 
 
 def _settings(text: str) -> Any:
@@ -90,15 +89,6 @@ def _flag(name: str, text: str) -> Any:
 
 def _as_settings(given: Any) -> Mapping[str, Any]:
     return {"settings": given}
-
-
-def _refused(name: str, why: str) -> Option:
-    """An option that others have, and this one has not: one line says why."""
-
-    def refuse(given: Any) -> Mapping[str, Any]:
-        raise ConfigError(why, key=name)
-
-    return Option(Annotated[list[str] | None, typer.Option(name, hidden=True)], into=refuse)
 
 
 OWN: Mapping[str, Option] = {
@@ -139,17 +129,6 @@ OWN: Mapping[str, Option] = {
             str | None,
             typer.Option(metavar="A,B", help="Cards by name or file; unset, all there are."),
         ]
-    ),
-    "card_map": Option(
-        Annotated[
-            Path | None,
-            typer.Option(
-                "--map",
-                metavar="FILE.yaml",
-                help="Lay the cards on this map, where it is most like their floors.",
-            ),
-        ],
-        into=lambda given: {"map_file": given},
     ),
     "vary": Option(
         Annotated[
@@ -243,7 +222,7 @@ OWN: Mapping[str, Option] = {
         ]
     ),
     "driver_settings": Option(
-        _settings("Of the driver, as in planner.arcs.margin=0.3"), into=_as_settings
+        _settings("Of the driver, as in planner.sampling.margin=0.3"), into=_as_settings
     ),
     "map_file": Option(
         Annotated[
@@ -282,21 +261,8 @@ OWN: Mapping[str, Option] = {
             typer.Option(min=0.001, max=100.0, help="Of the usual number of states; 1."),
         ]
     ),
-    "one_planner": _refused(
-        "--planners",
-        "riders and modes are compared here, with one local planner: --set local_planner.use=NAME",
-    ),
-    "one_ablated": _refused("--planners", "it leaves out parts of ss_mpc_dcbf, and of no other"),
-    "one_driver": _refused("--planners", "one drives: --planner NAME"),
-    "no_planners": _refused("--planners", "no planners are compared here"),
-    "all_planners": _refused(
-        "--planners", "every benchmark compares others: ask one of them, by its name"
-    ),
-    "all_settings": _refused(
-        "--set", "every benchmark has settings of its own: ask one of them, by its name"
-    ),
 }
-"""Those that some benchmarks have, which go to the ``on`` of its module."""
+"""Those that some benchmarks have, which go to the ``create`` of its module."""
 
 
 def parameters(names: tuple[str, ...]) -> list[inspect.Parameter]:
@@ -311,7 +277,7 @@ def parameters(names: tuple[str, ...]) -> list[inspect.Parameter]:
 
 
 def for_bench(given: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What ``on`` is given: of the own options those that are set, and all flags."""
+    """Arguments of ``create``: the benchmark's own options that are set, and all flags."""
     out: dict[str, Any] = {}
     for name, value in given.items():
         if name in OWN and value is not None and value != []:

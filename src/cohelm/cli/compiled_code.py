@@ -1,4 +1,4 @@
-"""Where compiled code is kept: numba refuses to work where it can write nowhere."""
+"""Folder of compiled code: numba needs one that it can write to."""
 
 from __future__ import annotations
 
@@ -12,34 +12,36 @@ VARIABLE = "NUMBA_CACHE_DIR"
 COMPILING = "compiling for this machine, once; it takes a minute or more"
 
 
-def place() -> None:
-    """Name a folder that lasts as long as this command where no lasting one can be written.
+def choose_folder() -> None:
+    """Set a temporary cache folder where numba could write to no lasting one.
 
-    numba itself looks beside the source, then in the user's cache folder. To be called before numba
-    is imported.
+    numba itself tries the folder of the source, then the user's cache folder. Call this before
+    numba is imported.
     """
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    if VARIABLE in os.environ or _takes_files(Path(__file__).parents[1]) or _takes_files(cache):
+    if VARIABLE in os.environ or _writable(Path(__file__).parents[1]) or _writable(_cache()):
         return
     folder = tempfile.mkdtemp(prefix="cohelm-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     os.environ[VARIABLE] = folder
 
 
-def is_there() -> bool:
-    """Whether the local planner's inner loop has been compiled for this machine before.
+def is_compiled() -> bool:
+    """Check that the local planner's inner loop was compiled for this machine before.
 
-    Where it has not, a ride begins with a minute or more of compiling. Code that has changed since,
-    or another numba, is not noticed.
+    If not, a ride begins with a minute or more of compilation. Code that has changed since, or
+    another version of numba, is not detected.
     """
     own = Path(__file__).parents[1] / "control"
-    kept = os.environ.get(VARIABLE)
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "numba"
-    places = [Path(kept)] if kept else [own, home]
-    return any(next(place.rglob("quadratic.*.nbi"), None) is not None for place in places)
+    chosen = os.environ.get(VARIABLE)
+    folders = [Path(chosen)] if chosen else [own, _cache() / "numba"]
+    return any(next(folder.rglob("qp.*.nbi"), None) is not None for folder in folders)
 
 
-def _takes_files(folder: Path) -> bool:
+def _cache() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+
+
+def _writable(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

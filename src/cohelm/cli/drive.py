@@ -1,116 +1,115 @@
-"""``cohelm drive``: a live ride behind a server, and where to find it."""
+"""``cohelm drive``: prepare a live ride, then serve its page."""
 
 from __future__ import annotations
 
 import importlib.util
+import math
 import sys
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from cohelm.cli import run as ride
-from cohelm.cli import words
-from cohelm.driving import DriveSetup
-from cohelm.driving.records import default_folder
+from cohelm.cli import parsing
+from cohelm.cli.requests import DriveRequest, RunRequest
+from cohelm.cli.scenario_request import check_record, scenario_of
 from cohelm.errors import ConfigError
-from cohelm.evaluation import Scenario
+from cohelm.live import DriveSetup
+from cohelm.live.sessions.records import default_folder
 from cohelm.maps import distance_field, places_beside, read_map
+from cohelm.planning.free_space import check_free_space
+from cohelm.scenarios import Scenario
+from cohelm.scenarios.scenario import robot_of
 
 EXTRA = ("fastapi", "uvicorn", "websockets", "cryptography", "qrcode")
-"""What the extra ``web`` brings."""
+"""Packages of the extra ``web``."""
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What the options say; None: what the scenario says, or what is usual."""
-
-    scenario: str
-    map: str | None = None
-    start: str | None = None
-    people: int | None = None
-    robot: str | None = None
-    seed: int | None = None
-    settings: tuple[str, ...] = ()
-    host: str = "127.0.0.1"
-    port: int = 8000
-    cert: Path | None = None
-    key: Path | None = None
-    record: Path | None = None
-    data: Path | None = None
-    open: bool = False
-
-
-def drive(asked: Asked) -> int:
+def drive(request: DriveRequest) -> int:
     """Serve until interrupted; returns 0.
 
     Raises:
-        CohelmError: if what was asked cannot be done.
+        CohelmError: if an option, a file or the scenario is at fault.
     """
     check_installed()
-    from cohelm.cli import door  # noqa: PLC0415 # needs the extra
+    from cohelm.cli import web_server  # noqa: PLC0415 # needs the extra
 
-    page = door.built_page()
-    if (asked.cert is None) != (asked.key is None):
+    page = web_server.read_page()
+    if (request.cert is None) != (request.key is None):
         raise ConfigError("--cert and --key belong together", key="--cert")
-    if asked.record is not None:
-        ride.check_record(asked.record)
-    scenario = scenario_of(asked)
+    if request.record is not None:
+        check_record(request.record)
+    scenario = scenario_of_drive(request)
     setup = DriveSetup(
         scenario=scenario,
-        seed=scenario.seed if asked.seed is None else asked.seed,
-        folder=asked.data or default_folder(),
-        record=asked.record,
+        seed=scenario.seed if request.seed is None else request.seed,
+        folder=request.data or default_folder(),
+        record=request.record,
     )
-    door.open_door(setup, page, asked)
-    sys.stdout.write("the chair stands, and the page is closed\n")
+    web_server.serve_ride(setup, page, request)
+    sys.stdout.write("stopped; the page is closed\n")
     return 0
 
 
 def check_installed() -> None:
-    """Refuse where the extra is not installed.
+    """Refuse where the extra ``web`` is not installed.
 
     Raises:
         ConfigError: saying how to install it.
     """
     missing = [name for name in EXTRA if importlib.util.find_spec(name) is None]
     if missing:
-        what = f"needs the extra 'web' ({', '.join(missing)} missing)"
-        raise ConfigError(f"{what}: pip install 'cohelm[web]'", key="cohelm drive")
+        problem = f"needs the extra 'web' ({', '.join(missing)} missing)"
+        raise ConfigError(f"{problem}: pip install 'cohelm[web]'", key="cohelm drive")
 
 
-def scenario_of(asked: Asked) -> Scenario:
-    """The scenario with the options put in. Where it leads is left to who drives.
+def scenario_of_drive(request: DriveRequest) -> Scenario:
+    """Load the scenario and apply the options; the rider chooses the destination later.
 
     Raises:
         CohelmError: naming the option, the key or the file.
     """
-    start = asked.start
+    start = request.start
     goal = None
-    if asked.map is not None:
-        start = start or _roomiest(asked.map)
-        spot = words.place(start, "--start", heading=True)
+    if request.map is not None:
+        start = start or _default_start(request.map)
+        spot = parsing.place(start, "--start", heading=True)
         goal = spot if isinstance(spot, str) else f"{spot[0]},{spot[1]}"
-    return ride.scenario_of(
-        ride.Asked(
-            scenario=asked.scenario,
-            map=asked.map,
+    scenario = scenario_of(
+        RunRequest(
+            scenario=request.scenario,
+            map=request.map,
             start=start,
             goal=goal,
-            people=asked.people,
-            robot=asked.robot,
-            settings=asked.settings,
+            people=request.people,
+            robot=request.robot,
+            settings=request.settings,
         )
     )
+    if request.map is not None and start is not None:
+        _check_start(request.map, start, scenario)
+    return scenario
 
 
-def _roomiest(map_: str) -> str:
-    """Where on a map there is most room, and its places' first one where it names any."""
+def _default_start(map_: str) -> str:
+    """The first place of a map, or the point with the largest clearance if it names none."""
     places = places_beside(map_)
     if places.names:
         return str(places.names[0])
     grid = read_map(map_)
-    room = distance_field(grid).distance
-    cell = np.unravel_index(int(np.argmax(room)), room.shape)
+    clearance = distance_field(grid).distance
+    cell = np.unravel_index(int(np.argmax(clearance)), clearance.shape)
     x, y = grid.centres(np.array(cell))
     return f"{x:.2f},{y:.2f}"
+
+
+def _check_start(map_: str, start: str, scenario: Scenario) -> None:
+    """Refuse a start where the chair does not fit, naming the nearest point where it does."""
+    spot = parsing.place(start, "--start", heading=True)
+    grid = read_map(map_)
+    x, y = places_beside(map_).find(spot).point if isinstance(spot, str) else spot[:2]
+    heading = math.radians(spot[2]) if not isinstance(spot, str) and len(spot) == 3 else None
+    check = check_free_space(grid, robot_of(scenario), (float(x), float(y)), heading)
+    if check.fits:
+        return
+    free = "nowhere on this map" if check.nearest is None else "nearest free point {:.2f},{:.2f}"
+    where = free.format(*(check.nearest or ()))
+    raise ConfigError(f"the chair does not fit at {x:.2f},{y:.2f}; {where}", key="--start")

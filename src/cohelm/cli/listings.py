@@ -1,4 +1,4 @@
-"""What ``cohelm scenarios``, ``robots``, ``plugins`` and ``data`` say."""
+"""``cohelm scenarios``, ``robots``, ``plugins`` and ``data``: tables of everything available."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from rich.table import Table
 
 from cohelm import plugins as parts
-from cohelm.cli.report import OUTPUT
+from cohelm.cli.report import OUTPUT, print_line
 from cohelm.errors import ScenarioError
-from cohelm.recordings.outside import outside_data
+from cohelm.recordings.outside_data import outside_data
 
 if TYPE_CHECKING:
-    from cohelm.evaluation.scenario import Scenario
+    from cohelm.scenarios.scenario import Scenario
 
 
 class DataSet(NamedTuple):
-    """An outside data set: nothing of it comes with cohelm."""
+    """External data set; nothing of it comes with cohelm."""
 
     folder: str
     holds: str
@@ -44,7 +44,7 @@ DATA_SETS = (
     ),
     DataSet(
         "pedestrians",
-        "recorded walkers: ETH, UCY, HERMES",
+        "recorded pedestrians: ETH, UCY, HERMES",
         (("crowdbotp/OpenTraj", "see each set"), ("quancore/social-lstm", "see each set")),
     ),
     DataSet(
@@ -77,10 +77,10 @@ DATA_SETS = (
 
 
 def scenarios(plot: Path | None = None) -> int:
-    """List the scenarios under their headings, and draw each where a folder is given."""
-    from cohelm.evaluation.collection import Collection  # noqa: PLC0415 # lazy
-    from cohelm.evaluation.people import people_of  # noqa: PLC0415 # lazy
-    from cohelm.evaluation.scenario import load_scenario, scenario_names  # noqa: PLC0415 # lazy
+    """List the scenarios under their headings, and draw each if a folder is given."""
+    from cohelm.scenarios.collection import Collection  # noqa: PLC0415 # lazy
+    from cohelm.scenarios.crowd import pedestrian_count  # noqa: PLC0415 # lazy
+    from cohelm.scenarios.scenario import load_scenario, scenario_names  # noqa: PLC0415 # lazy
 
     found = [load_scenario(name) for name in scenario_names()]
     table = _table("scenario", "floor", "people", "what happens")
@@ -92,7 +92,7 @@ def scenarios(plot: Path | None = None) -> int:
         table.add_row("", "", "", f"[bold]{collection.heading}[/]")
         for each in members:
             floor = each.floor or Path(each.map or "").stem
-            table.add_row(each.name, floor, str(people_of(each.people)), each.description)
+            table.add_row(each.name, floor, str(pedestrian_count(each.people)), each.description)
     OUTPUT.print(table)
     if plot is not None:
         _draw(found, plot)
@@ -100,25 +100,25 @@ def scenarios(plot: Path | None = None) -> int:
 
 
 def _draw(found: Sequence[Scenario], folder: Path) -> None:
-    from cohelm.evaluation.gallery import draw_stage  # noqa: PLC0415 # lazy
-    from cohelm.evaluation.staging import set_stage  # noqa: PLC0415 # lazy
+    from cohelm.scenarios.build import build_scenario  # noqa: PLC0415 # lazy
+    from cohelm.scenarios.picture import draw_scenario  # noqa: PLC0415 # lazy
 
     drawn = 0
     for each in found:
         try:
-            draw_stage(set_stage(each, each.seed), folder / f"{each.name}.png")
-        except ScenarioError as cause:  # it wants a file of the user's
-            OUTPUT.print(f"not drawn: {cause}", markup=False, soft_wrap=True)
+            draw_scenario(build_scenario(each, each.seed), folder / f"{each.name}.png")
+        except ScenarioError as cause:  # it needs a file of the user
+            print_line(f"not drawn: {cause}")
         else:
             drawn += 1
-    OUTPUT.print(f"written: {drawn} pictures to {folder}", markup=False)
+    print_line(f"written: {drawn} pictures to {folder}")
 
 
 def robots() -> int:
-    """List the chairs, with what a scenario's or one's own file would say of them."""
+    """List the wheelchairs with size, speed and sensors."""
     from cohelm.robots import load_robot, robot_names  # noqa: PLC0415 # lazy
 
-    table = _table("robot", "size, m", "fastest, m/s", "sensors")
+    table = _table("robot", "size, m", "maximum speed, m/s", "sensors")
     for name in robot_names():
         robot = load_robot(name)
         length, width = np.ptp(robot.outline, axis=0)
@@ -145,7 +145,7 @@ def plugins() -> int:
 
 
 def data() -> int:
-    """List the outside data sets: present or absent, with their public sources and licences."""
+    """List the external data sets: present or absent, with public sources and licences."""
     root = outside_data()
     for each in DATA_SETS:
         folder = root / each.folder if root is not None else None
@@ -154,12 +154,7 @@ def data() -> int:
         OUTPUT.print(f"[bold]{each.folder:12}[/]{here}  {each.holds}")
         for source, licence in each.sources:
             OUTPUT.print(f"[dim]{'':21}github.com/{source}  ({licence})[/]")
-    OUTPUT.print(
-        "COHELM_DATA is not set; it names their folder"
-        if root is None
-        else f"COHELM_DATA is {root}",
-        markup=False,
-    )
+    print_line("set COHELM_DATA to their folder" if root is None else f"COHELM_DATA is {root}")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""What ``cohelm people`` prints: who was there, and how well that fits the labels."""
+"""Tables of ``cohelm people``: facts, the people, scores against labels."""
 
 from __future__ import annotations
 
@@ -10,50 +10,51 @@ import numpy as np
 from rich.table import Table
 
 from cohelm.arrays import Floats
-from cohelm.evaluation.labelled import Scores
-from cohelm.evaluation.perceived_scores import WITHIN
-from cohelm.evaluation.watching import LASTING, Tracks
+from cohelm.cli.report import plain_table
+from cohelm.evaluation.perception.labelled import LabelScores
+from cohelm.evaluation.perception.recording_view import LASTING, RecordingSummary
+from cohelm.evaluation.perception.tracking_scores import WITHIN
 
 SHOWN = 12
-"""People in the table at most: those who stayed longest."""
+"""Maximum number of people in the table: those tracked longest."""
 HOLES = 3
-"""Times without readings in the table at most."""
+"""Maximum number of gaps in the table."""
 STEP = 0.3
-"""Least that somebody moves before it counts as walking, m: a body sways, and so does a track."""
+"""Smallest displacement that counts as walking, m: bodies sway, and so do tracks."""
 
 
-def facts_table(tracks: Tracks, begin: float) -> Table:
-    """How long, how many, and how far to trust it; ``begin`` is the recording's, s."""
-    table = _table("", "")
+def facts_table(tracks: RecordingSummary, begin: float) -> Table:
+    """Duration, counts and sensor quality; ``begin`` is the recording's, s."""
+    table = plain_table("", "")
     sensing = ", ".join(f"{each.value} {n}" for each, n in tracks.sensing.most_common())
     table.add_row("frames", str(tracks.frames))
     table.add_row("duration", f"{tracks.end - tracks.begin:.1f} s")
-    if tracks.holes:
-        table.add_row("no readings", _spans(tracks.holes, begin))
-    table.add_row("people told", str(len(tracks.trails)))
+    if tracks.gaps:
+        table.add_row("no readings", _spans(tracks.gaps, begin))
+    table.add_row("people tracked", str(len(tracks.trails)))
     if tracks.frames > 1:
         table.add_row(f"longer than {LASTING:g} s", str(len(tracks.lasting())))
-    table.add_row("at once, at most", str(tracks.most))
+    table.add_row("maximum at once", str(tracks.max_people))
     table.add_row("groups", str(len(tracks.groups)))
     table.add_row("sensing", sensing)
-    table.add_row("the sensor's way", str(tracks.way))
+    table.add_row("sensor motion", str(tracks.way))
     return table
 
 
-def who_title(tracks: Tracks) -> str:
-    """What :func:`who_table` shows."""
+def people_title(tracks: RecordingSummary) -> str:
+    """Title of :func:`people_table`."""
     many = len(tracks.trails)
     if tracks.frames == 1:
-        return "who is there"
-    return "who stayed longest" + (f", {SHOWN} of {many}" if many > SHOWN else "")
+        return "people"
+    return "people tracked longest" + (f", {SHOWN} of {many}" if many > SHOWN else "")
 
 
-def who_table(tracks: Tracks, begin: float) -> Table:
-    """Those who stayed longest: from when to when since ``begin``, s, and how far they walked."""
+def people_table(tracks: RecordingSummary, begin: float) -> Table:
+    """People tracked longest: from and to since ``begin``, s, and the distance walked."""
     trails = sorted(tracks.trails.items(), key=lambda each: _span(each[1]), reverse=True)
     if tracks.frames == 1:
         return _places(trails)
-    table = _table("id", "from, s", "to, s", "walked, m", "last seen at, m")
+    table = plain_table("id", "from, s", "to, s", "walked, m", "last position, m")
     for who, trail in trails[:SHOWN]:
         first, last = trail[[0, -1], 0] - begin
         times = f"{first:.1f}", f"{last:.1f}"
@@ -61,16 +62,16 @@ def who_table(tracks: Tracks, begin: float) -> Table:
     return table
 
 
-def scores_table(scores: Scores) -> Table:
-    """How well it fits the labels."""
-    table = _table("", "")
+def scores_table(scores: LabelScores) -> Table:
+    """LabelScores against the labels, as a table."""
+    table = plain_table("", "")
     for name, figure in _facts(scores):
         table.add_row(name, figure)
     return table
 
 
-def scores_json(scores: Scores) -> dict[str, Any]:
-    """The same for programs; null where there is nothing to say."""
+def scores_json(scores: LabelScores) -> dict[str, Any]:
+    """LabelScores for JSON; null where a score is not defined."""
     who = scores.identities
     return {
         "instants": scores.instants,
@@ -87,14 +88,14 @@ def scores_json(scores: Scores) -> dict[str, Any]:
     }
 
 
-def _facts(scores: Scores) -> list[tuple[str, str]]:
+def _facts(scores: LabelScores) -> list[tuple[str, str]]:
     out = [
         ("instants compared", str(scores.instants)),
-        ("labels", f"{scores.labels} ({scores.left_out} more left out: too far, or hidden)"),
+        ("labels", f"{scores.labels} ({scores.left_out} more ignored: too far, or hidden)"),
         (f"found within {WITHIN:g} m", _number(scores.found)),
-        ("mean distance of those", f"{_number(scores.error)} m"),
-        ("people without a label, mean of a frame", _number(scores.unlabelled)),
-        ("the same, worst frame", str(scores.unlabelled_most)),
+        ("mean distance of found", f"{_number(scores.error)} m"),
+        ("unlabelled people per frame, mean", _number(scores.unlabelled)),
+        ("unlabelled people per frame, maximum", str(scores.unlabelled_most)),
     ]
     who = scores.identities
     if who is None:
@@ -112,7 +113,7 @@ def _number(number: float) -> str:
 
 
 def walked(trail: Floats) -> float:
-    """Length of the way along a trail (k, 3) of (time s, x, y m), by steps of ``STEP`` or more."""
+    """Distance along a trail (k, 3) of (time s, x, y m), in steps of ``STEP`` or more."""
     total, (x, y) = 0.0, trail[0, 1:]
     for u, v in trail[1:, 1:].tolist():
         step = math.hypot(u - x, v - y)
@@ -122,8 +123,8 @@ def walked(trail: Floats) -> float:
 
 
 def _places(trails: Sequence[tuple[int, Floats]]) -> Table:
-    """Of a still picture there is nothing else to say."""
-    table = _table("id", "at, m")
+    """Positions only: a single frame has no durations."""
+    table = plain_table("id", "at, m")
     for who, trail in trails:
         table.add_row(str(who), _place(trail))
     return table
@@ -134,18 +135,11 @@ def _place(trail: Floats) -> str:
 
 
 def _spans(spans: Sequence[tuple[float, float]], begin: float) -> str:
-    """Some of the spans, s."""
+    """The first of the spans, s, in words."""
     said = [f"{first - begin:.1f} to {last - begin:.1f} s" for first, last in spans[:HOLES]]
     more = len(spans) - len(said)
-    return ", ".join(said) + (f", and {more} times more" if more else "")
+    return ", ".join(said) + (f", and {more} more" if more else "")
 
 
 def _span(trail: Any) -> float:
     return float(np.ptp(trail[:, 0]))
-
-
-def _table(*columns: str) -> Table:
-    table = Table(header_style="dim", show_header=any(columns))
-    for i, column in enumerate(columns):
-        table.add_column(column, justify="right" if i else "left", overflow="fold")
-    return table

@@ -1,10 +1,10 @@
-"""What is seen on standard error while something runs that takes its time."""
+"""Progress on standard error while something runs for a while."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator
-from types import TracebackType
 from typing import Self, TypeVar
 
 import numpy as np
@@ -24,19 +24,20 @@ from rich.text import Text
 
 from cohelm.cli import compiled_code
 from cohelm.cli.report import ERRORS
+from cohelm.evaluation.sweeps.tasks import SweepState
 from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.messages import Reason
 from cohelm.navigation import Tick
-from cohelm.simulation import Truth
+from cohelm.simulation import GroundTruth
 
 Thing = TypeVar("Thing")
 
 COMPILING = 3.0
-"""Preparation that takes longer than this compiles, s."""
+"""Preparation that takes longer than this is compilation, s."""
 
 
 def _live(render: Callable[[], RenderableType]) -> Live:
-    """Something on standard error that changes, and is gone at the end."""
+    """Live display on standard error that disappears at the end."""
     return Live(
         get_renderable=render,
         console=ERRORS,
@@ -48,12 +49,12 @@ def _live(render: Callable[[], RenderableType]) -> Live:
 
 
 class RideProgress:
-    """A watcher of a ride that shows it live: speed, η, nearest gap, last stop, what is left.
+    """Live display of a ride: speed, η, nearest person, last stop, remaining distance and time.
 
     Args:
-        title: of the ride.
+        title: Title of the ride.
         time_limit: s.
-        shown: whether anything is shown at all.
+        shown: False: show nothing.
     """
 
     def __init__(self, title: str, time_limit: float, *, shown: bool) -> None:
@@ -61,10 +62,10 @@ class RideProgress:
         self._limit = time_limit
         self._began = time.monotonic()
         self._spinner = Spinner("dots")
-        self._last: tuple[Tick, Truth] | None = None
+        self._last: tuple[Tick, GroundTruth] | None = None
         self._reason: Reason | None = None
         self._shown = shown and ERRORS.is_terminal
-        self._compiles = shown and not compiled_code.is_there()
+        self._compiles = shown and not compiled_code.is_compiled()
         self._live = _live(self._render)
 
     def __enter__(self) -> Self:
@@ -74,17 +75,12 @@ class RideProgress:
             ERRORS.print(f"{compiled_code.COMPILING} …")
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._shown:
             self._live.stop()
 
-    def __call__(self, tick: Tick, truth: Truth) -> None:
-        """One more tick."""
+    def __call__(self, tick: Tick, truth: GroundTruth) -> None:
+        """Show one more tick."""
         self._last = tick, truth
         if tick.decision.reason not in {None, Reason.ARRIVED}:
             self._reason = tick.decision.reason
@@ -93,7 +89,7 @@ class RideProgress:
         if self._last is None:
             waited = time.monotonic() - self._began
             compiles = self._compiles or waited > COMPILING
-            what = compiled_code.COMPILING if compiles else "setting the stage"
+            what = compiled_code.COMPILING if compiles else "building the scenario"
             self._spinner.update(text=Text(f"{self._title}: {what} …"))
             return self._spinner
         tick, truth = self._last
@@ -104,7 +100,7 @@ class RideProgress:
             f"{truth.time:5.1f} s",
             f"speed {truth.twist[0]:4.2f} m/s",
             f"η {eta:4.2f}",
-            f"nearest {gap:4.2f} m" if np.isfinite(gap) else "nobody there",
+            f"nearest {gap:4.2f} m" if np.isfinite(gap) else "no people",
             f"{max(total - driven, 0.0):4.1f} m to go",
             f"{self._limit - truth.time:3.0f} s left",
         ]
@@ -117,8 +113,8 @@ class RideProgress:
         )
 
 
-def _along(tick: Tick, truth: Truth) -> tuple[float, float]:
-    """(length driven, whole length) of the present route, m."""
+def _along(tick: Tick, truth: GroundTruth) -> tuple[float, float]:
+    """(length driven, total length) of the current route, m."""
     if tick.path is None:
         return 0.0, 0.0
     points = np.ascontiguousarray(tick.path.points)
@@ -127,18 +123,18 @@ def _along(tick: Tick, truth: Truth) -> tuple[float, float]:
 
 
 PATIENCE = 2.0
-"""Nobody is told to wait for less, s."""
+"""Shorter waits are not shown, s."""
 
 
 class Waiting:
-    """A line on a terminal while something takes longer than two seconds.
+    """Line on a terminal while something takes longer than two seconds.
 
     Args:
-        what: is being done.
+        activity: Name of the activity.
     """
 
-    def __init__(self, what: str) -> None:
-        self._what = what
+    def __init__(self, activity: str) -> None:
+        self._activity = activity
         self._began = time.monotonic()
         self._spinner = Spinner("dots")
         self._live = _live(self._render)
@@ -148,7 +144,7 @@ class Waiting:
             self._live.start()
         return self
 
-    def __exit__(self, *what: object) -> None:
+    def __exit__(self, *error: object) -> None:
         if ERRORS.is_terminal:
             self._live.stop()
 
@@ -157,20 +153,20 @@ class Waiting:
         if waited < PATIENCE:
             return Text("")
         note = ", compiling on the first run" if waited > 2.0 * COMPILING else ""
-        self._spinner.update(text=Text(f"{self._what} … {waited:.0f} s{note}"))
+        self._spinner.update(text=Text(f"{self._activity} … {waited:.0f} s{note}"))
         return self._spinner
 
 
 class Counting:
-    """A bar on a terminal while things are gone through, gone at the end.
+    """Progress bar on a terminal over an iterable.
 
     Args:
-        what: is being gone through.
-        total: how many there are; None: not known.
-        shown: whether anything is shown at all.
+        name: Name of the iterable.
+        total: Number of elements; None: unknown.
+        shown: False: show nothing.
     """
 
-    def __init__(self, what: str, total: int | None, *, shown: bool = True) -> None:
+    def __init__(self, name: str, total: int | None, *, shown: bool = True) -> None:
         self._bar = Progress(
             SpinnerColumn(),
             TextColumn("{task.description}", markup=False),
@@ -183,17 +179,75 @@ class Counting:
             redirect_stderr=False,
             disable=not (shown and ERRORS.is_terminal),
         )
-        self._task = self._bar.add_task(what, total=total)
+        self._task = self._bar.add_task(name, total=total)
 
     def __enter__(self) -> Self:
         self._bar.start()
         return self
 
-    def __exit__(self, *what: object) -> None:
+    def __exit__(self, *error: object) -> None:
         self._bar.stop()
 
     def __call__(self, things: Iterable[Thing]) -> Iterator[Thing]:
-        """The same things, counted once they are done with."""
+        """Yield the elements, each counted when the next is requested."""
         for thing in things:
             yield thing
             self._bar.advance(self._task)
+
+
+LINE_INTERVAL = 20.0
+"""Interval of progress lines where there is no terminal, s."""
+
+
+class SweepProgress:
+    """Progress of a sweep on standard error.
+
+    Args:
+        name: Name of the benchmark.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._last = time.monotonic()
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[left]}"),
+            console=ERRORS,
+            transient=True,
+            disable=not ERRORS.is_terminal,
+        )
+        self._task = self._bar.add_task(name, total=None, left="")
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, progress: SweepState) -> None:
+        """Show the new state."""
+        text = remaining(progress)
+        self._bar.update(
+            self._task, total=progress.total, completed=progress.done, left=text, refresh=True
+        )
+        now = time.monotonic()
+        if not ERRORS.is_terminal and now - self._last > LINE_INTERVAL:
+            self._last = now
+            line = f"{self._name}: {progress.done} of {progress.total}, {text}"
+            ERRORS.print(line, markup=False, soft_wrap=True)
+
+
+def remaining(progress: SweepState) -> str:
+    """Remaining time and number of failed tasks, in words."""
+    left = progress.left
+    text = "compiling and simulating …" if math.isnan(left) else f"about {_span(left)} left"
+    return f"{text}, {progress.failed} failed" if progress.failed else text
+
+
+def _span(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

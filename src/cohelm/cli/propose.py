@@ -1,4 +1,4 @@
-"""Routes to choose from, which one was taken, and what a rider's choices say."""
+"""``cohelm propose``, ``choose`` and ``preferences``: routes, choices, learned preferences."""
 
 from __future__ import annotations
 
@@ -11,92 +11,97 @@ from rich.table import Table
 from rich.text import Text
 
 from cohelm.cli import streams
-from cohelm.cli.notes import notes
-from cohelm.cli.plan import Asked, planner_of, problem_of
-from cohelm.cli.plan_report import gap_along
+from cohelm.cli.plan import planner_of, problem_of
 from cohelm.cli.progress import Waiting
-from cohelm.cli.report import OUTPUT, versions, write_json
+from cohelm.cli.report import OUTPUT, print_line, versions, write_json
+from cohelm.cli.requests import ProposeRequest
+from cohelm.cli.route_report import gap_along, notes
 from cohelm.config import nearest
 from cohelm.errors import ConfigError
 from cohelm.planning import GlobalPlanner, RouteProblem
-from cohelm.planning.alternatives import Differing
-from cohelm.planning.choices import (
-    Rider,
-    Shown,
+from cohelm.planning.alternatives.alternatives import AlternativeCriteria
+from cohelm.planning.alternatives.features import FeatureParameters
+from cohelm.planning.alternatives.learned_preference import (
+    FEATURE_WORDS,
+    UNITS,
+    FeatureVector,
+    RouteChoice,
+    describe_preference,
+    describe_weight,
+    share_explained,
+)
+from cohelm.planning.alternatives.proposal import Proposal, ProposedRoute
+from cohelm.planning.alternatives.proposal import propose as propose_routes
+from cohelm.planning.alternatives.rider_file import (
+    RiderChoices,
+    ShownRoutes,
     forget_rider,
     known_rider,
     read_rider,
-    read_shown,
+    read_shown_routes,
     rider_file,
     rider_names,
     write_rider,
-    write_shown,
+    write_shown_routes,
 )
-from cohelm.planning.features import Measuring
-from cohelm.planning.ground import ground_for
-from cohelm.planning.learned import UNITS, Choice, Liking, explained, habits, meaning
-from cohelm.planning.proposal import Proposal, Proposed
-from cohelm.planning.proposal import propose as propose_routes
-from cohelm.planning.route import parameters_of
-from cohelm.planning.traits import TRAITS
+from cohelm.planning.planners.route import parameters_of
+from cohelm.planning.problem import prepare
 
 
-def propose(
-    asked: Asked, rider_name: str | None, take: int | None, *, json: bool, plot: Path | None
-) -> int:
-    """Rank routes, print them, draw where asked to, and note what the rider takes where said.
+def propose(request: ProposeRequest) -> int:
+    """Rank routes, print and draw them, and record which one the rider takes, if given.
 
     Raises:
         CohelmError: if there is no such map, place, robot, planner or route, or the rider's file
-            does not read.
+            cannot be read.
     """
-    if plot is not None:
-        from cohelm.pictures import check_picture  # noqa: PLC0415 # lazy
+    if request.plot is not None:
+        from cohelm.plotting import check_picture  # noqa: PLC0415 # lazy
 
-        check_picture(plot)
-    if take is not None and rider_name is None:
-        raise ConfigError("say with --rider who takes it", key="--take")
-    file = None if rider_name is None else rider_file(rider_name)
-    rider = None if file is None else read_rider(file) or _newcomer(file)
-    planner = planner_of(asked)
-    problem, places = problem_of(asked)
-    differing = Differing(measuring=Measuring(speed=asked.speed))
+        check_picture(request.plot)
+    if request.take is not None and request.rider is None:
+        raise ConfigError("add --rider: the rider who takes the route", key="--take")
+    file = None if request.rider is None else rider_file(request.rider)
+    rider = None if file is None else read_rider(file) or _new_rider(file)
+    planner = planner_of(request)
+    problem, places = problem_of(request)
+    differing = AlternativeCriteria(measuring=FeatureParameters(speed=request.speed))
     with Waiting("planning"):
         began = time.thread_time()
         found = propose_routes(
-            problem, planner, asked.alternatives, rider=rider, differing=differing
+            problem, planner, request.alternatives, rider=rider, differing=differing
         )
         seconds = time.thread_time() - began
-        noted = _notes(problem, planner, found)
-    shown = _shown(asked, found)
-    if plot is not None:
-        from cohelm.pictures import draw_routes  # noqa: PLC0415 # lazy
+        remarks = _notes(problem, planner, found)
+    shown = _shown(request, found)
+    if request.plot is not None:
+        from cohelm.plotting import draw_routes  # noqa: PLC0415 # lazy
 
         paths = [each.alternative.path for each in found.routes]
-        draw_routes(problem, paths, plot, places, title=found.why)
-    if json:
-        report = {**_summary(found, rider), "notes": noted, "taken": take}
+        draw_routes(problem, paths, request.plot, places, title=found.why)
+    if request.json:
+        report = {**_summary(found, rider), "notes": remarks, "taken": request.take}
         write_json({**report, "timing": {"plan": seconds}})
     else:
-        _say(found, rider, rider_name, take)
-        for note in noted:
-            OUTPUT.print(f"note: {note}", markup=False, soft_wrap=True)
+        _print(found, rider, request)
+        for remark in remarks:
+            print_line(f"note: {remark}")
     if file is not None and rider is not None:
-        if take is not None:
-            _note(rider, file, shown, take, key="--take", quiet=json)
+        if request.take is not None:
+            _record(rider, file, shown, request.take, key="--take", quiet=request.json)
         else:
-            write_shown(shown, file)
+            write_shown_routes(shown, file)
     return 0
 
 
 def choose(taken: int, rider_name: str) -> int:
-    """Note that of the routes proposed last number ``taken`` was taken.
+    """Record that the rider took route ``taken`` of the last proposal.
 
     Raises:
-        ConfigError: if nothing is to be answered, there is no such route, or a file does not read.
+        ConfigError: if no proposal is open, there is no such route, or a file cannot be read.
     """
     file = rider_file(rider_name)
-    shown = read_shown(file)
+    shown = read_shown_routes(file)
     if shown is None:
         known_rider(rider_name)
         raise ConfigError(
@@ -104,18 +109,18 @@ def choose(taken: int, rider_name: str) -> int:
             f"run cohelm propose … --rider first",
             key="--rider",
         )
-    _note(read_rider(file) or _newcomer(file), file, shown, taken, key="N", quiet=False)
+    _record(read_rider(file) or _new_rider(file), file, shown, taken, key="N", quiet=False)
     return 0
 
 
 def show(rider_name: str, *, json: bool) -> int:
-    """Say what was learned.
+    """Print the learned preferences.
 
     Raises:
-        ConfigError: if there is no such rider, or the file does not read.
+        ConfigError: if there is no such rider, or the file cannot be read.
     """
     rider, file = known_rider(rider_name), rider_file(rider_name)
-    right = None if rider.weights is None else explained(rider.choices, rider.weights)
+    right = None if rider.weights is None else share_explained(rider.choices, rider.weights)
     if json:
         weights = None if rider.weights is None else rider.weights.model_dump()
         write_json(
@@ -126,50 +131,48 @@ def show(rider_name: str, *, json: bool) -> int:
                 "weights": weights,
                 "units": dict(UNITS),
                 "explained": right,
-                "habits": [] if rider.weights is None else habits(rider.weights),
+                "habits": [] if rider.weights is None else describe_preference(rider.weights),
             }
         )
         return 0
     if rider.weights is not None:
         OUTPUT.print(_weights(rider, rider.weights))
-    OUTPUT.print(rider.sentence(), markup=False, soft_wrap=True)
+    print_line(rider.sentence())
     if right is not None:
-        OUTPUT.print(f"they explain {right:.0%} of these choices", markup=False)
-    OUTPUT.print(f"file: {file}", markup=False, soft_wrap=True)
+        print_line(f"they explain {right:.0%} of these choices")
+    print_line(f"file: {file}")
     return 0
 
 
 def reset(rider_name: str) -> int:
-    """Forget a rider.
+    """Forget a rider's choices and preferences.
 
     Raises:
         ConfigError: if there is no such rider.
     """
     kept = forget_rider(rider_name)
-    OUTPUT.print(
-        f"forgotten; what it was is kept as {kept}: delete that to forget it for good",
-        markup=False,
-        soft_wrap=True,
-    )
+    print_line(f"forgotten; the old file is kept as {kept}: delete it to forget for good")
     return 0
 
 
-def _newcomer(file: Path) -> Rider:
-    """A rider without choices; a name near to a known one may be a slip, so it is said."""
+def _new_rider(file: Path) -> RiderChoices:
+    """A rider without choices; warn if the name resembles a known one."""
     hint = nearest(file.stem, rider_names())
     if "did you mean" in hint:
         streams.say(f"note: no choices of {file.stem!r} so far{hint}")
-    return Rider(name=file.stem)
+    return RiderChoices(name=file.stem)
 
 
-def _note(rider: Rider, file: Path, shown: Shown, taken: int, *, key: str, quiet: bool) -> None:
-    """Record a choice, and say so."""
+def _record(
+    rider: RiderChoices, file: Path, shown: ShownRoutes, taken: int, *, key: str, quiet: bool
+) -> None:
+    """Store a choice and print it."""
     count = len(shown.routes)
     if count < 2:
-        raise ConfigError("there was one route only, so nothing was chosen", key=key)
+        raise ConfigError("only one route was proposed, so there is no choice", key=key)
     if taken > count:
         raise ConfigError(f"{count} routes were proposed; take 1 to {count}", key=key)
-    choice = Choice(
+    choice = RouteChoice(
         when=datetime.now().astimezone().isoformat(timespec="minutes"),
         where=shown.where,
         routes=shown.routes,
@@ -177,29 +180,25 @@ def _note(rider: Rider, file: Path, shown: Shown, taken: int, *, key: str, quiet
     )
     rider = rider.with_choice(choice)
     write_rider(rider, file)
-    write_shown(None, file)
+    write_shown_routes(None, file)
     if not quiet:
-        OUTPUT.print(
-            f"noted: route {taken} of {count} was taken; {rider.sentence()}",
-            markup=False,
-            soft_wrap=True,
-        )
+        print_line(f"recorded: route {taken} of {count} was taken; {rider.sentence()}")
 
 
 def _notes(problem: RouteProblem, planner: GlobalPlanner, found: Proposal) -> list[str]:
-    """What is to be known of the route that is named first."""
-    ground, path = ground_for(problem, parameters_of(planner)), found.routes[0].alternative.path
+    """Notes on the first route."""
+    ground, path = prepare(problem, parameters_of(planner)), found.routes[0].alternative.path
     return notes(ground, path, gap_along(ground, path))
 
 
-def _shown(asked: Asked, found: Proposal) -> Shown:
-    return Shown(
-        where=f"{Path(asked.map).name}: {asked.start} to {asked.goal}",
-        routes=tuple(Liking.of(each.alternative.features) for each in found.routes),
+def _shown(request: ProposeRequest, found: Proposal) -> ShownRoutes:
+    return ShownRoutes(
+        where=f"{Path(request.map).name}: {request.start} to {request.goal}",
+        routes=tuple(FeatureVector.of(each.alternative.features) for each in found.routes),
     )
 
 
-def _summary(found: Proposal, rider: Rider | None) -> dict[str, Any]:
+def _summary(found: Proposal, rider: RiderChoices | None) -> dict[str, Any]:
     return {
         "routes": [_figures(each) for each in found.routes],
         "learned": found.learned,
@@ -209,11 +208,11 @@ def _summary(found: Proposal, rider: Rider | None) -> dict[str, Any]:
     }
 
 
-def _figures(each: Proposed) -> dict[str, Any]:
+def _figures(each: ProposedRoute) -> dict[str, Any]:
     path, features = each.alternative.path, each.alternative.features
     return {
         "words": each.words,
-        "appeal": each.appeal,
+        "utility": each.utility,
         "length": features.length,
         "time": features.time,
         "minimum_clearance": features.clearance_min,
@@ -230,12 +229,12 @@ def _figures(each: Proposed) -> dict[str, Any]:
     }
 
 
-def _say(found: Proposal, rider: Rider | None, rider_name: str | None, take: int | None) -> None:
+def _print(found: Proposal, rider: RiderChoices | None, request: ProposeRequest) -> None:
     table = Table(title=Text("routes to choose from"), header_style="dim", title_justify="left")
     table.add_column("", justify="right")
-    table.add_column("what it is like")
+    table.add_column("description")
     wishes = range(1, len(found.routes[0].alternative.path.wishes.closest) + 1)
-    heads = ("length m", "time s", "room m", "people", "turns", "narrow")
+    heads = ("length m", "time s", "clearance m", "people", "turns", "doors")
     for head in (*heads, *(f"to point {i} m" for i in wishes)):
         table.add_column(head, justify="right")
     for number, each in enumerate(found.routes, start=1):
@@ -252,26 +251,22 @@ def _say(found: Proposal, rider: Rider | None, rider_name: str | None, take: int
             *(f"{distance:.2f}" for distance in each.alternative.path.wishes.closest),
         )
     OUTPUT.print(table)
-    OUTPUT.print(found.why, markup=False, soft_wrap=True)
+    print_line(found.why)
     if len(found.routes) == 1:
-        OUTPUT.print("no other route differs enough to be a choice", markup=False)
-    elif rider is not None and take is None:
-        OUTPUT.print(
-            f"say which was taken: cohelm choose NUMBER --rider {_quoted(str(rider_name))}",
-            markup=False,
-            soft_wrap=True,
-        )
+        print_line("no other route differs enough")
+    elif rider is not None and request.take is None:
+        print_line(f"record the choice: cohelm choose NUMBER --rider {_quoted(str(request.rider))}")
 
 
-def _weights(rider: Rider, weights: Liking) -> Table:
+def _weights(rider: RiderChoices, weights: FeatureVector) -> Table:
     table = Table(title=Text(rider.name), header_style="dim", title_justify="left")
     table.add_column("weight", justify="right")
     table.add_column("for")
-    table.add_column("so the rider likes")
-    for name in sorted(TRAITS, key=lambda name: -abs(getattr(weights, name))):
-        weight, trait = float(getattr(weights, name)), TRAITS[name]
+    table.add_column("the rider prefers")
+    for name in sorted(FEATURE_WORDS, key=lambda name: -abs(getattr(weights, name))):
+        weight, trait = float(getattr(weights, name)), FEATURE_WORDS[name]
         each = f"{trait.unit:g} {trait.counted}"
-        table.add_row(f"{weight:+.2f}", each, meaning(name, weight))
+        table.add_row(f"{weight:+.2f}", each, describe_weight(name, weight))
     return table
 
 

@@ -1,55 +1,65 @@
-"""``cohelm rate``: what somebody who rode said of it, kept beside the ride."""
+"""``cohelm rate``: store a person's rating beside the ride."""
 
 from __future__ import annotations
 
 import json as json_format
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cohelm.cli.report import OUTPUT, write_json
+from cohelm.cli.report import print_line, write_json
 from cohelm.errors import ConfigError
-from cohelm.evaluation.results import Rides, read_rides
-from cohelm.evaluation.results.ratings import (
+from cohelm.evaluation.report import Rides, read_rides
+from cohelm.evaluation.report.ratings import (
     add_rating,
-    name_of,
     rating_of,
     read_ratings,
+    ride_name,
     with_ratings,
 )
-from cohelm.evaluation.results.store import EPISODES, has_arrow, write_episodes
+from cohelm.evaluation.report.store import has_arrow, write_episodes
+from cohelm.evaluation.sweeps.store import EPISODES
 
 RIDE = "ride.json"
+
+
+@dataclass(frozen=True)
+class RidePick:
+    """Selection of one ride of a folder."""
+
+    columns: Sequence[str] = ()
+    """``column=value`` that together select the ride."""
+    seed: int | None = None
+    """Seed of the ride; None: any."""
 
 
 def rate(
     folder: Path,
     rating: int | None,
+    pick: RidePick,
     *,
-    ride: Sequence[str] = (),
-    seed: int | None = None,
     rater: str = "",
     note: str = "",
     json: bool = False,
 ) -> int:
-    """Keep a rating of one ride, or say which there are; returns 0.
+    """Store a rating of one ride, or list the ratings; returns 0.
 
     Args:
-        folder: of a bench's results, or of ``cohelm run --out``.
-        rating: 1 (bad) to 5 (good); None: list those that were given.
-        ride: ``column=value`` that together pick the ride.
-        seed: of the ride; None: whichever the others pick.
-        rater: a pseudonym; the same one's earlier rating of the ride is replaced.
-        note: what else was said.
-        json: for programs.
+        folder: results of a bench, or of ``cohelm run --out``.
+        rating: 1 (bad) to 5 (good); None: list the ratings.
+        pick: selects the ride.
+        rater: pseudonym; an earlier rating of the ride by the same person is replaced.
+        note: remark.
+        json: print JSON.
 
     Raises:
-        ConfigError: if no ride or several are picked, or the ratings there cannot be read.
+        ConfigError: if no ride or several are selected, or the ratings cannot be read.
     """
     if rating is None:
         return _list(folder, json=json)
     rides = _rides(folder)
-    row = _picked(rides, ride, seed)
+    row = _picked(rides, pick)
     given = rating_of(row, rides.by, rating, rater, note)
     try:
         replaced = add_rating(folder, given)
@@ -60,12 +70,14 @@ def rate(
     if json:
         write_json(said)
     else:
-        _line(f"{given.ride}, seed {given.seed}: {rating}" + (", replaced" if replaced else ""))
+        print_line(
+            f"{given.ride}, seed {given.seed}: {rating}" + (", replaced" if replaced else "")
+        )
     return 0
 
 
 def _rides(folder: Path) -> Rides:
-    """Of a sweep, or the one of ``cohelm run --out``."""
+    """Read the rides of a sweep, or the one of ``cohelm run --out``."""
     file = folder / RIDE
     if not file.is_file():
         return read_rides(folder)
@@ -73,32 +85,32 @@ def _rides(folder: Path) -> Rides:
         told: dict[str, Any] = json_format.loads(file.read_text(encoding="utf-8"))
         row = {"scenario": told["scenario"], "seed": int(told["seed"]), "outcome": told["outcome"]}
     except (OSError, UnicodeDecodeError, ValueError, KeyError, TypeError) as cause:
-        raise ConfigError(f"is no ride that can be read ({cause})", file=file) from None
+        raise ConfigError(f"cannot be read as a ride ({cause})", file=file) from None
     return Rides([row], ("scenario",))
 
 
-def _picked(rides: Rides, wanted: Sequence[str], seed: int | None) -> Any:
-    """The one row that is meant."""
-    pairs = [each.partition("=") for each in wanted]
+def _picked(rides: Rides, pick: RidePick) -> Any:
+    """The one selected row."""
+    pairs = [each.partition("=") for each in pick.columns]
     for key, sign, _ in pairs:
         if not sign or key.strip() not in rides.by:
-            raise ConfigError(f"pick a ride by {', '.join(rides.by)}: KEY=VALUE", key="--ride")
+            raise ConfigError(f"select a ride by {', '.join(rides.by)}: KEY=VALUE", key="--ride")
     rows = [
         row
         for row in rides.rows
         if all(str(row.get(key.strip())) == word.strip() for key, _, word in pairs)
-        and seed in {None, row["seed"]}
+        and pick.seed in {None, row["seed"]}
     ]
     if len(rows) == 1:
         return rows[0]
-    some = "; ".join(f"{name_of(row, rides.by)}, seed {row['seed']}" for row in rows[:3])
+    some = "; ".join(f"{ride_name(row, rides.by)}, seed {row['seed']}" for row in rows[:3])
     if rows:
-        raise ConfigError(f"{len(rows)} rides are meant: {some} …; say more", key="--ride")
-    raise ConfigError("no ride is meant; see episodes.parquet or rows.csv", key="--ride")
+        raise ConfigError(f"{len(rows)} rides match: {some} …; add more keys", key="--ride")
+    raise ConfigError("no ride matches; see episodes.parquet or rows.csv", key="--ride")
 
 
 def _refresh(folder: Path) -> None:
-    """Put the ratings beside the rides, where there is a file of them."""
+    """Add the ratings to the file of rides, where there is one."""
     if has_arrow() and (folder / EPISODES).is_file():
         rides = with_ratings(read_rides(folder / EPISODES), read_ratings(folder))
         write_episodes(rides, folder / EPISODES)
@@ -106,7 +118,7 @@ def _refresh(folder: Path) -> None:
 
 def _list(folder: Path, *, json: bool) -> int:
     if not folder.is_dir():
-        raise ConfigError("is no folder of results", file=folder)
+        raise ConfigError("is not a result folder", file=folder)
     ratings = read_ratings(folder)
     if json:
         keys = ("ride", "seed", "rating", "rater", "note")
@@ -114,11 +126,9 @@ def _list(folder: Path, *, json: bool) -> int:
         return 0
     for each in ratings:
         words = ", ".join(part for part in (each.rater, each.note) if part)
-        _line(f"{each.ride}, seed {each.seed}: {each.rating}" + (f" ({words})" if words else ""))
+        print_line(
+            f"{each.ride}, seed {each.seed}: {each.rating}" + (f" ({words})" if words else "")
+        )
     if not ratings:
-        _line("nobody has rated a ride here")
+        print_line("no ratings in this folder")
     return 0
-
-
-def _line(text: str) -> None:
-    OUTPUT.print(text, markup=False, soft_wrap=True)

@@ -1,4 +1,4 @@
-"""``cohelm replay``: a recorded ride again, and where the commands differ."""
+"""``cohelm replay``: run the navigator on a recorded ride and compare its commands."""
 
 from __future__ import annotations
 
@@ -13,108 +13,95 @@ import numpy as np
 
 from cohelm.cli import streams
 from cohelm.cli.progress import Counting
-from cohelm.cli.report import OUTPUT, write_json
-from cohelm.evaluation.open_loop import Compared, replayed
-from cohelm.evaluation.recorded import ride_versions
-from cohelm.evaluation.sweeps.identity import differences
+from cohelm.cli.report import print_line, write_json
+from cohelm.cli.requests import ReplayRequest
+from cohelm.evaluation.code_version import differences, navigation_versions
+from cohelm.evaluation.episode.open_loop import ReplayedTick, replay_ride
 from cohelm.messages import Decision
 from cohelm.recordings import RecordedRide
 
 TOLERANCE = 1e-3
-"""What commands may differ by where versions do, m/s and rad/s."""
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What the options say."""
-
-    file: Path
-    settings: tuple[str, ...] = ()
-    planner: str | None = None
-    tolerance: float | None = None
-    """m/s and rad/s; None: none where all versions agree, else ``TOLERANCE``."""
-    json: bool = False
-    plot: Path | None = None
+"""Allowed difference of commands where versions differ, m/s and rad/s."""
 
 
 @dataclass
-class _Count:
-    """What has been found so far; a few numbers for each tick, for the picture alone."""
+class _Differences:
+    """Differences found so far; commands are kept only for a picture."""
 
     tolerance: float
     exact: bool
-    """Whether anything but the same to the bit is a difference."""
+    """True: every bit counts."""
     commands: array[float] | None
     ticks: int = 0
     different: int = 0
     greatest: float = 0.0
-    first: Compared | None = None
+    first: ReplayedTick | None = None
     parted: float | None = None
-    """When what led to a command first differed, s; None: never."""
+    """Time at which the intermediate results first differed, s; None: never."""
     reasons: int = 0
     last: float = 0.0
 
     @property
     def agrees(self) -> bool:
-        """Whether nothing differs that is not to differ."""
+        """Check that commands, and with ``exact`` also intermediate results, agree."""
         return self.first is None and not (self.exact and self.parted is not None)
 
-    def add(self, each: Compared) -> None:
+    def add(self, each: ReplayedTick) -> None:
         self.ticks += 1
         self.last = each.time
         same = each.same if self.exact else each.agrees(self.tolerance)
         if not same:
             self.different += 1
             self.first = self.first or each
-        if self.parted is None and not each.same_way:
+        if self.parted is None and not each.same_inputs:
             self.parted = each.time
         self.greatest = max(self.greatest, each.difference)
-        self.reasons += each.then.reason is not each.now.reason
+        self.reasons += each.recorded.reason is not each.replayed.reason
         if self.commands is not None:
-            self.commands.extend((each.time, *each.then.twist, *each.now.twist))
+            self.commands.extend((each.time, *each.recorded.twist, *each.replayed.twist))
 
 
-def replay(asked: Asked) -> int:
-    """Ride again and compare; returns 0 where the commands agree or others were asked for, else 1.
+def replay(request: ReplayRequest) -> int:
+    """Replay and compare; returns 0 where commands agree or settings were changed, else 1.
 
     Raises:
-        CohelmError: if what was asked cannot be done.
+        CohelmError: if an option or the recording is at fault.
     """
-    if asked.plot is not None:
-        from cohelm.pictures import check_picture  # noqa: PLC0415 # lazy
+    if request.plot is not None:
+        from cohelm.plotting import check_picture  # noqa: PLC0415 # lazy
 
-        check_picture(asked.plot)
-    settings = asked.settings
-    if asked.planner is not None:
-        settings = (f"local_planner={asked.planner}", *settings)
-    ride = RecordedRide(asked.file)
-    changes = differences(ride.facts.versions, ride_versions())
-    tolerance = asked.tolerance
+        check_picture(request.plot)
+    settings = request.settings
+    if request.planner is not None:
+        settings = (f"local_planner={request.planner}", *settings)
+    ride = RecordedRide(request.recording)
+    changes = differences(ride.facts.versions, navigation_versions())
+    tolerance = request.tolerance
     if tolerance is None:
         tolerance = TOLERANCE if changes else 0.0
-    kept = array("d") if asked.plot is not None else None
-    count = _Count(tolerance, exact=tolerance == 0.0, commands=kept)
-    for each in _shown(replayed(ride, settings), asked):
+    kept = array("d") if request.plot is not None else None
+    count = _Differences(tolerance, exact=tolerance == 0.0, commands=kept)
+    for each in _with_progress(replay_ride(ride, settings), request):
         count.add(each)
-    if asked.plot is not None:
-        _draw(count, asked.plot, settings)
+    if request.plot is not None:
+        _draw(count, request.plot, settings)
     report = _report(ride, count, changes, settings)
-    if asked.json:
+    if request.json:
         write_json(report)
     else:
-        _say(count, report, asked)
+        _print(count, report, request)
     for text in ride.warnings:
         streams.say(f"warning: {text}")
     return 0 if settings or count.agrees else 1
 
 
-def _shown(ticks: Iterator[Compared], asked: Asked) -> Iterator[Compared]:
-    with Counting(asked.file.name, None, shown=not asked.json) as counting:
+def _with_progress(ticks: Iterator[ReplayedTick], request: ReplayRequest) -> Iterator[ReplayedTick]:
+    with Counting(request.recording.name, None, shown=not request.json) as counting:
         yield from counting(ticks)
 
 
-def _draw(count: _Count, file: Path, settings: tuple[str, ...]) -> None:
-    from cohelm.pictures.replay import draw_replay  # noqa: PLC0415 # lazy
+def _draw(count: _Differences, file: Path, settings: tuple[str, ...]) -> None:
+    from cohelm.plotting import draw_replay  # noqa: PLC0415 # lazy
 
     rows = np.array(count.commands).reshape(-1, 7)
     first = None if count.first is None else count.first.time
@@ -123,7 +110,7 @@ def _draw(count: _Count, file: Path, settings: tuple[str, ...]) -> None:
 
 
 def _report(
-    ride: RecordedRide, count: _Count, changes: str, settings: tuple[str, ...]
+    ride: RecordedRide, count: _Differences, changes: str, settings: tuple[str, ...]
 ) -> dict[str, Any]:
     first = count.first
     return {
@@ -144,8 +131,8 @@ def _report(
         else {
             "tick": first.number,
             "time": first.time,
-            "recorded": _decision(first.then),
-            "replayed": _decision(first.now),
+            "recorded": _decision(first.recorded),
+            "replayed": _decision(first.replayed),
         },
         "versions": dict(ride.facts.versions),
         "versions_changed": changes,
@@ -161,36 +148,33 @@ def _decision(each: Decision) -> dict[str, Any]:
     }
 
 
-def _say(count: _Count, report: dict[str, Any], asked: Asked) -> None:
+def _print(count: _Differences, report: dict[str, Any], request: ReplayRequest) -> None:
     if report["versions_changed"]:
         changed = report["versions_changed"]
-        OUTPUT.print(f"recorded with other versions: {changed}", markup=False)
+        print_line(f"recorded with other versions: {changed}")
     if count.first is not None:
         first = count.first
-        OUTPUT.print(f"first at {first.time:.2f} s, tick {first.number}:", markup=False)
-        for name, each in (("recorded", first.then), ("replayed", first.now)):
-            OUTPUT.print(f"  {name}  {_in_words(each)}", markup=False)
-        OUTPUT.print(
-            f"greatest difference {count.greatest:.6g} m/s or rad/s; "
-            f"another reason in {count.reasons} ticks",
-            markup=False,
+        print_line(f"first difference at {first.time:.2f} s, tick {first.number}:")
+        for name, each in (("recorded", first.recorded), ("replayed", first.replayed)):
+            print_line(f"  {name}  {_in_words(each)}")
+        print_line(
+            f"maximum difference {count.greatest:.6g} m/s or rad/s; "
+            f"other reasons in {count.reasons} ticks"
         )
-    if asked.plot is not None:
-        OUTPUT.print(f"written: {asked.plot}", markup=False)
+    if request.plot is not None:
+        print_line(f"written: {request.plot}")
     sys.stdout.write(f"{_verdict(count)}\n")
 
 
-def _verdict(count: _Count) -> str:
+def _verdict(count: _Differences) -> str:
     until = f"{count.ticks} ticks, {count.last:.1f} s"
     if count.first is not None:
         return f"different: {count.different} of {until}"
     if not count.agrees:
-        return (
-            f"the same commands, but seen or planned otherwise from {count.parted:.2f} s: {until}"
-        )
+        return f"equal commands, but other intermediate results from {count.parted:.2f} s: {until}"
     if count.exact:
-        return f"the same to the bit: {until}"
-    return f"the same within {count.tolerance:g} m/s and rad/s: {until}"
+        return f"equal to the bit: {until}"
+    return f"equal within {count.tolerance:g} m/s and rad/s: {until}"
 
 
 def _in_words(each: Decision) -> str:

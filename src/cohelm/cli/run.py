@@ -1,4 +1,4 @@
-"""``cohelm run``: from the options to a scenario, a ride, and what is written about it."""
+"""``cohelm run``: simulate a ride, and write what happened."""
 
 from __future__ import annotations
 
@@ -8,136 +8,68 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.table import Table
+from rich.text import Text
 
-from cohelm.cli import words
 from cohelm.cli.progress import RideProgress
-from cohelm.cli.report import ERRORS, OUTPUT, as_json, metrics_table, versions, write_json
-from cohelm.config import nearest
+from cohelm.cli.report import (
+    ERRORS,
+    OUTPUT,
+    as_json,
+    plain_table,
+    print_line,
+    versions,
+    write_json,
+)
+from cohelm.cli.requests import RunRequest
+from cohelm.cli.scenario_request import check_record, named_after_options, scenario_of
 from cohelm.errors import ConfigError
-from cohelm.evaluation import Outcome, Ride, Scenario, load_scenario, measure, timing
-from cohelm.evaluation import run as ride_out
-from cohelm.evaluation.people import people_of
-from cohelm.evaluation.scenario import PARTS
-from cohelm.plugins import names
+from cohelm.evaluation import Outcome, Ride, measure, timing
+from cohelm.evaluation import run as run_scenario
+from cohelm.evaluation.metrics.measures import measure_info
+from cohelm.scenarios import Scenario
 
-PEOPLE_ON_A_MAP = 12
-"""On a map of one's own, where the scenario has nobody to bring along."""
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What the options say of the ride; None: what the scenario says."""
-
-    scenario: str
-    map: str | None = None
-    start: str | None = None
-    goal: str | None = None
-    prefer: tuple[str, ...] = ()
-    people: int | None = None
-    planner: str | None = None
-    method: str | None = None
-    robot: str | None = None
-    rider: str | None = None
-    mode: str | None = None
-    seed: int | None = None
-    settings: tuple[str, ...] = ()
+SUMMARY = ("time", "min_distance", "stops", "jerk_rms", "rider_effort")
+"""Measures that a ride ends with, besides its outcome; ``--all`` prints every one."""
+MIN_STOP = 0.1
+"""Shorter stops are not listed, s."""
 
 
-@dataclass(frozen=True)
-class Outputs:
-    """What is to be written, and where."""
-
-    out: Path | None = None
-    json: bool = False
-    plot: Path | None = None
-    animate: Path | None = None
-    record: Path | None = None
-    quiet: bool = False
-
-
-def run(asked: Asked, outputs: Outputs) -> int:
-    """Ride; returns 0 where the goal was reached, else 1.
+def run(request: RunRequest) -> int:
+    """Simulate; returns 0 where the goal was reached, else 1.
 
     Raises:
-        CohelmError: if what was asked cannot be done.
+        CohelmError: if an option, a file or the scenario is at fault.
     """
-    _check_outputs(outputs)
-    scenario = scenario_of(asked)
-    seed = scenario.seed if asked.seed is None else asked.seed
-    where = "" if asked.map is None else f" on {Path(asked.map).stem}"
-    title = f"{scenario.name}{where}, seed {seed}"
+    _check_outputs(request)
+    scenario = scenario_of(request)
+    seed = scenario.seed if request.seed is None else request.seed
+    on_map = "" if request.map is None else f" on {Path(request.map).stem}"
+    title = f"{scenario.name}{on_map}, seed {seed}"
     began = time.monotonic()
-    with RideProgress(title, scenario.time_limit, shown=not outputs.quiet) as progress:
-        ride = _ridden(scenario, seed, progress, outputs.record)
-    wall_time = time.monotonic() - began
-    report = summary(ride, wall_time)
-    _write_pictures(ride, report, title, outputs)
-    if outputs.out is not None:
-        _write_folder(ride, report, outputs.out)
-    _say(ride, report, title, outputs)
+    with (
+        named_after_options(request),
+        RideProgress(title, scenario.time_limit, shown=not request.quiet) as progress,
+    ):
+        ride = _simulated(scenario, seed, progress, request.record)
+    report = summary(ride, time.monotonic() - began)
+    _draw(ride, report, title, request)
+    if request.out is not None:
+        try:
+            _write_folder(ride, report, request.out)
+        except OSError as cause:
+            problem = f"{request.out} cannot be written ({cause.strerror})"
+            raise ConfigError(problem, key="--out") from None
+    _print(ride, report, title, request)
     return 0 if ride.outcome is Outcome.REACHED else 1
 
 
-def _ridden(scenario: Scenario, seed: int, progress: RideProgress, record: Path | None) -> Ride:
-    if record is None:
-        return ride_out(scenario, seed, progress)
-    from cohelm.evaluation.recorded import run_recorded  # noqa: PLC0415 # lazy
-
-    return run_recorded(scenario, seed, record, progress)
-
-
-def scenario_of(asked: Asked) -> Scenario:
-    """The scenario with the options put in; ``--set`` comes last.
-
-    Raises:
-        ConfigError, ScenarioError: naming the option or the key.
-    """
-    base = load_scenario(asked.scenario)
-    changes: dict[str, Any] = _onto_map(base, asked) if asked.map is not None else {}
-    if asked.start is not None:
-        changes["start"] = words.place(asked.start, "--start", heading=True)
-    if asked.goal is not None:
-        changes["goal"] = words.place(asked.goal, "--goal")
-    if asked.prefer:
-        changes["prefer"] = [words.point(text, "--prefer") for text in asked.prefer]
-    if asked.robot is not None:
-        changes["robot"] = _robot(asked.robot)
-    if asked.mode is not None:
-        changes["mode"] = asked.mode
-    parts = {
-        "local_planner": ("--planner", asked.planner),
-        "global_planner": ("--method", asked.method),
-        "rider": ("--rider", asked.rider),
-    }
-    for key, (option, name) in parts.items():
-        if name is not None and name != getattr(base, key)["use"]:
-            _check_installed(PARTS[key][0], name, option)
-            changes[key] = {"use": name}
-    settings = [] if asked.people is None else [f"people.count={asked.people}"]
-    return load_scenario(asked.scenario, [*settings, *asked.settings], changes)
-
-
-def check_record(file: Path) -> None:
-    """Refuse to write over a ride that somebody has, or where nothing can be written.
-
-    Raises:
-        ConfigError: saying which.
-    """
-    if file.suffix.lower() != ".mcap":
-        raise ConfigError(f"{file}: write a recording as FILE.mcap", key="--record")
-    if file.exists():
-        raise ConfigError(f"{file} exists already; name another file", key="--record")
-    if not file.absolute().parent.is_dir():
-        raise ConfigError(f"{file.parent} is no folder to write to", key="--record")
-
-
 def summary(ride: Ride, wall_time: float) -> dict[str, Any]:
-    """What ``--json`` says: metrics by name, the outcome, every duration under ``timing``."""
+    """Content of ``--json``: measures by name, outcome, stops, and durations under ``timing``."""
     scenario = ride.scenario
     return {
         **measure(ride),
@@ -154,106 +86,79 @@ def summary(ride: Ride, wall_time: float) -> dict[str, Any]:
         "simulated_time": float(ride.time[-1]),
         "stops": [
             {
-                "time": s.time,
-                "duration": s.duration,
-                "reason": s.reason.value,
-                "detail": s.detail,
+                "time": stop.time,
+                "duration": stop.duration,
+                "reason": stop.reason.value,
+                "detail": stop.detail,
             }
-            for s in ride.stops
+            for stop in ride.stops
         ],
-        "replans": [{"time": r.time, "why": r.why.value} for r in ride.replans],
+        "replans": [{"time": replan.time, "why": replan.why.value} for replan in ride.replans],
         "versions": versions(),
         "timing": {"wall_time": wall_time, **timing(ride)},
     }
 
 
-def _onto_map(base: Scenario, asked: Asked) -> dict[str, Any]:
-    """The changes that carry a scenario over to another map: nothing that lies somewhere stays."""
-    if asked.start is None or asked.goal is None:
-        raise ConfigError("a map of your own needs --start x,y and --goal x,y", key="--map")
-    people = base.people.model_dump(mode="json", exclude={"ways", "groups", "flows"})
-    if people["count"] is None:
-        people["count"] = people_of(base.people) or PEOPLE_ON_A_MAP
-    return {
-        "map": str(Path(asked.map or "").absolute()),
-        "floor": None,
-        "plan": None,
-        "onto": None,
-        "rider_goal": None,
-        "rider_route": None,
-        "companion": None,
-        "prefer": None,
-        "stroke": None,
-        "avoid": None,
-        "obstacles": None,
-        "doors": None,
-        "filters": None,
-        "crowding": None,
-        "rider": {"use": base.rider["use"]},
-        "people": people,
-        "time_limit": 600.0,
-    }
+def _simulated(scenario: Scenario, seed: int, progress: RideProgress, record: Path | None) -> Ride:
+    if record is None:
+        return run_scenario(scenario, seed, progress)
+    from cohelm.evaluation.episode.recorded import run_recorded  # noqa: PLC0415 # lazy
+
+    return run_recorded(scenario, seed, record, progress)
 
 
-def _check_installed(group: str, name: str, option: str) -> None:
-    """Refuse a part that there is not, by the option that asks for it."""
-    known = names(group)
-    if name not in known:
-        what = group.replace("_", " ").removesuffix("s")
-        raise ConfigError(f"no {what} is called {name!r}{nearest(name, known)}", key=option)
+def _check_outputs(request: RunRequest) -> None:
+    """Refuse outputs that cannot be written, before the ride."""
+    if request.plot is not None or request.animate is not None:
+        from cohelm.plotting import check_animation, check_picture  # noqa: PLC0415 # lazy
+
+        if request.plot is not None:
+            check_picture(request.plot)
+        if request.animate is not None:
+            check_animation(request.animate)
+    if request.record is not None:
+        check_record(request.record)
+    if request.out is not None:
+        make_folder(request.out)
 
 
-def _robot(name_or_file: str) -> str:
-    file = Path(name_or_file)
-    return str(file.absolute()) if file.suffix in {".yaml", ".yml"} else name_or_file
+def make_folder(folder: Path) -> None:
+    """Make the folder of ``--out`` if its parent exists, and check that it can be written to.
+
+    Raises:
+        ConfigError: naming the folder that is missing, or cannot be written to.
+    """
+    parent = folder.absolute().parent
+    if not parent.is_dir():
+        raise ConfigError(f"no folder {parent}", key="--out")
+    try:
+        folder.mkdir(exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as cause:
+        problem = f"{folder} is not a folder to write to ({cause.strerror})"
+        raise ConfigError(problem, key="--out") from None
 
 
-def _check_outputs(outputs: Outputs) -> None:
-    """Refuse what cannot be written before riding for it."""
-    if outputs.plot is not None or outputs.animate is not None:
-        from cohelm.pictures import check_animation, check_picture  # noqa: PLC0415 # lazy
-
-        if outputs.plot is not None:
-            check_picture(outputs.plot)
-        if outputs.animate is not None:
-            check_animation(outputs.animate)
-    if outputs.record is not None:
-        check_record(outputs.record)
-    if outputs.out is not None:
-        try:
-            outputs.out.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=outputs.out):
-                pass
-        except OSError as cause:
-            raise ConfigError(
-                f"{outputs.out} is no folder to write to ({cause.strerror})", key="--out"
-            ) from None
-
-
-def _write_pictures(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) -> None:
-    files = [outputs.plot, None if outputs.out is None else outputs.out / "ride.png"]
-    if outputs.animate is None and not any(files):
+def _draw(ride: Ride, report: Mapping[str, Any], title: str, request: RunRequest) -> None:
+    files = [request.plot, None if request.out is None else request.out / "ride.png"]
+    if request.animate is None and not any(files):
         return
-    from cohelm.pictures import animate_ride, draw_ride  # noqa: PLC0415 # lazy
+    from cohelm.plotting import AnimationStyle, animate_ride, draw_ride  # noqa: PLC0415 # lazy
 
-    if not outputs.quiet and ERRORS.is_terminal:
+    if not request.quiet and ERRORS.is_terminal:
         ERRORS.print("drawing …")
     headline = _headline(ride, report, title)
     for file in files:
         if file is not None:
             draw_ride(ride, file, title=headline)
-    if outputs.animate is not None:
-        animate_ride(ride, outputs.animate, title=title)
+    if request.animate is not None:
+        style = AnimationStyle(speed_up=request.speed_up)
+        animate_ride(ride, request.animate, title, style)
 
 
 def _write_folder(ride: Ride, report: Mapping[str, Any], folder: Path) -> None:
-    try:
-        _write_report(ride, report, folder)
-    except OSError as cause:
-        raise ConfigError(f"{folder} cannot be written ({cause.strerror})", key="--out") from None
-
-
-def _write_report(ride: Ride, report: Mapping[str, Any], folder: Path) -> None:
+    """Write ride.json and track.csv."""
     (folder / "ride.json").write_text(as_json(report, indent=2) + "\n", encoding="utf-8")
     columns = {
         "time": ride.time,
@@ -275,25 +180,63 @@ def _write_report(ride: Ride, report: Mapping[str, Any], folder: Path) -> None:
             writer.writerow([f"{number:.6g}" if np.isfinite(number) else "" for number in row])
 
 
-def _say(ride: Ride, report: Mapping[str, Any], title: str, outputs: Outputs) -> None:
-    if outputs.json:
+def _print(ride: Ride, report: Mapping[str, Any], title: str, request: RunRequest) -> None:
+    if request.json:
         write_json(report)
         return
-    if not outputs.quiet:
-        OUTPUT.print(metrics_table(title, measure(ride), report["timing"]))
-        for stop in ride.stops:
-            what = f"{stop.reason.sentence} ({stop.reason.value})"
-            OUTPUT.print(f"at {stop.time:.1f} s, for {stop.duration:.2f} s: {what}", markup=False)
-        for replan in ride.replans:
-            OUTPUT.print(f"at {replan.time:.1f} s: a new path ({replan.why.value})", markup=False)
-        for file in (outputs.plot, outputs.animate, outputs.record, outputs.out):
+    if not request.quiet:
+        OUTPUT.print(Text(title, style="bold"))
+        if request.all:
+            OUTPUT.print(_measures(measure(ride), report["timing"]))
+            for replan in ride.replans:
+                print_line(f"at {replan.time:.1f} s: new route ({replan.why.value})")
+        stops = [stop for stop in ride.stops if stop.duration >= MIN_STOP]
+        for stop in stops:
+            reason = f"{stop.reason.sentence} ({stop.reason.value})"
+            print_line(f"at {stop.time:.1f} s, for {stop.duration:.1f} s: {reason}")
+        for file in (request.plot, request.animate, request.record, request.out):
             if file is not None:
-                OUTPUT.print(f"written: {file}", markup=False)
+                print_line(f"written: {file}")
+        OUTPUT.print(_summary({**measure(ride), "stops": float(len(stops))}))
     sys.stdout.write(f"outcome: {ride.outcome.value}\n")
 
 
+def _summary(measures: Mapping[str, float]) -> Table:
+    """The few figures that a ride ends with."""
+    table = Table(show_header=False, show_edge=False, box=None, pad_edge=False)
+    table.add_column("", style="dim")
+    table.add_column("", justify="right")
+    table.add_column("", style="dim")
+    for name in SUMMARY:
+        table.add_row(*_row(name, measures[name]))
+    return table
+
+
+def _measures(measures: Mapping[str, float], times: Mapping[str, Any]) -> Table:
+    """Every measure that this ride has, and computing times."""
+    table = plain_table("measure", "value", "unit", "name in --json")
+    for name, number in measures.items():
+        if math.isfinite(number):
+            table.add_row(*_row(name, number), name)
+    table.add_section()
+    for stage in ("control", "tick"):
+        if stage in times:
+            cells = " / ".join(f"{1e3 * times[stage][k]:.2f}" for k in ("median", "p99", "max"))
+            table.add_row(f"{stage}: median / 99 % / maximum", cells, "ms", f"timing.{stage}")
+    if "tick" in times:
+        first = f"{1e3 * times['tick']['first']:.2f}"
+        table.add_row("first tick (includes compilation)", first, "ms", "timing.tick.first")
+    return table
+
+
+def _row(name: str, number: float) -> tuple[str, str, str]:
+    """Label, value and unit of a measure."""
+    info = measure_info(name)
+    return info.label, info.text(number), info.unit
+
+
 def _headline(ride: Ride, report: Mapping[str, Any], title: str) -> str:
-    """What a picture says of its ride: with the numbers that the table has."""
+    """Title of a picture: outcome, time and nearest person."""
     taken = report["time"] if ride.outcome is Outcome.REACHED else ride.time[-1]
     nearest = report["min_distance"]
     gap = f", nearest person {nearest:.2f} m" if math.isfinite(nearest) else ""

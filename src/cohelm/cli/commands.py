@@ -1,0 +1,211 @@
+"""All commands but the benchmarks; each imports its work when it is called, so starting is fast."""
+# ruff: noqa: PLC0415 # lazy imports
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cohelm.cli import compiled_code
+from cohelm.cli.requests import (
+    DriveRequest,
+    Json,
+    MapRequest,
+    PeopleRequest,
+    ProposeRequest,
+    ReplayRequest,
+    RouteRequest,
+    RunRequest,
+    takes,
+)
+
+app = typer.Typer()
+
+preferences = typer.Typer(
+    name="preferences",
+    help="Show or forget the preferences learned from a rider's choices.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+
+Rider = Annotated[
+    str, typer.Option(metavar="NAME|FILE", help="Rider: a name, or your own .json file.")
+]
+Drawings = Annotated[
+    Path | None, typer.Option("--plot", metavar="DIR", help="Draw each of them to this folder.")
+]
+
+
+@app.command()
+@takes(RunRequest)
+def run(request: RunRequest) -> int:
+    """Simulate a ride and print how it went."""
+    from cohelm.cli import run
+
+    return run.run(request)
+
+
+@app.command()
+@takes(RouteRequest)
+def plan(request: RouteRequest) -> int:
+    """Plan a route on a map and print the cost of each wish."""
+    from cohelm.cli import plan
+
+    return plan.plan(request)
+
+
+@app.command("map")
+@takes(MapRequest)
+def map_(request: MapRequest) -> int:
+    """Print size and places of a map, and check that the chair fits at a point."""
+    from cohelm.cli import map_info
+
+    return map_info.describe_map(request)
+
+
+@app.command()
+@takes(DriveRequest)
+def drive(request: DriveRequest) -> int:
+    """Drive the chair in a browser; end with Ctrl-C."""
+    from cohelm.cli import drive
+
+    return drive.drive(request)
+
+
+@app.command()
+@takes(ReplayRequest)
+def replay(request: ReplayRequest) -> int:
+    """Run the navigator again on a recorded ride and print where the commands differ."""
+    from cohelm.cli import replay
+
+    return replay.replay(request)
+
+
+@app.command()
+@takes(PeopleRequest)
+def people(request: PeopleRequest) -> int:
+    """Detect and track people in a recording: position, velocity, confidence, groups."""
+    from cohelm.cli import people
+
+    return people.people(request)
+
+
+@app.command()
+@takes(ProposeRequest)
+def propose(request: ProposeRequest) -> int:
+    """Propose routes, ranked by the rider's earlier choices, with the reason.
+
+    The choice is the rider's: record it afterwards with 'cohelm choose'.
+    """
+    from cohelm.cli import propose
+
+    return propose.propose(request)
+
+
+@app.command()
+def choose(
+    taken: Annotated[int, typer.Argument(metavar="N", min=1, help="Number of the route.")],
+    rider: Rider,
+) -> int:
+    """Record which of the last proposed routes the rider took, and learn from it."""
+    compiled_code.choose_folder()
+    from cohelm.cli import propose
+
+    return propose.choose(taken, rider)
+
+
+app.add_typer(preferences)
+
+
+@preferences.command()
+def show(rider: Rider, json: Json = False) -> int:
+    """Show the preferences learned from a rider's choices."""
+    compiled_code.choose_folder()
+    from cohelm.cli import propose
+
+    return propose.show(rider, json=json)
+
+
+@preferences.command()
+def reset(rider: Rider) -> int:
+    """Forget a rider's choices and preferences; the file is kept as .bak."""
+    compiled_code.choose_folder()
+    from cohelm.cli import propose
+
+    return propose.reset(rider)
+
+
+@app.command()
+def compare(
+    before: Annotated[Path, typer.Argument(metavar="A", help="Result folder: before.")],
+    after: Annotated[Path, typer.Argument(metavar="B", help="Result folder: after.")],
+    measures: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Measures to compare; default: the main ones.")
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="One ride that ends worse is a regression.")
+    ] = False,
+    json: Json = False,
+) -> int:
+    """Compare two result folders ride by ride; exit status 1 where B is worse."""
+    from cohelm.benchmarks.bench import split_names
+    from cohelm.cli import compare
+
+    names = split_names(measures, "--measures") or None
+    return compare.compare(before, after, names, strict=strict, json=json)
+
+
+@app.command()
+def rate(  # noqa: PLR0917 # an option is an argument
+    folder: Annotated[Path, typer.Argument(help="Folder of a bench or of cohelm run --out.")],
+    rating: Annotated[
+        int | None, typer.Option(min=1, max=5, help="1 (bad) to 5 (good); default: list ratings.")
+    ] = None,
+    ride: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="Selects the ride: scene=crossing; repeatable."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the ride.")] = None,
+    rater: Annotated[str, typer.Option(metavar="NAME", help="Pseudonym of the person.")] = "",
+    note: Annotated[str, typer.Option(help="Remark.")] = "",
+    json: Json = False,
+) -> int:
+    """Store a person's rating of a ride, 1 to 5, beside the ride."""
+    from cohelm.cli import rate
+
+    picked = rate.RidePick(columns=tuple(ride or ()), seed=seed)
+    return rate.rate(folder, rating, picked, rater=rater, note=note, json=json)
+
+
+@app.command()
+def scenarios(plot: Drawings = None) -> int:
+    """List the scenarios that come with cohelm."""
+    from cohelm.cli import listings
+
+    return listings.scenarios(plot)
+
+
+@app.command()
+def robots() -> int:
+    """List the wheelchairs that come with cohelm, and their sensors."""
+    from cohelm.cli import listings
+
+    return listings.robots()
+
+
+@app.command()
+def plugins() -> int:
+    """List the parts that a scenario can name, and their origin."""
+    from cohelm.cli import listings
+
+    return listings.plugins()
+
+
+@app.command()
+def data() -> int:
+    """List the external data sets of tests and benchmarks, and their sources."""
+    from cohelm.cli import listings
+
+    return listings.data()

@@ -1,0 +1,348 @@
+"""Options of the commands, each declared once: a field of a request is an option with its help."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+
+import typer
+
+from cohelm.cli import compiled_code
+
+_Request = TypeVar("_Request")
+
+MapFile = Annotated[str, typer.Argument(metavar="MAP.yaml", help="Map as Nav2 map_server YAML.")]
+Scenario = Annotated[str, typer.Argument(help="Name of a scenario, or a .yaml file.")]
+OwnMap = Annotated[
+    str | None, typer.Option("--map", metavar="FILE.yaml", help="Use this map instead.")
+]
+Robot = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="Wheelchair.")]
+People = Annotated[int | None, typer.Option(min=0, max=300, help="Number of pedestrians.")]
+Seed = Annotated[int | None, typer.Option(min=0, help="Random seed.")]
+ScenarioSettings = Annotated[
+    tuple[str, ...],
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Any scenario key, dotted: people.see_robot=false."
+    ),
+]
+Prefer = Annotated[
+    tuple[str, ...], typer.Option(metavar="X,Y", help="Point that attracts the route; repeatable.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Animate = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE.gif|mp4", help="Write an animation, in real time; see --speed-up."),
+]
+SpeedUp = Annotated[
+    float, typer.Option(min=0.25, max=20.0, help="Playback speed of --animate; 1 is real time.")
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunRequest:
+    """Options of ``cohelm run``; None: as the scenario has it."""
+
+    scenario: Scenario = "hospital"
+    map: OwnMap = None
+    start: Annotated[
+        str | None, typer.Option(metavar="X,Y[,DEG]|NAME", help="Start, m and degrees, or a place.")
+    ] = None
+    goal: Annotated[str | None, typer.Option(metavar="X,Y|NAME", help="Destination.")] = None
+    prefer: Prefer = ()
+    people: People = None
+    planner: Annotated[str | None, typer.Option(metavar="NAME", help="Local planner.")] = None
+    method: Annotated[str | None, typer.Option(metavar="NAME", help="Global planner.")] = None
+    robot: Robot = None
+    rider: Annotated[str | None, typer.Option(metavar="NAME", help="Simulated rider.")] = None
+    mode: Annotated[
+        str | None, typer.Option(metavar="autonomous|shared|assisted|manual", help="Driving mode.")
+    ] = None
+    seed: Seed = None
+    settings: ScenarioSettings = ()
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv.")
+    ] = None
+    json: Json = False
+    all: Annotated[bool, typer.Option("--all", help="Print every metric, not only six.")] = False
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the ride.")] = None
+    animate: Animate = None
+    speed_up: SpeedUp = 1.0
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.mcap", help="Record the ride, for viewers and cohelm replay."),
+    ] = None
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the outcome only.")] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveRequest:
+    """Options of ``cohelm drive``; None: as the scenario has it, or the default."""
+
+    scenario: Scenario = "hospital"
+    map: OwnMap = None
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y[,DEG]|NAME",
+            help="Start; default on your own map: its first place, or the most open point.",
+        ),
+    ] = None
+    people: People = None
+    robot: Robot = None
+    seed: Seed = None
+    settings: ScenarioSettings = ()
+    host: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|ADDRESS",
+            help="Address to listen on; 0.0.0.0 is every one of this machine. If others can reach "
+            "it, the page needs a token and TLS.",
+        ),
+    ] = "127.0.0.1"
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any free port.")] = 8000
+    cert: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.pem", help="TLS certificate; default: made where needed."),
+    ] = None
+    key: Annotated[
+        Path | None, typer.Option(metavar="FILE.pem", help="Key of the certificate.")
+    ] = None
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE.mcap", help="Record everything, for viewers.")
+    ] = None
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder of sessions, limits and log; default: your data folder."
+        ),
+    ] = None
+    open: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class RouteRequest:
+    """Options that ``cohelm plan`` and ``cohelm propose`` share."""
+
+    map: MapFile
+    start: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Start, m, or a place.")]
+    goal: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Destination.")]
+    prefer: Prefer = ()
+    ordered: Annotated[
+        bool, typer.Option("--ordered", help="Pass the --prefer points in the given order.")
+    ] = False
+    avoid: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            metavar="ZONE",
+            help="Zone to avoid if possible: 'X,Y[,RADIUS]', a line 'X,Y X,Y[,RADIUS]' (default "
+            "radius 0.5 m), or an outline 'X,Y X,Y X,Y …'; repeatable.",
+        ),
+    ] = ()
+    avoid_hard: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            metavar="ZONE",
+            help="Zone never to enter, written as for --avoid, even if no route is left.",
+        ),
+    ] = ()
+    stroke: Annotated[
+        tuple[Path, ...],
+        typer.Option(metavar="FILE", help="Drawn line to follow: lines of x,y, JSON or GeoJSON."),
+    ] = ()
+    alternatives: Annotated[
+        int, typer.Option(metavar="K", min=1, max=20, help="Maximum number of different routes.")
+    ] = 1
+    method: Annotated[str, typer.Option(metavar="NAME", help="Global planner.")] = "soft_via"
+    settings: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Any parameter of the planner, dotted: inflation.inflation_radius=0.8.",
+        ),
+    ] = ()
+    robot: Annotated[str, typer.Option(metavar="NAME|FILE", help="Wheelchair.")] = "quantum_q6_edge"
+    clearance: Annotated[
+        float, typer.Option(min=0.0, max=10.0, help="Distance to keep beyond the footprint, m.")
+    ] = 0.0
+    speed: Annotated[
+        float, typer.Option(min=0.1, max=3.0, help="Preferred speed, for the travel time, m/s.")
+    ] = 0.8
+    keepout: Annotated[
+        tuple[Path, ...], typer.Option(metavar="MASK.yaml", help="Nav2 keepout mask.")
+    ] = ()
+    speed_mask: Annotated[
+        tuple[Path, ...],
+        typer.Option(metavar="MASK.yaml", help="Nav2 speed mask: speed limits in percent."),
+    ] = ()
+    crowding: Annotated[
+        Path | None, typer.Option(metavar="FILE.yaml", help="Heat map of people.")
+    ] = None
+    json: Json = False
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the routes.")] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProposeRequest(RouteRequest):
+    """Options of ``cohelm propose``."""
+
+    alternatives: Annotated[
+        int, typer.Option(metavar="K", min=1, max=20, help="Maximum number of different routes.")
+    ] = 3
+    rider: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|FILE", help="Rider whose choices count: a name or .json file."),
+    ] = None
+    take: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Record that the rider takes route N.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapRequest:
+    """Options of ``cohelm map``."""
+
+    map: MapFile
+    at: Annotated[
+        tuple[str, ...],
+        typer.Option(metavar="X,Y[,DEG]|NAME", help="Check that the chair fits here; repeatable."),
+    ] = ()
+    robot: Annotated[str, typer.Option(metavar="NAME|FILE", help="Wheelchair.")] = "quantum_q6_edge"
+    json: Json = False
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the map with a metre grid.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReplayRequest:
+    """Options of ``cohelm replay``."""
+
+    recording: Annotated[Path, typer.Argument(help="Ride that cohelm run --record wrote, .mcap.")]
+    planner: Annotated[str | None, typer.Option(metavar="NAME", help="Another local planner.")] = (
+        None
+    )
+    settings: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Another parameter of the navigator, dotted: local_planner.steps=20.",
+        ),
+    ] = ()
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0,
+            help="Allowed difference of commands, m/s and rad/s; default 0, or 0.001 if it was "
+            "recorded with other versions.",
+        ),
+    ] = None
+    json: Json = False
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Draw both series of commands.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeopleRequest:
+    """Options of ``cohelm people``."""
+
+    recording: Annotated[
+        Path,
+        typer.Argument(help="ROS bag, KITTI or nuScenes .bin, .pcd, or a folder of them."),
+    ]
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object for each frame.")] = (
+        False
+    )
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the instant with the most people.")
+    ] = None
+    at: Annotated[
+        float | None,
+        typer.Option(metavar="T", min=0.0, help="Draw another instant: T seconds from the start."),
+    ] = None
+    animate: Animate = None
+    speed_up: SpeedUp = 1.0
+    truth: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Labels to score against; may be the recording itself."),
+    ] = None
+    map: Annotated[
+        str | None,
+        typer.Option("--map", metavar="FILE.yaml", help="Map of the static obstacles."),
+    ] = None
+    topic: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Topic of a bag; default: all sensors.")
+    ] = None
+    rate: Annotated[
+        float, typer.Option(metavar="HZ", min=0.01, help="Sweeps per second in a folder.")
+    ] = 10.0
+    start: Annotated[
+        float, typer.Option(metavar="T", min=0.0, help="Begin T seconds from the start.")
+    ] = 0.0
+    seconds: Annotated[
+        float | None, typer.Option(metavar="T", min=0.0, help="Duration to read.")
+    ] = None
+    settings: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Any parameter of a part: tracker.patience=2."
+        ),
+    ] = ()
+    still: Annotated[
+        bool,
+        typer.Option(
+            "--still",
+            help="The sensor does not move, if the recording has no pose; default: estimate it.",
+        ),
+    ] = False
+
+
+def takes(kind: type[_Request]) -> Callable[[Callable[[_Request], int]], Callable[..., int]]:
+    """Decorate a command that takes a request: typer sees one option for each of its fields.
+
+    Where compiled code is cached is settled before the command, which may import numba, begins.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    parameters = []
+    for each in fields(kind):  # type: ignore[arg-type]
+        default = inspect.Parameter.empty if each.default is MISSING else each.default
+        hint, many = _as_list(hints[each.name])
+        parameters.append(
+            inspect.Parameter(
+                each.name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=None if many else default,
+                annotation=hint,
+            )
+        )
+
+    def decorate(run: Callable[[_Request], int]) -> Callable[..., int]:
+        def command(**given: Any) -> int:
+            compiled_code.choose_folder()
+            values = {
+                name: tuple(value or ()) if _as_list(hints[name])[1] else value
+                for name, value in given.items()
+            }
+            return run(kind(**values))
+
+        signature = inspect.Signature(parameters, return_annotation=int)
+        vars(command)["__signature__"] = signature
+        command.__annotations__ = {p.name: p.annotation for p in parameters}
+        command.__doc__, command.__name__ = run.__doc__, run.__name__
+        return command
+
+    return decorate
+
+
+def _as_list(hint: Any) -> tuple[Any, bool]:
+    """The annotation that typer knows for a repeatable option, and True where it is one."""
+    kind, *declared = get_args(hint)
+    if get_origin(kind) is not tuple:
+        return hint, False
+    element: Any = get_args(kind)[0]
+    return Annotated[list[element] | None, declared[0]], True

@@ -1,0 +1,93 @@
+"""Serve the page of a live ride: tokens, certificate, addresses, QR code.
+
+Tokens are printed once and stored nowhere.
+"""
+
+from __future__ import annotations
+
+import datetime
+import io
+import sys
+import threading
+import webbrowser
+
+import qrcode
+
+from cohelm.cli.requests import DriveRequest
+from cohelm.live import Drive, DriveSetup
+from cohelm.live.messages import Role
+from cohelm.web.certificate import Tls, own_certificate
+from cohelm.web.origins import address, is_loopback, names_of
+from cohelm.web.page_files import BuiltPage, read_page
+from cohelm.web.server import listening, make_context, serve
+from cohelm.web.signin import new_token
+
+__all__ = ["qr_code", "read_page", "serve_ride"]
+
+
+def serve_ride(setup: DriveSetup, page: BuiltPage, request: DriveRequest) -> None:
+    """Serve a ride until interrupted.
+
+    Raises:
+        CohelmError: if host, port, certificate or scenario cannot be used.
+    """
+    names = names_of(request.host)
+    tls = _tls(setup, request, names)
+    tokens: dict[Role, str] = {"therapist": new_token()}
+    if not is_loopback(request.host):
+        tokens["driver"] = new_token()
+    with listening(request.host, request.port) as bound:
+        base = address(names[0], int(bound.getsockname()[1]), tls=tls is not None)
+        drive = Drive(setup)
+        try:
+            served = make_context(
+                drive, page, bound, host=request.host, tokens=tokens, tls=tls, names=names
+            )
+            drive.start()
+
+            def started() -> None:
+                _print_addresses(setup, base, tokens, tls)
+                if request.open:
+                    threading.Thread(target=webbrowser.open, args=(base,), daemon=True).start()
+
+            serve(served, bound, tls, started)
+        finally:
+            drive.close()
+
+
+def qr_code(text: str) -> str:
+    """QR code of ``text`` in half blocks, light on dark as most terminals are."""
+    code = qrcode.QRCode(border=2, error_correction=qrcode.ERROR_CORRECT_L)
+    code.add_data(text)
+    drawn = io.StringIO()
+    code.print_ascii(drawn, invert=True)
+    return drawn.getvalue()
+
+
+def _tls(setup: DriveSetup, request: DriveRequest, names: tuple[str, ...]) -> Tls | None:
+    if request.cert is not None and request.key is not None:
+        given = Tls(certificate=request.cert, key=request.key)
+        given.context()
+        return given
+    if is_loopback(request.host) or setup.folder is None:
+        return None
+    return own_certificate(setup.folder / "tls", names, datetime.datetime.now(datetime.UTC))
+
+
+def _print_addresses(
+    setup: DriveSetup, base: str, tokens: dict[Role, str], tls: Tls | None
+) -> None:
+    driver = tokens.get("driver")
+    page = f"{base}/" if driver is None else f"{base}/#token={driver}"
+    lines = [
+        f"{setup.scenario.name}, seed {setup.seed}",
+        f"  drive      {page}",
+        f"  therapist  {base}/therapist#token={tokens['therapist']}",
+    ]
+    if tls is not None:
+        lines.append(f"  certificate, SHA-256  {tls.fingerprint()}")
+    if driver is not None:
+        lines += ["", qr_code(page)]
+    lines.append("Press Ctrl-C to end.")
+    sys.stdout.write("\n".join(lines) + "\n")
+    sys.stdout.flush()
