@@ -1,5 +1,5 @@
-// Writes src/messages.ts from the schema of the messages, so that the page and the chair cannot
-// come to speak differently without the compiler saying so.
+// Writes src/messages.ts from the schema of the messages and src/measures.ts from the table of
+// measures, so that page and chair cannot diverge without the compiler saying so.
 import { readFile, writeFile } from "node:fs/promises";
 import { compile } from "json-schema-to-typescript";
 
@@ -29,5 +29,16 @@ await writeFile(
 export const VERSION: number = ${messages.definitions.Welcome.properties.version.default};
 export type FromPage = Messages["fromPage"];
 export type ToPage = Messages["toPage"];
+`,
+);
+
+const table = new URL("../src/cohelm/web/measures.json", import.meta.url);
+const measures = JSON.parse(await readFile(table, "utf8"));
+const rows = measures.map(({ name, label, unit, digits }) => [name, { label, unit, digits }]);
+await writeFile(
+  new URL("src/measures.ts", import.meta.url),
+  `// Made by types.mjs from ../src/cohelm/web/measures.json; do not edit.
+export const MEASURES = ${JSON.stringify(Object.fromEntries(rows), null, 2)} as const;
+export type MeasureName = keyof typeof MEASURES;
 `,
 );

@@ -1,14 +1,14 @@
-// The newest of everything that the chair told, for whoever shows it.
+// Latest messages of the chair, for the components that show them.
 
 import type { Link, Status } from "./link";
 import type {
-  Ended,
+  RideEnded,
   Limits,
   Notice,
   RiderSettings,
-  Route,
-  Scene,
-  State,
+  RouteUpdate,
+  SceneInfo,
+  ChairState,
   ToPage,
   Welcome,
 } from "./messages";
@@ -16,15 +16,15 @@ import type {
 /** Twenty states a second come; without one for this long something is wrong, ms. */
 const STALE = 600;
 
-const NO_ROUTE: Route = {
+const NO_ROUTE: RouteUpdate = {
   type: "route",
   version: 0,
   points: [],
-  without: [],
+  without_wishes: [],
   length: 0,
-  extra: 0,
+  extra_length: 0,
   wishes: [],
-  trouble: "",
+  error: "",
 };
 
 export class Chair {
@@ -32,19 +32,19 @@ export class Chair {
   /** This page's own name among the pages. */
   client = $state("");
   role = $state<Welcome["role"]>("driver");
-  scene = $state.raw<Scene | null>(null);
+  scene = $state.raw<SceneInfo | null>(null);
   limits = $state.raw<Limits | null>(null);
   rider = $state.raw<RiderSettings | null>(null);
-  state = $state.raw<State | null>(null);
-  route = $state.raw<Route>(NO_ROUTE);
-  /** The ride that is over, until it was rated or the next one begins. */
-  ended = $state.raw<Ended | null>(null);
+  state = $state.raw<ChairState | null>(null);
+  route = $state.raw<RouteUpdate>(NO_ROUTE);
+  /** The finished ride, until it is rated or the next one begins. */
+  ended = $state.raw<RideEnded | null>(null);
   notice = $state.raw<Notice | null>(null);
   /** When the newest state came, by the page's own clock, ms. */
   came = 0;
   /** Connected, and yet no state comes. */
   stale = $state(false);
-  /** Whether this page is the one that drives. */
+  /** True if this page drives. */
   driving = $derived(this.client !== "" && this.state?.driver === this.client);
   readonly goal = $derived(this.state?.goal ?? null);
 
@@ -70,7 +70,7 @@ export class Chair {
         this.limits = message.limits;
         this.rider = message.rider;
         break;
-      case "configured":
+      case "settings_changed":
         this.limits = message.limits;
         this.rider = message.rider;
         break;
@@ -86,7 +86,7 @@ export class Chair {
       case "notice":
         this.notice = message;
         break;
-      case "ended":
+      case "ride_ended":
         this.ended = message;
         break;
       default:

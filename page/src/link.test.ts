@@ -84,23 +84,23 @@ describe("the link", () => {
     const link = new Link("ws://here");
     link.connect();
     newest().hear({ type: "welcome" });
-    const first = link.ask({ type: "go", place: "Ward 4" });
-    const second = link.ask({ type: "pace", pace: "slow" });
+    const first = link.ask({ type: "set_goal", place: "Ward 4" });
+    const second = link.ask({ type: "set_pace", pace: "slow" });
     const [a, b] = newest().sent.map(({ id }) => id!);
-    newest().hear({ type: "refused", id: b!, code: "no", text: "No." });
-    newest().hear({ type: "done", id: a! });
-    expect((await first).type).toBe("done");
-    expect((await second).type).toBe("refused");
+    newest().hear({ type: "rejected", id: b!, code: "no", text: "No." });
+    newest().hear({ type: "accepted", id: a! });
+    expect((await first).type).toBe("accepted");
+    expect((await second).type).toBe("rejected");
   });
 
   it("leaves no question without an answer", async () => {
     const link = new Link("ws://here");
     link.connect();
     newest().hear({ type: "welcome" });
-    const cut = link.ask({ type: "pace", pace: "slow" });
+    const cut = link.ask({ type: "set_pace", pace: "slow" });
     newest().close();
-    expect(await cut).toMatchObject({ type: "refused", code: "link_lost" });
-    expect(await link.ask({ type: "pace", pace: "slow" })).toMatchObject({ code: "link_lost" });
+    expect(await cut).toMatchObject({ type: "rejected", code: "link_lost" });
+    expect(await link.ask({ type: "set_pace", pace: "slow" })).toMatchObject({ code: "link_lost" });
   });
 
   it("waits as long as a question takes, and then says so", async () => {
@@ -108,12 +108,12 @@ describe("the link", () => {
     link.connect();
     newest().hear({ type: "welcome" });
     const heard = vi.fn();
-    void link.ask({ type: "pace", pace: "slow" }).then(heard);
-    const dear = link.ask({ type: "want", kind: "attract", points: [[1, 2]], radius: 0, preview: true }, PRICE_WITHIN);
+    void link.ask({ type: "set_pace", pace: "slow" }).then(heard);
+    const dear = link.ask({ type: "add_wish", kind: "attract", points: [[1, 2]], radius: 0, preview: true }, PRICE_WITHIN);
     await vi.advanceTimersByTimeAsync(PRICE_WITHIN - 1_000);
     expect(heard).toHaveBeenCalledExactlyOnceWith(expect.objectContaining({ code: "no_answer" }));
-    newest().hear({ type: "preview", id: newest().sent[1]!.id! });
-    expect((await dear).type).toBe("preview");
+    newest().hear({ type: "wish_preview", id: newest().sent[1]!.id! });
+    expect((await dear).type).toBe("wish_preview");
   });
 
   it("begins anew without waiting for the old one's goodbye, and heeds it no more", async () => {
@@ -122,7 +122,7 @@ describe("the link", () => {
     const old = newest();
     old.hear({ type: "welcome" });
     old.close = () => undefined;
-    const cut = link.ask({ type: "pace", pace: "slow" });
+    const cut = link.ask({ type: "set_pace", pace: "slow" });
     link.again();
     expect(await cut).toMatchObject({ code: "link_lost" });
     await vi.advanceTimersByTimeAsync(300);

@@ -1,10 +1,10 @@
-// The one socket to the chair: it comes back by itself, and answers find their questions.
+// The WebSocket to the chair: it reconnects by itself and matches answers to questions.
 
-import { VERSION, type Done, type FromPage, type Preview, type Refused, type ToPage } from "./messages";
+import { VERSION, type Accepted, type FromPage, type WishPreview, type Rejected, type ToPage } from "./messages";
 
 /** `outdated`: the chair speaks another version of the messages than this page. */
 export type Status = "connecting" | "open" | "lost" | "sign-in" | "outdated";
-export type Answer = Done | Preview | Refused;
+export type Answer = Accepted | WishPreview | Rejected;
 /** A message that carries a number, without it: `ask` gives it one. */
 export type Question = Extract<FromPage, { id?: number }> extends infer Each
   ? Each extends { id?: number }
@@ -33,7 +33,7 @@ export class Link {
 
   constructor(
     readonly address: string,
-    /** Whether this page may connect at all; asked when the socket was refused. */
+    /** Check that this page may connect; called when the socket was refused. */
     readonly allowed: () => Promise<boolean> = () => Promise.resolve(true),
   ) {}
 
@@ -73,8 +73,8 @@ export class Link {
     const id = this.#next++;
     return new Promise((resolve) => {
       const refuse = (code: string, text: string): void =>
-        answer({ type: "refused", id, code, text });
-      const timer = setTimeout(() => refuse("no_answer", "The chair did not answer."), within);
+        answer({ type: "rejected", id, code, text });
+      const timer = setTimeout(() => refuse("no_answer", "The chair did not respond."), within);
       const answer = (given: Answer): void => {
         clearTimeout(timer);
         this.#open.delete(id);
@@ -82,7 +82,7 @@ export class Link {
       };
       this.#open.set(id, answer);
       if (!this.send({ ...question, id } as FromPage)) {
-        refuse("link_lost", "The link to the chair is lost.");
+        refuse("link_lost", "Connection to the chair lost.");
       }
     });
   }
@@ -109,7 +109,7 @@ export class Link {
       this.#wait = FIRST_WAIT;
       this.#become("open");
     }
-    if (message.type === "done" || message.type === "preview" || message.type === "refused") {
+    if (message.type === "accepted" || message.type === "wish_preview" || message.type === "rejected") {
       this.#open.get(message.id)?.(message);
     }
     for (const listener of this.#listeners) listener(message);
@@ -119,7 +119,7 @@ export class Link {
     if (this.#socket !== socket) return;
     this.#socket = null;
     for (const [id, answer] of [...this.#open]) {
-      answer({ type: "refused", id, code: "link_lost", text: "The link to the chair was lost." });
+      answer({ type: "rejected", id, code: "link_lost", text: "Connection to the chair lost." });
     }
     if (this.status === "open") this.#become("lost");
     if (!(await this.allowed())) {

@@ -7,7 +7,7 @@ describe("server", () => {
   it("says that nobody answers", async () => {
     vi.stubGlobal("fetch", () => Promise.reject(new Error("no")));
     expect(await ask("GET", "/api/me")).toEqual({
-      ok: false, status: 0, text: "The chair’s server does not answer.",
+      ok: false, status: 0, text: "The server does not respond.",
     });
   });
 

@@ -3,7 +3,7 @@
 export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; text: string };
 export type Role = "driver" | "therapist";
 
-const UNREACHABLE = "The chair’s server does not answer.";
+const UNREACHABLE = "The server does not respond.";
 
 /** Asks the server; what it refuses comes back in its own words, and nothing is thrown. */
 export async function ask<T>(method: string, path: string, body?: unknown): Promise<Answer<T>> {

@@ -3,7 +3,7 @@
 export const THEMES = ["auto", "light", "dark", "contrast"] as const;
 export type Theme = (typeof THEMES)[number];
 export const THEME_NAMES: Readonly<Record<Theme, string>> = {
-  auto: "As the device",
+  auto: "System",
   light: "Light",
   dark: "Dark",
   contrast: "High contrast",
@@ -19,7 +19,7 @@ export function theme(): Theme {
   return THEMES.find((each) => each === kept) ?? "auto";
 }
 
-/** Which palette a choice means on a device that prefers these. */
+/** Palette of a theme, given what the device prefers. */
 export function paletteOf(chosen: Theme, prefers: { contrast: boolean; dark: boolean }): Palette {
   if (chosen !== "auto") return chosen;
   if (prefers.contrast) return "contrast";

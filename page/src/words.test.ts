@@ -2,16 +2,16 @@
 import { describe, expect, it } from "vitest";
 import { detour, found, memorable, metres, minutes, movement, price, readiness } from "./words";
 
-const state = { link: "ready", driver: "a", goal: null, arrived: false, why: null } as const;
+const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null } as const;
 
 describe("what the driver has to do", () => {
   it("is to take control where nobody or somebody else drives", () => {
-    expect(readiness({ ...state, driver: null, link: "nobody" }, false).action).toBe("take");
-    expect(readiness(state, false)).toMatchObject({ action: "take", label: "Take over" });
+    expect(readiness({ ...state, driver: null, link: "no_driver" }, false).action).toBe("take_control");
+    expect(readiness(state, false)).toMatchObject({ action: "take_control", label: "Take over" });
   });
 
   it("is to let go before anything can be confirmed", () => {
-    for (const link of ["stopped", "centre", "silent"] as const) {
+    for (const link of ["stick_held", "centre_stick", "no_heartbeat"] as const) {
       expect(readiness({ ...state, link }, true).action).toBeNull();
     }
     expect(readiness({ ...state, link: "confirm" }, true).action).toBe("resume");
@@ -22,26 +22,26 @@ describe("what the driver has to do", () => {
   });
 
   it("is to choose where to go, else it says where we go", () => {
-    expect(readiness(state, true).text).toBe("Steer, or choose where to go.");
+    expect(readiness(state, true).text).toBe("Steer, or choose a destination.");
     const goal = { name: "Ward 4", x: 0, y: 0 };
     expect(readiness({ ...state, goal }, true).text).toBe("On the way to Ward 4.");
-    expect(readiness({ ...state, goal }, true, "no way").text).toBe("No way to Ward 4. Choose another place.");
+    expect(readiness({ ...state, goal }, true, "no way").text).toBe("No route to Ward 4. Choose another destination.");
   });
 });
 
 describe("what the wheels do", () => {
   it("is to turn, too", () => {
-    expect(movement({ speed: 0, turn: 0 })).toBe("standing");
-    expect(movement({ speed: 0.04, turn: -0.4 })).toBe("turning");
-    expect(movement({ speed: 0.52, turn: 0.4 })).toBe("0.5 m/s");
-    expect(movement({ speed: -0.3, turn: 0 })).toBe("back, 0.3 m/s");
+    expect(movement({ speed: 0, turn_rate: 0 })).toBe("stopped");
+    expect(movement({ speed: 0.04, turn_rate: -0.4 })).toBe("turning");
+    expect(movement({ speed: 0.52, turn_rate: 0.4 })).toBe("0.5 m/s");
+    expect(movement({ speed: -0.3, turn_rate: 0 })).toBe("reverse, 0.3 m/s");
   });
 });
 
 describe("a ride that is over", () => {
   it("is asked about unless it was left at once", () => {
-    expect(memorable({ outcome: "left", length: 0.1 })).toBe(false);
-    expect(memorable({ outcome: "left", length: 8 })).toBe(true);
+    expect(memorable({ outcome: "cancelled", length: 0.1 })).toBe(false);
+    expect(memorable({ outcome: "cancelled", length: 8 })).toBe(true);
     expect(memorable({ outcome: "collision", length: 0.1 })).toBe(true);
   });
 });
@@ -51,13 +51,14 @@ describe("lengths and times", () => {
     expect(metres(4.24)).toBe("4.2 m");
     expect(metres(38.2)).toBe("38 m");
     expect(minutes(80.4)).toBe("1:20 min");
+    expect(minutes(40)).toBe("40 s");
   });
 
   it("say what a wish costs", () => {
     expect(detour(4.2)).toBe("+4.2 m");
     expect(detour(-1)).toBe("−1.0 m");
     expect(detour(0.02)).toBe("no detour");
-    expect(price({ extra: 4.2, length: 38.2 })).toBe("+4.2 m, 38 m in all");
+    expect(price({ extra_length: 4.2, length: 38.2 })).toBe("+4.2 m, 38 m in total");
   });
 });
 

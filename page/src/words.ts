@@ -1,15 +1,15 @@
-// What the page says, in plain words.
+// Texts of the page.
 
-import type { Ended, Preview, State } from "./messages";
+import type { RideEnded, WishPreview, ChairState } from "./messages";
 
-export type Mode = State["mode"];
-export type Pace = State["pace"];
+export type Mode = ChairState["mode"];
+export type Pace = ChairState["pace"];
 
 export const MODES: Readonly<Record<Mode, { name: string; about: string }>> = {
-  shared: { name: "Shared", about: "The chair follows its way; your hand bends it." },
-  autonomous: { name: "Chair alone", about: "The chair follows its way by itself." },
-  assisted: { name: "With help", about: "You steer; the chair keeps you from bumping into anything." },
-  manual: { name: "By hand", about: "You alone steer. Nothing holds the chair back: it can collide." },
+  shared: { name: "Shared", about: "The chair follows the route; your steering bends it." },
+  autonomous: { name: "Autonomous", about: "The chair drives the route by itself." },
+  assisted: { name: "Assisted", about: "You steer; the chair stops before people and walls." },
+  manual: { name: "Manual", about: "Only you steer. The chair does not stop by itself: it can collide." },
 };
 
 export const PACES: Readonly<Record<Pace, string>> = {
@@ -20,58 +20,58 @@ export const PACES: Readonly<Record<Pace, string>> = {
 
 export interface Readiness {
   readonly text: string;
-  /** What may be pressed; null: there is something else to do first. */
-  readonly action: "take" | "resume" | null;
+  /** Message that the button sends; null: something else must be done first. */
+  readonly action: "take_control" | "resume" | null;
   readonly label: string;
 }
 
-/** What the driver has to do before the chair moves. */
+/** Next step of the driver before the chair moves. */
 export function readiness(
-  state: Pick<State, "link" | "driver" | "goal" | "arrived" | "why"> | null,
+  state: Pick<ChairState, "link" | "driver" | "goal" | "arrived" | "reason"> | null,
   driving: boolean,
   trouble = "",
 ): Readiness {
   if (!state) return { text: "Not connected to the chair.", action: null, label: "Go on" };
-  if (!state.driver) return { text: "Nobody drives.", action: "take", label: "Take control" };
-  if (!driving) return { text: "Another page drives.", action: "take", label: "Take over" };
+  if (!state.driver) return { text: "No driver.", action: "take_control", label: "Take control" };
+  if (!driving) return { text: "Another screen drives.", action: "take_control", label: "Take over" };
   switch (state.link) {
-    case "stopped":
-      return { text: "Stopped. Let the stick go.", action: null, label: "Go on" };
-    case "centre":
-      return { text: "Let the stick go first.", action: null, label: "Go on" };
+    case "stick_held":
+      return { text: "Stopped. Release the stick.", action: null, label: "Go on" };
+    case "centre_stick":
+      return { text: "Release the stick first.", action: null, label: "Go on" };
     case "confirm":
-      return { text: "Standing. Press “Go on” when you are ready.", action: "resume", label: "Go on" };
-    case "silent":
-    case "nobody":
-      return { text: "The chair does not hear this page.", action: null, label: "Go on" };
+      return { text: "Stopped. Tap “Go on” when you are ready.", action: "resume", label: "Go on" };
+    case "no_heartbeat":
+    case "no_driver":
+      return { text: "Connection to this screen lost.", action: null, label: "Go on" };
     case "ready":
       return under(state, trouble);
   }
 }
 
-function under(state: Pick<State, "goal" | "arrived" | "why">, trouble: string): Readiness {
+function under(state: Pick<ChairState, "goal" | "arrived" | "reason">, trouble: string): Readiness {
   const label = "Ready";
-  if (state.why?.code === "getting_ready") {
-    return { text: "Getting ready. It takes a while.", action: null, label: "Not ready yet" };
+  if (state.reason?.code === "starting") {
+    return { text: "Starting. This takes a while.", action: null, label: "Not ready yet" };
   }
-  if (state.arrived) return { text: "We have arrived.", action: null, label };
-  if (!state.goal) return { text: "Steer, or choose where to go.", action: null, label };
-  const name = state.goal.name || "the point you touched";
-  const text = trouble ? `No way to ${name}. Choose another place.` : `On the way to ${name}.`;
+  if (state.arrived) return { text: "You have arrived.", action: null, label };
+  if (!state.goal) return { text: "Steer, or choose a destination.", action: null, label };
+  const name = state.goal.name || "the selected point";
+  const text = trouble ? `No route to ${name}. Choose another destination.` : `On the way to ${name}.`;
   return { text, action: null, label };
 }
 
-/** What the wheels do, in words. */
-export function movement({ speed, turn }: Pick<State, "speed" | "turn">): string {
-  if (Math.abs(speed) >= 0.05) return `${speed < 0 ? "back, " : ""}${Math.abs(speed).toFixed(1)} m/s`;
-  return Math.abs(turn) >= 0.05 ? "turning" : "standing";
+/** Motion of the chair in words. */
+export function movement({ speed, turn_rate }: Pick<ChairState, "speed" | "turn_rate">): string {
+  if (Math.abs(speed) >= 0.05) return `${speed < 0 ? "reverse, " : ""}${Math.abs(speed).toFixed(1)} m/s`;
+  return Math.abs(turn_rate) >= 0.05 ? "turning" : "stopped";
 }
 
 /** A ride that was left after less than this is not asked about, m (assumed). */
 const SOME_WAY = 2;
 
-/** Whether there is something to say of a ride that is over. */
-export function memorable(ended: Pick<Ended, "outcome" | "length">): boolean {
+/** True if a finished ride is worth a rating. */
+export function memorable(ended: Pick<RideEnded, "outcome" | "length">): boolean {
   return ended.outcome === "collision" || ended.length >= SOME_WAY;
 }
 
@@ -85,12 +85,13 @@ export function detour(extra: number): string {
   return extra > 0 ? `+${metres(extra)}` : `−${metres(-extra)}`;
 }
 
-export function price(preview: Pick<Preview, "extra" | "length">): string {
-  return `${detour(preview.extra)}, ${metres(preview.length)} in all`;
+export function price(preview: Pick<WishPreview, "extra_length" | "length">): string {
+  return `${detour(preview.extra_length)}, ${metres(preview.length)} in total`;
 }
 
 export function minutes(seconds: number): string {
   const whole = Math.round(seconds);
+  if (whole < 60) return `${whole} s`;
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;
 }
 

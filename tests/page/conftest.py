@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cohelm.web.built import FOLDER
+from cohelm.web.page_files import FOLDER
 
 from .rider import Rider
 from .served import Chair
@@ -75,7 +75,7 @@ def riders(browser, chair):
 def rider(riders):
     """At a page of their own, who sees the chair."""
     rider = riders()
-    rider.sees("Nobody drives.")
+    rider.sees("No driver.")
     return rider
 
 

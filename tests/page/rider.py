@@ -53,7 +53,7 @@ class Rider:
                 self.client = json.loads(text)["client"]
                 self.beats[self.client] = sent
 
-        socket.on("framesent", lambda text: '"beat"' in text and sent.append(json.loads(text)))
+        socket.on("framesent", lambda text: '"heartbeat"' in text and sent.append(json.loads(text)))
         socket.on("framereceived", received)
 
     def close(self):
@@ -120,19 +120,17 @@ class Rider:
     def makes(self, law, act, undo=lambda: None):
         """Do something that the chair follows, and wait until it does.
 
-        On a machine that is too busy for the navigator the chair stands, says so and asks to be
-        told to go on; and what is done before a busy page knows that it may drive does not count.
-        Then it is done once more.
+        A chair whose navigator fell behind stands, says so and waits for "Go on". Only then, as a
+        rider would, the action is repeated; an action without effect is a failure.
         """
         for _ in range(5):
             act()
-            with suppress(AssertionError):
-                state = self.until(lambda state: law(state) or _could_not_think(state), 8.0)
-                if law(state):
-                    return state
+            state = self.until(lambda state: law(state) or _fell_behind(state))
+            if law(state):
+                return state
             undo()
             self.go_on()
-        raise AssertionError(f"the chair does not follow; {brief(self.chair.state)}")
+        raise AssertionError(f"the navigator keeps falling behind: {brief(self.chair.state)}")
 
     def leave_fields(self):
         """So that keys are nobody's but the chair's."""
@@ -148,7 +146,7 @@ class Rider:
 
     def choose(self, place):
         """Choose where to go by its name."""
-        self.show("Where")
+        self.show("Go to")
         field = self.page.get_by_role("searchbox", name="Search for a place")
         field.fill(place.lower())
         field.press("Enter")
@@ -169,10 +167,10 @@ class Rider:
     def told_last(self, before):
         """When the last beat that the chair heeded ``before`` was sent; by ``time.monotonic``."""
         states = [each for each in [*self.chair.states] if each["clock"] < before]
-        heeded = [each for each in states if each["heard"] >= 0]
+        heeded = [each for each in states if each["heartbeat"] >= 0]
         last = next(each for each in reversed(heeded) if each["driver"] in self.beats)
         beats, limit = self.beats[last["driver"]], time.monotonic() + PATIENCE / 1000.0
-        while not (sent := [each["sent"] for each in beats if each["seq"] == last["heard"]]):
+        while not (sent := [each["sent"] for each in beats if each["seq"] == last["heartbeat"]]):
             assert time.monotonic() < limit, "no beat is known that the chair heeded"
             self.rest(0.1)  # the browser may tell of it later than the chair
         return self._began + sent[-1] / 1000.0 - self._epoch
@@ -186,6 +184,6 @@ def renderers(browser):
     return {each["id"] for each in found if each["type"] == "renderer"}
 
 
-def _could_not_think(state):
-    code = state["why"] and state["why"]["code"]
-    return code == "navigator_silent" and state["link"] != "ready"
+def _fell_behind(state):
+    code = state["reason"] and state["reason"]["code"]
+    return code == "navigator_timeout" and state["link"] != "ready"

@@ -47,7 +47,7 @@ class Chair:
 
     def __enter__(self):
         try:
-            self.until(lambda state: state["why"]["code"] == "nobody_drives", within=_READY)
+            self.until(lambda state: state["reason"]["code"] == "no_driver", within=_READY)
             limit = time.monotonic() + _READY
             while not self.health()["ready"]:
                 assert time.monotonic() < limit, self.log.read_text()
@@ -106,12 +106,12 @@ class Chair:
         """The same world from its beginning, with nobody at the stick and nothing asked for."""
         self.until(lambda state: state["driver"] is None)
         self.told.clear()
-        self.say("simulate", what="restart", seed=0)
-        self.heard(lambda told: told.get("code") == "restarted")
-        self.say("mode", mode="shared")
-        self.say("pace", pace="normal")
+        self.say("change_simulation", action="restart", seed=0)
+        self.heard(lambda told: told.get("code") == "simulation_restarted")
+        self.say("set_mode", mode="shared")
+        self.say("set_pace", pace="normal")
         self.states.clear()
-        self.until(lambda state: not state["paused"] and state["why"]["code"] == "nobody_drives")
+        self.until(lambda state: not state["paused"] and state["reason"]["code"] == "no_driver")
 
     @property
     def untouched(self):
@@ -119,9 +119,9 @@ class Chair:
         states, told = [*self.states], [*self.told]
         return not (
             any(map(_touched, states))
-            or len({len(each["bodies"]) for each in states}) > 1
+            or len({len(each["true_people"]) for each in states}) > 1
             or any(each["type"] == "route" and each["wishes"] for each in told)
-            or any(each.get("code") == "restarted" for each in told)
+            or any(each.get("code") == "simulation_restarted" for each in told)
         )
 
     def stood(self, since):
@@ -135,7 +135,7 @@ class Chair:
         """By how much the machine kept the chair from its work after ``since``, s."""
         found = [each for each in [*self.states] if each["clock"] >= since - _STEP]
         gaps = [b["clock"] - a["clock"] - _STEP for a, b in itertools.pairwise(found)]
-        return max([*gaps, *(each["late"] / 1000.0 for each in found)], default=0.0)
+        return max([*gaps, *(each["lateness"] / 1000.0 for each in found)], default=0.0)
 
     @property
     def navigator(self):
@@ -180,11 +180,11 @@ def held(state):
 
 def stands(state):
     """They do; what the chair says of its speed is measured, with odometry's noise in it."""
-    return held(state) and abs(state["speed"]) < 0.05 and abs(state["turn"]) < 0.1
+    return held(state) and abs(state["speed"]) < 0.05 and abs(state["turn_rate"]) < 0.1
 
 
 def moves(state):
-    return abs(state["speed"]) > 0.1 or abs(state["turn"]) > 0.1
+    return abs(state["speed"]) > 0.1 or abs(state["turn_rate"]) > 0.1
 
 
 def wants(state):
@@ -193,12 +193,23 @@ def wants(state):
 
 
 def _touched(state):
-    asked = state["goal"] or state["driver"] or state["paused"] or state["shut"]
+    asked = state["goal"] or state["driver"] or state["paused"] or state["closed_doors"]
     return bool(any(state["command"]) or asked)
 
 
 def brief(state):
-    shown = ("time", "driver", "link", "mode", "speed", "turn", "command", "goal", "why", "late")
+    shown = (
+        "time",
+        "driver",
+        "link",
+        "mode",
+        "speed",
+        "turn_rate",
+        "command",
+        "goal",
+        "reason",
+        "lateness",
+    )
     return {key: state.get(key) for key in shown}
 
 

@@ -74,45 +74,45 @@ def panel(name):
 
 
 def switches(rider):
-    rider.show("More")
+    rider.show("Settings")
     rider.page.get_by_label("Two switches").check()
 
 
 def point(rider):
     """A card over the map; on a phone the panel is shut for it."""
     rider.page.get_by_label("No switch").check()
-    rider.show("Where")
+    rider.show("Go to")
     if rider.page.viewport_size["width"] < 600:
-        rider.page.get_by_role("navigation").get_by_role("button", name="Where").click()
+        rider.page.get_by_role("navigation").get_by_role("button", name="Go to").click()
     box = rider.page.locator("canvas").bounding_box()
     rider.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 - 60)
-    rider.sees("Not this way")
+    rider.sees("Avoid")
 
 
 def wish(rider):
-    rider.press("Not this way")
-    rider.sees("Do it")
+    rider.press("Avoid")
+    rider.sees("Use this route")
 
 
 def wishes(rider):
-    rider.press("Do it")
-    rider.show("Way")
-    rider.sees("Undo the last")
+    rider.press("Use this route")
+    rider.show("Route")
+    rider.sees("Remove last")
 
 
 def by_hand(rider):
     """The warning before the mode that can collide."""
     rider.show("Drive")
-    rider.page.get_by_role("button", name="By hand").click()
-    rider.sees("By hand nothing holds the chair back")
+    rider.page.get_by_role("button", name="Manual").click()
+    rider.sees("In manual mode the chair does not stop by itself")
 
 
 VIEWS = {
-    "where": panel("Where"),
-    "way": panel("Way"),
+    "where": panel("Go to"),
+    "way": panel("Route"),
     "drive": by_hand,
-    "people": panel("People"),
-    "more": panel("More"),
+    "people": panel("Simulation"),
+    "more": panel("Settings"),
     "switches": switches,
     "point": point,
     "wish": wish,
@@ -156,7 +156,7 @@ def axe():
 def test_the_driver_s_page(riders, size):
     """Every panel and card: rules, targets, Tab; and STOP on top of it all."""
     rider = page_of(riders, size)
-    rider.sees("Nobody drives.")
+    rider.sees("No driver.")
     rider.choose("Ward 4")
     palettes = PALETTES if size != "tablet" else ["light"]
     for name, open_view in VIEWS.items():
@@ -190,7 +190,7 @@ def test_the_therapist_s_view(riders, chair, size):
     if delete.is_enabled():
         delete.click()
         assert faults(rider) == {}
-        rider.press("Keep them")
+        rider.press("Cancel")
 
 
 def test_signing_in_to_drive(riders):
@@ -224,7 +224,7 @@ def test_a_ride_by_keyboard_alone(rider):
     if state["link"] == "confirm":
         tab_to("Go on")
         keyboard.press("Enter")
-    tab_to("Where")
+    tab_to("Go to")
     keyboard.press("Enter")
     tab_to("Search for a place")
     keyboard.type("ward 4")

@@ -28,7 +28,7 @@ def test_a_destination_chosen_by_its_name_is_driven_to(rider):
     began = rider.makes(moves, lambda: None)
     later = rider.makes(lambda state: state["remaining"] < began["remaining"] - 0.3, lambda: None)
     assert later["goal"]["name"] == "Ward 4"
-    rider.press("No destination")
+    rider.press("Cancel trip")
     rider.until(lambda state: state["goal"] is None and stands(state))
 
 
@@ -68,23 +68,23 @@ def test_a_wish_is_priced_confirmed_heeded_and_taken_back(rider, chair):
     before = ways(chair, lambda way: way["points"])
     far = nearest(before["points"], at["Laboratory"])
 
-    rider.show("Way")
-    rider.page.get_by_label("Or by the name of a place").select_option("Laboratory")
-    rider.press("Go by there")
+    rider.show("Route")
+    rider.page.get_by_label("Or choose a place").select_option("Laboratory")
+    rider.press("Go via here")
     card = rider.page.get_by_role("group", name="Wish")
     expect(card.get_by_role("status")).to_have_text(re.compile(r"^\+[\d.]+ m, "), timeout=32_000)
     told = card.get_by_role("status").inner_text()
-    assert chair.state["route"] == before["version"]  # so far it is a question only
+    assert chair.state["route_version"] == before["version"]  # so far it is a question only
 
-    rider.press("Do it")
-    after = ways(chair, lambda way: way["wishes"] and way["extra"] > 0.0)
+    rider.press("Use this route")
+    after = ways(chair, lambda way: way["wishes"] and way["extra_length"] > 0.0)
     assert nearest(after["points"], at["Laboratory"]) < 0.5 * far
     assert after["length"] > before["length"]
     assert abs(float(told[1:].split()[0]) - (after["length"] - before["length"])) < 0.5
-    assert after["without"]
-    rider.sees(re.compile(r"What you wished: \+"))
+    assert after["without_wishes"]
+    rider.sees(re.compile(r"Preferences: \+"))
 
-    rider.press("Undo the last")
+    rider.press("Remove last")
     again = ways(chair, lambda way: not way["wishes"])
     assert abs(again["length"] - before["length"]) < 0.5
 
@@ -92,15 +92,15 @@ def test_a_wish_is_priced_confirmed_heeded_and_taken_back(rider, chair):
 def test_a_line_drawn_across_the_way_is_avoided(rider, chair):
     rider.choose("Ward 4")
     before = ways(chair, lambda way: way["points"])
-    rider.show("Way")
-    rider.press("Draw: not this way")
+    rider.show("Route")
+    rider.press("Draw area to avoid")
     rider.press("Whole floor")
     x, y = before["points"][len(before["points"]) // 2]
     draw(rider, [(x - 0.3, y - 2.0), (x + 0.3, y + 2.0)])
-    rider.press("Do it")
+    rider.press("Use this route")
     after = ways(chair, lambda way: way["wishes"])
     assert after["wishes"][0]["kind"] == "avoid"
-    assert after["extra"] > 0.0
+    assert after["extra_length"] > 0.0
 
 
 def draw(rider, line):
@@ -115,12 +115,12 @@ def draw(rider, line):
 def test_who_steers_and_how_fast(rider):
     rider.take()
     rider.show("Drive")
-    rider.press(re.compile("^With help"))
+    rider.press(re.compile("^Assisted"))
     rider.until(lambda state: state["mode"] == "assisted")
-    rider.press(re.compile("^By hand"))
-    rider.sees("By hand nothing holds the chair back")
+    rider.press(re.compile("^Manual"))
+    rider.sees("In manual mode the chair does not stop by itself")
     rider.holds(lambda state: state["mode"] == "assisted", 0.3)
-    rider.press("Drive by hand")
+    rider.press("Use Manual")
     rider.until(lambda state: state["mode"] == "manual")
     rider.press("Slow")
     rider.until(lambda state: state["pace"] == "slow")
@@ -131,22 +131,22 @@ def test_a_ride_can_be_rated_after_it(rider):
     began = rider.follow()["remaining"]
     rider.makes(lambda state: state["remaining"] < began - 2.0, lambda: None)
     rider.show("Drive")
-    rider.press("Stop driving from this page")
-    rider.sees("How was it? You need not say.")
+    rider.press("Release control")
+    rider.sees("Rate this ride (optional)")
     rider.press("4 of 5, good")
     rider.sees("Thank you.")
 
 
 def test_somebody_comes_a_door_shuts_and_all_begins_anew(rider, chair):
-    rider.show("People")
-    people = len(chair.state["bodies"])
+    rider.show("Simulation")
+    people = len(chair.state["true_people"])
     rider.press("Add a person")
-    rider.until(lambda state: len(state["bodies"]) == people + 1)
+    rider.until(lambda state: len(state["true_people"]) == people + 1)
     rider.press(re.compile("^3\\. .*: open$"))
-    rider.until(lambda state: state["shut"] == [2])
+    rider.until(lambda state: state["closed_doors"] == [2])
     rider.press("Pause")
     rider.until(lambda state: state["paused"])
     rider.page.get_by_label("Seed").fill("3")
-    rider.press("Begin anew")
-    rider.sees("The simulation has begun anew, with seed 3.")
-    rider.until(lambda state: not state["shut"] and len(state["bodies"]) == people)
+    rider.press("Restart")
+    rider.sees("The simulation has restarted with seed 3.")
+    rider.until(lambda state: not state["closed_doors"] and len(state["true_people"]) == people)

@@ -69,7 +69,7 @@ def test_touch_drives_and_a_second_finger_stops(riders):
     """STOP while the first finger holds the stick; it does not count until it was let go."""
     rider = riders(**PHONE)
     fingers = Fingers(rider)
-    rider.sees("Nobody drives.")
+    rider.sees("No driver.")
     rider.take()
     x, y = middle(rider.page.get_by_test_id("joystick").bounding_box())
     stop = middle(rider.button("STOP").bounding_box())
@@ -80,7 +80,7 @@ def test_touch_drives_and_a_second_finger_stops(riders):
 
     assert rider.makes(turns_right, drag, lambda: fingers.be("End"))["device"] == "joystick"
     fingers.be("Start", (x + 40, y), stop)
-    rider.until(lambda state: stands(state) and state["link"] == "stopped")
+    rider.until(lambda state: stands(state) and state["link"] == "stick_held")
     fingers.be("End", (x + 40, y))
     rider.holds(lambda state: stands(state) and state["link"] != "ready")
     fingers.be("End")
@@ -91,14 +91,14 @@ def test_a_gamepad_counts_from_its_centre_on(rider):
     pad = lambda *at: rider.page.evaluate("at => pad(...at)", list(at))  # noqa: E731 # short
     rider.take()
     pad(0, 0.8)
-    rider.sees("Let the gamepad’s stick go first.")
+    rider.sees("Release the gamepad’s stick first.")
     rider.holds(held)
     pad(0, 0)
     rider.rest(0.1)
     state = rider.makes(turns_left, lambda: pad(0, 0.8), lambda: (pad(0, 0), rider.rest(0.1)))
     assert state["device"] == "gamepad"
     pad(0, 0.8, [1])
-    rider.until(lambda state: stands(state) and state["link"] == "stopped")
+    rider.until(lambda state: stands(state) and state["link"] == "stick_held")
     pad(0, 0)
     rider.until(lambda state: state["link"] == "confirm")
     pad(0, 0, [9])
@@ -125,7 +125,7 @@ SWITCH = f"localStorage.setItem('cohelm.switches', '{json.dumps({'count': 1})}')
 @pytest.fixture
 def switch(riders):
     rider = riders(before=SWITCH)
-    rider.sees("Nobody drives.")
+    rider.sees("No driver.")
     words = rider.page.get_by_test_id("scan")
 
     def press(lit):
@@ -145,7 +145,7 @@ def switch(riders):
 
 def test_one_switch_takes_the_stick_turns_and_stands(switch):
     """Everything with one key: to begin, to choose what is lit, and to stand."""
-    switch.press_switch("Press to begin")
+    switch.press_switch("Press to start")
     switch.press_switch("Take control")
     state = switch.until(lambda state: switch.drives and state["link"] in {"ready", "confirm"})
     if state["link"] == "confirm":
@@ -163,5 +163,5 @@ def test_one_press_of_the_switch_stops_a_chair_that_follows_its_way(switch):
     switch.leave_fields()
     switch.press_switch("Press to STOP")
     state = switch.until(lambda state: stands(state) and state["link"] == "confirm")
-    assert state["why"]["code"] == "rider_stop"
+    assert state["reason"]["code"] == "rider_stop"
     switch.makes(wants, lambda: switch.press_switch("Go on"))

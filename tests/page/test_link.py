@@ -41,7 +41,7 @@ def test_a_link_that_is_cut_without_a_word(riders, timely, how):
         rider = under_way(riders(), how)
         began = time.monotonic()
         rider.cable.cut()
-        rider.sees("The chair does not answer. It stops by itself.")
+        rider.sees("The chair does not respond. It stops by itself.")
         return silent_for(rider, began)
 
     timely(story)
@@ -106,7 +106,7 @@ def test_a_page_that_is_gone(riders, chair, timely, how):
 def test_a_page_that_was_hidden_is_asked_before_it_drives_on(rider):
     under_way(rider, "by hand")
     rider.page.evaluate(HIDE)
-    rider.until(lambda state: stands(state) and state["link"] == "silent")
+    rider.until(lambda state: stands(state) and state["link"] == "no_heartbeat")
     rider.page.evaluate(SHOW)
     rider.holds(held)
     rider.let_go()
@@ -123,9 +123,9 @@ def test_a_navigator_that_is_killed(rider, chair):
     os.kill(chair.navigator, signal.SIGKILL)
     rider.until(stands)
     assert chair.stood(began) - began <= 0.4 + chair.lateness(began)
-    rider.sees("I could not think in time, so I stopped.")
+    rider.sees("This computer is too slow for real time. Stopped.")
     rider.until(lambda state: state["link"] == "confirm", within=120.0)
-    chair.heard(lambda told: told.get("code") == "navigator_back", within=240.0)
+    chair.heard(lambda told: told.get("code") == "navigator_ready", within=240.0)
     assert chair.health()["restarts"] == 1
     rider.holds(held)
     rider.makes(wants, rider.go_on)
@@ -135,10 +135,10 @@ def test_two_pages_and_a_take_over(rider, riders, chair):
     rider.take()
     rider.hold()
     other = riders()
-    other.sees("Another page drives")
+    other.sees("Another screen drives")
     other.press("Take over")
-    rider.sees("Somebody else drives now.")
-    other.sees("You drive now, instead of somebody else.")
+    rider.sees("Another screen has taken control.")
+    other.sees("You have taken control from another screen.")
     other.until(lambda state: other.drives)
     other.holds(held)  # the first one still holds its key
     rider.let_go()

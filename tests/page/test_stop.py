@@ -11,7 +11,7 @@ def stopped(state):
 
 
 def code(state):
-    return state["why"] and state["why"]["code"]
+    return state["reason"] and state["reason"]["code"]
 
 
 BY = {
@@ -27,8 +27,8 @@ def test_while_the_stick_is_held(rider, by):
     rider.take()
     rider.hold()
     BY[by](rider)
-    rider.until(lambda state: stands(state) and state["link"] == "stopped")
-    rider.sees("Stopped. Let the stick go.")
+    rider.until(lambda state: stands(state) and state["link"] == "stick_held")
+    rider.sees("Stopped. Release the stick.")
     rider.button("Go on").click(force=True)
     rider.holds(stopped)
     rider.let_go()
@@ -63,7 +63,7 @@ def test_from_a_page_that_does_not_drive(rider, riders):
     rider.take()
     rider.follow()
     other = riders()
-    other.sees("Another page drives")
+    other.sees("Another screen drives")
     other.press("STOP")
     rider.until(stopped)
     assert rider.drives
@@ -73,7 +73,7 @@ def test_while_the_stick_must_be_let_go_first(rider, riders):
     """Taken over with the stick held: it does not count, and STOP is STOP all the same."""
     riders().take()
     rider.leave_fields()
-    rider.sees("Another page drives")
+    rider.sees("Another screen drives")
     rider.page.keyboard.down("ArrowLeft")
     rider.press("Take over")
     rider.until(lambda state: rider.drives)
@@ -95,21 +95,21 @@ def test_while_time_stands_still(rider):
     """Going on with time moves nothing."""
     rider.take()
     rider.follow()
-    rider.show("People")
+    rider.show("Simulation")
     rider.press("Pause")
     rider.until(lambda state: state["paused"])
     rider.press("STOP")
-    rider.press("Go on with time")
+    rider.press("Resume")
     rider.until(lambda state: not state["paused"])
     rider.holds(stopped)
 
 
 def test_while_the_simulation_begins_anew(rider, chair):
     rider.take()
-    rider.show("People")
-    rider.press("Begin anew")
+    rider.show("Simulation")
+    rider.press("Restart")
     rider.press("STOP")
-    chair.heard(lambda told: told.get("code") == "restarted")
+    chair.heard(lambda told: told.get("code") == "simulation_restarted")
     rider.until(lambda state: state["link"] == "confirm")
 
 
@@ -118,11 +118,11 @@ def test_while_the_link_is_lost(rider):
     rider.take()
     rider.hold()
     rider.cable.tear()
-    rider.sees("The link to the chair is lost.")
+    rider.sees("Connection to the chair lost.")
     rider.press("STOP")
     rider.until(lambda state: stands(state) and state["driver"] is None)
     said = rider.page.get_by_role("alert").filter(has_text="The chair stops by itself.")
     assert said.count() > 0
     rider.let_go()
     rider.cable.mend()
-    rider.sees("Nobody drives.")
+    rider.sees("No driver.")

@@ -8,21 +8,21 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from cohelm.driving import LimitsRise
-from cohelm.driving.drive import Health
-from cohelm.driving.messages import (
-    Chair,
+from cohelm.errors import StoreError
+from cohelm.live import LimitsLoosened
+from cohelm.live.drive import DriveHealth
+from cohelm.live.messages import (
+    ChairInfo,
+    ChairState,
     Echo,
-    Floor,
+    FloorInfo,
     Limits,
     RiderSettings,
-    Scene,
-    State,
+    SceneInfo,
     Welcome,
 )
-from cohelm.errors import StoreError
-from cohelm.web.built import Asset
-from cohelm.web.serve import listening, server, serving
+from cohelm.web.page_files import Asset
+from cohelm.web.server import listening, make_context, server
 
 TOKENS = {"driver": "drive-drive-drive-drive", "therapist": "thera-thera-thera-thera"}
 PAGE = {
@@ -50,7 +50,7 @@ class Log:
     def __init__(self):
         self.noted = []
 
-    def note(self, who, what, **said):
+    def log_event(self, who, what, **said):
         self.noted.append((who, what, said))
 
     def entries(self):
@@ -69,17 +69,19 @@ class Still:
         self.gone = []
         self.said = []
         self.sessions, self.audit = Store(), Log()
-        self.health = Health(
-            ready=True, trouble="", ticks=7, missed=2, longest_streak=1, stops=0, restarts=0
+        self.health = DriveHealth(
+            ready=True, error="", ticks=7, missed=2, longest_streak=1, stops=0, restarts=0
         )
 
     def listen(self, callback):
         self.told = callback
 
     def scene(self):
-        floor = Floor(image="/api/floor/abc.png", width=2, height=2, resolution=0.1, x=0.0, y=0.0)
-        chair = Chair(name="chair", outline=((0.0, 0.0),), max_speed=1.0, max_turn_rate=1.0)
-        return Scene(
+        floor = FloorInfo(
+            image="/api/floor/abc.png", width=2, height=2, resolution=0.1, x=0.0, y=0.0
+        )
+        chair = ChairInfo(name="chair", outline=((0.0, 0.0),), max_speed=1.0, max_turn_rate=1.0)
+        return SceneInfo(
             name="empty", description="", simulation=True, seed=0, floor=floor, places=(),
             doors=(), chair=chair, modes=("shared",),
         )  # fmt: skip
@@ -87,34 +89,34 @@ class Still:
     def floor_png(self):
         return b"\x89PNG"
 
-    def joined(self, client, role):
+    def connect(self, client, role):
         self.joined_as[client] = role
         welcome = Welcome(
             client=client, role=role, scene=self.scene(), limits=self.limits, rider=self.rider
         )
         self.told(welcome, client)
 
-    def left(self, client):
+    def disconnect(self, client):
         self.gone.append(client)
 
-    def heard(self, client, message, at):
+    def receive(self, client, message, at):
         self.said.append((client, message, at))
         if isinstance(message, Echo):
             self.told(message, client)
 
     def set_limits(self, limits, who):
         if self.moving and limits.max_speed > self.limits.max_speed:
-            raise LimitsRise("the chair moves")
+            raise LimitsLoosened("the chair moves")
         self.limits = limits
-        self.audit.note(who, "limits")
+        self.audit.log_event(who, "limits")
 
     def set_rider(self, rider, who):
         self.rider = rider
 
     def state(self, seq=0, people=()):
-        return State(
-            seq=seq, time=0.0, pose=(0.0, 0.0, 0.0), speed=0.0, turn=0.0, command=(0.0, 0.0),
-            mode="shared", pace="normal", eta=0.0, people=people,
+        return ChairState(
+            seq=seq, time=0.0, pose=(0.0, 0.0, 0.0), speed=0.0, turn_rate=0.0, command=(0.0, 0.0),
+            mode="shared", pace="normal", rider_authority=0.0, people=people,
         )  # fmt: skip
 
 
@@ -126,7 +128,7 @@ class Served:
     def __init__(self, drive, host="127.0.0.1", tokens=None, page=PAGE, **options):
         self.drive = drive
         self._bound = listening(host, 0)
-        self._what = serving(
+        self._what = make_context(
             drive, page, self._bound, host=host, tokens=tokens or TOKENS, **options
         )
         self.tls = options.get("tls")

@@ -10,13 +10,13 @@ import schemathesis
 from hypothesis import HealthCheck, given, settings
 from websockets.exceptions import InvalidStatus
 
-from cohelm.driving.messages import LARGEST, Beat
 from cohelm.errors import ConfigError
-from cohelm.web.pages import MOST_EACH, Closed
-from cohelm.web.rates import BEATS, MESSAGES
-from cohelm.web.serve import listening, serving
+from cohelm.live.messages import LARGEST, Heartbeat
+from cohelm.web.page_connections import MAX_EACH, CloseCode
+from cohelm.web.rate_limits import HEARTBEATS, MESSAGES
+from cohelm.web.server import listening, make_context
 
-FULL = '{"type": "beat", "seq": %d, "sent": 0, "forward": 1, "device": "keys"}'
+FULL = '{"type": "heartbeat", "seq": %d, "sent": 0, "forward": 1, "device": "keys"}'
 
 
 async def refused(server, **options):
@@ -33,7 +33,7 @@ def still_serves(server):
 
 
 def beats(drive):
-    return [message for _, message, _ in drive.said if isinstance(message, Beat)]
+    return [message for _, message, _ in drive.said if isinstance(message, Heartbeat)]
 
 
 def test_no_token(closed_server, drive):
@@ -57,7 +57,7 @@ def test_wrong_token(closed_server, drive):
         assert client.get("/api/me").status_code == 401
     headers = {"Cookie": f"cohelm-{closed_server.port}=guessed"}
     assert asyncio.run(refused(closed_server, additional_headers=headers)) == 401
-    assert [what for _, what, _ in drive.audit.noted].count("sign_in_refused") == 4
+    assert [what for _, what, _ in drive.audit.noted].count("sign_in_rejected") == 4
 
 
 def test_foreign_origin(open_server, drive):
@@ -105,7 +105,7 @@ def answers(server, messages):
             async with server.ws() as page:
                 for message in messages[first : first + 8]:
                     await page.send(message)
-                    said.append(await server.told(page, "refused"))
+                    said.append(await server.told(page, "rejected"))
         return said
 
     return asyncio.run(attack())
@@ -113,9 +113,10 @@ def answers(server, messages):
 
 MALFORMED = [
     "", "null", "[]", "0", "{}", '"stop"', '{"type": "go_faster"}', '{"type": "stop", "now": 1}',
-    '{"type": "beat"}', "{" * 5000, "[" * 16_000, '{"type": "stop"', b"\x00\xff",
-    b'{"type": "stop"}', '{"type": "go", "place": ""}', '{"type": "go", "place": "\\ud800"}',
-    '{"type": "want", "kind": "attract", "points": []}',
+    '{"type": "heartbeat"}', "{" * 5000, "[" * 16_000, '{"type": "stop"', b"\x00\xff",
+    b'{"type": "stop"}', '{"type": "set_goal", "place": ""}',
+    '{"type": "set_goal", "place": "\\ud800"}',
+    '{"type": "add_wish", "kind": "attract", "points": []}',
 ]  # fmt: skip
 
 
@@ -131,14 +132,14 @@ def test_malformed_messages_again_and_again(open_server, drive):
                 await page.send("nonsense")
             return await open_server.closed(page)
 
-    assert asyncio.run(attack()) == Closed.MALFORMED
+    assert asyncio.run(attack()) == CloseCode.MALFORMED
     assert still_serves(open_server)
 
 
 ECHO = '{"type": "echo", "id": %d}'
 
 
-@pytest.mark.parametrize(("message", "most"), [(FULL, BEATS), (ECHO, MESSAGES)])
+@pytest.mark.parametrize(("message", "most"), [(FULL, HEARTBEATS), (ECHO, MESSAGES)])
 def test_a_thousand_messages_a_second(open_server, drive, message, most):
     """Those of one second at once, and then as many as the rate lets through while they come."""
 
@@ -150,17 +151,17 @@ def test_a_thousand_messages_a_second(open_server, drive, message, most):
             return await open_server.closed(page), time.monotonic() - began
 
     code, taken = asyncio.run(attack())
-    assert code == Closed.TOO_MANY
+    assert code == CloseCode.TOO_MANY
     assert len(drive.said) <= most * (1.0 + taken)
     assert still_serves(open_server)
 
 
 NUMBERS = ("NaN", "Infinity", "-Infinity", "1e308", "1e999", "-2", '"1"', "true", "null")
 NUMBERED = (
-    '{"type": "beat", "seq": 0, "sent": 0, "forward": %s}',
-    '{"type": "beat", "seq": %s, "sent": 0}',
-    '{"type": "go", "point": [%s, 1e999]}',
-    '{"type": "want", "kind": "avoid", "points": [[0, 0]], "radius": %s}',
+    '{"type": "heartbeat", "seq": 0, "sent": 0, "forward": %s}',
+    '{"type": "heartbeat", "seq": %s, "sent": 0}',
+    '{"type": "set_goal", "point": [%s, 1e999]}',
+    '{"type": "add_wish", "kind": "avoid", "points": [[0, 0]], "radius": %s}',
 )
 
 
@@ -186,16 +187,16 @@ def test_fifty_sockets_at_once(open_server, drive):
     async def attack():
         entered, leave = [], asyncio.Event()
         tries = [asyncio.create_task(attempt(entered, leave)) for _ in range(50)]
-        while sum(task.done() for task in tries) < 50 - MOST_EACH:
+        while sum(task.done() for task in tries) < 50 - MAX_EACH:
             await asyncio.sleep(0.01)
         leave.set()
         statuses = await asyncio.gather(*tries)
         return len(entered), statuses
 
     entered, statuses = asyncio.run(asyncio.wait_for(attack(), 20.0))
-    assert entered == MOST_EACH
+    assert entered == MAX_EACH
     assert set(statuses) <= {101, 429, 503}
-    assert len(drive.joined_as) == MOST_EACH
+    assert len(drive.joined_as) == MAX_EACH
     assert still_serves(open_server)
 
     async def again():
@@ -258,7 +259,7 @@ def test_others_are_not_let_near_without_token_and_tls(drive, tmp_path, host):
         both = {"therapist": "a", "driver": "b"}
         for tokens, tls in ((both, None), ({"therapist": "a"}, tmp_path)):
             with pytest.raises(ConfigError, match="certificate and a driver's token"):
-                serving(drive, {}, bound, host=host, tokens=tokens, tls=tls)
+                make_context(drive, {}, bound, host=host, tokens=tokens, tls=tls)
 
 
 def test_schemathesis_finds_no_fault_of_the_server(open_server):

@@ -3,7 +3,7 @@ import gzip
 import pytest
 
 from cohelm.errors import ConfigError
-from cohelm.web.built import read_page
+from cohelm.web.page_files import read_page
 
 
 @pytest.fixture

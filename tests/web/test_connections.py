@@ -8,7 +8,7 @@ import time
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from cohelm.driving.messages import Stop
+from cohelm.live.messages import StopCommand
 from cohelm.web import connections
 
 
@@ -36,7 +36,7 @@ def ended(connection):
 def test_silent_connections_keep_nobody_out(open_server, hasty):
     """From one address no more come in than may, and those that say nothing do not stay."""
     with contextlib.ExitStack() as stack:
-        silent = [connected(open_server, stack) for _ in range(2 * connections.MOST_EACH)]
+        silent = [connected(open_server, stack) for _ in range(2 * connections.MAX_EACH)]
         began = time.monotonic()
         assert all(ended(each) for each in silent)
         assert time.monotonic() - began < 4.0
@@ -83,4 +83,4 @@ def test_stop_needs_no_socket(closed_server, drive):
         assert client.post("/api/stop").status_code == 204
         evil = {"Origin": "http://evil.example"}
         assert client.post("/api/stop", headers=evil).status_code == 403
-    assert [type(message) for _, message, _ in drive.said] == [Stop]
+    assert [type(message) for _, message, _ in drive.said] == [StopCommand]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cohelm.web.built import FOLDER, read_page
+from cohelm.web.page_files import FOLDER, read_page
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = (

@@ -6,16 +6,16 @@ import time
 
 import pytest
 
-from cohelm.driving import Drive, DriveSetup
-from cohelm.evaluation import load_scenario
-from cohelm.web.pages import Closed
+from cohelm.live import Drive, DriveSetup
+from cohelm.scenarios import load_scenario
+from cohelm.web.page_connections import CloseCode
 
 
 @pytest.fixture(scope="module")
 def live(tmp_path_factory):
     folder = tmp_path_factory.mktemp("live")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("cohelm.driving.sessions.measured_aside", lambda *_: {})  # takes its time
+        patch.setattr("cohelm.live.sessions.store.measured_aside", lambda *_: {})  # takes its time
         drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=folder))
         drive.start()
         limit = time.monotonic() + 240.0
@@ -54,7 +54,7 @@ class Pilot:
     def beat(self, seq, forward):
         return json.dumps(
             {
-                "type": "beat", "seq": seq, "sent": 1e3 * time.monotonic(),
+                "type": "heartbeat", "seq": seq, "sent": 1e3 * time.monotonic(),
                 "forward": forward, "device": "keys" if forward else "none",
             }
         )  # fmt: skip
@@ -85,8 +85,8 @@ class Pilot:
 
     async def ready(self):
         """Take the chair with the stick let go, in the mode that follows the stick alone."""
-        await self.say("take")
-        await self.say("mode", mode="assisted")
+        await self.say("take_control")
+        await self.say("set_mode", mode="assisted")
         await self.until(lambda state: state["link"] in {"confirm", "ready"})
         await self.say("resume")
         await self.until(lambda state: state["link"] == "ready")
@@ -110,7 +110,7 @@ def ride(server, story):
             if page.close_code is None:
                 pilot.beating = True
                 pilot.forward = 0.0
-                await pilot.say("release")
+                await pilot.say("release_control")
                 await pilot.until(lambda state: abs(state["speed"]) < 1e-3)
             return result
 
@@ -124,7 +124,7 @@ def test_the_stick_turns_the_wheels_and_stop_stops_them(server):
         await pilot.until(stands, within=1.0)
         await asyncio.sleep(0.5)  # the stick is still held
         assert stands(pilot.state)
-        assert pilot.state["link"] == "stopped"
+        assert pilot.state["link"] == "stick_held"
 
     ride(server, story)
 
@@ -177,10 +177,10 @@ def test_replayed_and_reordered_commands_move_nothing(server):
         for old in range(last, last - 10, -1):
             await pilot.page.send(pilot.beat(old, 1.0))
             await asyncio.sleep(0.05)
-            assert pilot.state["heard"] <= last
+            assert pilot.state["heartbeat"] <= last
             assert pilot.state["command"][0] < 0.3
         await pilot.until(stands, within=2.0)
-        assert pilot.state["link"] in {"silent", "centre", "confirm"}
+        assert pilot.state["link"] in {"no_heartbeat", "centre_stick", "confirm"}
 
     ride(server, story)
 
@@ -191,7 +191,7 @@ def test_an_attacker_beside_does_not_disturb_who_drives(server):
         async with server.ws() as page:
             for k in range(500):
                 await page.send(pilot.beat(k, -1.0))
-            assert await server.closed(page) == Closed.TOO_MANY
+            assert await server.closed(page) == CloseCode.TOO_MANY
         await asyncio.sleep(0.3)
         assert pilot.state["link"] == "ready"
         assert pilot.state["driver"] is not None
@@ -211,8 +211,8 @@ def test_limits_do_not_rise_while_the_chair_moves(server, live):
             risen = await asyncio.to_thread(client.put, "/api/limits", json=before)
             return fallen.status_code, risen.status_code, risen.json()["code"]
 
-        assert ride(server, story) == (200, 409, "limits_rise")
+        assert ride(server, story) == (200, 409, "limits_loosened")
         assert client.get("/api/limits").json() == lower
         assert client.put("/api/limits", json=before).json() == before
-        log = [entry["what"] for entry in client.get("/api/audit").json()]
-    assert {"limits", "limits_refused", "took", "signed_in"} <= set(log)
+        log = [entry["event"] for entry in client.get("/api/audit").json()]
+    assert {"limits_changed", "limits_rejected", "control_taken", "signed_in"} <= set(log)

@@ -43,14 +43,14 @@ def test_one_host_and_no_less():
     ],
 )  # fmt: skip
 @pytest.mark.parametrize(
-    "about", [{"socket": True}, {"method": "POST"}, {"method": "GET", "path": "/api/me"}]
+    "about", [{"is_socket": True}, {"method": "POST"}, {"method": "GET", "path": "/api/me"}]
 )
 def test_a_page_of_another_origin_is_refused(origin, about):
     """Also another server on this machine, and the same address by another name."""
     assert asked(LOOPBACK, {**PAGE, "origin": origin}, **about).status == 403
 
 
-@pytest.mark.parametrize("about", [{"socket": True}, {"method": "PUT"}, {"method": "DELETE"}])
+@pytest.mark.parametrize("about", [{"is_socket": True}, {"method": "PUT"}, {"method": "DELETE"}])
 def test_who_changes_something_says_where_they_come_from(about):
     assert asked(LOOPBACK, {"host": PAGE["host"]}, **about).status == 403
     assert asked(LOOPBACK, PAGE, **about) is None
@@ -67,15 +67,15 @@ def test_reading_needs_no_origin_but_no_foreign_page_either():
 def test_a_forwarded_port_is_the_same_machine():
     """As ssh -L 9000:localhost:8000 does it: the page's own origin has that port as well."""
     forwarded = {"host": "localhost:9000", "origin": "http://localhost:9000"}
-    assert asked(LOOPBACK, forwarded, socket=True) is None
+    assert asked(LOOPBACK, forwarded, is_socket=True) is None
 
 
 def test_on_all_addresses_the_one_it_came_in_by_is_a_name():
     origins = origins_for("0.0.0.0", tls=True, names=("Chair",))
     page = {"host": "192.168.0.7:8000", "origin": "https://192.168.0.7:8000"}
-    assert asked(origins, page, socket=True, local="192.168.0.7") is None
-    assert asked(origins, page, socket=True, local="::ffff:192.168.0.7") is None
-    assert asked(origins, page, socket=True, local="192.168.0.8").status == 421
+    assert asked(origins, page, is_socket=True, local="192.168.0.7") is None
+    assert asked(origins, page, is_socket=True, local="::ffff:192.168.0.7") is None
+    assert asked(origins, page, is_socket=True, local="192.168.0.8").status == 421
     assert asked(origins, {"host": "chair:8000"}) is None
     assert asked(origins, {"host": ""}, local="").status == 421
 

@@ -2,23 +2,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.web.rates import Bucket, Faults
+from cohelm.web.rate_limits import FaultLimit, RateLimit
 
 
 def test_at_once_only_what_a_second_allows():
-    bucket = Bucket(60.0, 0.0)
+    bucket = RateLimit(60.0, 0.0)
     assert sum(bucket.take(0.0) for _ in range(1000)) == 60
 
 
 @pytest.mark.parametrize("sent", [10, 59, 60])
 def test_a_steady_stream_within_the_rate_is_never_refused(sent):
-    bucket = Bucket(60.0, 0.0)
+    bucket = RateLimit(60.0, 0.0)
     assert all(bucket.take(k / sent) for k in range(10 * sent))
 
 
 @given(st.lists(st.floats(min_value=0.0, max_value=0.5), min_size=1, max_size=500))
 def test_never_more_than_the_rate_and_one_burst(gaps):
-    bucket, now, taken = Bucket(100.0, 0.0), 0.0, 0
+    bucket, now, taken = RateLimit(100.0, 0.0), 0.0, 0
     for gap in gaps:
         now += gap
         taken += bucket.take(now)
@@ -26,7 +26,7 @@ def test_never_more_than_the_rate_and_one_burst(gaps):
 
 
 def test_a_few_faults_are_forgiven_and_many_are_not():
-    faults = Faults(0.0)
+    faults = FaultLimit(0.0)
     assert [faults.add(0.0) for _ in range(11)] == [True] * 10 + [False]
-    slow = Faults(0.0)
+    slow = FaultLimit(0.0)
     assert all(slow.add(6.0 * k) for k in range(1000))  # ten a minute

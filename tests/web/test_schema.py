@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.driving.messages import FROM_PAGE, Beat, Limits, State
-from cohelm.web.schema import FILE, as_text, messages_schema
+from cohelm.live.messages import FROM_PAGE, ChairState, Heartbeat, Limits
+from cohelm.web.schema import FILE, MEASURES, as_text, measures_as_text, messages_schema
 
 SCHEMA = json.loads(as_text())
 
@@ -21,24 +21,28 @@ def test_the_file_is_current():
     assert FILE.read_text(encoding="utf-8") == as_text(), "run: python -m cohelm.web.schema"
 
 
+def test_the_table_of_measures_is_the_one_of_the_reports():
+    assert MEASURES.read_text(encoding="utf-8") == measures_as_text(), "run: make schema"
+
+
 def test_it_is_a_schema():
     assert jsonschema_rs.meta.is_valid(SCHEMA)
 
 
 def test_a_page_may_leave_out_what_has_a_default_and_never_the_type():
-    beat = messages_schema()["definitions"]["Beat"]
+    beat = messages_schema()["definitions"]["Heartbeat"]
     assert beat["required"] == ["type", "seq", "sent"]
     assert not validator("fromPage").is_valid({"seq": 0, "sent": 0.0})
 
 
 def test_a_state_comes_whole():
-    state = messages_schema()["definitions"]["State"]
-    assert set(state["required"]) == set(State.model_fields)
+    state = messages_schema()["definitions"]["ChairState"]
+    assert set(state["required"]) == set(ChairState.model_fields)
 
 
 @given(
     st.builds(
-        Beat,
+        Heartbeat,
         seq=st.integers(0, 2**53 - 1),
         sent=st.floats(0.0, 1e15),
         forward=st.floats(-1.0, 1.0),
@@ -53,7 +57,7 @@ def test_what_is_a_message_keeps_to_it(beat):
     "wrong", [{"forward": 1.1}, {"seq": -1}, {"seq": 0.5}, {"more": 1}, {"device": "mind"}]
 )
 def test_what_is_none_does_not(wrong):
-    message = {"type": "beat", "seq": 0, "sent": 0.0, **wrong}
+    message = {"type": "heartbeat", "seq": 0, "sent": 0.0, **wrong}
     assert not validator("fromPage").is_valid(message)
     with pytest.raises(ValueError, match="validation error"):
         FROM_PAGE.validate_python(message)

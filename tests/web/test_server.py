@@ -5,10 +5,10 @@ import threading
 
 import pytest
 
-from cohelm.driving.messages import Echo, Notice, Person
+from cohelm.live.messages import Echo, Notice, PersonInfo
 from cohelm.web.certificate import own_certificate
 from cohelm.web.guard import content_policy
-from cohelm.web.pages import WAITING, Closed
+from cohelm.web.page_connections import MAX_WAITING, CloseCode
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_limits_that_would_rise_have_to_wait(therapist, drive):
     drive.moving = True
     wanted = {"max_speed": 1.0, "max_acceleration": 0.4, "min_distance": 0.6}
     answer = therapist.put("/api/limits", json=wanted)
-    assert (answer.status_code, answer.json()["code"]) == (409, "limits_rise")
+    assert (answer.status_code, answer.json()["code"]) == (409, "limits_loosened")
     assert drive.limits.max_speed == 0.8
 
 
@@ -113,7 +113,7 @@ def test_sessions_are_deleted_at_once_and_the_log_says_so(therapist, drive):
     assert therapist.get("/api/sessions").json() == []
     assert therapist.get("/api/sessions/20260101-101010.html").status_code == 404
     assert therapist.delete("/api/sessions").json() == {"deleted": 3}
-    assert drive.audit.noted[-1] == ("therapist 1", "deleted", {"sessions": 3})
+    assert drive.audit.noted[-1] == ("therapist 1", "sessions_deleted", {"sessions": 3})
 
 
 def test_the_floor_is_kept_by_its_name(open_server):
@@ -158,7 +158,7 @@ def test_signing_out_closes_the_sessions_pages(open_server):
         async with open_server.ws(additional_headers=headers) as own, open_server.ws() as other:
             assert (await open_server.told(own, "welcome"))["role"] == "therapist"
             await asyncio.to_thread(client.post, "/api/sign-out")
-            assert await open_server.closed(own) == Closed.SIGNED_OUT
+            assert await open_server.closed(own) == CloseCode.SIGNED_OUT
             await other.send('{"type": "echo"}')
             await open_server.told(other, "echo")
 
@@ -169,7 +169,7 @@ def test_signing_out_closes_the_sessions_pages(open_server):
 
 def test_a_page_that_does_not_read_misses_states_and_gets_the_newest(open_server, drive):
     """Nothing piles up: what is sent ahead of a reader is bounded, far below what was told."""
-    person = Person(
+    person = PersonInfo(
         id=0, x=0.0, y=0.0, vx=0.0, vy=0.0, radius=0.3, axis=0.0, front=1.0, side=1.0, rear=1.0
     )
     told = 3000
@@ -198,7 +198,7 @@ def test_a_page_that_reads_nothing_at_all_is_closed(open_server, drive):
     async def talk():
         async with open_server.ws(max_queue=1) as page:
             await open_server.told(page, "welcome")
-            for _ in range(20 * WAITING):
+            for _ in range(20 * MAX_WAITING):
                 drive.told(Notice(code="long", text=long), None)
                 await asyncio.sleep(0)
             page.transport.pause_reading()
@@ -208,7 +208,7 @@ def test_a_page_that_reads_nothing_at_all_is_closed(open_server, drive):
             page.transport.abort()
 
     asyncio.run(talk())
-    assert ("refused", {"closed": "slow"}) in [(what, said) for _, what, said in drive.audit.noted]
+    assert ("rejected", {"closed": "slow"}) in [(what, said) for _, what, said in drive.audit.noted]
 
 
 def test_states_from_a_thread_that_does_not_wait(open_server, drive):

@@ -6,8 +6,8 @@ from cohelm.web.signin import (
     LASTS,
     LETTERS,
     MOST_SESSIONS,
-    Locked,
     Lockout,
+    SignInLocked,
     SignIns,
     WrongToken,
     new_token,
@@ -75,11 +75,11 @@ def test_after_failures_even_the_right_token_waits(door):
     for _ in range(3):
         fail(door, "a", 0.0)
     fail(door, "a", 0.0)  # 1 s from here
-    with pytest.raises(Locked) as locked:
+    with pytest.raises(SignInLocked) as locked:
         door.sign_in("abcde-fghjk", "a", 0.4)
     assert locked.value.wait == pytest.approx(0.6)
     fail(door, "a", 1.0)  # 2 s from here
-    with pytest.raises(Locked):
+    with pytest.raises(SignInLocked):
         door.sign_in("abcde-fghjk", "a", 2.9)
     door.sign_in("abcde-fghjk", "a", 3.0)
     fail(door, "a", 3.0)  # a success forgives
@@ -96,7 +96,7 @@ def test_many_addresses_together_lock_all_that_failed_for_a_while(door):
     """30 are free in all; one more is 1 s."""
     for k in range(31):
         fail(door, f"10.0.0.{k}", 0.0)
-    with pytest.raises(Locked):
+    with pytest.raises(SignInLocked):
         door.sign_in("abcde-fghjk", "10.0.0.1", 0.5)
     door.sign_in("abcde-fghjk", "10.0.0.1", 1.0)
 
@@ -110,7 +110,7 @@ def test_whoever_fails_elsewhere_never_locks_out_who_has_the_token(door):
 def test_a_network_of_one_machine_counts_as_one_address(door):
     for k in range(4):
         fail(door, f"2001:db8::{k + 1:x}", 0.0)
-    with pytest.raises(Locked):
+    with pytest.raises(SignInLocked):
         door.sign_in("abcde-fghjk", "2001:db8::ffff", 0.0)
     door.sign_in("abcde-fghjk", "2001:db8:0:1::1", 0.0)
 

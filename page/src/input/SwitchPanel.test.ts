@@ -1,7 +1,7 @@
 import { fireEvent, render, screen } from "@testing-library/svelte";
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import { Chair } from "../chair.svelte";
-import type { FromPage, State } from "../messages";
+import type { FromPage, ChairState } from "../messages";
 import { Inputs } from "./inputs.svelte";
 import SwitchPanel from "./SwitchPanel.svelte";
 
@@ -17,8 +17,8 @@ beforeEach(() => {
   inputs = new Inputs({ send: (message) => sent.push(message) > 0, watch: () => () => undefined, again: () => undefined }, chair);
 });
 
-const state = (now: Partial<State>) =>
-  chair.heard({ type: "state", link: "ready", driver: "me", mode: "assisted", speed: 0, turn: 0, ...now } as State);
+const state = (now: Partial<ChairState>) =>
+  chair.heard({ type: "state", link: "ready", driver: "me", mode: "assisted", speed: 0, turn_rate: 0, ...now } as ChairState);
 const words = () => screen.getByTestId("scan").textContent;
 
 async function show(count: 1 | 2): Promise<void> {
@@ -31,15 +31,15 @@ describe("panel of the switches", () => {
   it("has one large button for one switch, two for two", async () => {
     state({});
     await show(2);
-    expect(screen.getAllByRole("button", { name: /Next|Choose/ })).toHaveLength(2);
+    expect(screen.getAllByRole("button", { name: /Next|Select/ })).toHaveLength(2);
   });
 
   it("lights up the directions, and says each aloud", async () => {
     state({});
     await show(1);
-    expect(words()).toBe("Press to begin");
+    expect(words()).toBe("Press to start");
     expect(screen.getByTestId("scan").getAttribute("aria-live")).toBe("polite");
-    await fireEvent.click(screen.getByRole("button", { name: /Choose/ }));
+    await fireEvent.click(screen.getByRole("button", { name: /Select/ }));
     expect(words()).toBe("Forward");
     expect(screen.getByRole("button", { name: "Forward" }).hasAttribute("data-scanned")).toBe(true);
   });
@@ -47,12 +47,12 @@ describe("panel of the switches", () => {
   it("drives what is chosen", async () => {
     state({});
     await show(1);
-    const choose = screen.getByRole("button", { name: /Choose/ });
+    const choose = screen.getByRole("button", { name: /Select/ });
     await fireEvent.click(choose);
     await fireEvent.click(choose);
     expect(inputs.push?.direction).toBe("forward");
     expect(inputs.steering).toMatchObject({ device: "switch", at: { forward: 0.6, left: 0 } });
-    expect(words()).toBe("Driving forward: press to stand");
+    expect(words()).toBe("Driving forward: press to stop");
   });
 
   it("turns into STOP while the chair moves", async () => {

@@ -1,9 +1,9 @@
-import type { State } from "../messages";
+import type { ChairState } from "../messages";
 import { CENTRE, isCentred, type Deflection } from "./deflection";
 
 /** A device that can steer; each gamepad is one of its own. */
 export type Source = "joystick" | "keys" | "switch" | `gamepad:${number}`;
-export type Device = State["device"];
+export type Device = ChairState["device"];
 
 interface Stick {
   readonly at: Deflection;
@@ -12,7 +12,7 @@ interface Stick {
   readonly armed: boolean;
 }
 
-/** Who steers: one source at a time, and the others wait for its centre and for their own. */
+/** The source in control; the others wait until it and they themselves are centred. */
 export interface Arbiter {
   readonly control: Source | null;
   readonly sticks: ReadonlyMap<Source, Stick>;
@@ -63,7 +63,7 @@ export function dropped(was: Arbiter): Arbiter {
   return { control: null, sticks };
 }
 
-/** What goes to the chair, and what is held in vain. */
+/** Deflection sent to the chair, and the sources that must be released first. */
 export function steering(arbiter: Arbiter, deadZone: number): Steering {
   const waiting = [...arbiter.sticks]
     .filter(([, stick]) => !stick.armed && !isCentred(stick.at, deadZone))

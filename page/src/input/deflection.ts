@@ -1,4 +1,4 @@
-/** Where a stick is: shares of full deflection, −1…1, forward and to the left (REP-103). */
+/** Deflection of a stick, −1…1, forward and left (REP-103). */
 export interface Deflection {
   readonly forward: number;
   readonly left: number;
@@ -18,7 +18,7 @@ export function size(d: Deflection): number {
   return Math.hypot(d.forward, d.left);
 }
 
-/** Whether the stick counts as let go: within the dead zone, whose edge belongs to it. */
+/** True if the stick is within the dead zone, edge included: it counts as released. */
 export function isCentred(d: Deflection, deadZone: number): boolean {
   return size(d) <= deadZone;
 }

@@ -1,9 +1,9 @@
-import type { Beat } from "../messages";
+import type { Heartbeat as HeartbeatMessage } from "../messages";
 import type { Device } from "./arbiter";
 import { CENTRE, type Deflection } from "./deflection";
 
 /** A beat with nothing left out. */
-export type BeatOut = Required<Beat>;
+export type BeatOut = Required<HeartbeatMessage>;
 
 /** Between beats while nothing changes, ms. */
 export const STEADY = 100;
@@ -43,7 +43,7 @@ export class Heartbeat {
     clearTimeout(this.timer);
   }
 
-  /** Where the stick is now. */
+  /** Set the current deflection. */
   put(at: Deflection, device: Device): void {
     this.at = at;
     this.device = device;
@@ -70,7 +70,7 @@ export class Heartbeat {
     this.last = this.now();
     this.told = { at, device };
     const stick = { forward: at.forward, left: at.left, device };
-    this.send({ type: "beat", seq: this.seq++, sent: this.last, ...stick, visible });
+    this.send({ type: "heartbeat", seq: this.seq++, sent: this.last, ...stick, visible });
     if (visible) this.arm(STEADY);
     else clearTimeout(this.timer);
   }

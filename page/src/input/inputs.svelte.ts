@@ -1,4 +1,4 @@
-// Everything that a hand can do, brought together: devices in, one deflection out.
+// All input devices combined: devices in, one deflection out.
 
 import { Chair, chair as theChair } from "../chair.svelte";
 import type { FromPage } from "../messages";
@@ -11,7 +11,7 @@ import { watchPresence } from "./presence";
 import { Scanner } from "./scanner.svelte";
 import { isMoving, isOver, pushed, type Direction, type Push } from "./switches";
 
-/** How often gamepads, ramps and switches are looked at, ms. */
+/** Polling period of gamepads, ramps and switches, ms. */
 const EVERY = 20;
 /** A page in front that drives and is not heard for longer than this connects anew, ms (assumed):
  * after its clock stood still, the chair takes every beat of the old connection for a late one. */
@@ -19,7 +19,7 @@ const UNHEARD = 2_000;
 /** Until the chair says otherwise. */
 const DEAD_ZONE = 0.08;
 
-/** What the inputs need of the link. */
+/** Interface of the link as the inputs use it. */
 export interface Line {
   send(message: FromPage): boolean;
   watch(watcher: (status: string) => void): () => void;
@@ -28,16 +28,16 @@ export interface Line {
 }
 
 export class Inputs {
-  /** What goes to the chair, and who is waiting for its centre. */
+  /** Deflection sent to the chair, and the sources that must be released first. */
   steering = $state.raw<Steering>({ at: CENTRE, device: "none", waiting: [] });
-  /** Whether the page is in front and has the keyboard. */
+  /** True if the page is in front and has the keyboard. */
   present = $state(true);
-  /** How many gamepads there are. */
+  /** Number of connected gamepads. */
   pads = $state(0);
   /** A direction that a switch drives. */
   push = $state.raw<Push | null>(null);
   readonly scanner: Scanner;
-  /** Told of every STOP of this page, by whatever hand. */
+  /** Called for every STOP of this page, from any device. */
   stopping: () => void = () => undefined;
 
   #arbiter: Arbiter = NOBODY;
@@ -99,7 +99,7 @@ export class Inputs {
     this.look();
   }
 
-  /** What the switch drives ends. */
+  /** Release the direction that a switch drives. */
   letGo(): void {
     this.push = null;
     this.look();
@@ -120,7 +120,7 @@ export class Inputs {
 
   #lookAtLink(now: number): void {
     const { driving, stale, state } = this.chair;
-    const unheard = this.present && driving && !stale && state?.link === "silent";
+    const unheard = this.present && driving && !stale && state?.link === "no_heartbeat";
     this.#unheard = unheard ? (this.#unheard ?? now) : null;
     if (this.#unheard === null || now - this.#unheard <= UNHEARD) return;
     this.#unheard = null;
@@ -181,14 +181,18 @@ export class Inputs {
       return;
     }
     if (this.scanner.keyDown(event)) return;
-    if (event.ctrlKey || event.metaKey || event.altKey || !this.chair.driving) return;
-    if (event.code === "Space" && this.#stops(event.target)) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { driving } = this.chair;
+    if (driving && event.code === "Space" && this.#stops(event.target)) {
       event.preventDefault();
       this.#spaceStopped = true;
       if (!event.repeat) this.stop();
     } else if (steers(event.code) && !isTyped(event.target)) {
-      event.preventDefault();
+      if (driving) event.preventDefault();
       if (event.repeat) return;
+      // Recorded even before the page knows that it drives: the state that says so may arrive after
+      // the key, and a key that was dropped then would stay dead for as long as it is held. The
+      // chair itself decides whose stick counts, and asks for a stick held at take-over to be let go.
       this.#keys = pressed(this.#keys, event.code, performance.now());
       this.look();
     }

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { Chair } from "../chair.svelte";
-import type { Beat, FromPage, State } from "../messages";
+import type { Heartbeat, FromPage, ChairState } from "../messages";
 import { Inputs } from "./inputs.svelte";
 import type { Pad } from "./pads";
 
@@ -15,9 +15,9 @@ let again: number;
 
 const READY = { link: "ready", driver: "me", mode: "shared", pace: "normal" } as const;
 
-function state(now: Partial<State> = {}): void {
-  const standing = { seq: 0, time: 0, pose: [0, 0, 0], speed: 0, turn: 0, command: [0, 0], eta: 0 };
-  chair.heard({ type: "state", ...standing, ...READY, ...now } as State);
+function state(now: Partial<ChairState> = {}): void {
+  const standing = { seq: 0, time: 0, pose: [0, 0, 0], speed: 0, turn_rate: 0, command: [0, 0], rider_authority: 0 };
+  chair.heard({ type: "state", ...standing, ...READY, ...now } as ChairState);
 }
 
 beforeEach(() => {
@@ -60,7 +60,7 @@ const key = (name: "keydown" | "keyup", code: string, more: KeyboardEventInit = 
   (document.activeElement ?? document.body).dispatchEvent(event);
   return event;
 };
-const last = () => sent.filter((message): message is Beat => message.type === "beat").at(-1)!;
+const last = () => sent.filter((message): message is Heartbeat => message.type === "heartbeat").at(-1)!;
 const count = (type: string) => sent.filter((message) => message.type === type).length;
 const pass = (time: number) => vi.advanceTimersByTime(time);
 const pad = (forward: number, down: number[] = []): Pad => ({
@@ -73,7 +73,7 @@ const pad = (forward: number, down: number[] = []): Pad => ({
 
 describe("a page that is not heard", () => {
   it("connects anew where it drives, is in front and beats all the same", () => {
-    state({ link: "silent" });
+    state({ link: "no_heartbeat" });
     pass(1_900);
     expect(again).toBe(0);
     pass(300);
@@ -81,11 +81,11 @@ describe("a page that is not heard", () => {
   });
 
   it.each([
-    ["another one drives", () => state({ link: "silent", driver: "other" })],
+    ["another one drives", () => state({ link: "no_heartbeat", driver: "other" })],
     ["it is heard again", () => state()],
     ["it is not in front", () => { focused = false; window.dispatchEvent(new Event("blur")); }],
   ])("does not where %s", (_, change) => {
-    state({ link: "silent" });
+    state({ link: "no_heartbeat" });
     pass(1_500);
     change();
     pass(5_000);
@@ -102,15 +102,24 @@ describe("keys", () => {
     expect(last()).toMatchObject({ forward: 0, left: 0, device: "none" });
   });
 
-  it("are nothing to a page that does not drive, and not while something is typed", () => {
+  it("belong to the browser while another page drives, and to a field while something is typed", () => {
     document.body.innerHTML = "<input>";
     document.querySelector("input")!.focus();
     expect(key("keydown", "KeyW").defaultPrevented).toBe(false);
+    pass(500);
+    expect(last().forward).toBe(0);
     document.querySelector("input")!.blur();
     chair.client = "other";
     expect(key("keydown", "ArrowUp").defaultPrevented).toBe(false);
-    pass(500);
-    expect(last().forward).toBe(0);
+  });
+
+  it("count from the first press on, even where the page learns only later that it drives", () => {
+    state({ driver: null });
+    key("keydown", "ArrowUp");
+    state();
+    key("keydown", "ArrowUp", { repeat: true });
+    pass(1000);
+    expect(last()).toMatchObject({ forward: 1, device: "keys" });
   });
 
   it("let go when the window does, and a key held since then does not count", () => {
@@ -231,7 +240,7 @@ describe("link", () => {
     pass(1000);
     expect(sent).toHaveLength(beats);
     tell("open");
-    expect(sent[beats]).toMatchObject({ type: "beat", seq: 0 });
+    expect(sent[beats]).toMatchObject({ type: "heartbeat", seq: 0 });
     expect(last().forward).toBe(0);
   });
 });
@@ -289,7 +298,7 @@ describe("one switch", () => {
   it("ends by itself when the chair is stopped or taken over", () => {
     inputs.drive("forward");
     pass(100);
-    state({ link: "stopped" });
+    state({ link: "stick_held" });
     pass(40);
     expect(last().forward).toBe(0);
     inputs.drive("forward");

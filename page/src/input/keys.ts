@@ -17,7 +17,7 @@ const RAMP = 500;
 /** Full turn of a key, share of full deflection (assumed): a whole one spins too fast to aim. */
 const TURN = 0.6;
 
-/** Whether this key steers: the arrows, and where W, A, S and D lie on any keyboard. */
+/** True if the key steers: arrows, and the positions of W, A, S and D on any keyboard. */
 export function steers(code: string): boolean {
   return STEERING.has(code);
 }
@@ -60,14 +60,14 @@ const ARROWED =
   "[role=radio], [role=tab], [role=slider], [role=option], [role=listbox], [role=combobox], " +
   "[role=menuitem], [role=spinbutton], dialog";
 
-/** Whether arrows and letters belong to the field, list or dialog that has the focus. */
+/** True if arrows and letters belong to the focused field, list or dialog. */
 export function isTyped(target: EventTarget | null): boolean {
   if (!(target instanceof Element)) return false;
   if (target instanceof HTMLElement && target.isContentEditable) return true;
   return target.closest(`${TYPED}, ${ARROWED}, [contenteditable=true]`) !== null;
 }
 
-/** Whether Space and Enter belong to the control that has the focus. */
+/** True if Space and Enter belong to the focused control. */
 export function isControl(target: EventTarget | null): boolean {
   if (!(target instanceof Element)) return false;
   return isTyped(target) || target.closest("button, a[href], summary, input, [role=button], [tabindex]:not([tabindex='-1'])") !== null;

@@ -1,6 +1,6 @@
 import { deflection, type Deflection } from "./deflection";
 
-/** What is read of a gamepad (`Gamepad` of the web platform has all of it). */
+/** Fields of the web platform's `Gamepad` that are read. */
 export interface Pad {
   readonly index: number;
   readonly connected: boolean;
@@ -9,7 +9,7 @@ export interface Pad {
   readonly buttons: readonly { readonly pressed: boolean }[];
 }
 
-/** Which of a gamepad's own commands are pressed. */
+/** Command buttons of a gamepad that are pressed. */
 export interface PadButtons {
   readonly stop: boolean;
   readonly resume: boolean;
@@ -19,7 +19,7 @@ export interface PadButtons {
 const FACE = [0, 1, 2, 3];
 const START = 9;
 const [UP, DOWN, LEFT, RIGHT] = [12, 13, 14, 15] as const;
-/** What the cross means, share of full deflection (assumed). */
+/** Deflection of the D-pad (assumed). */
 const CROSS = 0.6;
 
 /** Left stick, or the cross where the stick rests. Its axes point right and down. */
@@ -41,7 +41,7 @@ export function padButtons(pad: Pad): PadButtons {
   return { stop: FACE.some((n) => down(pad, n) === 1), resume: down(pad, START) === 1 };
 }
 
-/** What has been pressed anew. A button that is held while the gamepad comes stops, but it never
+/** Newly pressed commands. A button held while the gamepad connects stops the chair, but it never
  * goes on. */
 export function newlyPressed(pad: Pad, was: PadButtons | undefined): PadButtons {
   const now = padButtons(pad);

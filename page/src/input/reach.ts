@@ -2,7 +2,7 @@ import type { Choice } from "./scan";
 
 /** A choice and what it stands for on the page. */
 export interface Reached extends Choice {
-  /** What lights up; of a single choice the one that is clicked. */
+  /** Highlighted elements; for a single item the one that is clicked. */
   readonly elements: readonly HTMLElement[];
   readonly items?: readonly Reached[];
 }
@@ -13,7 +13,7 @@ const RANK: Readonly<Record<string, number>> = { first: 0, drive: 1, last: 3 };
 const keys = new WeakMap<Element, string>();
 let made = 0;
 
-/** What switches can reach on the page now, in the order in which it lights up.
+/** Items that switches can reach on the page, in highlighting order.
  *
  * Elements with `data-scan`, those in one `data-scan-group` together. `data-scan="first"` comes
  * before `"drive"`, and that before the rest. Behind an open dialog nothing is reached. */

@@ -8,7 +8,7 @@ const ALL: Choice[] = [
 ];
 const PACE = { dwell: 1000 };
 
-/** What is lit at each of these times, ms, while nobody presses. */
+/** Highlighted item at each of these times, ms, without a press. */
 function lit(scan: Scan, times: number[]): (string | null)[] {
   return times.map((time) => (scan = ticked(scan, ALL, PACE, time)).lit);
 }

@@ -5,19 +5,19 @@ export interface Choice {
   readonly items?: readonly Choice[];
 }
 
-/** Where the light is. */
+/** State of the highlight. */
 export interface Scan {
   /** The groups that are open, the outer one first. */
   readonly path: readonly string[];
-  /** What is lit; null: the scan rests until a switch is pressed. */
+  /** Highlighted item; null: the scan pauses until a switch is pressed. */
   readonly lit: string | null;
   /** From when on it is lit, ms; later than now after a choice, which is a pause. */
   readonly since: number;
-  /** How often the light came to the end without a choice. */
+  /** Number of rounds without a selection. */
   readonly rounds: number;
 }
 
-/** Of one switch: the light goes by itself, and rests this long on each, ms. */
+/** One-switch scanning: the highlight moves by itself after this time, ms. */
 export interface Pace {
   readonly dwell: number;
 }
@@ -29,7 +29,7 @@ export const BACK: Choice = { key: "back", label: "Back" };
 const GROUP_ROUNDS = 2;
 const ROUNDS = 5;
 
-/** What can be chosen now: of the open group, if it is still there. */
+/** Items of the open group, or all if it is gone. */
 export function open(scan: Scan, all: readonly Choice[]): readonly Choice[] {
   let choices = all;
   for (const key of scan.path) {

@@ -12,12 +12,12 @@ export type Switch = "choose" | "step";
 const BOUNCE = 150;
 /** Dwell until the chair says the rider's, s. */
 const DWELL = 1.2;
-/** How often the page is searched for what can be reached, ms. */
+/** Period of searching the page for reachable items, ms. */
 const SEARCH = 200;
 
 export class Scanner {
   settings = $state.raw<SwitchSettings>(keptSwitches());
-  /** What is lit; null: the scan rests. */
+  /** Highlighted item; null: the scan pauses. */
   lit = $state.raw<Choice | null>(null);
   /** The next key becomes this switch. */
   learning = $state<Switch | null>(null);
@@ -34,7 +34,7 @@ export class Scanner {
     return 1000 * (this.inputs.chair.rider?.dwell ?? DWELL);
   }
 
-  /** What a press of a switch means now. */
+  /** Meaning of a switch press in the current state. */
   get meaning(): "choose" | "let-go" | "stop" {
     const { chair, push } = this.inputs;
     return meaning(chair.state, push, chair.driving);
@@ -89,7 +89,7 @@ export class Scanner {
     if (this.settings.hold && this.inputs.push) this.inputs.letGo();
   }
 
-  /** Whether the key was a switch's, or is now. */
+  /** True if the key belongs to a switch, or just became one. */
   keyDown(event: KeyboardEvent): boolean {
     if (this.learning) return this.#learn(event);
     const which = this.#switchOf(event);

@@ -1,14 +1,14 @@
 import { describe, expect, it } from "vitest";
-import type { State } from "../messages";
+import type { ChairState } from "../messages";
 import {
   isFollowing, isOver, keepSwitches, keptSwitches, keyName, mayBeSwitch, meaning, NO_SWITCH, pushed,
 } from "./switches";
 
-const STANDING: State = {
-  type: "state", seq: 0, time: 0, pose: [0, 0, 0], speed: 0, turn: 0, command: [0, 0],
-  mode: "shared", pace: "normal", eta: 0, link: "ready", heard: -1, driver: "me", device: "none",
-  why: null, arrived: false, paused: false, goal: null, remaining: null, route: 0, ride: "",
-  plan: [], people: [], groups: [], bodies: [], shut: [], late: 0, clock: 0,
+const STANDING: ChairState = {
+  type: "state", seq: 0, time: 0, pose: [0, 0, 0], speed: 0, turn_rate: 0, command: [0, 0],
+  mode: "shared", pace: "normal", rider_authority: 0, link: "ready", heartbeat: -1, driver: "me", device: "none",
+  reason: null, arrived: false, paused: false, goal: null, remaining: null, route_version: 0, ride: "",
+  plan: [], people: [], groups: [], true_people: [], closed_doors: [], lateness: 0, clock: 0,
 };
 const GOAL = { name: "Ward A", x: 1, y: 2 };
 const PUSH = { direction: "forward", since: 0 } as const;
@@ -20,7 +20,7 @@ describe("switches", () => {
   });
 
   it("stop it whenever it moves, forward, back or round, whoever drives", () => {
-    for (const moving of [{ speed: 0.2 }, { speed: -0.2 }, { turn: 0.3 }]) {
+    for (const moving of [{ speed: 0.2 }, { speed: -0.2 }, { turn_rate: 0.3 }]) {
       expect(meaning({ ...STANDING, ...moving }, null, true)).toBe("stop");
       expect(meaning({ ...STANDING, ...moving }, null, false)).toBe("stop");
     }

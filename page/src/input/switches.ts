@@ -1,9 +1,9 @@
-import type { State } from "../messages";
+import type { ChairState } from "../messages";
 import { CENTRE, type Deflection } from "./deflection";
 
-/** How this device's switches work; kept on this device only. */
+/** Switch settings of this device, stored on it only. */
 export interface SwitchSettings {
-  /** How many; 0: no scanning. */
+  /** Number of switches; 0: no scanning. */
   readonly count: 0 | 1 | 2;
   /** Drive only while the switch is held; else until it is pressed again. */
   readonly hold: boolean;
@@ -16,7 +16,7 @@ export const NO_SWITCH: SwitchSettings = { count: 0, hold: false, choose: "Space
 
 export type Direction = "forward" | "left" | "right" | "back";
 
-/** What each direction means, share of full deflection (assumed), and the longest that one press
+/** Deflection of each direction (assumed), and the longest time that one press
  * drives it, ms (assumed): somebody who cannot press any more does not drive on. */
 export const PUSHES: Readonly<Record<Direction, { at: Deflection; longest: number }>> = {
   forward: { at: { forward: 0.6, left: 0 }, longest: 15_000 },
@@ -43,12 +43,12 @@ export function isOver(push: Push, now: number): boolean {
 const STANDING = 0.03;
 const NOT_TURNING = 0.05;
 
-export function isMoving(state: Pick<State, "speed" | "turn"> | null): boolean {
-  return state !== null && (Math.abs(state.speed) > STANDING || Math.abs(state.turn) > NOT_TURNING);
+export function isMoving(state: Pick<ChairState, "speed" | "turn_rate"> | null): boolean {
+  return state !== null && (Math.abs(state.speed) > STANDING || Math.abs(state.turn_rate) > NOT_TURNING);
 }
 
-/** Whether the chair drives by itself, now or as soon as the way is free. */
-export function isFollowing(state: State | null): boolean {
+/** True if the chair drives by itself, now or as soon as the route is free. */
+export function isFollowing(state: ChairState | null): boolean {
   return (
     state !== null &&
     state.link === "ready" &&
@@ -59,12 +59,12 @@ export function isFollowing(state: State | null): boolean {
   );
 }
 
-/** What any press of any switch means now.
+/** Meaning of a switch press in the current state.
  *
  * While the chair moves, or may set off by itself, a press never chooses. Where only the switch
  * moves it, letting go is enough: it stands, and the next choice needs no confirming. */
 export function meaning(
-  state: State | null,
+  state: ChairState | null,
   push: Push | null,
   driving: boolean,
 ): "choose" | "let-go" | "stop" {

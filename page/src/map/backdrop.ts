@@ -1,6 +1,6 @@
-// What changes seldom, drawn once: the floor, doors, wishes and the ways. Frames only copy it.
+// Layer that changes seldom, drawn once: floor, doors, preferences, routes. Frames only copy it.
 
-import type { Preview, Route, Scene } from "../messages";
+import type { WishPreview, RouteUpdate, SceneInfo } from "../messages";
 import type { Colours } from "./palette";
 import { farthestFrom, lastOf, lengthOf } from "./strokes";
 import { toScreen, type Point, type View } from "./view";
@@ -11,15 +11,15 @@ const MARGIN = 0.2;
 const TURNING_MARGIN = 0.03;
 
 export interface Ground {
-  readonly scene: Scene;
+  readonly scene: SceneInfo;
   readonly floor: HTMLCanvasElement | null;
   readonly colours: Colours;
-  readonly route: Route;
-  /** How far it still is along the route, to the metre; null: nobody knows. */
+  readonly route: RouteUpdate;
+  /** Remaining route length, to the metre; null: unknown. */
   readonly left: number | null;
-  readonly preview: Preview | null;
+  readonly preview: WishPreview | null;
   readonly shut: readonly number[];
-  /** Whether doors carry their numbers. */
+  /** True if doors carry their numbers. */
   readonly numbered: boolean;
 }
 
@@ -174,9 +174,9 @@ function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View)
   const driven = left === null ? 0 : Math.max(0, lengthOf(route.points) - left);
   const ahead = lastOf(route.points, lengthOf(route.points) - driven);
   context.lineJoin = context.lineCap = "round";
-  if (route.wishes.length > 0 && route.without.length > 1) {
+  if (route.wishes.length > 0 && route.without_wishes.length > 1) {
     // Without wishes it is the way itself, and both begin where the chair was.
-    const without = lastOf(route.without, lengthOf(route.without) - driven);
+    const without = lastOf(route.without_wishes, lengthOf(route.without_wishes) - driven);
     dashed(context, without, colours.without, 3, [2, 8], view);
   }
   if (ahead.length > 1) {
@@ -193,8 +193,8 @@ function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View)
   }
   context.lineCap = "butt";
   const [of, from, extra, colour] = preview
-    ? [preview.points, route.points, preview.extra, colours.preview]
-    : [route.points, route.without, route.extra, colours.route];
+    ? [preview.points, route.points, preview.extra_length, colours.preview]
+    : [route.points, route.without_wishes, route.extra_length, colours.route];
   const where = farthestFrom(of, from);
   if (!where || Math.abs(extra) < 0.05) return;
   const [x, y] = toScreen(view, ...where);

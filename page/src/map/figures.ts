@@ -1,6 +1,6 @@
-// What moves: people in their social spaces, the plan, the chair.
+// Moving layer: people in their personal spaces, the plan, the chair.
 
-import type { Chair, Goal, Person, State } from "../messages";
+import type { ChairInfo, Destination, PersonInfo, ChairState } from "../messages";
 import { traced } from "./backdrop";
 import type { Shown } from "./motion";
 import type { Colours } from "./palette";
@@ -11,8 +11,8 @@ const SEEN = 0.5;
 
 export interface Moving {
   readonly shown: Shown;
-  readonly state: State;
-  readonly chair: Chair;
+  readonly state: ChairState;
+  readonly chair: ChairInfo;
   readonly colours: Colours;
 }
 
@@ -35,7 +35,7 @@ export function drawFigures(context: CanvasRenderingContext2D, moving: Moving, v
 /** Half an ellipse ahead and half a one behind. */
 function drawSpaces(
   context: CanvasRenderingContext2D,
-  people: readonly Person[],
+  people: readonly PersonInfo[],
   colours: Colours,
   view: View,
 ): void {
@@ -58,15 +58,15 @@ function drawSpaces(
   context.globalAlpha = 1;
 }
 
-/** Who is truly there and is not one of the people whom the chair sees. */
-export function unseen({ bodies, people }: Pick<Shown, "bodies" | "people">): State["bodies"] {
-  return bodies.filter(([x, y]) => !people.some((p) => Math.hypot(p.x - x, p.y - y) < SEEN));
+/** Simulated people whom the chair does not detect. */
+export function unseen({ true_people, people }: Pick<Shown, "true_people" | "people">): ChairState["true_people"] {
+  return true_people.filter(([x, y]) => !people.some((p) => Math.hypot(p.x - x, p.y - y) < SEEN));
 }
 
 /** Whom the chair does not see: thin rings. */
 function drawBodies(
   context: CanvasRenderingContext2D,
-  bodies: State["bodies"],
+  bodies: ChairState["true_people"],
   colours: Colours,
   view: View,
 ): void {
@@ -86,7 +86,7 @@ function drawBodies(
 
 function drawPerson(
   context: CanvasRenderingContext2D,
-  person: Person,
+  person: PersonInfo,
   colours: Colours,
   view: View,
 ): void {
@@ -113,7 +113,7 @@ function drawPerson(
 
 function drawPlan(
   context: CanvasRenderingContext2D,
-  { plan }: State,
+  { plan }: ChairState,
   colours: Colours,
   view: View,
 ): void {
@@ -165,7 +165,7 @@ function drawChair(
 
 function drawGoal(
   context: CanvasRenderingContext2D,
-  goal: Goal,
+  goal: Destination,
   colours: Colours,
   view: View,
 ): void {

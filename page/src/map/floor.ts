@@ -1,6 +1,6 @@
 // The map's picture in the page's colours, with smooth edges however near one looks.
 
-import type { Floor } from "../messages";
+import type { FloorInfo } from "../messages";
 import { rgbOf, type Colours, type Rgb } from "./palette";
 
 /** The tinted picture has at most so many pixels. */
@@ -8,7 +8,7 @@ const MOST = 6_000_000;
 /** Finer than this nobody sees, pixels a cell. */
 const FINEST = 3;
 
-export async function loadFloor(floor: Floor): Promise<HTMLImageElement> {
+export async function loadFloor(floor: FloorInfo): Promise<HTMLImageElement> {
   const image = new Image();
   image.src = floor.image;
   await image.decode();

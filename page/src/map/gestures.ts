@@ -1,4 +1,4 @@
-// What fingers and the mouse mean on the map: a touch, a drag, a pinch, a line that is drawn.
+// Gestures on the map: tap, drag, pinch, drawn line.
 
 import type { Point } from "./view";
 
@@ -16,7 +16,7 @@ export interface Meaning {
 const SHAKE = 9;
 
 export class Gestures {
-  /** Whether one finger draws instead of moving the map. */
+  /** True if one finger draws instead of moving the map. */
   drawing = false;
   #fingers = new Map<number, Point>();
   #start: Point | null = null;

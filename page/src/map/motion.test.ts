@@ -1,12 +1,12 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import type { Person } from "../messages";
+import type { PersonInfo } from "../messages";
 import { between, mixedAngle, Motion, placed, type Shown } from "./motion";
 
-const person = (id: number, x: number): Person => ({
+const person = (id: number, x: number): PersonInfo => ({
   id, x, y: 0, vx: 1, vy: 0, radius: 0.25, axis: 0, front: 1, side: 0.6, rear: 0.5, group: -1,
 });
-const at = (x: number, people: Person[] = []): Shown => ({ pose: [x, 0, 0], people, bodies: [] });
+const at = (x: number, people: PersonInfo[] = []): Shown => ({ pose: [x, 0, 0], people, true_people: [] });
 
 describe("between two states", () => {
   it("begins with the one and ends with the other", () => {
@@ -56,8 +56,8 @@ describe("motion", () => {
 });
 
 it("is nowhere while it gets ready and no world is there", () => {
-  const why = { code: "getting_ready", text: "" };
-  expect(placed({ pose: [0, 0, 0], why })).toBe(false);
-  expect(placed({ pose: [3, 0, 0], why })).toBe(true);
-  expect(placed({ pose: [0, 0, 0], why: null })).toBe(true);
+  const reason = { code: "starting", text: "" };
+  expect(placed({ pose: [0, 0, 0], reason })).toBe(false);
+  expect(placed({ pose: [3, 0, 0], reason })).toBe(true);
+  expect(placed({ pose: [0, 0, 0], reason: null })).toBe(true);
 });

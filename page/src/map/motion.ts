@@ -1,12 +1,12 @@
 // Between two states of the chair, twenty a second, the picture moves on evenly.
 
-import type { Person, State } from "../messages";
+import type { PersonInfo, ChairState } from "../messages";
 
-/** What of a state moves. */
+/** Moving parts of a state. */
 export interface Shown {
-  readonly pose: State["pose"];
-  readonly people: readonly Person[];
-  readonly bodies: State["bodies"];
+  readonly pose: ChairState["pose"];
+  readonly people: readonly PersonInfo[];
+  readonly true_people: ChairState["true_people"];
 }
 
 /** A longer way in one state is a jump, which is not drawn as a movement, m. */
@@ -14,9 +14,9 @@ const JUMP = 1;
 const SHORTEST = 25;
 const LONGEST = 120;
 
-/** Whether the chair is somewhere: while it gets ready, there may be no world yet. */
-export function placed({ pose, why }: Pick<State, "pose" | "why">): boolean {
-  return why?.code !== "getting_ready" || pose.some((part) => part !== 0);
+/** True if the chair has a pose: while it starts, there may be no world yet. */
+export function placed({ pose, reason }: Pick<ChairState, "pose" | "reason">): boolean {
+  return reason?.code !== "starting" || pose.some((part) => part !== 0);
 }
 
 const mixed = (a: number, b: number, share: number): number => a + share * (b - a);
@@ -37,11 +37,11 @@ export function between(a: Shown, b: Shown, share: number): Shown {
       mixedAngle(a.pose[2], b.pose[2], share),
     ],
     people: b.people.map((now) => moved(before.get(now.id), now, share)),
-    bodies: b.bodies,
+    true_people: b.true_people,
   };
 }
 
-function moved(was: Person | undefined, now: Person, share: number): Person {
+function moved(was: PersonInfo | undefined, now: PersonInfo, share: number): PersonInfo {
   if (!was || far([was.x, was.y], [now.x, now.y])) return now;
   return {
     ...now,
@@ -79,7 +79,7 @@ export class Motion {
     return between(this.#from, this.#to, share);
   }
 
-  /** Whether the picture would still change without another state. */
+  /** True if the picture still changes without a new state. */
   moving(now: number): boolean {
     return this.#to !== null && now - this.#came < this.#span;
   }

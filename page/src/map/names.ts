@@ -1,6 +1,6 @@
 // The places' names on the screen: drawn once each, copied into every frame.
 
-import type { Place } from "../messages";
+import type { PlaceInfo } from "../messages";
 import { placed, type Label, type Placed } from "./labels";
 import type { Colours } from "./palette";
 import { toScreen, type View } from "./view";
@@ -13,11 +13,11 @@ export class Names {
   #made = new Map<string, HTMLCanvasElement>();
   #of: Colours | null = null;
   #ratio = 0;
-  #known: { places: readonly Place[]; view: View; shown: Placed[] } | null = null;
+  #known: { places: readonly PlaceInfo[]; view: View; shown: Placed[] } | null = null;
 
   draw(
     context: CanvasRenderingContext2D,
-    places: readonly Place[],
+    places: readonly PlaceInfo[],
     colours: Colours,
     view: View,
     ratio: number,
@@ -41,7 +41,7 @@ export class Names {
   }
 
   /** Places them anew unless the map has only been moved, and says by how much that was, px. */
-  #moved(places: readonly Place[], view: View): readonly [number, number] {
+  #moved(places: readonly PlaceInfo[], view: View): readonly [number, number] {
     const known = this.#known;
     if (known?.places === places && known.view.scale === view.scale && known.view.turn === view.turn) {
       const [x, y] = toScreen(view, ...known.view.at);

@@ -33,7 +33,7 @@ export function coloursOf(element: Element): Colours {
   return Object.fromEntries(entries) as Colours;
 }
 
-/** Of "#rrggbb". */
+/** Components of "#rrggbb". */
 export function rgbOf(colour: string): Rgb {
   const n = Number.parseInt(colour.slice(1), 16);
   return [(n >> 16) & 255, (n >> 8) & 255, n & 255];

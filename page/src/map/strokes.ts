@@ -1,4 +1,4 @@
-// What a finger draws, as the chair wants to hear it.
+// Drawn lines converted to route preferences.
 
 import type { Point } from "./view";
 

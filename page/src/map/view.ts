@@ -1,4 +1,4 @@
-// Where the map lies on the screen. The map is in metres, y up (REP-103); the screen in CSS
+// Transform from map to screen. The map is in metres, y up (REP-103); the screen in CSS
 // pixels, y down.
 
 export type Point = readonly [x: number, y: number];
@@ -6,7 +6,7 @@ export type Point = readonly [x: number, y: number];
 export interface View {
   /** The map's point that lies at `middle`, m. */
   readonly at: Point;
-  /** Where that is on the screen, px. */
+  /** Its position on the screen, px. */
   readonly middle: Point;
   /** Pixels a metre. */
   readonly scale: number;
@@ -43,7 +43,7 @@ export function toMap(view: View, x: number, y: number): Point {
   return [view.at[0] + c * u + s * v, view.at[1] - s * u + c * v];
 }
 
-/** The same view with a point of the map moved to a place on the screen. */
+/** View that moves a map point to a screen position. */
 export function pinned(view: View, point: Point, screen: Point): View {
   const [x, y] = toScreen(view, ...point);
   return panned(view, screen[0] - x, screen[1] - y);

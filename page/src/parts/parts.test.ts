@@ -2,12 +2,12 @@ import { render, screen } from "@testing-library/svelte";
 import { tick } from "svelte";
 import { afterEach, describe, expect, it } from "vitest";
 import { chair } from "../chair.svelte";
-import type { Ended, State } from "../messages";
-import Outdated from "./Outdated.svelte";
+import type { RideEnded, ChairState } from "../messages";
+import ReloadPrompt from "./ReloadPrompt.svelte";
 import Rating from "./Rating.svelte";
 
-const ENDED: Ended = { type: "ended", ride: "r1", outcome: "arrived", time: 60, length: 30 };
-const driven = (ride: string): void => chair.heard({ type: "state", ride } as State);
+const ENDED: RideEnded = { type: "ride_ended", ride: "r1", outcome: "arrived", duration: 60, length: 30 };
+const driven = (ride: string): void => chair.heard({ type: "state", ride } as ChairState);
 
 afterEach(() => {
   chair.ended = null;
@@ -23,7 +23,7 @@ describe("the rating", () => {
     chair.heard(ENDED);
     driven("");
     await tick();
-    expect(screen.getByRole("group", { name: "How was the ride?" })).toBeTruthy();
+    expect(screen.getByRole("group", { name: "Rate this ride" })).toBeTruthy();
     driven("r2");
     await tick();
     expect(screen.queryByRole("group")).toBeNull();
@@ -33,11 +33,11 @@ describe("the rating", () => {
 describe("a page of another version", () => {
   it("says so, once loading it anew by itself did not help", async () => {
     sessionStorage.setItem("cohelm.reloaded", "1");
-    render(Outdated);
+    render(ReloadPrompt);
     expect(screen.queryByRole("alert")).toBeNull();
     chair.status = "outdated";
     await tick();
-    expect(screen.getByRole("alert").textContent).toContain("older than the chair’s program. Reload.");
+    expect(screen.getByRole("alert").textContent).toContain("This page is out of date. Reload it.");
     expect(screen.getByRole("button", { name: "Reload" })).toBeTruthy();
     chair.status = "open";
     await tick();

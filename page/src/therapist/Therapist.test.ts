@@ -1,21 +1,21 @@
 import { fireEvent, render, screen, within } from "@testing-library/svelte";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Session } from "./api";
+import type { SessionSummary } from "./api";
 import Sessions from "./Sessions.svelte";
 import SignIn from "./SignIn.svelte";
 
 const RIDE = {
-  id: "20260131-142530-r1", began: "2026-01-31T14:25:30+00:00", seed: 0, destination: "Ward A",
-  outcome: "arrived", time: 61, length: 34, modes: { shared: 61 }, devices: { keys: 20 }, wishes: 1,
+  id: "20260131-142530-r1", started: "2026-01-31T14:25:30+00:00", seed: 0, destination: "Ward A",
+  outcome: "arrived", duration: 61, length: 34, modes: { shared: 61 }, devices: { keys: 20 }, wishes: 1,
   limits: [], stops: [{ time: 5, duration: 2, code: "x", text: "Somebody was near." }], rating: 4,
-  measures: { min_distance: 0.6 }, trouble: "",
+  measures: { min_distance: 0.6 }, error: "",
 } as const;
 const SESSION = {
-  facts: { id: "20260131-142530", began: RIDE.began, scene: "hospital", robot: "chair", simulation: true },
+  session: { id: "20260131-142530", started: RIDE.started, scene: "hospital", robot: "chair", simulation: true },
   rides: [RIDE],
-} as unknown as Session;
+} as unknown as SessionSummary;
 
-/** What the server answers, by method and path; null: it does not. */
+/** Answer of the server by method and path; null: none. */
 let answers: Record<string, [number, unknown]>;
 let asked: string[];
 
@@ -55,13 +55,13 @@ describe("sessions", () => {
     await screen.findByText(/hospital/);
     await fireEvent.click(screen.getByRole("button", { name: "Delete all…" }));
     const dialog = within(screen.getByRole("dialog"));
-    await fireEvent.click(dialog.getByRole("button", { name: "Keep them" }));
+    await fireEvent.click(dialog.getByRole("button", { name: "Cancel" }));
     expect(asked).not.toContain("DELETE /api/sessions");
     await fireEvent.click(screen.getByRole("button", { name: "Delete all…" }));
     answers["GET /api/sessions"] = [200, []];
     await fireEvent.click(dialog.getByRole("button", { name: "Delete all" }));
     expect(await screen.findByText("One session was deleted.")).toBeTruthy();
-    expect(await screen.findByText(/There is none yet/)).toBeTruthy();
+    expect(await screen.findByText(/No sessions yet/)).toBeTruthy();
   });
 
   it("say why they cannot be read", async () => {

@@ -24,7 +24,7 @@ describe("api", () => {
   });
 
   it("gives a refusal back in the server's words, as a sentence", async () => {
-    server(409, { code: "limits_rise", text: "the speed can be loosened only while the chair stands" });
+    server(409, { code: "limits_loosened", text: "the speed can be loosened only while the chair stands" });
     expect(await api.sessions()).toEqual({
       ok: false,
       status: 409,

@@ -1,4 +1,4 @@
-// What the therapist's view asks of the server; values as the server's API says them.
+// Requests of the therapist view to the server, with the types of its API.
 
 import type { Limits, RiderSettings } from "../messages";
 import { ask, type Role } from "../server";
@@ -8,41 +8,41 @@ export interface Me {
   needs_token: boolean;
 }
 
-export interface StopNote {
+export interface RideStop {
   time: number;
   duration: number;
   code: string;
   text: string;
 }
 
-export interface RideRecord {
+export interface RideSummary {
   id: string;
-  began: string;
+  started: string;
   seed: number;
   destination: string;
-  outcome: "arrived" | "left" | "collision";
-  time: number;
+  outcome: "arrived" | "cancelled" | "collision";
+  duration: number;
   length: number;
   modes: Record<string, number>;
   devices: Record<string, number>;
   wishes: number;
   limits: { time: number; limits: Limits }[];
-  stops: StopNote[];
+  stops: RideStop[];
   rating: number | null;
   measures: Record<string, number>;
-  trouble: string;
+  error: string;
 }
 
-export interface Session {
-  facts: { id: string; began: string; scene: string; robot: string; simulation: boolean };
-  rides: RideRecord[];
+export interface SessionSummary {
+  session: { id: string; started: string; scene: string; robot: string; simulation: boolean };
+  rides: RideSummary[];
 }
 
-export interface Entry {
-  at: string;
-  who: string;
-  what: string;
-  said: Record<string, unknown>;
+export interface AuditEntry {
+  time: string;
+  actor: string;
+  event: string;
+  details: Record<string, unknown>;
 }
 
 export const api = {
@@ -50,12 +50,12 @@ export const api = {
   signOut: () => ask<null>("POST", "/api/sign-out"),
   limits: (limits: Limits) => ask<Limits>("PUT", "/api/limits", limits),
   rider: (rider: RiderSettings) => ask<RiderSettings>("PUT", "/api/rider", rider),
-  sessions: () => ask<Session[]>("GET", "/api/sessions"),
+  sessions: () => ask<SessionSummary[]>("GET", "/api/sessions"),
   deleteSessions: () => ask<{ deleted: number }>("DELETE", "/api/sessions"),
-  audit: () => ask<Entry[]>("GET", "/api/audit"),
+  audit: () => ask<AuditEntry[]>("GET", "/api/audit"),
 };
 
-/** Where a session's export or a ride's map is. */
+/** Address of a session's export or a ride's map. */
 export function fileOf(id: string, ending: "html" | "csv" | "png"): string {
   return `/api/sessions/${encodeURIComponent(id)}.${ending}`;
 }

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { State } from "../messages";
+import type { ChairState } from "../messages";
 import { destination, details, doing, driver, duration, measuresOf, moment, outcome, shares, what } from "./words";
 
 describe("words", () => {
@@ -18,10 +18,10 @@ describe("words", () => {
   });
 
   it("say what was used, the longest first", () => {
-    expect(shares({ manual: 12, shared: 125, assisted: 0.2 })).toBe("shared 2 min 5 s, by hand 12 s");
+    expect(shares({ manual: 12, shared: 125, assisted: 0.2 })).toBe("shared 2 min 5 s, manual 12 s");
     expect(shares({})).toBe("none");
-    expect(outcome({ outcome: "left", destination: "" })).toBe("Ended");
-    expect(outcome({ outcome: "left", destination: "Ward A" })).toBe("Left on the way");
+    expect(outcome({ outcome: "cancelled", destination: "" })).toBe("Ended");
+    expect(outcome({ outcome: "cancelled", destination: "Ward A" })).toBe("Ended before arrival");
     expect(destination({ destination: "" })).toBe("no destination");
   });
 
@@ -35,17 +35,17 @@ describe("words", () => {
   });
 
   it("say every kind of entry, and one that is not known yet", () => {
-    expect(what({ what: "sign_in_refused" })).toBe("Tried to sign in with a wrong token");
-    expect(what({ what: "something_new" })).toBe("something new");
+    expect(what({ event: "sign_in_rejected" })).toBe("Tried to sign in with a wrong token");
+    expect(what({ event: "something_new" })).toBe("something new");
   });
 
   it("say who drives and why the chair stands", () => {
-    const state = { driver: "a", device: "keys", link: "confirm", why: null, paused: false } as State;
+    const state = { driver: "a", device: "keys", link: "confirm", reason: null, paused: false } as ChairState;
     expect(driver(state)).toBe("The rider, with the keys");
-    expect(driver({ ...state, device: "none" })).toBe("The rider, hands off");
-    expect(driver({ ...state, driver: null })).toBe("Nobody drives");
-    expect(doing(state)).toBe("Stands until the rider goes on");
-    expect(doing({ ...state, why: { code: "x", text: "Somebody is near." } })).toBe("Somebody is near.");
+    expect(driver({ ...state, device: "none" })).toBe("The rider, no input");
+    expect(driver({ ...state, driver: null })).toBe("No driver");
+    expect(doing(state)).toBe("Waiting for “Go on”");
+    expect(doing({ ...state, reason: { code: "x", text: "Somebody is near." } })).toBe("Somebody is near.");
     expect(doing(null)).toBe("—");
   });
 });

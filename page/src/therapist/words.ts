@@ -1,8 +1,9 @@
-// How numbers, rides and entries of the log are said to the therapist.
+// Texts of the therapist view: numbers, rides, log entries.
 
-import type { State } from "../messages";
+import { MEASURES, type MeasureName } from "../measures";
+import type { ChairState } from "../messages";
 import { MODES } from "../words";
-import type { Entry, RideRecord } from "./api";
+import type { AuditEntry, RideSummary } from "./api";
 
 export interface Measure {
   readonly key: string;
@@ -10,43 +11,44 @@ export interface Measure {
   readonly value: string;
 }
 
-type Unit = "s" | "m" | "share" | "m/s²" | "m/s³" | "1/min" | "count" | "number";
-
-const MEASURES: readonly (readonly [string, string, Unit])[] = [
-  ["min_distance", "Least distance from a person", "m"],
-  ["mean_distance", "Mean distance from the nearest person", "m"],
-  ["encounters", "People met within 2 m", "count"],
-  ["collisions_person", "People touched by the moving chair", "count"],
-  ["collisions_wall", "Walls touched", "count"],
-  ["wall_distance", "Least distance from a wall", "m"],
-  ["social_space_intrusion_share", "Time in somebody’s space", "share"],
-  ["stalled_time", "Time standing on the way", "s"],
-  ["acceleration_max", "Greatest acceleration or braking", "m/s²"],
-  ["jerk_rms", "Jerk, root mean square", "m/s³"],
-  ["authority", "The rider’s share in steering", "share"],
-  ["agreement", "Agreement of what was asked and done, −1 to 1", "number"],
-  ["intervention_share", "Time in which the chair did otherwise than asked", "share"],
-  ["fight_rate", "Time in which the chair turned the other way", "share"],
-  ["rider_effort", "Movement of the stick, in full deflections", "number"],
-  ["rider_reversals", "Changes of the stick’s direction", "1/min"],
-  ["preference_distance", "Greatest distance from the wishes", "m"],
-  ["spl", "Shortness of the way, 1 is the shortest", "number"],
+/** Measures that a therapist reads, in this order; labels and units are those of every report. */
+const SHOWN: readonly MeasureName[] = [
+  "min_distance",
+  "mean_distance",
+  "encounters",
+  "collisions_person",
+  "collisions_wall",
+  "wall_distance",
+  "social_space_intrusion_share",
+  "stalled_time",
+  "acceleration_max",
+  "jerk_rms",
+  "authority",
+  "agreement",
+  "intervention_share",
+  "conflict_share",
+  "rider_effort",
+  "rider_reversals",
+  "preference_distance",
+  "spl",
 ];
 
-/** A ride's measures that have a meaning here, in the order in which they are read. */
-export function measuresOf(ride: Pick<RideRecord, "measures">): Measure[] {
-  return MEASURES.flatMap(([key, name, unit]) => {
+/** Measures of a ride that have a value, in reading order. */
+export function measuresOf(ride: Pick<RideSummary, "measures">): Measure[] {
+  return SHOWN.flatMap((key) => {
     const value = ride.measures[key];
-    return value === undefined || value === null ? [] : [{ key, name, value: inUnit(value, unit) }];
+    if (value === undefined || value === null) return [];
+    const { label, unit } = MEASURES[key];
+    const name = label.charAt(0).toUpperCase() + label.slice(1);
+    return [{ key, name, value: inUnit(value, unit) }];
   });
 }
 
-function inUnit(value: number, unit: Unit): string {
-  if (unit === "share") return `${(100 * value).toFixed(0)} %`;
-  if (unit === "count") return value.toFixed(0);
-  if (unit === "number") return value.toFixed(2);
+function inUnit(value: number, unit: string): string {
+  if (unit === "%") return `${(100 * value).toFixed(0)} %`;
   if (unit === "s") return duration(value);
-  return `${value.toFixed(unit === "1/min" ? 1 : 2)} ${unit}`;
+  const text = Number.isInteger(value) && unit === "" ? value.toFixed(0) : value.toFixed(2);
+  return unit ? `${text} ${unit}` : text;
 }
 
 export function duration(seconds: number): string {
@@ -63,15 +65,15 @@ export function moment(iso: string, locale?: string, timeZone?: string): string 
   return time.toLocaleString(locale, { dateStyle: "medium", timeStyle: "medium", ...zone });
 }
 
-const OUTCOMES = { arrived: "Arrived", left: "Left on the way", collision: "Touched something" };
+const OUTCOMES = { arrived: "Arrived", cancelled: "Ended before arrival", collision: "Collision" };
 
 /** A ride without a destination is on no way to be left: it ends. */
-export function outcome(ride: Pick<RideRecord, "outcome" | "destination">): string {
-  if (ride.outcome === "left" && !ride.destination) return "Ended";
+export function outcome(ride: Pick<RideSummary, "outcome" | "destination">): string {
+  if (ride.outcome === "cancelled" && !ride.destination) return "Ended";
   return OUTCOMES[ride.outcome] ?? ride.outcome;
 }
 
-export function destination(ride: Pick<RideRecord, "destination">): string {
+export function destination(ride: Pick<RideSummary, "destination">): string {
   return ride.destination || "no destination";
 }
 
@@ -90,37 +92,37 @@ function nameOf(name: string): string {
 }
 
 const WHAT: Readonly<Record<string, string>> = {
-  started: "The server was started",
-  closed: "The server was closed",
+  drive_started: "The server was started",
+  drive_closed: "The server was closed",
   signed_in: "Signed in",
-  sign_in_refused: "Tried to sign in with a wrong token",
+  sign_in_rejected: "Tried to sign in with a wrong token",
   signed_out: "Signed out",
-  joined: "Opened a page",
-  left: "Left",
-  took: "Took control",
-  released: "Gave up control",
-  stop: "Pressed STOP",
-  resume: "Went on",
-  limits: "Changed the limits",
-  limits_refused: "Was refused looser limits",
-  rider: "Changed the rider’s settings",
-  mode: "Changed the mode",
-  pace: "Changed the pace",
-  goal: "Chose a destination",
-  simulated: "Changed the simulation",
-  restarted: "Restarted",
+  connected: "Opened a page",
+  disconnected: "Left",
+  control_taken: "Took control",
+  control_released: "Gave up control",
+  stop_pressed: "Pressed STOP",
+  resumed: "Continued",
+  limits_changed: "Changed the limits",
+  limits_rejected: "Looser limits refused",
+  rider_settings_changed: "Changed the rider’s settings",
+  mode_changed: "Changed the mode",
+  pace_changed: "Changed the pace",
+  goal_changed: "Chose a destination",
+  simulation_changed: "Changed the simulation",
+  simulation_restarted: "Restarted",
   navigator_lost: "The navigator was lost",
-  refused: "Was refused",
-  deleted: "Deleted the sessions",
-  exported: "Exported a session",
-  dropped: "Entries could not be written",
+  rejected: "Request refused",
+  sessions_deleted: "Deleted the sessions",
+  session_exported: "Exported a session",
+  entries_dropped: "Entries could not be written",
 };
 
-export function what(entry: Pick<Entry, "what">): string {
-  return WHAT[entry.what] ?? entry.what.replaceAll("_", " ");
+export function what(entry: Pick<AuditEntry, "event">): string {
+  return WHAT[entry.event] ?? entry.event.replaceAll("_", " ");
 }
 
-/** What belongs to an entry, in one line; where there is a before and an after, what differs. */
+/** Details of an entry in one line; with a before and an after, the difference. */
 export function details(said: Readonly<Record<string, unknown>>): string {
   const { before, after, ...rest } = said;
   const changes = isObject(before) && isObject(after) ? changed(before, after) : [];
@@ -153,27 +155,27 @@ function spaced(name: string): string {
 
 const DEVICES = { none: "", joystick: "joystick", gamepad: "gamepad", keys: "keys", switch: "switch" };
 
-/** Who drives and with what, in words. */
-export function driver(state: State | null): string {
+/** Driver and device in words. */
+export function driver(state: ChairState | null): string {
   if (!state) return "Not connected";
-  if (!state.driver) return "Nobody drives";
+  if (!state.driver) return "No driver";
   const device = DEVICES[state.device];
-  return device ? `The rider, with the ${device}` : "The rider, hands off";
+  return device ? `The rider, with the ${device}` : "The rider, no input";
 }
 
-const LINKS: Readonly<Record<State["link"], string>> = {
-  nobody: "Nobody drives",
-  silent: "The rider’s page is silent",
-  stopped: "Stopped; the stick is still held",
-  centre: "Waits for the stick to be let go",
-  confirm: "Stands until the rider goes on",
-  ready: "Nothing holds it",
+const LINKS: Readonly<Record<ChairState["link"], string>> = {
+  no_driver: "No driver",
+  no_heartbeat: "The rider’s screen is not connected",
+  stick_held: "Stopped; the stick is still held",
+  centre_stick: "Waiting for the stick to be released",
+  confirm: "Waiting for “Go on”",
+  ready: "Free to move",
 };
 
-/** What the chair does and why, in words. */
-export function doing(state: State | null): string {
+/** ChairState of the chair and its reason in words. */
+export function doing(state: ChairState | null): string {
   if (!state) return "—";
   if (state.paused) return "The simulation is paused";
-  if (state.why) return state.why.text;
+  if (state.reason) return state.reason.text;
   return LINKS[state.link];
 }

@@ -2,7 +2,7 @@
 
     GET    /  /therapist            the page; everything it needs comes from here
     GET    /assets/*                its scripts and styles
-    GET    /api/health              {"status": "ok", …}: and how it does; needs no sign-in
+    GET    /api/health              {"status": "ok", …}: and the ride's condition; needs no sign-in
     GET    /api/me                  {"role": "driver" | "therapist", "needs_token": bool}, or 401
     POST   /api/sign-in             {"token": "…"} → {"role": …} and a cookie; 401 wrong, 429 wait
     POST   /api/sign-out            204
@@ -14,9 +14,9 @@
     GET    /api/sessions            rides that have ended; the therapist
     GET    /api/sessions/{id}       one; with .html, .csv or .png its summary, track and map
     DELETE /api/sessions            all of them, at once
-    WS     /ws                      ``driving.messages``; the first is a Welcome
+    WS     /ws                      ``live.messages``; the first is a Welcome
 
-What is refused says so as {"code": "…", "text": "…"}, 429 with ``Retry-After`` besides. Under a
+A refusal is {"code": "…", "text": "…"}, 429 with ``Retry-After`` besides. Under a
 link of the form ``/#token=…`` the page signs in with that token and forgets the link. Codes with
-which the socket is closed: ``pages.Closed``.
+which the socket is closed: ``page_connections.CloseCode``.
 """

@@ -9,45 +9,46 @@ from fastapi import APIRouter, Depends, Path, Request, Response
 from pydantic import Field
 
 from cohelm.config import Model
-from cohelm.driving.audit import Entry
-from cohelm.driving.messages import Limits, RiderSettings, Role, Stop
-from cohelm.driving.records import SessionSummary
-from cohelm.web.problems import Problem, Refused
+from cohelm.live.messages import Limits, RiderSettings, Role, StopCommand
+from cohelm.live.sessions.audit import AuditEntry
+from cohelm.live.sessions.records import SessionSummary
+from cohelm.web.problems import ProblemResponse, RequestRefused
 from cohelm.web.schema import messages_schema
-from cohelm.web.serving import Serving, address_of
-from cohelm.web.signin import LASTS, Locked, Session, WrongToken
+from cohelm.web.server_context import ServerContext, address_of
+from cohelm.web.signin import LASTS, Session, SignInLocked, WrongToken
 
 EXPORT_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
 """An exported session is a page of its own, without any script."""
 _PROBLEMS: dict[int | str, dict[str, Any]] = {
-    status: {"model": Problem} for status in (400, 401, 403, 404, 405, 408, 409, 413, 421, 422)
+    status: {"model": ProblemResponse}
+    for status in (400, 401, 403, 404, 405, 408, 409, 413, 421, 422)
 }
 
 router = APIRouter(prefix="/api", responses=_PROBLEMS)
 
 
-class Token(Model):
-    """What signs in."""
+class SignInRequest(Model):
+    """Token of a sign-in."""
 
     token: Annotated[str, Field(min_length=1, max_length=200)]
 
 
-class Me(Model):
-    """Who asks."""
+class Identity(Model):
+    """Identity of the client."""
 
     role: Role
     needs_token: bool
     """Driving needs one here."""
 
 
-class Signed(Model):
-    """Who has just signed in."""
+class SignInResponse(Model):
+    """Role of a new sign-in."""
 
     role: Role
 
 
-class Healthy(Model):
-    """The server answers, and how the ride's machinery does; see ``driving.drive.Health``."""
+class HealthResponse(Model):
+    """Answer of the server with the condition of the ride; see ``DriveHealth``."""
 
     status: Literal["ok"] = "ok"
     ready: bool
@@ -58,33 +59,35 @@ class Healthy(Model):
     restarts: int
 
 
-class Deleted(Model):
-    """How many sessions are gone."""
+class DeletedSessions(Model):
+    """Number of deleted sessions."""
 
     deleted: int
 
 
-def serving(request: Request) -> Serving:
+def server_context(request: Request) -> ServerContext:
     """The server that is asked."""
-    found: Serving = request.app.state.serving
+    found: ServerContext = request.app.state.server_context
     return found
 
 
-Here = Annotated[Serving, Depends(serving)]
+Here = Annotated[ServerContext, Depends(server_context)]
 
 
 def signed_in(request: Request, here: Here) -> Session:
-    """Who asks, if they may drive."""
+    """Return the session of the request; 401 without one."""
     session = here.session(request)
     if session is None:
-        raise Refused(401, "sign_in", "sign in with the token that was printed at the start")
+        raise RequestRefused(401, "sign_in", "sign in with the token that was printed at the start")
     return session
 
 
 def therapist(session: Annotated[Session, Depends(signed_in)]) -> Session:
-    """Who asks, if it is the therapist."""
+    """Return the session of a therapist; else 403."""
     if session.role != "therapist":
-        raise Refused(403, "therapist_only", "only the therapist may do this; sign in with theirs")
+        raise RequestRefused(
+            403, "therapist_only", "only the therapist may do this; sign in with theirs"
+        )
     return session
 
 
@@ -94,10 +97,10 @@ SessionId = Annotated[str, Path(pattern=r"^[0-9A-Za-z-]{1,60}$")]
 
 
 @router.get("/health")
-async def health(here: Here) -> Healthy:
-    """That the server answers, and how the ride's machinery does."""
+async def health(here: Here) -> HealthResponse:
+    """Return the condition of the server and the ride."""
     found = here.drive.health
-    return Healthy(
+    return HealthResponse(
         ready=found.ready,
         ticks=found.ticks,
         missed=found.missed,
@@ -114,29 +117,31 @@ async def schema() -> dict[str, Any]:
 
 
 @router.get("/me")
-async def me(session: SignedIn, here: Here) -> Me:
-    """Who asks."""
-    return Me(role=session.role, needs_token=not here.open_to_drivers)
+async def me(session: SignedIn, here: Here) -> Identity:
+    """Identity of the client."""
+    return Identity(role=session.role, needs_token=not here.open_to_drivers)
 
 
-@router.post("/sign-in", responses={429: {"model": Problem}})
-async def sign_in(given: Token, request: Request, response: Response, here: Here) -> Signed:
+@router.post("/sign-in", responses={429: {"model": ProblemResponse}})
+async def sign_in(
+    given: SignInRequest, request: Request, response: Response, here: Here
+) -> SignInResponse:
     """Open a session with a token."""
     where = address_of(request)
     try:
         cookie, session = here.sign_ins.sign_in(given.token, where, time.monotonic())
     except WrongToken:
-        here.note(where, "sign_in_refused", address=where)
-        raise Refused(401, "wrong_token", "that token does not open anything here") from None
-    except Locked as locked:
+        here.log_event(where, "sign_in_rejected", address=where)
+        raise RequestRefused(401, "wrong_token", "that token does not open anything here") from None
+    except SignInLocked as locked:
         wait = {"Retry-After": f"{locked.wait + 1.0:.0f}"}
-        raise Refused(429, "locked", str(locked), wait) from None
-    here.note(session.name, "signed_in", address=where, role=session.role)
+        raise RequestRefused(429, "locked", str(locked), wait) from None
+    here.log_event(session.name, "signed_in", address=where, role=session.role)
     tls = here.origins.tls
     response.set_cookie(
         here.cookie, cookie, max_age=int(LASTS), httponly=True, samesite="strict", secure=tls
     )
-    return Signed(role=session.role)
+    return SignInResponse(role=session.role)
 
 
 @router.post("/sign-out", status_code=204)
@@ -145,54 +150,54 @@ async def sign_out(request: Request, response: Response, here: Here) -> None:
     session = here.sign_ins.sign_out(here.cookie_of(request))
     if session is not None:
         request.app.state.pages.end(session)
-        here.note(session.name, "signed_out", address=address_of(request))
+        here.log_event(session.name, "signed_out", address=address_of(request))
     response.delete_cookie(here.cookie, httponly=True, samesite="strict", secure=here.origins.tls)
 
 
 @router.post("/stop", status_code=204)
 async def stop(who: SignedIn, here: Here) -> None:
-    """STOP, for who has no socket: there is always room for it."""
-    here.drive.heard(who.name, Stop(), time.monotonic())
+    """STOP for clients without a socket; never limited by their number."""
+    here.drive.receive(who.name, StopCommand(), time.monotonic())
 
 
 @router.get("/floor/{digest}.png", response_class=Response)
 def floor(digest: Annotated[str, Path(max_length=100)], _: SignedIn, here: Here) -> Response:
     """The map's picture; its path changes with it, so that it may be kept."""
     if here.drive.scene().floor.image != f"/api/floor/{digest}.png":
-        raise Refused(404, "no_floor", "that is not the map that is driven on")
+        raise RequestRefused(404, "no_floor", "that is not the map that is driven on")
     kept = {"Cache-Control": "private, max-age=31536000, immutable"}
     return Response(here.drive.floor_png(), media_type="image/png", headers=kept)
 
 
 @router.get("/limits")
 async def limits(_: SignedIn, here: Here) -> Limits:
-    """What the chair may do at most."""
+    """Return the limits in force."""
     return here.drive.limits
 
 
 @router.put("/limits")
 def set_limits(given: Limits, who: Therapist, here: Here) -> Limits:
-    """Change what the chair may do; more only while it stands."""
+    """Change the limits; looser ones only while the chair stands."""
     here.drive.set_limits(given, who.name)
     return here.drive.limits
 
 
 @router.get("/rider")
 async def rider(_: SignedIn, here: Here) -> RiderSettings:
-    """How the rider's hand and switch are understood."""
+    """Return the rider's settings in force."""
     return here.drive.rider
 
 
 @router.put("/rider")
 def set_rider(given: RiderSettings, who: Therapist, here: Here) -> RiderSettings:
-    """Change how the rider's hand and switch are understood."""
+    """Change the rider's settings."""
     here.drive.set_rider(given, who.name)
     return here.drive.rider
 
 
 @router.get("/audit")
-def audit(_: Therapist, here: Here) -> tuple[Entry, ...]:
-    """Who drove and who changed what, the newest first."""
+def audit(_: Therapist, here: Here) -> tuple[AuditEntry, ...]:
+    """Return the audit log, newest first."""
     return here.drive.audit.entries()
 
 
@@ -203,11 +208,11 @@ def sessions(_: Therapist, here: Here) -> tuple[SessionSummary, ...]:
 
 
 @router.delete("/sessions")
-def delete_sessions(who: Therapist, here: Here) -> Deleted:
+def delete_sessions(who: Therapist, here: Here) -> DeletedSessions:
     """Delete all of them, and what belongs to them."""
     count = here.drive.sessions.delete_all()
-    here.note(who.name, "deleted", sessions=count)
-    return Deleted(deleted=count)
+    here.log_event(who.name, "sessions_deleted", sessions=count)
+    return DeletedSessions(deleted=count)
 
 
 @router.get("/sessions/{session}.html", response_class=Response)
@@ -237,9 +242,9 @@ def session_summary(session: SessionId, _: Therapist, here: Here) -> SessionSumm
 
 
 def _export(
-    here: Serving, who: Session, session: str, body: bytes, kind: str, ending: str
+    here: ServerContext, who: Session, session: str, body: bytes, kind: str, ending: str
 ) -> Response:
-    here.note(who.name, "exported", session=session, form=ending)
+    here.log_event(who.name, "session_exported", session=session, form=ending)
     headers = {
         "Content-Disposition": f'attachment; filename="cohelm-{session}.{ending}"',
         "Content-Security-Policy": EXPORT_POLICY,

@@ -15,8 +15,8 @@ from cohelm.errors import CohelmError
 from cohelm.web import api, problems
 from cohelm.web.guard import Guard
 from cohelm.web.origins import Refusal
-from cohelm.web.pages import Pages
-from cohelm.web.serving import Serving, address_of
+from cohelm.web.page_connections import PageConnections
+from cohelm.web.server_context import ServerContext, address_of
 
 _FOR_EVER = "public, max-age=31536000, immutable"
 _SIGN_IN = Refusal(status=401, code="sign_in", text="sign in first")
@@ -24,12 +24,12 @@ _SIGN_IN = Refusal(status=401, code="sign_in", text="sign in first")
 router = APIRouter()
 
 
-def create_app(serving: Serving) -> FastAPI:
+def create_app(server_context: ServerContext) -> FastAPI:
     """The application of one server; the drive is begun and closed by whoever made it."""
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.pages = Pages(serving.drive)
+        app.state.pages = PageConnections(server_context.drive)
         yield
 
     app = FastAPI(
@@ -40,23 +40,23 @@ def create_app(serving: Serving) -> FastAPI:
         redoc_url=None,
         redirect_slashes=False,
     )
-    app.state.serving = serving
-    app.add_exception_handler(problems.Refused, problems.refused)
-    app.add_exception_handler(RequestValidationError, problems.invalid)
-    app.add_exception_handler(CohelmError, problems.failed)
-    app.add_exception_handler(HTTPException, problems.unknown)
+    app.state.server_context = server_context
+    app.add_exception_handler(problems.RequestRefused, problems.on_refused)
+    app.add_exception_handler(RequestValidationError, problems.on_invalid)
+    app.add_exception_handler(CohelmError, problems.on_failed)
+    app.add_exception_handler(HTTPException, problems.on_unknown)
     app.include_router(api.router)
     app.include_router(router)
-    app.add_middleware(Guard, origins=serving.origins)
+    app.add_middleware(Guard, origins=server_context.origins)
     return app
 
 
 @router.websocket("/ws")
 async def socket(websocket: WebSocket) -> None:
     """A page's socket; refused before it is open where nobody has signed in or there is no room."""
-    serving: Serving = websocket.app.state.serving
-    pages: Pages = websocket.app.state.pages
-    session = serving.session(websocket)
+    server_context: ServerContext = websocket.app.state.server_context
+    pages: PageConnections = websocket.app.state.pages
+    session = server_context.session(websocket)
     address = address_of(websocket)
     refusal = _SIGN_IN if session is None else pages.refusal(address, time.monotonic())
     if session is None or refusal is not None:
@@ -70,7 +70,7 @@ async def socket(websocket: WebSocket) -> None:
 @router.get("/{path:path}", include_in_schema=False)
 async def page(path: str, request: Request) -> Response:
     """A file of the built page."""
-    asset = request.app.state.serving.page.get(path)
+    asset = request.app.state.server_context.page.get(path)
     if asset is None:
         raise HTTPException(404)
     headers = {

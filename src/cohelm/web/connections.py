@@ -1,4 +1,4 @@
-"""What a connection may cost before anybody knows who it is: room, time and frames are bounded.
+"""Bounds on connections before sign-in: number, time and frames.
 
 Who opens connections and says nothing, or says it a letter at a time, must not keep out whoever
 wants to press STOP; nor may a page that floods the server with frames that are no messages.
@@ -13,11 +13,11 @@ from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import Frame
 
-from cohelm.web.rates import Bucket
+from cohelm.web.rate_limits import RateLimit
 
-MOST = 200
+MAX = 200
 """Connections at once …"""
-MOST_EACH = 64
+MAX_EACH = 64
 """… and of them from one address: eight pages, and what a browser opens besides."""
 SAID_WITHIN = 20.0
 """From the beginning of a connection, or from an answer, until a request is there, s."""
@@ -29,7 +29,7 @@ _LOOKS = 2.0
 """Between two looks at a connection, s."""
 
 
-class Connection(H11Protocol):
+class HttpConnection(H11Protocol):
     """One that speaks HTTP, or begins a socket."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as its own
@@ -37,7 +37,7 @@ class Connection(H11Protocol):
         super().connection_made(transport)
         self._since = self.loop.time()
         here = [_host(each) for each in self.connections].count(_host(self))
-        if len(self.connections) > MOST or here > MOST_EACH:
+        if len(self.connections) > MAX or here > MAX_EACH:
             transport.abort()
             return
         self.loop.call_later(_LOOKS, self._look)
@@ -58,29 +58,29 @@ class Connection(H11Protocol):
         self.loop.call_later(_LOOKS, self._look)
 
 
-class Socket(WebSocketsSansIOProtocol):
+class PageSocket(WebSocketsSansIOProtocol):
     """One that a page has opened."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        self._frames = Bucket(FRAMES, self.loop.time())
+        self._frames = RateLimit(FRAMES, self.loop.time())
 
     def handle_ping(self) -> None:
         """Answer it; few are enough."""
-        if self._bears():
+        if self._accepts():
             super().handle_ping()
 
     def handle_pong(self, event: Frame) -> None:
         """Take note of it."""
-        if self._bears():
+        if self._accepts():
             super().handle_pong(event)
 
     def handle_cont(self, event: Frame) -> None:
         """Put a message together, of few parts."""
-        if self._bears():
+        if self._accepts():
             super().handle_cont(event)
 
-    def _bears(self) -> bool:
+    def _accepts(self) -> bool:
         if self._frames.take(self.loop.time()):
             return True
         self.transport.abort()

@@ -1,4 +1,4 @@
-"""What every request and every socket goes through first: own name, own page, small, and on time.
+"""Outermost checks of requests and sockets: host, origin, size and time.
 
 And what every answer carries: the headers that keep a page from loading or being loaded by others.
 """
@@ -18,7 +18,7 @@ LARGEST_BODY = 16_384
 """Of a request, bytes."""
 SENT_WITHIN = 10.0
 """The body of a request, s."""
-_TOO_LARGE = Refusal(status=413, code="too_large", text="that is more than anybody has to say")
+_TOO_LARGE = Refusal(status=413, code="too_large", text="the request is too large")
 _TOO_SLOW = Refusal(status=408, code="too_slow", text="the request did not come in time")
 _SAFE = (
     ("x-content-type-options", "nosniff"),
@@ -34,7 +34,7 @@ _SAFE = (
 
 
 def content_policy(host: str, *, tls: bool) -> str:
-    """What the page may load: its own files; no script in the page's text, nothing from elsewhere.
+    """Content security policy: own files only, no inline script, nothing from other sites.
 
     host: as the request names it; an odd one is left out.
     """
@@ -72,7 +72,7 @@ class Guard:
             scope["headers"],
             method=scope.get("method", "GET"),
             path=scope["path"],
-            socket=scope["type"] == "websocket",
+            is_socket=scope["type"] == "websocket",
             local=(scope.get("server") or ("",))[0],
         )
         if refusal is not None:

@@ -1,4 +1,4 @@
-"""Whom the server answers: requests to a name of its own, from a page of its own.
+"""Host and origin checks: requests to a name of the server, from its own page; and its addresses.
 
 A page elsewhere may point its own name at this machine (DNS rebinding); its ``Host`` gives it away.
 A page elsewhere may call this machine by its right name; its ``Origin`` gives it away. Both are
@@ -8,6 +8,7 @@ looked at in every request and at every socket's beginning.
 from __future__ import annotations
 
 import ipaddress
+import socket
 from collections.abc import Iterable
 
 from cohelm.arrays import value
@@ -48,7 +49,7 @@ class Origins:
         *,
         method: str = "GET",
         path: str = "/",
-        socket: bool = False,
+        is_socket: bool = False,
         local: str = "",
     ) -> Refusal | None:
         """Why a request with these headers is refused; None: it is not.
@@ -64,7 +65,7 @@ class Origins:
             return Refusal(status=421, code="host", text=text)
         foreign = Refusal(status=403, code="origin", text="only the chair's own page may do this")
         origins = given.get("origin", [])
-        if len(origins) > 1 or (not origins and (socket or method in _CHANGING)):
+        if len(origins) > 1 or (not origins and (is_socket or method in _CHANGING)):
             return foreign
         scheme = "https" if self.tls else "http"
         if origins and origins[0].lower() != f"{scheme}://{hosts[0].lower()}":
@@ -89,7 +90,7 @@ def origins_for(host: str, *, tls: bool, names: Iterable[str] = ()) -> Origins:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host to listen on is this machine's alone."""
+    """Check that a host to listen on is a loopback address."""
     if host.lower() == "localhost":
         return True
     try:
@@ -99,7 +100,7 @@ def is_loopback(host: str) -> bool:
 
 
 def is_everywhere(host: str) -> bool:
-    """Whether a host to listen on stands for every address of the machine."""
+    """Check that a host to listen on stands for every address of the machine."""
     try:
         return ipaddress.ip_address(plain(host)).is_unspecified
     except ValueError:
@@ -136,3 +137,41 @@ def _by_name(headers: Headers) -> dict[str, list[str]]:
     for name, text in headers:
         given.setdefault(name.decode("latin-1").lower(), []).append(text.decode("latin-1"))
     return given
+
+
+_ELSEWHERE = ("192.0.2.1", 9)
+"""An address of documentation: asking for the way there sends nothing."""
+
+
+def names_of(host: str) -> tuple[str, ...]:
+    """Names and addresses that a certificate of a server on ``host`` must be good for.
+
+    The first is the one to be told to people.
+    """
+    if is_loopback(host):
+        first = "127.0.0.1" if host.lower() == "localhost" else plain(host)
+        return tuple(dict.fromkeys((first, *LOOPBACK)))
+    if not is_everywhere(host):
+        return (plain(host),)
+    found = (own_address(), socket.gethostname().lower(), *LOOPBACK)
+    return tuple(dict.fromkeys(name for name in found if name))
+
+
+def own_address() -> str:
+    """The address by which this machine goes to its network; empty where it has none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
+        try:
+            asked.connect(_ELSEWHERE)
+        except OSError:
+            return ""
+        return str(asked.getsockname()[0])
+
+
+def address(name: str, port: int, *, tls: bool) -> str:
+    """Return the URL for a browser, without a trailing slash."""
+    scheme, usual = ("https", 443) if tls else ("http", 80)
+    try:
+        bare = f"[{name}]" if ipaddress.ip_address(name).version == 6 else name
+    except ValueError:
+        bare = name
+    return f"{scheme}://{bare}" + ("" if port == usual else f":{port}")

@@ -1,4 +1,4 @@
-"""What goes wrong for somebody who asks, always in the same form: a code, and words."""
+"""Error answers of the API, always as a code and a text."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from cohelm.config import Model
-from cohelm.driving import LimitsRise
 from cohelm.errors import CohelmError, StoreError
+from cohelm.live import LimitsLoosened
 
-_WORDS = {404: "there is nothing here", 405: "that cannot be done here"}
+_WORDS = {404: "not found", 405: "this method is not allowed"}
 
 
-class Problem(Model):
+class ProblemResponse(Model):
     """Why something asked for was not done."""
 
     code: str
@@ -24,7 +24,7 @@ class Problem(Model):
     text: str
 
 
-class Refused(Exception):
+class RequestRefused(Exception):
     """Something asked for is not done."""
 
     def __init__(
@@ -34,32 +34,32 @@ class Refused(Exception):
         super().__init__(text)
 
 
-async def refused(_: Request, error: Exception) -> JSONResponse:
-    """Of :class:`Refused`."""
-    assert isinstance(error, Refused)
+async def on_refused(_: Request, error: Exception) -> JSONResponse:
+    """Answer a :class:`RequestRefused`."""
+    assert isinstance(error, RequestRefused)
     return _answer(error.status, error.code, str(error), error.headers)
 
 
-async def invalid(_: Request, error: Exception) -> JSONResponse:
-    """Of a body that is not what it must be: the first fault, without repeating what was sent."""
+async def on_invalid(_: Request, error: Exception) -> JSONResponse:
+    """Answer an invalid body with its first fault, without repeating the input."""
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     where = ".".join(str(part) for part in first["loc"] if part != "body")[:80]
     return _answer(422, "invalid", f"{where}: {first['msg']}"[:300] if where else first["msg"])
 
 
-async def failed(_: Request, error: Exception) -> JSONResponse:
-    """Of what cohelm itself cannot do."""
+async def on_failed(_: Request, error: Exception) -> JSONResponse:
+    """Answer an error of cohelm."""
     assert isinstance(error, CohelmError)
-    if isinstance(error, LimitsRise):
+    if isinstance(error, LimitsLoosened):
         return _answer(409, error.code, str(error))
     if isinstance(error, StoreError) and error.file is None:
         return _answer(404, error.code, error.problem)
     return _answer(409, error.code, getattr(error, "problem", str(error)))
 
 
-async def unknown(_: Request, error: Exception) -> JSONResponse:
-    """Of a path or a method that there is not."""
+async def on_unknown(_: Request, error: Exception) -> JSONResponse:
+    """Answer an unknown path or method."""
     assert isinstance(error, HTTPException)
     text = _WORDS.get(error.status_code, str(error.detail))
     return _answer(error.status_code, f"http_{error.status_code}", text, error.headers)

@@ -15,9 +15,12 @@ from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from cohelm.driving.messages import FROM_PAGE, TO_PAGE, VERSION
+from cohelm.evaluation.metrics.measures import measure_table
+from cohelm.live.messages import FROM_PAGE, TO_PAGE, VERSION
 
 FILE = Path(__file__).with_name("messages.schema.json")
+MEASURES = Path(__file__).with_name("measures.json")
+"""Names, units and directions of the measures, for the page."""
 _REFERENCE = "#/definitions/"
 
 
@@ -60,6 +63,11 @@ def as_text() -> str:
     return json.dumps(messages_schema(), indent=2, ensure_ascii=False) + "\n"
 
 
+def measures_as_text() -> str:
+    """Table of the measures as it is stored in the file."""
+    return json.dumps(measure_table(), indent=2, ensure_ascii=False) + "\n"
+
+
 class _Draft7(GenerateJsonSchema):
     """Tuples as lists of a given length; no titles of fields, each of which would become a type."""
 
@@ -88,3 +96,4 @@ def _reachable(schema: Any, definitions: dict[str, Any]) -> Iterator[str]:
 
 if __name__ == "__main__":
     FILE.write_text(as_text(), encoding="utf-8")
+    MEASURES.write_text(measures_as_text(), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Who may come in: tokens, sessions, and doors that stay shut for a while after wrong tokens.
+"""Sign-in by tokens: sessions, and delays after wrong tokens.
 
 Tokens and sessions are kept as digests only. Times are of a steady clock, s, and come from outside.
 All of it belongs to one thread, the server's.
@@ -14,7 +14,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 
 from cohelm.arrays import value
-from cohelm.driving.messages import Role
+from cohelm.live.messages import Role
 
 LASTS = 12 * 3600.0
 """A session, s."""
@@ -46,7 +46,7 @@ class WrongToken(Exception):
     """No such token."""
 
 
-class Locked(Exception):
+class SignInLocked(Exception):
     """Too many wrong tokens; not even a right one is looked at for ``wait`` more seconds."""
 
     def __init__(self, wait: float) -> None:
@@ -78,7 +78,7 @@ class Lockout:
             self.until = now + min(self._longest, 2.0 ** min(beyond - 1, 30))
 
     def wait(self, now: float) -> float:
-        """How long the door stays shut, s."""
+        """Return the remaining delay, s."""
         return max(0.0, self.until - now)
 
 
@@ -116,7 +116,7 @@ class SignIns:
         if where.failures:  # who has not failed does not wait for those who have
             wait = max(wait, self._all.wait(now))
         if wait > 0.0:
-            raise Locked(wait)
+            raise SignInLocked(wait)
         given = _digest(_plain(token))
         fits = [role for role, own in self._tokens.items() if hmac.compare_digest(own, given)]
         if not fits:
@@ -151,7 +151,7 @@ class SignIns:
         return cookie, session
 
     def _lockout(self, address: str) -> Lockout:
-        """Of an address; where too many are known, the one that failed longest ago is forgotten."""
+        """Return the lockout of an address; beyond a maximum the oldest one is forgotten."""
         key = _network(address)
         found = self._each.pop(key, None) or Lockout(free=3, longest=600.0)
         self._each[key] = found
@@ -170,7 +170,7 @@ def _digest(text: str) -> bytes:
 
 
 def _network(address: str) -> str:
-    """What counts as one address: an IPv6 network of /64, which is what one machine may have."""
+    """Return the unit of lockout: an IPv4 address or an IPv6 network of /64."""
     try:
         found = ipaddress.ip_address(address)
     except ValueError:

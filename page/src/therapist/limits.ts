@@ -1,0 +1,102 @@
+// Limits and settings with their bounds, and the comparison "looser than before".
+
+import type { ChairInfo, Limits, RiderSettings } from "../messages";
+
+/** Result of a change in words. */
+export interface Outcome {
+  readonly done: boolean;
+  readonly text: string;
+}
+
+/** A number that the therapist sets. */
+export interface Quantity<Name extends string> {
+  readonly name: Name;
+  readonly label: string;
+  readonly about: string;
+  readonly unit: string;
+  readonly least: number;
+  readonly most: number;
+  readonly step: number;
+  /** Direction that allows the chair more; 0: neither. */
+  readonly looser: 1 | -1 | 0;
+}
+
+export const LIMITS: readonly Quantity<keyof Limits>[] = [
+  {
+    name: "max_speed", label: "Maximum speed", about: "The chair never drives faster.",
+    unit: "m/s", least: 0.1, most: 3, step: 0.05, looser: 1,
+  },
+  {
+    name: "max_acceleration", label: "Maximum acceleration",
+    about: "How quickly it may become faster. Braking is never limited.",
+    unit: "m/s²", least: 0.1, most: 2, step: 0.05, looser: 1,
+  },
+  {
+    name: "min_distance", label: "Minimum distance from people", about: "Applies in every mode except Manual.",
+    unit: "m", least: 0, most: 2, step: 0.05, looser: -1,
+  },
+];
+
+export const RIDER: readonly Quantity<keyof RiderSettings>[] = [
+  {
+    name: "tremor_filter", label: "Tremor filter",
+    about: "Smooths the stick; 0 is off. More makes the chair answer later.",
+    unit: "s", least: 0, most: 1, step: 0.05, looser: 0,
+  },
+  {
+    name: "dead_zone", label: "Dead zone", about: "How far the stick moves before it counts, of its whole way.",
+    unit: "", least: 0, most: 0.6, step: 0.01, looser: 0,
+  },
+  {
+    name: "dwell", label: "Dwell time", about: "How long each item stays highlighted.",
+    unit: "s", least: 0.3, most: 5, step: 0.1, looser: 0,
+  },
+];
+
+/** The limits, no further than this chair goes. */
+export function limitsOf(chair: Pick<ChairInfo, "max_speed"> | undefined): typeof LIMITS {
+  const top = chair?.max_speed ?? Infinity;
+  return LIMITS.map((q) => (q.name === "max_speed" ? { ...q, most: Math.max(q.least, Math.min(q.most, top)) } : q));
+}
+
+/** Message for limits that were sent, given those now in force. */
+export function told(sent: Limits, now: Limits): string {
+  return isSame(LIMITS, sent, now) ? "Saved." : "Saved, limited to what the chair can do.";
+}
+
+/** Applied values of the changed quantities: "Maximum speed 0.6 m/s, …". */
+export function inForce<Name extends string>(
+  quantities: readonly Quantity<Name>[],
+  changed: Readonly<Partial<Record<Name, number>>>,
+  now: Readonly<Record<Name, number>>,
+): string {
+  const said = quantities
+    .filter(({ name }) => changed[name] !== undefined)
+    .map(({ name, label, unit }) => `${label} ${now[name]}${unit && ` ${unit}`}`);
+  return `Applied: ${said.join(", ")}.`;
+}
+
+/** Why a value cannot be set; empty: it can. */
+export function fault(quantity: Quantity<string>, value: number): string {
+  if (!Number.isFinite(value)) return "A number is missing.";
+  if (value >= quantity.least && value <= quantity.most) return "";
+  const unit = quantity.unit && ` ${quantity.unit}`;
+  return `Between ${quantity.least} and ${quantity.most}${unit}.`;
+}
+
+/** True if any new value allows the chair more than now. */
+export function isLooser<Name extends string>(
+  quantities: readonly Quantity<Name>[],
+  now: Readonly<Record<Name, number>>,
+  next: Readonly<Record<Name, number>>,
+): boolean {
+  return quantities.some(({ name, looser }) => looser * (next[name] - now[name]) > 0);
+}
+
+export function isSame<Name extends string>(
+  quantities: readonly Quantity<Name>[],
+  now: Readonly<Record<Name, number>>,
+  next: Readonly<Record<Name, number>>,
+): boolean {
+  return quantities.every(({ name }) => now[name] === next[name]);
+}

@@ -1,0 +1,1 @@
+"""Parts around the navigator: link, watchdog, limits, mission, world, and its own process."""

@@ -1,0 +1,180 @@
+"""Limits and rider's settings in force, which only the therapist changes.
+
+A limit may be tightened at any time and loosened only while the chair stands: more speed, more
+acceleration and less distance from people are looser. They are stored on disk; a file that cannot
+be read is never silently replaced by looser defaults.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import ClassVar
+
+from pydantic import ValidationError
+
+from cohelm.config import Model
+from cohelm.errors import CohelmError, StoreError
+from cohelm.live.messages import Limits, Pace, RiderSettings
+from cohelm.live.sessions.files import own_folder, write_whole
+from cohelm.messages import RiderProfile
+from cohelm.robots import Robot
+
+PACES = {"slow": 0.4, "normal": 0.7, "brisk": 1.0}
+"""Speeds that the rider chooses from, m/s; assumed. Limits and robot bound them."""
+
+
+class LimitsLoosened(CohelmError):
+    """A limit would become looser while the chair moves; nothing was changed."""
+
+    code: ClassVar[str] = "limits_loosened"
+
+
+class StoredSettings(Model):
+    """Content of ``settings.json``."""
+
+    version: int = 1
+    limits: Limits
+    rider: RiderSettings
+
+
+class ActiveSettings:
+    """Settings in force. Reading never waits; a change is on disk before it applies.
+
+    Args:
+        folder: Folder of ``settings.json``; None: nothing is stored.
+        robot: Bounds the limits.
+        profile: Source of the defaults where nothing is stored yet.
+        limits, rider: Initial values; None: the stored ones, else the defaults.
+
+    Raises:
+        StoreError: The file exists and cannot be read.
+    """
+
+    def __init__(
+        self,
+        folder: Path | None,
+        robot: Robot,
+        profile: RiderProfile | None = None,
+        *,
+        limits: Limits | None = None,
+        rider: RiderSettings | None = None,
+    ) -> None:
+        self._robot = robot
+        self._file = own_folder(folder) / "settings.json" if folder is not None else None
+        self._lock = threading.Lock()
+        stored = _read(self._file) if self._file is not None else None
+        first = stored or defaults(robot, profile or RiderProfile())
+        self._now = StoredSettings(
+            limits=bounded(limits or first.limits, robot), rider=rider or first.rider
+        )
+
+    @property
+    def limits(self) -> Limits:
+        """Limits in force."""
+        return self._now.limits
+
+    @property
+    def rider(self) -> RiderSettings:
+        """Rider's settings in force."""
+        return self._now.rider
+
+    def set_limits(self, limits: Limits, standing: Callable[[], bool]) -> Limits:
+        """Change the limits, bounded by the robot's, and return the previous ones.
+
+        Args:
+            limits: Requested limits.
+            standing: Returns True while the chair stands; called only if a limit is loosened.
+
+        Raises:
+            LimitsLoosened: A limit would be loosened while the chair moves; names it.
+            StoreError: The limits cannot be stored; the previous ones stay in force.
+        """
+        with self._lock:
+            before, requested = self._now.limits, bounded(limits, self._robot)
+            looser = loosened(before, requested)
+            if looser and not standing():
+                raise LimitsLoosened(
+                    f"{' and '.join(looser)} can be loosened only while the chair stands"
+                )
+            self._store(self._now.model_copy(update={"limits": requested}))
+            return before
+
+    def set_rider(self, rider: RiderSettings) -> RiderSettings:
+        """Change the rider's settings and return the previous ones.
+
+        Raises:
+            StoreError: The settings cannot be stored; the previous ones stay in force.
+        """
+        with self._lock:
+            before = self._now.rider
+            self._store(self._now.model_copy(update={"rider": rider}))
+            return before
+
+    def _store(self, settings: StoredSettings) -> None:
+        if self._file is not None:
+            write_whole(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
+        self._now = settings
+
+
+def defaults(robot: Robot, profile: RiderProfile) -> StoredSettings:
+    """Return the settings of a robot and a rider's profile."""
+    limits = Limits(
+        max_speed=max(min(PACES["brisk"], robot.max_speed), 0.1),
+        max_acceleration=min(max(robot.max_acceleration, 0.1), 2.0),
+        min_distance=profile.social_distance,
+    )
+    rider = RiderSettings(
+        tremor_filter=profile.tremor_filter, dead_zone=min(profile.dead_zone, 0.6)
+    )
+    return StoredSettings(limits=bounded(limits, robot), rider=rider)
+
+
+def bounded(limits: Limits, robot: Robot) -> Limits:
+    """Bound the limits by those of the robot."""
+    return Limits(
+        max_speed=max(min(limits.max_speed, robot.max_speed), 0.1),
+        max_acceleration=max(min(limits.max_acceleration, robot.max_acceleration), 0.1),
+        min_distance=limits.min_distance,
+    )
+
+
+def loosened(before: Limits, after: Limits) -> tuple[str, ...]:
+    """Return the names of the limits that are looser than before."""
+    return tuple(
+        name
+        for name, looser in (
+            ("the speed", after.max_speed > before.max_speed),
+            ("the acceleration", after.max_acceleration > before.max_acceleration),
+            ("the distance from people", after.min_distance < before.min_distance),
+        )
+        if looser
+    )
+
+
+def limited_profile(
+    profile: RiderProfile, pace: Pace, limits: Limits, rider: RiderSettings
+) -> RiderProfile:
+    """Return the profile for a request: pace and rider's settings within the limits."""
+    return profile.model_copy(
+        update={
+            "preferred_speed": min(PACES[pace], limits.max_speed),
+            "social_distance": max(profile.social_distance, limits.min_distance),
+            "tremor_filter": rider.tremor_filter,
+            "dead_zone": rider.dead_zone,
+        }
+    )
+
+
+def _read(file: Path) -> StoredSettings | None:
+    """Read the stored settings; None without a file."""
+    try:
+        return StoredSettings.model_validate_json(file.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValidationError):
+        raise StoreError(
+            "cannot be read; repair it, or remove it to start with the chair's own limits",
+            file=file,
+        ) from None

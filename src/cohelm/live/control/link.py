@@ -1,0 +1,239 @@
+"""Link to the driver: who drives, whether their page is alive, and what they must do first.
+
+A page's heartbeats carry two facts: that it is alive, and its stick position. All functions here
+are pure: state, event and time in, new state out. Times are seconds of one monotonic clock.
+
+    no_driver ── take ──► no_heartbeat ── heartbeat ──► centre_stick ── centred ──► ready
+                              ▲                             ▲            │            │
+        300 ms, hidden ───────┴─────────────────────────────┼────────────┼────────────┤
+        STOP, longer silence, restart ──────────────────────┴─► … ──► confirm ── resume┘
+
+The chair moves only while the link is ``ready``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from types import MappingProxyType
+
+from cohelm.live.messages import Device, Heartbeat, LinkStatus
+from cohelm.reasons import Reason
+
+SILENCE = 0.3
+"""Time without a heartbeat after which the link is lost, s."""
+SHORT = 2.0
+"""Longest silence after which a centred stick suffices, s. After a longer one, or after a hidden
+page, the driver must confirm as well."""
+LATE = 300.0
+"""Delay beyond that of the quickest heartbeat at which one is dropped, ms."""
+DRIFT = 0.2
+"""Assumed drift between the two clocks, ms/s: the quickest heartbeat is forgotten at this rate."""
+
+
+class RequiredAction(IntEnum):
+    """Action that the driver must take before the chair may move, smallest first."""
+
+    NOTHING = 0
+    CENTRE = 1
+    """Release the stick."""
+    CONFIRM = 2
+    """Release the stick, and then confirm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeartbeatTiming:
+    """Timing of one connection's heartbeats."""
+
+    seq: int
+    """Number of the newest one, dropped or not."""
+    quickest: float
+    """Minimum time from ``sent`` to arrival, ms; the offset of the clocks is unknown."""
+    measured: float
+    """Time at which that was measured, s."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkState:
+    """All connections, and the one that drives."""
+
+    timings: Mapping[str, HeartbeatTiming] = field(default_factory=lambda: MappingProxyType({}))
+    driver: str | None = None
+    required: RequiredAction = RequiredAction.CENTRE
+    cause: Reason | None = None
+    """Reason for the required action; None where the drive has just begun."""
+    heartbeat: Heartbeat | None = None
+    """Newest valid heartbeat of the driver since they took control."""
+    at: float = -math.inf
+    """Its arrival time, s."""
+    centred: bool = False
+    """True where its stick is centred."""
+    epoch: int = 0
+    """Grows with every stop and every take-over; older decisions move nothing any more."""
+
+
+def status(state: LinkState, now: float) -> LinkStatus:
+    """Return the state of the link; the chair may move in ``ready`` only."""
+    if state.driver is None:
+        return "no_driver"
+    beat = state.heartbeat
+    if beat is None or not beat.visible or not now - state.at <= SILENCE:
+        return "no_heartbeat"
+    if state.required is RequiredAction.NOTHING:
+        return "ready"
+    if state.centred:
+        return "confirm"
+    return "stick_held" if state.cause is Reason.RIDER_STOP else "centre_stick"
+
+
+def deflection(state: LinkState, now: float) -> tuple[float, float]:
+    """Return the valid deflection (forward, left); (0, 0) unless the link is ready."""
+    if state.heartbeat is None or status(state, now) != "ready":
+        return 0.0, 0.0
+    return state.heartbeat.forward, state.heartbeat.left
+
+
+def current_heartbeat(state: LinkState, now: float) -> tuple[int, Device]:
+    """Return number and device of the valid heartbeat; −1 and ``none`` without one."""
+    if state.heartbeat is None or status(state, now) in {"no_driver", "no_heartbeat"}:
+        return -1, "none"
+    return state.heartbeat.seq, state.heartbeat.device
+
+
+def hold_reason(state: LinkState, now: float) -> Reason | None:
+    """Return the reason why the link holds the chair; None while it is ready."""
+    found = status(state, now)
+    if found == "ready":
+        return None
+    if found == "no_driver":
+        return Reason.NO_DRIVER
+    if found == "no_heartbeat":
+        return Reason.CONNECTION_LOST
+    return state.cause or required_reason(found)
+
+
+def required_reason(status: LinkStatus) -> Reason | None:
+    """Return the action that the driver must take now; None: nothing."""
+    if status == "confirm":
+        return Reason.CONFIRM
+    return Reason.RELEASE_STICK if status in {"centre_stick", "stick_held"} else None
+
+
+def take_control(state: LinkState, client: str, *, under_way: bool) -> LinkState:
+    """Make ``client`` the driver; it drives after a heartbeat with a centred stick.
+
+    Args:
+        state: Previous state.
+        client: Connection that takes control.
+        under_way: True where the chair would drive by itself; then the new driver must confirm.
+    """
+    if client == state.driver:
+        return state
+    confirm, centre = RequiredAction.CONFIRM, RequiredAction.CENTRE
+    return replace(
+        state,
+        driver=client,
+        required=confirm if under_way or state.required is confirm else centre,
+        heartbeat=None,
+        at=-math.inf,
+        centred=False,
+        epoch=state.epoch + 1,
+    )
+
+
+def release_control(state: LinkState, client: str) -> LinkState:
+    """Remove ``client`` as driver; a required confirmation is left to the next driver."""
+    if client != state.driver:
+        return state
+    return replace(
+        state,
+        driver=None,
+        required=max(state.required, RequiredAction.CENTRE),
+        heartbeat=None,
+        at=-math.inf,
+        centred=False,
+        epoch=state.epoch + 1,
+    )
+
+
+def disconnect(state: LinkState, client: str) -> LinkState:
+    """Remove a connection."""
+    timings = {name: timing for name, timing in state.timings.items() if name != client}
+    return replace(release_control(state, client), timings=MappingProxyType(timings))
+
+
+def stop_until_confirmed(state: LinkState, cause: Reason) -> LinkState:
+    """Stop until the driver confirms: after STOP, a collision, a restart of the navigator."""
+    return replace(state, required=RequiredAction.CONFIRM, cause=cause, epoch=state.epoch + 1)
+
+
+def require_confirmation(state: LinkState) -> LinkState:
+    """Stop until the driver confirms, without another reason."""
+    return replace(state, required=RequiredAction.CONFIRM, epoch=state.epoch + 1)
+
+
+def require_centring(state: LinkState) -> LinkState:
+    """Ignore the stick until it has been centred once."""
+    centred = state.centred and state.heartbeat is not None
+    if state.required is not RequiredAction.NOTHING or centred:
+        return state
+    return replace(state, required=RequiredAction.CENTRE, epoch=state.epoch + 1)
+
+
+def resume(state: LinkState, client: str, now: float) -> LinkState:
+    """Accept the driver's confirmation where nothing else is missing."""
+    if client != state.driver or status(state, now) != "confirm":
+        return state
+    return replace(state, required=RequiredAction.NOTHING, cause=None)
+
+
+def on_heartbeat(
+    state: LinkState, client: str, beat: Heartbeat, now: float, *, dead_zone: float
+) -> LinkState:
+    """Process a heartbeat; a repeated, reordered or late one changes the timing only.
+
+    Args:
+        state: Previous state.
+        client: Connection that sent it.
+        beat: Heartbeat.
+        now: Arrival time, s.
+        dead_zone: Deflection up to which a stick counts as centred.
+    """
+    timing = state.timings.get(client)
+    if timing is not None and beat.seq <= timing.seq:
+        return state
+    delay = 1000.0 * now - beat.sent
+    quickest = delay
+    if timing is not None:
+        quickest = min(delay, timing.quickest + DRIFT * max(now - timing.measured, 0.0))
+    timing = HeartbeatTiming(seq=beat.seq, quickest=quickest, measured=now)
+    state = replace(state, timings=MappingProxyType({**state.timings, client: timing}))
+    if client != state.driver or delay - quickest > LATE:
+        return state
+    return _drivers_heartbeat(state, beat, now, math.hypot(beat.forward, beat.left) <= dead_zone)
+
+
+def _drivers_heartbeat(state: LinkState, beat: Heartbeat, now: float, centred: bool) -> LinkState:
+    """Process a valid heartbeat of the driver: a gap before it requires an action."""
+    required, cause = state.required, state.cause
+    gap = now - state.at if state.heartbeat is not None else 0.0
+    epoch = state.epoch + (not beat.visible or gap > SILENCE)
+    if not beat.visible or gap > SHORT:
+        required, cause = RequiredAction.CONFIRM, cause or Reason.CONNECTION_LOST
+    elif gap > SILENCE:
+        required = max(required, RequiredAction.CENTRE)
+    if required is RequiredAction.CENTRE and centred and beat.visible:
+        required = RequiredAction.NOTHING
+    if required is RequiredAction.NOTHING:
+        cause = None
+    return replace(
+        state,
+        required=required,
+        cause=cause,
+        heartbeat=beat,
+        at=now,
+        centred=centred,
+        epoch=epoch,
+    )

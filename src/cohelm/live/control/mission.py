@@ -1,0 +1,152 @@
+"""Mission of a live ride: destination, wishes about the route, mode and pace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cohelm.errors import InvalidProblem
+from cohelm.live.control.limits import PACES, limited_profile
+from cohelm.live.messages import (
+    ActiveWish,
+    AddWish,
+    Destination,
+    FloorInfo,
+    Limits,
+    Pace,
+    RiderSettings,
+)
+from cohelm.maps import Places
+from cohelm.messages import Mode, Request, RiderProfile, Wish
+
+MAX_WISHES = 12
+"""Maximum number of active wishes."""
+MAX_LENGTH = 300.0
+"""Maximum length of a drawn line, m; scribbles are longer than they look."""
+MARGIN = 2.0
+"""Distance by which a wish may exceed the map, m."""
+_RIDER_STEERS = frozenset({Mode.MANUAL, Mode.ASSISTED})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mission:
+    """Requests of the rider that are in force."""
+
+    goal: Destination | None = None
+    wishes: tuple[ActiveWish, ...] = ()
+    """In the order of creation."""
+    mode: Mode = Mode.SHARED
+    pace: Pace = "normal"
+    version: int = 0
+    """Grows with every change of goal or wishes."""
+
+    @property
+    def active_mode(self) -> Mode:
+        """Mode in which the chair drives: without a destination the rider steers."""
+        return self.mode if self.goal is not None or self.mode in _RIDER_STEERS else Mode.ASSISTED
+
+    @property
+    def under_way(self) -> bool:
+        """True where the chair would drive with the stick released."""
+        return self.goal is not None and self.mode not in _RIDER_STEERS
+
+    def with_goal(self, goal: Destination | None) -> Mission:
+        """Return the mission with another destination, or with none."""
+        return replace(self, goal=goal, version=self.version + 1)
+
+    def with_wish(self, wish: ActiveWish) -> Mission:
+        """Return the mission with one more wish."""
+        return replace(self, wishes=(*self.wishes, wish), version=self.version + 1)
+
+    def without_wish(self, wish: int | None, *, every: bool = False) -> Mission:
+        """Return the mission without one wish (None: the last one), or without all of them."""
+        if every:
+            left: tuple[ActiveWish, ...] = ()
+        elif wish is None:
+            left = self.wishes[:-1]
+        else:
+            left = tuple(each for each in self.wishes if each.id != wish)
+        return replace(self, wishes=left, version=self.version + 1)
+
+
+def goal_of(
+    place: str | None, point: tuple[float, float] | None, places: Places
+) -> Destination | None:
+    """Return the destination of a ``SetGoal`` message.
+
+    Raises:
+        MapError: There is no place of this name.
+    """
+    if place is not None:
+        found = places.find(place)
+        return Destination(name=found.name, x=float(found.point[0]), y=float(found.point[1]))
+    if point is not None:
+        return Destination(name=places.at(point), x=point[0], y=point[1])
+    return None
+
+
+def wish_of(message: AddWish, number: int) -> ActiveWish:
+    """Return the wish of a message under a number.
+
+    Raises:
+        InvalidProblem: Its area or line is empty.
+    """
+    if message.kind == "stroke" and len(message.points) < 2:
+        raise InvalidProblem("a line to follow needs two points or more")
+    if message.kind == "avoid" and len(message.points) < 3 and message.radius <= 0.0:
+        raise InvalidProblem("the area to avoid is empty")
+    return ActiveWish(id=number, kind=message.kind, points=message.points, radius=message.radius)
+
+
+def check_wish(message: AddWish, floor: FloorInfo) -> None:
+    """Reject a wish that no route can satisfy, before any planning.
+
+    Raises:
+        InvalidProblem: It lies outside the map, or its line is too long.
+    """
+    points = np.array(message.points)
+    low = np.array([floor.x, floor.y]) - MARGIN
+    high = low + 2.0 * MARGIN + floor.resolution * np.array([floor.width, floor.height])
+    if (points < low).any() or (points > high).any():
+        raise InvalidProblem("the wish is outside the map")
+    if float(np.hypot(*np.diff(points, axis=0).T).sum()) > MAX_LENGTH:
+        raise InvalidProblem("the line is too long")
+
+
+def request_of(
+    mission: Mission,
+    profile: RiderProfile,
+    limits: Limits,
+    rider: RiderSettings,
+    *,
+    moves: bool,
+) -> Request:
+    """Return the request to the navigator.
+
+    For a chair that must stand the speed limit is zero: perception and planning go on.
+
+    Args:
+        mission: Mission in force.
+        profile: Profile of the scenario.
+        limits, rider: Settings in force.
+        moves: True where the chair may move.
+    """
+    mode = mission.active_mode
+    if not moves and mode in _RIDER_STEERS:
+        mode = Mode.SHARED  # needs no stick in order to look around
+    goal = mission.goal
+    return Request(
+        goal=np.full(2, np.nan) if goal is None else np.array([goal.x, goal.y]),
+        wishes=tuple(wishes_of(mission.wishes)),
+        mode=mode,
+        profile=limited_profile(profile, mission.pace, limits, rider),
+        speed_limit=min(PACES[mission.pace], limits.max_speed) if moves else 0.0,
+    )
+
+
+def wishes_of(active: tuple[ActiveWish, ...]) -> list[Wish]:
+    """Return the wishes as the planner takes them."""
+    return [
+        Wish(kind=each.kind, points=np.array(each.points), radius=each.radius) for each in active
+    ]

@@ -1,0 +1,132 @@
+"""Client of the navigator's process: sends requests, takes answers, replaces a failed process."""
+
+from __future__ import annotations
+
+import logging
+
+from cohelm.live.control.ipc import ProcessReady, ProcessSetup, StepAnswer, StepRequest
+from cohelm.live.control.navigator_process import serve_navigator
+from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
+
+HANGING = 10.0
+"""Maximum time for an answer, s; then the process is replaced."""
+MAX_FAILED_STARTS = 3
+"""Consecutive processes that may fail before they are ready; then no more are started."""
+RESTART_DELAY = 1.0
+"""Time between the loss of a process and its replacement, s."""
+_log = logging.getLogger(__name__)
+
+
+class NavigatorClient:
+    """Navigator's process, replaced whenever it is lost.
+
+    Args:
+        setup: Argument of each process.
+    """
+
+    def __init__(self, setup: ProcessSetup) -> None:
+        self._process_setup = setup
+        self._process: WorkerProcess | None = None
+        self._start_at = 0.0
+        self._failed_starts = 0
+        self.requested_at = 0.0
+        """Time of the last request, s."""
+        self.pending: StepRequest | None = None
+        """Request without an answer so far."""
+        self.unanswered: StepRequest | None = None
+        """Request that the last lost process did not answer."""
+        self.ready = False
+        """True where it takes requests."""
+        self.lost = ""
+        """Reason of the last loss; the reader resets it to empty."""
+        self.starts = 0
+        """Number of processes so far."""
+
+    @property
+    def gave_up(self) -> bool:
+        """True where no more processes are started."""
+        return self._failed_starts >= MAX_FAILED_STARTS
+
+    @property
+    def pid(self) -> int | None:
+        """Id of the present process."""
+        return self._process.pid if self._process is not None else None
+
+    @property
+    def free(self) -> bool:
+        """True where it waits for a request."""
+        return self.ready and self.pending is None
+
+    def supervise(self, now: float) -> bool:
+        """Start a missing process and follow its progress; True where it just became ready.
+
+        Args:
+            now: s.
+        """
+        if self._process is None:
+            if now >= self._start_at and not self.gave_up:
+                self._process = WorkerProcess(
+                    serve_navigator, self._process_setup, "cohelm-navigator"
+                )
+                self.starts += 1
+            return False
+        if self.ready:
+            return False
+        message = self._receive(0.0, now)
+        while isinstance(message, ProcessReady) and not message.done:
+            _log.info("the navigator starts: %s", message.progress)
+            message = self._receive(0.0, now)
+        self.ready = isinstance(message, ProcessReady)
+        self._failed_starts = 0 if self.ready else self._failed_starts
+        return self.ready
+
+    def request(self, request: StepRequest, now: float) -> None:
+        """Send a request if the navigator is free."""
+        if not self.free or self._process is None:
+            return
+        self.pending, self.requested_at = request, now
+        try:
+            self._process.send(request)
+        except ProcessGone as cause:
+            self._lose(now, str(cause))
+
+    def answer(self, timeout: float, now: float) -> StepAnswer | None:
+        """Return the answer to the pending request if it arrives within ``timeout``, s."""
+        if self.pending is None or not self.ready:
+            return None
+        message = self._receive(timeout, now)
+        if isinstance(message, StepAnswer):
+            self.pending = None
+            return message
+        if self._process is None:
+            return None
+        if now - self.requested_at > HANGING:
+            self._lose(now, f"no answer for {HANGING:g} s")
+        return None
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.close()
+        self._process, self.ready, self.pending = None, False, None
+
+    def _receive(self, timeout: float, now: float) -> object | None:
+        if self._process is None:
+            return None
+        try:
+            message: object | None = self._process.receive(timeout)
+        except ProcessGone as cause:
+            self._lose(now, str(cause))
+            return None
+        return message
+
+    def _lose(self, now: float, reason: str) -> None:
+        """End a process that is of no more use; its replacement starts a little later."""
+        _log.error("the navigator is lost: %s", reason)
+        self.lost = reason
+        self._failed_starts += not self.ready
+        if self._process is not None:
+            self._process.kill()
+        self.unanswered = self.pending
+        self._process, self.ready, self.pending = None, False, None
+        self._start_at = now + RESTART_DELAY

@@ -1,0 +1,209 @@
+"""Process of the navigator: takes a request from a pipe and returns an answer.
+
+The decision comes first: an answer is sent before the log and the recorder get the tick, and
+garbage is collected while the control loop does not wait.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from typing import NamedTuple
+
+import numpy as np
+
+from cohelm.arrays import identical
+from cohelm.live.control.ipc import (
+    ProcessReady,
+    ProcessSetup,
+    RouteView,
+    StepAnswer,
+    StepRequest,
+)
+from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
+from cohelm.live.control.view_model import (
+    groups_of,
+    people_of,
+    plan_of,
+    remaining_of,
+    rider_authority_of,
+    route_error_of,
+    route_view,
+)
+from cohelm.live.sessions.mcap_recording import DriveRecording
+from cohelm.live.sessions.records import RideLog
+from cohelm.live.sessions.ride_log import RideLogWriter
+from cohelm.messages import Mode, Path, Request, RiderCommand
+from cohelm.navigation import Navigator, Tick
+from cohelm.processes import end_with_owner, leave_interrupts
+from cohelm.reasons import Reason
+from cohelm.safety import stop
+from cohelm.scenarios import RideSetup
+from cohelm.scenarios.build import build_scenario
+from cohelm.simulation import World
+
+_WARM_UP_STEPS = 12
+"""Steps of each warm-up case."""
+_FULL_COLLECTION = 20
+"""Steps between two full garbage collections."""
+
+
+def serve_navigator(pipe: Connection, setup: ProcessSetup) -> None:
+    """Answer requests until the other end of the pipe is closed."""
+    leave_interrupts()
+    end_with_owner(grace=3.0)
+    ride_setup = build_scenario(setup.scenario, setup.seed)
+    server = NavigatorServer(ride_setup)
+    try:
+        for progress in warm_up(ride_setup):
+            pipe.send(ProcessReady(done=False, progress=progress))
+        with DriveRecording(setup.record, ride_setup) as recording:
+            gc.collect()
+            gc.freeze()
+            gc.disable()
+            pipe.send(ProcessReady(done=True))
+            while True:
+                request = pipe.recv()
+                pipe.send(server.answer(request))
+                server.record(request, recording)
+                gc.collect(2 if request.number % _FULL_COLLECTION == 0 else 0)
+    except (EOFError, OSError):
+        return
+
+
+class NavigatorServer:
+    """Navigator with its last tick.
+
+    Args:
+        ride_setup: Floor, chair and parts.
+    """
+
+    def __init__(self, ride_setup: RideSetup) -> None:
+        self._navigator = Navigator(ride_setup.navigator)
+        self._last: Tick | None = None
+        self._path: Path | None = None
+        self._ride_log = RideLogWriter()
+        self._logging = False
+        self._log: RideLog | None = None
+
+    def answer(self, step: StepRequest) -> StepAnswer:
+        """Compute one step; during a pause, the planning context only."""
+        if step.paused:
+            return self._paused_answer(step)
+        if step.restart:
+            self._last = None
+        # Part of the request, so that it is recorded as well.
+        request = replace(step.request, extra_clearance=step.extra_clearance)
+        tick = self._navigator.step(step.observation, self._shared(request), self._last)
+        self._last = tick
+        log, self._log = self._log, None
+        return StepAnswer(
+            number=step.number,
+            mission=step.mission,
+            heartbeat=step.heartbeat,
+            decision=tick.decision,
+            rider_authority=rider_authority_of(tick),
+            arrived=tick.arrived,
+            remaining=remaining_of(tick),
+            route_error=route_error_of(tick),
+            route=self._route(tick, restart=step.restart),
+            plan=plan_of(tick),
+            people=people_of(tick),
+            groups=groups_of(tick),
+            log=log,
+            planning_context=planning_context_of(tick, request) if step.planning_context else None,
+        )
+
+    def record(self, step: StepRequest, recording: DriveRecording) -> None:
+        """Record the step that was just answered."""
+        if step.paused:
+            return
+        if step.restart:
+            recording.restart()
+        if step.end is not None and self._logging:
+            self._log = self._ride_log.end(step.end)
+            self._logging = False
+        if step.begin is not None:
+            self._ride_log.begin(*step.begin)
+            self._logging = True
+        if self._last is None:
+            return
+        if self._logging:
+            self._ride_log.add(self._last, step.truth)
+        recording.add(self._last, step.truth)
+
+    def _paused_answer(self, step: StepRequest) -> StepAnswer:
+        context = planning_context_of(self._last, step.request) if self._last is not None else b""
+        return StepAnswer(
+            number=step.number,
+            mission=step.mission,
+            heartbeat=step.heartbeat,
+            decision=stop(Reason.PAUSED),
+            paused=True,
+            planning_context=context,
+        )
+
+    def _shared(self, request: Request) -> Request:
+        """Return the last request where it is equal: the navigator compares by identity."""
+        last = self._last.request if self._last is not None else None
+        return last if last is not None and identical(last, request) else request
+
+    def _route(self, tick: Tick, *, restart: bool) -> RouteView | None:
+        """Return the route where it differs from that of the last answer."""
+        if tick.path is self._path and not restart:
+            return None
+        self._path = tick.path
+        if tick.path is None:
+            return RouteView(points=(), without_wishes=(), length=0.0, extra_length=0.0)
+        return route_view(tick.path)
+
+
+class _WarmUpCase(NamedTuple):
+    """Request and stick position of some warm-up steps."""
+
+    name: str
+    request: Request
+    stick: tuple[float, float] = (0.0, 0.0)
+
+
+def warm_up(ride_setup: RideSetup) -> Iterator[str]:
+    """Drive a little in every mode, in a world of its own, so that all code is compiled and loaded.
+
+    Yields the name of the next case.
+    """
+    yield "world"
+    world = World(ride_setup.world, ride_setup.seed)
+    server = NavigatorServer(ride_setup)
+    number = 0
+    for name, request, stick in _warm_up_cases(ride_setup):
+        yield name
+        for _ in range(_WARM_UP_STEPS):
+            observation = world.observe()
+            rider = RiderCommand(heartbeat=observation.time, deflection=np.array(stick))
+            step = StepRequest(
+                number=number,
+                mission=0,
+                observation=replace(observation, rider=rider),
+                request=request,
+                truth=world.truth,
+                heartbeat=0,
+                extra_clearance=0.1 * (number % 2),
+                planning_context=number % _WARM_UP_STEPS == 0,
+            )
+            world.advance(server.answer(step).decision)
+            number += 1
+
+
+def _warm_up_cases(ride_setup: RideSetup) -> Iterator[_WarmUpCase]:
+    request = replace(ride_setup.request, wishes=(), mode=Mode.SHARED, speed_limit=0.7)
+    no_goal = np.full(2, np.nan)
+    yield _WarmUpCase("route", request)
+    yield _WarmUpCase("stick", request, (0.5, 0.3))
+    for wish in warm_up_wishes(ride_setup):
+        yield _WarmUpCase(wish.kind, replace(request, wishes=(wish,)))
+    yield _WarmUpCase("autonomous", replace(request, mode=Mode.AUTONOMOUS))
+    yield _WarmUpCase("standing", replace(request, speed_limit=0.0))
+    for mode in (Mode.ASSISTED, Mode.MANUAL):
+        yield _WarmUpCase(mode.value, replace(request, goal=no_goal, mode=mode), (0.4, -0.3))

@@ -1,0 +1,67 @@
+"""Inputs of route planning besides the map, passed from the navigator to a route preview."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import dataclass
+
+import numpy as np
+
+from cohelm.arrays import Floats, identical
+from cohelm.messages import Crowding, LiveObstacles, Request, Wish
+from cohelm.navigation import Tick
+from cohelm.scenarios import RideSetup
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningContext:
+    """Pose, goal, wishes and live obstacles of the present route."""
+
+    pose: Floats
+    """(3,), X_MR."""
+    goal: Floats
+    """(2,), m."""
+    wishes: tuple[Wish, ...]
+    """Wishes that the chair has not passed yet."""
+    wish_origin: Floats
+    """Position at which they were set, (2,), m."""
+    clearance: float
+    """m."""
+    live: LiveObstacles | None
+    crowding: Crowding | None
+
+
+def planning_context_of(tick: Tick, request: Request) -> bytes:
+    """Return the pickled context of a tick; empty without a destination.
+
+    Args:
+        tick: Last tick.
+        request: Present request; it differs from the tick's after a pause only.
+    """
+    memory = tick.memory
+    if np.isnan(request.goal).any():
+        return b""
+    route = memory.route if identical(request.wishes, tick.request.wishes) else None
+    here = tick.observation.pose
+    crowding = memory.crowding.published if memory.crowding is not None else None
+    context = PlanningContext(
+        pose=here,
+        goal=request.goal,
+        wishes=route.wishes if route is not None else request.wishes,
+        wish_origin=route.wish_origin if route is not None else here[:2],
+        clearance=request.profile.clearance,
+        live=memory.obstacles.obstacles if memory.obstacles is not None else None,
+        crowding=crowding if crowding is not None and crowding.density.any() else None,
+    )
+    return pickle.dumps(context, protocol=5)
+
+
+def warm_up_wishes(ride_setup: RideSetup) -> tuple[Wish, ...]:
+    """Return one wish of each kind, so that their code is compiled before a rider waits for it."""
+    middle = ride_setup.route.points[len(ride_setup.route.points) // 2]
+    aside = middle + np.array([0.5, 0.5])
+    return (
+        Wish(points=aside[None]),  # a point on the route would cost nothing
+        Wish(kind="stroke", points=np.array([middle, aside])),
+        Wish(kind="avoid", points=middle[None], radius=0.5),
+    )

@@ -1,0 +1,98 @@
+"""Handle of a process with a pipe; no call here waits long for the process."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import socket
+import struct
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from cohelm.live.control.ipc import ProcessSetup
+from cohelm.processes import spawn, without_interrupts
+
+STUCK = 0.03
+"""Maximum time for a message to progress, s; beyond it the other process has been suspended."""
+_BUFFER = 1 << 20  # bytes; the operating system may allow less
+
+
+class ProcessGone(Exception):
+    """The process has ended, or its pipe is damaged."""
+
+
+class WorkerProcess:
+    """Process at the other end of a pipe.
+
+    Args:
+        work: Main function of the process, at the top level of a module.
+        setup: Its argument.
+        name: Name of the process.
+    """
+
+    def __init__(
+        self, work: Callable[[Connection, ProcessSetup], None], setup: ProcessSetup, name: str
+    ) -> None:
+        self._pipe, theirs = spawn.Pipe()
+        _set_timeouts(self._pipe)
+        self.process: BaseProcess = spawn.Process(
+            target=work, args=(theirs, setup), name=name, daemon=True
+        )
+        with without_interrupts():
+            self.process.start()
+        theirs.close()
+
+    @property
+    def pid(self) -> int | None:
+        """Process id."""
+        return self.process.pid
+
+    def send(self, message: Any) -> None:
+        """Send a request.
+
+        Raises:
+            ProcessGone: The process does not take it.
+        """
+        try:
+            self._pipe.send(message)
+        except (OSError, ValueError) as cause:
+            raise ProcessGone(f"takes no requests ({cause})") from None
+
+    def receive(self, timeout: float) -> Any | None:
+        """Return the next answer within ``timeout``, s; None: there is none.
+
+        Raises:
+            ProcessGone: There will be no more answers.
+        """
+        try:
+            return self._pipe.recv() if self._pipe.poll(timeout) else None
+        except (OSError, EOFError, ValueError, pickle.UnpicklingError) as cause:
+            raise ProcessGone(f"gives no answers ({cause!r})") from None
+
+    def kill(self) -> None:
+        """End the process at once."""
+        with contextlib.suppress(OSError):
+            self._pipe.close()
+        if self.process.is_alive():
+            self.process.kill()
+        self.process.join(1.0)
+
+    def close(self, patience: float = 2.0) -> None:
+        """Let the process end by itself, and kill it after ``patience``, s."""
+        with contextlib.suppress(OSError):
+            self._pipe.close()
+        self.process.join(patience)
+        self.kill()
+
+
+def _set_timeouts(pipe: Connection) -> None:
+    """Let a message fail that is stuck half way because the other process is suspended."""
+    timeout = struct.pack("ll", 0, int(STUCK * 1e6))
+    with socket.socket(fileno=os.dup(pipe.fileno())) as end:
+        for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
+            end.setsockopt(socket.SOL_SOCKET, option, timeout)
+        for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
+            end.setsockopt(socket.SOL_SOCKET, option, _BUFFER)

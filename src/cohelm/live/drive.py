@@ -1,0 +1,303 @@
+"""Live ride as a server sees it: commands go in, messages come out.
+
+    drive = Drive(DriveSetup(scenario=load_scenario("hospital")))
+    drive.listen(lambda message, client: ...)    # called in the control thread: hop to your own
+    drive.start()                                # returns at once; ChairState.reason: starting
+    drive.connect("a", "driver")                 # sends Welcome before it returns
+    drive.receive("a", Heartbeat(seq=0, sent=0.0), time.monotonic())
+    drive.close()
+
+No call waits for the control loop, and every call may come from any thread.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import threading
+import time
+import weakref
+from collections.abc import Callable
+from pathlib import Path
+
+from cohelm.arrays import value
+from cohelm.live.control.ipc import ProcessSetup
+from cohelm.live.control.limits import ActiveSettings, LimitsLoosened
+from cohelm.live.control.navigator_client import NavigatorClient
+from cohelm.live.control.world_factory import WorldFactory
+from cohelm.live.control_cycle import STEP, ControlCycle
+from cohelm.live.loop import LiveCommandEffects, LiveLoop
+from cohelm.live.messages import (
+    ChangeSimulation,
+    Echo,
+    FromPage,
+    Limits,
+    Rejected,
+    RiderSettings,
+    Role,
+    SceneInfo,
+    SettingsChanged,
+    ToPage,
+    Welcome,
+)
+from cohelm.live.page.commands import Commands
+from cohelm.live.page.floor_model import floor_model
+from cohelm.live.page.route_preview import RoutePreview
+from cohelm.live.ride_sessions import RideSessions
+from cohelm.live.services import Services
+from cohelm.live.sessions.audit import AuditLog
+from cohelm.live.sessions.files import reserved
+from cohelm.live.sessions.store import SessionStore
+from cohelm.processes import compiled
+from cohelm.scenarios import Scenario
+
+_INNERMOST = "qp.*"
+"""Kernel of the local planner; once it is compiled, so is the rest of the navigator."""
+Listener = Callable[[ToPage, str | None], None]
+"""Receives each message and the name of its client; None: for all connected clients."""
+
+
+@value
+class DriveSetup:
+    """Scenario of a live ride, and the files to keep."""
+
+    scenario: Scenario
+    """Floor, people, chair and parts; goal and wishes are ignored, since the rider sets them."""
+    seed: int = 0
+    """Random seed of the world, ≥ 0."""
+    folder: Path | None = None
+    """Folder for sessions, limits and the audit log; None: nothing is kept."""
+    record: Path | None = None
+    """MCAP file that gets every tick; must not exist."""
+    limits: Limits | None = None
+    """Initial limits; None: the stored ones, else those of the robot."""
+    rider: RiderSettings | None = None
+    """Initial rider's settings; None: the stored ones, else those of the profile."""
+
+
+@value
+class DriveHealth:
+    """Condition of the control loop and its processes."""
+
+    ready: bool
+    """True once the chair can drive."""
+    error: str
+    """Reason why it never will; empty where it may."""
+    ticks: int
+    """Control steps so far."""
+    missed: int
+    """Steps that began more than one period late."""
+    longest_streak: int
+    """Maximum number of consecutive missed steps."""
+    stops: int
+    """Stops by the watchdog."""
+    restarts: int
+    """Restarts of the navigator."""
+
+
+class Drive:
+    """Chair in simulation that a person drives live.
+
+    Args:
+        setup: Scenario, seed and files.
+
+    Raises:
+        CohelmError: The scenario refers to something missing, or the folder cannot be written or
+            is in use by another drive: limits of one would not hold in the other.
+    """
+
+    def __init__(self, setup: DriveSetup) -> None:
+        cold = not compiled(_INNERMOST)  # before the floor model compiles its few kernels
+        model = floor_model(setup.scenario, setup.seed)
+        self._scene, self._png = model.scene, model.png
+        self._temporary: tempfile.TemporaryDirectory[str] | None = None
+        if setup.folder is None:
+            self._temporary = tempfile.TemporaryDirectory(prefix="cohelm-")
+        folder = setup.folder or Path(self._temporary.name if self._temporary else "")
+        self._release = weakref.finalize(self, os.close, reserved(folder))
+        self._audit, self._sessions = AuditLog(folder), SessionStore(folder)
+        profile = setup.scenario.profile
+        self._settings = ActiveSettings(
+            setup.folder, model.robot, profile, limits=setup.limits, rider=setup.rider
+        )
+        self._listeners: tuple[Listener, ...] = ()
+        self._announcing = threading.Lock()
+        process_setup = ProcessSetup(scenario=setup.scenario, seed=setup.seed, record=setup.record)
+        services = Services(
+            navigator=NavigatorClient(process_setup),
+            route_preview=RoutePreview(process_setup, self._send),
+            world_factory=WorldFactory(setup.scenario),
+            rides=RideSessions(self._sessions, self._settings, self._send, STEP),
+        )
+        self._navigator = services.navigator
+        effects = LiveCommandEffects(services.rides)
+        log_event = self._audit.log_event
+        commands = Commands(
+            model.places, self._settings, self._send, log_event, effects, self._scene.floor
+        )
+        cycle = ControlCycle(commands, self._settings, profile, services, send=self._send)
+        self._loop = LiveLoop(
+            cycle,
+            commands,
+            services,
+            seed=setup.seed,
+            cold=cold,
+            send=self._send,
+            log_event=log_event,
+        )
+        effects.loop, effects.route_preview = self._loop, services.route_preview
+        self._closed = False
+
+    def start(self) -> None:
+        """Start the ride and return at once.
+
+        Until everything is compiled and warm, which takes a minute or two the first time, the
+        chair stands and ``ChairState.reason`` says so.
+        """
+        scene = self._scene
+        self._audit.log_event("chair", "drive_started", scene=scene.name, seed=scene.seed)
+        self._loop.start()
+
+    def close(self) -> None:
+        """Stop the chair, end the ride and all processes; may be called twice."""
+        if self._closed:
+            return
+        self._closed = True
+        self._loop.close()
+        self._audit.log_event("chair", "drive_closed")
+        self._sessions.close()
+        self._audit.close()
+        self._release()
+        if self._temporary is not None:
+            self._temporary.cleanup()
+
+    def scene(self) -> SceneInfo:
+        """Return the facts that stay the same while driving; known before :meth:`start`."""
+        return self._scene
+
+    def floor_png(self) -> bytes:
+        """Return the map as grey PNG: 0 occupied, 128 unknown, 255 free; first row at the top."""
+        return self._png
+
+    def listen(self, callback: Listener) -> None:
+        """Pass every message from now on to ``callback``.
+
+        It is called in the control thread and, for answers that do not need the loop (Welcome,
+        RouteUpdate, SettingsChanged, Echo), in the caller's own thread before the call returns.
+        It must neither wait nor raise.
+        """
+        self._listeners = (*self._listeners, callback)
+
+    def connect(self, client: str, role: Role) -> None:
+        """Add a page; it gets Welcome and the route before this returns.
+
+        Args:
+            client: Unique name of the connection, never used again.
+            role: Role of the signed-in person.
+        """
+        welcome = Welcome(
+            client=client, role=role, scene=self._scene, limits=self.limits, rider=self.rider
+        )
+        self._send(welcome, client)
+        self._send(self._loop.cycle.view.route_update(), client)
+        self._loop.call(lambda commands: commands.connect(client, role))
+
+    def disconnect(self, client: str) -> None:
+        """Remove a page; if it drove, the chair stops."""
+        self._loop.call(lambda commands: commands.disconnect(client))
+
+    def receive(self, client: str, message: FromPage, at: float | None = None) -> None:
+        """Take a message from a page; answers come through the listeners.
+
+        Args:
+            client: Name of a connected page.
+            message: Already validated.
+            at: Arrival time by ``time.monotonic()``, s; None: now.
+        """
+        if isinstance(message, Echo):
+            self._send(message, client)
+            return
+        arrival = time.monotonic() if at is None else at
+        if not isinstance(message, ChangeSimulation):
+            self._loop.call(lambda commands: commands.receive(client, message, arrival))
+        elif not self._loop.submit(lambda commands: commands.receive(client, message, arrival)):
+            text = "Too many requests at once."
+            self._send(Rejected(id=message.id, code="too_many_requests", text=text), client)
+
+    @property
+    def limits(self) -> Limits:
+        """Limits in force."""
+        return self._settings.limits
+
+    def set_limits(self, limits: Limits, actor: str) -> None:
+        """Change the limits; all clients get ``SettingsChanged``, the audit log an entry.
+
+        Args:
+            limits: New limits, bounded by the robot's.
+            actor: Name for the audit log.
+
+        Raises:
+            LimitsLoosened: A limit would become looser while the chair moves.
+            StoreError: The limits cannot be stored; the previous ones stay in force.
+        """
+        try:
+            before = self._settings.set_limits(limits, lambda: not self._loop.cycle.moves)
+        except LimitsLoosened:
+            self._audit.log_event(actor, "limits_rejected", requested=limits.model_dump())
+            raise
+        after = self.limits.model_dump()
+        self._audit.log_event(actor, "limits_changed", before=before.model_dump(), after=after)
+        self._announce_settings()
+
+    @property
+    def rider(self) -> RiderSettings:
+        """Rider's settings in force."""
+        return self._settings.rider
+
+    def set_rider(self, rider: RiderSettings, actor: str) -> None:
+        """Change the rider's settings; all clients and the audit log are informed.
+
+        Raises:
+            StoreError: The settings cannot be stored; the previous ones stay in force.
+        """
+        before = self._settings.set_rider(rider).model_dump()
+        after = rider.model_dump()
+        self._audit.log_event(actor, "rider_settings_changed", before=before, after=after)
+        self._announce_settings()
+
+    @property
+    def sessions(self) -> SessionStore:
+        """Stored sessions and rides."""
+        return self._sessions
+
+    @property
+    def audit(self) -> AuditLog:
+        """Audit log of who drove and who changed what."""
+        return self._audit
+
+    @property
+    def health(self) -> DriveHealth:
+        """Condition of the control loop and its processes."""
+        loop = self._loop
+        return DriveHealth(
+            ready=loop.ready and not loop.error,
+            error=loop.error,
+            ticks=loop.cycle.ticks,
+            missed=loop.deadlines.missed,
+            longest_streak=loop.deadlines.longest,
+            stops=loop.cycle.stops,
+            restarts=max(self._navigator.starts - 1, 0),
+        )
+
+    @property
+    def navigator_pid(self) -> int | None:
+        """Process id of the navigator; None where there is no process now."""
+        return self._navigator.pid
+
+    def _announce_settings(self) -> None:
+        with self._announcing:
+            self._send(SettingsChanged(limits=self.limits, rider=self.rider), None)
+
+    def _send(self, message: ToPage, client: str | None) -> None:
+        for listener in self._listeners:
+            listener(message, client)

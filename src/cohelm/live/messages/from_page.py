@@ -1,0 +1,157 @@
+"""Messages from a page to the chair."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, TypeAdapter
+
+from cohelm.live.messages.message import (
+    Deflection,
+    Device,
+    Line,
+    Name,
+    Number,
+    Pace,
+    Point,
+    WireMessage,
+    WishKind,
+)
+from cohelm.messages import Mode
+
+
+class Heartbeat(WireMessage):
+    """Sign of life of a page, with its stick position; sent 10 times a second and on changes."""
+
+    type: Literal["heartbeat"] = "heartbeat"
+    seq: Number
+    """Grows with every heartbeat of a connection; a repeated or smaller number is dropped."""
+    sent: Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1e15)]
+    """Send time by the page's monotonic clock, ms; used to measure delays."""
+    forward: Deflection = 0.0
+    left: Deflection = 0.0
+    device: Device = "none"
+    """Input device in use; ``none``: the rider touches nothing, but the page is alive."""
+    visible: bool = True
+    """False in the last heartbeat of a page that is hidden, blurred or closed: stop at once."""
+
+
+class TakeControl(WireMessage):
+    """Request to drive from this page; the previous driver loses control and gets a notice."""
+
+    type: Literal["take_control"] = "take_control"
+
+
+class ReleaseControl(WireMessage):
+    """Give up control; the chair stops."""
+
+    type: Literal["release_control"] = "release_control"
+
+
+class StopCommand(WireMessage):
+    """STOP, accepted from every page that is signed in, in any state."""
+
+    type: Literal["stop"] = "stop"
+
+
+class ResumeCommand(WireMessage):
+    """Confirmation by the driver that the chair may move again; needs a centred stick."""
+
+    type: Literal["resume"] = "resume"
+
+
+class SetGoal(WireMessage):
+    """New destination: a named place or a point; without both, the trip is cancelled."""
+
+    type: Literal["set_goal"] = "set_goal"
+    id: Number = 0
+    place: Name | None = None
+    point: Point | None = None
+
+
+class AddWish(WireMessage):
+    """Wish about the route; with ``preview`` only its cost is requested."""
+
+    type: Literal["add_wish"] = "add_wish"
+    id: Number = 0
+    kind: WishKind
+    points: Line
+    radius: Annotated[float, Field(ge=0.0, le=20.0)] = 0.0
+    """m; of ``avoid``."""
+    preview: bool = False
+
+
+class RemoveWish(WireMessage):
+    """Remove one wish, the last one (``wish`` is None), or all of them."""
+
+    type: Literal["remove_wish"] = "remove_wish"
+    id: Number = 0
+    wish: Number | None = None
+    all: bool = False
+
+
+class SetMode(WireMessage):
+    """New sharing mode."""
+
+    type: Literal["set_mode"] = "set_mode"
+    id: Number = 0
+    mode: Mode
+
+
+class SetPace(WireMessage):
+    """New pace, within the therapist's limits."""
+
+    type: Literal["set_pace"] = "set_pace"
+    id: Number = 0
+    pace: Pace
+
+
+class RateRide(WireMessage):
+    """Rating of a ride by a person, 1 to 5."""
+
+    type: Literal["rate_ride"] = "rate_ride"
+    id: Number = 0
+    ride: Name
+    rating: Annotated[int, Field(ge=1, le=5)]
+
+
+class ChangeSimulation(WireMessage):
+    """Change of the simulated world: add a person, move a door, pause, restart."""
+
+    type: Literal["change_simulation"] = "change_simulation"
+    id: Number = 0
+    action: Literal["person", "crossing_person", "door", "pause", "restart"]
+    """``person``: add a pedestrian; ``crossing_person``: add one who crosses the chair's path."""
+    point: Point | None = None
+    """Position of a new ``person``; None: near the chair."""
+    door: Number | None = None
+    on: bool = True
+    """``door``: close it, or open it; ``pause``: pause, or continue."""
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] | None = None
+    """Seed of ``restart``; None: the present one."""
+
+
+class Echo(WireMessage):
+    """Message returned at once with its number, to measure the round trip."""
+
+    type: Literal["echo"] = "echo"
+    id: Number = 0
+
+
+FromPage = Annotated[
+    Heartbeat
+    | TakeControl
+    | ReleaseControl
+    | StopCommand
+    | ResumeCommand
+    | SetGoal
+    | AddWish
+    | RemoveWish
+    | SetMode
+    | SetPace
+    | RateRide
+    | ChangeSimulation
+    | Echo,
+    Field(discriminator="type"),
+]
+FROM_PAGE: TypeAdapter[FromPage] = TypeAdapter(FromPage)

@@ -1,0 +1,85 @@
+"""Facts that a page gets at the beginning: floor, places, doors, chair, limits and settings."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from cohelm.live.messages.message import WireMessage
+from cohelm.messages import Mode
+
+
+class PlaceInfo(WireMessage):
+    """Named place; x, y in m."""
+
+    name: str
+    x: float
+    y: float
+
+
+class DoorInfo(WireMessage):
+    """Door that the simulation can close: a line from a to b across the doorway, m."""
+
+    id: int
+    a: tuple[float, float]
+    b: tuple[float, float]
+
+
+class FloorInfo(WireMessage):
+    """Image of the map and its position: lower left corner (x, y), m; resolution, m per pixel."""
+
+    image: str
+    """Path of a PNG on the same server; it changes with the map."""
+    width: int
+    height: int
+    resolution: float
+    x: float
+    y: float
+
+
+class ChairInfo(WireMessage):
+    """Chair that is driven, with its outline in the base frame, m."""
+
+    name: str
+    outline: tuple[tuple[float, float], ...]
+    max_speed: float
+    """m/s."""
+    max_turn_rate: float
+    """rad/s."""
+
+
+class Limits(WireMessage):
+    """Limits that only the therapist changes."""
+
+    max_speed: Annotated[float, Field(ge=0.1, le=3.0)]
+    """m/s."""
+    max_acceleration: Annotated[float, Field(ge=0.1, le=2.0)]
+    """m/s²; it never limits braking."""
+    min_distance: Annotated[float, Field(ge=0.0, le=2.0)]
+    """Minimum distance from people, m."""
+
+
+class RiderSettings(WireMessage):
+    """Settings for this rider's stick and switch."""
+
+    tremor_filter: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    """Time constant of the low-pass filter on the stick, s; 0 is off."""
+    dead_zone: Annotated[float, Field(ge=0.0, le=0.6)] = 0.08
+    """Deflection below which the stick counts as centred."""
+    dwell: Annotated[float, Field(ge=0.3, le=5.0)] = 1.2
+    """Time for which switch scanning stays on each choice, s."""
+
+
+class SceneInfo(WireMessage):
+    """Facts that stay the same while the chair drives."""
+
+    name: str
+    description: str
+    simulation: bool
+    seed: int
+    floor: FloorInfo
+    places: tuple[PlaceInfo, ...]
+    doors: tuple[DoorInfo, ...]
+    chair: ChairInfo
+    modes: tuple[Mode, ...]

@@ -1,0 +1,219 @@
+"""Messages from the chair to a page."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, TypeAdapter
+
+from cohelm.live.messages.from_page import Echo
+from cohelm.live.messages.message import VERSION, Device, Pace, WireMessage, WishKind
+from cohelm.live.messages.scene import Limits, RiderSettings, SceneInfo
+from cohelm.messages import Mode
+
+Role = Literal["driver", "therapist"]
+LinkStatus = Literal["no_driver", "no_heartbeat", "stick_held", "centre_stick", "confirm", "ready"]
+"""State of the link to the driver.
+
+``no_driver``; ``no_heartbeat``: the driver's page is silent; ``stick_held``: STOP was pressed and
+the stick is still deflected; ``centre_stick``: the stick must be released first; ``confirm``: the
+driver must confirm; ``ready``: the chair follows the driver.
+"""
+Pose = tuple[float, float, float]
+RideOutcome = Literal["arrived", "cancelled", "collision"]
+"""``cancelled``: the ride ended on the way, by a new destination, none, or the session's end."""
+
+
+class Welcome(WireMessage):
+    """First message of a connection."""
+
+    type: Literal["welcome"] = "welcome"
+    version: int = VERSION
+    client: str
+    """Name of this page; ``ChairState.driver`` is the name of the page that drives."""
+    role: Role
+    scene: SceneInfo
+    limits: Limits
+    rider: RiderSettings
+
+
+class SettingsChanged(WireMessage):
+    """New limits or rider's settings."""
+
+    type: Literal["settings_changed"] = "settings_changed"
+    limits: Limits
+    rider: RiderSettings
+
+
+class ReasonText(WireMessage):
+    """Reason for a stop or a slower speed: a stable code, and a sentence for the rider."""
+
+    code: str
+    text: str
+
+
+class PersonInfo(WireMessage):
+    """Tracked person and the extent of their social space ahead, aside and behind, m."""
+
+    id: int
+    x: float
+    y: float
+    vx: float
+    vy: float
+    radius: float
+    axis: float
+    """Direction of the largest extent, rad."""
+    front: float
+    side: float
+    rear: float
+    group: int = -1
+    """Id of the person's group; −1: none."""
+
+
+class Destination(WireMessage):
+    """Place or point that the chair drives to; x, y in m."""
+
+    name: str
+    """Empty for a point."""
+    x: float
+    y: float
+
+
+class ChairState(WireMessage):
+    """State of chair, link and route; sent 20 times a second."""
+
+    type: Literal["state"] = "state"
+    seq: int
+    time: float
+    """Time of the simulation, s."""
+    pose: Pose
+    speed: float
+    """Forward, m/s."""
+    turn_rate: float
+    """rad/s."""
+    command: tuple[float, float]
+    """Command at the wheels, (m/s, rad/s)."""
+    heartbeat: int = -1
+    """``Heartbeat.seq`` that the command is based on; −1: none."""
+    driver: str | None = None
+    device: Device = "none"
+    link: LinkStatus = "no_driver"
+    mode: Mode
+    pace: Pace
+    rider_authority: float
+    """Rider's share η of the control authority, 0…1."""
+    reason: ReasonText | None = None
+    """Reason why the chair stands or is slower than requested; None: nothing holds it."""
+    arrived: bool = False
+    paused: bool = False
+    goal: Destination | None = None
+    remaining: float | None = None
+    """Distance along the route, m."""
+    route_version: int = 0
+    """``RouteUpdate.version`` of the route in use."""
+    ride: str = ""
+    """Id of the present ride; empty: none."""
+    plan: tuple[Pose, ...] = ()
+    """Poses of the next two seconds."""
+    people: tuple[PersonInfo, ...] = ()
+    groups: tuple[tuple[tuple[float, float], ...], ...] = ()
+    """Outlines of standing and walking groups, m."""
+    true_people: tuple[tuple[float, float, float], ...] = ()
+    """Ground truth of all people, (x, y, radius), m; in simulation only."""
+    closed_doors: tuple[int, ...] = ()
+    """Ids of closed doors."""
+    lateness: float = 0.0
+    """Delay of this state after its deadline, ms."""
+    clock: float = 0.0
+    """Time at which the command went to the wheels, by the chair's monotonic clock, s."""
+
+
+class ActiveWish(WireMessage):
+    """Wish that the route takes into account."""
+
+    id: int
+    kind: WishKind
+    points: tuple[tuple[float, float], ...]
+    radius: float
+
+
+class RouteUpdate(WireMessage):
+    """Route of the chair, and the route without wishes."""
+
+    type: Literal["route"] = "route"
+    version: int
+    points: tuple[tuple[float, float], ...] = ()
+    without_wishes: tuple[tuple[float, float], ...] = ()
+    length: float = 0.0
+    """m."""
+    extra_length: float = 0.0
+    """Difference from the route without wishes, m."""
+    wishes: tuple[ActiveWish, ...] = ()
+    error: str = ""
+    """Reason why there is no route; empty where there is one."""
+
+
+class WishPreview(WireMessage):
+    """Answer to ``AddWish`` with ``preview``, under the same ``id``."""
+
+    type: Literal["wish_preview"] = "wish_preview"
+    id: int
+    points: tuple[tuple[float, float], ...] = ()
+    length: float = 0.0
+    """m."""
+    extra_length: float = 0.0
+    """Difference from the present route, m."""
+    error: str = ""
+    """Reason why there is no route; empty where there is one."""
+
+
+class Accepted(WireMessage):
+    """Positive answer to the request with this number."""
+
+    type: Literal["accepted"] = "accepted"
+    id: int
+
+
+class Rejected(WireMessage):
+    """Negative answer to the request with this number; 0: the message had no number."""
+
+    type: Literal["rejected"] = "rejected"
+    id: int = 0
+    code: str
+    text: str
+
+
+class Notice(WireMessage):
+    """Event to show once: a take-over, a restart, a failure."""
+
+    type: Literal["notice"] = "notice"
+    code: str
+    text: str
+
+
+class RideEnded(WireMessage):
+    """End of a ride; the rider may rate it."""
+
+    type: Literal["ride_ended"] = "ride_ended"
+    ride: str
+    outcome: RideOutcome
+    duration: float
+    """s."""
+    length: float
+    """m."""
+
+
+ToPage = Annotated[
+    Welcome
+    | SettingsChanged
+    | ChairState
+    | RouteUpdate
+    | WishPreview
+    | Accepted
+    | Rejected
+    | Notice
+    | RideEnded
+    | Echo,
+    Field(discriminator="type"),
+]
+TO_PAGE: TypeAdapter[ToPage] = TypeAdapter(ToPage)

@@ -1,0 +1,1 @@
+"""Translation between pages and the ride: commands in, states, routes and previews out."""

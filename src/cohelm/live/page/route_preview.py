@@ -1,0 +1,131 @@
+"""Client of the preview process: one request at a time, and nothing waits for an answer."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+
+from cohelm.live.control.ipc import ProcessReady, ProcessSetup
+from cohelm.live.control.mission import wish_of, wishes_of
+from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
+from cohelm.live.messages import AddWish, Rejected, WishPreview
+from cohelm.live.page.commands import Send
+from cohelm.live.page.preview_process import PreviewAnswer, PreviewRequest, serve_previews
+
+MAX_WAITING = 8
+"""Maximum number of waiting requests; then the oldest is rejected."""
+HANGING = 25.0
+"""Maximum time for an answer, s; a page waits somewhat longer."""
+MAX_LOST = 5
+"""Number of processes that may fail before no more are started."""
+
+
+class RoutePreview:
+    """Preview process, and the requests that wait for it.
+
+    Args:
+        setup: Argument of the process.
+        send: Sends the answers.
+    """
+
+    def __init__(self, setup: ProcessSetup, send: Send) -> None:
+        self._process_setup, self._send = setup, send
+        self._process: WorkerProcess | None = None
+        self._ready = False
+        self._lost = 0
+        self._pending: PreviewRequest | None = None
+        self._requested_at = 0.0
+        self._waiting: deque[tuple[str, AddWish]] = deque()
+
+    @property
+    def needs_context(self) -> bool:
+        """True where a request waits for the present planning context."""
+        return self._ready and self._pending is None and bool(self._waiting)
+
+    @property
+    def settled(self) -> bool:
+        """True where the process is ready, or has failed: the chair does not wait for it."""
+        return self._ready or self._lost > 0
+
+    def request(self, client: str, wish: AddWish) -> None:
+        """Request the cost of a wish; it replaces an older request of the same page."""
+        if self._lost >= MAX_LOST:
+            self._reject(client, wish.id)
+            return
+        others = [each for each in self._waiting if each[0] != client]
+        for replaced in [each for each in self._waiting if each[0] == client]:
+            self._reject(replaced[0], replaced[1].id)
+        self._waiting = deque([*others, (client, wish)])
+        if len(self._waiting) > MAX_WAITING:
+            oldest, dropped = self._waiting.popleft()
+            self._reject(oldest, dropped.id)
+
+    def set_planning_context(self, context: bytes) -> None:
+        """Send the next request with a pickled context; empty: there is no destination."""
+        if not self._waiting or self._process is None:
+            return
+        client, message = self._waiting.popleft()
+        if not context:
+            text = "Choose a destination first."
+            self._send(Rejected(id=message.id, code="no_destination", text=text), client)
+            return
+        wish = wishes_of((wish_of(message, 0),))[0]
+        self._pending = PreviewRequest(
+            id=message.id, client=client, wish=wish, planning_context=context
+        )
+        self._requested_at = time.monotonic()
+        try:
+            self._process.send(self._pending)
+        except ProcessGone:
+            self._lose()
+
+    def start(self) -> None:
+        """Start a missing process, unless too many have failed."""
+        if self._process is None and self._lost < MAX_LOST:
+            self._process = WorkerProcess(serve_previews, self._process_setup, "cohelm-previews")
+
+    def poll(self) -> None:
+        """Pass an answer on to its page."""
+        if self._process is None:
+            return
+        try:
+            message = self._process.receive(0.0)
+        except ProcessGone:
+            self._lose()
+            return
+        if message is None and self._pending is not None:
+            if time.monotonic() - self._requested_at > HANGING:
+                self._lose()
+            return
+        if isinstance(message, ProcessReady):
+            self._ready = True
+        if isinstance(message, PreviewAnswer):
+            self._pending = None
+            answer = WishPreview(
+                id=message.id,
+                points=message.points,
+                length=message.length,
+                extra_length=message.extra_length,
+                error=message.error,
+            )
+            self._send(answer, message.client)
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.close()
+        self._process, self._ready = None, False
+
+    def _lose(self) -> None:
+        """End a process that is of no more use; the pending request is rejected."""
+        if self._process is not None:
+            self._process.kill()
+        self._process, self._ready = None, False
+        self._lost += 1
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            self._reject(pending.client, pending.id)
+
+    def _reject(self, client: str, number: int) -> None:
+        text = "The cost of this wish could not be computed."
+        self._send(Rejected(id=number, code="preview_failed", text=text), client)

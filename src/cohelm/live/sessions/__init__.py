@@ -1,0 +1,1 @@
+"""Storage of live rides: logs, measures, maps, reports, and the audit log."""

@@ -1,0 +1,89 @@
+"""Recording of a drive to MCAP files: one for each world."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from cohelm.errors import RecordingError
+from cohelm.evaluation.episode.recorded import facts_of
+from cohelm.navigation import Tick
+from cohelm.recordings import RideRecorder
+from cohelm.scenarios import RideSetup
+from cohelm.simulation import GroundTruth
+
+_log = logging.getLogger(__name__)
+
+
+class DriveRecording:
+    """Recording of a drive; a full disk ends the recording, not the drive.
+
+    Args:
+        file: First file; None: nothing is recorded.
+        ride_setup: World of the drive.
+    """
+
+    def __init__(self, file: Path | None, ride_setup: RideSetup) -> None:
+        self._file, self._ride_setup = file, ride_setup
+        self._recorder: RideRecorder | None = None
+        self._empty = True
+
+    def __enter__(self) -> Self:
+        """Open the first file; a failure is logged."""
+        self._open()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the file."""
+        self._close()
+
+    def restart(self) -> None:
+        """Continue in a new file because the world restarted, unless the present one is empty."""
+        if self._recorder is not None and not self._empty:
+            self._close()
+            self._open()
+
+    def add(self, tick: Tick, truth: GroundTruth) -> None:
+        """Record one step."""
+        if self._recorder is None:
+            return
+        self._empty = False
+        try:
+            self._recorder(tick, truth)
+        except RecordingError as trouble:
+            _log.error("recording ends: %s", trouble)
+            self._close()
+
+    def _open(self) -> None:
+        if self._file is None:
+            return
+        self._empty = True
+        try:
+            self._recorder = RideRecorder(_free(self._file), facts_of(self._ride_setup)).__enter__()
+        except RecordingError as trouble:
+            _log.error("nothing is recorded: %s", trouble)
+
+    def _close(self) -> None:
+        recorder, self._recorder = self._recorder, None
+        if recorder is None:
+            return
+        try:
+            recorder.__exit__(None, None, None)
+        except RecordingError as trouble:
+            _log.error("recording ends: %s", trouble)
+
+
+def _free(file: Path) -> Path:
+    """Return the file, or where it exists the name with the first free number."""
+    number, free = 1, file
+    while free.exists():
+        number += 1
+        free = file.with_stem(f"{file.stem}-{number}")
+    return free

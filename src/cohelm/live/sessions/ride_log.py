@@ -1,0 +1,168 @@
+"""Log of a live ride, written to disk tick by tick, so that memory stays constant.
+
+It belongs to the navigator's process. Each tick is one row of numbers in a file; memory holds the
+stops, the first route and the last request. ``ride_sessions`` decides where a ride begins and ends,
+``measuring`` reads the rows.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from cohelm.arrays import Floats32
+from cohelm.evaluation.episode.ride import StopEvent
+from cohelm.evaluation.episode.ride_log import StopLog, row_of, states_of
+from cohelm.live.messages import RideOutcome
+from cohelm.live.sessions.files import unwritable
+from cohelm.live.sessions.records import RideLog, RideStop
+from cohelm.navigation import Tick
+from cohelm.simulation import GroundTruth
+
+OWN = 18
+"""Numbers of a row about the chair: t, pose 3, twist 3, gap to walls, contact with a wall,
+command 3, request 3, stick 2, η. The number of people precedes them …"""
+EACH = 10
+"""… and these follow for each person: gap, contact moving, contact standing, x, y, v_x, v_y,
+heading, waypoint, radius."""
+MAX_STOPS = 500
+"""Maximum number of stops of a ride; the longest ones are kept."""
+_log = logging.getLogger(__name__)
+
+
+class RideLogWriter:
+    """Log of one ride after another, each between :meth:`begin` and :meth:`end`."""
+
+    def __init__(self) -> None:
+        self._ride: _Ride | None = None
+
+    def begin(self, ride: str, file: Path) -> None:
+        """Begin a ride with the next tick; an unfinished one is discarded.
+
+        Where the disk is full, the ride goes on without rows, and an error is logged.
+
+        Args:
+            ride: Id of the ride.
+            file: File for its rows; overwritten.
+        """
+        self._drop()
+        try:
+            handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        except OSError as cause:
+            _given_up(file, cause)
+            self._ride = _Ride(ride, file, None)
+        else:
+            self._ride = _Ride(ride, file, os.fdopen(handle, "wb"))
+
+    def add(self, tick: Tick, truth: GroundTruth) -> None:
+        """Add a tick to the present ride, if there is one."""
+        ride = self._ride
+        if ride is None:
+            return
+        ride.add(tick, truth)
+        if ride.rows is not None:
+            try:
+                ride.rows.write(_row(tick, truth, ride.first_time).tobytes())
+            except OSError as cause:
+                _given_up(ride.file, cause)
+                ride.rows = None
+
+    def end(self, outcome: RideOutcome) -> RideLog | None:
+        """End the ride and return its log; None without a ride or without ticks."""
+        if self._ride is None or self._ride.ticks == 0:
+            self._drop()
+            return None
+        ride, self._ride = self._ride, None
+        ride.close()
+        return ride.log(outcome)
+
+    def _drop(self) -> None:
+        ride, self._ride = self._ride, None
+        if ride is not None:
+            ride.close()
+            ride.file.unlink(missing_ok=True)
+
+
+class _Ride:
+    """Ride in progress; its memory does not grow with every tick."""
+
+    def __init__(self, ride: str, file: Path, rows: BinaryIO | None) -> None:
+        self.id, self.file, self.rows = ride, file, rows
+        self.ticks = 0
+        self.first_time = self._now = 0.0
+        self._first: Tick | None = None
+        self._last: Tick | None = None
+        self._stops = StopLog()
+
+    def add(self, tick: Tick, truth: GroundTruth) -> None:
+        if self.ticks == 0:
+            self.first_time = truth.time
+        if self._first is None and tick.path is not None:
+            self._first = tick
+        self._last, self._now = tick, truth.time
+        self._stops.add(truth, tick)
+        if len(self._stops.all) > 2 * MAX_STOPS:
+            self._stops.all[:] = _longest([*self._stops.all[:-1]]) + self._stops.all[-1:]
+        self.ticks += 1
+
+    def close(self) -> None:
+        if self.rows is not None:
+            try:
+                self.rows.close()
+            except OSError as cause:
+                _given_up(self.file, cause)
+
+    def log(self, outcome: RideOutcome) -> RideLog:
+        request = self._last.request if self._last is not None else None
+        asked = (self._first or self._last).request if self._last is not None else None
+        prefer = [w.points for w in asked.wishes if w.kind == "attract"] if asked else []
+        return RideLog(
+            ride=self.id,
+            file=self.file,
+            outcome=outcome,
+            step=(self._now - self.first_time) / max(self.ticks - 1, 1),
+            goal=np.full(2, np.nan) if request is None else request.goal,
+            stops=tuple(
+                RideStop(
+                    time=each.time - self.first_time,
+                    duration=each.duration,
+                    code=each.reason.value,
+                    text=each.reason.sentence,
+                )
+                for each in _longest(self._stops.all)
+            ),
+            path=self._first.path if self._first is not None else None,
+            prefer=np.vstack(prefer) if prefer else np.empty((0, 2)),
+        )
+
+
+def _given_up(file: Path, cause: OSError) -> None:
+    _log.error("rows of a ride are lost: %s", unwritable(file, cause))
+
+
+def _longest(stops: list[StopEvent]) -> list[StopEvent]:
+    """Return the longest stops, in order of time."""
+    kept = sorted(stops, key=lambda stop: stop.duration, reverse=True)[:MAX_STOPS]
+    return sorted(kept, key=lambda stop: stop.time)
+
+
+def _row(tick: Tick, truth: GroundTruth, begun: float) -> Floats32:
+    """Row (1 + OWN + n · EACH,) of a tick; see :data:`OWN`."""
+    crowd = truth.crowd
+    n = len(crowd.radius)
+    out = np.empty(1 + OWN + n * EACH, dtype=np.float32)
+    out[0] = n
+    out[1] = truth.time - begun
+    out[2:5], out[5:8] = truth.pose, truth.twist
+    out[8], out[9] = truth.gap_wall, truth.hit_wall
+    out[10 : 1 + OWN] = row_of(tick)
+    people = out[1 + OWN :].reshape(n, EACH)
+    people[:, 0] = truth.gap_people
+    people[:, 1], people[:, 2] = truth.hit_moving, truth.hit_standing
+    people[:, 3:7] = states_of(crowd)
+    people[:, 7], people[:, 8], people[:, 9] = crowd.heading, crowd.target, crowd.radius
+    return out

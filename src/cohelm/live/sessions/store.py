@@ -1,0 +1,345 @@
+"""Storage of sessions in one folder, which one action deletes.
+
+    DIR/                       0700, every file in it 0600
+      settings.json            limits and the rider's settings, see ``control.limits``
+      audit.jsonl              audit log; it stays when sessions are deleted
+      20260131-142530/         a session
+        session.json
+        20260131-142530-r1.json   summary of a ride; .png its map; .rows and .task its log, until
+                                  it is measured: now, or at the next start
+      .deleted-…/              session being deleted, now or at the next start
+
+Every method may be called from any thread. A writer thread keeps the order of all writes, so that
+the control loop never waits for the disk; :attr:`SessionStore.error` holds the last failure.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import itertools
+import logging
+import shutil
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from cohelm.errors import StoreError
+from cohelm.live.sessions import report
+from cohelm.live.sessions.files import own_folder, write_whole
+from cohelm.live.sessions.measuring import MeasuringPostponed, measured_aside, salvaged, task_of
+from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo, SessionSummary
+from cohelm.live.sessions.session_files import (
+    DELETED,
+    RIDE,
+    SESSION,
+    age,
+    as_json,
+    now_utc,
+    read,
+    rides_in,
+    sweep,
+)
+from cohelm.scenarios.build import RideSetup
+
+LOST = "The navigator was lost before it delivered stops, route and destination."
+"""Error of a ride without a log."""
+CLOSING = 4.0
+"""Time for open measurements when the program ends, s; the rest is done at the next start."""
+_log = logging.getLogger(__name__)
+
+
+class SessionStore:
+    """Sessions and rides in a folder.
+
+    Args:
+        folder: Created where it is missing.
+
+    Raises:
+        StoreError: The folder cannot be created or written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = own_folder(folder)
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="sessions")
+        self._measurer = ThreadPoolExecutor(1, thread_name_prefix="measuring")
+        self._pending: set[Future[Any]] = set()
+        self._ends = threading.Event()
+        self._lock = threading.Lock()
+        self._facts: SessionInfo | None = None
+        self._kept: set[str] = set()
+        self._given: set[str] = set()
+        self._count = 0
+        self._error = ""
+        sweep(self.folder)
+        for task in sorted(self.folder.glob("*/*.task")):
+            if RIDE.fullmatch(task.stem):
+                self._do(self._measurer, functools.partial(self._measure, task.stem))
+
+    def begin(self, ride_setup: RideSetup, *, simulation: bool = True) -> SessionInfo:
+        """Begin a session, to which all further rides belong.
+
+        Raises:
+            StoreError: The session cannot be written.
+        """
+        with self._lock:
+            self._facts = self._opened(
+                SessionInfo(
+                    id="",
+                    started=now_utc(),
+                    scene=ride_setup.scenario.name,
+                    robot=ride_setup.robot.name,
+                    simulation=simulation,
+                )
+            )
+            self._count = 0
+            return self._facts
+
+    def begin_ride(self) -> tuple[str, Path]:
+        """Return the next ride's id and the file for its rows.
+
+        Raises:
+            StoreError: No session has begun, or its folder cannot be written.
+        """
+        with self._lock:
+            if self._facts is None:
+                raise StoreError("a ride needs a session; begin one first")
+            if not (self.folder / self._facts.id).is_dir():  # it was deleted
+                self._facts = self._opened(self._facts.model_copy(update={"started": now_utc()}))
+                self._count = 0
+            self._count += 1
+            ride = f"{self._facts.id}-r{self._count}"
+            return ride, self.folder / self._facts.id / f"{ride}.rows"
+
+    def keep(self, record: RideSummary, log: RideLog | None, ride_setup: RideSetup) -> None:
+        """Store a ride that has ended; another process computes its measures and its map.
+
+        A ride whose session was deleted meanwhile is not stored.
+
+        Args:
+            record: Summary with an id of :meth:`begin_ride`.
+            log: Log by the navigator's process; None: it is lost with stops, route and
+                destination, and the measures come from the rows on disk.
+            ride_setup: World of the ride.
+        """
+        trouble = "" if log is not None else LOST
+        session = self._file(record.id, "").parent.name
+        record = record.model_copy(update={"session": session, "error": trouble})
+        self._kept.add(record.id)
+        rows = log or salvaged(
+            record, self._file(record.id, ".rows"), ride_setup.world.control_step
+        )
+        task = task_of(rows, ride_setup.scenario, ride_setup.robot, ride_setup.grid)
+        kept = self._do(self._writer, lambda: self._put(record, task))
+
+        def measure() -> None:
+            wait([kept])
+            self._measure(record.id)
+
+        self._do(self._measurer, measure)
+
+    def rate(self, ride: str, rating: int) -> None:
+        """Store a rating, 1 to 5; it replaces an earlier one.
+
+        Raises:
+            StoreError: There is no such ride.
+        """
+        if ride not in self._kept:
+            self._ride(ride)
+        self._do(self._writer, lambda: self._change(ride, rating=rating))
+
+    def list(self) -> tuple[SessionSummary, ...]:
+        """Return all sessions with a ride, the newest first."""
+        found = []
+        for each in sorted(self._folders(), key=lambda f: age(f.name), reverse=True):
+            with contextlib.suppress(StoreError):  # deleted meanwhile, or damaged
+                found.append(self.summary(each.name))
+        return tuple(each for each in found if each.rides)
+
+    def summary(self, session: str) -> SessionSummary:
+        """Return one session.
+
+        Raises:
+            StoreError: There is no such session.
+        """
+        folder = self._session(session)
+        facts = read(SessionInfo, folder / "session.json")
+        return SessionSummary(session=facts, rides=tuple(rides_in(folder)))
+
+    def html(self, session: str) -> str:
+        """Return the HTML report of a session; errors as in :meth:`summary`."""
+        summary = self.summary(session)
+        maps = {}
+        for ride in summary.rides:
+            with contextlib.suppress(StoreError):
+                maps[ride.id] = self.png(ride.id)
+        return report.session_html(summary, maps)
+
+    def csv(self, session: str) -> str:
+        """Return the CSV table of a session; errors as in :meth:`summary`."""
+        return report.session_csv(self.summary(session))
+
+    def png(self, id_: str) -> bytes:
+        """Return the map of a ride, or of a session's last ride that has one.
+
+        Raises:
+            StoreError: There is no map, or not yet.
+        """
+        if RIDE.fullmatch(id_):
+            file = self._file(id_, ".png")
+        else:
+            maps = [self._file(ride.id, ".png") for ride in self.summary(id_).rides]
+            file = next((each for each in reversed(maps) if each.is_file()), None) or maps[-1]
+        try:
+            return file.read_bytes()
+        except OSError:
+            raise StoreError(f"no map of {id_}, or not yet") from None
+
+    def delete_all(self) -> int:
+        """Delete all sessions, the present one included, and return their number.
+
+        The present ride is not stored. The audit log and the settings stay.
+
+        Raises:
+            StoreError: Something could not be deleted; names it.
+        """
+        count: int = self._do(self._writer, self._delete_all).result()
+        return count
+
+    def settle(self) -> None:
+        """Wait for all pending writes and measurements."""
+        while True:
+            with self._lock:
+                left = set(self._pending)
+            if not left:
+                return
+            wait(left)
+
+    def close(self) -> None:
+        """Finish pending work for some seconds, then close; a session without a ride is removed.
+
+        A ride that is not measured by then is measured at the next start.
+        """
+        with self._lock:
+            left = set(self._pending)
+        wait(left, CLOSING)
+        self._ends.set()
+        self.settle()
+        self._measurer.shutdown()
+        self._writer.shutdown()
+        facts, self._facts = self._facts, None
+        if facts is not None and not any(rides_in(self.folder / facts.id)):
+            shutil.rmtree(self.folder / facts.id, ignore_errors=True)
+
+    @property
+    def error(self) -> str:
+        """Last failure of a write; empty where there was none."""
+        return self._error
+
+    def _opened(self, facts: SessionInfo) -> SessionInfo:
+        """Give the session an id and a folder of its own."""
+        stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
+        numbers = itertools.count(1)
+        while True:
+            id_ = stamp if (number := next(numbers)) == 1 else f"{stamp}-{number}"
+            if id_ in self._given:  # and deleted since: its last ride may still be written of
+                continue
+            try:
+                (self.folder / id_).mkdir(mode=0o700)
+            except FileExistsError:
+                continue
+            except OSError as cause:
+                raise StoreError(f"cannot be made ({cause.strerror})", file=self.folder) from None
+            self._given.add(id_)
+            opened = facts.model_copy(update={"id": id_})
+            write_whole(self.folder / id_ / "session.json", as_json(opened))
+            return opened
+
+    def _do(self, where: ThreadPoolExecutor, what: Callable[[], Any]) -> Future[Any]:
+        """Run something in another thread; a failure is remembered."""
+        future = where.submit(self._tried, what)
+        with self._lock:
+            self._pending.add(future)
+        future.add_done_callback(self._pending.discard)
+        return future
+
+    def _tried(self, what: Callable[[], Any]) -> Any:
+        try:
+            return what()
+        except StoreError as fault:
+            _log.error("sessions: %s", fault)
+            self._error = str(fault)
+            raise
+
+    def _put(self, record: RideSummary, task: bytes) -> None:
+        """Write a ride, in the writer thread."""
+        file = self._file(record.id, ".json")
+        if file.parent.is_dir():  # else deleted while it went on
+            write_whole(file, as_json(record))
+            write_whole(file.with_suffix(".task"), task)
+
+    def _change(self, ride: str, **changes: Any) -> None:
+        """Change a stored ride, in the writer thread; a deleted ride stays deleted."""
+        file = self._file(ride, ".json")
+        if file.is_file():
+            write_whole(file, as_json(read(RideSummary, file).model_copy(update=changes)))
+
+    def _measure(self, ride: str) -> None:
+        """Measure a ride, in the measuring thread."""
+        task, rows = self._file(ride, ".task"), self._file(ride, ".rows")
+        if self._ends.is_set() or not (task.is_file() and rows.is_file()):
+            return
+        into = self._file(ride, ".measures.json")
+        changes: dict[str, Any]
+        try:
+            measures = measured_aside(task, into, self._ends)
+            into.with_suffix(".png").replace(self._file(ride, ".png"))
+            changes = {"measures": measures}
+        except MeasuringPostponed:
+            return
+        except (StoreError, OSError) as fault:
+            changes = {"error": str(fault)}
+        self._do(self._writer, lambda: self._measured(ride, **changes))
+
+    def _measured(self, ride: str, **changes: Any) -> None:
+        """Store the measures of a ride, in the writer thread."""
+        self._change(ride, **changes)
+        for done in (".task", ".rows"):
+            self._file(ride, done).unlink(missing_ok=True)
+
+    def _delete_all(self) -> int:
+        """Delete all sessions, in the writer thread; an open measurement finds its folder gone."""
+        at, number = self.folder, time.time_ns()  # unique: a deleted session is never found again
+        try:
+            count = sum(any(rides_in(folder)) for folder in self._folders())
+            with self._lock:  # no session is created meanwhile
+                self._kept.clear()
+                for at in self._folders():
+                    at.rename(at.with_name(f"{DELETED}{number}-{at.name}"))
+            for at in self.folder.glob(f"{DELETED}*"):  # including those left by earlier runs
+                shutil.rmtree(at)
+        except OSError as cause:
+            raise StoreError(f"cannot be deleted ({cause.strerror or cause})", file=at) from None
+        return count
+
+    def _folders(self) -> tuple[Path, ...]:
+        """Return the folders of all sessions, unordered."""
+        return tuple(f for f in self.folder.iterdir() if SESSION.fullmatch(f.name))
+
+    def _session(self, session: str) -> Path:
+        folder = self.folder / session
+        if not SESSION.fullmatch(session) or not folder.is_dir():
+            raise StoreError("there is no such session")
+        return folder
+
+    def _ride(self, ride: str) -> Path:
+        if not RIDE.fullmatch(ride) or not self._file(ride, ".json").is_file():
+            raise StoreError("there is no such ride")
+        return self._file(ride, ".json")
+
+    def _file(self, ride: str, suffix: str) -> Path:
+        return self.folder / ride.rpartition("-r")[0] / f"{ride}{suffix}"

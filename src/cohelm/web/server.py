@@ -1,0 +1,191 @@
+"""Listening to the network, and ending well.
+
+A host that others can reach is only listened on with TLS and with a token for drivers.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import functools
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from types import FrameType
+
+import uvicorn
+
+from cohelm.errors import ConfigError
+from cohelm.live import Drive
+from cohelm.live.messages import LARGEST, Role
+from cohelm.web.app import create_app
+from cohelm.web.certificate import Tls
+from cohelm.web.connections import MAX, HttpConnection, PageSocket
+from cohelm.web.origins import is_loopback, origins_for
+from cohelm.web.page_files import BuiltPage
+from cohelm.web.server_context import ServerContext
+from cohelm.web.signin import SignIns
+
+_SENT_AHEAD = 65_536
+"""Bytes that a connection may be ahead of its reader: what is older is of no use to anybody."""
+_HANDSHAKE = 5.0
+"""Of TLS, s; before it nobody knows of a connection."""
+
+
+def listening(host: str, port: int) -> socket.socket:
+    """A socket bound to ``host``; port 0 takes any that is free.
+
+    Raises:
+        ConfigError: if there is no such host here, or the port is taken.
+    """
+    name = "127.0.0.1" if host.lower() == "localhost" else host.strip("[]")
+    try:
+        family, kind, _, _, where = socket.getaddrinfo(
+            name, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+    except (OSError, UnicodeError):
+        raise ConfigError("this machine has no such address", key=f"--host {host}") from None
+    made = socket.socket(family, kind)
+    try:
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SENT_AHEAD)
+        made.bind(where)
+    except OSError as cause:
+        made.close()
+        raise _unbound(host, port, cause) from None
+    return made
+
+
+def make_context(
+    drive: Drive,
+    page: BuiltPage,
+    bound: socket.socket,
+    *,
+    host: str,
+    tokens: dict[Role, str],
+    tls: Tls | None = None,
+    names: Iterable[str] = (),
+) -> ServerContext:
+    """A server of ``drive`` on a bound socket.
+
+    Args:
+        drive: begun and closed by the caller.
+        page: as it was built.
+        bound: see :func:`listening`.
+        host: that ``bound`` was made for.
+        tokens: without one for the driver, whoever reaches the server may drive.
+        tls: None: plain HTTP.
+        names: others under which the server may be asked for.
+
+    Raises:
+        ConfigError: if others can reach the host and there is no TLS or no driver's token.
+    """
+    if not is_loopback(host) and (tls is None or "driver" not in tokens):
+        raise ConfigError(
+            "others can reach that host: it needs a certificate and a driver's token",
+            key=f"--host {host}",
+        )
+    return ServerContext(
+        drive=drive,
+        page=page,
+        origins=origins_for(host, tls=tls is not None, names=names),
+        sign_ins=SignIns(tokens),
+        port=int(bound.getsockname()[1]),
+        open_to_drivers="driver" not in tokens,
+    )
+
+
+def serve(
+    what: ServerContext,
+    bound: socket.socket,
+    tls: Tls | None = None,
+    started: Callable[[], None] = lambda: None,
+) -> None:
+    """Serve until the process is interrupted or told to end; ``started``: called once it listens.
+
+    Raises:
+        ConfigError: if certificate and key are none.
+    """
+    if tls is not None:
+        tls.context()
+    server(what, tls, started).run(sockets=[bound])
+
+
+def server(
+    what: ServerContext, tls: Tls | None = None, started: Callable[[], None] = lambda: None
+) -> uvicorn.Server:
+    """The server, which ends once ``should_exit`` is set."""
+    config = uvicorn.Config(
+        create_app(what),
+        loop="asyncio",  # the same everywhere
+        http=HttpConnection,  # the stricter reader
+        ws=PageSocket,
+        ws_max_size=LARGEST,
+        ws_ping_interval=5.0,
+        ws_ping_timeout=10.0,
+        ws_per_message_deflate=False,
+        lifespan="on",
+        log_config=None,
+        log_level="error",
+        access_log=False,
+        proxy_headers=False,
+        server_header=False,
+        limit_concurrency=2 * MAX,  # see there: more are not let in
+        timeout_keep_alive=15,
+        timeout_graceful_shutdown=3,
+        ssl_certfile=None if tls is None else str(tls.certificate),
+        ssl_keyfile=None if tls is None else str(tls.key),
+    )
+    return _Server(config, started)
+
+
+class _Server(uvicorn.Server):
+    """Ends quietly: a signal is no failure."""
+
+    def __init__(self, config: uvicorn.Config, started: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._then = started
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        if self.config.is_ssl:  # there is no other way to say so
+            loop = asyncio.get_running_loop()
+            hasty = functools.partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE)
+            setattr(loop, "create_server", hasty)  # noqa: B010 # a method of the loop's own
+        await super().startup(sockets)
+        self._then()
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Let signals end the server, and have been heard then."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = {each: signal.signal(each, self._heard) for each in _ENDING}
+        try:
+            yield
+        finally:
+            for each, handler in before.items():
+                signal.signal(each, handler)
+
+    def _heard(self, number: int, frame: FrameType | None) -> None:
+        self.handle_exit(number, frame)
+
+
+_ENDING = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+"""An interrupt, being told to end, and a terminal that is gone."""
+
+
+def _unbound(host: str, port: int, cause: OSError) -> ConfigError:
+    if cause.errno == errno.EADDRINUSE:
+        return ConfigError("is taken; name another, or 0 for any", key=f"--port {port}")
+    if cause.errno == errno.EACCES:
+        return ConfigError(
+            "may not be taken by this user; name one above 1023", key=f"--port {port}"
+        )
+    if cause.errno == errno.EADDRNOTAVAIL:
+        return ConfigError("this machine has no such address", key=f"--host {host}")
+    return ConfigError(f"cannot be listened on ({cause.strerror})", key=f"--host {host}")

@@ -1,0 +1,166 @@
+"""A chair without threads, processes or clocks: the navigator answers when a test says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+from cohelm.live.control.limits import ActiveSettings
+from cohelm.live.control.navigator_process import NavigatorServer
+from cohelm.live.control.world_factory import LiveWorld
+from cohelm.live.control_cycle import STEP, ControlCycle
+from cohelm.live.messages import Heartbeat, ResumeCommand, TakeControl
+from cohelm.live.page.commands import Commands
+from cohelm.live.ride_sessions import RideSessions
+from cohelm.live.services import Services
+from cohelm.simulation import World
+
+EPOCH = 1000.0
+
+
+class Clock:
+    """Time that passes when a test says so, s."""
+
+    def __init__(self):
+        self.now = EPOCH
+
+    def __call__(self):
+        return self.now
+
+
+class Inline:
+    """A navigator in the same thread that takes ``takes`` s for each answer."""
+
+    def __init__(self, mind, clock):
+        self.mind, self.clock = mind, clock
+        self.takes, self.frozen = 0.012, False
+        self.pending, self.ready, self.starts, self.lost, self.pid = None, True, 1, "", None
+        self.answers, self.requests = [], []
+        self._due = self.requested_at = 0.0
+
+    @property
+    def free(self):
+        return self.ready and self.pending is None
+
+    def request(self, step, now):
+        if self.free:
+            self.pending, self.requested_at, self._due = step, now, now + self.takes
+            self.requests.append(step)
+
+    def answer(self, timeout, now):
+        if self.pending is None or not self.ready:
+            return None
+        if self.frozen or self._due > now + timeout:
+            self.clock.now = now + timeout
+            return None
+        self.clock.now = max(now, self._due)
+        answer, self.pending = self.mind.answer(self.pending), None
+        self.answers.append(answer)
+        return answer
+
+
+class Kept:
+    """Sessions that are only remembered."""
+
+    def __init__(self):
+        self.kept, self.count = [], 0
+
+    def begin(self, ride_setup):
+        return SimpleNamespace(id="session")
+
+    def begin_ride(self):
+        self.count += 1
+        return f"session-r{self.count}", Path("rows")
+
+    def keep(self, record, log, ride_setup):
+        self.kept.append((record, log))
+
+
+class Rig:
+    """A chair on a stage, with a page called ``a`` whose beats come every tenth of a second."""
+
+    def __init__(self, ride_setup, **limits):
+        self.clock, self.told, self.inbox = Clock(), [], []
+        self.ride_setup, self.due, self.seq = ride_setup, EPOCH, 0
+        self.navigator = Inline(NavigatorServer(ride_setup), self.clock)
+        settings = ActiveSettings(None, ride_setup.robot, ride_setup.scenario.profile)
+        settings.set_limits(settings.limits.model_copy(update=limits), lambda: True)
+        self.sessions = Kept()
+        rides = RideSessions(self.sessions, settings, self.send, STEP)
+        route_preview = SimpleNamespace(needs_context=False, set_planning_context=lambda _: None)
+        services = Services(
+            navigator=self.navigator, route_preview=route_preview, world_factory=None, rides=rides
+        )
+        effects = SimpleNamespace(change_simulation=None, preview=None, rate=None)
+        log_event = lambda *_, **__: None  # noqa: E731
+        self.commands = Commands(ride_setup.places, settings, self.send, log_event, effects)
+        self.cycle = ControlCycle(
+            self.commands,
+            settings,
+            ride_setup.scenario.profile,
+            services,
+            send=self.send,
+            clock=self.clock,
+        )
+        self.cycle.enter(self.new_world())
+
+    def new_world(self):
+        world = World(self.ride_setup.world, self.ride_setup.seed)
+        rng = np.random.default_rng(0)
+        return LiveWorld(ride_setup=self.ride_setup, simulation=world, floor=None, rng=rng)
+
+    def send(self, message, client):
+        self.told.append(message)
+
+    def of(self, kind):
+        return [message for message in self.told if message.type == kind]
+
+    @property
+    def state(self):
+        return self.of("state")[-1]
+
+    @property
+    def world(self):
+        return self.cycle.world.simulation
+
+    def say(self, message, client="a"):
+        self.inbox.append((client, message))
+
+    def beat(self, forward=0.0, left=0.0, client="a", **given):
+        self.seq += 1
+        sent = 1000.0 * self.clock.now
+        self.say(
+            Heartbeat(seq=self.seq, sent=sent, forward=forward, left=left, device="keys", **given),
+            client,
+        )
+
+    def attend(self):
+        inbox, self.inbox = self.inbox, []
+        for client, message in inbox:
+            self.commands.receive(client, message, self.clock.now)
+
+    def step(self):
+        self.clock.now = max(self.clock.now, self.due)
+        self.cycle.step(self.due, self.attend)
+        self.due += STEP
+        return self.state
+
+    def steps(self, count, forward=None, left=0.0):
+        """So many steps; with a stick, a beat every other one."""
+        states = []
+        for k in range(count):
+            if forward is not None and k % 2 == 0:
+                self.beat(forward, left)
+            states.append(self.step())
+        return states
+
+    def drive(self):
+        """Take the stick, let it go, and confirm where that is needed."""
+        self.say(TakeControl())
+        self.steps(2, 0.0)
+        if self.state.link == "confirm":
+            self.say(ResumeCommand())
+        self.steps(2, 0.0)
+        assert self.state.link == "ready"

@@ -1,0 +1,153 @@
+"""Who did what: everything, in its order, on one machine and in bounded room."""
+
+import json
+import stat
+import threading
+
+import pytest
+
+from cohelm.errors import StoreError
+from cohelm.live.sessions import audit as module
+from cohelm.live.sessions.audit import AuditLog
+
+
+@pytest.fixture
+def log(tmp_path):
+    log = AuditLog(tmp_path / "data")
+    yield log
+    log.close()
+
+
+def whats(log, most=1000):
+    return [(entry.actor, entry.event) for entry in log.entries(most)]
+
+
+def test_everything_is_there_and_the_newest_comes_first(log):
+    log.log_event("page 1", "control_taken")
+    log.log_event(
+        "therapist", "limits_changed", before={"max_speed": 1.0}, after={"max_speed": 0.5}
+    )
+    log.log_event("page 2", "stop_pressed")
+    assert whats(log) == [
+        ("page 2", "stop_pressed"),
+        ("therapist", "limits_changed"),
+        ("page 1", "control_taken"),
+    ]
+    assert log.entries()[1].details["after"] == {"max_speed": 0.5}
+    assert whats(log, 1) == [("page 2", "stop_pressed")]
+
+
+def test_each_line_is_one_json_object_and_nothing_is_ever_written_over(log):
+    log.log_event("a", "connected")
+    log.settle()
+    before = log.file.read_bytes()
+    log.log_event("a", "disconnected")
+    log.settle()
+    assert log.file.read_bytes().startswith(before)
+    assert [json.loads(line)["event"] for line in log.file.read_text().splitlines()] == [
+        "connected",
+        "disconnected",
+    ]
+
+
+def test_a_new_program_goes_on_where_the_last_one_ended(log, tmp_path):
+    log.log_event("a", "drive_started")
+    log.close()
+    again = AuditLog(tmp_path / "data")
+    again.log_event("b", "drive_started")
+    assert whats(again) == [("b", "drive_started"), ("a", "drive_started")]
+    again.close()
+
+
+def test_only_the_owner_reads_it(log):
+    log.log_event("a", "connected")
+    log.settle()
+    assert stat.S_IMODE(log.file.stat().st_mode) == 0o600
+    assert stat.S_IMODE(log.file.parent.stat().st_mode) == 0o700
+
+
+def test_it_takes_no_more_room_than_it_may(log, monkeypatch):
+    """20,000 entries of some 70 bytes are 1.4 MB; 4 files of 10 kB keep the newest 40 kB."""
+    monkeypatch.setattr(module, "LARGEST", 10_000)
+    monkeypatch.setattr(module, "FILES", 4)
+    for k in range(200):
+        for _ in range(10):
+            log.log_event("a", "goal_changed", k=k)
+        log.settle()
+    files = sorted(log.file.parent.glob("audit*.jsonl"))
+    assert len(files) == 4
+    assert all(file.stat().st_size <= 10_000 for file in files)
+    entries = log.entries(10_000)
+    kept = [entry.details["k"] for entry in entries if entry.event == "goal_changed"]
+    dropped = sum(entry.details["count"] for entry in entries if entry.event == "entries_dropped")
+    assert dropped > 0
+    assert len(kept) + dropped <= 2000
+    assert kept == sorted(kept, reverse=True)
+    assert kept[0] == 199
+
+
+def test_a_damaged_line_does_not_hide_the_others(log):
+    log.log_event("a", "connected")
+    log.settle()
+    with log.file.open("ab") as stream:
+        stream.write(b'\xff\xfe\n{"at": "half a li')
+    log.log_event("a", "disconnected")
+    assert whats(log) == [("a", "disconnected"), ("a", "connected")]
+
+
+def test_no_entry_of_many_threads_is_lost(log):
+    def log_event(name):
+        for _ in range(100):
+            log.log_event(name, "goal_changed")
+
+    threads = [threading.Thread(target=log_event, args=(f"page {k}",)) for k in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(log.entries()) == 800
+
+
+def test_what_a_full_disk_did_not_take_is_counted_and_said(log, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(module.os, "write", full)
+        log.log_event("a", "control_taken")
+        log.settle()
+        assert "No space left" in log.error
+    log.log_event("a", "stop_pressed")
+    assert whats(log) == [("a", "stop_pressed"), ("chair", "entries_dropped")]
+    assert log.entries()[1].details["count"] == 1
+    assert not log.error
+
+
+def test_what_json_cannot_say_is_said_as_text(log):
+    log.log_event("a", "rejected", why=StoreError("too much"), speed=float("nan"))
+    log.log_event("a", "disconnected")
+    assert whats(log) == [("a", "disconnected"), ("a", "rejected")]
+    assert "too much" in log.entries()[1].details["why"]
+
+
+def test_a_folder_that_cannot_be_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StoreError, match="file"):
+        AuditLog(tmp_path / "file" / "data")
+
+
+def test_nobody_flushes_out_what_the_therapist_did(log, monkeypatch):
+    """A page that takes and releases the stick for hours leaves a count, not megabytes."""
+    monkeypatch.setattr(module, "AT_ONCE", 5.0)
+    log.log_event("therapist 1", "limits_changed", after={"max_speed": 0.5})
+    for _ in range(1000):
+        log.log_event("a", "control_taken")
+    for _ in range(3):
+        log.log_event("therapist 1", "limits_changed")
+    found = [entry.event for entry in log.entries()]
+    assert found.count("control_taken") <= 6
+    assert found.count("limits_changed") == 4
+    dropped = sum(
+        entry.details["count"] for entry in log.entries() if entry.event == "entries_dropped"
+    )
+    assert dropped + found.count("control_taken") == 1000

@@ -1,0 +1,114 @@
+"""Limits: tighter at any time, looser only while the chair stands, and never lost in silence."""
+
+import stat
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohelm.errors import StoreError
+from cohelm.live.control.limits import (
+    ActiveSettings,
+    LimitsLoosened,
+    bounded,
+    defaults,
+    limited_profile,
+    loosened,
+)
+from cohelm.live.messages import Limits, RiderSettings
+from cohelm.messages import RiderProfile
+from cohelm.robots import load_robot
+
+ROBOT = load_robot("quantum_q6_edge")
+CALM = Limits(max_speed=0.5, max_acceleration=0.4, min_distance=0.8)
+
+some_limits = st.builds(
+    Limits,
+    max_speed=st.floats(0.1, 3.0),
+    max_acceleration=st.floats(0.1, 2.0),
+    min_distance=st.floats(0.0, 2.0),
+)
+
+
+def moving():
+    return False
+
+
+def standing():
+    return True
+
+
+@given(some_limits, some_limits)
+def test_while_it_moves_no_change_lets_the_chair_do_more(before, after):
+    settings = ActiveSettings(None, ROBOT, limits=before)
+    before = settings.limits
+    try:
+        settings.set_limits(after, moving)
+    except LimitsLoosened:
+        assert loosened(before, bounded(after, ROBOT))
+        assert settings.limits == before
+    else:
+        now = settings.limits
+        assert now.max_speed <= before.max_speed
+        assert now.max_acceleration <= before.max_acceleration
+        assert now.min_distance >= before.min_distance
+
+
+@given(some_limits, some_limits)
+def test_while_it_stands_they_are_as_wanted_as_far_as_the_robot_can(before, after):
+    settings = ActiveSettings(None, ROBOT, limits=before)
+    settings.set_limits(after, standing)
+    assert settings.limits == bounded(after, ROBOT)
+    assert settings.limits.max_speed <= ROBOT.max_speed
+    assert settings.limits.max_acceleration <= ROBOT.max_acceleration
+
+
+def test_the_refusal_names_what_would_be_looser():
+    settings = ActiveSettings(None, ROBOT, limits=CALM)
+    looser = Limits(max_speed=0.6, max_acceleration=0.4, min_distance=0.5)
+    with pytest.raises(LimitsLoosened, match="the speed and the distance from people"):
+        settings.set_limits(looser, moving)
+
+
+def test_they_outlive_the_program_and_only_the_owner_reads_them(tmp_path):
+    rider = RiderSettings(tremor_filter=0.2, dead_zone=0.2, dwell=2.0)
+    one = ActiveSettings(tmp_path / "data", ROBOT)
+    assert one.set_limits(CALM, standing) == defaults(ROBOT, RiderProfile()).limits
+    one.set_rider(rider)
+    again = ActiveSettings(tmp_path / "data", ROBOT)
+    assert again.limits == CALM
+    assert again.rider == rider
+    file = tmp_path / "data" / "settings.json"
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+
+
+@pytest.mark.parametrize("damage", ["", "{", '{"version": 1}', '{"limits": 3, "rider": 4}'])
+def test_a_file_that_does_not_read_is_refused_and_not_replaced_by_looser_limits(tmp_path, damage):
+    (tmp_path / "settings.json").write_text(damage)
+    with pytest.raises(StoreError, match=r"settings\.json"):
+        ActiveSettings(tmp_path, ROBOT)
+    assert (tmp_path / "settings.json").read_text() == damage
+
+
+def test_what_cannot_be_kept_does_not_count(tmp_path, monkeypatch):
+    settings = ActiveSettings(tmp_path, ROBOT, limits=CALM)
+    monkeypatch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
+    with pytest.raises(StoreError, match="cannot be written"):
+        settings.set_limits(CALM.model_copy(update={"max_speed": 0.2}), moving)
+    assert settings.limits == CALM
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_chair_s_own_limits_are_where_they_begin():
+    slow = ROBOT.model_copy(update={"max_speed": 0.6, "max_acceleration": 0.3})
+    limits = defaults(slow, RiderProfile(social_distance=0.7)).limits
+    assert limits == Limits(max_speed=0.6, max_acceleration=0.3, min_distance=0.7)
+
+
+def test_a_request_keeps_to_the_limits_whatever_the_pace():
+    rider = RiderSettings(tremor_filter=0.3, dead_zone=0.2)
+    profile = limited_profile(RiderProfile(), "brisk", CALM, rider)
+    assert profile.preferred_speed == 0.5
+    assert profile.social_distance == 0.8
+    assert (profile.tremor_filter, profile.dead_zone) == (0.3, 0.2)
+    assert limited_profile(RiderProfile(), "slow", CALM, rider).preferred_speed == 0.4

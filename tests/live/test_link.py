@@ -1,0 +1,284 @@
+"""The chair moves only while the link is ready; here a trace tells once more when that is."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohelm.live.control import link
+from cohelm.live.control.link import LATE, SHORT, SILENCE, LinkState, RequiredAction
+from cohelm.live.messages import Heartbeat
+from cohelm.reasons import Reason
+
+DEAD = 0.1
+
+
+def beat(seq, now, forward=0.0, left=0.0, visible=True, late=0.0):
+    sent = 1000.0 * now + 5000.0 - late  # a page's clock begins anywhere
+    return Heartbeat(seq=seq, sent=sent, forward=forward, left=left, visible=visible, device="keys")
+
+
+def after(state, client, seq, now, **given):
+    return link.on_heartbeat(state, client, beat(seq, now, **given), now, dead_zone=DEAD)
+
+
+def driving(now=10.0):
+    """Somebody drives, and has let the stick go."""
+    return after(link.take_control(LinkState(), "a", under_way=False), "a", 1, now)
+
+
+# ------------------------------------------------------------------ one after the other
+
+
+def test_nobody_drives_at_first():
+    assert link.status(LinkState(), 0.0) == "no_driver"
+    assert link.hold_reason(LinkState(), 0.0) is Reason.NO_DRIVER
+
+
+def test_who_takes_the_stick_is_silent_until_heard_then_lets_go():
+    state = link.take_control(LinkState(), "a", under_way=False)
+    assert link.status(state, 10.0) == "no_heartbeat"
+    state = after(state, "a", 1, 10.0, forward=0.8)
+    assert link.status(state, 10.0) == "centre_stick"
+    assert link.deflection(state, 10.0) == (0.0, 0.0)
+    state = after(state, "a", 2, 10.1, forward=0.05)
+    assert link.status(state, 10.1) == "ready"
+    state = after(state, "a", 3, 10.2, forward=0.8, left=-0.2)
+    assert link.deflection(state, 10.2) == (0.8, -0.2)
+    assert link.current_heartbeat(state, 10.2) == (3, "keys")
+
+
+def test_a_page_is_silent_after_three_tenths_of_a_second():
+    state = driving(10.0)
+    assert link.status(state, 10.0 + SILENCE - 1e-6) == "ready"
+    assert link.status(state, 10.0 + SILENCE + 1e-6) == "no_heartbeat"
+    assert link.hold_reason(state, 10.4) is Reason.CONNECTION_LOST
+    assert link.current_heartbeat(state, 10.4) == (-1, "none")
+
+
+def test_a_hidden_page_is_silent_at_once():
+    state = after(driving(10.0), "a", 2, 10.1, forward=0.8, visible=False)
+    assert link.status(state, 10.1) == "no_heartbeat"
+    back = after(state, "a", 3, 10.2)
+    assert link.status(back, 10.2) == "confirm"
+    assert link.hold_reason(back, 10.2) is Reason.CONNECTION_LOST
+
+
+@pytest.mark.parametrize(
+    ("silence", "then"),
+    [(0.5, "ready"), (SHORT - 0.01, "ready"), (SHORT + 0.01, "confirm"), (60.0, "confirm")],
+)
+def test_after_a_short_silence_a_centred_stick_suffices(silence, then):
+    state = after(driving(10.0), "a", 2, 10.0 + silence, forward=0.6)
+    assert link.status(state, 10.0 + silence) == "centre_stick"
+    state = after(state, "a", 3, 10.05 + silence)
+    assert link.status(state, 10.05 + silence) == then
+
+
+def test_after_stop_the_stick_must_be_let_go_and_then_confirmed():
+    state = link.stop_until_confirmed(
+        after(driving(10.0), "a", 2, 10.1, forward=0.8), Reason.RIDER_STOP
+    )
+    assert link.status(state, 10.1) == "stick_held"
+    assert link.resume(state, "a", 10.1) is state
+    state = after(state, "a", 3, 10.2)
+    assert link.status(state, 10.2) == "confirm"
+    assert link.resume(state, "b", 10.2) is state
+    assert link.status(link.resume(state, "a", 10.2), 10.2) == "ready"
+
+
+def test_a_stick_held_again_before_confirming_is_not_heeded():
+    state = link.stop_until_confirmed(driving(10.0), Reason.COLLISION)
+    assert link.hold_reason(state, 10.0) is Reason.COLLISION
+    state = after(state, "a", 2, 10.1, forward=1.0)
+    assert link.status(state, 10.1) == "centre_stick"
+    assert link.resume(state, "a", 10.1) is state
+
+
+def test_stop_outlives_whoever_drives():
+    state = link.release_control(link.stop_until_confirmed(driving(10.0), Reason.RIDER_STOP), "a")
+    state = after(link.take_control(state, "b", under_way=False), "b", 1, 10.2)
+    assert link.status(state, 10.2) == "confirm"
+
+
+def test_who_takes_over_a_chair_that_is_under_way_confirms():
+    state = after(link.take_control(driving(10.0), "b", under_way=True), "b", 1, 10.1)
+    assert state.driver == "b"
+    assert link.status(state, 10.1) == "confirm"
+    assert link.status(link.resume(state, "b", 10.1), 10.1) == "ready"
+
+
+def test_who_is_gone_drives_no_more():
+    assert link.status(link.disconnect(driving(10.0), "a"), 10.0) == "no_driver"
+    assert link.disconnect(driving(10.0), "b").driver == "a"
+    assert link.release_control(driving(10.0), "b").driver == "a"
+
+
+def test_taking_the_stick_again_changes_nothing():
+    state = driving(10.0)
+    assert link.take_control(state, "a", under_way=True) is state
+
+
+@pytest.mark.parametrize("seq", [1, 0])
+def test_a_repeated_or_reordered_beat_is_dropped(seq):
+    state = driving(10.0)
+    assert after(state, "a", seq, 10.1, forward=1.0) is state
+
+
+def test_a_beat_that_comes_late_is_dropped_and_does_not_keep_the_link_alive():
+    state = after(driving(10.0), "a", 2, 10.2, forward=1.0, late=LATE + 1.0)
+    assert link.deflection(state, 10.2) == (0.0, 0.0)
+    assert state.at == 10.0
+    assert link.status(state, 10.31) == "no_heartbeat"
+    punctual = after(driving(10.0), "a", 2, 10.2, forward=1.0, late=LATE - 1.0)
+    assert link.deflection(punctual, 10.2) == (1.0, 0.0)
+
+
+def test_clocks_may_drift_apart():
+    """50 parts in a million for three hours: 540 ms, and no beat is late."""
+    state, now = driving(0.0), 0.0
+    for seq in range(2, 2000):
+        now += 5.4
+        state = after(state, "a", seq, now, late=now * 0.05)
+    assert state.at == now
+
+
+def test_beats_of_others_do_not_count():
+    state = after(driving(10.0), "b", 7, 10.1, forward=1.0)
+    assert link.deflection(state, 10.1) == (0.0, 0.0)
+    assert state.at == 10.0
+    assert state.timings["b"].seq == 7
+
+
+def test_what_a_page_sent_before_it_took_the_stick_cannot_be_sent_again():
+    state = after(LinkState(), "a", 5, 10.0, forward=1.0)
+    state = link.take_control(state, "a", under_way=False)
+    assert after(state, "a", 5, 10.1) is state
+
+
+def test_after_a_pause_a_held_stick_does_not_count():
+    held = after(driving(10.0), "a", 2, 10.1, forward=1.0)
+    assert link.status(link.require_centring(held), 10.1) == "centre_stick"
+    idle = driving(10.0)
+    assert link.require_centring(idle) is idle
+
+
+# ------------------------------------------------------------------ whatever happens
+
+CLIENTS = ("a", "b")
+LATENESS = (0.0, 100.0, 250.0, 500.0, 1000.0)
+"""No two differ by about 300 ms, so that the clocks' drift decides nothing."""
+EVENTS = st.lists(
+    st.one_of(
+        st.tuples(
+            st.just("beat"),
+            st.sampled_from(CLIENTS),
+            st.sampled_from((1, 1, 1, 1, 3, 0, -2)),
+            st.sampled_from((0.0, 0.0, 0.05, 0.7, -1.0)),
+            st.sampled_from((True, True, True, True, False)),
+            st.sampled_from(LATENESS[:1] * 4 + LATENESS),
+        ),
+        st.tuples(st.just("take"), st.sampled_from(CLIENTS), st.booleans()),
+        st.tuples(st.sampled_from(("release", "left", "resume", "resume")),
+                  st.sampled_from(CLIENTS)),
+        st.tuples(st.sampled_from(("stop", "held", "recentred"))),
+        st.tuples(st.just("wait"), st.sampled_from((0.05, 0.1, 0.1, 0.31, 1.0, 2.5))),
+    ),
+    max_size=60,
+)  # fmt: skip
+
+
+class Trace:
+    """What was heard, put down; when the chair may move follows from the sentences of the rule."""
+
+    def __init__(self):
+        self.driver, self.last, self.centred_since, self.confirmed_since = None, None, 0, 0
+        self.seqs, self.quickest = {}, {}
+        self.needs_centre, self.needs_confirm = True, False
+
+    def beat(self, client, seq, forward, visible, late, now):
+        if seq <= self.seqs.get(client, -math.inf):
+            return
+        self.seqs[client] = seq
+        self.quickest[client] = min(late, self.quickest.get(client, math.inf))
+        if client != self.driver or late - self.quickest[client] > 300.0:
+            return
+        gap = 0.0 if self.last is None else now - self.last[0]
+        self.needs_centre |= gap > 0.3
+        self.needs_confirm |= gap > 2.0 or not visible
+        self.last = (now, forward, visible)
+        if abs(forward) <= DEAD and visible:
+            self.needs_centre = False
+
+    def resume(self, client, now):
+        if client == self.driver and self.alive(now) and abs(self.last[1]) <= DEAD:
+            self.needs_confirm = self.needs_centre = False
+
+    def alive(self, now):
+        return self.driver is not None and self.last is not None and self.last[2] and (
+            now - self.last[0] <= 0.3
+        )  # fmt: skip
+
+    def ready(self, now):
+        return self.alive(now) and not self.needs_centre and not self.needs_confirm
+
+    def drives(self, client):
+        if client != self.driver:
+            self.driver, self.last, self.needs_centre = client, None, True
+
+
+@settings(max_examples=400)
+@given(EVENTS)
+def test_the_link_is_ready_where_the_rule_says_so_and_nowhere_else(events):
+    state, trace, now = LinkState(), Trace(), 100.0
+    seqs = dict.fromkeys(CLIENTS, 0)
+    for kind, *rest in events:
+        if kind == "beat":
+            client, step, forward, visible, late = rest
+            seqs[client] += step
+            state = after(
+                state, client, max(seqs[client], 0), now, forward=forward, visible=visible,
+                late=late,
+            )  # fmt: skip
+            trace.beat(client, max(seqs[client], 0), forward, visible, late, now)
+        elif kind == "take":
+            client, under_way = rest
+            state = link.take_control(state, client, under_way=under_way)
+            trace.needs_confirm |= under_way and client != trace.driver
+            trace.drives(client)
+        elif kind in {"release", "left"}:
+            state = (link.release_control if kind == "release" else link.disconnect)(state, rest[0])
+            if rest[0] == trace.driver:
+                trace.drives(None)
+            if kind == "left":
+                trace.seqs.pop(rest[0], None)
+                trace.quickest.pop(rest[0], None)
+                seqs[rest[0]] = 0
+        elif kind == "resume":
+            state = link.resume(state, rest[0], now)
+            trace.resume(rest[0], now)
+        elif kind in {"stop", "held"}:
+            state = link.stop_until_confirmed(
+                state, Reason.RIDER_STOP if kind == "stop" else Reason.COLLISION
+            )
+            trace.needs_confirm = True
+        elif kind == "recentred":
+            state = link.require_centring(state)
+            centred = trace.last is not None and abs(trace.last[1]) <= DEAD
+            trace.needs_centre |= not centred
+        else:
+            now += rest[0]
+        ready = link.status(state, now) == "ready"
+        assert ready == trace.ready(now)
+        assert (link.hold_reason(state, now) is None) == ready
+        if not ready:
+            assert link.deflection(state, now) == (0.0, 0.0)
+
+
+@given(st.sampled_from(list(RequiredAction)), st.booleans(), st.floats(0.0, 3.0))
+def test_time_alone_never_makes_a_link_ready(need, centred, wait):
+    state = replace(driving(10.0), required=need, centred=centred)
+    if link.status(state, 10.0) != "ready":
+        assert link.status(state, 10.0 + wait) != "ready"

@@ -1,0 +1,65 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cohelm.errors import StoreError
+from cohelm.live.control.mission import Mission
+from cohelm.live.messages import Limits
+from cohelm.live.ride_sessions import RideSessions
+
+
+class Kept:
+    """Stands in for the sessions: a ride can be rated once it is kept."""
+
+    def __init__(self):
+        self.rides, self.ratings = [], {}
+
+    def begin(self, _):
+        return SimpleNamespace(id="s")
+
+    def begin_ride(self):
+        return "s-r1", None
+
+    def keep(self, record, log, ride_setup):
+        self.rides.append(record.id)
+
+    def rate(self, ride, rating):
+        if ride not in self.rides:
+            raise StoreError("there is no such ride")
+        self.ratings[ride] = rating
+
+
+@pytest.fixture
+def ended():
+    """A ride that is over, whose log the navigator's process still has."""
+    kept = Kept()
+    limits = Limits(max_speed=1.0, max_acceleration=0.5, min_distance=0.3)
+    rides = RideSessions(kept, SimpleNamespace(limits=limits), lambda *_: None, 0.05)
+    rides.enter(SimpleNamespace(seed=0))
+    order = SimpleNamespace(twist=np.array([0.3, 0.0, 0.0]))
+    rides.step(order, Mission(), length=0.1, device="keys")
+    rides.end("cancelled")
+    return rides, kept
+
+
+def test_a_ride_is_rated_before_its_log_has_come(ended):
+    rides, kept = ended
+    rides.rate("s-r1", 4)
+    assert kept.ratings == {}
+    rides.navigator_lost()
+    assert kept.rides == ["s-r1"]
+    assert kept.ratings == {"s-r1": 4}
+
+
+def test_a_ride_is_rated_afterwards(ended):
+    rides, kept = ended
+    rides.navigator_lost()
+    rides.rate("s-r1", 2)
+    assert kept.ratings == {"s-r1": 2}
+
+
+def test_what_is_no_ride_is_not_rated(ended):
+    rides, _ = ended
+    with pytest.raises(StoreError):
+        rides.rate("s-r2", 5)

@@ -1,0 +1,47 @@
+"""The price of a wish is waited for, but not for ever."""
+
+import pytest
+
+from cohelm.live.control.ipc import ProcessReady
+from cohelm.live.messages import AddWish
+from cohelm.live.page import route_preview
+
+
+class Mute:
+    """A process that is ready and then says nothing more."""
+
+    made = 0
+
+    def __init__(self, *_):
+        Mute.made += 1
+        self.says = [ProcessReady(done=True)]
+
+    def receive(self, timeout):
+        return self.says.pop() if self.says else None
+
+    def send(self, message):
+        pass
+
+    def kill(self):
+        pass
+
+
+@pytest.mark.parametrize(("patience", "refused"), [(-1.0, 1), (1e9, 0)])
+def test_a_process_that_hangs_is_begun_anew_and_its_question_refused(
+    monkeypatch, patience, refused
+):
+    monkeypatch.setattr(route_preview, "WorkerProcess", Mute)
+    monkeypatch.setattr(route_preview, "HANGING", patience)
+    told, made = [], Mute.made
+    asked = route_preview.RoutePreview(
+        None, lambda message, client: told.append((message.code, client))
+    )
+    asked.start()
+    asked.poll()
+    asked.request("a", AddWish(id=3, kind="attract", points=((1.0, 2.0),), preview=True))
+    assert asked.needs_context
+    asked.set_planning_context(b"about")
+    asked.poll()
+    asked.start()
+    assert told == refused * [("preview_failed", "a")]
+    assert Mute.made - made == 1 + refused

@@ -1,0 +1,109 @@
+"""From what a rider asked for to what the navigator is asked."""
+
+import numpy as np
+import pytest
+
+from cohelm.errors import InvalidProblem, MapError
+from cohelm.live.control.mission import Mission, check_wish, goal_of, request_of, wish_of
+from cohelm.live.messages import AddWish, Destination, FloorInfo, Limits, RiderSettings
+from cohelm.maps import NamedPlace, Places
+from cohelm.messages import Mode, RiderProfile
+
+LIMITS = Limits(max_speed=0.6, max_acceleration=0.5, min_distance=0.7)
+PLACES = Places(places=(NamedPlace(name="Ward 3", point=np.array([1.0, 2.0])),))
+WARD = Destination(name="Ward 3", x=1.0, y=2.0)
+
+
+def asked(mission, *, moves=True):
+    rider = RiderSettings(tremor_filter=0.2, dead_zone=0.15)
+    return request_of(mission, RiderProfile(), LIMITS, rider, moves=moves)
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_with_nowhere_to_go_the_rider_steers(mode):
+    request = asked(Mission(mode=mode))
+    assert np.isnan(request.goal).all()
+    assert request.mode is (Mode.MANUAL if mode is Mode.MANUAL else Mode.ASSISTED)
+    assert asked(Mission(mode=mode).with_goal(WARD)).mode is mode
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_a_chair_that_must_stand_is_asked_for_no_speed_and_needs_no_stick(mode):
+    request = asked(Mission(mode=mode), moves=False)
+    assert request.speed_limit == 0.0
+    assert request.mode not in {Mode.MANUAL, Mode.ASSISTED}
+
+
+def test_a_chair_is_under_way_where_it_goes_on_by_itself():
+    assert not Mission().under_way
+    assert Mission().with_goal(WARD).under_way
+    assert not Mission(mode=Mode.ASSISTED).with_goal(WARD).under_way
+
+
+@pytest.mark.parametrize(("pace", "speed"), [("slow", 0.4), ("normal", 0.6), ("brisk", 0.6)])
+def test_pace_is_bounded_by_the_limits(pace, speed):
+    request = asked(Mission(pace=pace))
+    assert request.speed_limit == request.profile.preferred_speed == speed
+
+
+def test_limits_and_settings_reach_the_navigator():
+    profile = asked(Mission()).profile
+    assert profile.social_distance == 0.7
+    assert (profile.tremor_filter, profile.dead_zone) == (0.2, 0.15)
+
+
+def test_wishes_are_taken_back_one_by_one_or_all_at_once():
+    mission = Mission()
+    for number in (1, 2, 3):
+        want = AddWish(kind="attract", points=((float(number), 0.0),))
+        mission = mission.with_wish(wish_of(want, number))
+    assert [w.id for w in mission.without_wish(2).wishes] == [1, 3]
+    assert [w.id for w in mission.without_wish(None).wishes] == [1, 2]
+    assert mission.without_wish(None, every=True).wishes == ()
+    assert mission.without_wish(9).wishes == mission.wishes
+    assert asked(mission).wishes[1].points.tolist() == [[2.0, 0.0]]
+
+
+def test_every_change_of_the_way_is_a_new_version():
+    mission = Mission()
+    versions = [mission.version]
+    mission = mission.with_goal(WARD)
+    versions.append(mission.version)
+    mission = mission.with_wish(wish_of(AddWish(kind="attract", points=((1.0, 0.0),)), 1))
+    versions.append(mission.version)
+    mission = mission.without_wish(None)
+    versions.append(mission.version)
+    assert len(set(versions)) == 4
+
+
+def test_a_destination_is_a_place_or_a_point_or_none():
+    assert goal_of("ward 3", None, PLACES) == WARD
+    assert goal_of(None, (5.0, 6.0), PLACES) == Destination(name="", x=5.0, y=6.0)
+    assert goal_of(None, None, PLACES) is None
+    with pytest.raises(MapError, match="Ward 3"):
+        goal_of("Ward 4", None, PLACES)
+
+
+@pytest.mark.parametrize(
+    "want",
+    [
+        AddWish(kind="stroke", points=((1.0, 1.0),)),
+        AddWish(kind="avoid", points=((1.0, 1.0),)),
+        AddWish(kind="avoid", points=((1.0, 1.0), (2.0, 2.0))),
+    ],
+)
+def test_a_wish_without_size_is_refused(want):
+    with pytest.raises(InvalidProblem):
+        wish_of(want, 1)
+
+
+@pytest.mark.parametrize(
+    "points",
+    [((1e6, 1e6), (-1e6, 1e6)), ((-2.1, 1.0),), ((1.0, 7.1),), ((0.0, 0.0), (8.0, 5.0)) * 32],
+)
+def test_what_no_way_can_heed_is_refused_before_one_is_looked_for(points):
+    """Off the map by more than 2 m, or drawn to and fro for more than 300 m."""
+    floor = FloorInfo(image="", width=100, height=50, resolution=0.1, x=0.0, y=0.0)
+    with pytest.raises(InvalidProblem):
+        check_wish(AddWish(kind="stroke", points=points), floor)
+    check_wish(AddWish(kind="stroke", points=((0.0, 0.0), (10.0, 5.0), (11.9, 6.9))), floor)
