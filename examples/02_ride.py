@@ -1,16 +1,17 @@
-"""Ride a scenario, change it, and measure both rides.
+"""Run two rides of a changed scenario, and measure both.
 
-A box that the map does not know stands in the way. The rider pushes the stick to the left in the
+A box that is not on the map stands on the route. The rider pushes the stick to the left in the
 first ride and to the right in the second; the chair passes on that side in both.
 """
 
 import numpy as np
 
-from cohelm.evaluation import Ride, load_scenario, measure, run
+from cohelm.evaluation import Ride, measure, run
+from cohelm.scenarios import load_scenario
 
 
 def side_of_the_box(ride: Ride) -> str:
-    """On which side of (7, 7) the chair came by, seen in the direction of travel."""
+    """Side of (7, 7) on which the chair passed, seen in the direction of travel."""
     beside = np.argmin(np.abs(ride.pose[:, 0] - 7.0))
     return "left" if ride.pose[beside, 1] > 7.0 else "right"
 

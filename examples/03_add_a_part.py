@@ -1,11 +1,11 @@
-"""Write a part of one's own, have its contract checked, and look at what it predicts.
+"""Write your own part, check its contract, and print its prediction.
 
-A part is a class with a nested ``Parameters`` model. Name it in one line of one's own project ::
+A part is a class with a nested ``Parameters`` model. Register it in one line of your project ::
 
     [project.entry-points."cohelm.predictors"]
     slowing = "my_package:SlowingDown"
 
-and every scenario can say ``predictor: {use: slowing, time_constant: 1.5}``.
+and use it in any scenario with ``predictor: {use: slowing, time_constant: 1.5}``.
 """
 
 import dataclasses
@@ -20,10 +20,10 @@ from cohelm.testing.scenes import walkers
 
 
 class SlowingDown:
-    """Everybody comes to rest: v(t) = v₀ e^(−t/τ), p(t) = p₀ + τ (1 − e^(−t/τ)) v₀."""
+    """All people slow down: v(t) = v₀ e^(−t/τ), p(t) = p₀ + τ (1 − e^(−t/τ)) v₀."""
 
     class Parameters(Model):
-        """Of the model."""
+        """Parameters of the model."""
 
         time_constant: float = Field(2.0, gt=0.0, le=60.0)
         """τ, s."""
@@ -34,7 +34,7 @@ class SlowingDown:
     def predict(
         self, people: People, steps: int, step: float, memory: None
     ) -> tuple[Predictions, None]:
-        """See :class:`~cohelm.perception.Predictor`; one hypothesis, and nothing to remember."""
+        """See :class:`~cohelm.perception.Predictor`; one hypothesis, no memory."""
         tau = self.parameters.time_constant
         ahead = step * np.arange(steps + 1)
         fading = np.exp(-ahead / tau)[:, None]
@@ -52,12 +52,12 @@ class SlowingDown:
 
 
 class OverSure(SlowingDown):
-    """The same, but surer the further it looks ahead: not what a predictor may be."""
+    """A prediction with decreasing uncertainty, which violates the contract."""
 
     def predict(
         self, people: People, steps: int, step: float, memory: None
     ) -> tuple[Predictions, None]:
-        """Break the contract."""
+        """Return decreasing deviations."""
         made, _ = super().predict(people, steps, step, memory)
         return dataclasses.replace(made, deviation=made.deviation[..., ::-1]), None
 
@@ -67,11 +67,11 @@ def main() -> None:
     check_predictor(predictor)
     walker = walkers([[0.0, 0.0, 1.2, 0.0]])
     ahead = predictor.predict(walker, 4, 1.0, None)[0].mean[0, 0, :, 0]
-    print("keeps its contract; a walker at 1.2 m/s is after 0, 1 … 4 s at", np.round(ahead, 2), "m")
+    print("contract satisfied; a person at 1.2 m/s is after 0, 1 … 4 s at", np.round(ahead, 2), "m")
     try:
         check_predictor(OverSure(OverSure.Parameters()))
     except ConformanceError as fault:
-        print("does not keep it:", fault)
+        print("contract violated:", fault)
 
 
 if __name__ == "__main__":

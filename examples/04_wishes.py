@@ -9,7 +9,7 @@ import numpy as np
 from cohelm.maps import FREE, OCCUPIED, OccupancyGrid
 from cohelm.messages import Path, Wish
 from cohelm.planning import RouteProblem
-from cohelm.planning.alternatives import alternatives
+from cohelm.planning.alternatives.alternatives import find_alternatives
 from cohelm.plugins import build
 from cohelm.robots import load_robot
 
@@ -51,7 +51,7 @@ def main() -> None:
     say("along a line", planner.plan(problem(line)))
 
     print("routes to choose from:")
-    for each in alternatives(problem(above), planner, 2):
+    for each in find_alternatives(problem(above), planner, 2):
         features = each.features
         print(
             f"  {features.length:.1f} m, {features.time:.0f} s, {features.clearance:.1f} m of room"

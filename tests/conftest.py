@@ -8,6 +8,8 @@ from hypothesis import settings
 
 from cohelm.robots import Robot, load_robot
 
+from . import made_rides
+
 # The same examples on every machine, and no deadline: the first one may have to compile.
 settings.register_profile("cohelm", deadline=None, derandomize=True, print_blob=False)
 settings.load_profile("cohelm")
@@ -40,14 +42,14 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """One worker runs the tests that belong together, and runs them first."""
+    """Hand out whole files, so that module fixtures are built once; the page's tests together."""
     from xdist.scheduler import LoadScopeScheduling
 
-    class Together(LoadScopeScheduling):
+    class ByFile(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            return TOGETHER if nodeid.startswith(TOGETHER) else nodeid
+            return TOGETHER if nodeid.startswith(TOGETHER) else nodeid.partition("::")[0]
 
-    return Together(config, log) if config.getoption("dist") == "load" else None
+    return ByFile(config, log) if config.getoption("dist") == "load" else None
 
 
 @pytest.fixture(scope="session")
@@ -75,3 +77,9 @@ def toys(monkeypatch) -> Path:
     folder = Path(__file__).parent / "toys"
     monkeypatch.syspath_prepend(folder)
     return folder
+
+
+@pytest.fixture
+def made_ride():
+    """Builds a ride from poses."""
+    return made_rides.made_ride

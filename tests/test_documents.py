@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cohelm.evaluation import Scenario
 from cohelm.maps import read_places
 from cohelm.plugins import GROUPS
 from cohelm.robots import load_robot
+from cohelm.scenarios import Scenario
 
 PROJECT = Path(__file__).parent.parent
 README = (PROJECT / "README.md").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The package of examples/own_planner: installed beside cohelm it is a planner like any other."""
+"""The package of examples/own_planner, installed beside cohelm, is an ordinary planner."""
 
 import os
 import subprocess
@@ -9,7 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "examples" / "own_planner"
 CHECK = """
-from cohelm.evaluation.benches.rides import installed
+from cohelm.benchmarks.rides.rides import installed
 from cohelm.testing import check_local_planner
 from own_planner import GiveWay
 

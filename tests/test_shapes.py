@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.shapes import CONTOUR, ELLIPSE, PRINTED, outline, reach, support
+from cohelm.shapes import CONTOUR, ELLIPSE, PRINTED, RadialShape, extent, outline, support
 
 KINDS = pytest.mark.parametrize("kind", [PRINTED, CONTOUR, ELLIPSE])
 EGG = (2.4, 1.6, 1.2)
@@ -12,7 +12,7 @@ sigmas = st.floats(0.1, 3.0)
 
 
 def length(kind, delta, sigma=EGG, scale=0.125, floor=0.0):
-    return reach(kind, *sigma, scale, floor, delta)[0]
+    return extent(RadialShape(kind, *sigma, scale, floor), delta)[0]
 
 
 @KINDS
@@ -22,7 +22,7 @@ def test_the_slope_is_the_finite_difference(kind, front, side, rear, delta):
     if abs(abs(delta) - np.pi / 2) < 1e-3:
         return
     sigma, e = (front, side, rear), 1e-6
-    _, slope = reach(kind, *sigma, 0.2, 0.0, delta)
+    _, slope = extent(RadialShape(kind, *sigma, 0.2, 0.0), delta)
     difference = (length(kind, delta + e, sigma, 0.2) - length(kind, delta - e, sigma, 0.2)) / (
         2 * e
     )
@@ -30,7 +30,7 @@ def test_the_slope_is_the_finite_difference(kind, front, side, rear, delta):
 
 
 @KINDS
-def test_reach_along_the_axes(kind):
+def test_extent_along_the_axes(kind):
     # q = 1/2σ², so l = 2cσ² as printed and σ√(2c) for the contour
     behind = 2.4 if kind == ELLIPSE else 1.2  # an ellipse is behind as ahead
     for delta, sigma in ((0.0, 2.4), (np.pi / 2, 1.6), (np.pi, behind)):
@@ -41,9 +41,9 @@ def test_reach_along_the_axes(kind):
 @KINDS
 @given(front=sigmas, side=sigmas, rear=sigmas)
 def test_is_continuously_differentiable_at_the_side(kind, front, side, rear):
+    shape = RadialShape(kind, front, side, rear, 0.125, 0.0)
     for aside in (-np.pi / 2, np.pi / 2):
-        before = reach(kind, front, side, rear, 0.125, 0.0, aside - 1e-9)
-        after = reach(kind, front, side, rear, 0.125, 0.0, aside + 1e-9)
+        before, after = extent(shape, aside - 1e-9), extent(shape, aside + 1e-9)
         # the slope is 0 there and changes by 1e-9 of the curvature, at most (σ_s/σ)² of l
         assert before == pytest.approx(after, rel=1e-5, abs=1e-4)
         assert after[1] == pytest.approx(0.0, abs=1e-4)
@@ -63,7 +63,7 @@ def test_the_printed_egg_is_not_convex_at_speed():
 @given(delta=st.floats(-3.1, 3.1), floor=st.floats(0.0, 3.0))
 def test_never_less_than_the_floor_where_the_slope_is_zero(kind, delta, floor):
     free = length(kind, delta)
-    got, slope = reach(kind, *EGG, 0.125, floor, delta)
+    got, slope = extent(RadialShape(kind, *EGG, 0.125, floor), delta)
     assert got == max(free, floor)
     if free < floor:
         assert slope == 0.0
@@ -77,9 +77,9 @@ def test_left_is_like_right_and_three_equal_sigmas_are_a_circle(kind):
 
 
 @KINDS
-def test_the_outline_is_the_reach_about_a_pose(kind):
+def test_the_outline_is_the_extent_about_a_pose(kind):
     pose = np.array([1.0, -2.0, 0.8])
-    line = outline(kind, *EGG, 0.125, 0.45, 0.25, pose, 64)
+    line = outline(RadialShape(kind, *EGG, 0.125, 0.45), 0.25, pose, 64)
     assert line[0] == pytest.approx(line[-1])
     for x, y in line:
         delta = np.arctan2(y + 2.0, x - 1.0) - 0.8
@@ -89,7 +89,7 @@ def test_the_outline_is_the_reach_about_a_pose(kind):
 
 def _turns(kind, sigma):
     """Cross products of successive edges of the outline: all ≥ 0 if it is convex."""
-    line = outline(kind, *sigma, 0.125, 0.0, 0.0, np.zeros(3), 180)
+    line = outline(RadialShape(kind, *sigma, 0.125, 0.0), 0.0, np.zeros(3), 180)
     edges = np.diff(line, axis=0)
     edges = edges / np.hypot(*edges.T)[:, None]
     after = np.roll(edges, -1, axis=0)
@@ -99,15 +99,17 @@ def _turns(kind, sigma):
 @given(front=sigmas, side=sigmas, direction=st.floats(-np.pi, np.pi))
 def test_an_ellipse_is_the_ellipse_with_these_half_axes(front, side, direction):
     """(x/a)² + (y/b)² = 1 with c = ½, whose support is √(a² cos² + b² sin²)."""
-    length, _ = reach(ELLIPSE, front, side, 0.123, 0.5, 0.0, direction)
+    shape = RadialShape(ELLIPSE, front, side, 0.123, 0.5, 0.0)
+    length, _ = extent(shape, direction)
     x, y = length * np.cos(direction), length * np.sin(direction)
     assert (x / front) ** 2 + (y / side) ** 2 == pytest.approx(1.0)
-    far = support(ELLIPSE, front, side, 0.123, 0.5, 0.0, np.cos(direction), np.sin(direction))
+    far = support(shape, np.cos(direction), np.sin(direction))
     assert far == pytest.approx(np.hypot(front * np.cos(direction), side * np.sin(direction)))
 
 
 @given(front=sigmas, side=sigmas, direction=st.floats(-np.pi, np.pi))
 def test_the_ellipse_bounds_the_contour_of_who_reaches_less_far_behind(front, side, direction):
-    outer, _ = reach(ELLIPSE, front, side, 0.5 * front, 0.125, 0.0, direction)
-    inner, _ = reach(CONTOUR, front, side, 0.5 * front, 0.125, 0.0, direction)
+    ellipse = RadialShape(ELLIPSE, front, side, 0.5 * front, 0.125, 0.0)
+    outer, _ = extent(ellipse, direction)
+    inner, _ = extent(ellipse._replace(kind=CONTOUR), direction)
     assert outer >= inner - 1e-12

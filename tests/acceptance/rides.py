@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.evaluation import Stage, load_scenario, set_stage
 from cohelm.geometry import compose, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Reason, Request
 from cohelm.navigation import Navigator, Tick
-from cohelm.simulation import Nudge, Truth, World
+from cohelm.scenarios import RideSetup, build_scenario, load_scenario
+from cohelm.simulation import GroundTruth, Nudge, World
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Log:
     """k ticks."""
 
     ticks: list[Tick]
-    truths: list[Truth]
+    truths: list[GroundTruth]
 
     @property
     def time(self) -> Floats:
@@ -49,13 +49,13 @@ class Log:
         return [tick.decision.reason for tick in self.ticks]
 
 
-def stage(name: str, *settings: str, seed: int = 0) -> Stage:
+def stage(name: str, *settings: str, seed: int = 0) -> RideSetup:
     """A scenario that comes with cohelm, with ``dotted.key=value`` settings."""
-    return set_stage(load_scenario(name, settings), seed)
+    return build_scenario(load_scenario(name, settings), seed)
 
 
 def follow(
-    made: Stage,
+    made: RideSetup,
     duration: float,
     asked: Callable[[float], Request] | None = None,
 ) -> Log:
@@ -73,7 +73,7 @@ def follow(
     return log
 
 
-def moved(made: Stage, X: Floats) -> Stage:
+def moved(made: RideSetup, X: Floats) -> RideSetup:
     """The same stage in another map frame, whose old axes lie at ``X`` (3,)."""
     turn = np.array([0.0, 0.0, X[2]])
     world, crowd = made.world, made.world.crowd

@@ -2,7 +2,8 @@
 
 import pytest
 
-from cohelm.evaluation import Outcome, load_scenario, run
+from cohelm.evaluation import Outcome, run
+from cohelm.scenarios import load_scenario
 
 
 @pytest.mark.parametrize(

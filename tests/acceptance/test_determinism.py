@@ -4,16 +4,20 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import identical
-from cohelm.evaluation import load_scenario, run
+from cohelm.evaluation import run
 from cohelm.geometry import compose, transform, wrap_angle
 from cohelm.navigation import Navigator
+from cohelm.scenarios import load_scenario
 
 from .rides import follow, moved, stage
 
 QUARTER = np.array([20.0, -3.0, np.pi / 2.0])
 
 
-@pytest.mark.parametrize("settings", [["rider=nudge"], ["mode=autonomous", "rider=none"]])
+@pytest.mark.parametrize(
+    "settings",
+    [["rider=nudge"], pytest.param(["mode=autonomous", "rider=none"], marks=pytest.mark.slow)],
+)
 def test_the_same_command_twice_is_the_same_ride(settings):
     scenario = [*settings, "time_limit=6"]
     one = run(load_scenario("crossing", scenario), 3)
@@ -40,7 +44,7 @@ def compare(log, other, X):
     return apart.max(), np.abs(wrap_angle(there[:, 2] - other.pose[:, 2])).max()
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_turned_empty_world_has_the_same_ride_turned(seed):
     """The whole ride to 1e-9 m.
 
@@ -57,7 +61,7 @@ def test_a_turned_empty_world_has_the_same_ride_turned(seed):
 
 
 @pytest.mark.parametrize("scenario", ["crossing", "box"])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_turned_world_with_people_or_a_push_has_the_same_ride_turned(scenario, seed):
     """The first 4 s to 1e-6 m, in which people are tracked and avoided, or the push begins.
 

@@ -5,9 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cohelm.evaluation import Outcome, load_scenario, run
+from cohelm.evaluation import Outcome, run
 from cohelm.geometry import nearest_on_polyline
-from cohelm.navigation import Why
+from cohelm.navigation import PlanReason
+from cohelm.scenarios import load_scenario
 
 DOOR = np.array([13.0, 3.3])
 
@@ -31,22 +32,23 @@ def check_one_replan(seed):
     """The door closes between 3 and 10 s, 8 to 3 m before the chair, and stays closed."""
     ride = ride_with_door(seed, [(3.0 + 7.0 * seed / 19.0, 600.0)])
     assert ride.outcome is Outcome.REACHED
-    assert [replan.why for replan in ride.replans] == [Why.BLOCKED]
+    assert [replan.why for replan in ride.replans] == [PlanReason.BLOCKED]
     assert ways(ride) == [True, False]
     assert not ride.hit_wall.any()
 
 
-@pytest.mark.parametrize("seed", [0, 13])
+@pytest.mark.parametrize("seed", [0])
 def test_a_door_that_closes_makes_one_new_path(seed):
     check_one_replan(seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [s for s in range(20) if s not in {0, 13}])
+@pytest.mark.parametrize("seed", [s for s in range(20) if s != 0])
 def test_so_it_is_in_every_ride(seed):
     check_one_replan(seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0])
 def test_a_door_that_opens_again_out_of_sight_changes_nothing(seed):
     ride = ride_with_door(seed, [(6.0, 16.0)])

@@ -28,13 +28,13 @@ NOW = [
     ("rider_nan", Reason.NOT_FINITE),
     ("pose_jump", Reason.POSE_JUMP),
     ("late", Reason.LATE),
-    ("clock_back", Reason.CLOCK),
+    ("clock_backwards", Reason.CLOCK),
 ]
 SILENT = [
     ("scan_silent", Reason.STALE_SCAN, LIMITS.scan_limit),
     ("pose_silent", Reason.STALE_POSE, LIMITS.pose_limit),
     ("twist_silent", Reason.STALE_TWIST, LIMITS.twist_limit),
-    ("rider_silent", Reason.RIDER_SILENT, LIMITS.rider_limit),
+    ("rider_silent", Reason.STALE_RIDER_COMMAND, LIMITS.rider_limit),
 ]
 
 
@@ -71,7 +71,7 @@ def test_what_cannot_be_believed_stops_the_chair_in_the_same_tick(kind, reason):
     assert first(log, reason) == pytest.approx(AT)
     # nothing is sent to the wheels from then on: as long as it lasts, or as a jump is held
     lasts = LIMITS.jump_hold if kind == "pose_jump" else LASTING
-    if kind == "clock_back":
+    if kind == "clock_backwards":
         lasts = 0.95  # the clock went back by 1 s, and then catches up with the tick before
     during = (log.time > AT - 1e-9) & (log.time < AT + lasts - 1e-9)
     assert not log.command[during].any()
@@ -92,7 +92,7 @@ def test_who_falls_silent_stops_the_chair_within_a_tick_of_the_limit(kind, reaso
     during = (log.time > reaction - 1e-9) & (log.time < AT + LASTING - 1e-9)
     assert not log.command[during].any()
     assert {r for r, d in zip(log.reasons, during, strict=True) if d} == {reason}
-    gentle = reason is Reason.RIDER_SILENT
+    gentle = reason is Reason.STALE_RIDER_COMMAND
     assert stands(log, reaction + (GENTLE if gentle else HARD))
     assert log.ticks[round(reaction / TICK)].decision.emergency is not gentle
 
@@ -126,7 +126,7 @@ def test_stop_pressed_stops_in_the_same_tick_and_till_it_is_released():
 
 
 def test_a_stick_held_against_the_travel_stops_the_chair():
-    rider = f"rider={{use: nudge, at: {AT}, duration: 1.5, forward: -1.0, aside: 0.0}}"
+    rider = f"rider={{use: nudge, at: {AT}, duration: 1.5, forward: -1.0, lateral: 0.0}}"
     log = follow(stage("empty", rider, f"profile={{preferred_speed: {SPEED}}}"), AT + 1.5)
     # held for 0.2 s
     assert first(log, Reason.RIDER_STOP) == pytest.approx(AT + 0.2)
@@ -171,7 +171,7 @@ def test_the_rider_alone_behind_the_gate_is_slowed_and_stopped_before_a_box(chai
         "empty",
         BOX,
         "mode=assisted",
-        "rider={use: nudge, at: 0, duration: 60, forward: 1.0, aside: 0}",
+        "rider={use: nudge, at: 0, duration: 60, forward: 1.0, lateral: 0}",
     )
     log = follow(made, 12.0)
     assert not any(truth.hit_wall for truth in log.truths)
@@ -179,11 +179,11 @@ def test_the_rider_alone_behind_the_gate_is_slowed_and_stopped_before_a_box(chai
     assert log.reasons[-1] is Reason.BLOCKED
     assert stands(log, 12.0)
     x, _, radius = chair.discs[-1]
-    beyond = x + radius - chair.outline[:, 0].max() + LIMITS.margin
+    beyond = x + radius - chair.outline[:, 0].max() + LIMITS.wall_margin
     assert 0.0 < log.truths[-1].gap_wall < beyond + 0.1
     # it began to slow at its stopping distance, 0.8 · 0.15 + 0.8² / 2 = 0.44 m, and its haste
     slowed = log.truths[log.reasons.index(Reason.TOO_CLOSE)]
-    assert slowed.gap_wall == pytest.approx(0.44 + 0.8 * LIMITS.margin_time + beyond, abs=0.1)
+    assert slowed.gap_wall == pytest.approx(0.44 + 0.8 * LIMITS.wall_margin_time + beyond, abs=0.1)
 
 
 def test_the_rider_alone_without_the_gate_can_hit_it():
@@ -191,7 +191,7 @@ def test_the_rider_alone_without_the_gate_can_hit_it():
         "empty",
         BOX,
         "mode=manual",
-        "rider={use: nudge, at: 0, duration: 60, forward: 1.0, aside: 0}",
+        "rider={use: nudge, at: 0, duration: 60, forward: 1.0, lateral: 0}",
     )
     log = follow(made, 12.0)
     assert any(truth.hit_wall for truth in log.truths)
@@ -201,9 +201,9 @@ def test_the_rider_alone_without_the_gate_can_hit_it():
 def test_a_person_who_steps_before_the_rider_alone_is_not_driven_into():
     made = stage(
         "empty",
-        "people={ways: [{points: [[7, 7]]}], see_robot: false, jitter: 0}",
+        "people={pedestrians: [{points: [[7, 7]]}], see_robot: false, jitter: 0}",
         "mode=assisted",
-        "rider={use: nudge, at: 0, duration: 60, forward: 1.0, aside: 0}",
+        "rider={use: nudge, at: 0, duration: 60, forward: 1.0, lateral: 0}",
     )
     log = follow(made, 12.0)
     assert not any(truth.hit_moving.any() for truth in log.truths)

@@ -7,9 +7,10 @@ import pytest
 import yaml
 
 from cohelm.errors import GoalBlocked
-from cohelm.evaluation import Episode, Outcome, load_scenario, run, set_stage
+from cohelm.evaluation import Episode, Outcome, run
 from cohelm.geometry import distance_to_polygon
 from cohelm.messages import Reason
+from cohelm.scenarios import build_scenario, load_scenario
 
 ZONE = np.array([[5.5, 5.0], [8.5, 5.0], [8.5, 8.6], [5.5, 8.6]])
 """Across the straight way of 10 m from (2, 7) to (12, 7) in the hall."""
@@ -43,7 +44,7 @@ def depth(poses):
 
 def test_the_chair_goes_round_a_keepout_zone(masked):
     scenario = masked("keepout", 100)
-    made = set_stage(scenario, 0)
+    made = build_scenario(scenario, 0)
     ride = run(scenario, 0)
     assert ride.outcome is Outcome.REACHED
     assert depth(np.column_stack([made.route.points, made.route.points[:, 0]])).max() < 0.0
@@ -55,7 +56,7 @@ def test_the_chair_goes_round_a_keepout_zone(masked):
 def test_who_pushes_the_chair_to_a_keepout_zone_stands_before_it_and_reads_why(masked):
     settings = ["mode=assisted", "rider=ideal", "time_limit=20"]
     scenario = masked("keepout", 100, settings)
-    made = set_stage(scenario, 0)
+    made = build_scenario(scenario, 0)
     straight = np.linspace([2.0, 7.0], [12.0, 7.0], 100)
     pushed = replace(made, world=replace(made.world, rider_route=straight))
     ride = Episode(pushed).run()
@@ -68,7 +69,7 @@ def test_who_pushes_the_chair_to_a_keepout_zone_stands_before_it_and_reads_why(m
 
 def test_a_goal_in_a_keepout_zone_is_refused_in_words(masked):
     with pytest.raises(GoalBlocked, match="a keepout zone"):
-        set_stage(masked("keepout", 100, ["goal=[7, 7]"]), 0)
+        build_scenario(masked("keepout", 100, ["goal=[7, 7]"]), 0)
 
 
 @pytest.mark.parametrize(
@@ -91,6 +92,7 @@ def test_the_chair_is_slow_in_the_zone_from_the_moment_it_enters(masked, kind, v
     assert ride.replans == ()
 
 
+@pytest.mark.slow
 def test_the_slower_of_mask_and_rider_holds(masked):
     settings = ["profile.preferred_speed=0.25", "time_limit=80"]
     ride = run(masked("speed_percent", 25, settings), 0)

@@ -6,25 +6,25 @@ import pickle
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-from cohelm.driving import previews
-from cohelm.evaluation import load_scenario
-from cohelm.evaluation.staging import set_stage
+from cohelm.live.page import preview_process as previews
 from cohelm.messages import Crowding, LiveObstacles, Wish
+from cohelm.scenarios import load_scenario
+from cohelm.scenarios.build import build_scenario
 
 
-def about(stage, **changes):
+def about(ride_setup, **changes):
     """What is about a chair at the start, asked for where it was to go."""
-    start = stage.route.points[0]
+    start = ride_setup.route.points[0]
     found = {
         "pose": np.array([*start, 0.0]),
-        "goal": stage.request.goal,
+        "goal": ride_setup.request.goal,
         "wishes": (),
-        "wished_from": start,
-        "clearance": stage.request.profile.clearance,
+        "wish_origin": start,
+        "clearance": ride_setup.request.profile.clearance,
         "live": None,
         "crowding": None,
     }
-    return pickle.dumps(previews.Surroundings(**{**found, **changes}))
+    return pickle.dumps(previews.PlanningContext(**{**found, **changes}))
 
 
 def compiled():
@@ -38,8 +38,8 @@ def compiled():
     }
 
 
-def things_and_people(stage):
-    corner = stage.grid.cells(stage.route.points[0]) - 50
+def things_and_people(ride_setup):
+    corner = ride_setup.grid.cells(ride_setup.route.points[0]) - 50
     occupied = (np.random.default_rng(3).random((90, 110)) < 0.002).astype(np.uint8)
     occupied[20:80, 20:80] = 0  # not on the chair
     density = np.random.default_rng(4).random((9, 7), dtype=np.float32)
@@ -51,20 +51,22 @@ def things_and_people(stage):
 
 def priced():
     """(prices as (length, trouble), kernels that the first of them had to compile) once warm."""
-    stage = set_stage(load_scenario("hospital"), 0)
-    previews._warm(stage)
-    before, start = compiled(), stage.route.points[0]
-    far = max((place.point for place in stage.places), key=lambda at: np.hypot(*(at - start)))
-    middle = stage.route.points[len(stage.route.points) // 2]
+    ride_setup = build_scenario(load_scenario("hospital"), 0)
+    previews._warm_up(ride_setup)
+    before, start = compiled(), ride_setup.route.points[0]
+    far = max((place.point for place in ride_setup.places), key=lambda at: np.hypot(*(at - start)))
+    middle = ride_setup.route.points[len(ride_setup.route.points) // 2]
     wishes = (
         Wish(points=np.array([far])),
         Wish(kind="stroke", points=np.array([middle - 1.0, middle + 1.0])),
         Wish(kind="avoid", points=np.array([middle - 0.5, middle + 0.5]), radius=0.3),
     )
     prices = []
-    for surroundings in (about(stage), about(stage, **things_and_people(stage))):
+    for planning_context in (about(ride_setup), about(ride_setup, **things_and_people(ride_setup))):
         for wish in wishes:
-            asked = previews.WhatIf(id=1, client="a", wish=wish, surroundings=surroundings)
-            told = previews.price(asked, stage)
-            prices.append((told.length, told.trouble))
+            asked = previews.PreviewRequest(
+                id=1, client="a", wish=wish, planning_context=planning_context
+            )
+            told = previews.preview(asked, ride_setup)
+            prices.append((told.length, told.error))
     return prices, sorted(name for name, _ in compiled() - before)

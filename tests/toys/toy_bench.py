@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cohelm.evaluation.benches.bench import Report, Result, Sheet
+from cohelm.benchmarks.bench import BenchReport, Result, Sheet
 
 TITLE = "Toy"
 SEEDS = 6
@@ -62,7 +62,7 @@ class Toy:
     def report(self, results, folder):
         total = sum(each.row["draw"] for each in results)
         sheet = Sheet("sum", ("of", "is"), (("draws", f"{total:.6f}"),))
-        return Report((sheet,), ("that is all",), {"total": total})
+        return BenchReport((sheet,), ("that is all",), {"total": total})
 
     def _begun(self, seed):
         if self.marks is None:
@@ -72,7 +72,7 @@ class Toy:
         return times
 
 
-def on(fails=(), marks=None, takes=0.0):
+def create(fails=(), marks=None, takes=0.0):
     return Toy(tuple(fails), marks, takes)
 
 

@@ -1,12 +1,12 @@
-"""Conformance checks: what a part must do to fit in, as code; shipped for authors of plugins.
+"""Conformance checks of plugins: the contract of each Protocol as code, for authors of plugins.
 
-One function per Protocol; each takes a ready part and raises :class:`ConformanceError` with what it
-did wrong. In a test of one's own::
+One function per Protocol; each takes a ready part and raises :class:`ConformanceError` with the
+violated rule. In a test::
 
-    def test_my_planner_fits_in():
+    def test_my_planner_conforms():
         check_local_planner(MyPlanner(MyPlanner.Parameters()))
 
-Hypothesis strategies for the values are in ``cohelm.testing.strategies``, which needs hypothesis.
+Hypothesis strategies for the values are in ``cohelm.testing.strategies`` (needs hypothesis).
 """
 
 from cohelm.testing.conformance import ConformanceError
@@ -36,7 +36,7 @@ CHECKS = {
     "social_models": check_social_model,
     "trackers": check_tracker,
 }
-"""The check of each kind of part in ``plugins.GROUPS``."""
+"""Kind of part, as in ``plugins.GROUPS`` → its check."""
 
 __all__ = [
     "CHECKS",

@@ -1,6 +1,6 @@
-"""The planner's own solver beside IPOPT, one problem at a time; shared by test and benchmark.
+"""The planner's solver compared with IPOPT, one problem at a time; for tests and benchmarks.
 
-Both are started from the motion along the reference, or from the last plan.
+Both start from the motion along the reference, or from the last plan.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.control import LocalProblem, Motion, OptimalControl, SsMpcDcbf
-from cohelm.control.warm_start import followed
+from cohelm.control.warm_start import limited_motion
 from cohelm.geometry import transform
 from cohelm.testing.oracle import OracleSolution, solve
 from cohelm.testing.problems import RandomProblem
@@ -22,40 +22,40 @@ _SAME = 0.01
 """Costs that differ by less than this share (and 1e-3) are the same optimum."""
 
 
-class Verdict(StrEnum):
-    """Our optimum, from our own seed, against IPOPT's."""
+class OptimumVerdict(StrEnum):
+    """Our optimum, from our own start, compared with IPOPT's."""
 
     SAME = "same"
     BETTER = "better"
     OTHER = "other"
-    """A dearer one that is an optimum all the same: IPOPT, started there, stays."""
+    """A higher cost that is an optimum all the same: IPOPT, started there, stays."""
     DEARER = "dearer"
-    """IPOPT, started there, ends lower: we stalled, or it went on into another valley."""
+    """IPOPT, started there, ends lower: we stalled, or it moved to another local optimum."""
     UNSOLVED = "unsolved"
-    """IPOPT itself gave up, and there is nothing to compare with."""
+    """IPOPT itself failed, and there is nothing to compare with."""
 
 
 @value
-class Comparison:
-    """Costs of one problem, slack's price included."""
+class SolverComparison:
+    """Costs of one problem, slack penalty included."""
 
-    verdict: Verdict
+    verdict: OptimumVerdict
     oracle: float
-    """IPOPT's cost by its own account."""
+    """Cost of IPOPT's solution, evaluated by IPOPT."""
     there: float
-    """IPOPT's solution by our account."""
+    """Cost of IPOPT's solution, evaluated by us."""
     kept: float
-    """What is left of it after our solver ran from there to convergence."""
+    """Cost after our solver has run from IPOPT's solution to convergence."""
     ours: float
-    """From our own seed to convergence."""
+    """Cost from our own start, converged."""
     budget: float
-    """From our own seed within the planner's budget of iterations."""
+    """Cost from our own start within the planner's number of iterations."""
     exact: bool
-    """Whether the distance field repeats the half-planes along IPOPT's solution, to 1e-4 m."""
+    """True where the distance field equals the half-planes along IPOPT's solution, to 1e-4 m."""
 
 
-def compare(drawn: RandomProblem, planner: SsMpcDcbf) -> Comparison:
-    """Both solvers on one problem, to convergence.
+def compare(drawn: RandomProblem, planner: SsMpcDcbf) -> SolverComparison:
+    """Run both solvers on one problem to convergence.
 
     Raises:
         ModuleNotFoundError: without CasADi.
@@ -68,7 +68,7 @@ def compare(drawn: RandomProblem, planner: SsMpcDcbf) -> Comparison:
     ours = planner.control.solve(problem, seed, iterations=_ENOUGH, tolerance=_TIGHT)
     budget = planner.control.solve(problem, seed, iterations=p.iterations)
     cost = ours.value.merit
-    return Comparison(
+    return SolverComparison(
         verdict=_verdict(drawn, planner, found, ours.motion, cost),
         oracle=found.cost,
         there=planner.control.value(problem, there).merit,
@@ -80,24 +80,24 @@ def compare(drawn: RandomProblem, planner: SsMpcDcbf) -> Comparison:
 
 
 def along(problem: LocalProblem, now: Floats) -> Motion:
-    """The motion along the reference, as far as the limits let it: a seed that nobody favours."""
+    """Motion along the reference, as far as the limits allow: a neutral start."""
     reference = problem.reference
     turn = np.diff(reference.poses[:, 2]) / reference.step
-    return followed(problem, np.column_stack([reference.speeds[:-1], turn]), now)
+    return limited_motion(problem, np.column_stack([reference.speeds[:-1], turn]), now)
 
 
 @value
 class FirstCommand:
-    """The first command (v, ω) of one problem, from one warm start."""
+    """First command (v, ω) of one problem, from one warm start."""
 
     budget: Annotated[Floats, Shape("2")]
-    """After the iterations that were asked for."""
+    """After the requested iterations."""
     converged: Annotated[Floats, Shape("2")]
-    """After going on from there to convergence: the optimum of the same valley."""
+    """Converged from there: the same local optimum."""
     oracle: Annotated[Floats, Shape("2")]
-    """IPOPT's, from the same warm start."""
-    verdict: Verdict
-    """The converged optimum against IPOPT's, by cost."""
+    """Solution of IPOPT from the same warm start."""
+    verdict: OptimumVerdict
+    """Converged optimum compared with IPOPT's, by cost."""
 
 
 def first_command(
@@ -108,7 +108,7 @@ def first_command(
     *,
     iterations: int = 3,
 ) -> FirstCommand:
-    """Few iterations, many, and IPOPT, all from the same warm start.
+    """Solve by few iterations, to convergence and by IPOPT, from the same warm start.
 
     Raises:
         ModuleNotFoundError: without CasADi.
@@ -120,7 +120,7 @@ def first_command(
         budget=few.motion.inputs[0],
         converged=many.motion.inputs[0],
         oracle=found.inputs[0],
-        verdict=_by_cost(found, many.value.merit) or Verdict.OTHER,
+        verdict=_by_cost(found, many.value.merit) or OptimumVerdict.OTHER,
     )
 
 
@@ -132,22 +132,22 @@ def _motion(problem: LocalProblem, found: OracleSolution) -> Motion:
 
 def _verdict(
     drawn: RandomProblem, planner: SsMpcDcbf, found: OracleSolution, ours: Motion, cost: float
-) -> Verdict:
+) -> OptimumVerdict:
     clear = _by_cost(found, cost)
     if clear is not None:
         return clear
     again = solve(drawn.problem, planner.control, drawn.half_planes, start=ours.inputs)
     stays = again.solved and again.cost >= cost - _SAME * cost - 1e-3
-    return Verdict.OTHER if stays else Verdict.DEARER
+    return OptimumVerdict.OTHER if stays else OptimumVerdict.DEARER
 
 
-def _by_cost(found: OracleSolution, cost: float) -> Verdict | None:
-    """None where ours is dearer, and it has to be found out why."""
+def _by_cost(found: OracleSolution, cost: float) -> OptimumVerdict | None:
+    """Verdict by cost alone; None where ours is higher and the reason is to be found."""
     if not found.solved:
-        return Verdict.UNSOLVED
+        return OptimumVerdict.UNSOLVED
     if cost < found.cost - _SAME * found.cost - 1e-3:
-        return Verdict.BETTER
-    return Verdict.SAME if cost <= found.cost + _SAME * found.cost + 1e-3 else None
+        return OptimumVerdict.BETTER
+    return OptimumVerdict.SAME if cost <= found.cost + _SAME * found.cost + 1e-3 else None
 
 
 def _exact(drawn: RandomProblem, poses: Floats) -> bool:

@@ -1,9 +1,8 @@
-"""What every check has in common: require, twice the same, inputs untouched, in time."""
+"""Common parts of all checks: requirements, determinism, untouched inputs, time."""
 
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
@@ -11,31 +10,32 @@ import numpy as np
 
 from cohelm.arrays import identical
 from cohelm.errors import CohelmError
+from cohelm.stopwatch import Stopwatch
 
 _T = TypeVar("_T")
 
 TOLERANCE = 1e-6
-"""Rounding allowed where a limit must hold, SI."""
+"""Allowed rounding where a limit must hold, SI."""
 
 
 class ConformanceError(AssertionError):
-    """A part breaks its contract; the message says how."""
+    """A part violates its contract; the message tells how."""
 
 
-def require(kept: Any, what: str) -> None:
-    """Raise :class:`ConformanceError` saying ``what`` unless ``kept``; arrays must be all true."""
-    if not np.all(kept):
-        raise ConformanceError(what)
+def require(holds: Any, message: str) -> None:
+    """Raise :class:`ConformanceError` with ``message`` unless all of ``holds`` is true."""
+    if not np.all(holds):
+        raise ConformanceError(message)
 
 
 def require_finite(values: Mapping[str, Any]) -> None:
-    """Every array named in ``values`` holds numbers only, neither NaN nor infinite."""
+    """Check that every named array is finite."""
     for name, array in values.items():
         require(np.isfinite(array), f"{name} must be finite, got {np.asarray(array)!r}")
 
 
 def require_raises(error: type[CohelmError], call: Callable[[], Any], when: str) -> None:
-    """``call`` raises exactly the typed ``error``, no parent of it and no other."""
+    """Check that ``call`` raises the typed ``error`` and no other."""
     try:
         got = call()
     except CohelmError as raised:
@@ -52,31 +52,33 @@ def require_raises(error: type[CohelmError], call: Callable[[], Any], when: str)
 
 
 def steady(call: Callable[[], _T], *, inputs: Any, what: str, within: float) -> _T:
-    """The result of ``call``, which must give it twice, bit for bit, leave ``inputs`` and be quick.
+    """Check that a call is deterministic, leaves its inputs alone and is fast; returns its result.
 
     Args:
-        call: without arguments; a generator that it draws from must be made inside it.
-        inputs: every value that the call is given.
-        what: named in the error, as ``plan``.
-        within: thread CPU time allowed to the second call, s. Generous: it finds a part that
-            hangs, not one that is slow; the first call, which may compile, is free.
+        call: without arguments; it has to create the random generator that it draws from.
+        inputs: every value that the call receives.
+        what: name in the error, such as ``plan``.
+        within: allowed thread CPU time of the second call, s. Generous: it detects a part that
+            hangs, not one that is slow. The first call, which may compile, is not timed.
 
     Raises:
-        ConformanceError: naming which of these was broken.
+        ConformanceError: naming the violated rule.
     """
     before = _snapshot(inputs)
     first = _snapshot(call())
-    started = time.thread_time()
+    watch = Stopwatch()
     again = call()
-    spent = time.thread_time() - started
-    require(identical(before, _snapshot(inputs)), f"{what} must leave its arguments as they were")
-    require(identical(first, _snapshot(again)), f"{what} must give the same for the same arguments")
+    spent = watch.elapsed()
+    require(identical(before, _snapshot(inputs)), f"{what} must not change its arguments")
+    require(
+        identical(first, _snapshot(again)), f"{what} must return equal results for equal arguments"
+    )
     require(spent <= within, f"{what} took {spent:.2f} s of CPU time, allowed are {within:.2f} s")
     return again
 
 
 def _snapshot(given: Any) -> Any:
-    """A deep copy that keeps what ``identical`` compares, also of values that cannot be pickled."""
+    """Deep copy of everything that ``identical`` compares, also of values without pickling."""
     if isinstance(given, np.ndarray):
         return given.copy()
     if dataclasses.is_dataclass(given) and not isinstance(given, type):

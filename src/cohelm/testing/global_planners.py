@@ -1,4 +1,4 @@
-"""The contract of ``planning.GlobalPlanner``."""
+"""Contract of ``planning.GlobalPlanner``."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _WISHES: dict[str, tuple[Wish, ...]] = {
     ),
     "no points at all": (Wish(points=np.empty((0, 2))),),
 }
-"""In a room with a pillar in its middle."""
+"""Wishes in a room with a pillar in its middle."""
 
 
 def check_global_planner(planner: GlobalPlanner, *, within: float = 5.0) -> None:
@@ -57,10 +57,10 @@ def check_global_planner(planner: GlobalPlanner, *, within: float = 5.0) -> None
 
     Args:
         planner: the part.
-        within: thread CPU time allowed to a plan, s.
+        within: allowed thread CPU time of a plan, s.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     bare, pillar = room(), room(boxes=[_PILLAR])
     for grid in (bare, pillar):
@@ -83,7 +83,7 @@ def route_problem(
     goal: ArrayLike = _GOAL,
     wishes: tuple[Wish, ...] = (),
 ) -> RouteProblem:
-    """From the left of a :func:`~cohelm.testing.scenes.room` to its right."""
+    """Route from the left of a :func:`~cohelm.testing.scenes.room` to its right."""
     return RouteProblem(
         grid=grid,
         robot=load_robot("quantum_q6_edge"),
@@ -119,7 +119,7 @@ def _check_route(planner: GlobalPlanner, problem: RouteProblem, within: float) -
 
 
 def _check_report(path: Path, problem: RouteProblem) -> None:
-    """It speaks of every wish, and no path enters a zone that is not to be entered."""
+    """Check that every wish is reported, and no path enters a forbidden zone."""
     given = {kind: [w for w in problem.wishes if w.kind == kind] for kind in _KINDS}
     points = sum(len(wish.points) for wish in given["attract"])
     said = (
@@ -138,7 +138,7 @@ def _check_report(path: Path, problem: RouteProblem) -> None:
 
 
 def _check_clear(path: Path, problem: RouteProblem) -> None:
-    """Along the whole path, not at its points only; a cell's rounding is forgiven."""
+    """Check the clearance along the whole path; the rounding of a cell is allowed."""
     along = arc_length(path.points)
     at = np.linspace(0.0, along[-1], max(2, int(along[-1] / (RESOLUTION / 2.0))))
     points = np.stack([np.interp(at, along, path.points[:, i]) for i in (0, 1)], axis=-1)

@@ -1,4 +1,4 @@
-"""The contract of ``perception.GroupDetector``."""
+"""Contract of ``perception.GroupDetector``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def check_group_detector(detector: GroupDetector, *, within: float = 1.0) -> Non
     passes, too. In what order people are told must not matter.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     crowd = np.array(
         [[3.0, 0.0, 1.2, 0.0], [3.0, 0.7, 1.2, 0.0], [9.0, 5.0, -1.0, 0.3], [0.0, -6.0, 0.0, 0.0]]
@@ -78,6 +78,6 @@ def _members(people: People, groups: Groups) -> dict[int, list[int]]:
 
 
 def _reordered(people: People, order: Integers) -> People:
-    """The same people in another order."""
+    """People in another order."""
     parts = ("id", "mean", "covariance", "heading", "radius", "confidence")
     return dataclasses.replace(people, **{name: getattr(people, name)[order] for name in parts})

@@ -1,4 +1,4 @@
-"""The contract of ``robots.Kinematics``."""
+"""Contract of ``robots.Kinematics``."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ _LIMITS = np.array([1.2, 0.3, 1.2, 0.8, 1.0, 2.5])
 _STEP = 0.1
 _POSE = np.array([1.0, -2.0, 0.7])
 _LOSS = 1.05
-"""How far facets may reach into the disc of allowed velocities: 1 / 1.05 of the speed is left."""
+"""Allowed loss by facets of the disc of velocities: 1 / 1.05 of the speed is left."""
 
 
 def check_kinematics(motion: Kinematics) -> None:
-    """Check a motion model: bounds, speed, roll-out, exact sensitivities, no preferred place.
+    """Check a motion model: bounds, speed, rollout, exact sensitivities, no preferred place.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     m = motion.inputs
     require(m >= 1, f"inputs must be a positive number, is {m!r}")
@@ -58,7 +58,7 @@ def _check_twists(motion: Kinematics, inputs: np.ndarray) -> None:
 
 
 def _check_speed(motion: Kinematics, inputs: np.ndarray) -> None:
-    """Speed is the norm of the translating inputs, and within it where the facets say so."""
+    """Check that speed is the norm of the translating inputs, and facets approximate it."""
     over = motion.translating
     require(over in (1, 2), f"translating must be 1 or 2, is {over!r}")
     norm = np.linalg.norm(inputs[:, :over], axis=1)
@@ -96,12 +96,13 @@ def _check_rollout(motion: Kinematics, inputs: np.ndarray) -> None:
     from_origin = motion.rollout(np.zeros(3), inputs, _STEP)
     moved = np.column_stack([transform(_POSE, from_origin[:, :2]), from_origin[:, 2] + _POSE[2]])
     require(
-        np.abs(moved - poses) < TOLERANCE, "moving and turning the start must move the whole ride"
+        np.abs(moved - poses) < TOLERANCE,
+        "moving and turning the start must move the whole rollout",
     )
 
 
 def _check_turned(motion: Kinematics) -> None:
-    """The first step leads where the robot faces once it has made that share of the turn."""
+    """Check that the first step leads in the heading after that share of the turn."""
     share = motion.turned
     require(0.0 <= share <= 1.0, f"turned must be from 0 to 1, is {share!r}")
     _, upper, _, _ = motion.bounds(_LIMITS)
@@ -114,7 +115,7 @@ def _check_turned(motion: Kinematics) -> None:
 
 
 def _check_sensitivity(motion: Kinematics, inputs: np.ndarray) -> None:
-    """Against central differences: an error of h² = 1e-10 in the derivative, 1e-6 allowed."""
+    """Check against central differences: error h² = 1e-10 in the derivative, 1e-6 allowed."""
     poses = motion.rollout(_POSE, inputs, _STEP)
     exact = motion.sensitivity(poses, inputs, _STEP)
     require(

@@ -1,4 +1,4 @@
-"""The contract of ``control.LocalPlanner``."""
+"""Contract of ``control.LocalPlanner``."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from cohelm.testing.scenes import local_problem, open_floor, room, walkers
 
 _TICK = 0.05
 _SCRAPE = 0.02
-"""Depth to which the discs that stand for the footprint may dip into a wall's field, m."""
+"""Allowed overlap of the footprint's discs with a wall's distance field, m."""
 
 
 def check_local_planner(planner: LocalPlanner, *, within: float = 1.0) -> None:
     """Check a local planner: alone, in a crowd, before a wall, at rest and at speed.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     n, step = planner.steps, planner.step
     require(n >= 1, f"steps must be a positive number, is {n!r}")
@@ -36,7 +36,7 @@ def check_local_planner(planner: LocalPlanner, *, within: float = 1.0) -> None:
 
 
 def _problems(n: int, step: float) -> dict[str, LocalProblem]:
-    """Named after what is in the way."""
+    """Problems by their obstacles."""
     rng = np.random.default_rng(0)
     crowd = np.column_stack(
         [rng.uniform(1.5, 6.0, 10), rng.uniform(-3.0, 3.0, 10), rng.normal(0.0, 0.7, (10, 2))]
@@ -91,7 +91,7 @@ def _check_plan(
 
 
 def _check_limits(plan: LocalPlan, problem: LocalProblem, step: float, when: str) -> None:
-    """The command is one that the robot can take up within a step of the plan."""
+    """Check that the robot can reach the command within a step of the plan."""
     robot = problem.robot
     lower, upper, rise, _ = robot.motion.bounds(robot.limits)
     command, now = robot.motion.input(plan.command), robot.motion.input(problem.twist)
@@ -118,7 +118,7 @@ def _check_brakes(plan: LocalPlan, problem: LocalProblem, when: str) -> None:
 
 
 def _check_walls(plan: LocalPlan, problem: LocalProblem, when: str) -> None:
-    """The footprint's discs stay out of the walls at every pose of a plan that is not a stop."""
+    """Check that the footprint's discs keep clear of walls at every pose of a plan."""
     centres, radius = problem.robot.discs[:, :2], problem.robot.discs[:, 2]
     points = transform(plan.poses[:, None, :], centres)
     gap = float((problem.walls.at(points) - radius).min())
@@ -128,7 +128,7 @@ def _check_walls(plan: LocalPlan, problem: LocalProblem, when: str) -> None:
 
 
 def _check_drives(planner: LocalPlanner) -> None:
-    """Alone on an open floor it comes up to speed along the reference: no safe standing still."""
+    """Check that it drives along the reference on an open floor: standing still is no solution."""
     problem = local_problem(steps=planner.steps, step=planner.step)
     plan: LocalPlan | None = None
     pose, twist = problem.pose, problem.twist
@@ -147,7 +147,7 @@ def _check_drives(planner: LocalPlanner) -> None:
 
 
 def _check_no_preferred_direction(planner: LocalPlanner) -> None:
-    """Turning the world by 90° turns the plan; 1e-4 for a solver's tolerance."""
+    """Check that turning the world by 90° turns the plan; 1e-4 for a solver's tolerance."""
     states = np.array([[3.0, 0.6, -0.8, 0.0], [4.0, -1.5, 0.0, 0.5]])
     turned = np.column_stack([-states[:, 1], states[:, 0], -states[:, 3], states[:, 2]])
     n, step = planner.steps, planner.step

@@ -6,7 +6,7 @@ variables, the barriers as functions of pose and person, one slack for each pers
     minimise   cost(x, u) + Σ l1·s + ½ l2·s²
     subject to x_{k+1} = f(x_k, u_k),  h_{k+1} − (1 − γ) h_k + s ≥ 0,  s ≥ 0,  limits on u and Δu
 
-so that both must find the same optima; costs and barriers are in ``oracle_terms``. Needs the extra
+so that both must find equal optima; costs and barriers are in ``oracle_terms``. Needs the extra
 ``bench``; CasADi is imported when first used. A program is built once for each number of steps,
 people, futures, groups and walls, and then parametrised.
 """
@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import functools
 import importlib
-import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,21 +23,22 @@ import numpy as np
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.control import LocalProblem, OptimalControl
 from cohelm.robots.contact import BRISK
-from cohelm.testing.oracle_terms import Crowd, Footprint, Terms, barriers, cost_of
+from cohelm.stopwatch import Stopwatch
+from cohelm.testing.oracle_terms import Footprint, ProgramSize, Terms, barriers, cost_of
 
 _FREE = np.inf
 
 
 @value
 class OracleSolution:
-    """Where IPOPT ended."""
+    """Solution of IPOPT."""
 
     inputs: Annotated[Floats, Shape("N 2")]
     poses: Annotated[Floats, Shape("N+1 3")]
     cost: float
-    """Slack's price included."""
+    """Including the slack penalty."""
     status: str
-    """IPOPT's own word."""
+    """Status text of IPOPT."""
     solved: bool
     iterations: int
     time: float
@@ -53,14 +53,14 @@ def solve(
     last_input: Floats | None = None,
     start: Floats | None = None,
 ) -> OracleSolution:
-    """IPOPT's solution of what ``control`` solves.
+    """Solve the problem of ``control`` by IPOPT.
 
     Args:
         problem: of a unicycle, not stalled; its distance field is not used.
-        control: what it weighs and obeys.
-        half_planes: the walls, (w, 3): free where n·p > b, |n| = 1.
-        last_input: (v, ω) of the wheels; None: as odometry says.
-        start: inputs (N, 2) to start from; None: those that lead along the reference.
+        control: cost terms and constraints.
+        half_planes: walls, (w, 3): free where n·p > b, |n| = 1.
+        last_input: (v, ω) of the wheels; None: from odometry.
+        start: initial inputs (N, 2); None: those along the reference.
 
     Raises:
         ModuleNotFoundError: without CasADi.
@@ -72,13 +72,13 @@ def solve(
         terms,
         Footprint.of(problem.robot),
         len(problem.reference.speeds) - 1,
-        Crowd.of(problem, terms),
+        ProgramSize.of(problem, terms),
         len(half_planes),
     )
     inputs = _along(problem) if start is None else start
     poses = problem.robot.motion.rollout(problem.pose, inputs, problem.reference.step)
     low, high = _input_limits(problem, terms, now)
-    begin = time.thread_time()
+    watch = Stopwatch()
     found = program.solver(
         x0=np.concatenate([poses[1:].ravel(), inputs.ravel(), np.full(program.slacks, 0.1)]),
         p=_values(problem, now, half_planes),
@@ -89,7 +89,7 @@ def solve(
         lbg=np.concatenate([np.zeros(poses[1:].size), low[1], np.zeros(program.soft)]),
         ubg=np.concatenate([np.zeros(poses[1:].size), high[1], np.full(program.soft, _FREE)]),
     )
-    took = time.thread_time() - begin
+    elapsed = watch.elapsed()
     stats = program.solver.stats()
     x = np.asarray(found["x"]).ravel()
     n = len(inputs)
@@ -100,7 +100,7 @@ def solve(
         status=stats["return_status"],
         solved=bool(stats["success"]),
         iterations=int(stats["iter_count"]),
-        time=took,
+        time=elapsed,
     )
 
 
@@ -114,9 +114,9 @@ def _along(problem: LocalProblem) -> Floats:
 def _input_limits(
     problem: LocalProblem, terms: Terms, now: Floats
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-    """((lowest u, lowest Δu), (highest u, highest Δu)), (2N,) each; the first Δu within a tick.
+    """((lower u, lower Δu), (upper u, upper Δu)), (2N,) each; the first Δu within a tick.
 
-    Who is beyond a bound may come back to it as fast as the acceleration limits let him.
+    An input beyond a bound may return to it as fast as the acceleration limits allow.
     """
     robot, n = problem.robot, len(problem.reference.speeds) - 1
     durations = np.full((n, 1), problem.reference.step)
@@ -135,7 +135,7 @@ def _input_limits(
 
 @dataclass(frozen=True, slots=True)
 class _Program:
-    """A solver, how many slacks it has and how many soft rows."""
+    """A solver with its numbers of slacks and soft rows."""
 
     solver: Any
     slacks: int
@@ -143,7 +143,7 @@ class _Program:
 
 
 def _values(problem: LocalProblem, now: Floats, half_planes: Floats) -> Floats:
-    """The values of the parameters, in the order in which ``_symbols`` declares them."""
+    """Values of the parameters, in the order of ``_symbols``."""
     spaces, predictions = problem.spaces, problem.predictions
     if problem.stalled or problem.robot.motion.inputs != 2:
         raise ValueError("the oracle knows a unicycle, and no stalled ride")
@@ -175,8 +175,8 @@ def _values(problem: LocalProblem, now: Floats, half_planes: Floats) -> Floats:
     )
 
 
-def _symbols(ca: Any, n: int, crowd: Crowd, walls: int) -> dict[str, Any]:
-    """The parameters, in the order of ``_values``; CasADi fills matrices column by column."""
+def _symbols(ca: Any, n: int, crowd: ProgramSize, walls: int) -> dict[str, Any]:
+    """Parameters in the order of ``_values``; CasADi fills matrices column by column."""
     out = {"pose": ca.SX.sym("pose", 3), "now": ca.SX.sym("now", 2)}
     out["reference"] = ca.SX.sym("reference", n + 1, 3)
     out["speeds"] = ca.SX.sym("speeds", n + 1)
@@ -196,7 +196,7 @@ def _symbols(ca: Any, n: int, crowd: Crowd, walls: int) -> dict[str, Any]:
 
 
 @functools.lru_cache(maxsize=32)
-def _built(w: Terms, body: Footprint, n: int, crowd: Crowd, walls: int) -> _Program:
+def _built(w: Terms, body: Footprint, n: int, crowd: ProgramSize, walls: int) -> _Program:
     ca = importlib.import_module("casadi")
     p = _symbols(ca, n, crowd, walls)
     states, inputs = ca.SX.sym("x", 3, n), ca.SX.sym("u", 2, n)

@@ -12,14 +12,18 @@ from typing import Any
 import numpy as np
 
 from cohelm.control import LocalProblem, OptimalControl
-from cohelm.control.constraints import (
-    Bodies,
+from cohelm.control.terms import (
+    BodyClearance,
     GroupSpace,
+    InputEffort,
     InputLimits,
+    PathProgress,
+    SeatComfort,
+    SmoothInput,
     SocialSpace,
+    TrackReference,
     WallClearance,
 )
-from cohelm.control.costs import Comfort, InputEffort, Progress, SmoothInput, TrackReference
 from cohelm.robots import Robot
 from cohelm.shapes import PRINTED
 
@@ -35,34 +39,34 @@ class Footprint:
 
     @staticmethod
     def of(robot: Robot) -> Footprint:
-        """A robot's."""
+        """Footprint of a robot."""
         return Footprint(tuple(robot.capsule.tolist()), tuple(map(tuple, robot.discs.tolist())))
 
 
 _POINT = Footprint((0.0,) * 5, ())
-"""What the robot is in eq. (8) as printed."""
+"""Robot of eq. (8) as printed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
-    """The parameters of what is weighed and obeyed; None: it is not."""
+    """Parameters of cost terms and constraints; None: absent."""
 
     step: float
     """Δt, s."""
     track_reference: TrackReference.Parameters | None = None
     input_effort: InputEffort.Parameters | None = None
     smooth_input: SmoothInput.Parameters | None = None
-    comfort: Comfort.Parameters | None = None
-    progress: Progress.Parameters | None = None
+    comfort: SeatComfort.Parameters | None = None
+    progress: PathProgress.Parameters | None = None
     input_limits: InputLimits.Parameters
     wall_clearance: WallClearance.Parameters | None = None
-    bodies: Bodies.Parameters | None = None
+    bodies: BodyClearance.Parameters | None = None
     social_space: SocialSpace.Parameters | None = None
     group_space: GroupSpace.Parameters | None = None
 
     @staticmethod
     def of(control: OptimalControl, step: float) -> Terms:
-        """Those of a solver.
+        """Terms of a solver.
 
         Raises:
             TypeError: if it has a term that the oracle does not know.
@@ -72,34 +76,34 @@ class Terms:
 
 
 @dataclass(frozen=True, slots=True)
-class Crowd:
-    """How many there are of whom, and which futures bind: the structure of a program."""
+class ProgramSize:
+    """Structure of a program: numbers of people and groups, and the binding hypotheses."""
 
     people: int
     hypotheses: int
     bodies: tuple[bool, ...]
-    """Of each person's futures, one person after the other; so is the next."""
+    """Hypotheses that bind, person by person; so is the next."""
     social: tuple[bool, ...]
     kind: int
-    """Of the personal spaces."""
+    """Shape of the personal spaces."""
     groups: int
     directions: int
 
     @staticmethod
-    def of(problem: LocalProblem, w: Terms) -> Crowd:
-        """A problem's."""
+    def of(problem: LocalProblem, w: Terms) -> ProgramSize:
+        """Structure for a problem."""
         weight, groups = problem.predictions.weight, problem.spaces.groups
         likeliest = np.zeros(weight.shape, dtype=bool)
         if weight.size:
             likeliest[np.arange(len(weight)), weight.argmax(axis=1)] = True
 
-        def bind(law: Bodies.Parameters | SocialSpace.Parameters | None) -> tuple[bool, ...]:
+        def bind(law: BodyClearance.Parameters | SocialSpace.Parameters | None) -> tuple[bool, ...]:
             binds = np.zeros(weight.shape, dtype=bool)
             if law is not None:
-                binds = likeliest | (weight >= law.at_least)
+                binds = likeliest | (weight >= law.min_probability)
             return tuple(binds.ravel().tolist())
 
-        return Crowd(
+        return ProgramSize(
             people=len(weight),
             hypotheses=weight.shape[1],
             bodies=bind(w.bodies),
@@ -134,7 +138,7 @@ def cost_of(ca: Any, w: Terms, p: dict[str, Any], poses: Any, inputs: Any) -> An
 def _tracking(
     ca: Any, step: float, law: TrackReference.Parameters, p: dict[str, Any], poses: Any
 ) -> Any:
-    """Of the errors along and across the reference, and of the heading."""
+    """Cost of the errors along and across the reference, and of the heading."""
     n = poses.shape[1] - 1
     duration = np.full((1, n), step)
     duration[0, -1] += law.terminal
@@ -146,15 +150,17 @@ def _tracking(
     return 0.5 * ca.mtimes(duration, squares)
 
 
-def _comfort(ca: Any, step: float, law: Comfort.Parameters, inputs: Any, change: Any) -> Any:
-    """Of the acceleration of the axle (v̇, ω v), and of its change."""
+def _comfort(ca: Any, step: float, law: SeatComfort.Parameters, inputs: Any, change: Any) -> Any:
+    """Cost of the acceleration of the axle (v̇, ω v), and of its change."""
     felt = ca.vertcat(change[0, :] / step, inputs[0, :] * inputs[1, :])
     jerk = (felt[:, 1:] - felt[:, :-1]) / step
     return 0.5 * step * (law.acceleration * ca.sumsqr(felt) + law.jerk * ca.sumsqr(jerk))
 
 
-def _progress(ca: Any, step: float, law: Progress.Parameters, p: dict[str, Any], poses: Any) -> Any:
-    """Of the speed along the reference, less the reference's own."""
+def _progress(
+    ca: Any, step: float, law: PathProgress.Parameters, p: dict[str, Any], poses: Any
+) -> Any:
+    """Cost of the speed along the reference, minus the reference's own."""
     behind = poses[:2, :].T - p["reference"][:, :2]
     heading = p["reference"][:-1, 2]
     gained = (behind[1:, :] - behind[:-1, :]) / step
@@ -163,7 +169,7 @@ def _progress(ca: Any, step: float, law: Progress.Parameters, p: dict[str, Any],
 
 
 def barriers(
-    ca: Any, w: Terms, body: Footprint, p: dict[str, Any], poses: Any, crowd: Crowd
+    ca: Any, w: Terms, body: Footprint, p: dict[str, Any], poses: Any, crowd: ProgramSize
 ) -> list[tuple[Any, list[list[Any]]]]:
     """(law, for each slack the series of h over the states that share it)."""
     bodies: list[list[Any]] = [[] for _ in range(crowd.people)]
@@ -176,7 +182,7 @@ def barriers(
         b, s, aged = w.bodies, w.social_space, p["walks"][q] * age
         if b is not None and crowd.bodies[q]:
             margin = b.margin + b.growth * aged + b.deviations * p["deviation"][:, q]
-            bodies[i].append(gap - ca.fmin(margin, b.greatest))
+            bodies[i].append(gap - ca.fmin(margin, b.max_margin))
         if s is not None and crowd.social[q]:
             margin = s.growth * aged + s.deviations * p["deviation"][:, q]
             if s.distance == "printed":  # between the centres
@@ -185,7 +191,7 @@ def barriers(
             own = (p["robot"][0], p["robot"][1], p["robot"][2])
             theirs = _reach(ca, crowd.kind, sigmas, away - p["axis"][:, q], p["floor"], p["scale"])
             mine = _reach(ca, crowd.kind, own, ahead, p["robot_floor"], p["scale"])
-            social[i].append(gap - ca.fmin(margin, s.greatest) - theirs - mine)
+            social[i].append(gap - ca.fmin(margin, s.max_growth) - theirs - mine)
     walls = [[h] for h in _walls(ca, body, p, poses)]
     groups = [[h] for h in _groups(ca, body, p, poses, crowd)]
     laws = (
@@ -208,7 +214,9 @@ def _walls(ca: Any, body: Footprint, p: dict[str, Any], poses: Any) -> list[Any]
     return out
 
 
-def _groups(ca: Any, body: Footprint, p: dict[str, Any], poses: Any, crowd: Crowd) -> list[Any]:
+def _groups(
+    ca: Any, body: Footprint, p: dict[str, Any], poses: Any, crowd: ProgramSize
+) -> list[Any]:
     """The barrier of each group: the widest gap between its hull and the capsule along a normal."""
     ax, ay = _point(ca, poses, body.capsule[0], body.capsule[1])
     bx, by = _point(ca, poses, body.capsule[2], body.capsule[3])
@@ -225,7 +233,7 @@ def _groups(ca: Any, body: Footprint, p: dict[str, Any], poses: Any, crowd: Crow
 
 
 def _point(ca: Any, poses: Any, x: float, y: float) -> tuple[Any, Any]:
-    """Where a point of the robot is at each state."""
+    """Position of a point of the robot at each state."""
     cos, sin = ca.cos(poses[2, :]).T, ca.sin(poses[2, :]).T
     return poses[0, :].T + cos * x - sin * y, poses[1, :].T + sin * x + cos * y
 

@@ -1,4 +1,4 @@
-"""The contracts of ``simulation.PedestrianModel`` and ``simulation.Rider``."""
+"""Contracts of ``simulation.PedestrianModel`` and ``simulation.Rider``."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from numpy.typing import ArrayLike
 
 from cohelm.arrays import Floats, identical
 from cohelm.maps import OccupancyGrid
-from cohelm.simulation import entered
-from cohelm.simulation.api import Crowd, PedestrianModel, Rider, RiderAct, RiderView, Scene
-from cohelm.simulation.crowds.steps import far_away, went
+from cohelm.simulation import prepare_crowd
+from cohelm.simulation.api import Crowd, CrowdScene, PedestrianModel, Rider, RiderAct, RiderView
+from cohelm.simulation.crowds.motion import displacement, far_away
 from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
 from cohelm.testing.scenes import BODY, room
 
 _STEP = 0.05
 _SPRINT = 2.0
-"""Nobody walks faster than this many times the preferred speed."""
+"""Allowed speed in multiples of the preferred speed."""
 
 
 def check_pedestrian_model(model: PedestrianModel, *, within: float = 1.0) -> None:
-    """Check a pedestrian model in a room: alone, two head-on, with a wall and a robot in the way.
+    """Check a pedestrian model in a room: alone, two head-on, with a wall and a robot.
 
-    Where it has ``enter``, that must keep the people it is given, first and as they are placed, and
-    is called before they walk.
+    An optional ``enter``, called before people walk, must keep the given people, first and in their
+    places.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     bare = room()
     nobody = _crowd(np.empty((0, 2)), np.empty((0, 2)))
@@ -44,8 +44,8 @@ def check_pedestrian_model(model: PedestrianModel, *, within: float = 1.0) -> No
 
 
 def _check_arrives(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
-    """9 m at 1.2 m/s take 7.5 s; twice that is allowed."""
-    crowd = entered(model, _crowd([[1.5, 4.0]], [[10.5, 4.0]]))
+    """Check the time for 9 m: at 1.2 m/s 7.5 s, twice that is allowed."""
+    crowd = prepare_crowd(model, _crowd([[1.5, 4.0]], [[10.5, 4.0]]))
     crowd = _walk(model, crowd, _scene(grid), 15.0, within)
     require(crowd.target[0] == 1, "alone in a room a pedestrian must reach the way-point")
     off = np.hypot(*(crowd.position[0] - (10.5, 4.0)))
@@ -53,7 +53,7 @@ def _check_arrives(model: PedestrianModel, grid: OccupancyGrid, within: float) -
 
 
 def _check_head_on(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
-    crowd = entered(model, _crowd([[2.0, 4.0], [10.0, 4.05]], [[10.0, 4.0], [2.0, 4.05]]))
+    crowd = prepare_crowd(model, _crowd([[2.0, 4.0], [10.0, 4.05]], [[10.0, 4.0], [2.0, 4.05]]))
     closest = np.inf
     for k in range(200):
         crowd = _step(model, crowd, _scene(grid, time=k * _STEP), within, verify=k % 50 == 0)
@@ -64,14 +64,14 @@ def _check_head_on(model: PedestrianModel, grid: OccupancyGrid, within: float) -
 
 def _check_wall(model: PedestrianModel, within: float) -> None:
     grid = room(boxes=[(6.0, 0.0, 6.2, 8.0)])
-    crowd = entered(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]))
+    crowd = prepare_crowd(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]))
     crowd = _walk(model, crowd, _scene(grid), 8.0, within)
     beyond = float(crowd.position[0, 0]) + BODY - 6.0
     require(beyond < 0.05, f"nobody walks through a wall, got {beyond:.2f} m into it")
 
 
 def _check_unseen_robot(model: PedestrianModel, grid: OccupancyGrid) -> None:
-    crowd = entered(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]))
+    crowd = prepare_crowd(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]))
     far = _scene(grid)
     near = dataclasses.replace(far, robot_position=np.array([4.2, 4.1]))
     blind = [model.step(crowd, scene, _STEP, np.random.default_rng(0)) for scene in (far, near)]
@@ -79,7 +79,7 @@ def _check_unseen_robot(model: PedestrianModel, grid: OccupancyGrid) -> None:
 
 
 def _check_absent(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
-    """Somebody in another's way who is not there, and is put far away as such people are."""
+    """Check that an absent person, placed far away, affects nobody."""
     start, goal = np.array([[3.0, 4.0], [4.0, 4.0]]), np.array([[9.0, 4.0], [3.0, 4.0]])
     there = np.array([True, False])
     both = dataclasses.replace(
@@ -87,7 +87,8 @@ def _check_absent(model: PedestrianModel, grid: OccupancyGrid, within: float) ->
     )
     alone = _crowd(start[:1], goal[:1])
     with_absent, without = (
-        _walk(model, entered(model, crowd), _scene(grid), 3.0, within) for crowd in (both, alone)
+        _walk(model, prepare_crowd(model, crowd), _scene(grid), 3.0, within)
+        for crowd in (both, alone)
     )
     off = float(np.hypot(*(with_absent.position[0] - without.position[0])))
     require(off <= TOLERANCE, f"who is not there must change nobody's way, did by {off:.3f} m")
@@ -96,7 +97,7 @@ def _check_absent(model: PedestrianModel, grid: OccupancyGrid, within: float) ->
 
 def _check_enter(model: PedestrianModel, within: float) -> None:
     given = _crowd([[2.0, 4.0], [10.0, 4.05]], [[10.0, 4.0], [2.0, 4.05]])
-    crowd = steady(lambda: entered(model, given), inputs=given, what="enter", within=within)
+    crowd = steady(lambda: prepare_crowd(model, given), inputs=given, what="enter", within=within)
     n = len(given.radius)
     require(len(crowd.radius) >= n, "enter must keep the people it is given")
     for name in ("position", "radius", "preferred_speed", "target", "loop"):
@@ -106,7 +107,7 @@ def _check_enter(model: PedestrianModel, within: float) -> None:
 
 
 def _walk(
-    model: PedestrianModel, crowd: Crowd, scene: Scene, duration: float, within: float
+    model: PedestrianModel, crowd: Crowd, scene: CrowdScene, duration: float, within: float
 ) -> Crowd:
     for k in range(round(duration / _STEP)):
         now = dataclasses.replace(scene, time=k * _STEP)
@@ -115,7 +116,7 @@ def _walk(
 
 
 def _step(
-    model: PedestrianModel, crowd: Crowd, scene: Scene, within: float, *, verify: bool = True
+    model: PedestrianModel, crowd: Crowd, scene: CrowdScene, within: float, *, verify: bool = True
 ) -> Crowd:
     if not verify:
         return model.step(crowd, scene, _STEP, np.random.default_rng(0))
@@ -131,7 +132,7 @@ def _step(
         kept = identical(getattr(crowd, name), getattr(after, name))
         require(kept, f"step must keep everybody's {name}")
     require(identical(crowd.group, after.group), "step must keep everybody's group")
-    gone = np.hypot(*went(crowd, after).T)
+    gone = np.hypot(*displacement(crowd, after).T)
     require(
         gone <= _SPRINT * crowd.preferred_speed * _STEP + TOLERANCE,
         f"nobody walks {_SPRINT} times as fast as preferred",
@@ -140,7 +141,7 @@ def _step(
 
 
 def _crowd(start: ArrayLike, goal: ArrayLike) -> Crowd:
-    """People of 1.2 m/s from ``start`` to ``goal``, (n, 2) each, who do not see the robot."""
+    """People at 1.2 m/s from ``start`` to ``goal``, (n, 2) each, who do not see the robot."""
     position = np.asarray(start, dtype=float).reshape(-1, 2)
     goals = np.asarray(goal, dtype=float).reshape(-1, 2)
     way, n = goals - position, len(position)
@@ -157,8 +158,8 @@ def _crowd(start: ArrayLike, goal: ArrayLike) -> Crowd:
     )
 
 
-def _scene(grid: OccupancyGrid, *, time: float = 0.0) -> Scene:
-    return Scene(
+def _scene(grid: OccupancyGrid, *, time: float = 0.0) -> CrowdScene:
+    return CrowdScene(
         grid=grid,
         robot_position=np.array([6.0, 1.0]),
         robot_velocity=np.zeros(2),
@@ -168,13 +169,13 @@ def _scene(grid: OccupancyGrid, *, time: float = 0.0) -> Scene:
 
 
 def check_rider(rider: Rider, *, within: float = 0.1) -> None:
-    """Check a simulated rider over twenty seconds of a ride along a bent route, among people.
+    """Check a simulated rider over twenty seconds along a bent route, among people.
 
-    The same calls again, from the same seed, must say the same: what a rider must remember goes
-    into the memory that it is handed back, and chance comes from the generator alone.
+    Equal calls with an equal seed must give equal commands: state belongs into the returned memory,
+    and chance comes from the generator alone.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     first = _ride_along(rider, within)
     require(len({a.command is None for a in first}) == 1, "a device is there always or never")

@@ -1,4 +1,4 @@
-"""The contracts of ``perception.Detector``, ``CloudDetector`` and ``Tracker``."""
+"""Contracts of ``perception.Detector``, ``CloudDetector`` and ``Tracker``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cohelm.perception.api import (
     Tracker,
 )
 from cohelm.robots import LidarMount
-from cohelm.simulation.sensors import Bodies, Scenery, scan_cloud
+from cohelm.simulation.sensors import HumanBodies, StaticScene, scan_cloud
 from cohelm.testing.conformance import TOLERANCE, require, require_finite, steady
 from cohelm.testing.scenes import BODY, RESOLUTION, room, scan_of, walkers, walls_of
 
@@ -32,13 +32,13 @@ _ELSEWHERE = np.array([-7.0, 3.0, 2.0])
 
 
 def check_detector(detector: Detector, *, within: float = 1.0) -> None:
-    """Check a detector in a bare room with nobody and with two people well in view.
+    """Check a detector in an empty room without people and with two people in view.
 
-    Every return must stay, whatever it was taken for, and one person-sized disc in the open must be
-    found to within 0.15 m.
+    Every return must be kept, whatever its class, and a person-sized disc in the open must be
+    detected to within 0.15 m.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     walls = walls_of(room())
     for bodies in (np.empty((0, 3)), _BODIES):
@@ -54,24 +54,24 @@ def check_detector(detector: Detector, *, within: float = 1.0) -> None:
 
 
 def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> None:
-    """Check a detector of clouds in a room: empty, with two people in view, with nothing to see.
+    """Check a cloud detector in a room: empty, with two people in view, with invalid clouds.
 
-    An upright body must be found to within 0.15 m and a low box must stay in the way, owned by
-    nobody; moving robot and map together moves what is found; one return, none, or no number must
-    show nobody.
+    An upright body must be detected to within 0.15 m, and a low box must remain an obstacle without
+    owner. Moving robot and map together must move the detections. One return, none, or NaN must
+    give no person.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     grid = room(boxes=_LOW_BOX)
     heights = np.where(grid.occupied(), np.float32(np.nan), np.float32(0.0))
     x0, y0, x1, y1 = np.round(np.array(_LOW_BOX[0]) / RESOLUTION).astype(int)
     heights[y0:y1, x0:x1] = 0.25
-    scenery = Scenery(grid=grid, heights=heights)
+    scenery = StaticScene(grid=grid, heights=heights)
     walls = walls_of(room())
     for places in (np.empty((0, 2)), _BODIES[:, :2]):
         rng = np.random.default_rng(0)
-        bodies = Bodies.standing(places)
+        bodies = HumanBodies.standing(places)
         cloud = scan_cloud(LidarMount(), scenery, bodies, _ROBOT, time=2.0, rng=rng)
         found = _check_cloud(detector, cloud, walls, within)
         for x, y in places:
@@ -80,8 +80,8 @@ def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> Non
         low, high = np.array([_LOW_BOX[0][:2], _LOW_BOX[0][2:]])
         beyond = np.maximum(low - found.points, found.points - high)
         box = (beyond < 0.1).all(axis=1) & ~found.mapped
-        require(box.any(), "must keep what is low: a box of 0.25 m is in the way")
-        require(found.owner[box] == -1, "a low box is nobody")
+        require(box.any(), "must keep low obstacles: a box of 0.25 m")
+        require(found.owner[box] == -1, "a low box must have no owner")
         _check_moved(detector, cloud, walls, found)
     for points in (
         np.empty((0, 3)),
@@ -105,10 +105,12 @@ def _check_cloud(
         within=within,
     )
     require(found.time == cloud.time, "detections must have the first cloud's time")
-    require_finite({"points": found.points, "through": found.through, "position": found.position})
+    require_finite(
+        {"points": found.points, "free_ends": found.free_ends, "position": found.position}
+    )
     d = len(found.position)
     require((found.owner >= -1) & (found.owner < d), "owner must name a detection")
-    require(found.owner[found.mapped] == -1, "what the map explains owns nobody")
+    require(found.owner[found.mapped] == -1, "returns of the map must have no owner")
     require((found.cluster >= -1) & (found.cluster < len(found.ellipse)), "cluster has an ellipse")
     require(found.radius > 0.0, "radius must be positive")
     require((found.confidence >= 0.0) & (found.confidence <= 1.0), "confidence must be in 0…1")
@@ -118,12 +120,15 @@ def _check_cloud(
 def _check_moved(
     detector: CloudDetector, cloud: PointCloud, walls: DistanceField, found: Detections
 ) -> None:
-    """The same cloud with robot and map elsewhere shows the same, there."""
+    """Check that moving robot and map moves the detections."""
     moved = dataclasses.replace(walls, X_MG=compose(_ELSEWHERE, walls.X_MG))
     there = detector.detect((cloud,), compose(_ELSEWHERE, _ROBOT)[None], moved)
-    require(len(there.position) == len(found.position), "moving the world must not make or lose")
+    require(
+        len(there.position) == len(found.position),
+        "moving the world must not add or remove detections",
+    )
     off = there.position - transform(_ELSEWHERE, found.position)
-    require(np.abs(off) < 0.02, "moving robot and map must move what is found")
+    require(np.abs(off) < 0.02, "moving robot and map must move the detections")
 
 
 def _check_detections(
@@ -159,19 +164,18 @@ def _check_detections(
 
 
 def check_tracker(tracker: Tracker, *, within: float = 1.0) -> None:
-    """Check a tracker with nobody, and with two people, of whom one walks, for three seconds.
+    """Check a tracker without people, and with two people, one walking, for three seconds.
 
-    The same people are there as detections and as people given from outside, so that either kind
-    of tracker has something to work from. Memory must be a value: the same call twice gives the
-    same, and no call changes what an earlier one returned.
+    The people are present as detections and as given people, for either kind of tracker. Memory
+    must be a value: equal calls give equal results, and no call changes an earlier result.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     memory: Any = None
     for k in range(5):
         people, memory = _track(tracker, k * _TICK, np.empty((0, 4)), memory, within)
-        require(len(people) == 0, "must track nobody where nobody is")
+        require(len(people) == 0, "must not track anybody on an empty floor")
     memory, ids = None, []
     for k in range(31):
         time = k * _TICK
@@ -224,7 +228,7 @@ def _track(
 
 
 def _detections(time: float, centres: Floats) -> Detections:
-    """Whole outlines of people, as a scanner all round them would see them."""
+    """Complete outlines of people, as scanned from all sides."""
     d = len(centres)
     angle = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
     ring = BODY * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -234,7 +238,7 @@ def _detections(time: float, centres: Floats) -> Detections:
         points=(centres[:, None] + ring).reshape(-1, 2),
         owner=np.repeat(np.arange(d), len(ring)),
         mapped=np.zeros(d * len(ring), dtype=np.bool_),
-        through=np.empty((0, 2)),
+        free_ends=np.empty((0, 2)),
         position=centres,
         radius=np.full(d, BODY),
         deviation=np.full(d, 0.05),

@@ -1,4 +1,4 @@
-"""The contract of ``perception.Predictor``."""
+"""Contract of ``perception.Predictor``."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _STEP = 0.1
 
 
 def check_predictor(predictor: Predictor, *, within: float = 1.0) -> None:
-    """Check a predictor with nobody and with three people: from where they are, ever less certain.
+    """Check a predictor without people and with three: start at the present, growing deviation.
 
-    Then people come, go and come back over several calls, and time runs back. Memory must be a
-    value: the same call twice gives the same, and no call changes what an earlier one returned;
-    the order of the people must not matter.
+    Then people appear, vanish and return over several calls, and time runs backwards. Memory must
+    be a value: equal calls give equal results, and no call changes an earlier result. The order of
+    the people must not matter.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     crowd = np.array([[3.0, 0.0, -1.2, 0.0], [2.0, 1.0, 0.0, 0.0], [4.0, -2.0, 0.3, 0.4]])
     for states in (np.empty((0, 4)), crowd):
@@ -55,12 +55,12 @@ _COMINGS: tuple[tuple[float, tuple[int, ...]], ...] = (
     (60.0, (0, 1)),
     (2.0, (1, 0)),
 )
-"""Ticks, and who of the crowd is there: somebody comes, goes, comes back; the clock stands, jumps
-and runs back."""
+"""Ticks and the people present: they appear, vanish and return; the clock stands, jumps and runs
+backwards."""
 
 
 def _crowd_at(time: float, crowd: Floats, there: tuple[int, ...]) -> People:
-    """Those of a crowd (n, 4) who are there, where they are at ``time``; ids are indices."""
+    """Present people of a crowd (n, 4) at ``time``; ids are indices."""
     states = crowd[list(there)].reshape(-1, 4).copy()
     states[:, :2] += time * states[:, 2:]
     return dataclasses.replace(walkers(states, time=time), id=np.array(there, dtype=np.int64))

@@ -22,7 +22,7 @@ from cohelm.social import PersonalSpace
 from cohelm.testing.scenes import straight_on, walkers
 
 WALLS = 2
-"""Half-planes of every problem; some of them out of sight."""
+"""Half-planes of every problem; some of them far away."""
 _OUT_OF_SIGHT = np.array([1.0, 0.0, -1e3])
 _REACH = 9.0
 _RESOLUTION = 0.05
@@ -30,7 +30,7 @@ _RESOLUTION = 0.05
 
 @value
 class RandomProblem:
-    """A problem, and the half-planes that its distance field was made of."""
+    """A problem, and the half-planes of its distance field."""
 
     problem: LocalProblem
     half_planes: Annotated[Floats, Shape("w 3")]
@@ -44,14 +44,14 @@ def random_problem(
     step: float = 0.16,
     hopeless: bool = False,
 ) -> RandomProblem:
-    """A chair on its way, at up to 1 m/s, along a straight or bent reference.
+    """Draw a chair at up to 1 m/s along a straight or bent reference.
 
     Args:
-        rng: where all of it comes from.
-        people: how many there are, within 8 m and at up to 1.4 m/s.
+        rng: source of all draws.
+        people: number, within 8 m and at up to 1.4 m/s.
         steps, step: of reference and predictions.
-        hopeless: whether people may stand where the chair is, walls run through it and it may be
-            faster than it can be; else it begins free of contact and within its limits.
+        hopeless: people and walls may overlap the chair, and it may exceed its limits; otherwise
+            it begins free of contact and within its limits.
     """
     robot = _chair()
     pose = np.array([*rng.uniform(-30.0, 30.0, 2), rng.uniform(-np.pi, np.pi)])
@@ -83,7 +83,7 @@ def problem_of(
     time: float = 0.0,
     predictions: Predictions | None = None,
 ) -> LocalProblem:
-    """With the personal space that comes with cohelm; unless said, everybody walks straight on."""
+    """Problem with the default personal space; by default people continue straight on."""
     profile = RiderProfile()
     if predictions is None:
         predictions = straight_on(people, len(reference.speeds) - 1, reference.step)
@@ -119,7 +119,7 @@ def field_of(half_planes: Floats, pose: Floats) -> DistanceField:
 
 
 def turned(problem: LocalProblem, X: Floats) -> LocalProblem:
-    """The same problem in a world that was moved and turned by ``X``, (3,)."""
+    """Problem in a world that was moved and turned by ``X``, (3,)."""
     reference, predictions = problem.reference, problem.predictions
     poses = reference.poses.copy()
     poses[:, :2] = transform(X, poses[:, :2])
@@ -150,7 +150,7 @@ def _rotated(vectors: Floats, angle: float) -> Floats:
 
 
 def mirrored(problem: LocalProblem) -> LocalProblem:
-    """The same problem with left and right exchanged: y and every angle change sign."""
+    """Problem with left and right exchanged: y and every angle change sign."""
     p, predictions, walls = problem.people, problem.predictions, problem.walls
     flip, side = np.array([1.0, -1.0, -1.0]), np.array([1.0, -1.0])
     # mirroring turns the grid's lower left corner into its upper left one
@@ -178,7 +178,7 @@ def _chair() -> Robot:
 
 
 def _reference(rng: np.random.Generator, pose: Floats, steps: int, step: float) -> Reference:
-    """An arc from beside the chair on, at a constant speed."""
+    """Arc that starts beside the chair, at a constant speed."""
     speed, bend = rng.uniform(0.4, 1.0), rng.uniform(-0.3, 0.3)
     start = compose(pose, np.array([0.0, rng.uniform(-0.4, 0.4), rng.uniform(-0.4, 0.4)]))
     heading = bend * speed * step * np.arange(steps + 1)

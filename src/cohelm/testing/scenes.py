@@ -1,4 +1,4 @@
-"""Small hand-made scenes for the checks: rooms, people, scans and references with known answers."""
+"""Small scenes for the checks: rooms, people, scans and references with known answers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cohelm.shapes import CONTOUR
 RESOLUTION = 0.05
 """Side of a cell of every room, m."""
 BODY = 0.25
-"""Radius of everybody here, m."""
+"""Radius of all people, m."""
 
 
 def room(
@@ -26,12 +26,12 @@ def room(
     boxes: ArrayLike = (),
     walls: bool = True,
 ) -> OccupancyGrid:
-    """A room with its lower left corner at the map's origin.
+    """Room with its lower left corner at the map's origin.
 
     Args:
         width, height: outer size, m.
-        boxes: (x_min, y_min, x_max, y_max) of what stands in it, (b, 4), m.
-        walls: whether the border cells are a wall, 0.1 m thick.
+        boxes: (x_min, y_min, x_max, y_max) of obstacles, (b, 4), m.
+        walls: True where the border cells are a wall, 0.1 m thick.
     """
     data = np.full((round(height / RESOLUTION), round(width / RESOLUTION)), FREE, dtype=np.int8)
     if walls:
@@ -42,15 +42,15 @@ def room(
 
 
 def open_floor(X_MG: ArrayLike = (-20.0, -20.0, 0.0)) -> DistanceField:
-    """A floor of 40 × 40 m without any obstacle, by default about the map's origin."""
+    """Floor of 40 × 40 m without obstacles, by default around the map's origin."""
     distance = np.full((40, 40), 40.0, dtype=np.float32)
     return DistanceField(distance=distance, resolution=1.0, X_MG=np.asarray(X_MG, dtype=float))
 
 
 def walkers(mean: ArrayLike, *, time: float = 0.0, source: str = "tracker") -> People:
-    """People of radius ``BODY`` with states ``mean`` (n, 4), sure to within 5 cm.
+    """People of radius ``BODY`` with states ``mean`` (n, 4), standard deviation 5 cm.
 
-    Those at rest have an unknown heading.
+    Standing people have an unknown heading.
     """
     states = np.asarray(mean, dtype=float).reshape(-1, 4)
     n = len(states)
@@ -120,7 +120,7 @@ def local_problem(  # a scene has as many sides as a problem
 ) -> LocalProblem:
     """A chair that drives straight ahead at ``speed`` and wants ``wanted``, among ``people``."""
     here = np.asarray(pose, dtype=float)
-    who = People.nobody(0.0) if people is None else people
+    who = People.empty(0.0) if people is None else people
     predictions = straight_on(who, steps, step)
     return LocalProblem(
         time=0.0,
@@ -137,7 +137,7 @@ def local_problem(  # a scene has as many sides as a problem
 
 
 def walls_of(grid: OccupancyGrid) -> DistanceField:
-    """The distance field of a room."""
+    """Distance field of a room."""
     return distance_field(grid)
 
 
@@ -151,10 +151,10 @@ def scan_of(  # one argument for each thing that a scan sees
     range_max: float = 10.0,
     mount: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Scan:
-    """What a perfect scanner sees of round bodies (b, 3: x, y, radius) in a bare :func:`room`.
+    """Scan of round bodies (b, 3: x, y, radius) in an empty :func:`room` by a perfect scanner.
 
-    In closed form, and thus independent of the simulator: the wall's inner face is 0.1 m inside
-    ``size``; a beam ends where it first meets the wall or a disc.
+    In closed form and independent of the simulator: the wall's inner face is 0.1 m inside ``size``;
+    a beam ends where it first meets the wall or a disc.
     """
     X_ML = compose(np.asarray(pose, dtype=float), np.asarray(mount, dtype=float))
     angle = -np.pi + 2.0 * np.pi * np.arange(beams) / beams

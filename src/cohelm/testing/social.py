@@ -1,4 +1,4 @@
-"""The contract of ``social.SocialModel``."""
+"""Contract of ``social.SocialModel``."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ _STATES = (
     np.empty((0, 4)),
     np.array([[3.0, 0.0, -1.2, 0.0], [2.0, 1.0, 0.0, 0.0], [4.0, -2.0, 0.3, 0.4]]),
 )
-"""Nobody; one who walks, one who stands and whose heading is unknown, one who strolls."""
+"""No person; a walking one, a standing one without heading, a slow one."""
 
 
 def check_social_model(model: SocialModel, *, within: float = 1.0) -> None:
-    """Check a social model: a finite, positive space for everybody at every step.
+    """Check a social model: a finite, positive space for every person at every step.
 
-    Where it tells the spaces of groups, each must reach round its members at every step.
+    Spaces of groups must contain their members at every step.
 
     Raises:
-        ConformanceError: saying what it does wrong.
+        ConformanceError: naming the violated rule.
     """
     for states in _STATES:
         for speed in (0.0, 1.2):
@@ -69,16 +69,17 @@ def _check(model: SocialModel, states: np.ndarray, twist: np.ndarray, within: fl
         _check_groups(spaces.groups, groups, predictions)
 
 
-def _check_groups(told: GroupSpaces, groups: Groups, predictions: Predictions) -> None:
-    require(identical(told.id, groups.id), "the spaces of groups must have their ids, in order")
+def _check_groups(spaces: GroupSpaces, groups: Groups, predictions: Predictions) -> None:
+    require(identical(spaces.id, groups.id), "the spaces of groups must have their ids, in order")
     require(
-        told.support.shape[1] == predictions.mean.shape[2], "a group must have a space at each step"
+        spaces.support.shape[1] == predictions.mean.shape[2],
+        "a group must have a space at each step",
     )
-    require_finite({"direction": told.direction, "support": told.support})
-    normal = np.stack([np.cos(told.direction), np.sin(told.direction)])
+    require_finite({"direction": spaces.direction, "support": spaces.support})
+    normal = np.stack([np.cos(spaces.direction), np.sin(spaces.direction)])
     members = np.flatnonzero(groups.member >= 0)
     likely = predictions.weight[members].argmax(axis=1)
     reach = predictions.mean[members, likely] @ normal
     require(
-        told.support[groups.member[members]] > reach, "a group's space must reach round its members"
+        spaces.support[groups.member[members]] > reach, "a group's space must contain its members"
     )

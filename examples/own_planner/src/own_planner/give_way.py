@@ -1,7 +1,7 @@
-"""Keep to the way and give way: pure pursuit at the fastest speed at which nobody is met.
+"""Follow the path and give way: pure pursuit at the highest speed without contact.
 
 The steering is Coulter's (Implementation of the pure pursuit path tracking algorithm, 1992); the
-rest is the least that a local planner can do among people. It never goes round anybody.
+rest is a minimal local planner among people. It never leaves its path.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from cohelm.robots.kinematics import within_limits
 
 
 class GiveWay:
-    """One arc to a point ahead on the reference, driven as fast as the people's ways let it be."""
+    """One arc to a point ahead on the reference, as fast as the predicted people allow."""
 
     class Parameters(Model):
-        """All assumed."""
+        """Horizon, speeds and margins; all assumed."""
 
         steps: int = Field(25, ge=3, le=100)
-        """How far ahead it looks."""
+        """Steps of the plan."""
         step: float = Field(0.1, gt=0.0, le=1.0)
         """s."""
         ahead: int = Field(10, ge=1, le=100)
-        """The point steered to lies so many steps ahead on the reference."""
+        """Lookahead of the target on the reference, steps."""
         speeds: int = Field(8, ge=1, le=50)
-        """How many are tried, from the reference's down."""
+        """Number of speeds to try, from the reference's down."""
         people_margin: float = Field(0.3, ge=0.0, le=5.0)
-        """From the footprint to where a person is expected, m."""
+        """Gap between the footprint and a predicted person, m."""
         wall_margin: float = Field(0.02, ge=0.0, le=1.0)
-        """m."""
+        """Gap to a wall, m."""
         turn_first: float = Field(1.0, gt=0.0, le=math.pi)
-        """What lies further round than this is turned to on the spot, rad."""
+        """Bearing of the target from which the robot turns on the spot, rad."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
         self.steps, self.step = p.steps, p.step
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
-        """See :class:`cohelm.control.LocalPlanner`; it remembers nothing."""
+        """See :class:`cohelm.control.LocalPlanner`; without memory."""
         wanted = self._wanted(problem)
         for share in np.linspace(1.0, 0.0, self.parameters.speeds, endpoint=False):
             inputs = self._driven(problem, share * wanted)
@@ -59,7 +59,7 @@ class GiveWay:
     def _wanted(self, problem: LocalProblem) -> Floats:
         """The twist (3,) of the arc through the point ahead: ω = 2 v y / (x² + y²).
 
-        Where the way leads back or aside it is a turn on the spot.
+        If the target is behind or beside the robot, it is a turn on the spot.
         """
         p, reference = self.parameters, problem.reference
         k = min(p.ahead, len(reference.poses) - 1)
@@ -68,7 +68,7 @@ class GiveWay:
         x, y = cos * dx + sin * dy, -sin * dx + cos * dy
         square = x * x + y * y
         speed = float(reference.speeds[1 : k + 1].max())
-        if math.sqrt(square) < 0.05:  # at its end a way has a heading and no direction
+        if math.sqrt(square) < 0.05:  # at the end only the heading counts
             return np.array([0.0, 0.0, float(reference.poses[k, 2] - problem.pose[2])])
         bearing = math.atan2(y, x)
         if abs(bearing) > p.turn_first:
@@ -76,7 +76,7 @@ class GiveWay:
         return np.array([speed, 0.0, 2.0 * speed * y / square])
 
     def _driven(self, problem: LocalProblem, twist: Floats) -> Floats:
-        """The inputs (N, m) that come to a twist (3,) as fast as the robot may."""
+        """Inputs (N, m) that reach a twist (3,) as fast as the limits allow."""
         motion = problem.robot.motion
         low, high, rise, fall = problem.input_bounds()
         wanted = np.tile(motion.input(twist), (self.steps, 1))
@@ -87,9 +87,9 @@ class GiveWay:
         )
 
     def _is_clear(self, problem: LocalProblem, poses: Floats) -> bool:
-        """Whether poses (N+1, 3) keep the margins to walls and to every future of everybody.
+        """Check the margins of poses (N+1, 3) to walls and to all predicted people.
 
-        Who stands nearer than a margin already comes no nearer, so that it is possible to leave.
+        A robot that starts within a margin may leave, but not come closer.
         """
         p, discs = self.parameters, problem.robot.discs
         centres = transform(poses[:, None], discs[:, :2])  # (N+1, c, 2)

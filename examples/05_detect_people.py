@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from cohelm.evaluation import Tracks, parts_of, perception_of, watch
-from cohelm.evaluation.filming import Filming
-from cohelm.evaluation.scenario import floor_file
+from cohelm.evaluation import RecordingSummary, parts_of, perceive_frames, perception_of
+from cohelm.evaluation.perception.film import FilmRecorder
 from cohelm.maps import read_floor_plan
 from cohelm.messages import Observation
 from cohelm.recordings import Frame
 from cohelm.robots import LidarMount
-from cohelm.simulation.sensors import Bodies, Scenery, scan_cloud
+from cohelm.scenarios.scenario import floor_file
+from cohelm.simulation.sensors import HumanBodies, StaticScene, scan_cloud
 
 CHAIR = np.array([7.0, 5.0, np.pi / 2])
 WALKERS = np.array([[5.6, 10.8, 0.1, -0.9], [6.3, 10.9, 0.1, -0.9], [10.6, 4.2, -0.3, 1.1]])
@@ -26,13 +26,13 @@ WALKERS = np.array([[5.6, 10.8, 0.1, -0.9], [6.3, 10.9, 0.1, -0.9], [10.6, 4.2, 
 TALKERS = np.array([[4.2, 5.35], [3.55, 4.85], [4.2, 4.35]])
 
 
-def bodies(time: float) -> Bodies:
+def bodies(time: float) -> HumanBodies:
     """Everybody at a time, s."""
     middle = TALKERS.mean(axis=0)
     position = np.vstack([WALKERS[:, :2] + time * WALKERS[:, 2:], TALKERS])
     velocity = np.vstack([WALKERS[:, 2:], middle - TALKERS])  # who stands faces the middle
     speed = np.append(np.hypot(*WALKERS[:, 2:].T), np.zeros(len(TALKERS)))
-    return Bodies(
+    return HumanBodies(
         position=position,
         heading=np.arctan2(velocity[:, 1], velocity[:, 0]),
         walked=time * speed,
@@ -45,7 +45,7 @@ def bodies(time: float) -> Bodies:
 def frames(seconds: float) -> Iterator[Frame]:
     """Ten clouds a second, as a recording gives them."""
     rng = np.random.default_rng(0)
-    scenery = Scenery(grid=read_floor_plan(floor_file("hall")).draw()[0])
+    scenery = StaticScene(grid=read_floor_plan(floor_file("hall")).draw()[0])
     for k in range(round(10 * seconds)):
         time = k / 10
         cloud = scan_cloud(LidarMount(), scenery, bodies(time), CHAIR, time=time, rng=rng)
@@ -54,8 +54,8 @@ def frames(seconds: float) -> Iterator[Frame]:
 
 def main() -> None:
     spacing = parts_of(keys=("predictor", "social_model"))
-    tracks, filming = Tracks(), Filming(**spacing, at=3.5)
-    for seen in watch(frames(4.0), perception_of(["group_detector.use=affinity"])):
+    tracks, filming = RecordingSummary(), FilmRecorder(**spacing, at=3.5)
+    for seen in perceive_frames(frames(4.0), perception_of(["group_detector.use=affinity"])):
         tracks.add(seen)
         filming.add(seen, None)
     people, groups = seen.perceived.people, seen.perceived.groups

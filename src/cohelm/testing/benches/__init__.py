@@ -1,1 +1,0 @@
-"""Benchmarks that need the oracles of ``cohelm.testing``."""
