@@ -1,0 +1,71 @@
+"""Draw a plan among people with its barriers along it: the picture of docs/local-planning.md.
+
+python docs/figures/barriers.py [--plot FILE]
+"""
+
+import argparse
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+
+from barrier_pictures import Barrier, draw_barriers
+from cohelm.control import LocalProblem, Motion, SsMpcDcbf
+from cohelm.control.terms import BodyClearance, GroupSpace, SocialSpace
+from cohelm.messages import Groups, RiderProfile
+from cohelm.social import PersonalSpace
+from cohelm.testing.scenes import local_problem, walkers
+
+WALKER = [5.2, 0.15, -0.9, 0.0]
+TALKING = [[3.4, -2.3, 0.0, 0.0], [4.8, -2.3, 0.0, 0.0]]
+ROUNDS = 8
+"""Plans on end from the same place, each from the last: the picture is of the optimum."""
+
+
+def scene(planner: SsMpcDcbf) -> LocalProblem:
+    """A chair at 1 m/s, somebody who comes towards it, and two who talk on its right."""
+    people = walkers([WALKER, *TALKING])
+    problem = local_problem(
+        steps=planner.steps, step=planner.step, people=people, speed=1.0, wanted=1.0
+    )
+    spaces = PersonalSpace().spaces(
+        people,
+        Groups(id=[1], member=[-1, 0, 0]),
+        problem.predictions,
+        problem.twist,
+        RiderProfile(),
+    )
+    return dataclasses.replace(problem, spaces=spaces)
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--plot", type=Path, default=Path("docs/images/barriers.png"))
+    chosen = options.parse_args()
+    planner = SsMpcDcbf()
+    problem, plan = scene(planner), None
+    for _ in range(ROUNDS):
+        plan = planner.plan(problem, plan)
+    near = problem.within(len(plan.inputs))
+    motion = Motion(
+        step=plan.step,
+        poses=plan.poses,
+        inputs=plan.inputs,
+        last_input=problem.robot.motion.input(problem.twist),
+    )
+    barriers = []
+    for name, law in (
+        ("body of who comes", BodyClearance(planner.parameters.bodies)),
+        ("space of who comes", SocialSpace(planner.parameters.social_space)),
+        ("space of the group", GroupSpace(planner.parameters.group_space)),
+    ):
+        found = law.values(near, motion)
+        barriers.append(Barrier(name, found.h[0], law.parameters.gamma))
+        print(f"{name:20} slack {found.slack.max():.3f} m, least h {found.h[0].min():.3f} m")
+    last = len(plan.inputs)
+    shown = np.linspace(0, last, 5).astype(int).tolist()
+    draw_barriers(near, plan, barriers, chosen.plot, shown=shown)
+
+
+if __name__ == "__main__":
+    main()
