@@ -249,26 +249,14 @@ def test_a_floors_widths_are_set_by_the_scenario(width):
 @pytest.mark.parametrize(
     ("setting", "key", "says"),
     [
-        (
-            "floor_plan.corridors.Hallway.widht=2",
-            "floor_plan.corridors.Hallway.widht",
-            "did you mean 'width'",
-        ),
-        (
-            "floor_plan.corridors.Hallway.width=-1",
-            "floor_plan.corridors.Hallway.width",
-            "greater than 0",
-        ),
-        (
-            "floor_plan.corridors.Hallway.line.7=[1, 2]",
-            "floor_plan.corridors.Hallway.line.7",
-            "there are 2",
-        ),
+        ("widht=2", "widht", "did you mean 'width'"),
+        ("width=-1", "width", "greater than 0"),
+        ("line.7=[1, 2]", "line.7", "has 2 entries"),
     ],
 )
 def test_a_floor_is_not_changed_to_what_it_cannot_be(setting, key, says):
     setting, key = (f"floor_plan.corridors.Hallway.{each}" for each in (setting, key))
-    with pytest.raises(ConfigError, match="plan") as caught:
+    with pytest.raises(ConfigError) as caught:
         floor_plan(load_scenario("narrow-hallway", [setting]))
     assert caught.value.key == key
     assert says in str(caught.value)

@@ -49,7 +49,7 @@ def refused(cohelm):
         (("run", "empty", "--set", "peple.count=3"), "did you mean 'people'"),
         (("run", "empty", "--set", "time_limit=soon"), "time_limit"),
         (("run", "empty", "--set", "local_planner.horizn=2"), "local_planner.horizn"),
-        (("run", "empty", "--people", "300"), "people.count"),
+        (("run", "empty", "--people", "300"), "--people: there is space for"),
         (("run", "empty", "--plot", "ride.docx"), ".png"),
         (("run", "empty", "--animate", "ride.avi"), ".gif"),
         (("run", "empty", "--no-such-option"), "--no-such-option"),

@@ -188,10 +188,10 @@ def test_an_output_that_lacks_letters():
 
 def test_compiled_code_finds_a_place_where_none_can_be_written(monkeypatch):
     monkeypatch.delenv(compiled_code.VARIABLE, raising=False)
-    compiled_code.place()
+    compiled_code.choose_folder()
     assert compiled_code.VARIABLE not in os.environ  # the ordinary places will do
-    monkeypatch.setattr(compiled_code, "_takes_files", lambda folder: False)
+    monkeypatch.setattr(compiled_code, "_writable", lambda folder: False)
     monkeypatch.setenv(compiled_code.VARIABLE, "")
     monkeypatch.delenv(compiled_code.VARIABLE)
-    compiled_code.place()
+    compiled_code.choose_folder()
     assert os.access(os.environ[compiled_code.VARIABLE], os.W_OK)

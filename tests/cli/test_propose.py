@@ -121,7 +121,7 @@ def test_a_file_of_ones_own(cohelm, propose, tmp_path):
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (("--take", "1"), "--take: say with --rider"),
+        (("--take", "1"), "--take: add --rider"),
         (("--take", "9", "--rider", "ada"), "take 1 to 3"),
         (("--rider", "../ada"), "cannot be the name of a rider"),
         (("--method", "upff"), "did you mean 'upf'"),

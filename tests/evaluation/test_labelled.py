@@ -111,8 +111,8 @@ def test_own_json_lines_are_labels(tmp_path):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "of no instant"),
-        ('{"scores": {}}', "of no instant"),
+        ("", "has no labelled instant"),
+        ('{"scores": {}}', "has no labelled instant"),
         ("nonsense", "line 1"),
         ('{"t": 0.0, "people": []}\n{"t": "now", "people": []}', "line 2"),
         ('{"t": 0.0}', "line 1"),
