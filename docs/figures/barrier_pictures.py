@@ -1,4 +1,4 @@
-"""A plan among people, and what its barriers are worth along it."""
+"""Pictures of a plan among people, and of its barrier values along the plan."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cohelm.shapes import hull_outline, outline
 COLOURS = ("#1d2530", "#c23b3b", "#2e9e4f", "#3d6fb4", "#8f5cc3")
 MARKS = ("o", "s", "^", "D", "v")
 _BINDS = 0.01
-"""A row with a margin below this binds, m."""
+"""Margin below which a row is active, m."""
 _OUTLINE = 72
 
 
@@ -43,9 +43,9 @@ def draw_barriers(
     *,
     shown: Sequence[int],
 ) -> None:
-    """Beside each other the plan with people at ``shown`` steps, and h along it.
+    """Draw the plan with people at ``shown`` steps, and h along the plan.
 
-    A filled mark is a row that binds: h falls as fast there as γ lets it, or faster for a slack.
+    A filled mark is an active row: h falls as fast as γ allows, or faster with slack.
 
     Raises:
         ConfigError: if the file cannot be written as a picture.
@@ -103,7 +103,7 @@ def _draw_values(axes: Axes, barriers: Sequence[Barrier], step: float) -> None:
         axes.plot(times, each.h, color=colour, lw=1.3, label=f"{each.name}, γ = {each.gamma:g}")
         axes.plot(times[~binds], each.h[~binds], mark, color=colour, mfc="white", ms=3.5)
         axes.plot(times[binds], each.h[binds], mark, color=colour, ms=5.0)
-    axes.set_xlabel("s ahead")
+    axes.set_xlabel("time ahead, s")
     axes.set_ylabel("h, m")
     axes.tick_params(labelsize=7)
     axes.legend(frameon=False, fontsize=7.5)

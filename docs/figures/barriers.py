@@ -19,11 +19,11 @@ from cohelm.testing.scenes import local_problem, walkers
 WALKER = [5.2, 0.15, -0.9, 0.0]
 TALKING = [[3.4, -2.3, 0.0, 0.0], [4.8, -2.3, 0.0, 0.0]]
 ROUNDS = 8
-"""Plans on end from the same place, each from the last: the picture is of the optimum."""
+"""Number of plans from the same pose, each from the previous one, so that they converge."""
 
 
 def scene(planner: SsMpcDcbf) -> LocalProblem:
-    """A chair at 1 m/s, somebody who comes towards it, and two who talk on its right."""
+    """Build the problem: a chair at 1 m/s, an oncoming person, and two who talk on its right."""
     people = walkers([WALKER, *TALKING])
     problem = local_problem(
         steps=planner.steps, step=planner.step, people=people, speed=1.0, wanted=1.0
@@ -55,13 +55,13 @@ def main() -> None:
     )
     barriers = []
     for name, law in (
-        ("body of who comes", BodyClearance(planner.parameters.bodies)),
-        ("space of who comes", SocialSpace(planner.parameters.social_space)),
+        ("body of the oncoming person", BodyClearance(planner.parameters.bodies)),
+        ("space of the oncoming person", SocialSpace(planner.parameters.social_space)),
         ("space of the group", GroupSpace(planner.parameters.group_space)),
     ):
         found = law.values(near, motion)
         barriers.append(Barrier(name, found.h[0], law.parameters.gamma))
-        print(f"{name:20} slack {found.slack.max():.3f} m, least h {found.h[0].min():.3f} m")
+        print(f"{name:30} slack {found.slack.max():.3f} m, minimum h {found.h[0].min():.3f} m")
     last = len(plan.inputs)
     shown = np.linspace(0, last, 5).astype(int).tolist()
     draw_barriers(near, plan, barriers, chosen.plot, shown=shown)

@@ -1,9 +1,9 @@
-"""What the pedestrian models do, as a picture for the guide.
+"""Draw people of each pedestrian model: the picture of docs/crowds.md.
 
     python docs/figures/crowds.py
 
-Above, one person comes along past a standing chair, by each model; below, two groups pass each
-other and a third one stands and talks.
+Above, one person walks past a standing chair, with each model; below, two groups pass each other,
+and a third one stands and talks.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ COLOURS = ("#3d5a98", "#c2185b", "#0b7a75")
 
 
 def main() -> None:
-    """Draw."""
+    """Draw the picture."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--plot", type=Path, default=Path("docs/images/crowds.png"))
     chosen = options.parse_args()
@@ -63,25 +63,25 @@ def main() -> None:
 
 
 def walked(model: str, settings: tuple[str, ...], seconds: float) -> list[Crowd]:
-    """The people at every control step about a chair that stands."""
+    """Simulate people around a standing chair; returns them at every control step."""
     scenario = load_scenario("empty", [f"people.model={model}", *settings])
-    stage = build_scenario(scenario, 0)
-    world = World(stage.world, 0)
+    setup = build_scenario(scenario, 0)
+    world = World(setup.world, 0)
     crowds = [world.truth.crowd]
-    for _ in range(round(seconds / stage.world.control_step)):
+    for _ in range(round(seconds / setup.world.control_step)):
         world.advance(Decision(twist=np.zeros(3)))
         crowds.append(world.truth.crowd)
     return crowds
 
 
 def draw(axes: Axes, crowds: list[Crowd], *, every: float) -> None:
-    """Ways, and bodies every so many seconds, the later the darker."""
-    ways = np.array([crowd.position for crowd in crowds])
+    """Draw paths, and bodies at a time interval, later ones darker."""
+    paths = np.array([crowd.position for crowd in crowds])
     group = crowds[0].group
-    for i in range(ways.shape[1]):
+    for i in range(paths.shape[1]):
         colour = COLOURS[0 if group is None else int(group[i]) % len(COLOURS)]
-        axes.plot(*ways[:, i].T, color=colour, lw=1.0)
-        shown = ways[:: round(every / 0.05), i]
+        axes.plot(*paths[:, i].T, color=colour, lw=1.0)
+        shown = paths[:: round(every / 0.05), i]
         for k, place in enumerate(shown):
             alpha = 0.15 + 0.45 * (k + 1) / len(shown)
             axes.add_patch(Circle(tuple(place), 0.25, color=colour, alpha=alpha, lw=0))

@@ -16,21 +16,21 @@ from cohelm.evaluation.perception.behaviour_changes import (
 )
 from cohelm.evaluation.perception.prediction_scores import ALARM
 from cohelm.perception import Hypotheses
-from prediction_pictures import Foretold, draw_futures
+from prediction_pictures import PredictedChange, draw_predictions
 
 
-def predicted(change: BehaviourChange, predictor: Hypotheses) -> Foretold:
+def predicted(change: BehaviourChange, predictor: Hypotheses) -> PredictedChange:
     """Predictions for one change, tick by tick."""
     memory, predictions = None, []
-    seen = [people for people in change.people if len(people) == 1]
-    for people in seen:
+    tracked = [people for people in change.people if len(people) == 1]
+    for people in tracked:
         found, memory = predictor.predict(people, 12, 0.1, memory)
         predictions.append(found)
-    return Foretold(
+    return PredictedChange(
         title=change.name.replace("_", " "),
-        change=change.onset,
-        times=np.array([people.time for people in seen]),
-        positions=np.array([people.mean[0, :2] for people in seen]),
+        onset=change.onset,
+        times=np.array([people.time for people in tracked]),
+        positions=np.array([people.mean[0, :2] for people in tracked]),
         predictions=predictions,
     )
 
@@ -41,7 +41,7 @@ def main() -> None:
     options.add_argument("--plot", type=Path, default=Path("docs/images/prediction.png"))
     chosen = options.parse_args()
     predictor = Hypotheses(Hypotheses.Parameters())
-    draw_futures(
+    draw_predictions(
         [predicted(each, predictor) for each in simulated_changes(5, counts=[1] * len(CHANGES))],
         chosen.plot,
         moments=(-0.2, 0.3, 0.6),
