@@ -145,7 +145,7 @@ def test_the_speed_at_a_touch_is_the_greater_of_both_ticks(made_ride):
         np.zeros((3, 3)),
         people=np.zeros((3, 1, 4)),
         twist=twist,
-        person_collision=[[False], [False], [True]],
+        hit_moving=[[False], [False], [True]],
         outcome=Outcome.COLLISION,
     )
     assert collision_speed(ride) == 0.5

@@ -67,7 +67,7 @@ def test_other_versions_are_named_and_a_tolerance_is_taken(cohelm, recorded, mon
     code, out, _ = cohelm("replay", recorded)
     assert code == 0
     assert f"recorded with other versions: daqp {facts.versions['daqp']} → 0.0.1" in out
-    assert out.splitlines()[-1].startswith("the same within 0.001 m/s and rad/s: ")
+    assert out.splitlines()[-1].startswith("equal within 0.001 m/s and rad/s: ")
     code, out, _ = cohelm("replay", recorded, "--tolerance", 0)
     assert out.splitlines()[-1].startswith("equal to the bit: ")
 
@@ -99,7 +99,7 @@ def test_the_same_command_for_other_reasons_fails_too(cohelm, recorded, monkeypa
     monkeypatch.setattr(Navigator, "step", elsewhere)
     code, out, _ = cohelm("replay", recorded)
     assert code == 1
-    assert out.startswith("the same commands, but seen or planned otherwise from 0.55 s: ")
+    assert out.startswith("equal commands, but other intermediate results from 0.55 s: ")
 
 
 def test_a_file_that_was_cut_off_is_replayed_with_a_warning(cohelm, recorded, tmp_path):
@@ -127,7 +127,7 @@ def test_what_is_no_ride_is_refused_in_one_line(cohelm, tmp_path, content, probl
 def test_a_setting_of_the_world_is_refused(cohelm, recorded):
     code, _, err = cohelm("replay", recorded, "--set", "people.count=3")
     assert code == 2
-    assert "people: made what was recorded" in err
+    assert "people: decided what was recorded" in err
 
 
 def test_a_recording_is_refused_before_riding_where_it_cannot_be_written(

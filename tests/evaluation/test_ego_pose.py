@@ -104,7 +104,7 @@ def test_the_table_says_whose_way_it_was(capsys, empty_room):
         assert status(["people", str(empty_room), "--seconds", "2", *arguments]) == 0
         out, err = capsys.readouterr()
         assert says in " ".join(out.split())
-        assert "tells nothing of where 'laser' is" in err
+        assert "no pose of 'laser'" in err
 
 
 def test_a_found_pose_is_as_good_as_a_known_one(empty_room):

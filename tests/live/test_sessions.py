@@ -222,7 +222,7 @@ def test_what_could_not_be_deleted_is_named_and_is_the_next_time(
     ride = driven(store, ride_setup, ticks)
     with monkeypatch.context() as broken:
         broken.setattr(module.shutil, "rmtree", refuses)
-        with pytest.raises(StoreError, match=r"data/\.deleted-.*is not deleted \(Read-only"):
+        with pytest.raises(StoreError, match=r"data/\.deleted-.*cannot be deleted \(Read-only"):
             store.delete_all()
     assert store.list() == ()
     with pytest.raises(StoreError, match="there is no such ride"):
@@ -439,7 +439,7 @@ def test_the_table_has_a_row_for_each_ride_with_every_measure(store, ride_setup,
     store.settle()
     rows = list(csv.DictReader(io.StringIO(store.csv(facts.id))))
     assert [row["ride"] for row in rows] == [one, f"{facts.id}-r2"]
-    assert RIDE_MEASURES.keys() <= rows[0].keys()
+    assert set(RIDE_MEASURES) <= rows[0].keys()
     measures = store.summary(facts.id).rides[0].measures
     assert float(rows[0]["path_length"]) == pytest.approx(measures["path_length"], rel=1e-5)
     assert rows[1]["path_length"] == ""

@@ -34,7 +34,7 @@ class Chair:
                 [*command, "--data", str(folder / "data")], stdout=subprocess.PIPE, stderr=log,
                 text=True,
             )  # fmt: skip
-        said = "".join(iter(self.process.stdout.readline, "Ctrl-C ends it.\n"))
+        said = self._printed("Ctrl-C")
         self.address = re.search(r"drive +(http://\S+?)/?$", said, re.MULTILINE)[1]
         self.token = re.search(r"therapist#token=(\S+)", said)[1]
         self.port = int(self.address.rsplit(":", 1)[1])
@@ -44,6 +44,15 @@ class Chair:
         self._socket = None
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
+
+    def _printed(self, last):
+        """All lines up to the one with ``last``; an error if the process ends before."""
+        lines = []
+        for line in self.process.stdout:
+            lines.append(line)
+            if last in line:
+                return "".join(lines)
+        raise AssertionError("".join(lines) + self.log.read_text())
 
     def __enter__(self):
         try:

@@ -197,7 +197,7 @@ class SessionStore:
         try:
             return file.read_bytes()
         except OSError:
-            raise StoreError(f"no map of {id_}, or not yet") from None
+            raise StoreError(f"there is no map of {id_}, or not yet") from None
 
     def delete_all(self) -> int:
         """Delete all sessions, the present one included, and return their number.
