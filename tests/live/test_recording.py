@@ -72,7 +72,7 @@ def test_every_tick_is_decided_again_to_the_bit(ride_setup, tmp_path):
     ride = RecordedRide(file)
     compared = list(replay_ride(ride))
     assert len(compared) == 65
-    assert all(each.same and each.same_way for each in compared)
+    assert all(each.same and each.same_inputs for each in compared)
     assert not ride.warnings
     modes = [each.tick.request.mode for each in compared]
     assert {Mode.ASSISTED, Mode.AUTONOMOUS, Mode.MANUAL} <= set(modes)
