@@ -78,7 +78,7 @@ def test_who_turns_back_unseen_finds_the_chair_standing():
 def test_close_behind_somebody_the_chair_does_not_go_fast(turning, passes):
     """0.5 m behind somebody who walks as fast: on the way back he meets a chair that rolls."""
     problem = scene(people=walkers([[1.75, 0.0, 0.8, 0.0]]), speed=0.8)
-    rules = RULES.model_copy(update={"turning": turning})
+    rules = RULES.model_copy(update={"turn_back_acceleration": turning})
     assert rules.passes(problem, straight_on(problem, 0.8)) is passes
 
 

@@ -34,7 +34,7 @@ def test_what_leaves_is_kept_and_what_comes_back_stands_again():
     gone, back = update_obstacle_memory(memory, far, layer([0, 0], [(8, 8)], version=7), RULES)
     assert len(gone.cells) == 0
     assert np.argwhere(back.obstacles.occupied).tolist() == [[1, 1], [8, 8]]
-    assert back.evidence[1, 1] == RULES.most
+    assert back.evidence[1, 1] == RULES.max_evidence
     assert back.obstacles.version == 8
 
 
