@@ -36,7 +36,7 @@ def test_a_route_of_the_riders_own_leads_from_the_start_to_the_goal():
 
 
 def test_riders_upon_riders_are_built_from_a_scenario():
-    found = stage("rider={use: tremor, of: {use: delayed, delay: 0.6}}")
-    assert found.world.rider.of.parameters.delay == 0.6
+    found = stage("rider={use: tremor, base: {use: delayed, delay: 0.6}}")
+    assert found.world.rider.base.parameters.delay == 0.6
     with pytest.raises(ConfigError, match="delya"):
-        stage("rider={use: tremor, of: {use: delayed, delya: 0.6}}")
+        stage("rider={use: tremor, base: {use: delayed, delya: 0.6}}")
