@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from barrier_pictures import Barrier, draw_barriers
-from cohelm.control import LocalProblem, Motion, SsMpcDcbf
-from cohelm.control.terms import BodyClearance, GroupSpace, SocialSpace
+from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory
+from cohelm.control.terms import GroupBarrier, PersonBarrier, SocialSpaceBarrier
 from cohelm.messages import Groups, RiderProfile
 from cohelm.social import PersonalSpace
 from cohelm.testing.scenes import local_problem, walkers
@@ -46,20 +46,20 @@ def main() -> None:
     problem, plan = scene(planner), None
     for _ in range(ROUNDS):
         plan = planner.plan(problem, plan)
-    near = problem.within(len(plan.inputs))
-    motion = Motion(
+    near = problem.truncated(len(plan.inputs))
+    trajectory = Trajectory(
         step=plan.step,
         poses=plan.poses,
         inputs=plan.inputs,
-        last_input=problem.robot.motion.input(problem.twist),
+        current_input=problem.robot.motion.input(problem.twist),
     )
     barriers = []
     for name, law in (
-        ("body of the oncoming person", BodyClearance(planner.parameters.bodies)),
-        ("space of the oncoming person", SocialSpace(planner.parameters.social_space)),
-        ("space of the group", GroupSpace(planner.parameters.group_space)),
+        ("body of the oncoming person", PersonBarrier(planner.parameters.bodies)),
+        ("space of the oncoming person", SocialSpaceBarrier(planner.parameters.social_space)),
+        ("space of the group", GroupBarrier(planner.parameters.group_space)),
     ):
-        found = law.values(near, motion)
+        found = law.values(near, trajectory)
         barriers.append(Barrier(name, found.h[0], law.parameters.gamma))
         print(f"{name:30} slack {found.slack.max():.3f} m, minimum h {found.h[0].min():.3f} m")
     last = len(plan.inputs)

@@ -103,9 +103,9 @@ def test_piqp_and_daqp_agree(people):
     pytest.importorskip("piqp", reason="needs PIQP: pip install cohelm[bench]")
     planner, rng = SsMpcDcbf(), np.random.default_rng(people)
     for _ in range(3):
-        problem = random_problem(rng, people).problem.within(25)
+        problem = random_problem(rng, people).problem.truncated(25)
         seed = along(problem, problem.twist[[0, 2]])
-        program = planner.control.program(problem, seed, planner.control.value(problem, seed))
+        program = planner.control.program(problem, seed, planner.control.evaluate(problem, seed))
         ours, _ = minimise(program, Multipliers.none(program))
         _, theirs = piqp(program)
         assert objective(program, ours) == pytest.approx(objective(program, theirs), rel=1e-4)

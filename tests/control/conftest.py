@@ -4,9 +4,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cohelm.control import Motion, SsMpcDcbf
+from cohelm.control import SsMpcDcbf, Trajectory
 from cohelm.control.sqp import with_inputs
-from cohelm.control.warm_start import limited_motion
+from cohelm.control.trajectories import limited_trajectory
 from cohelm.robots import Robot
 from cohelm.testing.problems import random_problem
 
@@ -21,7 +21,7 @@ def wandering(problem, rng):
     )
     if problem.robot.motion.inputs == 3:
         inputs = np.insert(inputs, 1, rng.uniform(-0.8, 0.8, steps), axis=1)
-    return limited_motion(problem, inputs, problem.robot.motion.input(problem.twist))
+    return limited_trajectory(problem, inputs, problem.robot.motion.input(problem.twist))
 
 
 def any_way(problem):
@@ -30,32 +30,32 @@ def any_way(problem):
     return dataclasses.replace(problem, robot=Robot(**build))
 
 
-def slope(of, problem, motion):
+def slope(of, problem, trajectory):
     """d of(motion)/du by central differences, (q, N·m)."""
     columns = []
-    for column in range(motion.inputs.size):
-        push = np.zeros(motion.inputs.shape)
+    for column in range(trajectory.inputs.size):
+        push = np.zeros(trajectory.inputs.shape)
         push.flat[column] = PUSH
         ahead, behind = (
-            of(with_inputs(problem, motion, motion.inputs + s * push)) for s in (1.0, -1.0)
+            of(with_inputs(problem, trajectory, trajectory.inputs + s * push)) for s in (1.0, -1.0)
         )
         columns.append((ahead - behind) / (2.0 * PUSH))
     return np.stack(columns, axis=-1)
 
 
-def sensitivity(problem, motion):
-    return problem.robot.motion.sensitivity(motion.poses, motion.inputs, motion.step)
+def sensitivity(problem, trajectory):
+    return problem.robot.motion.sensitivity(trajectory.poses, trajectory.inputs, trajectory.step)
 
 
 def standing(problem):
     """The motion of a chair that stands."""
     steps, step = len(problem.reference.speeds) - 1, problem.reference.step
     m = problem.robot.motion.inputs
-    return Motion(
+    return Trajectory(
         step=step,
         poses=np.tile(problem.pose, (steps + 1, 1)),
         inputs=np.zeros((steps, m)),
-        last_input=np.zeros(m),
+        current_input=np.zeros(m),
     )
 
 

@@ -13,15 +13,15 @@ from cohelm.benchmarks.solver.correctness import commands, failures
 from cohelm.benchmarks.solver.states import with_futures
 from cohelm.control import OptimalControl, SsMpcDcbf
 from cohelm.control.terms import (
-    GroupSpace,
+    GroupBarrier,
     InputEffort,
     InputLimits,
     PathProgress,
     SeatComfort,
     SmoothInput,
-    SocialSpace,
+    SocialSpaceBarrier,
     TrackReference,
-    WallClearance,
+    WallBarrier,
 )
 from cohelm.messages import Groups
 from cohelm.social import PersonalSpace
@@ -90,9 +90,9 @@ def check_account(problem, control, half_planes):
     there = dataclasses.replace(
         along(problem, problem.twist[[0, 2]]), poses=found.poses, inputs=found.inputs
     )
-    value = control.value(problem, there)
+    value = control.evaluate(problem, there)
     assert value.merit == pytest.approx(found.cost, rel=1e-4, abs=1e-4)
-    kept = control.solve(problem, there, iterations=60, tolerance=1e-6).value.merit
+    kept = control.solve(problem, there, iterations=60, tolerance=1e-6).evaluation.merit
     assert kept >= 0.999 * found.cost - 1e-4
     return 1
 
@@ -102,7 +102,7 @@ def test_several_futures_bind_in_the_oracle_as_they_do_here():
     drawn = [random_problem(rng, people) for people in (2, 3, 4, 3)]
     one_wall = [each for each in drawn if (np.abs(each.half_planes[:, 2]) > 500.0).any()]
     met = [
-        check_account(with_futures(each.problem.within(25)), planner.control, each.half_planes)
+        check_account(with_futures(each.problem.truncated(25)), planner.control, each.half_planes)
         for each in one_wall
     ]
     assert sum(met) >= 2
@@ -131,7 +131,7 @@ def test_groups_comfort_and_pace_cost_in_the_oracle_what_they_cost_here():
             SeatComfort(SeatComfort.Parameters(acceleration=0.2, jerk=0.05)),
             PathProgress(PathProgress.Parameters(pace=0.5)),
         ),
-        constraints=(InputLimits(), WallClearance(), GroupSpace()),
+        constraints=(InputLimits(), WallBarrier(), GroupBarrier()),
     )
     rng, met = np.random.default_rng(4), 0
     for _ in range(3):
@@ -155,7 +155,10 @@ def test_the_printed_forms_cost_in_the_oracle_what_they_cost_here():
             InputEffort(InputEffort.Parameters(input_cost="printed")),
             SmoothInput(),
         ),
-        constraints=(InputLimits(), SocialSpace(SocialSpace.Parameters(distance="printed"))),
+        constraints=(
+            InputLimits(),
+            SocialSpaceBarrier(SocialSpaceBarrier.Parameters(distance="printed")),
+        ),
     )
     rng, nowhere = np.random.default_rng(6), np.array([[1.0, 0.0, -1e3]] * 2)
     model = PersonalSpace(PersonalSpace.Parameters(shape="printed"))

@@ -21,9 +21,9 @@ def program(rng, *, inputs=6, rows=12, groups=3, hard=2):
         jacobian=rng.normal(size=(rows, inputs)),
         margin=margin,
         upper=np.where(group < 0, rng.uniform(0.2, 0.5, rows), FAR),
-        group=group,
-        key=rng.permutation(rows + 5)[:rows],
-        keys=rows + 5,
+        slack_index=group,
+        row_id=rng.permutation(rows + 5)[:rows],
+        num_row_ids=rows + 5,
         l1=rng.uniform(0.1, 2.0, groups),
         l2=rng.uniform(0.1, 2.0, groups),
     )
@@ -35,9 +35,9 @@ def solved(given, start=None):
 
 def slack_of(given, x):
     """What each group needs at x."""
-    soft = given.group >= 0
+    soft = given.slack_index >= 0
     out = np.zeros(len(given.l1))
-    np.maximum.at(out, given.group[soft], -(given.jacobian @ x + given.margin)[soft])
+    np.maximum.at(out, given.slack_index[soft], -(given.jacobian @ x + given.margin)[soft])
     return out
 
 
@@ -48,8 +48,8 @@ def whole(given):
         [[given.hessian, np.zeros((n, groups))], [np.zeros((groups, n)), np.diag(given.l2)]]
     )
     eye, none = np.eye(n), np.zeros((n, groups))
-    select = (given.group[:, None] == np.arange(groups)).astype(float)
-    hard = given.group < 0
+    select = (given.slack_index[:, None] == np.arange(groups)).astype(float)
+    hard = given.slack_index < 0
     a = np.vstack(
         [
             np.hstack([given.jacobian, select]),
@@ -120,7 +120,7 @@ def test_where_it_starts_does_not_matter(seed):
 def test_the_order_of_the_rows_does_not_matter(rng):
     given = program(rng, inputs=10, rows=60)
     order = rng.permutation(60)
-    named = ("jacobian", "margin", "upper", "group", "key")
+    named = ("jacobian", "margin", "upper", "slack_index", "row_id")
     mixed = given._replace(**{name: getattr(given, name)[order] for name in named})
     assert np.abs(solved(mixed)[0] - solved(given)[0]).max() < 1e-6
 
@@ -135,9 +135,9 @@ def test_by_hand():
         jacobian=np.array([[-1.0]]),
         margin=np.array([1.0]),
         upper=np.array([FAR]),
-        group=np.array([0]),
-        key=np.array([0]),
-        keys=1,
+        slack_index=np.array([0]),
+        row_id=np.array([0]),
+        num_row_ids=1,
         l1=np.array([3.0]),
         l2=np.array([1.0]),
     )
@@ -158,8 +158,10 @@ def test_hard_rows_that_contradict_each_other_are_said_so():
 def test_programs_of_crowds_are_solved_whole(planner, crowded, motions, rng):
     """With every row in, hundreds of them, none is violated and the gradient is balanced."""
     for problem in crowded[3:9]:
-        motion = motions.wandering(problem, rng)
-        given = planner.control.program(problem, motion, planner.control.value(problem, motion))
+        trajectory = motions.wandering(problem, rng)
+        given = planner.control.program(
+            problem, trajectory, planner.control.evaluate(problem, trajectory)
+        )
         x, multipliers = solved(given)
         hessian, gradient, a, b = whole(given)
         z = np.concatenate([x, slack_of(given, x)])
@@ -181,5 +183,5 @@ def parted(given, x):
 def all_rows(given):
     """Multipliers that bring every row in from the beginning, and bind none of them by much."""
     start = Multipliers.none(given)
-    start.rows[given.key] = -1e-9
+    start.rows[given.row_id] = -1e-9
     return start

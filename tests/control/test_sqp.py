@@ -6,9 +6,9 @@ import pytest
 from cohelm.control import OptimalControl, SsMpcDcbf
 from cohelm.control.qp import Multipliers, minimise
 from cohelm.control.terms import (
-    BodyClearance,
     InputEffort,
     InputLimits,
+    PersonBarrier,
     SmoothInput,
     TrackReference,
 )
@@ -20,9 +20,10 @@ from cohelm.testing.scenes import local_problem, straight_reference
 def test_the_merit_never_rises_with_the_budget(planner, crowded, motions, rng):
     for problem in crowded:
         seed = motions.wandering(problem, rng)
-        merits = [planner.control.value(problem, seed).merit]
+        merits = [planner.control.evaluate(problem, seed).merit]
         merits += [
-            planner.control.solve(problem, seed, iterations=i).value.merit for i in (1, 2, 4, 8)
+            planner.control.solve(problem, seed, iterations=i).evaluation.merit
+            for i in (1, 2, 4, 8)
         ]
         assert (np.diff(merits) <= 1e-12).all()
 
@@ -31,8 +32,8 @@ def test_what_is_solved_stays_so(planner, crowded, motions, rng):
     for problem in crowded[:6]:
         seed = motions.wandering(problem, rng)
         first = planner.control.solve(problem, seed, iterations=60, tolerance=1e-6)
-        again = planner.control.solve(problem, first.motion, iterations=60, tolerance=1e-6)
-        assert again.value.merit == pytest.approx(first.value.merit, rel=1e-3, abs=1e-6)
+        again = planner.control.solve(problem, first.trajectory, iterations=60, tolerance=1e-6)
+        assert again.evaluation.merit == pytest.approx(first.evaluation.merit, rel=1e-3, abs=1e-6)
 
 
 def test_the_budget_is_kept(planner, crowded, motions, rng):
@@ -44,7 +45,7 @@ def test_the_budget_is_kept(planner, crowded, motions, rng):
 
 def test_the_value_is_the_sum_of_its_parts(planner, crowded, motions, rng):
     for problem in crowded:
-        value = planner.control.value(problem, motions.wandering(problem, rng))
+        value = planner.control.evaluate(problem, motions.wandering(problem, rng))
         assert value.merit == pytest.approx(sum(value.costs.values()))
         assert value.slack >= 0.0
 
@@ -53,24 +54,24 @@ def test_a_linear_problem_takes_one_step(motions):
     """Alone, straight ahead, along a line: states are linear in the speeds, so Newton is exact."""
     control = OptimalControl([TrackReference(), InputEffort(), SmoothInput()], [InputLimits()])
     problem = local_problem(steps=15, step=0.2, speed=0.5, wanted=0.8)
-    seed = dataclasses.replace(motions.standing(problem), last_input=np.array([0.5, 0.0]))
+    seed = dataclasses.replace(motions.standing(problem), current_input=np.array([0.5, 0.0]))
     # from the first feasible motion on: the wheels turn at 0.5 m/s
     start = control.solve(problem, seed, iterations=1)
-    best = control.solve(problem, start.motion, iterations=20, tolerance=1e-9)
-    assert start.value.merit == pytest.approx(best.value.merit, rel=1e-3)
+    best = control.solve(problem, start.trajectory, iterations=20, tolerance=1e-9)
+    assert start.evaluation.merit == pytest.approx(best.evaluation.merit, rel=1e-3)
 
 
 def test_terms_can_be_left_out_and_put_in(motions):
     """The assembler knows none by name: without its constraint a person has no effect."""
     problem = local_problem(steps=15, step=0.2, speed=0.5)
     costs = [TrackReference(), InputEffort(), SmoothInput()]
-    seed = dataclasses.replace(motions.standing(problem), last_input=np.array([0.5, 0.0]))
+    seed = dataclasses.replace(motions.standing(problem), current_input=np.array([0.5, 0.0]))
     alone = OptimalControl(costs, [InputLimits()]).solve(problem, seed, iterations=5)
-    nobody = OptimalControl(costs, [InputLimits(), BodyClearance()]).solve(
+    nobody = OptimalControl(costs, [InputLimits(), PersonBarrier()]).solve(
         problem, seed, iterations=5
     )
-    assert np.array_equal(alone.motion.inputs, nobody.motion.inputs)
-    assert set(alone.value.costs) == {"track_reference", "input_effort", "smooth_input"}
+    assert np.array_equal(alone.trajectory.inputs, nobody.trajectory.inputs)
+    assert set(alone.evaluation.costs) == {"track_reference", "input_effort", "smooth_input"}
 
 
 def test_a_chair_at_rest_comes_up_to_speed(planner):
@@ -97,24 +98,24 @@ def test_where_it_ends_it_stays_by_its_own_program(planner, crowded, motions, rn
         found = planner.control.solve(
             problem, motions.wandering(problem, rng), iterations=60, tolerance=1e-7
         )
-        program = planner.control.program(problem, found.motion, found.value)
+        program = planner.control.program(problem, found.trajectory, found.evaluation)
         step, _ = minimise(program, Multipliers.none(program))
         # what the step would gain, by the program's own account
         gain = -(0.5 * step @ program.hessian @ step + program.gradient @ step)
         slack = sum(
             c.l1 * m.slack.sum() + 0.5 * c.l2 * m.slack @ m.slack
-            for c, m in zip(planner.control.constraints, found.value.constraints, strict=True)
+            for c, m in zip(planner.control.constraints, found.evaluation.constraints, strict=True)
         )
         left = needed(program, step)
         gain += slack - (program.l1 @ left + 0.5 * left @ (program.l2 * left))
-        assert gain < 1e-3 * found.value.merit + 1e-6
+        assert gain < 1e-3 * found.evaluation.merit + 1e-6
 
 
 def needed(program, step):
     """The slack of each group after a step."""
-    soft = program.group >= 0
+    soft = program.slack_index >= 0
     out = np.zeros(len(program.l1))
-    np.maximum.at(out, program.group[soft], -(program.jacobian @ step + program.margin)[soft])
+    np.maximum.at(out, program.slack_index[soft], -(program.jacobian @ step + program.margin)[soft])
     return out
 
 
@@ -124,7 +125,7 @@ def test_a_turned_world_is_solved_alike(planner, crowded):
     for problem in crowded:
         other = turned(problem, X)
         ours, theirs = (
-            planner.control.solve(p, along(p, p.twist[[0, 2]]), iterations=2).motion.inputs
+            planner.control.solve(p, along(p, p.twist[[0, 2]]), iterations=2).trajectory.inputs
             for p in (problem, other)
         )
         assert np.abs(ours - theirs).max() < 1e-4
@@ -134,7 +135,7 @@ def test_a_mirrored_world_is_solved_mirrored(planner, crowded):
     for problem in crowded:
         other = mirrored(problem)
         ours, theirs = (
-            planner.control.solve(p, along(p, p.twist[[0, 2]]), iterations=2).motion.inputs
+            planner.control.solve(p, along(p, p.twist[[0, 2]]), iterations=2).trajectory.inputs
             for p in (problem, other)
         )
         assert np.abs(ours * [1.0, -1.0] - theirs).max() < 1e-4
@@ -144,15 +145,15 @@ def test_the_same_problem_gives_the_same_bits(planner, crowded, motions):
     for problem in crowded[:6]:
         seed = along(problem, problem.twist[[0, 2]])
         first, again = (planner.control.solve(problem, seed, iterations=3) for _ in range(2))
-        assert first.motion.inputs.tobytes() == again.motion.inputs.tobytes()
+        assert first.trajectory.inputs.tobytes() == again.trajectory.inputs.tobytes()
 
 
 def test_a_seed_of_known_value_is_not_valued_again(planner, crowded):
     problem = crowded[4]
     seed = along(problem, problem.twist[[0, 2]])
-    value = planner.control.value(problem, seed)
+    value = planner.control.evaluate(problem, seed)
     plain, told = (
-        planner.control.solve(problem, seed, iterations=2, value=v) for v in (None, value)
+        planner.control.solve(problem, seed, iterations=2, evaluation=v) for v in (None, value)
     )
-    assert plain.motion.inputs.tobytes() == told.motion.inputs.tobytes()
-    assert plain.value.merit == told.value.merit
+    assert plain.trajectory.inputs.tobytes() == told.trajectory.inputs.tobytes()
+    assert plain.evaluation.merit == told.evaluation.merit

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from cohelm.arrays import identical
 from cohelm.control import SsMpcDcbf, without_people
-from cohelm.control.warm_start import last_input
+from cohelm.control.warm_start import estimate_current_input
 from cohelm.geometry import transform
 from cohelm.maps import distance_field
 from cohelm.messages import Groups, Reason, Status
@@ -42,7 +42,7 @@ def check_sound(plan, problem):
     assert np.abs(rolled - plan.poses).max() < 1e-9
     assert np.array_equal(plan.command, robot.motion.twist(plan.inputs[0]))
     low, high, rise, fall = robot.motion.bounds(robot.limits)
-    now = last_input(problem, None)  # odometry tells of no more than the chair can do
+    now = estimate_current_input(problem, None)  # odometry tells of no more than the chair can do
     change = np.diff(np.vstack([now, plan.inputs]), axis=0)
     assert (change <= rise * STEP + 1e-6).all()
     assert (change >= -fall * STEP - 1e-6).all()

@@ -7,9 +7,9 @@ import pytest
 
 from cohelm.arrays import identical
 from cohelm.control import SsMpcDcbf
-from cohelm.control.commitment import CommittedClass, class_changes, previous_commitment
+from cohelm.control.planner_memory import PlannerMemory, class_changes, unexpired_memory
+from cohelm.control.trajectories import braking_trajectory, limited_trajectory
 from cohelm.control.verification import Verification
-from cohelm.control.warm_start import braking_motion, limited_motion
 from cohelm.messages import RiderProfile, Status
 from cohelm.robots import Robot, move
 from cohelm.testing.problems import random_problem
@@ -72,20 +72,24 @@ def test_the_rider_says_on_which_side_to_pass(side, sign):
 def test_class_changes_count_the_people_passed_on_the_other_side():
     who = walkers([[1.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0], [3.0, 0.0, 0.0, 0.0]])
     # ids 1, 2, 3; of 9 and 3 something is remembered
-    memory = CommittedClass(
-        time=0.0, side=1, id=np.array([9, 3]), turn=np.array([-1, 1]), tail=np.zeros((0, 2))
+    memory = PlannerMemory(
+        time=0.0,
+        path_side=1,
+        person_id=np.array([9, 3]),
+        person_sides=np.array([-1, 1]),
+        tail=np.zeros((0, 2)),
     )
     ways = np.array([[1, 0, 1, 1], [0, -1, -1, 1], [-1, 1, 1, -1], [1, 1, 1, -1]])
     assert class_changes(ways, who, memory).tolist() == [0, 0, 2, 1]
     assert class_changes(ways, who, None).tolist() == [0, 0, 0, 0]
 
 
-def test_a_commitment_expires():
+def test_the_memory_expires():
     plan = PLANNER.plan(scene(speed=0.5), None)
-    assert isinstance(previous_commitment(plan, 0.5), CommittedClass)
+    assert isinstance(unexpired_memory(plan, 0.5), PlannerMemory)
     for time in (-0.1, 5.0):
-        assert previous_commitment(plan, time) is None
-    assert previous_commitment(None, 0.0) is None
+        assert unexpired_memory(plan, time) is None
+    assert unexpired_memory(None, 0.0) is None
 
 
 def test_a_late_tick_has_a_smaller_budget():
@@ -132,7 +136,7 @@ def who_may_turn(share):
 @pytest.mark.parametrize(("share", "clear"), [(0.05, True), (0.3, False)])
 def test_probable_hypotheses_bind_emergency_braking(share, clear):
     problem = who_may_turn(share)
-    ahead = limited_motion(problem, np.tile([0.8, 0.0], (25, 1)), np.array([0.8, 0.0]))
+    ahead = limited_trajectory(problem, np.tile([0.8, 0.0], (25, 1)), np.array([0.8, 0.0]))
     rules = Verification(people_acceleration=0.0, min_probability=0.1, people_margin=0.12)
     assert rules.passes(problem, ahead) is clear
 
@@ -153,9 +157,9 @@ def test_the_chair_waits_after_a_person_has_walked_into_it():
 
 def test_braking_ends_a_turn_on_the_spot_no_faster_than_the_drive_does():
     problem = dataclasses.replace(scene(), twist=np.array([0.0, 0.0, 1.0]))
-    motion = braking_motion(problem, np.array([0.0, 1.0]), 25)
+    trajectory = braking_trajectory(problem, np.array([0.0, 1.0]), 25)
     # 1 rad/s at 2.5 rad/s² is 0.4 s, with a step of 0.16 s: still turning in the second one
-    turns = motion.inputs[:, 1]
+    turns = trajectory.inputs[:, 1]
     assert (np.diff(turns) <= 1e-9).all()
     assert turns[1] > 0.2
     assert turns[4:].max() < 1e-9

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cohelm.control import SsMpcDcbf
+from cohelm.control.trajectories import limited_trajectory
 from cohelm.control.verification import Verification
-from cohelm.control.warm_start import limited_motion
 from cohelm.messages import Status
 from cohelm.robots.braking import STANDING, braking
 from cohelm.robots.capsule import nearest_on_spine_in_map
@@ -26,7 +26,9 @@ def scene(**given):
 
 def straight_on(problem, speed):
     inputs = np.tile([speed, 0.0], (PLANNER.parameters.steps, 1))
-    return limited_motion(problem.within(PLANNER.parameters.steps), inputs, np.array([speed, 0.0]))
+    return limited_trajectory(
+        problem.truncated(PLANNER.parameters.steps), inputs, np.array([speed, 0.0])
+    )
 
 
 def turned(position, velocity, count):
@@ -86,8 +88,8 @@ def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
     """Nothing passes at more than half the speed; a plan that does is found all the same."""
 
     class Slow(Verification):
-        def passes(self, problem, motion):
-            return bool(motion.inputs[:, 0].max() < 0.6)
+        def passes(self, problem, trajectory):
+            return bool(trajectory.inputs[:, 0].max() < 0.6)
 
     planner = SsMpcDcbf(PLANNER.parameters.model_copy(update={"verification": Slow()}))
     plan = planner.plan(scene(speed=0.5, wanted=1.0), None)
@@ -99,7 +101,7 @@ def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
 def test_hard_braking_is_asked_for_where_ordinary_braking_is_not_enough(gap, urgent):
     """At 0.8 m/s towards somebody who comes: ordinary braking takes 0.4 m, hard braking 0.2 m."""
     problem = scene(people=walkers([[0.8 + gap, 0.0, -1.1, 0.0]]), speed=0.8)
-    assert Verification().urgent(problem, np.array([0.8, 0.0])) is urgent
+    assert Verification().needs_emergency_braking(problem, np.array([0.8, 0.0])) is urgent
     if urgent:
         stop = PLANNER.plan(dataclasses.replace(problem), None)
         assert stop.status is Status.STOP

@@ -3,8 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cohelm.control.validation import validated
-from cohelm.control.warm_start import last_input
+from cohelm.control.validation import check_problem
+from cohelm.control.warm_start import estimate_current_input
 from cohelm.errors import Infeasible
 from cohelm.maps import DistanceField
 from cohelm.messages import GroupSpaces
@@ -43,7 +43,7 @@ def test_a_pose_or_a_twist_that_is_no_number_is_refused(array, no_number):
     problem = among_two(PLANNERS[0])
     broken = dataclasses.replace(problem, **{array: np.array([0.0, 0.0, no_number])})
     with pytest.raises(Infeasible, match=array):
-        validated(broken)
+        check_problem(broken)
 
 
 @pytest.mark.parametrize(("part", "array"), [(p, a) for p, each in FIELDS.items() for a in each])
@@ -51,13 +51,13 @@ def test_one_number_that_is_none_anywhere_is_refused(part, array):
     problem = among_two(PLANNERS[0])
     broken = dataclasses.replace(problem, **{part: spoiled(getattr(problem, part), array)})
     with pytest.raises(Infeasible):
-        validated(broken)
+        check_problem(broken)
 
 
 @pytest.mark.parametrize("name", ["time", "late", "speed_limit"])
 def test_a_scalar_that_is_none_is_refused(name):
     with pytest.raises(Infeasible):
-        validated(dataclasses.replace(among_two(PLANNERS[0]), **{name: np.nan}))
+        check_problem(dataclasses.replace(among_two(PLANNERS[0]), **{name: np.nan}))
 
 
 def test_group_spaces_count_too():
@@ -67,12 +67,12 @@ def test_group_spaces_count_too():
     groups = GroupSpaces(id=np.array([1]), direction=np.arange(8) * np.pi / 4, support=support)
     spaces = dataclasses.replace(problem.spaces, groups=groups)
     with pytest.raises(Infeasible, match="groups"):
-        validated(dataclasses.replace(problem, spaces=spaces))
+        check_problem(dataclasses.replace(problem, spaces=spaces))
 
 
 def test_lengths_that_do_not_agree_are_refused():
     problem = among_two(PLANNERS[0])
-    shorter, fewer = problem.within(3), local_problem(steps=PLANNERS[0].steps, step=0.2)
+    shorter, fewer = problem.truncated(3), local_problem(steps=PLANNERS[0].steps, step=0.2)
     nowhere = DistanceField(distance=np.empty((0, 0)), resolution=0.1, X_MG=np.zeros(3))
     for other in (
         dataclasses.replace(problem, predictions=shorter.predictions),
@@ -80,17 +80,18 @@ def test_lengths_that_do_not_agree_are_refused():
         dataclasses.replace(problem, walls=nowhere),
     ):
         with pytest.raises(Infeasible):
-            validated(other)
+            check_problem(other)
     with pytest.raises(Infeasible, match="3 steps"):
-        validated(shorter, 4)
+        check_problem(shorter, 4)
 
 
 def test_what_can_be_planned_is_passed_on_cut_to_the_steps():
     problem = among_two(PLANNERS[0])
-    assert validated(problem) is problem
-    assert len(validated(problem, 4).reference.poses) == 5
+    check_problem(problem)
+    check_problem(problem, 4)
+    assert len(problem.truncated(4).reference.poses) == 5
     far = dataclasses.replace(problem, pose=np.array([1e6, -1e6, 0.0]), speed_limit=np.inf)
-    assert validated(far) is far
+    check_problem(far)
 
 
 @BY_NAME
@@ -122,6 +123,6 @@ def test_a_robot_that_moves_any_way_is_no_faster_than_it_can_be_in_any_direction
     problem = dataclasses.replace(
         local_problem(steps=5, step=0.2, robot=robot), twist=np.array([3.0, -4.0, 0.0])
     )
-    vx, vy, _ = last_input(problem, None)
+    vx, vy, _ = estimate_current_input(problem, None)
     assert np.hypot(vx, vy) <= robot.max_speed + 1e-12
     assert vy / vx == pytest.approx(-4.0 / 3.0)

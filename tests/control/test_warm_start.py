@@ -3,7 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cohelm.control.warm_start import last_input, limited_motion, shifted_plan
+from cohelm.control.trajectories import limited_trajectory
+from cohelm.control.warm_start import estimate_current_input, shifted_plan
 from cohelm.messages import LocalPlan, Status
 from cohelm.testing.scenes import local_problem
 
@@ -24,9 +25,9 @@ def test_a_plan_is_shifted_by_interpolation():
     problem = local_problem(steps=5, step=0.2, speed=0.5)
     inputs = np.column_stack([0.5 + 0.1 * np.arange(5), np.zeros(5)])
     later = dataclasses.replace(problem, time=0.05)
-    motion = shifted_plan(later, plan_of(problem, inputs), np.array([0.5, 0.0]))
-    assert motion.inputs[:, 0] == pytest.approx([0.525, 0.625, 0.725, 0.825, 0.9])
-    assert np.array_equal(motion.poses[0], problem.pose)
+    trajectory = shifted_plan(later, plan_of(problem, inputs), np.array([0.5, 0.0]))
+    assert trajectory.inputs[:, 0] == pytest.approx([0.525, 0.625, 0.725, 0.825, 0.9])
+    assert np.array_equal(trajectory.poses[0], problem.pose)
 
 
 @pytest.mark.parametrize("elapsed", [-0.1, 0.6])
@@ -44,14 +45,17 @@ def test_no_plan_or_one_of_another_length_is_no_seed():
 
 def test_without_a_plan_the_wheels_do_what_odometry_says():
     problem = local_problem(steps=5, step=0.2, speed=0.37)
-    assert last_input(problem, None).tolist() == [0.37, 0.0]
+    assert estimate_current_input(problem, None).tolist() == [0.37, 0.0]
 
 
 def test_a_command_that_odometry_bears_out_is_believed():
     """Measured 0.37, commanded 0.40: within what lag and noise can do."""
     problem = local_problem(steps=5, step=0.2, speed=0.37)
     plan = plan_of(problem, np.tile([0.4, 0.0], (5, 1)))
-    assert last_input(dataclasses.replace(problem, time=0.05), plan).tolist() == [0.4, 0.0]
+    assert estimate_current_input(dataclasses.replace(problem, time=0.05), plan).tolist() == [
+        0.4,
+        0.0,
+    ]
 
 
 def test_a_command_that_was_overruled_is_not():
@@ -60,13 +64,13 @@ def test_a_command_that_was_overruled_is_not():
     robot = problem.robot
     plan = plan_of(problem, np.tile([1.0, 0.0], (5, 1)))
     most = max(robot.max_acceleration, robot.max_deceleration) * (0.1 + robot.actuation_lag) + 0.02
-    now = last_input(dataclasses.replace(problem, time=0.05), plan)
+    now = estimate_current_input(dataclasses.replace(problem, time=0.05), plan)
     assert now[0] == pytest.approx(most)
 
 
 def test_wild_inputs_are_tamed():
     problem = local_problem(steps=4, step=0.5)
-    motion = limited_motion(problem, np.tile([9.0, -9.0], (4, 1)), np.zeros(2))
+    trajectory = limited_trajectory(problem, np.tile([9.0, -9.0], (4, 1)), np.zeros(2))
     # 0.8 m/s² and 2.5 rad/s², half a step for the first; up to the problem's 1 m/s and 1.2 rad/s
-    assert motion.inputs[:, 0] == pytest.approx([0.2, 0.6, 1.0, 1.0])
-    assert motion.inputs[:, 1] == pytest.approx([-0.625, -1.2, -1.2, -1.2])
+    assert trajectory.inputs[:, 0] == pytest.approx([0.2, 0.6, 1.0, 1.0])
+    assert trajectory.inputs[:, 1] == pytest.approx([-0.625, -1.2, -1.2, -1.2])

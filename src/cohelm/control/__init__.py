@@ -1,4 +1,17 @@
-"""Local planners: the optimal-control problem, its terms and constraints, and its solvers."""
+"""Local planners: the optimal-control problem, its terms and constraints, and its solvers.
+
+The entrance is ``ss_mpc_dcbf``, the default planner. One plan is made in these steps:
+
+1. ``validation`` checks the problem, ``warm_start`` estimates the current input.
+2. ``sampling`` samples candidate trajectories and ranks them by one cost in seconds.
+3. ``sqp`` refines a few of them: it assembles ``terms.costs`` and ``terms.constraints`` into
+   quadratic programs, which ``qp`` solves.
+4. ``verification`` accepts the cheapest safe one, or the planner brakes (``trajectories``).
+5. The first input becomes the command; ``planner_memory`` keeps the sides on which people are
+   passed, so that the next plan does not change its mind.
+
+``api`` has the interfaces, ``baselines`` the published planners for comparison.
+"""
 
 from cohelm.control.api import (
     Constraint,
@@ -7,7 +20,7 @@ from cohelm.control.api import (
     CostTerm,
     LocalPlanner,
     LocalProblem,
-    Motion,
+    Trajectory,
 )
 from cohelm.control.baselines import PathFollower, without_people
 from cohelm.control.sqp import OptimalControl, Solution
@@ -20,10 +33,10 @@ __all__ = [
     "CostTerm",
     "LocalPlanner",
     "LocalProblem",
-    "Motion",
     "OptimalControl",
     "PathFollower",
     "Solution",
     "SsMpcDcbf",
+    "Trajectory",
     "without_people",
 ]

@@ -1,4 +1,8 @@
-"""Interfaces of local planners, and of the terms and constraints of their problem."""
+"""Interfaces of local planners, and of the cost terms and constraints of their problem.
+
+A planner gets a :class:`LocalProblem` and returns a ``LocalPlan``. Planners that optimise describe
+their cost as :class:`CostTerm` and :class:`Constraint` objects, evaluated at a :class:`Trajectory`.
+"""
 
 from __future__ import annotations
 
@@ -30,15 +34,16 @@ class LocalProblem:
     """Now, s."""
     robot: Robot
     pose: Annotated[Floats, Shape("3")]
-    """X_MR."""
+    """X_MR: (x, y, θ) of the robot in the map frame, m, m, rad."""
     twist: Annotated[Floats, Shape("3")]
-    """Robot frame."""
+    """Measured (v_x, v_y, ω) in the robot frame, m/s, m/s, rad/s."""
     reference: Reference
-    """The shared reference: path and rider input, blended."""
+    """Poses and speeds to track, N+1 each: path and rider input, blended."""
     people: People
     predictions: Predictions
-    """Over the reference's steps."""
+    """Of the same people, over the reference's steps or more."""
     spaces: SocialSpaces
+    """Personal and group spaces at the predicted positions."""
     walls: DistanceField
     """Distance to everything that is not a person: map and live obstacles around the robot."""
     authority: Authority | None = None
@@ -59,10 +64,10 @@ class LocalProblem:
         :attr:`top_speed`. A robot that cannot move sideways reverses only on request, because
         reversing can become the cheapest answer to a barrier.
         """
-        over = self.robot.motion.translating
+        n_linear = self.robot.motion.translating
         low, high, rise, fall = self.robot.input_bounds
-        forward = over == 1 and not self.reverses
-        low, high = _bounded(low, high, over, self.top_speed, forward)
+        forward = n_linear == 1 and not self.reverses
+        low, high = _bounded(low, high, n_linear, self.top_speed, forward)
         return InputBounds(low, high, rise, fall)
 
     @property
@@ -70,21 +75,21 @@ class LocalProblem:
         """Speed over the floor that robot and request allow, m/s."""
         return max(0.0, min(self.robot.max_speed, self.speed_limit))
 
-    def within(self, steps: int) -> LocalProblem:
+    def truncated(self, steps: int) -> LocalProblem:
         """The problem over the next ``steps`` only, or itself where it is no longer."""
         if steps >= len(self.reference.speeds) - 1:
             return self
         r, p, s = self.reference, self.predictions, self.spaces
-        near, groups = np.s_[: steps + 1], s.groups
+        first, groups = np.s_[: steps + 1], s.groups
         # contiguous like the uncut arrays, or every kernel is compiled twice
-        whole = np.ascontiguousarray
+        contiguous = np.ascontiguousarray
 
         def cut(states: Floats) -> Floats:
-            return whole(states[:, :, near])
+            return contiguous(states[:, :, first])
 
         return unchecked(
             self,
-            reference=unchecked(r, poses=r.poses[near], speeds=r.speeds[near]),
+            reference=unchecked(r, poses=r.poses[first], speeds=r.speeds[first]),
             predictions=unchecked(
                 p,
                 mean=cut(p.mean),
@@ -97,18 +102,18 @@ class LocalProblem:
                 front=cut(s.front),
                 side=cut(s.side),
                 rear=cut(s.rear),
-                groups=groups and unchecked(groups, support=whole(groups.support[:, near])),
+                groups=groups and unchecked(groups, support=contiguous(groups.support[:, first])),
             ),
         )
 
 
 @njit(cache=True)
 def _bounded(
-    low: Floats, high: Floats, translating: int, top: float, forward: bool
+    low: Floats, high: Floats, n_linear: int, top: float, forward: bool
 ) -> tuple[Floats, Floats]:
-    """(lowest, highest input), (m,), with translating inputs within ±``top`` m/s."""
+    """(lowest, highest input), (m,), with the linear velocities within ±``top`` m/s."""
     low, high = low.copy(), high.copy()
-    for i in range(translating):
+    for i in range(n_linear):
         high[i] = min(high[i], top)
         low[i] = 0.0 if forward else max(low[i], -top)
     return low, high
@@ -132,18 +137,21 @@ class LocalPlanner(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Motion:
-    """A point of the optimal-control problem: inputs and the resulting states.
+class Trajectory:
+    """State and input trajectory over the horizon: x_0 … x_N and u_0 … u_{N−1}.
 
     The solver's inner loop creates this record and the next ones, so they have no checks.
     """
 
     step: float
-    """s."""
+    """Δt between two states, s."""
     poses: Annotated[Floats, Shape("N+1 3")]
+    """(x, y, θ) of the robot in the map frame, m, m, rad; θ is continuous, not wrapped."""
     inputs: Annotated[Floats, Shape("N m")]
-    last_input: Annotated[Floats, Shape("m")]
-    """Current input."""
+    """(v, ω), or (v_x, v_y, ω) of a holonomic robot, in the robot frame, m/s and rad/s; u_k acts
+    from x_k to x_{k+1}."""
+    current_input: Annotated[Floats, Shape("m")]
+    """u_{−1}: input of the wheels at x_0, from which the first change is measured."""
 
 
 class CostTerm(Protocol):
@@ -151,12 +159,12 @@ class CostTerm(Protocol):
 
     name: str
 
-    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
-        """r, (q,); evaluated at every trial motion."""
+    def residual(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
+        """r, (q,); evaluated at every trial trajectory."""
         ...
 
     def model(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+        self, problem: LocalProblem, trajectory: Trajectory, sensitivity: Floats
     ) -> tuple[Floats, Floats]:
         """Gauss-Newton's (H, (N·m, N·m); g, (N·m,)) of ½‖r‖²: H = JᵀJ, g = Jᵀr, J = dr/du.
 
@@ -170,40 +178,40 @@ _NO_SERIES = np.empty((0, 1)), np.empty((0, 1, 3))
 
 
 class ConstraintValues(NamedTuple):
-    """Values of a constraint at a motion, for the merit function and for the rows.
+    """Values of a constraint at a trajectory, for the merit function and for the rows.
 
     A tuple, because it is created five times faster than a dataclass.
     """
 
     slack: Annotated[Floats, Shape("g")]
-    """Violation of each group, ≥ 0, which the merit function penalises."""
+    """Required value of each slack, i.e. the largest violation of its rows, ≥ 0, m."""
     smallest: float = np.inf
-    """Smallest h along the motion, m; +inf without a barrier."""
+    """Smallest h along the trajectory, m; +inf without a barrier."""
     h: Annotated[Floats, Shape("s N+1")] = _NO_SERIES[0]
-    """Barrier values of each series, if any."""
+    """Barrier values of each series (a person, a group, a disc of the footprint), m, if any."""
     gradient: Annotated[Floats, Shape("s N+1 3")] = _NO_SERIES[1]
     """∂h/∂pose."""
 
 
 class ConstraintRows(NamedTuple):
-    """Linearised constraints −margin ≤ G·Δu + s ≤ upper, with a slack s ≥ 0 for each group.
+    """Linearised constraints −margin ≤ G·Δu + s[slack_index] ≤ upper, with slacks s ≥ 0.
 
     Rows that cannot become active within one linearisation may be left out.
     """
 
     margin: Annotated[Floats, Shape("r")]
-    """g, distance of each row from its lower bound; negative where violated."""
+    """Distance of each row from its lower bound; negative where violated."""
     jacobian: Annotated[Floats, Shape("r c")]
     """G, (r, N·m)."""
-    group: Annotated[Integers, Shape("r")]
-    """Index of each row's slack within this constraint; −1 for all rows without slack."""
-    key: Annotated[Integers, Shape("r")]
-    """Identifier of each row among all possible rows of the constraint."""
-    keys: int
+    slack_index: Annotated[Integers, Shape("r")]
+    """Slack of each row, counted within this constraint; −1 for all rows of a hard constraint."""
+    row_id: Annotated[Integers, Shape("r")]
+    """Identifier of each row among all possible rows of the constraint, to warm-start DAQP."""
+    num_row_ids: int
     """Number of possible rows."""
     upper: Annotated[Floats, Shape("r")] | None = None
     """Distance of each row from an upper bound; None: there is none."""
-    groups: int = 0
+    num_slacks: int = 0
     """Number of slacks; 0: the rows are hard."""
     low: Annotated[Floats, Shape("c")] | None = None
     """Lower bound of Δu; None: the inputs themselves are not bounded."""
@@ -212,25 +220,29 @@ class ConstraintRows(NamedTuple):
 
 
 class Constraint(Protocol):
-    """A stack of constraints; soft rows have the penalty l1·s + ½·l2·s² per group."""
+    """A stack of constraints; each slack s has the penalty l1·s + ½·l2·s²."""
 
     name: str
     l1: float
     l2: float
 
-    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
-        """Values for the merit function; evaluated at every trial motion."""
+    def values(self, problem: LocalProblem, trajectory: Trajectory) -> ConstraintValues:
+        """Values for the merit function; evaluated at every trial trajectory."""
         ...
 
     def rows(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        sensitivity: Floats,
+        values: ConstraintValues,
     ) -> ConstraintRows:
-        """The rows that can become active, linearised at ``motion``.
+        """The rows that can become active, linearised at ``trajectory``.
 
         Args:
             problem: the problem to be solved.
-            motion: point of linearisation.
+            trajectory: point of linearisation.
             sensitivity: ∂poses/∂inputs there, (N+1, 3, N·m).
-            values: result of :meth:`values` at the same motion.
+            values: result of :meth:`values` at the same trajectory.
         """
         ...

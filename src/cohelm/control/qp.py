@@ -33,9 +33,9 @@ _ROUNDS = 12
 
 
 class QuadraticProgram(NamedTuple):
-    """min ½ xᵀHx + fᵀx + Σ l1·s + ½ l2·s²  s.t.  −margin ≤ G x + s[group] ≤ upper, box, s ≥ 0.
+    """min ½ xᵀHx + fᵀx + Σ l1·s + ½ l2·s²  s.t.  the rows, low ≤ x ≤ high, s ≥ 0.
 
-    A hard row (group −1) has no s.
+    Each row is −margin ≤ G x + s[slack_index] ≤ upper; a hard row (slack_index −1) has no s.
     """
 
     hessian: Floats
@@ -43,21 +43,25 @@ class QuadraticProgram(NamedTuple):
     gradient: Floats
     """f, (x,)."""
     low: Floats
-    """(x,); so is the next."""
+    """Lower bounds of x, (x,)."""
     high: Floats
+    """Upper bounds of x, (x,)."""
     jacobian: Floats
     """G, (r, x)."""
     margin: Floats
-    """(r,); so are the next three."""
+    """Distance of each row from its lower bound at x = 0, (r,)."""
     upper: Floats
-    group: Integers
-    key: Integers
-    """Identifier of each row, the same from program to program."""
-    keys: int
+    """Distance of each row from its upper bound at x = 0, (r,)."""
+    slack_index: Integers
+    """Slack of each row, (r,); −1: none."""
+    row_id: Integers
+    """Identifier of each row, (r,), the same from program to program."""
+    num_row_ids: int
     """Number of identifiers."""
     l1: Floats
-    """(s,); so is the next."""
+    """Linear penalty of each slack, (s,)."""
     l2: Floats
+    """Quadratic penalty of each slack, (s,)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -65,15 +69,19 @@ class Multipliers:
     """Lagrange multipliers of a program, from which the next, similar one starts."""
 
     box: Floats
+    """Of low ≤ x ≤ high, (x,)."""
     slack: Floats
+    """Of s ≥ 0, (s,)."""
     rows: Floats
-    """By key, see ``QuadraticProgram.key``."""
+    """Of the rows, by ``QuadraticProgram.row_id``, (num_row_ids,)."""
 
     @staticmethod
     def none(program: QuadraticProgram) -> Multipliers:
         """No row is active."""
         return Multipliers(
-            np.zeros(len(program.gradient)), np.zeros(len(program.l1)), np.zeros(program.keys)
+            np.zeros(len(program.gradient)),
+            np.zeros(len(program.l1)),
+            np.zeros(program.num_row_ids),
         )
 
 
@@ -84,11 +92,11 @@ def minimise(program: QuadraticProgram, start: Multipliers) -> tuple[Floats, Mul
         SolverFailed: if there is no solution, or it is not finite.
     """
     used = _first_rows(program, start.rows)
-    for left in reversed(range(_ROUNDS + 1)):
+    for rounds_left in reversed(range(_ROUNDS + 1)):
         x, slack, start = _solve(program, used, start)
         if not _add_violated(program, x, slack, used):
             break
-        if left == 1:
+        if rounds_left == 1:
             used[:] = True
     return x, start
 
@@ -96,28 +104,28 @@ def minimise(program: QuadraticProgram, start: Multipliers) -> tuple[Floats, Mul
 def _solve(
     program: QuadraticProgram, used: Booleans, start: Multipliers
 ) -> tuple[Floats, Floats, Multipliers]:
-    """(x, slack of every group, multipliers) with the used rows only."""
+    """(x, all slacks, multipliers) with the used rows only."""
     s = _stacked(program, used, start.box, start.slack, start.rows)
-    free = np.zeros(len(s.upper), dtype=np.int32)
+    sense = np.zeros(len(s.upper), dtype=np.int32)  # all rows are inequalities
     z, _, flag, info = daqp.solve(
-        s.hessian, s.gradient, s.rows, s.upper, s.lower, free, dual_start=s.dual
+        s.hessian, s.gradient, s.rows, s.upper, s.lower, sense, dual_start=s.dual
     )
     if flag < 1 or not math.isfinite(z @ z):
         raise SolverFailed(f"the quadratic program has no solution (exit flag {flag})")
-    n, found = len(program.gradient), info["lam"]
-    slack, yielding, binding = _scattered(program, s, z, found)
-    return z[:n], slack, Multipliers(found[:n], yielding, binding)
+    n, multipliers = len(program.gradient), info["lam"]
+    slack, of_slack, of_rows = _scattered(program, s, z, multipliers)
+    return z[:n], slack, Multipliers(multipliers[:n], of_slack, of_rows)
 
 
 @njit(cache=True)
 def _first_rows(p: QuadraticProgram, multipliers: Floats) -> Booleans:
     """Rows active in the last program, and those with small margins; of soft ones the tightest."""
-    margin, group = p.margin, p.group
+    margin, slack_index = p.margin, p.slack_index
     used = np.zeros(len(margin), dtype=np.bool_)
     tight = np.empty(len(margin))
     count = 0
     for r in range(len(margin)):
-        if group[r] < 0:
+        if slack_index[r] < 0:
             used[r] = min(margin[r], p.upper[r]) < _HARD
         elif margin[r] < _TIGHT:
             tight[count] = margin[r]
@@ -126,13 +134,13 @@ def _first_rows(p: QuadraticProgram, multipliers: Floats) -> Booleans:
     if count > _FIRST:
         limit = np.partition(tight[:count], _FIRST)[_FIRST]
     for r in range(len(margin)):
-        if (group[r] >= 0 and margin[r] < limit) or multipliers[p.key[r]] != 0.0:
+        if (slack_index[r] >= 0 and margin[r] < limit) or multipliers[p.row_id[r]] != 0.0:
             used[r] = True
     return used
 
 
 class _Stacked(NamedTuple):
-    """A program in DAQP's form, over x and the slacks of the used rows."""
+    """A program in DAQP's form, over z = (x, the slacks of the used rows)."""
 
     hessian: Floats
     gradient: Floats
@@ -141,9 +149,9 @@ class _Stacked(NamedTuple):
     lower: Floats
     dual: Floats
     """Start of the multipliers."""
-    which: Integers
+    used_rows: Integers
     """Indices of the used rows."""
-    groups: Integers
+    used_slacks: Integers
     """Indices of the used slacks."""
 
 
@@ -153,53 +161,54 @@ def _stacked(
 ) -> _Stacked:
     """The program with the used rows; box, slack, rows: multipliers to start from."""
     n = len(p.gradient)
-    which = np.flatnonzero(used)
+    used_rows = np.flatnonzero(used)
     # a column for each slack of a used row
     column = np.full(len(p.l1), -1, dtype=np.int64)
-    for r in which:
-        if p.group[r] >= 0:
-            column[p.group[r]] = 0
-    groups = np.flatnonzero(column == 0)
-    size, count = n + len(groups), len(which)
+    for r in used_rows:
+        if p.slack_index[r] >= 0:
+            column[p.slack_index[r]] = 0
+    used_slacks = np.flatnonzero(column == 0)
+    size, count = n + len(used_slacks), len(used_rows)
     hessian, gradient = np.zeros((size, size)), np.empty(size)
     upper, lower = np.empty(size + count), np.empty(size + count)
     dual = np.empty(size + count)
     hessian[:n, :n] = p.hessian
     gradient[:n], upper[:n], lower[:n], dual[:n] = p.gradient, p.high, p.low, box
-    for c in range(len(groups)):
-        g, at = groups[c], n + c
+    for c in range(len(used_slacks)):
+        g, at = used_slacks[c], n + c
         column[g] = at
         hessian[at, at] = p.l2[g]
         gradient[at], upper[at], lower[at], dual[at] = p.l1[g], _NO_BOUND, 0.0, slack[g]
     stacked = np.zeros((count, size))
     for i in range(count):
-        r, at = which[i], size + i
+        r, at = used_rows[i], size + i
         stacked[i, :n] = p.jacobian[r]
-        if p.group[r] >= 0:
-            stacked[i, column[p.group[r]]] = 1.0
-        upper[at], lower[at], dual[at] = p.upper[r], -p.margin[r], rows[p.key[r]]
-    return _Stacked(hessian, gradient, stacked, upper, lower, dual, which, groups)
+        if p.slack_index[r] >= 0:
+            stacked[i, column[p.slack_index[r]]] = 1.0
+        upper[at], lower[at], dual[at] = p.upper[r], -p.margin[r], rows[p.row_id[r]]
+    return _Stacked(hessian, gradient, stacked, upper, lower, dual, used_rows, used_slacks)
 
 
 @njit(cache=True)
 def _scattered(
     p: QuadraticProgram, s: _Stacked, z: Floats, multipliers: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """(slack of every group, its multiplier, multipliers of the rows by key); 0 if not used."""
-    slack, yielding, binding = np.zeros(len(p.l1)), np.zeros(len(p.l1)), np.zeros(p.keys)
+    """(all slacks (s,), their multipliers, multipliers of the rows by id); 0 if not used."""
+    slack, of_slack = np.zeros(len(p.l1)), np.zeros(len(p.l1))
+    of_rows = np.zeros(p.num_row_ids)
     n = len(p.gradient)
-    size = n + len(s.groups)
-    for c in range(len(s.groups)):
-        slack[s.groups[c]], yielding[s.groups[c]] = z[n + c], multipliers[n + c]
-    for i in range(len(s.which)):
-        binding[p.key[s.which[i]]] = multipliers[size + i]
-    return slack, yielding, binding
+    size = n + len(s.used_slacks)
+    for c in range(len(s.used_slacks)):
+        slack[s.used_slacks[c]], of_slack[s.used_slacks[c]] = z[n + c], multipliers[n + c]
+    for i in range(len(s.used_rows)):
+        of_rows[p.row_id[s.used_rows[i]]] = multipliers[size + i]
+    return slack, of_slack, of_rows
 
 
 @njit(cache=True)
 def _add_violated(p: QuadraticProgram, x: Floats, slack: Floats, used: Booleans) -> bool:
-    """Check the unused rows for violations; use such rows, and those near, from now on."""
-    found = False
+    """Check the unused rows; if one is violated, add it to ``used``, and all nearly violated."""
+    violated = False
     close = np.zeros(len(used), dtype=np.bool_)
     for r in range(len(p.margin)):
         if used[r]:
@@ -207,11 +216,11 @@ def _add_violated(p: QuadraticProgram, x: Floats, slack: Floats, used: Booleans)
         change = 0.0
         for j in range(len(x)):
             change += p.jacobian[r, j] * x[j]
-        if p.group[r] >= 0:
-            change += slack[p.group[r]]
+        if p.slack_index[r] >= 0:
+            change += slack[p.slack_index[r]]
         left = min(change + p.margin[r], p.upper[r] - change)
         close[r] = left < _NEXT
-        found |= left < -_TOLERANCE
-    if found:
+        violated |= left < -_TOLERANCE
+    if violated:
         used |= close
-    return found
+    return violated

@@ -1,10 +1,10 @@
 """Condensed Gauss-Newton SQP: a sum of cost terms under a stack of constraints.
 
-The rollout eliminates the states, so that only the inputs Δu and one slack s for each constraint
-group are left:
+The rollout eliminates the states, so that only the inputs Δu and the slacks s are left; the rows of
+one person, group or disc share a slack:
 
     minimise   ½‖r + J Δu‖² + Σ l1·s + ½ l2·s²
-    subject to g + G Δu + s ≥ 0,  s ≥ 0          (hard rows without s)
+    subject to margin + G Δu + s ≥ 0,  s ≥ 0          (hard rows without s)
 
 The assembler knows no term and no constraint by name.
 """
@@ -25,7 +25,7 @@ from cohelm.control.api import (
     ConstraintValues,
     CostTerm,
     LocalProblem,
-    Motion,
+    Trajectory,
 )
 from cohelm.control.qp import Multipliers, QuadraticProgram, minimise
 
@@ -35,13 +35,18 @@ _HALVINGS = 6
 """Number of step lengths in the line search."""
 _FAR = 1e6
 """A bound beyond all inputs of a robot."""
+RELAXED_SLACK = 0.01
+"""A plan with more slack than this is reported as relaxed, m."""
 
 
-class MotionValue(NamedTuple):
-    """Cost of a motion and distance from its constraints; a tuple, as ``ConstraintValues`` is."""
+class TrajectoryEvaluation(NamedTuple):
+    """Cost of a trajectory and its distance from the constraints.
+
+    A tuple, as ``ConstraintValues`` is.
+    """
 
     merit: float
-    """Cost plus the penalty of all slack."""
+    """Merit function: cost plus the penalty of all slack."""
     costs: Mapping[str, float]
     """½‖r‖² of each term, and the penalty of each constraint's slack."""
     slack: float
@@ -56,8 +61,8 @@ class MotionValue(NamedTuple):
 class Solution:
     """Result of the SQP."""
 
-    motion: Motion
-    value: MotionValue
+    trajectory: Trajectory
+    evaluation: TrajectoryEvaluation
     iterations: int
     """Quadratic programs solved."""
 
@@ -79,11 +84,11 @@ class OptimalControl:
     def solve(
         self,
         problem: LocalProblem,
-        seed: Motion,
+        seed: Trajectory,
         *,
         iterations: int,
         tolerance: float = 1e-2,
-        value: MotionValue | None = None,
+        evaluation: TrajectoryEvaluation | None = None,
     ) -> Solution:
         """Solve at most ``iterations`` quadratic programs from ``seed``, until Δu < tolerance.
 
@@ -94,110 +99,123 @@ class OptimalControl:
             seed: start of the iteration.
             iterations: the budget.
             tolerance: on every input, m/s and rad/s.
-            value: of the seed, if known.
+            evaluation: of the seed, if known.
 
         Raises:
             SolverFailed: if a quadratic program has no solution.
         """
-        motion, worth = seed, value or self.value(problem, seed)
-        done, change, multipliers = 0, np.inf, None
-        while done < iterations and change >= tolerance:
-            program = self.program(problem, motion, worth)
+        trajectory, evaluation = seed, evaluation or self.evaluate(problem, seed)
+        solved, change, multipliers = 0, np.inf, None
+        while solved < iterations and change >= tolerance:
+            program = self.program(problem, trajectory, evaluation)
             step, multipliers = minimise(program, multipliers or Multipliers.none(program))
-            done += 1
-            motion, worth, share = self._line_search(problem, motion, worth, step)
-            change = share * float(np.abs(step).max(initial=0.0))
-        return Solution(motion=motion, value=worth, iterations=done)
+            solved += 1
+            trajectory, evaluation, step_length = self._line_search(
+                problem, trajectory, evaluation, step
+            )
+            change = step_length * float(np.abs(step).max(initial=0.0))
+        return Solution(trajectory=trajectory, evaluation=evaluation, iterations=solved)
 
-    def value(
+    def evaluate(
         self,
         problem: LocalProblem,
-        motion: Motion,
+        trajectory: Trajectory,
         constraints: tuple[ConstraintValues, ...] | None = None,
-    ) -> MotionValue:
-        """Cost of a motion and distance from its constraints.
+    ) -> TrajectoryEvaluation:
+        """Evaluate the cost and the constraints at a trajectory.
 
         Args:
             problem: the problem.
-            motion: the motion.
+            trajectory: the trajectory.
             constraints: values of the constraints, if known: they do not depend on the reference.
         """
         costs = {}
         for term in self.costs:
-            residual = term.residual(problem, motion)
+            residual = term.residual(problem, trajectory)
             costs[term.name] = 0.5 * float(residual @ residual)
         slack, barrier = 0.0, np.inf
         if constraints is None:
-            constraints = tuple([c.values(problem, motion) for c in self.constraints])
-        for constraint, found in zip(self.constraints, constraints, strict=True):
-            barrier = min(barrier, found.smallest)
-            if len(found.slack):
-                penalty, most = _penalty(found.slack, constraint.l1, constraint.l2)
-                slack = max(slack, most)
+            constraints = tuple([c.values(problem, trajectory) for c in self.constraints])
+        for constraint, values in zip(self.constraints, constraints, strict=True):
+            barrier = min(barrier, values.smallest)
+            if len(values.slack):
+                penalty, largest = _penalty(values.slack, constraint.l1, constraint.l2)
+                slack = max(slack, largest)
                 costs[constraint.name] = penalty
-        return MotionValue(sum(costs.values()), costs, slack, barrier, constraints)
+        return TrajectoryEvaluation(sum(costs.values()), costs, slack, barrier, constraints)
 
     def program(
-        self, problem: LocalProblem, motion: Motion, value: MotionValue
+        self, problem: LocalProblem, trajectory: Trajectory, evaluation: TrajectoryEvaluation
     ) -> QuadraticProgram:
-        """The quadratic program of the next step, linearised at a motion of known value."""
-        sensitivity = problem.robot.motion.sensitivity(motion.poses, motion.inputs, motion.step)
-        size = motion.inputs.size
+        """The quadratic program of the next step, linearised at an evaluated trajectory."""
+        sensitivity = problem.robot.motion.sensitivity(
+            trajectory.poses, trajectory.inputs, trajectory.step
+        )
+        size = trajectory.inputs.size
         hessian, gradient = np.zeros((size, size)), np.zeros(size)
         for term in self.costs:
-            curvature, slope = term.model(problem, motion, sensitivity)
-            hessian += curvature
-            gradient += slope
+            term_hessian, term_gradient = term.model(problem, trajectory, sensitivity)
+            hessian += term_hessian
+            gradient += term_gradient
         hessian.ravel()[:: size + 1] += _DAMPING
         blocks = [
-            c.rows(problem, motion, sensitivity, found)
-            for c, found in zip(self.constraints, value.constraints, strict=True)
+            c.rows(problem, trajectory, sensitivity, values)
+            for c, values in zip(self.constraints, evaluation.constraints, strict=True)
         ]
         return _program(hessian, gradient, blocks, self._l1, self._l2)
 
     def _line_search(
-        self, problem: LocalProblem, motion: Motion, value: MotionValue, step: Floats
-    ) -> tuple[Motion, MotionValue, float]:
-        """Backtracking: (motion, its value, share of the step); 0 if no share lowers the merit."""
-        step = step.reshape(motion.inputs.shape)
-        share = 1.0
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        evaluation: TrajectoryEvaluation,
+        step: Floats,
+    ) -> tuple[Trajectory, TrajectoryEvaluation, float]:
+        """Backtrack until the merit falls: (trajectory, its evaluation, step length).
+
+        The step length is a share of ``step``; 0 if no share lowers the merit.
+        """
+        step = step.reshape(trajectory.inputs.shape)
+        step_length = 1.0
         for _ in range(_HALVINGS):
-            candidate = with_inputs(problem, motion, motion.inputs + share * step)
-            reached = self.value(problem, candidate)
-            if reached.merit < value.merit:
-                return candidate, reached, share
-            share *= 0.5
-        return motion, value, 0.0
+            trial = with_inputs(problem, trajectory, trajectory.inputs + step_length * step)
+            trial_evaluation = self.evaluate(problem, trial)
+            if trial_evaluation.merit < evaluation.merit:
+                return trial, trial_evaluation, step_length
+            step_length *= 0.5
+        return trajectory, evaluation, 0.0
 
 
-def with_inputs(problem: LocalProblem, motion: Motion, inputs: Floats) -> Motion:
-    """The motion with other inputs (N, m)."""
-    poses = problem.robot.motion.rollout(problem.pose, inputs, motion.step)
-    return Motion(step=motion.step, poses=poses, inputs=inputs, last_input=motion.last_input)
+def with_inputs(problem: LocalProblem, trajectory: Trajectory, inputs: Floats) -> Trajectory:
+    """The trajectory with other inputs (N, m)."""
+    poses = problem.robot.motion.rollout(problem.pose, inputs, trajectory.step)
+    return Trajectory(
+        step=trajectory.step, poses=poses, inputs=inputs, current_input=trajectory.current_input
+    )
 
 
 def _program(
     hessian: Floats, gradient: Floats, blocks: Sequence[ConstraintRows], l1: Floats, l2: Floats
 ) -> QuadraticProgram:
-    """The program of one step; groups and keys of all constraints are numbered consecutively.
+    """The program of one step; slacks and row ids of all constraints are numbered consecutively.
 
-    l1, l2: of each block's slacks.
+    l1, l2: (b,) penalties of each block's slacks.
     """
     low, high = np.full(len(gradient), -_FAR), np.full(len(gradient), _FAR)
-    group = np.concatenate([rows.group for rows in blocks])
-    key = np.concatenate([rows.key for rows in blocks])
-    sizes = np.array([(len(rows.margin), rows.groups, rows.keys) for rows in blocks])
-    upper, l1, l2 = _numbered(group, key, sizes, l1, l2)
-    at, keys = 0, 0
+    slack_index = np.concatenate([rows.slack_index for rows in blocks])
+    row_id = np.concatenate([rows.row_id for rows in blocks])
+    sizes = np.array([(len(rows.margin), rows.num_slacks, rows.num_row_ids) for rows in blocks])
+    upper, l1, l2 = _number_consecutively(slack_index, row_id, sizes, l1, l2)
+    first_row, num_row_ids = 0, 0
     for rows in blocks:
         if rows.upper is not None:
-            upper[at : at + len(rows.upper)] = rows.upper
+            upper[first_row : first_row + len(rows.upper)] = rows.upper
         if rows.low is not None:
             low = np.maximum(low, rows.low)
         if rows.high is not None:
             high = np.minimum(high, rows.high)
-        at += len(rows.margin)
-        keys += rows.keys
+        first_row += len(rows.margin)
+        num_row_ids += rows.num_row_ids
     return QuadraticProgram(
         hessian=hessian,
         gradient=gradient,
@@ -206,43 +224,44 @@ def _program(
         jacobian=np.concatenate([rows.jacobian for rows in blocks]),
         margin=np.concatenate([rows.margin for rows in blocks]),
         upper=upper,
-        group=group,
-        key=key,
-        keys=keys,
+        slack_index=slack_index,
+        row_id=row_id,
+        num_row_ids=num_row_ids,
         l1=l1,
         l2=l2,
     )
 
 
 @njit(cache=True)
-def _numbered(
-    group: Integers, key: Integers, sizes: Integers, l1: Floats, l2: Floats
+def _number_consecutively(
+    slack_index: Integers, row_id: Integers, sizes: Integers, l1: Floats, l2: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """(infinite upper bounds, l1, l2 of each slack); renumbers ``group`` and ``key`` in place.
+    """(infinite upper bounds (r,), l1 and l2 of each slack); renumbers the rows in place.
 
-    sizes: (b, 3), numbers of rows, groups and keys of each block.
+    slack_index, row_id: (r,) of all rows, counted within each block; overwritten.
+    sizes: (b, 3), numbers of rows, slacks and row ids of each block.
     """
-    upper = np.full(len(key), _FAR)
-    slacks = np.sum(sizes[:, 1])
-    linear, squared = np.empty(slacks), np.empty(slacks)
-    at, first, names = 0, 0, 0
+    upper = np.full(len(row_id), _FAR)
+    num_slacks = np.sum(sizes[:, 1])
+    l1_of_slack, l2_of_slack = np.empty(num_slacks), np.empty(num_slacks)
+    row, first_slack, first_id = 0, 0, 0
     for b in range(sizes.shape[0]):
         for _ in range(sizes[b, 0]):
-            group[at] += first if sizes[b, 1] > 0 else 0
-            key[at] += names
-            at += 1
-        linear[first : first + sizes[b, 1]] = l1[b]
-        squared[first : first + sizes[b, 1]] = l2[b]
-        first += sizes[b, 1]
-        names += sizes[b, 2]
-    return upper, linear, squared
+            slack_index[row] += first_slack if sizes[b, 1] > 0 else 0
+            row_id[row] += first_id
+            row += 1
+        l1_of_slack[first_slack : first_slack + sizes[b, 1]] = l1[b]
+        l2_of_slack[first_slack : first_slack + sizes[b, 1]] = l2[b]
+        first_slack += sizes[b, 1]
+        first_id += sizes[b, 2]
+    return upper, l1_of_slack, l2_of_slack
 
 
 @njit(cache=True)
 def _penalty(slack: Floats, l1: float, l2: float) -> tuple[float, float]:
     """(Σ l1·s + ½ l2·s², the largest s)."""
-    penalty, most = 0.0, 0.0
+    penalty, largest = 0.0, 0.0
     for s in slack:
         penalty += l1 * s + 0.5 * l2 * s * s
-        most = max(most, s)
-    return penalty, most
+        largest = max(largest, s)
+    return penalty, largest

@@ -1,75 +1,82 @@
-"""SS-MPC-DCBF: nonlinear MPC with dynamic barriers on social spaces; Xu et al., eq. (11)."""
+"""SS-MPC-DCBF: nonlinear MPC with dynamic barriers on social spaces; Xu et al., eq. (11).
+
+Two objectives judge a trajectory. **The SQP refines; the sampler's cost ranks**:
+
+======================  ===================================  =======================================
+idea                    SQP (``control.terms``), N steps     sampler (``sampling.rollout``), seconds
+======================  ===================================  =======================================
+progress                ``track_reference``, ``progress``    ``final_delay``, ``mean_delay``
+offset from the path    ``track_reference``                  ``path_distance``, ``final_heading``
+turning, acceleration   ``input_effort``, ``smooth_input``,  ``turning``, ``acceleration``
+                        ``comfort``
+contact with people     ``bodies``, soft barrier             ``contact``, all hypotheses by weight
+personal space          ``social_space``, soft barrier       ``personal_space``
+groups                  ``group_space``, soft barrier        ``group_space``
+walls                   ``wall_clearance``, soft barrier     ``wall``, and a stop before contact
+passing side, class     none: a local method keeps both      ``passing_side``, ``switching_cost``,
+                                                             ``exploration_cost``
+======================  ===================================  =======================================
+
+Slack and either cost are no proof of safety: ``verification`` accepts or rejects.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 from itertools import chain
 from types import MappingProxyType
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.commitment import (
-    CommittedClass,
+from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.candidate_evaluation import (
+    PREVIOUS,
     EvaluatedCandidate,
-    class_changes,
-    last_contact,
-    previous_commitment,
+    PlanningCycle,
+    cheapest_of_different_classes,
 )
-from cohelm.control.sampling import CandidateTrajectories, PreparedSampler, TrajectorySampler
-from cohelm.control.sqp import OptimalControl, Solution
+from cohelm.control.planner_memory import PlannerMemory, last_contact, unexpired_memory
+from cohelm.control.sampling import TrajectorySampler
+from cohelm.control.sqp import RELAXED_SLACK, OptimalControl, Solution
 from cohelm.control.terms import (
-    BodyClearance,
-    GroupSpace,
+    GroupBarrier,
     InputEffort,
     InputLimits,
     PathProgress,
+    PersonBarrier,
     SeatComfort,
     SmoothInput,
-    SocialSpace,
+    SocialSpaceBarrier,
     TrackReference,
-    WallClearance,
+    WallBarrier,
 )
-from cohelm.control.validation import validated
+from cohelm.control.validation import check_problem
 from cohelm.control.verification import Verification
-from cohelm.control.warm_start import (
-    braking_motion,
-    last_input,
-    limited_motion,
-    shifted_plan,
-    with_reference_towards,
-)
+from cohelm.control.warm_start import estimate_current_input, shifted_plan, with_reference_towards
 from cohelm.messages import LocalPlan, Reason, Status
-
-_PREVIOUS, _SAMPLED, _SLOWER, _BRAKING = "previous", "sampled", "slower", "braking"
-"""Origins of a plan, ``LocalPlan.candidate``."""
-_RELAXED = 0.01
-"""Slack above this is reported as a relaxed plan, m."""
 
 
 class SsMpcDcbf:
     """The paper's local planner: tracks the reference with people and walls as barriers.
 
-    The SQP polishes a few candidate trajectories, the last plan among them. The planner takes the
-    cheapest verified one, unpolished ones included; leaving the committed homotopy class has a cost
-    (see ``commitment``). Otherwise it tries the best one at reduced speed, and finally brakes with
-    a reason. With ``candidates = 1`` it polishes only the last plan, and samples others only if
-    that fails verification or becomes poor.
+    In each cycle: sample candidate trajectories; refine a few of them, the last plan among them, by
+    the SQP; take the cheapest one that verification accepts, unrefined ones included. Leaving the
+    committed homotopy class has a cost (see ``planner_memory``). If none is accepted, try the best
+    one at reduced speed, and finally brake with a reason. With ``candidates = 1`` only the last
+    plan is refined, and others are sampled only if it fails verification or becomes expensive.
     """
 
     class Parameters(Model):
         """Steps, budget, terms and constraints; the paper gives no figures, these are assumed."""
 
         steps: int = Field(25, ge=3, le=100)
-        """N, polished and planned steps."""
+        """N, steps of the SQP and of the plan."""
         step: float = Field(0.16, gt=0.0, le=1.0)
         """Δt, s; longer than a tick, so the last plan is shifted by interpolation."""
         candidates: int = Field(2, ge=1, le=8)
-        """Trajectories that are polished. With one it is the last plan, as in the paper:
+        """Trajectories that the SQP refines. With one it is the last plan, as in the paper:
         candidates are sampled only without a plan, if it fails verification, if the ride is
         stalled, or above ``resample_above``."""
         resample_above: float = Field(1.0, ge=0.0, le=100.0)
@@ -81,12 +88,12 @@ class SsMpcDcbf:
         exploration_cost: float = Field(0.2, ge=0.0, le=100.0)
         """Cost of replacing the last plan by a sampled trajectory, s."""
         polishing_gain: float = Field(1.0, ge=0.0, le=100.0)
-        """Value of polishing, s: a trajectory that it makes worse by more than this is used
-        unpolished, and an unpolished one must be better by this."""
+        """Advantage of refined trajectories, s: one that the SQP makes more expensive by more than
+        this is used unrefined, and an unrefined one must be cheaper by this."""
         seed_tracking: float = Field(0.5, ge=0.0, le=1.0)
-        """Share of the candidate in the reference that its polishing tracks."""
+        """Share of the candidate in the reference that the SQP tracks when it refines it."""
         late: float = Field(0.05, gt=0.0, le=1.0)
-        """Lateness from which one candidate is polished once, s: a tick."""
+        """Lateness from which one candidate is refined by one program, s: a tick."""
         speed_shares: tuple[float, ...] = (0.6, 0.3)
         """Shares of its speed at which the best trajectory is tried if none is verified."""
         contact_wait: float = Field(1.0, ge=0.0, le=10.0)
@@ -101,10 +108,10 @@ class SsMpcDcbf:
         comfort: SeatComfort.Parameters = SeatComfort.Parameters()
         progress: PathProgress.Parameters = PathProgress.Parameters()
         input_limits: InputLimits.Parameters = InputLimits.Parameters()
-        wall_clearance: WallClearance.Parameters = WallClearance.Parameters()
-        bodies: BodyClearance.Parameters = BodyClearance.Parameters(min_probability=1.0)
-        social_space: SocialSpace.Parameters = SocialSpace.Parameters()
-        group_space: GroupSpace.Parameters = GroupSpace.Parameters()
+        wall_clearance: WallBarrier.Parameters = WallBarrier.Parameters()
+        bodies: PersonBarrier.Parameters = PersonBarrier.Parameters(min_probability=1.0)
+        social_space: SocialSpaceBarrier.Parameters = SocialSpaceBarrier.Parameters()
+        group_space: GroupBarrier.Parameters = GroupBarrier.Parameters()
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
@@ -120,227 +127,196 @@ class SsMpcDcbf:
             ),
             constraints=(
                 InputLimits(p.input_limits),
-                WallClearance(p.wall_clearance),
-                BodyClearance(p.bodies),
-                SocialSpace(p.social_space),
-                GroupSpace(p.group_space),
+                WallBarrier(p.wall_clearance),
+                PersonBarrier(p.bodies),
+                SocialSpaceBarrier(p.social_space),
+                GroupBarrier(p.group_space),
             ),
         )
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
-        problem = validated(problem)
-        memory = previous_commitment(previous, problem.time)
-        now = last_input(problem, previous)
-        call = _Call(
-            problem=problem,
-            near=problem.within(p.steps),
-            sampler=self.sampler.prepare(problem, now),
-            now=now,
-            memory=memory,
-            last_contact=last_contact(problem, memory),
-        )
-        if problem.time - call.last_contact < p.contact_wait:
-            return self._stop(call, 0)
-        tail = None if memory is None else memory.tail
-        warm = shifted_plan(call.near, previous, call.now, tail=tail)
+        check_problem(problem)
+        cycle = self._prepare(problem, previous)
+        if problem.time - cycle.last_contact < p.contact_wait:
+            return self._stop(cycle, 0)
+        tail = None if cycle.memory is None else cycle.memory.tail
+        warm = shifted_plan(cycle.mpc_problem, previous, cycle.current_input, tail=tail)
         trusted = previous is not None and previous.status is not Status.STOP
         iterations = 0
         if p.candidates == 1 and warm is not None and trusted and not problem.stalled:
-            candidates, iterations = self._continue(call, warm)
+            candidates, iterations = self._continue(cycle, warm)
             for candidate in candidates:
-                if p.verification.passes(call.near, candidate.motion):
-                    return self._plan(call, candidate, iterations)
-        return self._resample(call, warm, trusted, iterations)
+                if p.verification.passes(cycle.mpc_problem, candidate.trajectory):
+                    return self._as_plan(cycle, candidate, iterations)
+        return self._resample(cycle, warm, trusted=trusted, iterations=iterations)
 
-    def _continue(self, call: _Call, warm: Motion) -> tuple[list[EvaluatedCandidate], int]:
-        """(the last plan, polished or as it was; quadratic programs solved).
+    def _prepare(self, problem: LocalProblem, previous: LocalPlan | None) -> PlanningCycle:
+        """Compute everything that the stages of one plan share."""
+        p = self.parameters
+        memory = unexpired_memory(previous, problem.time)
+        current_input = estimate_current_input(problem, previous)
+        return PlanningCycle(
+            problem=problem,
+            mpc_problem=problem.truncated(p.steps),
+            sampler=self.sampler.prepare(problem, current_input),
+            current_input=current_input,
+            memory=memory,
+            last_contact=last_contact(problem, memory),
+            switching_cost=p.switching_cost,
+            exploration_cost=p.exploration_cost,
+        )
 
-        The list is empty if the plan has become poor.
+    def _continue(
+        self, cycle: PlanningCycle, warm: Trajectory
+    ) -> tuple[list[EvaluatedCandidate], int]:
+        """Refine the last plan without sampling.
+
+        Returns:
+            The plan, refined or as it was, and the number of quadratic programs. The list is empty
+            if its cost has risen by more than ``resample_above``.
         """
-        n = len(call.near.reference.poses) - 1
-        seed = Motion(
+        n = cycle.steps
+        seed = Trajectory(
             step=warm.step,
             poses=warm.poses[: n + 1],
             inputs=warm.inputs[:n],
-            last_input=call.now,
+            current_input=cycle.current_input,
         )
-        solution = self._solve(call, seed)
-        whole = np.vstack([solution.motion.inputs, warm.inputs[n:]])
-        [candidate] = self._evaluate(call, [whole], [_PREVIOUS])
-        polished = candidate._replace(motion=solution.motion, value=solution.value)
-        before = -np.inf if call.memory is None else call.memory.score
-        limit = before + self.parameters.resample_above
-        candidates = [polished]
-        if candidate.score > limit:  # the cause may be the polishing
-            candidates = self._evaluate(call, [warm.inputs], [_PREVIOUS])
-        return [each for each in candidates if each.score <= limit], solution.iterations
+        solution = self._solve(cycle, seed)
+        full_inputs = np.vstack([solution.trajectory.inputs, warm.inputs[n:]])
+        [candidate] = cycle.evaluate([full_inputs], [PREVIOUS])
+        previous_cost = -np.inf if cycle.memory is None else cycle.memory.lowest_cost
+        limit = previous_cost + self.parameters.resample_above
+        candidates = [candidate.with_solution(solution)]
+        if candidate.selection_cost > limit:  # the cause may be the refinement
+            candidates = cycle.evaluate([warm.inputs], [PREVIOUS])
+        affordable = [each for each in candidates if each.selection_cost <= limit]
+        return affordable, solution.iterations
 
-    def _resample(self, call: _Call, warm: Motion | None, trusted: bool, done: int) -> LocalPlan:
-        """The best of the last plan and all samples; ``done``: programs solved before."""
-        p = self.parameters
-        found = call.sampler.sample(warm)
-        sampled = self._candidates(call, found, [_SAMPLED] * len(found))
-        old = [] if warm is None else self._evaluate(call, [warm.inputs], [_PREVIOUS])
-        polished, iterations = self._polish(call, self._seeds(call, old, sampled))
-        raw = [*(old if trusted else []), *sampled]
-        costs = [
-            *(each.score for each in polished),
-            *(each.score + p.polishing_gain for each in raw),
-        ]
-        every = [*polished, *raw]
-        order = [every[k] for k in np.argsort(costs, kind="stable")]
-        slower = (self._slower(call, best, share) for best in order[:1] for share in p.speed_shares)
-        for candidate in chain(order, slower):
-            if p.verification.passes(call.near, candidate.motion):
-                return self._plan(call, candidate, done + iterations, resampled=True)
-        return self._stop(call, done + iterations)
+    def _resample(
+        self, cycle: PlanningCycle, warm: Trajectory | None, *, trusted: bool, iterations: int
+    ) -> LocalPlan:
+        """Choose among the last plan and new samples; brake if verification accepts none.
 
-    def _evaluate(
-        self, call: _Call, inputs: list[Floats], names: list[str]
-    ) -> list[EvaluatedCandidate]:
-        return self._candidates(call, call.sampler.evaluate(np.stack(inputs)), names)
+        Args:
+            cycle: the planning cycle.
+            warm: the last plan from now on, if any.
+            trusted: use it unrefined as well; a stop is only refined.
+            iterations: quadratic programs solved before.
+        """
+        sampled = cycle.sample(warm)
+        previous = [] if warm is None else cycle.evaluate([warm.inputs], [PREVIOUS])
+        count = 1 if self._is_late(cycle) else self.parameters.candidates
+        seeds = cheapest_of_different_classes([*previous, *sampled], count)
+        refined, programs = self._refine(cycle, seeds)
+        ranked = self._rank(refined, [*(previous if trusted else []), *sampled])
+        chosen = self._first_verified(cycle, ranked)
+        if chosen is None:
+            return self._stop(cycle, iterations + programs)
+        return self._as_plan(cycle, chosen, iterations + programs, resampled=True)
 
-    def _candidates(
-        self, call: _Call, found: CandidateTrajectories, names: list[str]
-    ) -> list[EvaluatedCandidate]:
-        """The first steps of each trajectory as a motion, the rest as its tail."""
-        n = len(call.near.reference.poses) - 1
-        leaves = class_changes(found.homotopy, call.problem.people, call.memory) > 0
-        new = np.array([name != _PREVIOUS for name in names])
-        p = self.parameters
-        scores = found.score + p.switching_cost * leaves + p.exploration_cost * new
-        return [
-            EvaluatedCandidate(
-                name=name,
-                motion=Motion(
-                    step=found.step,
-                    poses=found.poses[k, : n + 1],
-                    inputs=found.inputs[k, :n],
-                    last_input=call.now,
-                ),
-                tail=found.inputs[k, n:],
-                score=float(scores[k]),
-                own_score=float(found.score[k]),
-                homotopy=found.homotopy[k],
-            )
-            for k, name in enumerate(names)
-        ]
-
-    def _seeds(
-        self, call: _Call, old: list[EvaluatedCandidate], sampled: list[EvaluatedCandidate]
-    ) -> list[EvaluatedCandidate]:
-        """Trajectories to polish: the best ones of different homotopy classes."""
-        p = self.parameters
-        most = 1 if call.problem.late > p.late else p.candidates
-        out: list[EvaluatedCandidate] = []
-        for candidate in sorted([*old, *sampled], key=lambda each: each.score):
-            if len(out) < most and not any(
-                np.array_equal(candidate.homotopy, other.homotopy) for other in out
-            ):
-                out.append(candidate)
-        return out
-
-    def _polish(
-        self, call: _Call, seeds: list[EvaluatedCandidate]
+    def _refine(
+        self, cycle: PlanningCycle, seeds: list[EvaluatedCandidate]
     ) -> tuple[list[EvaluatedCandidate], int]:
-        """(the seeds after the SQP, best first; quadratic programs solved)."""
-        solutions = [self._solve(call, seed.motion) for seed in seeds]
-        whole = [
-            np.vstack([solution.motion.inputs, seed.tail])
+        """Return (the seeds after the SQP, cheapest first; number of quadratic programs)."""
+        solutions = [self._solve(cycle, seed.trajectory) for seed in seeds]
+        full_inputs = [
+            np.vstack([solution.trajectory.inputs, seed.tail])
             for seed, solution in zip(seeds, solutions, strict=True)
         ]
-        evaluated = self._evaluate(call, whole, [seed.name for seed in seeds])
+        evaluated = cycle.evaluate(full_inputs, [seed.origin for seed in seeds])
         out = []
-        for seed, each, solution in zip(seeds, evaluated, solutions, strict=True):
-            worse = each.score > seed.score + self.parameters.polishing_gain
-            polished = each._replace(motion=solution.motion, value=solution.value)
-            out.append(seed if worse else polished)
-        return sorted(out, key=lambda each: each.score), sum(s.iterations for s in solutions)
+        for seed, candidate, solution in zip(seeds, evaluated, solutions, strict=True):
+            limit = seed.selection_cost + self.parameters.polishing_gain
+            worse = candidate.selection_cost > limit
+            out.append(seed if worse else candidate.with_solution(solution))
+        out.sort(key=lambda each: each.selection_cost)
+        return out, sum(solution.iterations for solution in solutions)
 
-    def _solve(self, call: _Call, seed: Motion) -> Solution:
+    def _rank(
+        self, refined: list[EvaluatedCandidate], unrefined: list[EvaluatedCandidate]
+    ) -> list[EvaluatedCandidate]:
+        """Sort by selection cost; an unrefined candidate must be cheaper by ``polishing_gain``."""
+        gain = self.parameters.polishing_gain
+        costs = [
+            *(each.selection_cost for each in refined),
+            *(each.selection_cost + gain for each in unrefined),
+        ]
+        candidates = [*refined, *unrefined]
+        return [candidates[k] for k in np.argsort(costs, kind="stable")]
+
+    def _first_verified(
+        self, cycle: PlanningCycle, ranked: list[EvaluatedCandidate]
+    ) -> EvaluatedCandidate | None:
+        """The first candidate that verification accepts, or the best one at reduced speed."""
         p = self.parameters
-        iterations = 1 if call.problem.late > p.late else p.iterations
-        near = with_reference_towards(call.near, seed, p.seed_tracking)
-        return self.control.solve(near, seed, iterations=iterations)
+        slower = (cycle.slowed(best, share) for best in ranked[:1] for share in p.speed_shares)
+        for candidate in chain(ranked, slower):
+            if p.verification.passes(cycle.mpc_problem, candidate.trajectory):
+                return candidate
+        return None
 
-    def _plan(
-        self, call: _Call, chosen: EvaluatedCandidate, iterations: int, *, resampled: bool = False
+    def _solve(self, cycle: PlanningCycle, seed: Trajectory) -> Solution:
+        """Run the SQP from ``seed``, with the reference moved towards it."""
+        p = self.parameters
+        iterations = 1 if self._is_late(cycle) else p.iterations
+        problem = with_reference_towards(cycle.mpc_problem, seed, p.seed_tracking)
+        return self.control.solve(problem, seed, iterations=iterations)
+
+    def _is_late(self, cycle: PlanningCycle) -> bool:
+        return cycle.problem.late > self.parameters.late
+
+    def _as_plan(
+        self,
+        cycle: PlanningCycle,
+        chosen: EvaluatedCandidate,
+        iterations: int,
+        *,
+        resampled: bool = False,
     ) -> LocalPlan:
-        known = None if chosen.value is None else chosen.value.constraints
-        value = self.control.value(call.near, chosen.motion, known)
-        before = np.inf if resampled or call.memory is None else call.memory.score
-        memory = CommittedClass(
-            time=call.problem.time,
-            side=int(chosen.homotopy[0]),
-            id=call.problem.people.id,
-            turn=chosen.homotopy[1:],
+        constraints = None if chosen.evaluation is None else chosen.evaluation.constraints
+        evaluation = self.control.evaluate(cycle.mpc_problem, chosen.trajectory, constraints)
+        lowest = np.inf if resampled or cycle.memory is None else cycle.memory.lowest_cost
+        memory = PlannerMemory(
+            time=cycle.problem.time,
+            path_side=int(chosen.passing_sides[0]),
+            person_id=cycle.problem.people.id,
+            person_sides=chosen.passing_sides[1:],
             tail=chosen.tail,
-            last_contact=call.last_contact,
-            score=min(chosen.own_score, before),
+            last_contact=cycle.last_contact,
+            lowest_cost=min(chosen.trajectory_cost, lowest),
         )
         return LocalPlan(
-            time=call.problem.time,
-            step=chosen.motion.step,
-            command=call.problem.robot.motion.twist(chosen.motion.inputs[0]),
-            poses=chosen.motion.poses,
-            inputs=chosen.motion.inputs,
-            status=Status.RELAXED if value.slack > _RELAXED else Status.OK,
-            costs=MappingProxyType(dict(value.costs)),
-            smallest_barrier=value.barrier,
-            slack=value.slack,
+            time=cycle.problem.time,
+            step=chosen.trajectory.step,
+            command=cycle.problem.robot.motion.twist(chosen.trajectory.inputs[0]),
+            poses=chosen.trajectory.poses,
+            inputs=chosen.trajectory.inputs,
+            status=Status.RELAXED if evaluation.slack > RELAXED_SLACK else Status.OK,
+            costs=MappingProxyType(dict(evaluation.costs)),
+            smallest_barrier=evaluation.barrier,
+            slack=evaluation.slack,
             iterations=iterations,
-            candidate=chosen.name,
+            candidate=chosen.origin,
             memory=memory,
         )
 
-    def _slower(
-        self, call: _Call, candidate: EvaluatedCandidate, share: float
-    ) -> EvaluatedCandidate:
-        """The trajectory at a share of its speed, as soon as the robot can; same curvature."""
-        motion = limited_motion(call.near, share * candidate.motion.inputs, call.now)
-        return candidate._replace(
-            name=_SLOWER, motion=motion, tail=share * candidate.tail, value=None
-        )
-
-    def _stop(self, call: _Call, iterations: int) -> LocalPlan:
+    def _stop(self, cycle: PlanningCycle, iterations: int) -> LocalPlan:
         """Braking, with the reason; the commitment of the last plan is kept."""
-        steps = len(call.near.reference.poses) - 1
-        candidate = EvaluatedCandidate(
-            name=_BRAKING,
-            motion=braking_motion(call.near, call.now, steps),
-            tail=np.zeros((0, len(call.now))),
-            score=np.inf,
-            own_score=np.inf,
-            homotopy=np.zeros(1 + len(call.problem.people), dtype=np.int64),
-        )
-        plan = self._plan(call, candidate, iterations)
+        candidate = cycle.braking()
+        plan = self._as_plan(cycle, candidate, iterations)
         memory = plan.memory
-        if call.memory is not None:
+        if cycle.memory is not None:
             memory = dataclasses.replace(
-                call.memory, tail=candidate.tail, last_contact=call.last_contact
+                cycle.memory, tail=candidate.tail, last_contact=cycle.last_contact
             )
+        verification, problem = self.parameters.verification, cycle.mpc_problem
         return dataclasses.replace(
             plan,
             status=Status.STOP,
             reason=Reason.NO_SAFE_PLAN,
-            urgent=self.parameters.verification.urgent(call.near, call.now),
+            urgent=verification.needs_emergency_braking(problem, cycle.current_input),
             memory=memory,
         )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Call:
-    """Everything that the stages of one plan share."""
-
-    problem: LocalProblem
-    near: LocalProblem
-    """The problem over the planned steps."""
-    sampler: PreparedSampler
-    """For the whole problem."""
-    now: Floats
-    """Current input, (m,)."""
-    memory: CommittedClass | None
-    last_contact: float
-    """Time when a walking person last touched the robot, s."""

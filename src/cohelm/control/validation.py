@@ -8,9 +8,7 @@ from __future__ import annotations
 import functools
 import math
 
-import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.api import LocalProblem
@@ -23,8 +21,8 @@ _THINNEST = 1e-6
 """Smallest extent of a social space in any direction, m: it is a divisor."""
 
 
-def validated(problem: LocalProblem, steps: int | None = None) -> LocalProblem:
-    """The problem itself, cut to ``steps`` if given, after validation.
+def check_problem(problem: LocalProblem, steps: int | None = None) -> None:
+    """Check all values and lengths of a problem.
 
     Args:
         problem: the problem.
@@ -34,10 +32,9 @@ def validated(problem: LocalProblem, steps: int | None = None) -> LocalProblem:
         Infeasible: a value is not finite or out of bounds, lengths do not agree, or there are too
             few steps.
     """
-    found = _mismatch(problem, steps) or ("" if _is_valid(problem) else _fault(problem))
-    if found:
-        raise Infeasible(found, evidence=problem)
-    return problem if steps is None else problem.within(steps)
+    fault = _mismatch(problem, steps) or _invalid_value(problem)
+    if fault:
+        raise Infeasible(fault, evidence=problem)
 
 
 def _mismatch(problem: LocalProblem, steps: int | None) -> str:
@@ -54,61 +51,16 @@ def _mismatch(problem: LocalProblem, steps: int | None) -> str:
     return "the distance field has no cell" if not problem.walls.distance.size else ""
 
 
-def _is_valid(problem: LocalProblem) -> bool:
-    """Check that all values are finite and within bounds; the fast path, without a message."""
-    r, p, s = problem.reference, problem.predictions, problem.spaces
-    parts = [problem.pose, problem.twist, r.poses, r.speeds, problem.people.mean]
-    parts += [problem.people.radius, p.mean, p.velocity, p.deviation, p.weight, s.axis]
-    if s.groups is not None:
-        parts.append(s.groups.support)
-    extents = (s.front, s.side, s.rear, s.robot)
-    return (
-        all(map(_small, parts))
-        and all(_between(part, _THINNEST, _FARTHEST) for part in extents)
-        and abs(problem.time) <= _FARTHEST
-        and abs(problem.late) <= _FARTHEST
-        and _THINNEST <= r.step <= _FARTHEST
-        and _THINNEST <= p.step <= _FARTHEST
-        and not math.isnan(problem.speed_limit)
-        and _are_valid(problem.walls)
-    )
-
-
-@functools.lru_cache(maxsize=4)
-def _are_valid(walls: DistanceField) -> bool:
-    """Check the walls, once for all plans among them."""
-    return bool(
-        _small(walls.distance) and _small(walls.X_MG) and _THINNEST <= walls.resolution <= _FARTHEST
-    )
-
-
-@njit(cache=True, fastmath={"reassoc"})  # vectorised sum in any order; NaN stays NaN
-def _small(array: Floats | Floats32) -> bool:
-    """Check that the root of the sum of squares is a number within bounds."""
-    total = 0.0
-    for each in array.flat:
-        total += float(each) * float(each)
-    return total <= _FARTHEST * _FARTHEST
-
-
-@njit(cache=True)
-def _between(array: Floats, lowest: float, highest: float) -> bool:
-    fits = True
-    for each in array.flat:
-        if not lowest <= each <= highest:  # NaN fails as well
-            fits = False
-    return fits
-
-
-def _fault(problem: LocalProblem) -> str:
-    """Description of the first invalid value; empty if there is none."""
-    r, people, p = problem.reference, problem.people, problem.predictions
-    s, walls = problem.spaces, problem.walls
-    measured: dict[str, ArrayLike] = {
-        "time": problem.time,
+def _invalid_value(problem: LocalProblem) -> str:
+    """Description of the first value that is not finite or out of bounds; empty if all are good."""
+    r, people, p, s = problem.reference, problem.people, problem.predictions, problem.spaces
+    scalars = {"time": problem.time, "lateness": problem.late}
+    for name, value in scalars.items():
+        if not abs(value) <= _FARTHEST:  # NaN fails as well
+            return _beyond(name)
+    arrays = {
         "pose": problem.pose,
         "twist": problem.twist,
-        "lateness": problem.late,
         "reference": r.poses,
         "reference's speeds": r.speeds,
         "people": people.mean,
@@ -118,22 +70,55 @@ def _fault(problem: LocalProblem) -> str:
         "predicted deviations": p.deviation,
         "weights of the predictions": p.weight,
         "axes of the spaces": s.axis,
-        "groups": s.groups.support if s.groups is not None else 0.0,
-        "walls": walls.distance,
-        "walls' origin": walls.X_MG,
     }
-    extents = np.concatenate([s.front.ravel(), s.side.ravel(), s.rear.ravel(), s.robot])
-    positive: dict[str, ArrayLike] = {
-        "extent of a space": extents,
-        "step": [r.step, p.step],
-        "walls' resolution": walls.resolution,
-    }
-    with np.errstate(over="ignore", invalid="ignore"):
-        for name, each in measured.items():
-            flat = np.ravel(each)
-            if not np.dot(flat, flat) <= _FARTHEST**2:  # NaN fails as well
-                return f"{name}: not a number, or beyond {_FARTHEST:g}"
-    for name, each in positive.items():
-        if not (np.min(each) >= _THINNEST and np.max(each) <= _FARTHEST):
-            return f"{name}: not between {_THINNEST:g} and {_FARTHEST:g}"
-    return "speed limit: not a number" if np.isnan(problem.speed_limit) else ""
+    if s.groups is not None:
+        arrays["groups"] = s.groups.support
+    for name, array in arrays.items():
+        if not _is_small(array):
+            return _beyond(name)
+    for extent in (s.front, s.side, s.rear, s.robot):
+        if not _is_between(extent, _THINNEST, _FARTHEST):
+            return _outside("extent of a space")
+    for step in (r.step, p.step):
+        if not _THINNEST <= step <= _FARTHEST:
+            return _outside("step")
+    return _invalid_walls(problem.walls) or (
+        "speed limit: not a number" if math.isnan(problem.speed_limit) else ""
+    )
+
+
+@functools.lru_cache(maxsize=4)
+def _invalid_walls(walls: DistanceField) -> str:
+    """Description of an invalid distance field, once for all plans in it; empty if it is good."""
+    if not _is_small(walls.distance):
+        return _beyond("walls")
+    if not _is_small(walls.X_MG):
+        return _beyond("walls' origin")
+    return "" if _THINNEST <= walls.resolution <= _FARTHEST else _outside("walls' resolution")
+
+
+def _beyond(name: str) -> str:
+    return f"{name}: not a number, or beyond {_FARTHEST:g}"
+
+
+def _outside(name: str) -> str:
+    return f"{name}: not between {_THINNEST:g} and {_FARTHEST:g}"
+
+
+@njit(cache=True, fastmath={"reassoc"})  # vectorised sum in any order; NaN stays NaN
+def _is_small(array: Floats | Floats32) -> bool:
+    """Check that the root of the sum of squares is a number within bounds."""
+    total = 0.0
+    for each in array.flat:
+        total += float(each) * float(each)
+    return total <= _FARTHEST * _FARTHEST
+
+
+@njit(cache=True)
+def _is_between(array: Floats, lowest: float, highest: float) -> bool:
+    """Check that all values are numbers within bounds."""
+    fits = True
+    for each in array.flat:
+        if not lowest <= each <= highest:  # NaN fails as well
+            fits = False
+    return fits

@@ -1,7 +1,7 @@
-"""Verification of a motion before it is used: slack in the optimisation is not safety.
+"""Verification of a trajectory before it is used: slack in the optimisation is not safety.
 
-A motion is used only if it stays clear of bodies and walls for a while, swept between its steps,
-and if braking after its first command touches nothing.
+A trajectory is used only if it stays clear of people and walls for a while, swept between its
+steps, and if braking after its first command touches nothing.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats, unchecked
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.messages import Predictions
 from cohelm.robots.braking import braking
 from cohelm.robots.contact import ContactMargins, first_contact
@@ -22,7 +22,7 @@ from cohelm.robots.contact import ContactMargins, first_contact
 _FINE = 0.05
 """Time between the poses of a verified braking, s."""
 _FASTER = 4.0
-"""Factor on a person's measured speed with which they may return, up to ``turn_back_speed``."""
+"""Assumed return speed as a multiple of the measured speed, up to ``turn_back_speed``."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -44,8 +44,8 @@ class Verification(Model):
     """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
     that they can reach, so the robot is slow near people."""
     min_probability: float = Field(0.1, ge=0.0, le=1.0)
-    """Probability from which a hypothesis that is not the most likely one binds emergency
-    braking."""
+    """Probability from which emergency braking must also keep clear of a hypothesis that is not the
+    most likely one."""
     turn_back_acceleration: float = Field(6.0, ge=0.0)
     """Acceleration of walking people who turn back, m/s²: emergency braking must keep clear of all
     of them, however unlikely it is; 0: only predicted turns count. A person who walks at 1.1 m/s
@@ -58,45 +58,48 @@ class Verification(Model):
     turn_back_margin: float = Field(0.1, ge=0.0)
     """Gap to a person who turns back that counts as contact, m."""
     horizon: float = Field(2.0, gt=0.0)
-    """Time for which a motion must be free of contact, s; braking is checked in any case."""
+    """Time for which a trajectory must be free of contact, s; braking is checked in any case."""
     reaction: float = Field(0.2, gt=0.0)
     """Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
 
-    def passes(self, problem: LocalProblem, motion: Motion) -> bool:
-        """Check that a motion is clear for a while, and so is braking after its first command.
+    def passes(self, problem: LocalProblem, trajectory: Trajectory) -> bool:
+        """Check that a trajectory is clear for a while, and so is braking after its first command.
 
-        All motions are swept against walls and predicted bodies. Comfort braking answers the most
-        likely hypothesis of each person. Emergency braking also answers every hypothesis above a
-        probability, people who accelerate, and everybody who turns back.
+        All trajectories are swept against walls and predicted people. The trajectory and comfort
+        braking must keep clear of the most likely hypothesis of each person. Emergency braking must
+        also keep clear of every hypothesis above a probability, of people who accelerate, and of
+        all who turn back.
         """
-        if self._contact(problem, motion.poses, motion.step) < self.horizon:
+        if self._contact(problem, trajectory.poses, trajectory.step) < self.horizon:
             return False
-        command, robot = motion.inputs[0], problem.robot
+        command, robot = trajectory.inputs[0], problem.robot
         comfort, emergency = (
-            self._braking(problem, motion.last_input, command, deceleration)
+            self._braking(problem, trajectory.current_input, command, deceleration)
             for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
         )
         return self._contact(problem, comfort, _FINE) == np.inf and self._escapes(
             problem, emergency
         )
 
-    def urgent(self, problem: LocalProblem, now: Floats) -> bool:
-        """Check that comfort braking may violate the margins of emergency braking.
+    def needs_emergency_braking(self, problem: LocalProblem, current_input: Floats) -> bool:
+        """Check whether comfort braking violates the margins of emergency braking.
 
         Args:
             problem: the present problem.
-            now: current input, (m,).
+            current_input: u_{−1}, (m,).
         """
-        comfort = self._braking(problem, now, np.zeros_like(now), problem.robot.max_deceleration)
+        comfort = self._braking(
+            problem, current_input, np.zeros_like(current_input), problem.robot.max_deceleration
+        )
         return not self._escapes(problem, comfort)
 
     def _braking(
-        self, problem: LocalProblem, now: Floats, command: Floats, deceleration: float
+        self, problem: LocalProblem, current_input: Floats, command: Floats, deceleration: float
     ) -> Floats:
         return braking(
             problem.robot,
             problem.pose,
-            now,
+            current_input,
             command,
             hold=self.reaction,
             deceleration=deceleration,
@@ -104,20 +107,20 @@ class Verification(Model):
         )
 
     def _escapes(self, problem: LocalProblem, poses: Floats) -> bool:
-        """Check that braking keeps clear of everything that people may do."""
-        binding = {
+        """Check that braking, (k, 3), keeps clear of everything that people may do."""
+        stricter = {
             "acceleration": self.people_acceleration,
             "min_probability": self.min_probability,
         }
-        if self._contact(problem, poses, _FINE, **binding) < np.inf:
+        if self._contact(problem, poses, _FINE, **stricter) < np.inf:
             return False
         if self.turn_back_acceleration <= 0.0 or problem.stalled or len(problem.people) == 0:
             return True  # a robot that squeezes past is too slow to escape
-        back = unchecked(problem, predictions=self._turned_back(problem))
-        return self._contact(back, poses, _FINE, people=self.turn_back_margin) == np.inf
+        returning = unchecked(problem, predictions=self._turned_back(problem))
+        return self._contact(returning, poses, _FINE, people=self.turn_back_margin) == np.inf
 
     def _turned_back(self, problem: LocalProblem) -> Predictions:
-        """Everybody returning since the undetected start of a turn, see ``turn_back_speed``.
+        """Predictions of all people walking back, since a turn that is not detected yet.
 
         The measured position is that of a person who walked on; the turn has taken them behind it.
         """
@@ -141,7 +144,10 @@ class Verification(Model):
     def _contact(
         self, problem: LocalProblem, poses: Floats, step: float, **changes: float
     ) -> float:
-        """First contact of poses (k, 3); changes: of the margins of ordinary driving."""
+        """Time of the first contact of poses (k, 3), s; +inf: none.
+
+        changes: replaced fields of the margins of ordinary driving.
+        """
         stalled = problem.stalled
         margins = ContactMargins(
             wall=self.stalled_wall_margin if stalled else self.wall_margin,
@@ -162,26 +168,27 @@ class Verification(Model):
 
 @njit(cache=True)
 def _return(
-    people: Floats, ahead: Floats, delay: float, acceleration: float, top_speed: float
+    people: Floats, times: Floats, delay: float, acceleration: float, top_speed: float
 ) -> tuple[Floats, Floats]:
-    """(positions, velocities) (n, 1, N+1, 2) of people (n, 4) who turn back; ``_turned_back``.
+    """(positions, velocities), (n, 1, N+1, 2) each, of people (n, 4) who turn back.
 
-    ahead: (N+1,) s.
+    times: (N+1,) since the measurement, s.  See ``Verification._turned_back``.
     """
-    count, states = people.shape[0], ahead.shape[0]
+    count, states = people.shape[0], times.shape[0]
     mean, velocity = np.empty((count, 1, states, 2)), np.empty((count, 1, states, 2))
     for i in range(count):
         speed = math.hypot(people[i, 2], people[i, 3])
-        back = max(speed, min(_FASTER * speed, top_speed))
+        return_speed = max(speed, min(_FASTER * speed, top_speed))
         for k in range(states):
-            # distance along the former direction: braking, then back at a constant speed
-            since = delay + ahead[k]
-            about = min(since, (speed + back) / acceleration)
-            along = speed * about - 0.5 * acceleration * (about * about) - back * (since - about)
-            along -= speed * delay
-            gains = -back if since > about else speed - acceleration * about
+            # s: distance along the former direction, braking, then back at a constant speed
+            elapsed = delay + times[k]
+            turning = min(elapsed, (speed + return_speed) / acceleration)
+            s = speed * turning - 0.5 * acceleration * (turning * turning)
+            s -= return_speed * (elapsed - turning)
+            s -= speed * delay
+            v = -return_speed if elapsed > turning else speed - acceleration * turning
             for a in range(2):
                 unit = people[i, 2 + a] / max(speed, 1e-9)
-                mean[i, 0, k, a] = people[i, a] + along * unit
-                velocity[i, 0, k, a] = gains * unit
+                mean[i, 0, k, a] = people[i, a] + s * unit
+                velocity[i, 0, k, a] = v * unit
     return mean, velocity

@@ -1,6 +1,6 @@
 """The planner's solver compared with IPOPT, one problem at a time; for tests and benchmarks.
 
-Both start from the motion along the reference, or from the last plan.
+Both start from the trajectory along the reference, or from the last plan.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from enum import StrEnum
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
-from cohelm.control import LocalProblem, Motion, OptimalControl, SsMpcDcbf
-from cohelm.control.warm_start import limited_motion
+from cohelm.control import LocalProblem, OptimalControl, SsMpcDcbf, Trajectory
+from cohelm.control.trajectories import limited_trajectory
 from cohelm.geometry import transform
 from cohelm.testing.oracle import OracleSolution, solve
 from cohelm.testing.problems import RandomProblem
@@ -62,28 +62,30 @@ def compare(drawn: RandomProblem, planner: SsMpcDcbf) -> SolverComparison:
     """
     problem, p = drawn.problem, planner.parameters
     found = solve(problem, planner.control, drawn.half_planes)
-    there = _motion(problem, found)
+    there = _trajectory(problem, found)
     kept = planner.control.solve(problem, there, iterations=_ENOUGH, tolerance=_TIGHT)
-    seed = along(problem, there.last_input)
+    seed = along(problem, there.current_input)
     ours = planner.control.solve(problem, seed, iterations=_ENOUGH, tolerance=_TIGHT)
     budget = planner.control.solve(problem, seed, iterations=p.iterations)
-    cost = ours.value.merit
+    cost = ours.evaluation.merit
     return SolverComparison(
-        verdict=_verdict(drawn, planner, found, ours.motion, cost),
+        verdict=_verdict(drawn, planner, found, ours.trajectory, cost),
         oracle=found.cost,
-        there=planner.control.value(problem, there).merit,
-        kept=kept.value.merit,
+        there=planner.control.evaluate(problem, there).merit,
+        kept=kept.evaluation.merit,
         ours=cost,
-        budget=budget.value.merit,
+        budget=budget.evaluation.merit,
         exact=_exact(drawn, there.poses),
     )
 
 
-def along(problem: LocalProblem, now: Floats) -> Motion:
+def along(problem: LocalProblem, current_input: Floats) -> Trajectory:
     """Motion along the reference, as far as the limits allow: a neutral start."""
     reference = problem.reference
     turn = np.diff(reference.poses[:, 2]) / reference.step
-    return limited_motion(problem, np.column_stack([reference.speeds[:-1], turn]), now)
+    return limited_trajectory(
+        problem, np.column_stack([reference.speeds[:-1], turn]), current_input
+    )
 
 
 @value
@@ -104,7 +106,7 @@ def first_command(
     problem: LocalProblem,
     control: OptimalControl,
     half_planes: Floats,
-    seed: Motion,
+    seed: Trajectory,
     *,
     iterations: int = 3,
 ) -> FirstCommand:
@@ -114,24 +116,28 @@ def first_command(
         ModuleNotFoundError: without CasADi.
     """
     few = control.solve(problem, seed, iterations=iterations)
-    many = control.solve(problem, few.motion, iterations=_ENOUGH, tolerance=_TIGHT)
-    found = solve(problem, control, half_planes, last_input=seed.last_input, start=seed.inputs)
+    many = control.solve(problem, few.trajectory, iterations=_ENOUGH, tolerance=_TIGHT)
+    found = solve(
+        problem, control, half_planes, current_input=seed.current_input, start=seed.inputs
+    )
     return FirstCommand(
-        budget=few.motion.inputs[0],
-        converged=many.motion.inputs[0],
+        budget=few.trajectory.inputs[0],
+        converged=many.trajectory.inputs[0],
         oracle=found.inputs[0],
-        verdict=_by_cost(found, many.value.merit) or OptimumVerdict.OTHER,
+        verdict=_by_cost(found, many.evaluation.merit) or OptimumVerdict.OTHER,
     )
 
 
-def _motion(problem: LocalProblem, found: OracleSolution) -> Motion:
+def _trajectory(problem: LocalProblem, found: OracleSolution) -> Trajectory:
     poses = problem.robot.motion.rollout(problem.pose, found.inputs, problem.reference.step)
-    now = problem.robot.motion.input(problem.twist)
-    return Motion(step=problem.reference.step, poses=poses, inputs=found.inputs, last_input=now)
+    current_input = problem.robot.motion.input(problem.twist)
+    return Trajectory(
+        step=problem.reference.step, poses=poses, inputs=found.inputs, current_input=current_input
+    )
 
 
 def _verdict(
-    drawn: RandomProblem, planner: SsMpcDcbf, found: OracleSolution, ours: Motion, cost: float
+    drawn: RandomProblem, planner: SsMpcDcbf, found: OracleSolution, ours: Trajectory, cost: float
 ) -> OptimumVerdict:
     clear = _by_cost(found, cost)
     if clear is not None:

@@ -50,7 +50,7 @@ def solve(
     control: OptimalControl,
     half_planes: Floats,
     *,
-    last_input: Floats | None = None,
+    current_input: Floats | None = None,
     start: Floats | None = None,
 ) -> OracleSolution:
     """Solve the problem of ``control`` by IPOPT.
@@ -59,7 +59,7 @@ def solve(
         problem: of a unicycle, not stalled; its distance field is not used.
         control: cost terms and constraints.
         half_planes: walls, (w, 3): free where n·p > b, |n| = 1.
-        last_input: (v, ω) of the wheels; None: from odometry.
+        current_input: (v, ω) of the wheels; None: from odometry.
         start: initial inputs (N, 2); None: those along the reference.
 
     Raises:
@@ -67,7 +67,7 @@ def solve(
         ValueError: for a problem of another kind.
     """
     terms = Terms.of(control, problem.reference.step)
-    now = problem.twist[[0, 2]] if last_input is None else last_input
+    current_input = problem.twist[[0, 2]] if current_input is None else current_input
     program = _built(
         terms,
         Footprint.of(problem.robot),
@@ -77,11 +77,11 @@ def solve(
     )
     inputs = _along(problem) if start is None else start
     poses = problem.robot.motion.rollout(problem.pose, inputs, problem.reference.step)
-    low, high = _input_limits(problem, terms, now)
+    low, high = _input_limits(problem, terms, current_input)
     watch = Stopwatch()
     found = program.solver(
         x0=np.concatenate([poses[1:].ravel(), inputs.ravel(), np.full(program.slacks, 0.1)]),
-        p=_values(problem, now, half_planes),
+        p=_values(problem, current_input, half_planes),
         lbx=np.concatenate([np.full(poses[1:].size, -_FREE), low[0], np.zeros(program.slacks)]),
         ubx=np.concatenate(
             [np.full(poses[1:].size, _FREE), high[0], np.full(program.slacks, _FREE)]
@@ -112,7 +112,7 @@ def _along(problem: LocalProblem) -> Floats:
 
 
 def _input_limits(
-    problem: LocalProblem, terms: Terms, now: Floats
+    problem: LocalProblem, terms: Terms, current_input: Floats
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """((lower u, lower Δu), (upper u, upper Δu)), (2N,) each; the first Δu within a tick.
 
@@ -125,8 +125,8 @@ def _input_limits(
     faster = np.array([robot.max_acceleration, robot.max_turn_acceleration])
     slower = np.array([robot.max_deceleration, robot.max_turn_acceleration])
     bottom, top, _, _ = problem.input_bounds()
-    low = np.minimum(bottom, now + since * faster)
-    high = np.maximum(top, now - since * slower)
+    low = np.minimum(bottom, current_input + since * faster)
+    high = np.maximum(top, current_input - since * slower)
     return (
         (low.ravel(), (-slower * durations).ravel()),
         (high.ravel(), (faster * durations).ravel()),
@@ -142,7 +142,7 @@ class _Program:
     soft: int
 
 
-def _values(problem: LocalProblem, now: Floats, half_planes: Floats) -> Floats:
+def _values(problem: LocalProblem, current_input: Floats, half_planes: Floats) -> Floats:
     """Values of the parameters, in the order of ``_symbols``."""
     spaces, predictions = problem.spaces, problem.predictions
     if problem.stalled or problem.robot.motion.inputs != 2:
@@ -161,7 +161,7 @@ def _values(problem: LocalProblem, now: Floats, half_planes: Floats) -> Floats:
     return np.concatenate(
         [
             problem.pose,
-            now,
+            current_input,
             problem.reference.poses.T.ravel(),
             problem.reference.speeds,
             *(a.ravel() for a in futures),
@@ -177,7 +177,7 @@ def _values(problem: LocalProblem, now: Floats, half_planes: Floats) -> Floats:
 
 def _symbols(ca: Any, n: int, crowd: ProgramSize, walls: int) -> dict[str, Any]:
     """Parameters in the order of ``_values``; CasADi fills matrices column by column."""
-    out = {"pose": ca.SX.sym("pose", 3), "now": ca.SX.sym("now", 2)}
+    out = {"pose": ca.SX.sym("pose", 3), "current_input": ca.SX.sym("current_input", 2)}
     out["reference"] = ca.SX.sym("reference", n + 1, 3)
     out["speeds"] = ca.SX.sym("speeds", n + 1)
     for name in ("x", "y", "deviation", "axis", "front", "side", "rear"):
@@ -201,7 +201,7 @@ def _built(w: Terms, body: Footprint, n: int, crowd: ProgramSize, walls: int) ->
     p = _symbols(ca, n, crowd, walls)
     states, inputs = ca.SX.sym("x", 3, n), ca.SX.sym("u", 2, n)
     poses = ca.horzcat(p["pose"], states)
-    before = ca.horzcat(p["now"], inputs[:, :-1])
+    before = ca.horzcat(p["current_input"], inputs[:, :-1])
     moved = poses[:, :-1] + w.step * ca.vertcat(
         inputs[0, :] * ca.cos(poses[2, :-1]), inputs[0, :] * ca.sin(poses[2, :-1]), inputs[1, :]
     )

@@ -13,16 +13,16 @@ import numpy as np
 
 from cohelm.control import LocalProblem, OptimalControl
 from cohelm.control.terms import (
-    BodyClearance,
-    GroupSpace,
+    GroupBarrier,
     InputEffort,
     InputLimits,
     PathProgress,
+    PersonBarrier,
     SeatComfort,
     SmoothInput,
-    SocialSpace,
+    SocialSpaceBarrier,
     TrackReference,
-    WallClearance,
+    WallBarrier,
 )
 from cohelm.robots import Robot
 from cohelm.shapes import PRINTED
@@ -59,10 +59,10 @@ class Terms:
     comfort: SeatComfort.Parameters | None = None
     progress: PathProgress.Parameters | None = None
     input_limits: InputLimits.Parameters
-    wall_clearance: WallClearance.Parameters | None = None
-    bodies: BodyClearance.Parameters | None = None
-    social_space: SocialSpace.Parameters | None = None
-    group_space: GroupSpace.Parameters | None = None
+    wall_clearance: WallBarrier.Parameters | None = None
+    bodies: PersonBarrier.Parameters | None = None
+    social_space: SocialSpaceBarrier.Parameters | None = None
+    group_space: GroupBarrier.Parameters | None = None
 
     @staticmethod
     def of(control: OptimalControl, step: float) -> Terms:
@@ -97,7 +97,9 @@ class ProgramSize:
         if weight.size:
             likeliest[np.arange(len(weight)), weight.argmax(axis=1)] = True
 
-        def bind(law: BodyClearance.Parameters | SocialSpace.Parameters | None) -> tuple[bool, ...]:
+        def bind(
+            law: PersonBarrier.Parameters | SocialSpaceBarrier.Parameters | None,
+        ) -> tuple[bool, ...]:
             binds = np.zeros(weight.shape, dtype=bool)
             if law is not None:
                 binds = likeliest | (weight >= law.min_probability)
@@ -116,7 +118,7 @@ class ProgramSize:
 
 def cost_of(ca: Any, w: Terms, p: dict[str, Any], poses: Any, inputs: Any) -> Any:
     """Xu et al., eq. (12), and the weights on changes, comfort and pace; ½ of every square."""
-    change = inputs - ca.horzcat(p["now"], inputs[:, :-1])
+    change = inputs - ca.horzcat(p["current_input"], inputs[:, :-1])
     cost = 0.0
     if w.track_reference is not None:
         cost += _tracking(ca, w.step, w.track_reference, p, poses)

@@ -8,11 +8,11 @@ from cohelm.control.baselines import Dwa, dwa
 from cohelm.control.baselines.dwa_critics import (
     DwaWeights,
     DynamicWindow,
-    beside,
     drive,
     ramp,
     velocity_costs,
 )
+from cohelm.control.baselines.polyline import nearest_on_polyline
 from cohelm.maps import distance_field
 from cohelm.messages import Reason, Status
 from cohelm.robots import load_robot
@@ -37,7 +37,7 @@ def test_a_velocity_is_admissible_where_braking_ends_before_the_wall():
 
     def admissible(v):
         window = DynamicWindow(
-            now=np.array([v, 0.0]),
+            current_input=np.array([v, 0.0]),
             rise=np.ones(2),
             fall=np.ones(2),
             twists=robot.motion.twist(np.eye(2)),
@@ -66,7 +66,7 @@ def test_a_velocity_is_admissible_where_braking_ends_before_the_wall():
 
 def test_the_path_is_as_far_as_its_nearest_segment_and_the_rest_is_what_is_left():
     path = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 3.0]])
-    distance, left, x, y = beside(path, 0.5, 0.4)
+    distance, left, x, y = nearest_on_polyline(path, 0.5, 0.4)
     assert (distance, left, x, y) == pytest.approx((0.4, 1.5 + 3.0, 0.5, 0.0))
 
 

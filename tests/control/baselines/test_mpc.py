@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import identical
-from cohelm.control import Motion
+from cohelm.control import Trajectory
 from cohelm.control.baselines import Mpc
 from cohelm.control.baselines.mpc import PresentDistance, distance_barrier
 from cohelm.control.baselines.tracking import along_reference
@@ -83,21 +83,21 @@ def test_it_knows_where_people_are_and_not_where_they_go(seed):
 
 def test_on_the_reference_its_linearisation_is_the_reference():
     problem = scene(speed=0.8)
-    motion = along_reference(problem, np.array([0.8, 0.0]))
-    assert motion.poses == pytest.approx(problem.reference.poses, abs=1e-12)
+    trajectory = along_reference(problem, np.array([0.8, 0.0]))
+    assert trajectory.poses == pytest.approx(problem.reference.poses, abs=1e-12)
     plan = Mpc().plan(problem, None)
     # nothing is left to gain, so the quadratic program answers 0
-    assert plan.inputs == pytest.approx(motion.inputs, abs=1e-6)
+    assert plan.inputs == pytest.approx(trajectory.inputs, abs=1e-6)
     assert sum(plan.costs.values()) < 1e-9
 
 
 def test_beside_the_reference_the_linearisation_joins_it():
     problem = scene(speed=0.8, pose=(0.0, 0.0, 0.0))
     moved = dataclasses.replace(problem, pose=np.array([0.0, 0.3, 0.2]))
-    motion = along_reference(moved, np.array([0.8, 0.0]))
-    aside = np.abs(motion.poses[:, 1])
+    trajectory = along_reference(moved, np.array([0.8, 0.0]))
+    aside = np.abs(trajectory.poses[:, 1])
     assert aside[-1] < 0.5 * aside[0]
-    assert abs(motion.poses[-1, 2]) < 0.2
+    assert abs(trajectory.poses[-1, 2]) < 0.2
 
 
 def test_one_quadratic_program_for_each_profile():
@@ -135,4 +135,4 @@ def test_its_motion_is_what_its_inputs_lead_to():
     plan = Mpc().plan(problem, None)
     poses = problem.robot.motion.rollout(problem.pose, plan.inputs, plan.step)
     assert plan.poses == pytest.approx(poses)
-    assert isinstance(along_reference(problem, problem.twist[[0, 2]]), Motion)
+    assert isinstance(along_reference(problem, problem.twist[[0, 2]]), Trajectory)

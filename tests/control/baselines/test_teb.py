@@ -5,7 +5,7 @@ import pytest
 
 from cohelm.control.baselines import Teb
 from cohelm.control.baselines import teb as module
-from cohelm.control.baselines.teb_band import _FEWEST, drawn, resized, shifted_band
+from cohelm.control.baselines.teb_band import _FEWEST, band_along_reference, resized, shifted_band
 from cohelm.control.baselines.teb_solver import _BAND, _assembled, _solved
 from cohelm.maps import distance_field
 from cohelm.messages import Reason, Status
@@ -35,7 +35,7 @@ def asked(monkeypatch):
     people = walkers([[5.5, 4.4, 0.0, 0.0], [4.0, 5.0, 0.0, 0.0]])  # gaps do not hang on times
     here = problem(walls=walls, people=people, pose=(3.0, 4.0, 0.1), speed=0.4)
     PLANNER.plan(here, None)
-    band = drawn(here, 0.2)
+    band = band_along_reference(here, 0.2)
     band[:, :3] += np.random.default_rng(0).normal(0.0, 0.02, (len(band), 3))
     weights, task = seen["arguments"][1:]
     return band, (weights, weights.obstacles, task)
@@ -139,7 +139,7 @@ def test_a_robot_that_moves_any_way_may_step_aside():
 def test_a_band_of_two_poses_is_begun_anew():
     """Near the goal, late in a ride, a band may have shrunk to that."""
     here = problem(pose=(3.0, 4.0, 0.1), speed=0.4)
-    rows = drawn(here, 0.2)
+    rows = band_along_reference(here, 0.2)
     for count in range(1, _FEWEST):
         old = module.Band(time=here.time, rows=rows[-count:], side=0.0, other=np.empty((0, 4)))
         assert shifted_band(here, old, old.rows) is None

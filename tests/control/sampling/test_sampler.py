@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohelm.arrays import identical
-from cohelm.control import Motion
+from cohelm.control import Trajectory
 from cohelm.control.sampling import TrajectorySampler
 from cohelm.control.sampling.arc_table import arc_table, perturbations
 from cohelm.geometry import transform
@@ -32,7 +32,7 @@ def candidates_of(problem, sampler=SAMPLER, warm=None):
     return sampler.sample(problem, wheels(problem), warm)
 
 
-def score_of(problem, inputs, sampler=SAMPLER):
+def cost_of(problem, inputs, sampler=SAMPLER):
     return sampler.prepare(problem, wheels(problem)).evaluate(inputs)
 
 
@@ -62,9 +62,9 @@ def test_the_oncoming_margin_is_shared_by_all_oncoming_people(others):
     off = TrajectorySampler(
         TrajectorySampler.Parameters(growth=0.04, oncoming_margin=0.0, max_margin=2.0)
     )
-    cost = score_of(problem, inputs, shared).score
-    assert cost == pytest.approx(score_of(problem, inputs, alone).score, abs=1e-9)
-    assert cost > score_of(problem, inputs, off).score + 0.01
+    cost = cost_of(problem, inputs, shared).cost
+    assert cost == pytest.approx(cost_of(problem, inputs, alone).cost, abs=1e-9)
+    assert cost > cost_of(problem, inputs, off).cost + 0.01
 
 
 @pytest.mark.parametrize("table", [arc_table(640), perturbations(80)])
@@ -86,7 +86,7 @@ def test_candidates_obey_the_limits_and_are_rollouts_of_their_inputs(seed, peopl
     low, high, rise, fall = problem.input_bounds()
     candidates = candidates_of(problem)
     assert len(candidates) >= 1
-    assert (np.diff(candidates.score) >= 0.0).all()
+    assert (np.diff(candidates.cost) >= 0.0).all()
     assert candidates.step * candidates.inputs.shape[1] >= 6.0 - 1e-9
     for inputs, poses in zip(candidates.inputs, candidates.poses, strict=True):
         rolled = problem.robot.motion.rollout(problem.pose, inputs, candidates.step)
@@ -123,24 +123,24 @@ def test_the_same_problem_gives_the_same_candidates():
 def test_candidates_keep_their_score_when_they_are_evaluated_again(kinematics):
     problem = drawn(5, 8, kinematics)
     candidates = candidates_of(problem)
-    again = score_of(problem, candidates.inputs)
-    np.testing.assert_allclose(again.score, candidates.score, rtol=1e-12)
-    np.testing.assert_array_equal(again.homotopy, candidates.homotopy)
+    again = cost_of(problem, candidates.inputs)
+    np.testing.assert_allclose(again.cost, candidates.cost, rtol=1e-12)
+    np.testing.assert_array_equal(again.passing_sides, candidates.passing_sides)
 
 
 def test_the_last_plan_is_among_the_candidates():
     problem = scene(speed=0.8, people=walkers([[4.0, 0.3, -0.8, 0.0]]))
     first = candidates_of(problem)
-    warm = Motion(
-        step=STEP, poses=first.poses[0], inputs=first.inputs[0], last_input=wheels(problem)
+    warm = Trajectory(
+        step=STEP, poses=first.poses[0], inputs=first.inputs[0], current_input=wheels(problem)
     )
-    assert candidates_of(problem, warm=warm).score[0] <= first.score[0] + 1e-12
+    assert candidates_of(problem, warm=warm).cost[0] <= first.cost[0] + 1e-12
 
 
 @pytest.mark.parametrize("kinematics", ["unicycle", "holonomic"])
 def test_alone_at_pace_straight_on_loses_nothing(kinematics):
     candidates = candidates_of(scene(kinematics, speed=0.8))
-    assert candidates.score[0] < 0.01
+    assert candidates.cost[0] < 0.01
     assert candidates.inputs[0, :, 0] == pytest.approx(0.8, abs=0.02)
 
 
@@ -148,9 +148,9 @@ def test_an_oncoming_person_is_passed_on_either_side():
     problem = scene(speed=0.8, people=walkers([[5.0, 0.05, -0.8, 0.0]]))
     candidates = candidates_of(problem)
     assert candidates.contact[0] == np.inf
-    assert {-1, 1} <= set(candidates.homotopy[:, 1])
+    assert {-1, 1} <= set(candidates.passing_sides[:, 1])
     # passed on the right, he is seen to the left: the bearing to him turns counter-clockwise
-    right = int(np.argmax(candidates.homotopy[:, 1] == 1))
+    right = int(np.argmax(candidates.passing_sides[:, 1] == 1))
     assert candidates.poses[right, :, 1].min() < -0.2
 
 
@@ -158,7 +158,7 @@ def test_an_oncoming_person_is_passed_on_either_side():
 def test_the_rider_chooses_the_side(side, sign):
     problem = scene(speed=0.8, people=walkers([[5.0, 0.0, -0.8, 0.0]]))
     problem = dataclasses.replace(problem, profile=RiderProfile(passing_side=side))
-    assert candidates_of(problem).homotopy[0, 1] == sign
+    assert candidates_of(problem).passing_sides[0, 1] == sign
 
 
 def test_a_less_likely_hypothesis_and_a_later_contact_cost_less():
@@ -169,9 +169,9 @@ def test_a_less_likely_hypothesis_and_a_later_contact_cost_less():
         problem = scene(speed=0.8, people=walkers([[x, 0.0, 0.0, 0.0]]))
         p = dataclasses.replace(problem.predictions, weight=np.full((1, 1), weight))
         problem = dataclasses.replace(problem, predictions=p)
-        return score_of(problem, straight).score[0]
+        return cost_of(problem, straight).cost[0]
 
-    nobody = score_of(alone, straight).score[0]
+    nobody = cost_of(alone, straight).cost[0]
     assert price(2.5, 0.5) - nobody == pytest.approx(0.5 * (price(2.5, 1.0) - nobody))
     assert price(2.5, 1.0) > price(3.5, 1.0) > nobody
 
@@ -186,7 +186,7 @@ def test_standing_people_may_be_passed_more_closely_than_walking_people():
 
     def price(sampler, *people):
         problem = scene(speed=0.8, people=walkers(np.reshape(people, (-1, 4))))
-        return score_of(problem, straight, sampler).score[0]
+        return cost_of(problem, straight, sampler).cost[0]
 
     beside = walkers([[0.0, 0.0, 0.0, 0.0]]).radius[0] + scene().robot.capsule[4] + 0.08
     stands, walks = [2.5, beside, 0.0, 0.0], [2.5, beside, -0.8, 0.0]
@@ -200,8 +200,8 @@ def test_standing_is_not_free_of_risk():
     stand = np.zeros((38, 2))
     into = scene(people=walkers([[3.0, 0.0, -0.8, 0.0]]))
     past = scene(people=walkers([[3.0, 3.0, -0.8, 0.0]]))
-    hit, clear = (score_of(p, stand) for p in (into, past))
-    assert hit.score[0] > clear.score[0] + 1.0
+    hit, clear = (cost_of(p, stand) for p in (into, past))
+    assert hit.cost[0] > clear.cost[0] + 1.0
     assert np.isfinite(hit.contact[0])
     assert clear.contact[0] == np.inf
 
@@ -210,7 +210,7 @@ def test_somebody_far_away_changes_nothing():
     alone = candidates_of(scene(speed=0.6))
     far = candidates_of(scene(speed=0.6, people=walkers([[-30.0, 20.0, 0.0, 0.0]])))
     np.testing.assert_array_equal(far.inputs, alone.inputs)
-    np.testing.assert_array_equal(far.score, alone.score)
+    np.testing.assert_array_equal(far.cost, alone.cost)
 
 
 def test_no_candidate_leads_between_the_members_of_a_group():
@@ -240,7 +240,7 @@ def test_a_box_on_the_path_is_passed_on_either_side_without_contact():
         assert (gap.min() > 0.0) or np.isfinite(contact)
     assert candidates.contact[0] == np.inf
     assert candidates.poses[0, -1, 0] > 4.0  # it gets on
-    assert {-1, 1} <= set(candidates.homotopy[:, 0])
+    assert {-1, 1} <= set(candidates.passing_sides[:, 0])
 
 
 def test_the_best_candidate_stops_before_a_wall_across_the_path():
@@ -256,6 +256,6 @@ def test_a_short_trajectory_returns_to_the_path():
         problem.reference, poses=scene().reference.poses
     )  # along the x-axis, half a metre to the right
     problem = dataclasses.replace(problem, reference=line)
-    found = score_of(problem, np.tile([0.8, 0.0], (3, 1)))
+    found = cost_of(problem, np.tile([0.8, 0.0], (3, 1)))
     assert found.inputs.shape[1] == 38
     assert abs(found.poses[0, -1, 1]) < 0.1

@@ -30,10 +30,12 @@ def test_the_model_is_of_the_derivative_of_the_residual_through_the_rollout(name
     for _ in range(5):
         problem = random_problem(rng, 0, steps=12).problem
         problem = problem if moves == "as a chair" else motions.any_way(problem)
-        motion = motions.wandering(problem, rng)
-        term, residual = TERMS[name], TERMS[name].residual(problem, motion)
-        hessian, gradient = term.model(problem, motion, motions.sensitivity(problem, motion))
-        numeric = motions.slope(lambda m: TERMS[name].residual(problem, m), problem, motion)  # noqa: B023  # used at once
+        trajectory = motions.wandering(problem, rng)
+        term, residual = TERMS[name], TERMS[name].residual(problem, trajectory)
+        hessian, gradient = term.model(
+            problem, trajectory, motions.sensitivity(problem, trajectory)
+        )
+        numeric = motions.slope(lambda m: TERMS[name].residual(problem, m), problem, trajectory)  # noqa: B023  # used at once
         # rounding: residuals of up to 30 m·√(4 s) at 2e-16, over a push of 1e-6, times r or J
         assert np.abs(gradient - residual @ numeric).max() < 1e-5
         assert np.abs(hessian - numeric.T @ numeric).max() < 1e-6
@@ -42,21 +44,21 @@ def test_the_model_is_of_the_derivative_of_the_residual_through_the_rollout(name
 def test_nothing_costs_anything_on_the_reference(motions):
     problem = local_problem(steps=10, step=0.2, speed=0.8, wanted=0.8)
     inputs = np.tile([0.8, 0.0], (10, 1))
-    motion = dataclasses.replace(
+    trajectory = dataclasses.replace(
         motions.standing(problem),
         poses=problem.reference.poses,
         inputs=inputs,
-        last_input=inputs[0],
+        current_input=inputs[0],
     )
     for name in TERMS.keys() - {"input_effort as printed"}:
-        assert np.abs(TERMS[name].residual(problem, motion)).max(initial=0.0) < 1e-12
+        assert np.abs(TERMS[name].residual(problem, trajectory)).max(initial=0.0) < 1e-12
 
 
 def test_costs_by_hand(motions):
     """A chair that stands, ten steps of 0.2 s, while the reference goes ahead at 0.8 m/s."""
     problem = local_problem(steps=10, step=0.2, speed=0.0, wanted=0.8)
-    motion = motions.standing(problem)
-    cost = {name: 0.5 * np.sum(t.residual(problem, motion) ** 2) for name, t in TERMS.items()}
+    trajectory = motions.standing(problem)
+    cost = {name: 0.5 * np.sum(t.residual(problem, trajectory) ** 2) for name, t in TERMS.items()}
     # ½ · 0.2 s · Σ (0.16 k)², k = 1…10, Σ k² = 385; and ½ · 4 s · 1.6² for the last one
     assert cost["track_reference"] == pytest.approx(0.1 * 0.0256 * 385 + 2.0 * 2.56)
     # ½ · 0.8 · 2 s · 0.8²
@@ -71,8 +73,8 @@ def test_costs_by_hand(motions):
 
 def test_a_sudden_start_is_not_smooth(motions):
     problem = local_problem(steps=10, step=0.2)
-    motion = dataclasses.replace(motions.standing(problem), inputs=np.tile([0.1, 0.0], (10, 1)))
-    residual = TERMS["smooth_input"].residual(problem, motion)
+    trajectory = dataclasses.replace(motions.standing(problem), inputs=np.tile([0.1, 0.0], (10, 1)))
+    residual = TERMS["smooth_input"].residual(problem, trajectory)
     # 0.1 m/s in 0.2 s is 0.5 m/s²: ½ · 0.08 · 0.5² · 0.2 s
     assert 0.5 * residual @ residual == pytest.approx(0.5 * 0.08 * 0.25 * 0.2)
 
@@ -80,12 +82,12 @@ def test_a_sudden_start_is_not_smooth(motions):
 def test_the_heading_of_the_reference_is_not_wrapped(motions):
     """A reference that has turned once round is a whole turn away from a chair that has not."""
     problem = local_problem(steps=10, step=0.2)
-    motion = motions.standing(problem)
+    trajectory = motions.standing(problem)
     turn = np.array([0.0, 0.0, 2.0 * np.pi])
     further = dataclasses.replace(problem.reference, poses=problem.reference.poses + turn)
     there = dataclasses.replace(problem, reference=further)
     term = TERMS["track_reference"]
-    difference = term.residual(there, motion) - term.residual(problem, motion)
+    difference = term.residual(there, trajectory) - term.residual(problem, trajectory)
     # √(0.3 · 0.2 s) a turn
     assert difference.reshape(10, 3)[0] == pytest.approx([0, 0, -np.sqrt(0.06) * 2.0 * np.pi])
 
@@ -111,21 +113,21 @@ def test_turning_at_speed_is_felt_as_braking_is(motions):
     term = SeatComfort(SeatComfort.Parameters(acceleration=2.0))
     still = motions.standing(problem)
     turning = dataclasses.replace(
-        still, inputs=np.tile([1.0, 0.5], (4, 1)), last_input=np.array([1.0, 0.5])
+        still, inputs=np.tile([1.0, 0.5], (4, 1)), current_input=np.array([1.0, 0.5])
     )
     # √(2 · 0.2 s) · 0.5 m/s²
     expected = np.sqrt(0.4) * np.tile([0.0, 0.5], (4, 1))
     assert term.residual(problem, turning).reshape(4, 2) == pytest.approx(expected)
     speeds = np.array([0.9, 0.8, 0.7, 0.6])
     braking = dataclasses.replace(
-        still, inputs=np.stack([speeds, np.zeros(4)], axis=-1), last_input=np.array([1.0, 0.0])
+        still, inputs=np.stack([speeds, np.zeros(4)], axis=-1), current_input=np.array([1.0, 0.0])
     )
     assert term.residual(problem, braking).reshape(4, 2) == pytest.approx(
         -np.sqrt(0.4) * np.tile([0.5, 0.0], (4, 1))
     )
     jerk = SeatComfort(SeatComfort.Parameters(jerk=2.0))
     assert np.abs(jerk.residual(problem, braking)).max() < 1e-12
-    sudden = dataclasses.replace(braking, last_input=np.array([0.9, 0.0]))
+    sudden = dataclasses.replace(braking, current_input=np.array([0.9, 0.0]))
     # from 0 to −0.5 m/s² in 0.2 s: √(2 · 0.2 s) · 2.5 m/s³
     assert jerk.residual(problem, sudden)[0] == pytest.approx(-np.sqrt(0.4) * 2.5)
 
@@ -136,10 +138,10 @@ def test_circling_is_felt_alike_however_the_robot_faces(motions):
     term = SeatComfort(SeatComfort.Parameters(acceleration=1.0 / 0.2))
     for velocity, centre in (([1.0, 0.0], [0.0, 0.5]), ([0.0, 1.0], [-0.5, 0.0])):
         u = np.array([*velocity, 0.5])
-        motion = dataclasses.replace(
-            motions.standing(problem), inputs=np.tile(u, (3, 1)), last_input=u
+        trajectory = dataclasses.replace(
+            motions.standing(problem), inputs=np.tile(u, (3, 1)), current_input=u
         )
-        felt = term.residual(problem, motion).reshape(3, 2)
+        felt = term.residual(problem, trajectory).reshape(3, 2)
         assert felt == pytest.approx(np.tile(centre, (3, 1)))
 
 
@@ -148,7 +150,7 @@ def test_who_moves_any_way_may_face_any_way(motions):
     plain = local_problem(steps=5, step=0.2, speed=0.8, wanted=0.8)
     problem = motions.any_way(plain)
     poses = problem.reference.poses + np.array([0.0, 0.0, np.pi / 2.0])
-    motion = dataclasses.replace(
+    trajectory = dataclasses.replace(
         motions.standing(problem), poses=poses, inputs=np.tile([0.0, -0.8, 0.0], (5, 1))
     )
-    assert np.abs(TERMS["input_effort"].residual(problem, motion)).max() < 1e-12
+    assert np.abs(TERMS["input_effort"].residual(problem, trajectory)).max() < 1e-12

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.control.terms.binding import oncoming_share
+from cohelm.control.terms.constraints.prediction_selection import oncoming_share
 from cohelm.testing.scenes import walkers
 
 POSE = np.array([1.0, 2.0, 0.4])

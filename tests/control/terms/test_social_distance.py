@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from cohelm.control.terms.bodies import body_barrier, body_gradient
-from cohelm.control.terms.social_distance import (
+from cohelm.control.terms.constraints.person_barrier import person_barrier, person_gradient
+from cohelm.control.terms.constraints.social_distance import (
     SpaceShapes,
     coefficients,
     max_extent,
@@ -51,9 +51,9 @@ def test_the_body_gradient_is_a_derivative_wherever_a_person_is(where, heading, 
     person, kept = np.array([[WHERE[where]]]), np.array([[0.35]])
     pose = np.array([0.0, 0.0, heading])
     numeric = slope_in_pose(
-        lambda p: body_barrier(chair.capsule, p[None], person, kept)[0, 0], pose
+        lambda p: person_barrier(chair.capsule, p[None], person, kept)[0, 0], pose
     )
-    exact = body_gradient(chair.capsule, pose[None], person, EVERY)[0, 0]
+    exact = person_gradient(chair.capsule, pose[None], person, EVERY)[0, 0]
     assert np.abs(exact - numeric).max() < 1e-6
 
 
@@ -82,7 +82,7 @@ def test_extents_are_those_of_the_shapes(shape, axis, chair):
     kind, scale = SHAPES[shape]
     person, space = about(shape, axis, (3.0, 0.0))
     pose = np.zeros((1, 3))
-    plain = body_barrier(chair.capsule, pose, person, np.array([[0.25]]))
+    plain = person_barrier(chair.capsule, pose, person, np.array([[0.25]]))
     h = social_barrier(chair.capsule, pose, person, np.array([[0.25]]), space)
     theirs, _ = extent(RadialShape(kind, *EGG, scale, 0.1), np.pi - axis)
     mine, _ = extent(RadialShape(kind, *OWN, scale, 0.02), 0.0)
@@ -103,7 +103,7 @@ def test_gradients_are_zero_where_nobody_asks():
     problem = random_problem(rng, 4, steps=3).problem
     poses, people = np.tile(problem.pose, (4, 1)), problem.predictions.mean[:, 0]
     near = rng.random((4, 4)) < 0.5
-    gradient = body_gradient(problem.robot.capsule, poses, people, near)
+    gradient = person_gradient(problem.robot.capsule, poses, people, near)
     assert (gradient[~near] == 0.0).all()
     assert (np.hypot(gradient[near][:, 0], gradient[near][:, 1]) > 0.99).all()
 
@@ -111,7 +111,7 @@ def test_gradients_are_zero_where_nobody_asks():
 def test_random_problems_begin_clear_of_contact_unless_hopeless(rng):
     for people in (0, 3, 12):
         problem = random_problem(rng, people).problem
-        h = body_barrier(
+        h = person_barrier(
             problem.robot.capsule,
             problem.pose[None],
             problem.predictions.mean[:, 0, :1],

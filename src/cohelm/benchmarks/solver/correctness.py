@@ -11,7 +11,7 @@ import numpy as np
 
 from cohelm.benchmarks.solver.states import solved_ride
 from cohelm.control import SsMpcDcbf
-from cohelm.control.warm_start import limited_motion
+from cohelm.control.trajectories import limited_trajectory
 from cohelm.errors import ControlError
 from cohelm.messages import Status
 from cohelm.testing.comparison import OptimumVerdict, compare, first_command
@@ -85,7 +85,7 @@ def failures(kind: str, solves: int, seed: int, planner: SsMpcDcbf | None = None
         problem = random_problem(
             rng, people, steps=planner.steps, step=planner.step, hopeless=kind == "hopeless"
         ).problem
-        near, now = problem.within(HORIZON), problem.robot.motion.input(problem.twist)
+        near, current_input = problem.truncated(HORIZON), problem.robot.motion.input(problem.twist)
         for _ in range(_SEEDS):
             turns = np.cumsum(rng.normal(0.0, 0.3, HORIZON))
             inputs = np.column_stack([rng.uniform(-0.2, 1.0, HORIZON), turns])
@@ -93,10 +93,10 @@ def failures(kind: str, solves: int, seed: int, planner: SsMpcDcbf | None = None
             try:
                 found = planner.control.solve(
                     near,
-                    limited_motion(near, inputs, now),
+                    limited_trajectory(near, inputs, current_input),
                     iterations=planner.parameters.iterations,
                 )
-                count["failed"] += not np.isfinite(found.motion.poses).all()
+                count["failed"] += not np.isfinite(found.trajectory.poses).all()
             except ControlError:
                 count["failed"] += 1
         try:

@@ -13,7 +13,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.benchmarks.solver.states import TICKS, RideState, ride, with_futures
-from cohelm.control import LocalProblem, Motion, SsMpcDcbf
+from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory
 from cohelm.control.qp import Multipliers, QuadraticProgram, minimise
 from cohelm.errors import ControlError
 from cohelm.stopwatch import Stopwatch, Timing
@@ -51,11 +51,11 @@ def warm_up(parameters: SsMpcDcbf.Parameters, horizon: int, ticks: int = TICKS) 
             rng, (0, 1, 5)[k % 3], steps=planner.steps, step=planner.step, hopeless=k < 3
         )
         for state in islice(ride(planner, drawn, horizon), ticks):
-            near = state.problem.within(horizon)
+            near = state.problem.truncated(horizon)
             planner.control.solve(near, state.seed, iterations=1)
             _two_of_three(planner, with_futures(near), state.seed)
-            other.plan(with_futures(state.problem.within(other.steps)), state.previous)
-            other.plan(state.problem.within(other.steps), state.previous)
+            other.plan(with_futures(state.problem.truncated(other.steps)), state.previous)
+            other.plan(state.problem.truncated(other.steps), state.previous)
 
 
 def planner_of(parameters: SsMpcDcbf.Parameters, horizon: int, candidates: int) -> SsMpcDcbf:
@@ -85,7 +85,7 @@ def rows(parameters: SsMpcDcbf.Parameters, chosen: StateSet, *, every: int) -> I
     while len(states) < count:
         drawn = random_problem(rng, people, steps=planner.steps, step=planner.step)
         states += islice(ride(planner, drawn, horizon), count - len(states))
-    near = [(state.problem.within(horizon), state.seed) for state in states]
+    near = [(state.problem.truncated(horizon), state.seed) for state in states]
     three = [(with_futures(problem), start) for problem, start in near]
     budget = planner.parameters.iterations
     calls: dict[str, Callable[[int], Any]] = {
@@ -109,8 +109,8 @@ def rows(parameters: SsMpcDcbf.Parameters, chosen: StateSet, *, every: int) -> I
         yield _ipopt(planner, states[::every], people, horizon)
 
 
-def _two_of_three(planner: SsMpcDcbf, problem: LocalProblem, seed: Motion) -> None:
-    for start in (seed, along(problem, seed.last_input)):
+def _two_of_three(planner: SsMpcDcbf, problem: LocalProblem, seed: Trajectory) -> None:
+    for start in (seed, along(problem, seed.current_input)):
         planner.control.solve(problem, start, iterations=planner.parameters.iterations)
 
 
@@ -119,7 +119,7 @@ def _plans(
     states: list[RideState],
     changed: Callable[[LocalProblem], LocalProblem] = lambda problem: problem,
 ) -> tuple[Floats, int]:
-    problems = [changed(state.problem.within(planner.steps)) for state in states]
+    problems = [changed(state.problem.truncated(planner.steps)) for state in states]
     return _timed(lambda k: planner.plan(problems[k], states[k].previous), len(states))
 
 
@@ -140,10 +140,10 @@ def _ipopt(planner: SsMpcDcbf, states: list[RideState], people: int, horizon: in
     times, failed = [], 0
     for state in states:
         found = oracle.solve(
-            state.problem.within(horizon),
+            state.problem.truncated(horizon),
             planner.control,
             state.half_planes,
-            last_input=state.seed.last_input,
+            current_input=state.seed.current_input,
             start=state.seed.inputs,
         )
         times.append(found.time)
@@ -152,11 +152,11 @@ def _ipopt(planner: SsMpcDcbf, states: list[RideState], people: int, horizon: in
 
 
 def _programs(
-    planner: SsMpcDcbf, near: list[tuple[LocalProblem, Motion]], people: int, horizon: int
+    planner: SsMpcDcbf, near: list[tuple[LocalProblem, Trajectory]], people: int, horizon: int
 ) -> Iterator[Any]:
     """Quadratic programs of first steps, cold, by both solvers; complete for PIQP."""
     control = planner.control
-    programs = [control.program(p, m, control.value(p, m)) for p, m in near]
+    programs = [control.program(p, m, control.evaluate(p, m)) for p, m in near]
     best: list[Floats] = []
 
     def daqp(k: int) -> None:
@@ -178,10 +178,10 @@ def _programs(
 
 def objective(program: QuadraticProgram, x: Floats) -> float:
     """Objective at x, including the penalty of the slack it needs."""
-    soft = program.group >= 0
+    soft = program.slack_index >= 0
     slack = np.zeros(len(program.l1))
     lack = -(program.jacobian @ x + program.margin)[soft]
-    np.maximum.at(slack, program.group[soft], lack)
+    np.maximum.at(slack, program.slack_index[soft], lack)
     penalty = float(program.l1 @ slack + 0.5 * slack @ (program.l2 * slack))
     return float(0.5 * x @ program.hessian @ x + program.gradient @ x) + penalty
 
@@ -199,8 +199,8 @@ def piqp(program: QuadraticProgram) -> tuple[float, Floats | None]:
     hessian[range(n, n + groups), range(n, n + groups)] = program.l2
     rows_ = np.zeros((len(program.margin), n + groups), order="F")
     rows_[:, :n] = program.jacobian
-    soft = np.flatnonzero(program.group >= 0)
-    rows_[soft, n + program.group[soft]] = 1.0
+    soft = np.flatnonzero(program.slack_index >= 0)
+    rows_[soft, n + program.slack_index[soft]] = 1.0
     solver.setup(
         hessian,
         np.concatenate([program.gradient, program.l1]),

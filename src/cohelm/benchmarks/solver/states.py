@@ -9,8 +9,9 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import override, validate
-from cohelm.control import LocalProblem, Motion, SsMpcDcbf
-from cohelm.control.warm_start import last_input, limited_motion
+from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory
+from cohelm.control.trajectories import limited_trajectory
+from cohelm.control.warm_start import estimate_current_input
 from cohelm.errors import ConfigError
 from cohelm.messages import LocalPlan, Predictions, Reference
 from cohelm.stopwatch import Stopwatch
@@ -40,7 +41,7 @@ class RideState:
     half_planes: Annotated[Floats, Shape("w 3")]
     """Walls for the oracle: free where n·p > b, rows (n_x, n_y, b)."""
     previous: LocalPlan | None
-    seed: Motion
+    seed: Trajectory
     """Warm start: the last plan from now on, else along the reference."""
     time: float = 0.0
     """Thread CPU time of the planner's own plan, s."""
@@ -56,8 +57,8 @@ def ride(planner: SsMpcDcbf, drawn: RandomProblem, steps: int) -> Iterator[RideS
     """
     problem, previous, path = drawn.problem, None, _path(drawn.problem)
     for k in range(TICKS):
-        now = last_input(problem, previous)
-        near = problem.within(planner.steps)
+        current_input = estimate_current_input(problem, previous)
+        near = problem.truncated(planner.steps)
         watch = Stopwatch()
         plan = planner.plan(near, previous)
         elapsed = watch.elapsed()
@@ -65,7 +66,7 @@ def ride(planner: SsMpcDcbf, drawn: RandomProblem, steps: int) -> Iterator[RideS
             problem=problem,
             half_planes=drawn.half_planes,
             previous=previous,
-            seed=seed(problem.within(steps), previous, now),
+            seed=seed(problem.truncated(steps), previous, current_input),
             time=elapsed,
         )
         previous = plan
@@ -78,10 +79,10 @@ def solved_ride(planner: SsMpcDcbf, drawn: RandomProblem) -> Iterator[RideState]
     warm = seed(problem, None, problem.robot.motion.input(problem.twist))
     for k in range(TICKS):
         yield RideState(problem=problem, half_planes=drawn.half_planes, previous=None, seed=warm)
-        found = planner.control.solve(problem, warm, iterations=_BUDGET).motion
+        found = planner.control.solve(problem, warm, iterations=_BUDGET).trajectory
         command = problem.robot.motion.twist(found.inputs[0])
         problem = _moved(problem, command, path, (k + 1) * TICK)
-        warm = limited_motion(problem, later(found.inputs, found.step, TICK), found.inputs[0])
+        warm = limited_trajectory(problem, later(found.inputs, found.step, TICK), found.inputs[0])
 
 
 def planner_with(settings: Sequence[str]) -> SsMpcDcbf:
@@ -102,15 +103,15 @@ def planner_with(settings: Sequence[str]) -> SsMpcDcbf:
     return SsMpcDcbf(validate(SsMpcDcbf.Parameters, of_planner, prefix=PLANNER))
 
 
-def seed(problem: LocalProblem, previous: LocalPlan | None, now: Floats) -> Motion:
+def seed(problem: LocalProblem, previous: LocalPlan | None, current_input: Floats) -> Trajectory:
     """Last plan from now on, extended or cut; without one, along the reference."""
     reference = problem.reference
     if previous is None:
-        return along(problem, now)
+        return along(problem, current_input)
     inputs = later(previous.inputs, previous.step, problem.time - previous.time)
     steps = len(reference.speeds) - 1
     inputs = inputs[np.minimum(np.arange(steps), len(inputs) - 1)]
-    return limited_motion(problem, inputs, now)
+    return limited_trajectory(problem, inputs, current_input)
 
 
 def later(inputs: Floats, step: float, elapsed: float) -> Floats:
@@ -122,8 +123,8 @@ def later(inputs: Floats, step: float, elapsed: float) -> Floats:
 def with_futures(problem: LocalProblem) -> LocalProblem:
     """Problem with three hypotheses per person: continues, stops, turns back."""
     p = problem.predictions
-    now = p.velocity[:, 0, 0]
-    velocity = np.stack([now, 0.0 * now, -now], axis=1)[:, :, None]
+    keep = p.velocity[:, 0, 0]
+    velocity = np.stack([keep, 0.0 * keep, -keep], axis=1)[:, :, None]
     ahead = p.step * np.arange(p.mean.shape[2])
     predictions = Predictions(
         step=p.step,

@@ -14,17 +14,18 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.baselines.steering import Steering, advance, steering_of, twist_toward
-from cohelm.control.baselines.tracking import plan_of, scrapes
-from cohelm.control.validation import validated
-from cohelm.control.warm_start import braking_motion, last_input
+from cohelm.control.baselines.tracking import plan_of, touches_wall
+from cohelm.control.trajectories import braking_trajectory
+from cohelm.control.validation import check_problem
+from cohelm.control.warm_start import estimate_current_input
 from cohelm.maps.distance import sample
 from cohelm.messages import LocalPlan, Status
 from cohelm.robots.capsule import nearest_on_spine_in_map
 from cohelm.robots.contact import WallGrid, wall_grid
 
-_NAMES = ("path", "rider", "walls", "people")
+_FORCES = ("path", "rider", "walls", "people")
 _BALANCED = 0.02
 """A twist below this is standing, m/s and rad/s."""
 _MIN_GAP = 0.05
@@ -67,19 +68,22 @@ class Apf:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        problem = validated(problem, self.steps)
-        now = last_input(problem, previous)
-        motion, forces, target = self._descended(problem, now)
-        sizes = {name: float(np.hypot(*f)) for name, f in zip(_NAMES, forces, strict=True)}
+        check_problem(problem, self.steps)
+        problem = problem.truncated(self.steps)
+        current_input = estimate_current_input(problem, previous)
+        trajectory, forces, target = self._descended(problem, current_input)
+        sizes = {name: float(np.hypot(*f)) for name, f in zip(_FORCES, forces, strict=True)}
         balanced = np.abs(target).max() < _BALANCED
         moves = float(problem.reference.speeds.max()) > _BALANCED
-        if (balanced and moves) or scrapes(problem, motion):
-            rest = braking_motion(problem, now, self.steps)
+        if (balanced and moves) or touches_wall(problem, trajectory):
+            rest = braking_trajectory(problem, current_input, self.steps)
             return plan_of(problem, rest, Status.STOP, costs=sizes)
-        return plan_of(problem, motion, Status.OK, costs=sizes)
+        return plan_of(problem, trajectory, Status.OK, costs=sizes)
 
-    def _descended(self, problem: LocalProblem, now: Floats) -> tuple[Motion, Floats, Floats]:
-        """(the motion down the field, the forces now (4, 2), the target twist now (3,))."""
+    def _descended(
+        self, problem: LocalProblem, current_input: Floats
+    ) -> tuple[Trajectory, Floats, Floats]:
+        """(the trajectory down the field, the forces now (4, 2), the target twist now (3,))."""
         p, reference, rider = self.parameters, problem.reference, problem.authority
         lead = np.minimum(np.arange(self.steps) + max(round(p.ahead / p.step), 1), self.steps)
         soon = np.minimum(np.arange(self.steps) + 2, self.steps)
@@ -99,9 +103,11 @@ class Apf:
             wall_strength=p.wall_strength,
         )
         steering = steering_of(problem, p.gain, p.step)
-        poses, inputs, forces, target = descend(problem.pose, now, field, steering)
-        motion = Motion(step=p.step, poses=poses, inputs=inputs, last_input=now)
-        return motion, forces, target
+        poses, inputs, forces, target = descend(problem.pose, current_input, field, steering)
+        trajectory = Trajectory(
+            step=p.step, poses=poses, inputs=inputs, current_input=current_input
+        )
+        return trajectory, forces, target
 
 
 class PotentialField(NamedTuple):
@@ -131,7 +137,7 @@ class PotentialField(NamedTuple):
 
 @njit(cache=True)
 def descend(
-    start: Floats, now: Floats, field: PotentialField, steering: Steering
+    start: Floats, current_input: Floats, field: PotentialField, steering: Steering
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """(poses (N+1, 3), inputs (N, m), forces now (4, 2), target twist now (3,)) down the field.
 
@@ -139,17 +145,17 @@ def descend(
     does not turn around: it steers to the side of the sum, and stands or, if allowed, reverses.
     """
     eta, stick = field.eta, field.stick
-    steps, m = field.goals.shape[0], now.shape[0]
+    steps, m = field.goals.shape[0], current_input.shape[0]
     poses, inputs = np.empty((steps + 1, 3)), np.empty((steps, m))
     first, target = np.zeros((4, 2)), np.zeros(3)
-    pose, u = start.copy(), now.copy()
+    pose, u = start.copy(), current_input.copy()
     poses[0] = start
     for k in range(steps):
         # attraction: unit forces of path and stick, weighted by η
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
         dx, dy = field.goals[k, 0] - pose[0], field.goals[k, 1] - pose[1]
-        away = max(math.sqrt(dx * dx + dy * dy), 1e-9)
-        ax, ay = (1.0 - eta) * dx / away, (1.0 - eta) * dy / away
+        distance = max(math.sqrt(dx * dx + dy * dy), 1e-9)
+        ax, ay = (1.0 - eta) * dx / distance, (1.0 - eta) * dy / distance
         hx = eta * (cos * stick[0] - sin * stick[1])
         hy = eta * (sin * stick[0] + cos * stick[1])
         # repulsion
@@ -157,14 +163,14 @@ def descend(
         wx, wy = walls_force(pose, field)
         fx, fy = ax + hx + px + wx, ay + hy + py + wy
         # from the sum to a twist
-        ahead, aside = cos * fx + sin * fy, -sin * fx + cos * fy
-        pulled = cos * (ax + hx) + sin * (ay + hy)
+        forward, left = cos * fx + sin * fy, -sin * fx + cos * fy
+        attraction = cos * (ax + hx) + sin * (ay + hy)
         speed = field.speeds[k] * min(math.sqrt(fx * fx + fy * fy), 1.0)
-        if ahead < 0.0 and pulled > 0.0 and not steering.sideways:
-            vx, vy = speed * min(ahead, 0.0), 0.0
-            w = steering.gain * math.atan2(aside, -ahead)
+        if forward < 0.0 and attraction > 0.0 and not steering.holonomic:
+            vx, vy = speed * min(forward, 0.0), 0.0
+            w = steering.gain * math.atan2(left, -forward)
         else:
-            vx, vy, w = twist_toward(math.atan2(aside, ahead), speed, steering)
+            vx, vy, w = twist_toward(math.atan2(left, forward), speed, steering)
         if k == 0:
             first[0], first[1] = (ax, ay), (hx, hy)
             first[2], first[3] = (wx, wy), (px, py)

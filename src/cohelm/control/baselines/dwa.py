@@ -13,7 +13,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.baselines.dwa_critics import (
     AT_REST,
     DwaWeights,
@@ -22,8 +22,9 @@ from cohelm.control.baselines.dwa_critics import (
     velocity_costs,
 )
 from cohelm.control.baselines.tracking import plan_of
-from cohelm.control.validation import validated
-from cohelm.control.warm_start import braking_motion, last_input, limited_motion
+from cohelm.control.trajectories import braking_trajectory, limited_trajectory
+from cohelm.control.validation import check_problem
+from cohelm.control.warm_start import estimate_current_input
 from cohelm.messages import LocalPlan, Status
 from cohelm.robots.contact import wall_grid
 
@@ -85,61 +86,70 @@ class Dwa:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        problem = validated(problem, self.steps)
-        now = last_input(problem, previous)
-        samples = self._samples(problem, now)
-        costs = self._costs(problem, now, samples, previous)
+        check_problem(problem, self.steps)
+        problem = problem.truncated(self.steps)
+        current_input = estimate_current_input(problem, previous)
+        samples = self._samples(problem, current_input)
+        costs = self._costs(problem, current_input, samples, previous)
         moving = np.abs(samples).max(axis=1) > AT_REST
         must_move = bool(problem.reference.speeds.max() > _STOPPED)
         if not np.isfinite(costs).any() or (must_move and not np.isfinite(costs[moving]).any()):
-            rest = braking_motion(problem, now, self._simulated)
+            rest = braking_trajectory(problem, current_input, self._simulated)
             return plan_of(problem, rest, Status.STOP, costs={})
         # the first of all equal costs, so that a rotation of the world changes nothing
-        least = float(costs.min())
-        best = int(np.argmax(costs <= least + 1e-9))
-        motion = self._driven(problem, now, samples[best])
+        lowest = float(costs.min())
+        best = int(np.argmax(costs <= lowest + 1e-9))
+        trajectory = self._driven(problem, current_input, samples[best])
         return plan_of(
-            problem, motion, Status.OK, costs={"critics": least}, memory=motion.inputs[-1]
+            problem, trajectory, Status.OK, costs={"critics": lowest}, memory=trajectory.inputs[-1]
         )
 
-    def _samples(self, problem: LocalProblem, now: Floats) -> Floats:
+    def _samples(self, problem: LocalProblem, current_input: Floats) -> Floats:
         """Inputs (a, m) within the limits that can be reached within the horizon."""
         p = self.parameters
         low, high, rise, fall = problem.input_bounds()
         fastest = max(float(problem.reference.speeds.max()), _CREEP)
         high[0] = min(high[0], fastest)
         low, high = (
-            np.maximum(low, now - fall * p.horizon),
-            np.minimum(high, now + rise * p.horizon),
+            np.maximum(low, current_input - fall * p.horizon),
+            np.minimum(high, current_input + rise * p.horizon),
         )
         high = np.maximum(high, low)
-        counts = [p.speeds, *[max(p.speeds // 2, 3)] * (len(now) - 2), p.turns]
-        axes = [_spread(low[i], high[i], counts[i]) for i in range(len(now))]
+        counts = [p.speeds, *[max(p.speeds // 2, 3)] * (len(current_input) - 2), p.turns]
+        axes = [_spread(low[i], high[i], counts[i]) for i in range(len(current_input))]
         samples = np.array(list(itertools.product(*axes)))
         speed = np.hypot(*problem.robot.motion.twist(samples)[:, :2].T)
         limit = max(high[0], float(np.hypot(*problem.twist[:2])))
-        kept: Floats = samples[speed <= limit + 1e-9]
-        return kept
+        allowed: Floats = samples[speed <= limit + 1e-9]
+        return allowed
 
     def _costs(
-        self, problem: LocalProblem, now: Floats, samples: Floats, previous: LocalPlan | None
+        self,
+        problem: LocalProblem,
+        current_input: Floats,
+        samples: Floats,
+        previous: LocalPlan | None,
     ) -> Floats:
         p, robot = self.parameters, problem.robot
         _, _, rise, fall = problem.input_bounds()
         memory = previous.memory if previous is not None else None
-        last = memory if isinstance(memory, np.ndarray) and memory.shape == now.shape else now
+        last = (
+            memory
+            if isinstance(memory, np.ndarray) and memory.shape == current_input.shape
+            else current_input
+        )
         window = DynamicWindow(
-            now=now,
+            current_input=current_input,
             rise=rise * p.step,
             fall=fall * p.step,
-            twists=robot.motion.twist(np.eye(len(now))),
+            twists=robot.motion.twist(np.eye(len(current_input))),
             start=problem.pose,
             steps=self._simulated,
             step=p.step,
             path=_extended(problem.reference.poses, p.forward_point_distance),
             capsule=robot.capsule,
             discs=robot.discs,
-            people=self._bodies(problem),
+            people=self._people(problem),
             radius=np.repeat(problem.people.radius, problem.predictions.mean.shape[1]),
             walls=wall_grid(problem.walls),
         )
@@ -147,23 +157,23 @@ class Dwa:
             "deceleration": robot.max_deceleration,
             "turn_deceleration": robot.max_turn_acceleration,
         }
-        plain = {name: getattr(p, name) for name in DwaWeights._fields if name not in braking}
-        weights = DwaWeights(**plain, **braking)
+        same = {name: getattr(p, name) for name in DwaWeights._fields if name not in braking}
+        weights = DwaWeights(**same, **braking)
         costs: Floats = velocity_costs(samples, window, weights, last)
         return costs
 
-    def _bodies(self, problem: LocalProblem) -> Floats:
+    def _people(self, problem: LocalProblem) -> Floats:
         """Positions of people at the simulated times, (n·h, N+1, 2); every hypothesis counts."""
         mean = problem.predictions.mean[:, :, : self._simulated + 1]
         if not self.parameters.predict:
             mean = np.repeat(mean[:, :, :1], self._simulated + 1, axis=2)
         return np.ascontiguousarray(mean).reshape(-1, self._simulated + 1, 2)
 
-    def _driven(self, problem: LocalProblem, now: Floats, target: Floats) -> Motion:
+    def _driven(self, problem: LocalProblem, current_input: Floats, target: Floats) -> Trajectory:
         _, _, rise, fall = problem.input_bounds()
-        inputs = np.empty((self._simulated, len(now)))
-        ramp(target, now, rise * self.step, fall * self.step, inputs)
-        return limited_motion(problem, inputs, now)
+        inputs = np.empty((self._simulated, len(current_input)))
+        ramp(target, current_input, rise * self.step, fall * self.step, inputs)
+        return limited_trajectory(problem, inputs, current_input)
 
 
 def _extended(poses: Floats, distance: float) -> Floats:

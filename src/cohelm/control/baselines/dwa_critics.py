@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.control.baselines.polyline import nearest_on_polyline
 from cohelm.maps.distance import sample
 from cohelm.robots.braking import STANDING
 from cohelm.robots.capsule import gap_to_disc
@@ -24,18 +25,17 @@ _SAFE = 0.01
 """Added to a distance at which contact is impossible, m."""
 _TIE = 1e-6
 """Costs with a smaller difference may be a tie."""
-_ROUNDING = 1e-9
-"""Upper bound of the rounding error of a square, as a share of it."""
 
 
 class DynamicWindow(NamedTuple):
     """Robot and surroundings for compiled code."""
 
-    now: Floats
+    current_input: Floats
     """(m,) current input."""
     rise: Floats
-    """(m,) largest change of the inputs within a step; so is the next."""
+    """(m,) largest increase of the inputs within a step."""
     fall: Floats
+    """(m,) largest decrease of the inputs within a step."""
     twists: Floats
     """(m, 3) of the unit inputs."""
     start: Floats
@@ -81,20 +81,23 @@ class _Bounds(NamedTuple):
     """(c,)."""
     people_gaps: Floats
     """(p,)."""
-    off_walls: float
-    off_people: float
+    wall_range: float
+    """Distance of the pose to walls."""
+    people_range: float
+    """Distance of the pose to people's outlines."""
     free: float
     """Free distance at the start."""
 
 
 @njit(cache=True)
-def ramp(target: Floats, now: Floats, rise: Floats, fall: Floats, inputs: Floats) -> None:
-    """Fill ``inputs`` (N, m): from ``now`` to ``target`` (m,) as fast as the limits allow.
+def ramp(target: Floats, current_input: Floats, rise: Floats, fall: Floats, inputs: Floats) -> None:
+    """Fill ``inputs`` (N, m): from the current input to ``target`` (m,) as fast as limits allow.
 
+    Each input by itself, as in the dynamic window of Fox et al.
     rise, fall: largest change within a step, (m,); half of it in the first one.
     """
     for i in range(inputs.shape[1]):
-        before = now[i]
+        before = current_input[i]
         for k in range(inputs.shape[0]):
             share = 0.5 if k == 0 else 1.0
             before = min(max(target[i], before - share * fall[i]), before + share * rise[i])
@@ -122,28 +125,6 @@ def drive(start: Floats, inputs: Floats, twists: Floats, step: float, poses: Flo
 
 
 @njit(cache=True)
-def beside(path: Floats, x: float, y: float) -> tuple[float, float, float, float]:
-    """(distance to a polyline (k, 2), length left after its nearest point, that point's x, y)."""
-    best, left, behind, near_x, near_y = np.inf, 0.0, 0.0, path[0, 0], path[0, 1]
-    enough = np.inf
-    for i in range(path.shape[0] - 2, -1, -1):
-        dx, dy = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
-        px, py = x - path[i, 0], y - path[i, 1]
-        length2 = dx * dx + dy * dy
-        t = min(max((px * dx + py * dy) / length2, 0.0), 1.0) if length2 > 0.0 else 0.0
-        length = math.sqrt(length2)
-        qx, qy = px - t * dx, py - t * dy
-        if qx * qx + qy * qy <= enough:  # the square first: roots are slow
-            distance = math.hypot(qx, qy)
-            if distance < best:
-                best, left = distance, behind + (1.0 - t) * length
-                near_x, near_y = path[i, 0] + t * dx, path[i, 1] + t * dy
-                enough = best * best * (1.0 + _ROUNDING)
-        behind += length
-    return best, left, near_x, near_y
-
-
-@njit(cache=True)
 def velocity_costs(
     targets: Floats, window: DynamicWindow, weights: DwaWeights, last: Floats
 ) -> Floats:
@@ -165,12 +146,12 @@ def velocity_costs(
     change = np.abs(targets - last).sum(axis=1)
     bound = np.inf
     for a in np.argsort(change):
-        ramp(targets[a], window.now, window.rise, window.fall, inputs)
+        ramp(targets[a], window.current_input, window.rise, window.fall, inputs)
         drive(window.start, inputs, window.twists, window.step, poses)
-        safe, driven, crowd = _obstacles(poses, window, weights, bounds)
+        safe, first_contact, proximity = _obstacles(poses, window, weights, bounds)
         if not safe:
             continue
-        out[a] = _path_and_goal(poses, window, weights, driven, crowd, change[a], bound)
+        out[a] = _path_and_goal(poses, window, weights, first_contact, proximity, change[a], bound)
         if np.abs(targets[a]).max() > AT_REST:
             bound = min(bound, out[a] + _TIE)
     return out
@@ -186,10 +167,10 @@ def _bounds(window: DynamicWindow, weights: DwaWeights) -> _Bounds:
         x, y = window.people[i, 0, 0], window.people[i, 0, 1]
         gap = gap_to_disc(window.capsule, start, x, y, window.radius[i])
         people_gaps[i] = min(weights.people_margin, gap - _CLOSER)
-    off_walls = around + max(weights.wall_margin, weights.inflation) + 2.0 * walls.resolution
-    off_people = around + max(weights.people_margin, weights.inflation) + _SAFE
-    free = sample(walls.distance, walls.resolution, walls.X_MG, start[0], start[1])[0] - off_walls
-    return _Bounds(wall_gaps, people_gaps, off_walls, off_people, free)
+    wall_range = around + max(weights.wall_margin, weights.inflation) + 2.0 * walls.resolution
+    people_range = around + max(weights.people_margin, weights.inflation) + _SAFE
+    free = sample(walls.distance, walls.resolution, walls.X_MG, start[0], start[1])[0] - wall_range
+    return _Bounds(wall_gaps, people_gaps, wall_range, people_range, free)
 
 
 @njit(cache=True)
@@ -206,8 +187,8 @@ def _obstacles(
         math.hypot(poses[held, 0] - poses[held - 1, 0], poses[held, 1] - poses[held - 1, 1]) / step
     )
     turn = abs(poses[held, 2] - poses[held - 1, 2]) / step
-    distance, angle, crowd, free = 0.0, 0.0, 0.0, bounds.free
-    safe, driven = True, steps + 1
+    distance, angle, proximity, free = 0.0, 0.0, 0.0, bounds.free
+    safe, first_contact = True, steps + 1
     for k in range(1, steps + 1):
         moved = math.hypot(poses[k, 0] - poses[k - 1, 0], poses[k, 1] - poses[k - 1, 1])
         turned = abs(poses[k, 2] - poses[k - 1, 2])
@@ -218,33 +199,33 @@ def _obstacles(
         free -= moved
         if free <= 0.0:
             x, y = poses[k, 0], poses[k, 1]
-            free = sample(walls.distance, walls.resolution, walls.X_MG, x, y)[0] - bounds.off_walls
+            free = sample(walls.distance, walls.resolution, walls.X_MG, x, y)[0] - bounds.wall_range
         for j in range(window.discs.shape[0] if free <= 0.0 else 0):
             gap = wall_gap(window.discs[j], poses[k], walls)
             nearest = min(nearest, gap)
             touches |= gap < bounds.wall_gaps[j]
         if touches:
-            far = distance >= 0.5 * speed * speed / weights.deceleration
-            turned_far = angle >= 0.5 * turn * turn / weights.turn_deceleration
-            safe = far and (speed > STANDING or turned_far)
+            far_enough = distance >= 0.5 * speed * speed / weights.deceleration
+            turned_enough = angle >= 0.5 * turn * turn / weights.turn_deceleration
+            safe = far_enough and (speed > STANDING or turned_enough)
         # people: contact must come after the braking time
         for i in range(window.people.shape[0]):
             x, y = window.people[i, k, 0], window.people[i, k, 1]
             dx, dy = x - poses[k, 0], y - poses[k, 1]
-            if dx * dx + dy * dy > (bounds.off_people + window.radius[i]) ** 2:
+            if dx * dx + dy * dy > (bounds.people_range + window.radius[i]) ** 2:
                 continue
             gap = gap_to_disc(window.capsule, poses[k], x, y, window.radius[i])
             nearest = min(nearest, gap)
             if gap < bounds.people_gaps[i] and moved + turned > STANDING * step:
                 touches = True
                 safe &= k * step >= weights.reaction + speed / weights.deceleration
-        short = max(1.0 - max(nearest, 0.0) / weights.inflation, 0.0)
-        crowd += short * short
+        missing = max(1.0 - max(nearest, 0.0) / weights.inflation, 0.0)
+        proximity += missing * missing
         if touches:
-            crowd += steps - k
-            driven = k
+            proximity += steps - k
+            first_contact = k
             break
-    return safe, driven, crowd
+    return safe, first_contact, proximity
 
 
 @njit(cache=True)
@@ -252,40 +233,41 @@ def _path_and_goal(  # noqa: PLR0917  # a kernel takes plain values
     poses: Floats,
     window: DynamicWindow,
     weights: DwaWeights,
-    driven: int,
-    crowd: float,
+    first_contact: int,
+    proximity: float,
     change: float,
     bound: float,
 ) -> float:
-    """Cost of an admissible trajectory up to step ``driven``; +inf if it is above ``bound``."""
+    """Cost of an admissible trajectory up to its first contact; +inf if it is above ``bound``."""
     steps, path = window.steps, window.path
     goal = path[path.shape[0] - 1]
     # cheap critics first
-    end = poses[min(driven, steps)]
+    end = poses[min(first_contact, steps)]
     x = end[0] + weights.forward_point_distance * math.cos(end[2])
     y = end[1] + weights.forward_point_distance * math.sin(end[2])
-    aside = math.hypot(x - goal[0], y - goal[1])
-    spent = (
-        weights.goal_alignment * aside
-        + weights.obstacles * crowd / steps
+    goal_offset = math.hypot(x - goal[0], y - goal[1])
+    partial_cost = (
+        weights.goal_alignment * goal_offset
+        + weights.obstacles * proximity / steps
         + weights.changes * change
     )
-    if spent > bound:
+    if partial_cost > bound:
         return np.inf
-    left = abs(beside(path, end[0], end[1])[1] - weights.forward_point_distance)
-    if spent + weights.goal * left > bound:
+    remaining = nearest_on_polyline(path, end[0], end[1]).remaining
+    remaining = abs(remaining - weights.forward_point_distance)
+    if partial_cost + weights.goal * remaining > bound:
         return np.inf
     # mean distance from the path
-    off, points = 0.0, 0
-    for k in range(1, driven):
+    path_offset, points = 0.0, 0
+    for k in range(1, first_contact):
         if k % _EVERY == 0 or k == steps:
-            off += beside(path, poses[k, 0], poses[k, 1])[0]
+            path_offset += nearest_on_polyline(path, poses[k, 0], poses[k, 1]).distance
             points += 1
     return float(
-        weights.path * off / max(points, 1)
-        + weights.path_alignment * beside(path, x, y)[0]
-        + weights.goal * left
-        + weights.goal_alignment * aside
-        + weights.obstacles * crowd / steps
+        weights.path * path_offset / max(points, 1)
+        + weights.path_alignment * nearest_on_polyline(path, x, y).distance
+        + weights.goal * remaining
+        + weights.goal_alignment * goal_offset
+        + weights.obstacles * proximity / steps
         + weights.changes * change
     )

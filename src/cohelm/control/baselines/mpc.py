@@ -11,7 +11,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Motion
+from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Trajectory
 from cohelm.control.baselines.tracking import along_reference, plan_of_solution
 from cohelm.control.sqp import OptimalControl
 from cohelm.control.terms import (
@@ -19,11 +19,11 @@ from cohelm.control.terms import (
     InputLimits,
     SmoothInput,
     TrackReference,
-    WallClearance,
-    barrier,
+    WallBarrier,
 )
-from cohelm.control.validation import validated
-from cohelm.control.warm_start import last_input
+from cohelm.control.terms.constraints import barrier
+from cohelm.control.validation import check_problem
+from cohelm.control.warm_start import estimate_current_input
 from cohelm.messages import LocalPlan
 from cohelm.robots.capsule import nearest_on_spine_in_map
 
@@ -33,11 +33,12 @@ _DISTANCE = 1.0
 
 
 class PresentDistance:
-    """h = ‖q‖ − r_body − r_i − margin, q from the footprint's spine to a person's present position.
+    """h = ‖q‖ − r_robot − r_i − margin at people's present positions.
 
-    q is taken along and across the reference, so that its norms do not depend on the map's axes.
-    ``inf`` is a box about the person with a linear constraint: pass beside it, or stay behind it.
-    ``1`` is a diamond, √2 as wide so that it contains the disc of norm 2.
+    q leads from the spine of the footprint to the person, taken along and across the reference, so
+    that its norms do not depend on the map's axes. ``inf`` is a box about the person with a linear
+    constraint: pass beside it, or stay behind it. ``1`` is a diamond, √2 as wide so that it
+    contains the disc of norm 2.
     """
 
     class Parameters(Model):
@@ -46,7 +47,7 @@ class PresentDistance:
         norm: Literal[1, 2, "inf"] = 2
         """Norm of the distance."""
         margin: float = Field(0.3, ge=0.0, le=2.0)
-        """Distance to a body, m."""
+        """Distance between robot and person, m."""
         l1: float = Field(60.0, ge=0.0)
         """Weight of the slack, 1/m per person."""
         l2: float = Field(60.0, ge=0.0)
@@ -58,39 +59,46 @@ class PresentDistance:
         p = self.parameters = parameters or self.Parameters()
         self.l1, self.l2 = p.l1, p.l2
 
-    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
+    def values(self, problem: LocalProblem, trajectory: Trajectory) -> ConstraintValues:
         """Largest violation by person, over steps, (n,)."""
         p, people = self.parameters, problem.people
-        kept = problem.robot.capsule[4] + people.radius + p.margin
+        min_distance = problem.robot.capsule[4] + people.radius + p.margin
         h, gradient = distance_barrier(
             problem.robot.capsule,
-            motion.poses,
+            trajectory.poses,
             people.mean[:, :2],
-            kept,
+            min_distance,
             problem.reference.poses[:, 2],
             _NORMS[p.norm],
         )
-        worst = barrier.worst(h, _DISTANCE, barrier.separate(len(h)))
-        return ConstraintValues(*worst, h, gradient)
+        layout = barrier.separate_slacks(len(h))
+        slack, smallest = barrier.largest_violations(h, _DISTANCE, layout)
+        return ConstraintValues(slack=slack, smallest=smallest, h=h, gradient=gradient)
 
     def rows(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        sensitivity: Floats,
+        values: ConstraintValues,
     ) -> ConstraintRows:
         """The rows that can become active."""
-        del problem, motion
-        h, people = values.h, barrier.separate(len(values.h))
-        rows = barrier.linearised(h, values.gradient, sensitivity, _DISTANCE, barrier.NEAR, people)
-        return barrier.constraint_rows(rows, people, h.shape[1])
+        del problem, trajectory
+        h, layout = values.h, barrier.separate_slacks(len(values.h))
+        rows = barrier.linearise_dcbf(
+            h, values.gradient, sensitivity, _DISTANCE, barrier.NEAR, layout
+        )
+        return barrier.constraint_rows(rows, layout, h.shape[1])
 
 
 @njit(cache=True)
 def distance_barrier(
-    capsule: Floats, poses: Floats, positions: Floats, kept: Floats, along: Floats, norm: int
+    capsule: Floats, poses: Floats, positions: Floats, min_distance: Floats, axes: Floats, norm: int
 ) -> tuple[Floats, Floats]:
     """(h (n, N+1), gradient (n, N+1, 3)) in norm 1, 2 or 0 for the largest component.
 
-    poses: (N+1, 3).  positions: (n, 2).  kept: (n,) both radii and the margin.  along: (N+1,)
-    headings of the axes.
+    poses: (N+1, 3).  positions: (n, 2).  min_distance: (n,) both radii and the margin.
+    axes: (N+1,) headings of the axes.
     """
     n, states = positions.shape[0], poses.shape[0]
     h = np.empty((n, states))
@@ -100,11 +108,11 @@ def distance_barrier(
             d, nx, ny, ax, ay, inside = nearest_on_spine_in_map(
                 capsule, poses[k], positions[i, 0], positions[i, 1]
             )
-            size, length = kept[i], d
+            size, length = min_distance[i], d
             ux, uy, turned = nx, ny, 0.0
             if norm != 2:
                 # the components of q, and the direction in which its norm grows
-                cos, sin = math.cos(along[k]), math.sin(along[k])
+                cos, sin = math.cos(axes[k]), math.sin(axes[k])
                 qx, qy = d * (cos * nx + sin * ny), d * (-sin * nx + cos * ny)
                 gx, gy = math.copysign(1.0, qx), math.copysign(1.0, qy)
                 if norm == 1:
@@ -115,9 +123,8 @@ def distance_barrier(
                     gx = 0.0
                 d = gx * qx + gy * qy
                 ux, uy = cos * gx - sin * gy, sin * gx + cos * gy
-                if (
-                    inside
-                ):  # the nearest point slides: q stays normal to the spine and turns with it
+                # the nearest point slides: q stays normal to the spine and turns with it
+                if inside:
                     turned = length * (-ux * ny + uy * nx)
                     share = ux * nx + uy * ny
                     ux, uy = share * nx, share * ny
@@ -146,12 +153,12 @@ class Mpc:
         """Shares of the reference's speed about which the problem is linearised: cruising,
         slowing down, braking."""
         tolerance: float = Field(0.15, ge=0.0, le=1.0)
-        """Slack beyond which braking replaces a motion with no smaller violation, m."""
+        """Slack beyond which braking replaces a trajectory with no smaller violation, m."""
         track_reference: TrackReference.Parameters = TrackReference.Parameters()
         input_effort: InputEffort.Parameters = InputEffort.Parameters()
         smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
         input_limits: InputLimits.Parameters = InputLimits.Parameters()
-        wall_clearance: WallClearance.Parameters = WallClearance.Parameters(gamma=1.0)
+        wall_clearance: WallBarrier.Parameters = WallBarrier.Parameters(gamma=1.0)
         distance: PresentDistance.Parameters = PresentDistance.Parameters()
 
     def __init__(self, parameters: Parameters | None = None) -> None:
@@ -165,19 +172,21 @@ class Mpc:
             ),
             constraints=(
                 InputLimits(p.input_limits),
-                WallClearance(p.wall_clearance),
+                WallBarrier(p.wall_clearance),
                 PresentDistance(p.distance),
             ),
         )
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        problem = validated(problem)
-        now = last_input(problem, previous)
+        check_problem(problem)
+        current_input = estimate_current_input(problem, previous)
         solutions = [
-            self.control.solve(problem, along_reference(problem, now, share=share), iterations=1)
+            self.control.solve(
+                problem, along_reference(problem, current_input, share=share), iterations=1
+            )
             for share in self.parameters.profiles
         ]
-        best = min(solutions, key=lambda solution: solution.value.merit)
+        best = min(solutions, key=lambda solution: solution.evaluation.merit)
         tolerance = self.parameters.tolerance
-        return plan_of_solution(self.control, problem, best, now, tolerance=tolerance)
+        return plan_of_solution(self.control, problem, best, current_input, tolerance=tolerance)

@@ -15,12 +15,12 @@ from cohelm.control.terms import (
     InputEffort,
     InputLimits,
     SmoothInput,
-    SocialSpace,
+    SocialSpaceBarrier,
     TrackReference,
-    WallClearance,
+    WallBarrier,
 )
-from cohelm.control.validation import validated
-from cohelm.control.warm_start import last_input, shifted_plan
+from cohelm.control.validation import check_problem
+from cohelm.control.warm_start import estimate_current_input, shifted_plan
 from cohelm.messages import LocalPlan
 from cohelm.shapes import ELLIPSE
 
@@ -34,7 +34,7 @@ class EllipseParameters(Model):
     """Size of the ellipse about a person."""
 
     margin: float = Field(0.25, ge=0.0, le=2.0)
-    """Distance to a body in every direction, m; assumed. The authors keep their robot's
+    """Distance to a person in every direction, m; assumed. The authors keep their robot's
     centre 0.5 m (a Jackal) or 1.3 m (a Scout) off the ellipse."""
     deviations: float = Field(1.0, ge=0.0, le=5.0)
     """Standard deviations of the predicted position added to the axes; assumed. The long axis, in
@@ -46,8 +46,8 @@ class EllipseParameters(Model):
 class MpcDcbf:
     """Tracks the reference; people are ellipses at predicted positions, under eq. (9) with γ.
 
-    It ignores social spaces and groups. The most likely hypothesis of each person binds, and others
-    above a probability (``barrier.min_probability``).
+    It ignores social spaces and groups. The most likely hypothesis of each person constrains, and
+    others above a probability (``barrier.min_probability``).
     """
 
     class Parameters(Model):
@@ -60,14 +60,16 @@ class MpcDcbf:
         iterations: int = Field(4, ge=1, le=50)
         """Quadratic programs per plan; assumed (the authors run IPOPT to convergence)."""
         tolerance: float = Field(0.15, ge=0.0, le=1.0)
-        """Slack beyond which braking replaces a motion with no smaller violation, m."""
+        """Slack beyond which braking replaces a trajectory with no smaller violation, m."""
         ellipses: EllipseParameters = EllipseParameters()
         track_reference: TrackReference.Parameters = TrackReference.Parameters()
         input_effort: InputEffort.Parameters = InputEffort.Parameters()
         smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
         input_limits: InputLimits.Parameters = InputLimits.Parameters()
-        wall_clearance: WallClearance.Parameters = WallClearance.Parameters()
-        barrier: SocialSpace.Parameters = SocialSpace.Parameters(gamma=0.3, l1=60.0, l2=60.0)
+        wall_clearance: WallBarrier.Parameters = WallBarrier.Parameters()
+        barrier: SocialSpaceBarrier.Parameters = SocialSpaceBarrier.Parameters(
+            gamma=0.3, l1=60.0, l2=60.0
+        )
         """γ = 0.3; Jian et al."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
@@ -81,26 +83,29 @@ class MpcDcbf:
             ),
             constraints=(
                 InputLimits(p.input_limits),
-                WallClearance(p.wall_clearance),
-                SocialSpace(p.barrier),
+                WallBarrier(p.wall_clearance),
+                SocialSpaceBarrier(p.barrier),
             ),
         )
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
-        problem = bounded_by_ellipses(validated(problem), p.ellipses)
-        now = last_input(problem, previous)
-        seeds = [along_reference(problem, now)]
-        warm = shifted_plan(problem, previous, now)
+        check_problem(problem)
+        problem = bounded_by_ellipses(problem, p.ellipses)
+        current_input = estimate_current_input(problem, previous)
+        seeds = [along_reference(problem, current_input)]
+        warm = shifted_plan(problem, previous, current_input)
         if warm is not None:
             seeds.append(warm)
-        values = [self.control.value(problem, seed) for seed in seeds]
-        best = min(range(len(seeds)), key=lambda i: values[i].merit)
+        evaluations = [self.control.evaluate(problem, seed) for seed in seeds]
+        best = min(range(len(seeds)), key=lambda i: evaluations[i].merit)
         solution = self.control.solve(
-            problem, seeds[best], iterations=p.iterations, value=values[best]
+            problem, seeds[best], iterations=p.iterations, evaluation=evaluations[best]
         )
-        return plan_of_solution(self.control, problem, solution, now, tolerance=p.tolerance)
+        return plan_of_solution(
+            self.control, problem, solution, current_input, tolerance=p.tolerance
+        )
 
 
 def bounded_by_ellipses(problem: LocalProblem, ellipses: EllipseParameters) -> LocalProblem:

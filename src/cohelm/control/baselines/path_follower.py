@@ -14,6 +14,7 @@ from cohelm.messages import LocalPlan, People
 class PathFollower:
     """``ss_mpc_dcbf`` with the same tracking problem and walls, but without people.
 
+    It is no path follower in the sense of Nav2 (pure pursuit): it optimises, and avoids walls.
     As a row of a table it shows the contribution of the people to a result. Run its rides with the
     separation of the gate off, because the gate sees people.
     """

@@ -16,7 +16,7 @@ from cohelm.robots.contact import WallGrid, wall_gap
 _SLOW = 0.05
 """A person slower than this stands, m/s: front and rear are equal."""
 _UNEVEN = 4.0
-"""Cells by which a distance field may decrease more than the motion."""
+"""Cells by which a distance field may decrease more than its argument moves."""
 
 
 @njit(cache=True)
@@ -33,7 +33,8 @@ def social_cost(  # noqa: PLR0917  # a kernel takes plain arrays
 
     q = g² (cos²δ / 2σ² + sin²δ / 2σ_s²) with g the gap between footprint and body, δ its direction
     from the person's motion, σ = σ_h where cos δ > 0, else σ_r; ``sigma`` is (σ_h, σ_s, σ_r, σ of
-    standing people). Poddar et al. take a mean over people; with a sum nobody vanishes in a crowd.
+    standing people). Poddar et al. take a mean over people; a sum counts each
+    person in full, also in a crowd.
 
     positions, velocities: (n, h, N+1, 2) at least.  weights: (n, h).  radius: (n,).
     """
@@ -89,7 +90,7 @@ def passing(poses: Floats, positions: Floats, velocities: Floats, weights: Float
 
 @njit(cache=True)
 def wall_gaps(poses: Floats, discs: Floats, walls: WallGrid) -> tuple[Floats, float]:
-    """(smallest gap to a wall along each rollout (r, N+1, 3), (r,); the gap now), m."""
+    """(smallest gap to a wall along each rollout (r, N+1, 3), (r,); the gap at the start), m."""
     out = np.full(poses.shape[0], np.inf)
     last, at = np.empty(discs.shape[0]), np.empty((discs.shape[0], 2))
     for r in range(poses.shape[0]):
@@ -107,10 +108,10 @@ def wall_gaps(poses: Floats, discs: Floats, walls: WallGrid) -> tuple[Floats, fl
                 last[j], at[j, 0], at[j, 1] = gap, x, y
                 if k > 0:
                     out[r] = min(out[r], gap)
-    now = np.inf
+    initial_gap = np.inf
     for j in range(discs.shape[0]):
-        now = min(now, wall_gap(discs[j], poses[0, 0], walls))
-    return out, now
+        initial_gap = min(initial_gap, wall_gap(discs[j], poses[0, 0], walls))
+    return out, initial_gap
 
 
 @njit(cache=True)

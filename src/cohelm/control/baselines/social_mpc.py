@@ -9,12 +9,13 @@ from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.baselines.social_cost import nearest_squared, passing, social_cost, wall_gaps
-from cohelm.control.baselines.steering import rollouts, steering_of
+from cohelm.control.baselines.steering import roll_out_directions, steering_of
 from cohelm.control.baselines.tracking import plan_of
-from cohelm.control.validation import validated
-from cohelm.control.warm_start import braking_motion, last_input
+from cohelm.control.trajectories import braking_trajectory
+from cohelm.control.validation import check_problem
+from cohelm.control.warm_start import estimate_current_input
 from cohelm.geometry import wrap_angle
 from cohelm.messages import LocalPlan, Status
 from cohelm.robots.contact import wall_grid
@@ -100,37 +101,44 @@ class SocialMpc:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        problem = validated(problem, self.steps)
-        now = last_input(problem, previous)
-        found = self.rollouts(problem, now)
-        costs = self.costs(problem, found)
+        check_problem(problem, self.steps)
+        problem = problem.truncated(self.steps)
+        current_input = estimate_current_input(problem, previous)
+        rollouts = self.rollouts(problem, current_input)
+        costs = self.costs(problem, rollouts)
         total = np.sum(list(costs.values()), axis=0)
         best = int(np.argmax(total <= total.min() + _TIE))  # first: invariant to rotation
         if not np.isfinite(total[best]):
             return plan_of(
-                problem, braking_motion(problem, now, self.rolled), Status.STOP, costs={}
+                problem,
+                braking_trajectory(problem, current_input, self.rolled),
+                Status.STOP,
+                costs={},
             )
-        motion = Motion(
-            step=self.step, poses=found.poses[best], inputs=found.inputs[best], last_input=now
+        trajectory = Trajectory(
+            step=self.step,
+            poses=rollouts.poses[best],
+            inputs=rollouts.inputs[best],
+            current_input=current_input,
         )
         chosen = {name: float(each[best]) for name, each in costs.items()}
-        return plan_of(problem, motion, Status.OK, costs=chosen)
+        return plan_of(problem, trajectory, Status.OK, costs=chosen)
 
-    def rollouts(self, problem: LocalProblem, now: Floats) -> Rollouts:
+    def rollouts(self, problem: LocalProblem, current_input: Floats) -> Rollouts:
         """Rollouts in every direction and straight to the goal, at every speed."""
         p = self.parameters
         steering = steering_of(problem, p.gain, p.step)
-        wanted = max(float(problem.reference.speeds[: self.rolled + 1].max()), _CREEP)
-        wanted = min(wanted, problem.top_speed)
+        top_speed = max(float(problem.reference.speeds[: self.rolled + 1].max()), _CREEP)
+        top_speed = min(top_speed, problem.top_speed)
         fan = problem.pose[2] + p.span * (np.arange(p.headings) - p.headings // 2) / p.headings
-        away = problem.reference.poses[-1, :2] - problem.pose[:2]
-        directions = np.append(fan, np.arctan2(away[1], away[0]))
+        to_goal = problem.reference.poses[-1, :2] - problem.pose[:2]
+        directions = np.append(fan, np.arctan2(to_goal[1], to_goal[0]))
         shares = np.linspace(1.0, 0.0, p.speeds) if p.speeds > 1 else np.ones(1)
         direction = np.repeat(directions, p.speeds)
-        speed = np.tile(wanted * shares, len(directions))
-        poses, inputs = rollouts(
+        speed = np.tile(top_speed * shares, len(directions))
+        poses, inputs = roll_out_directions(
             problem.pose,
-            now,
+            current_input,
             direction,
             speed,
             steering,
@@ -138,11 +146,11 @@ class SocialMpc:
         )
         return Rollouts(direction=direction, speed=speed, poses=poses, inputs=inputs)
 
-    def costs(self, problem: LocalProblem, found: Rollouts) -> dict[str, Floats]:
+    def costs(self, problem: LocalProblem, rollouts: Rollouts) -> dict[str, Floats]:
         """Summands of J, (r,) each; infinite where a wall is touched."""
         p, robot, predicted = self.parameters, problem.robot, problem.predictions
         social = social_cost(
-            found.poses,
+            rollouts.poses,
             robot.capsule,
             predicted.mean,
             predicted.velocity,
@@ -150,42 +158,44 @@ class SocialMpc:
             problem.people.radius,
             self._sigma,
         )
-        early = passing(found.poses, predicted.mean, predicted.velocity, predicted.weight) / p.step
-        w = robot.motion.twist(found.inputs)[..., 2]
+        early = (
+            passing(rollouts.poses, predicted.mean, predicted.velocity, predicted.weight) / p.step
+        )
+        w = robot.motion.twist(rollouts.inputs)[..., 2]
         return {
-            "goal": p.goal * self._missing_progress(problem, found) ** 2,
+            "goal": p.goal * self._missing_progress(problem, rollouts) ** 2,
             "social": p.social * (p.stalled_share if problem.stalled else 1.0) * social**2,
             "passing": -p.passing * early**2,
-            "path": p.path * self._path_distance(problem, found) ** 2,
-            "heading": p.heading * self._angle_left(problem, found) ** 2,
+            "path": p.path * self._path_distance(problem, rollouts) ** 2,
+            "heading": p.heading * self._final_angle(problem, rollouts) ** 2,
             "turning": p.turning * (w**2).mean(axis=1),
-            "walls": self._walls(problem, found),
+            "walls": self._walls(problem, rollouts),
         }
 
-    def _missing_progress(self, problem: LocalProblem, found: Rollouts) -> Floats:
+    def _missing_progress(self, problem: LocalProblem, rollouts: Rollouts) -> Floats:
         """Mean over the steps of (remaining − smallest possible distance) / 2 progress, (r,)."""
         goal = problem.reference.poses[-1, :2]
         start = float(np.hypot(*(goal - problem.pose[:2])))
-        left = np.hypot(*(found.poses[:, 1:, :2] - goal).transpose(2, 0, 1))
-        most = float(found.speed.max()) * self.step * np.arange(1, self.rolled + 1)
-        made = np.minimum(most, start)
-        lost = (left - (start - made)) / (2.0 * np.maximum(made, 1e-3))
-        return np.asarray(lost.mean(axis=1))
+        remaining = np.hypot(*(rollouts.poses[:, 1:, :2] - goal).transpose(2, 0, 1))
+        longest = float(rollouts.speed.max()) * self.step * np.arange(1, self.rolled + 1)
+        possible = np.minimum(longest, start)
+        missing = (remaining - (start - possible)) / (2.0 * np.maximum(possible, 1e-3))
+        return np.asarray(missing.mean(axis=1))
 
-    def _path_distance(self, problem: LocalProblem, found: Rollouts) -> Floats:
+    def _path_distance(self, problem: LocalProblem, rollouts: Rollouts) -> Floats:
         """Mean distance of the rollout from the nearest poses of the reference, (r,), m."""
-        nearest = nearest_squared(found.poses, problem.reference.poses)
+        nearest = nearest_squared(rollouts.poses, problem.reference.poses)
         return np.asarray(np.sqrt(nearest).mean(axis=1))
 
-    def _angle_left(self, problem: LocalProblem, found: Rollouts) -> Floats:
+    def _final_angle(self, problem: LocalProblem, rollouts: Rollouts) -> Floats:
         """Angle between the final heading and the present direction to the goal, (r,)."""
-        away = problem.reference.poses[-1, :2] - problem.pose[:2]
-        off = found.poses[:, -1, 2] - np.arctan2(away[1], away[0])
-        return np.asarray(wrap_angle(off))
+        to_goal = problem.reference.poses[-1, :2] - problem.pose[:2]
+        error = rollouts.poses[:, -1, 2] - np.arctan2(to_goal[1], to_goal[0])
+        return np.asarray(wrap_angle(error))
 
-    def _walls(self, problem: LocalProblem, found: Rollouts) -> Floats:
+    def _walls(self, problem: LocalProblem, rollouts: Rollouts) -> Floats:
         p = self.parameters
-        gaps, now = wall_gaps(found.poses, problem.robot.discs, wall_grid(problem.walls))
+        gaps, initial_gap = wall_gaps(rollouts.poses, problem.robot.discs, wall_grid(problem.walls))
         near = p.walls * np.exp(-0.5 * (np.maximum(gaps, 0.0) / p.wall_range) ** 2)
-        allowed = min(problem.profile.clearance, max(now - 1e-6, 0.0))
+        allowed = min(problem.profile.clearance, max(initial_gap - 1e-6, 0.0))
         return np.where(gaps >= allowed, near, np.inf)

@@ -21,7 +21,7 @@ class Steering(NamedTuple):
     to_twist: Floats
     """(m, 3) twist of each unit input."""
     bounds: InputBounds
-    sideways: bool
+    holonomic: bool
     """The robot moves in any direction without turning."""
     gain: float
     """Turn rate per radian of heading error, 1/s."""
@@ -31,12 +31,12 @@ class Steering(NamedTuple):
 
 def steering_of(problem: LocalProblem, gain: float, step: float) -> Steering:
     """Steering of the problem's robot, under the problem's limits."""
-    motion = problem.robot.motion
+    kinematics = problem.robot.motion
     return Steering(
-        to_input=np.asarray(motion.input(np.eye(3)), dtype=float),
-        to_twist=np.asarray(motion.twist(np.eye(motion.inputs)), dtype=float),
+        to_input=np.asarray(kinematics.input(np.eye(3)), dtype=float),
+        to_twist=np.asarray(kinematics.twist(np.eye(kinematics.inputs)), dtype=float),
         bounds=InputBounds(*(np.array(part) for part in problem.input_bounds())),
-        sideways=motion.translating > 1,
+        holonomic=kinematics.translating > 1,
         gain=gain,
         step=step,
     )
@@ -49,14 +49,17 @@ def wrapped(angle: float) -> float:
 
 
 @njit(cache=True)
-def twist_toward(off: float, speed: float, steering: Steering) -> tuple[float, float, float]:
-    """The twist that drives ``off`` rad to the left of the heading at ``speed``.
+def twist_toward(
+    heading_error: float, speed: float, steering: Steering
+) -> tuple[float, float, float]:
+    """The twist that drives at ``speed`` in a direction ``heading_error`` rad left of the heading.
 
-    A robot that must turn first has v = speed · cos(off), 0 if that is behind, and ω = gain · off.
+    A robot that must turn first has v = speed · cos(error), 0 if that is behind, and
+    ω = gain · error.
     """
-    if steering.sideways:
-        return speed * math.cos(off), speed * math.sin(off), 0.0
-    return speed * max(math.cos(off), 0.0), 0.0, steering.gain * off
+    if steering.holonomic:
+        return speed * math.cos(heading_error), speed * math.sin(heading_error), 0.0
+    return speed * max(math.cos(heading_error), 0.0), 0.0, steering.gain * heading_error
 
 
 @njit(cache=True)
@@ -65,7 +68,8 @@ def advance(
 ) -> None:
     """Move ``inputs`` (m,) towards a twist within the limits, and ``pose`` by step k, in place.
 
-    The first step, k = 0, allows half a change.
+    The first step, k = 0, allows half a change. Each input is limited by itself, and the pose moves
+    along the heading at the start of the step.
     """
     bounds, step = steering.bounds, steering.step
     to_input, to_twist = steering.to_input, steering.to_twist
@@ -73,10 +77,10 @@ def advance(
     change = step if k > 0 else 0.5 * step
     x, y, turn = 0.0, 0.0, 0.0
     for i in range(inputs.shape[0]):
-        wanted = vx * to_input[0, i] + vy * to_input[1, i] + w * to_input[2, i]
-        wanted = min(max(wanted, bounds.low[i]), bounds.high[i])
+        requested = vx * to_input[0, i] + vy * to_input[1, i] + w * to_input[2, i]
+        requested = min(max(requested, bounds.low[i]), bounds.high[i])
         low, high = inputs[i] - bounds.fall[i] * change, inputs[i] + bounds.rise[i] * change
-        inputs[i] = min(max(wanted, low), high)
+        inputs[i] = min(max(requested, low), high)
         x += inputs[i] * to_twist[i, 0]
         y += inputs[i] * to_twist[i, 1]
         turn += inputs[i] * to_twist[i, 2]
@@ -87,9 +91,9 @@ def advance(
 
 
 @njit(cache=True)
-def rollouts(
+def roll_out_directions(
     start: Floats,
-    now: Floats,
+    current_input: Floats,
     directions: Floats,
     speeds: Floats,
     steering: Steering,
@@ -97,18 +101,18 @@ def rollouts(
 ) -> tuple[Floats, Floats]:
     """(poses (r, N+1, 3), inputs (r, N, m)) of driving in each direction (r,) at each speed (r,).
 
-    directions: rad in the map frame.  now: current input, (m,).
+    directions: rad in the map frame.  current_input: current input, (m,).
     """
-    count, m = directions.shape[0], now.shape[0]
+    count, m = directions.shape[0], current_input.shape[0]
     poses = np.empty((count, steps + 1, 3))
     inputs = np.empty((count, steps, m))
     pose, u = np.empty(3), np.empty(m)
     for r in range(count):
-        pose[:], u[:] = start, now
+        pose[:], u[:] = start, current_input
         poses[r, 0] = start
         for k in range(steps):
-            off = wrapped(directions[r] - pose[2])
-            advance(pose, u, twist_toward(off, speeds[r], steering), steering, k)
+            heading_error = wrapped(directions[r] - pose[2])
+            advance(pose, u, twist_toward(heading_error, speeds[r], steering), steering, k)
             poses[r, k + 1] = pose
             inputs[r, k] = u
     return poses, inputs

@@ -16,27 +16,28 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.baselines.teb_band import (
     Band,
     BandLimits,
     BandProblem,
     BandWeights,
-    bent,
-    drawn,
+    band_along_reference,
+    band_around_person,
     shifted_band,
     twists,
 )
 from cohelm.control.baselines.teb_solver import optimise
 from cohelm.control.baselines.tracking import plan_of
-from cohelm.control.validation import validated
-from cohelm.control.warm_start import braking_motion, last_input, limited_motion
+from cohelm.control.trajectories import braking_trajectory, limited_trajectory
+from cohelm.control.validation import check_problem
+from cohelm.control.warm_start import estimate_current_input
 from cohelm.messages import LocalPlan, Status
 from cohelm.robots.contact import ContactMargins, first_contact, wall_grid
 
 _SIDES = (1.0, -1.0)
 """Left and right of the person in the way."""
-_NAMES = {0.0: "drawn", 1.0: "left", -1.0: "right"}
+_ORIGINS = {0.0: "drawn", 1.0: "left", -1.0: "right"}
 
 
 class Teb:
@@ -101,28 +102,33 @@ class Teb:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        problem = validated(problem, self.steps)
-        now = last_input(problem, previous)
+        check_problem(problem, self.steps)
+        problem = problem.truncated(self.steps)
+        current_input = estimate_current_input(problem, previous)
         memory = previous.memory if previous is not None else None
         old = memory if isinstance(memory, Band) else None
-        band, cost = self._cheapest(problem, now, old)
-        motion = self._free(problem, self._driven(problem, now, band.rows))
-        if motion is None:
-            rows, cost = self._optimised(problem, now, drawn(problem, self.parameters.interval))
+        band, cost = self._cheapest(problem, current_input, old)
+        trajectory = self._until_contact(problem, self._driven(problem, current_input, band.rows))
+        if trajectory is None:
+            rows, cost = self._optimised(
+                problem, current_input, band_along_reference(problem, self.parameters.interval)
+            )
             band = self._band(problem, rows, 0.0)
-            motion = self._free(problem, self._driven(problem, now, rows))
-        if motion is None:
-            rest = braking_motion(problem, now, self.steps)
+            trajectory = self._until_contact(problem, self._driven(problem, current_input, rows))
+        if trajectory is None:
+            rest = braking_trajectory(problem, current_input, self.steps)
             return _as_plan(problem, rest, None, math.inf)
-        return _as_plan(problem, motion, band, cost)
+        return _as_plan(problem, trajectory, band, cost)
 
-    def _cheapest(self, problem: LocalProblem, now: Floats, old: Band | None) -> tuple[Band, float]:
+    def _cheapest(
+        self, problem: LocalProblem, current_input: Floats, old: Band | None
+    ) -> tuple[Band, float]:
         """The cheapest band of all sides; switching the side requires a clear gain."""
         found = []
         for k, (rows, side) in enumerate(self._seeds(problem, old)):
-            better, cost = self._optimised(problem, now, rows)
+            optimised, cost = self._optimised(problem, current_input, rows)
             found.append(
-                (cost * (self.parameters.switch_below if k == 0 else 1.0), cost, better, side)
+                (cost * (self.parameters.switch_below if k == 0 else 1.0), cost, optimised, side)
             )
         found.sort(key=lambda each: each[0])
         _, cost, rows, side = found[0]
@@ -144,9 +150,9 @@ class Teb:
         """Initial bands and their sides; the one that was driven comes first."""
         sides = _SIDES[: self.parameters.classes - 1]
         warm = None if old is None else shifted_band(problem, old, old.rows)
-        fresh = drawn(problem, self.parameters.interval)
+        fresh = band_along_reference(problem, self.parameters.interval)
         seeds = [(fresh if warm is None else warm, 0.0)]
-        around = {side: bent(problem, fresh, side) for side in sides}
+        around = {side: band_around_person(problem, fresh, side) for side in sides}
         if warm is not None and old is not None and any(b is not None for b in around.values()):
             seeds[0] = (warm, old.side)
         for side in sides:
@@ -158,7 +164,9 @@ class Teb:
                 seeds.append((begun, side))
         return seeds
 
-    def _optimised(self, problem: LocalProblem, now: Floats, rows: Floats) -> tuple[Floats, float]:
+    def _optimised(
+        self, problem: LocalProblem, current_input: Floats, rows: Floats
+    ) -> tuple[Floats, float]:
         p, robot, predictions = self.parameters, problem.robot, problem.predictions
         low, high, _, _ = problem.input_bounds()
         _, _, turn, rise, brake, turn_rise = robot.limits.tolist()
@@ -169,7 +177,7 @@ class Teb:
         top = max(float(high[0]), 0.05)
         task = BandProblem(
             limits=BandLimits(float(low[0]), top, turn, rise, brake, turn_rise, p.margin),
-            twist=robot.motion.twist(now),
+            twist=robot.motion.twist(current_input),
             end_speed=end if ends_here else math.nan,
             goal=problem.reference.poses[-1],
             path=np.ascontiguousarray(problem.reference.poses[:, :2]),
@@ -187,22 +195,24 @@ class Teb:
         best: tuple[Floats, float] = optimise(rows, weights, task)
         return best
 
-    def _driven(self, problem: LocalProblem, now: Floats, rows: Floats) -> Motion:
+    def _driven(self, problem: LocalProblem, current_input: Floats, rows: Floats) -> Trajectory:
         """The band's velocities at the plan's steps, within the limits."""
         velocities = twists(rows, problem.robot.motion.inputs > 2)
         starts = np.cumsum(rows[:-1, 3]) - rows[:-1, 3]
         steps = min(max(math.ceil(float(rows[:-1, 3].sum()) / self.step), 2), self.steps)
         middle = (np.arange(steps) + 0.5) * self.step
         which = np.searchsorted(starts, middle, side="right") - 1
-        return limited_motion(problem, problem.robot.motion.input(velocities[which]), now)
+        return limited_trajectory(
+            problem, problem.robot.motion.input(velocities[which]), current_input
+        )
 
-    def _free(self, problem: LocalProblem, motion: Motion) -> Motion | None:
-        """The motion up to its first contact; None if that comes too soon."""
+    def _until_contact(self, problem: LocalProblem, trajectory: Trajectory) -> Trajectory | None:
+        """The trajectory up to its first contact; None if that comes too soon."""
         p = self.parameters
         contact = first_contact(
             problem.robot,
-            motion.poses,
-            motion.step,
+            trajectory.poses,
+            trajectory.step,
             people=problem.people,
             predictions=problem.predictions,
             walls=problem.walls,
@@ -212,19 +222,23 @@ class Teb:
         if contact < max(p.feasible_time, speed / problem.robot.max_deceleration):
             return None
         if contact == math.inf:
-            return motion
-        kept = max(int(contact / motion.step), 1)
-        return replace(motion, poses=motion.poses[: kept + 1], inputs=motion.inputs[:kept])
+            return trajectory
+        kept = max(int(contact / trajectory.step), 1)
+        return replace(
+            trajectory, poses=trajectory.poses[: kept + 1], inputs=trajectory.inputs[:kept]
+        )
 
 
-def _as_plan(problem: LocalProblem, motion: Motion, band: Band | None, cost: float) -> LocalPlan:
+def _as_plan(
+    problem: LocalProblem, trajectory: Trajectory, band: Band | None, cost: float
+) -> LocalPlan:
     if band is None:
-        return plan_of(problem, motion, Status.STOP, costs={})
+        return plan_of(problem, trajectory, Status.STOP, costs={})
     return plan_of(
         problem,
-        motion,
+        trajectory,
         Status.OK,
         costs={"band": cost},
-        candidate=_NAMES[band.side],
+        candidate=_ORIGINS[band.side],
         memory=band,
     )

@@ -1,4 +1,4 @@
-"""Bands of poses and times: drawn along the reference, shifted, bent around a person, resized."""
+"""Bands of poses and times: along the reference, shifted, around a person, resized."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class BandProblem(NamedTuple):
 
     limits: BandLimits
     twist: Floats
-    """(3,) now."""
+    """(3,) measured twist."""
     end_speed: float
     """At the end, m/s; NaN: any."""
     goal: Floats
@@ -102,7 +102,7 @@ class BandProblem(NamedTuple):
     walls: WallGrid
 
 
-def drawn(problem: LocalProblem, interval: float) -> Floats:
+def band_along_reference(problem: LocalProblem, interval: float) -> Floats:
     """A band along the reference, with its timing."""
     poses, step = problem.reference.poses, problem.reference.step
     every = max(round(interval / step), 1)
@@ -115,7 +115,7 @@ def drawn(problem: LocalProblem, interval: float) -> Floats:
 
 
 def shifted_band(problem: LocalProblem, old: Band, rows: Floats) -> Floats | None:
-    """One of the last bands from the robot on; None if it is of no use."""
+    """One of the last bands from the robot on; None if it is too old, too short or elsewhere."""
     if not 0.0 <= problem.time - old.time <= _STALE:
         return None
     rows, goal = rows.copy(), problem.reference.poses[-1]
@@ -131,29 +131,29 @@ def shifted_band(problem: LocalProblem, old: Band, rows: Floats) -> Floats | Non
     return rows
 
 
-def bent(problem: LocalProblem, rows: Floats, side: float) -> Floats | None:
-    """The band bent around the first person near it, on one side; None: nobody is near."""
+def band_around_person(problem: LocalProblem, rows: Floats, side: float) -> Floats | None:
+    """The band bent around the first person near it, on one side; None if no person is near."""
     mean, radius = problem.predictions.mean[:, 0], problem.people.radius
     if not len(radius):
         return None
     times = np.append(0.0, np.cumsum(rows[:-1, 3]))
-    at = np.clip((times / problem.predictions.step).astype(int), 0, mean.shape[1] - 1)
-    apart = mean[:, at] - rows[None, :, :2]
-    gap = np.hypot(apart[..., 0], apart[..., 1]) - radius[:, None]
+    steps = np.clip((times / problem.predictions.step).astype(int), 0, mean.shape[1] - 1)
+    offset = mean[:, steps] - rows[None, :, :2]
+    gap = np.hypot(offset[..., 0], offset[..., 1]) - radius[:, None]
     near = problem.robot.capsule[4] + _NEAR
     close = np.argwhere(gap < near)
     if not len(close):
         return None
     person, k = close[int(np.argmin(close[:, 1]))]
     normal = side * np.array([-math.sin(rows[k, 2]), math.cos(rows[k, 2])])
-    needed = max(near + radius[person] + float(apart[person, k] @ normal), 0.0)
-    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(rows[:, :2], axis=0).T)))
-    bump = np.exp(-0.5 * ((along - along[k]) / 0.8) ** 2)
-    bump *= np.minimum(along / max(along[k], 0.1), 1.0)
+    needed = max(near + radius[person] + float(offset[person, k] @ normal), 0.0)
+    s = np.append(0.0, np.cumsum(np.hypot(*np.diff(rows[:, :2], axis=0).T)))
+    bump = np.exp(-0.5 * ((s - s[k]) / 0.8) ** 2)
+    bump *= np.minimum(s / max(s[k], 0.1), 1.0)
     out = rows.copy()
     out[:, :2] += (needed * bump)[:, None] * normal
     legs = np.diff(out[:, :2], axis=0)
-    lengths, before = np.hypot(*legs.T), np.diff(along)
+    lengths, before = np.hypot(*legs.T), np.diff(s)
     out[:-1, 3] *= np.clip(lengths / np.maximum(before, 1e-3), 1.0, 3.0)
     tangent = np.unwrap(np.append(rows[0, 2], np.arctan2(legs[:, 1], legs[:, 0])))
     out[1:-1, 2] = 0.5 * (tangent[1:-1] + tangent[2:])
@@ -165,9 +165,9 @@ def twists(rows: Floats, holonomic: bool) -> Floats:
     change = np.diff(rows[:, :3], axis=0) / rows[:-1, 3:]
     middle = rows[:-1, 2] + 0.5 * np.diff(rows[:, 2])
     cos, sin = np.cos(middle), np.sin(middle)
-    ahead = cos * change[:, 0] + sin * change[:, 1]
-    aside = cos * change[:, 1] - sin * change[:, 0] if holonomic else np.zeros_like(ahead)
-    return np.column_stack([ahead, aside, change[:, 2]])
+    vx = cos * change[:, 0] + sin * change[:, 1]
+    vy = cos * change[:, 1] - sin * change[:, 0] if holonomic else np.zeros_like(vx)
+    return np.column_stack([vx, vy, change[:, 2]])
 
 
 @njit(cache=True)

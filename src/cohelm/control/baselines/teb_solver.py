@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.baselines.dwa_critics import beside
+from cohelm.control.baselines.polyline import nearest_on_polyline
 from cohelm.control.baselines.teb_band import BandLimits, BandProblem, BandWeights, resized
 from cohelm.maps.distance import sample
 from cohelm.robots.capsule import nearest_on_spine_in_map
@@ -140,15 +140,15 @@ def _smoothness(
         size = 4 * min(3, n - k)
         for v in range(size):
             place[v // 4, v % 4] = band[k + v // 4, v % 4]
-        _, _, x, y = beside(problem.path, place[1, 0], place[1, 1])
+        start = nearest_on_polyline(problem.path, place[1, 0], place[1, 1])
         for v in range(-1, size):
             if v >= 0:
                 place[v // 4, v % 4] += _TINY
             if v in (_NEXT_X, _NEXT_Y):  # only these change the nearest point of the path
-                _, _, near_x, near_y = beside(problem.path, place[1, 0], place[1, 1])
+                near = nearest_on_polyline(problem.path, place[1, 0], place[1, 1])
             else:
-                near_x, near_y = x, y
-            _edge(place, k, n, weights, problem, (near_x, near_y), moved)
+                near = start
+            _edge(place, k, n, weights, problem, (near.x, near.y), moved)
             if v >= 0:
                 place[v // 4, v % 4] = band[k + v // 4, v % 4]
             for e in range(_EDGE):
@@ -204,15 +204,15 @@ def _edge(  # noqa: PLR0917  # a kernel takes plain arrays
     root = math.sqrt(weights.speed)
     margin = 1.0 - limits.margin
     if holonomic:
-        out[2] = root * _beyond(math.sqrt(vx * vx + vy * vy + 1e-12), -1.0, margin * limits.high)
+        out[2] = root * _excess(math.sqrt(vx * vx + vy * vy + 1e-12), -1.0, margin * limits.high)
     else:
-        out[2] = root * _beyond(vx, limits.low, margin * limits.high)
-    out[3] = root * _beyond(w, -margin * limits.turn, margin * limits.turn)
+        out[2] = root * _excess(vx, limits.low, margin * limits.high)
+    out[3] = root * _excess(w, -margin * limits.turn, margin * limits.turn)
     # accelerations: from now, to the next interval
     root = math.sqrt(weights.acceleration)
     if k == 0:
         out[4] = root * _change(twist[0], vx, 0.5 * dt, limits)
-        out[5] = root * _beyond(
+        out[5] = root * _excess(
             (w - twist[2]) / (0.5 * dt), -limits.turn_acceleration, limits.turn_acceleration
         )
         if holonomic:
@@ -221,7 +221,7 @@ def _edge(  # noqa: PLR0917  # a kernel takes plain arrays
         vx2, vy2, w2 = _velocity(rows, 1, holonomic)
         between = 0.5 * (dt + rows[1, 3])
         out[7] = root * _change(vx, vx2, between, limits)
-        out[8] = root * _beyond(
+        out[8] = root * _excess(
             (w2 - w) / between, -limits.turn_acceleration, limits.turn_acceleration
         )
         if holonomic:
@@ -257,7 +257,7 @@ def _velocity(rows: Floats, k: int, holonomic: bool) -> tuple[float, float, floa
 
 
 @njit(cache=True)
-def _beyond(x: float, low: float, high: float) -> float:
+def _excess(x: float, low: float, high: float) -> float:
     """Distance of x outside [low, high], with its sign."""
     return max(x - high, 0.0) - max(low - x, 0.0)
 
@@ -266,7 +266,7 @@ def _beyond(x: float, low: float, high: float) -> float:
 def _change(before: float, after: float, time: float, limits: BandLimits) -> float:
     """Excess of the acceleration over the robot's limits, m/s²."""
     sign = 1.0 if before + after >= 0.0 else -1.0
-    return _beyond(sign * (after - before) / max(time, 1e-3), -limits.braking, limits.acceleration)
+    return _excess(sign * (after - before) / max(time, 1e-3), -limits.braking, limits.acceleration)
 
 
 @njit(cache=True)

@@ -11,23 +11,23 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.baselines.steering import Steering, advance, steering_of
-from cohelm.control.sqp import MotionValue, OptimalControl, Solution
-from cohelm.control.terms.wall_clearance import wall_barrier
-from cohelm.control.warm_start import braking_motion
+from cohelm.control.sqp import RELAXED_SLACK, OptimalControl, Solution, TrajectoryEvaluation
+from cohelm.control.terms.constraints.wall_barrier import wall_barrier
+from cohelm.control.trajectories import braking_trajectory
 from cohelm.messages import LocalPlan, Reason, Status
 from cohelm.robots.contact import wall_grid
 
-_RELAXED = 0.01
-"""Slack above this is reported as a relaxed plan, m."""
-_SCRAPE = 0.01
+_MAX_DEPTH = 0.01
 """A plan that enters a wall deeper than this is rejected, m."""
 _ALONG, _ACROSS, _HEADING = 1.0, 4.0, 2.5
 """Gains of the tracking law: along, 1/s; across, rad/m²; heading, 1/s; assumed."""
 
 
-def along_reference(problem: LocalProblem, now: Floats, *, share: float = 1.0) -> Motion:
+def along_reference(
+    problem: LocalProblem, current_input: Floats, *, share: float = 1.0
+) -> Trajectory:
     """The reference's own inputs from the present pose, with feedback of the tracking error.
 
     The tracking law of Kanayama et al. (1990), with the heading gain also at rest:
@@ -38,69 +38,69 @@ def along_reference(problem: LocalProblem, now: Floats, *, share: float = 1.0) -
 
     Args:
         problem: with the reference.
-        now: current input, (m,).
+        current_input: u_{−1}, (m,).
         share: of the reference's speed; the path is the same.
     """
     r = problem.reference
     steering = steering_of(problem, _HEADING, r.step)
-    poses, inputs = _tracking(problem.pose, now, r.poses, r.speeds, share, steering)
-    return Motion(step=r.step, poses=poses, inputs=inputs, last_input=now)
+    poses, inputs = _tracking(problem.pose, current_input, r.poses, r.speeds, share, steering)
+    return Trajectory(step=r.step, poses=poses, inputs=inputs, current_input=current_input)
 
 
 def plan_of_solution(
     control: OptimalControl,
     problem: LocalProblem,
     solution: Solution,
-    now: Floats,
+    current_input: Floats,
     *,
     tolerance: float,
 ) -> LocalPlan:
-    """The plan of a solution, or braking where no motion satisfies the constraints.
+    """The plan of a solution, or braking where no trajectory satisfies the constraints.
 
     The planner brakes if slack above ``tolerance`` is left and braking has no more of it, or if the
-    motion would scrape along a wall.
+    trajectory would enter a wall.
 
     Args:
         control: the optimal-control problem.
         problem: the local problem.
-        solution: the best motion found.
-        now: current input, (m,).
+        solution: the best trajectory found.
+        current_input: u_{−1}, (m,).
         tolerance: accepted slack, m.
     """
-    motion, value = solution.motion, solution.value
-    status = Status.RELAXED if value.slack > _RELAXED else Status.OK
-    scraping = scrapes(problem, motion)
-    if scraping or value.slack > tolerance:
-        rest = braking_motion(problem, now, len(motion.inputs))
-        resting = control.value(problem, rest)
-        if scraping or _violation(control, resting) <= _violation(control, value):
-            motion, value, status = rest, resting, Status.STOP
+    trajectory, evaluation = solution.trajectory, solution.evaluation
+    status = Status.RELAXED if evaluation.slack > RELAXED_SLACK else Status.OK
+    touching = touches_wall(problem, trajectory)
+    if touching or evaluation.slack > tolerance:
+        rest = braking_trajectory(problem, current_input, len(trajectory.inputs))
+        at_rest = control.evaluate(problem, rest)
+        if touching or _violation(control, at_rest) <= _violation(control, evaluation):
+            trajectory, evaluation, status = rest, at_rest, Status.STOP
     return plan_of(
         problem,
-        motion,
+        trajectory,
         status,
-        costs=value.costs,
-        slack=value.slack,
-        smallest_barrier=value.barrier,
+        costs=evaluation.costs,
+        slack=evaluation.slack,
+        smallest_barrier=evaluation.barrier,
         iterations=solution.iterations,
     )
 
 
 def plan_of(
     problem: LocalProblem,
-    motion: Motion,
+    trajectory: Trajectory,
     status: Status,
     *,
     costs: Mapping[str, float],
     **more: Any,
 ) -> LocalPlan:
-    """A motion as a plan; a stop gets its reason. more: further fields of ``LocalPlan``."""
+    """A trajectory as a plan; a stop gets its reason. more: further fields of ``LocalPlan``."""
     return LocalPlan(
         time=problem.time,
-        step=motion.step,
-        command=problem.robot.motion.twist(motion.inputs[0]),
-        poses=motion.poses,
-        inputs=motion.inputs,
+        step=trajectory.step,
+        command=problem.robot.motion.twist(trajectory.inputs[0]),
+        poses=trajectory.poses,
+        inputs=trajectory.inputs,
         status=status,
         reason=Reason.NO_SAFE_PLAN if status is Status.STOP else None,
         costs=MappingProxyType(dict(costs)),
@@ -108,29 +108,29 @@ def plan_of(
     )
 
 
-def scrapes(problem: LocalProblem, motion: Motion) -> bool:
-    """Check whether a motion enters a wall."""
-    return gap_to_walls(problem, motion) < -_SCRAPE
+def touches_wall(problem: LocalProblem, trajectory: Trajectory) -> bool:
+    """Check whether a trajectory enters a wall."""
+    return gap_to_walls(problem, trajectory) < -_MAX_DEPTH
 
 
-def gap_to_walls(problem: LocalProblem, motion: Motion) -> float:
-    """Smallest gap between the footprint's discs and a wall along a motion, m.
+def gap_to_walls(problem: LocalProblem, trajectory: Trajectory) -> float:
+    """Smallest gap between the footprint's discs and a wall along a trajectory, m.
 
     A robot that starts inside a wall may leave it: each disc is compared with its start.
     """
-    gaps, _ = wall_barrier(problem.robot.discs, 0.0, motion.poses, wall_grid(problem.walls))
+    gaps, _ = wall_barrier(problem.robot.discs, 0.0, trajectory.poses, wall_grid(problem.walls))
     return float((gaps - np.minimum(gaps[:, :1], 0.0)).min())
 
 
-def _violation(control: OptimalControl, value: MotionValue) -> float:
+def _violation(control: OptimalControl, evaluation: TrajectoryEvaluation) -> float:
     """Penalty of all slack."""
-    return sum(value.costs.get(constraint.name, 0.0) for constraint in control.constraints)
+    return sum(evaluation.costs.get(constraint.name, 0.0) for constraint in control.constraints)
 
 
 @njit(cache=True)
 def _tracking(
     start: Floats,
-    now: Floats,
+    current_input: Floats,
     reference: Floats,
     speeds: Floats,
     share: float,
@@ -138,23 +138,23 @@ def _tracking(
 ) -> tuple[Floats, Floats]:
     """(poses (N+1, 3), inputs (N, m)) of the tracking law within the limits.
 
-    reference: (N+1, 3).  speeds: (N+1,) of it.  now: (m,).
+    reference: (N+1, 3).  speeds: (N+1,) of it.  current_input: (m,).
     """
     steps, step = reference.shape[0] - 1, steering.step
-    poses, inputs = np.empty((steps + 1, 3)), np.empty((steps, now.shape[0]))
-    pose, u = start.copy(), now.copy()
+    poses, inputs = np.empty((steps + 1, 3)), np.empty((steps, current_input.shape[0]))
+    pose, u = start.copy(), current_input.copy()
     poses[0] = start
     for k in range(steps):
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
         dx, dy = reference[k, 0] - pose[0], reference[k, 1] - pose[1]
-        ahead, aside = cos * dx + sin * dy, -sin * dx + cos * dy
-        off = reference[k, 2] - pose[2]
-        vx = share * (speeds[k] * math.cos(off) + _ALONG * ahead)
-        vy, w = 0.0, share * (reference[k + 1, 2] - reference[k, 2]) / step + _HEADING * off
-        if steering.sideways:
-            vy = share * (speeds[k] * math.sin(off) + _ALONG * aside)
+        e_x, e_y = cos * dx + sin * dy, -sin * dx + cos * dy
+        e_theta = reference[k, 2] - pose[2]
+        vx = share * (speeds[k] * math.cos(e_theta) + _ALONG * e_x)
+        vy, w = 0.0, share * (reference[k + 1, 2] - reference[k, 2]) / step + _HEADING * e_theta
+        if steering.holonomic:
+            vy = share * (speeds[k] * math.sin(e_theta) + _ALONG * e_y)
         else:
-            w += _ACROSS * share * speeds[k] * aside
+            w += _ACROSS * share * speeds[k] * e_y
         advance(pose, u, (vx, vy, w), steering, k)
         poses[k + 1] = pose
         inputs[k] = u

@@ -1,4 +1,7 @@
-"""Candidate trajectories, and their homotopy classes: the side of each person and of the path."""
+"""Candidate trajectories, and the sides on which they pass people and the path.
+
+The vector of these sides approximates the homotopy class: trajectories of one class agree in it.
+"""
 
 from __future__ import annotations
 
@@ -22,29 +25,29 @@ _BESIDE = 0.35
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CandidateTrajectories:
-    """Sampled motions over the whole horizon, best first; a record of the inner loop."""
+    """Sampled trajectories over the whole horizon, best first; a record of the inner loop."""
 
     step: float
     """Between states, s."""
     inputs: Annotated[Floats, Shape("k N m")]
     poses: Annotated[Floats, Shape("k N+1 3")]
-    score: Annotated[Floats, Shape("k")]
-    """Cost of each, s of lost time with all other costs; less is better."""
+    cost: Annotated[Floats, Shape("k")]
+    """Trajectory cost, s: lost time, and all other costs in the same unit."""
     contact: Annotated[Floats, Shape("k")]
-    """Time when a body (of any credible hypothesis) or a wall is first touched, s; +inf: never."""
-    homotopy: Annotated[Integers, Shape("k passed")]
-    """Homotopy class of each: first the side of the path (1 left, −1 right, 0 along), then the
-    turn of the bearing to each person during the passage (1 counter-clockwise: the robot stays to
-    the right of the person, −1 to the left, 0 no passage)."""
+    """Time when a person (any credible hypothesis) or a wall is first touched, s; +inf: never."""
+    passing_sides: Annotated[Integers, Shape("k passed")]
+    """Signs: first the side of the path (1 left, −1 right, 0 along), then the turn of the bearing
+    to each person during the passage (1 counter-clockwise: the robot stays to the right of the
+    person, −1 to the left, 0 no passage)."""
 
     def __len__(self) -> int:
         """Number of trajectories."""
-        return len(self.score)
+        return len(self.cost)
 
 
 @njit(cache=True)
-def homotopy_classes(poses: Floats, positions: Floats, path: PathSamples) -> Integers:
-    """(k, 1 + n) as ``CandidateTrajectories.homotopy``.
+def passing_sides(poses: Floats, positions: Floats, path: PathSamples) -> Integers:
+    """(k, 1 + n) as ``CandidateTrajectories.passing_sides``.
 
     poses: (k, N+1, 3).  positions: (n, N+1, 2) of people.
     """
@@ -58,21 +61,23 @@ def homotopy_classes(poses: Floats, positions: Floats, path: PathSamples) -> Int
 
 @njit(cache=True)
 def _side_of_path(poses: Floats, samples: Floats) -> int:
-    most = 0.0
-    at, last = 0, samples.shape[0] - 1
+    """Side of the largest lateral distance from the path; 0 if that is small."""
+    largest = 0.0
+    i, last = 0, samples.shape[0] - 1
     for k in range(poses.shape[0]):
-        dx, dy = poses[k, 0] - samples[at, 0], poses[k, 1] - samples[at, 1]
-        while at < last and dx * samples[at, 2] + dy * samples[at, 3] > SPACING:
-            at += 1
-            dx, dy = poses[k, 0] - samples[at, 0], poses[k, 1] - samples[at, 1]
-        side = samples[at, 2] * dy - samples[at, 3] * dx
-        if abs(side) > abs(most):
-            most = side
-    return int(math.copysign(1.0, most)) if abs(most) > _BESIDE else 0
+        dx, dy = poses[k, 0] - samples[i, 0], poses[k, 1] - samples[i, 1]
+        while i < last and dx * samples[i, 2] + dy * samples[i, 3] > SPACING:
+            i += 1
+            dx, dy = poses[k, 0] - samples[i, 0], poses[k, 1] - samples[i, 1]
+        d = samples[i, 2] * dy - samples[i, 3] * dx
+        if abs(d) > abs(largest):
+            largest = d
+    return int(math.copysign(1.0, largest)) if abs(largest) > _BESIDE else 0
 
 
 @njit(cache=True)
 def _turn_of_bearing(poses: Floats, positions: Floats) -> int:
+    """Sign of the turn of the bearing from the robot to a person; 0 if nobody is passed."""
     # without square roots first: most people are far away
     square = np.inf
     for k in range(1, poses.shape[0]):

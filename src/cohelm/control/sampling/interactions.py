@@ -1,4 +1,4 @@
-"""Costs of an arc at one pose: kernels for walls, bodies, personal spaces and groups."""
+"""Costs of an arc at one pose: kernels for walls, people, personal spaces and groups."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.sampling.scene import GroupHulls, PersonHypotheses, RobotBody, RolloutWalls
+from cohelm.control.sampling.scene import GroupHulls, PersonHypotheses, RobotState, RolloutWalls
 from cohelm.maps.distance import sample
 
 _ROUNDING = 1e-9
@@ -17,12 +17,14 @@ _ROUNDING = 1e-9
 
 @njit(cache=True, error_model="numpy")
 def missing_clearance(  # a kernel takes plain values
-    walls: RolloutWalls, body: RobotBody, x: float, y: float, angle: float, clearance: float
+    walls: RolloutWalls, robot: RobotState, x: float, y: float, angle: float, clearance: float
 ) -> tuple[float, bool, float]:
     """(free distance, whether a wall is touched, squared missing share of the clearance)."""
-    grid, discs = walls.grid, body.discs
+    grid, discs = walls.grid, robot.discs
     # the robot's circle first: where it is clear, all discs are
-    free = sample(grid.distance, grid.resolution, grid.X_MG, x, y)[0] - body.around - clearance
+    free = (
+        sample(grid.distance, grid.resolution, grid.X_MG, x, y)[0] - robot.outer_radius - clearance
+    )
     if free > 0.0:
         return free, False, 0.0
     nearest = np.inf
@@ -34,13 +36,13 @@ def missing_clearance(  # a kernel takes plain values
         if gap < walls.margin[j]:
             return 0.0, True, 0.0
         nearest = min(nearest, gap)
-    close = max(clearance - nearest, 0.0) / max(clearance, 1e-6)
-    return 0.0, False, close * close
+    missing = max(clearance - nearest, 0.0) / max(clearance, 1e-6)
+    return 0.0, False, missing * missing
 
 
 @njit(cache=True, error_model="numpy")
-def body_gap(capsule: Floats, angle: float, dx: float, dy: float) -> tuple[float, float, float]:
-    """(gap between the capsule and a point at (dx, dy) from the pose, unit vector to it).
+def capsule_gap(capsule: Floats, angle: float, dx: float, dy: float) -> tuple[float, float, float]:
+    """(gap between the robot's capsule and a point at (dx, dy) from the pose, unit vector to it).
 
     Faster than ``robots.capsule``, and less smooth at the spine: it serves no gradient.
     """
@@ -59,10 +61,14 @@ def body_gap(capsule: Floats, angle: float, dx: float, dy: float) -> tuple[float
 def space_intrusion(
     people: PersonHypotheses, state: Floats, gap: float, nx: float, ny: float
 ) -> float:
-    """Squared share of intrusion into a personal space; (nx, ny) points to the person."""
-    ahead = -(nx * state[2] + ny * state[3])
-    square = ahead * ahead
-    q = (state[4] if ahead > 0.0 else state[5]) * square + state[6] * (1.0 - square)
+    """Squared share of intrusion into a personal space; (nx, ny) points to the person.
+
+    state: (8,) of ``PersonHypotheses.states``.
+    """
+    # of the direction to the robot from the person's axis of motion
+    cos = -(nx * state[2] + ny * state[3])
+    cos2 = cos * cos
+    q = (state[4] if cos > 0.0 else state[5]) * cos2 + state[6] * (1.0 - cos2)
     extent = people.scale / q if people.printed else math.sqrt(people.scale / q)
     extent = max(extent, people.floor)
     share = max(extent - gap, 0.0) / extent if extent > 0.0 else 0.0
@@ -76,10 +82,10 @@ def depth_in_hulls(
     """Sum of squared depths of the robot's centre, grown by its half width, in hulls, m²."""
     # discs about the hulls skip all groups that are far away
     mx, my = 0.5 * (capsule[0] + capsule[2]), 0.5 * (capsule[1] + capsule[3])
-    near, off = False, math.sqrt(mx * mx + my * my) + capsule[4] + _ROUNDING
+    near, robot_radius = False, math.sqrt(mx * mx + my * my) + capsule[4] + _ROUNDING
     for g in range(groups.support.shape[0]):
         dx, dy = x - groups.disc[g, k, 0], y - groups.disc[g, k, 1]
-        reach = groups.disc[g, k, 2] + off
+        reach = groups.disc[g, k, 2] + robot_radius
         near |= dx * dx + dy * dy < reach * reach
     if not near:
         return 0.0

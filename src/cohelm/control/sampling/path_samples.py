@@ -13,7 +13,7 @@ from cohelm.messages import Reference
 
 SPACING = 0.1
 """Between the samples of the path, m."""
-BEYOND = 2.5
+_BEYOND = 2.5
 """Straight extension of the path beyond its end, m."""
 _CREEP = 0.3
 """Arcs are tried up to this speed even where the reference stands, m/s."""
@@ -31,7 +31,7 @@ class PathSamples(NamedTuple):
     """(N+1,) arc length of the reference at each step, m."""
     heading: Floats
     """(q, 2) unit vector of the reference's heading."""
-    pace: float
+    max_speed: float
     """Highest speed of the reference, at least the creeping speed, m/s."""
 
 
@@ -47,8 +47,8 @@ def path_samples(reference: Reference, top_speed: float, steps: int) -> PathSamp
     heading = np.empty((len(angle), 2))
     np.cos(angle, out=heading[:, 0])
     np.sin(angle, out=heading[:, 1])
-    pace = max(float(speeds.max()), min(_CREEP, top_speed), 0.05)
-    return PathSamples(samples, progress, heading, pace)
+    max_speed = max(float(speeds.max()), min(_CREEP, top_speed), 0.05)
+    return PathSamples(samples, progress, heading, max_speed)
 
 
 @njit(cache=True)
@@ -58,31 +58,31 @@ def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, 
     stride: distance per step beyond the reference's end, m.
     """
     # corners of the path, without repetitions
-    known = poses.shape[0]
-    s, x, y = np.empty(known + 1), np.empty(known + 1), np.empty(known + 1)
-    turn, progress = np.empty(known + 1), np.empty(steps + 1)
-    along, n = 0.0, 0
-    for k in range(known):
+    given = poses.shape[0]
+    s, x, y = np.empty(given + 1), np.empty(given + 1), np.empty(given + 1)
+    theta, progress = np.empty(given + 1), np.empty(steps + 1)
+    length, n = 0.0, 0
+    for k in range(given):
         gap = 0.0
         if k > 0:
             gap = np.hypot(poses[k, 0] - poses[k - 1, 0], poses[k, 1] - poses[k - 1, 1])
-            along += gap
-        progress[k] = along
+            length += gap
+        progress[k] = length
         if k == 0 or gap > _SLACK:
-            s[n], x[n], y[n], turn[n] = along, poses[k, 0], poses[k, 1], poses[k, 2]
+            s[n], x[n], y[n], theta[n] = length, poses[k, 0], poses[k, 1], poses[k, 2]
             n += 1
-    for k in range(known, steps + 1):
-        progress[k] = along + (k - known + 1) * stride
+    for k in range(given, steps + 1):
+        progress[k] = length + (k - given + 1) * stride
     # a straight extension beyond the end
     if n > 1:
         ahead_x, ahead_y = x[n - 1] - x[n - 2], y[n - 1] - y[n - 2]
     else:
-        ahead_x, ahead_y = np.cos(poses[known - 1, 2]), np.sin(poses[known - 1, 2])
+        ahead_x, ahead_y = np.cos(poses[given - 1, 2]), np.sin(poses[given - 1, 2])
     norm = np.hypot(ahead_x, ahead_y)
     ahead_x, ahead_y = ahead_x / norm, ahead_y / norm
-    tail = progress[steps] - along + BEYOND
+    tail = progress[steps] - length + _BEYOND
     s[n], x[n], y[n] = s[n - 1] + tail, x[n - 1] + tail * ahead_x, y[n - 1] + tail * ahead_y
-    turn[n] = poses[known - 1, 2]
+    theta[n] = poses[given - 1, 2]
     # positions and headings, interpolated
     count = int(np.ceil(s[n] / SPACING)) + 1
     samples, angle = np.empty((count, 4)), np.empty(count)
@@ -92,12 +92,12 @@ def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, 
         while j < n and s[j + 1] <= at:
             j += 1
         if j == n:
-            samples[i, 0], samples[i, 1], angle[i] = x[n], y[n], turn[n]
+            samples[i, 0], samples[i, 1], angle[i] = x[n], y[n], theta[n]
             continue
-        rest, length = at - s[j], s[j + 1] - s[j]
-        samples[i, 0] = (x[j + 1] - x[j]) / length * rest + x[j]
-        samples[i, 1] = (y[j + 1] - y[j]) / length * rest + y[j]
-        angle[i] = (turn[j + 1] - turn[j]) / length * rest + turn[j]
+        rest, segment = at - s[j], s[j + 1] - s[j]
+        samples[i, 0] = (x[j + 1] - x[j]) / segment * rest + x[j]
+        samples[i, 1] = (y[j + 1] - y[j]) / segment * rest + y[j]
+        angle[i] = (theta[j + 1] - theta[j]) / segment * rest + theta[j]
     # tangents
     for i in range(count):
         dx, dy = 0.0, 0.0
@@ -111,37 +111,40 @@ def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, 
 
 
 @njit(cache=True, error_model="numpy")
-def project_on_path(samples: Floats, x: float, y: float, at: int) -> tuple[int, float, float]:
-    """(sample, arc length, signed distance) of the nearest point of the path near a sample."""
+def project_on_path(samples: Floats, x: float, y: float, i: int) -> tuple[int, float, float]:
+    """(i, s, d) of the nearest point of the path near sample ``i``: Frenet coordinates.
+
+    The sample, the arc length s and the signed distance d, positive to the left of the path, m.
+    """
     last, t, back = samples.shape[0] - 1, 0.0, False
     while True:
-        t = (x - samples[at, 0]) * samples[at, 2] + (y - samples[at, 1]) * samples[at, 3]
-        if t > SPACING and at < last and not back:
-            at += 1
-        elif t < 0.0 and at > 0:
-            at -= 1
+        t = (x - samples[i, 0]) * samples[i, 2] + (y - samples[i, 1]) * samples[i, 3]
+        if t > SPACING and i < last and not back:
+            i += 1
+        elif t < 0.0 and i > 0:
+            i -= 1
             back = True  # never forward again: outside a bend the loop would not end
         else:
             break
-    aside = samples[at, 2] * (y - samples[at, 1]) - samples[at, 3] * (x - samples[at, 0])
-    return at, at * SPACING + min(max(t, 0.0), SPACING), aside
+    d = samples[i, 2] * (y - samples[i, 1]) - samples[i, 3] * (x - samples[i, 0])
+    return i, i * SPACING + min(max(t, 0.0), SPACING), d
 
 
 @njit(cache=True, error_model="numpy")
-def heading_error(
-    path: PathSamples, joint: int, x: float, y: float, angle: float, at: int
+def heading_cost(
+    path: PathSamples, holonomic: bool, x: float, y: float, angle: float, i: int
 ) -> float:
     """1 − cos of the angle between the robot's heading and the path ahead.
 
-    For a holonomic robot only the path's heading counts.
+    For a holonomic robot only the path's heading counts. i: nearest sample of the path.
     """
     samples, heading = path.samples, path.heading
     cos, sin = math.cos(angle), math.sin(angle)
-    ahead = min(at + _AIM, samples.shape[0] - 1)
-    if joint:
+    ahead = min(i + _AIM, samples.shape[0] - 1)
+    if holonomic:
         return float(1.0 - (cos * heading[ahead, 0] + sin * heading[ahead, 1]))
     dx, dy = samples[ahead, 0] - x, samples[ahead, 1] - y
     norm = max(math.hypot(dx, dy), 1e-9)
-    if heading[at, 0] * samples[at, 2] + heading[at, 1] * samples[at, 3] < 0.0:
+    if heading[i, 0] * samples[i, 2] + heading[i, 1] * samples[i, 3] < 0.0:
         norm = -norm  # the path is driven backwards
     return float(1.0 - (cos * dx + sin * dy) / norm)

@@ -1,8 +1,11 @@
 """Kernel: one arc rolled out through the scene, with its cost in seconds.
 
-Costs add up and none is negative, so an arc is abandoned as soon as it is dearer than the best one
+Costs add up and none is negative, so an arc is abandoned as soon as it costs more than the best one
 by more than a window. The result does not depend on the order of the arcs. Blocks are inlined,
 because calls that pass the whole state are expensive.
+
+Names: s and d are the arc length along the path and the signed distance from it (Frenet
+coordinates), ``i_path`` is the nearest sample of the path.
 """
 
 from __future__ import annotations
@@ -14,14 +17,15 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.control.sampling.arc_table import END_1, END_2, RETURN, SPEED_3
 from cohelm.control.sampling.interactions import (
-    body_gap,
+    capsule_gap,
     depth_in_hulls,
     missing_clearance,
     space_intrusion,
 )
-from cohelm.control.sampling.path_samples import SPACING, heading_error, project_on_path
-from cohelm.control.sampling.scene import RobotBody, RolloutScene
+from cohelm.control.sampling.path_samples import SPACING, heading_cost, project_on_path
+from cohelm.control.sampling.scene import RobotState, RolloutScene
 from cohelm.robots.contact import BRISK
 
 _LOOKAHEAD = round(1.0 / SPACING)
@@ -38,7 +42,7 @@ _CREDIBLE = 0.05
 
 
 class RolloutWeights(NamedTuple):
-    """Weights and margins; see ``TrajectorySampler.Parameters``."""
+    """Weights and margins; those without a text are fields of ``TrajectorySampler.Parameters``."""
 
     final_delay: float
     mean_delay: float
@@ -69,8 +73,9 @@ class RolloutResult(NamedTuple):
     """Result of an arc."""
 
     cost: float
+    """s; +inf: abandoned."""
     contact: float
-    """Time when a body or a wall is first touched, s; else +inf."""
+    """Time when a person or a wall is first touched, s; else +inf."""
     stopped: int
     """Step at which a wall is touched; N if none is."""
 
@@ -86,7 +91,7 @@ def roll_out(  # noqa: PLR0917  # a kernel takes plain arrays
     poses: Floats,
     due: Floats,
 ) -> RolloutResult:
-    """Roll out one arc; abandoned with cost +inf if it is dearer than ``limit``.
+    """Roll out one arc; abandoned with cost +inf if it costs more than ``limit``.
 
     Args:
         scene: surroundings of the robot.
@@ -98,72 +103,97 @@ def roll_out(  # noqa: PLR0917  # a kernel takes plain arrays
         poses: (N+1, 3), filled as well.
         due: (P,) workspace.
     """
-    step, steps, path, body = scene.step, scene.steps, scene.path, scene.body
-    m, joint = inputs.shape[1], body.translating if body.translating > 1 else 0
-    cost, contact, free, final = 0.0, np.inf, 0.0, path.reference[steps]
-    final_delay, delay = weights.final_delay / path.pace, weights.mean_delay / (path.pace * steps)
-    poses[0] = body.start
+    step, steps, path, robot = scene.step, scene.steps, scene.path, scene.robot
+    m, holonomic = inputs.shape[1], robot.n_linear > 1
+    cost, contact, free, s_goal = 0.0, np.inf, 0.0, path.reference[steps]
+    # costs of one metre behind the reference
+    final_delay = weights.final_delay / path.max_speed
+    delay = weights.mean_delay / (path.max_speed * steps)
+    poses[0] = robot.start
     due[:] = 0.0
     x, y, angle = poses[0, 0], poses[0, 1], poses[0, 2]
-    middle, soonest = angle, 0.0
-    cos, sin = math.cos(angle), math.sin(angle)  # of the middle of the last step
-    at, along, aside = project_on_path(path.samples, x, y, 0)
-    course = math.atan2(path.samples[0, 3], path.samples[0, 2])
+    # heading of the last step's translation
+    course, soonest = angle, 0.0
+    cos, sin = math.cos(course), math.sin(course)
+    i_path, s, d = project_on_path(path.samples, x, y, 0)
+    first_tangent = math.atan2(path.samples[0, 3], path.samples[0, 2])
     for k in range(steps):
-        _request(scene, base, arc, k, (x, y, angle, along, course), at, inputs[k])
-        cost = _limit(body, path.pace, weights.acceleration / step, k, inputs, cost)
+        _request(scene, base, arc, k, (x, y, angle, s, first_tangent), i_path, inputs[k])
+        cost = _limit(robot, path.max_speed, weights.acceleration / step, k, inputs, cost)
         # one step of the unicycle, or of a holonomic robot
-        wanted = inputs[k]
-        speed, turn = abs(wanted[0]), wanted[m - 1]
-        if angle + scene.blur * turn != middle:
-            middle = angle + scene.blur * turn
-            cos, sin = math.cos(middle), math.sin(middle)
-        x += step * wanted[0] * cos
-        y += step * wanted[0] * sin
-        if joint:
-            x -= step * sin * wanted[1]
-            y += step * cos * wanted[1]
-            speed = math.hypot(wanted[0], wanted[1])
-        angle += step * turn
+        u = inputs[k]
+        speed, turn_rate = abs(u[0]), u[m - 1]
+        if angle + scene.heading_lead * turn_rate != course:
+            course = angle + scene.heading_lead * turn_rate
+            cos, sin = math.cos(course), math.sin(course)
+        x += step * u[0] * cos
+        y += step * u[0] * sin
+        if holonomic:
+            x -= step * sin * u[1]
+            y += step * cos * u[1]
+            speed = math.hypot(u[0], u[1])
+        angle += step * turn_rate
         poses[k + 1, 0], poses[k + 1, 1], poses[k + 1, 2] = x, y, angle
         # progress, turning and distance from the path
-        at, along, aside = project_on_path(path.samples, x, y, at)
-        lag = max(path.reference[k + 1] - along, 0.0)
+        i_path, s, d = project_on_path(path.samples, x, y, i_path)
+        lag = max(path.reference[k + 1] - s, 0.0)
         cost += delay * lag
-        cost += step * (weights.turning * turn * turn + weights.path_distance * aside * aside)
+        cost += step * (weights.turning * turn_rate * turn_rate + weights.path_distance * d * d)
         # walls, only after a distance in which none can be near
         free -= speed * step
         if free <= 0.0:
-            free, touch, missing = missing_clearance(
-                scene.walls, body, x, y, angle, weights.clearance
+            free, touches, missing = missing_clearance(
+                scene.walls, robot, x, y, angle, weights.clearance
             )
             cost += step * weights.wall * missing
-            if touch:
+            if touches:
                 contact = min(contact, (k + 1) * step)
-                braking = speed / body.fall[0]
-                if k <= braking + 1.0:
-                    cost += _BLOCKED * (2.0 - k / steps)
-                # the robot would stop before the wall: the time from here on is lost
-                stop = along - 0.5 * speed * step * braking
-                for j in range(k + 1, steps):
-                    cost += delay * max(path.reference[j + 1] - stop, 0.0)
-                    poses[j + 1] = poses[k + 1]
-                lag = math.hypot(max(final - stop, 0.0), aside)
-                total = cost + final_delay * lag + 0.5 * weights.final_heading
-                return RolloutResult(total, contact, k)
+                cost = _wall_stop_cost(scene, weights, k, speed, (s, d), poses, cost)
+                return RolloutResult(cost, contact, k)
         # people and groups
         social, soonest, contact = _people(scene, weights, k, (x, y, angle), due, soonest, contact)
         if scene.groups.support.shape[0]:
-            depth = depth_in_hulls(scene.groups, body.capsule, x, y, angle, k + 1)
+            depth = depth_in_hulls(scene.groups, robot.capsule, x, y, angle, k + 1)
             social += weights.fade[k + 1] * weights.group_space * depth
         cost += step * social * (weights.standing_share if speed < _STANDING else 1.0)
-        # lower bound of the whole cost: the robot is never faster than the reference's pace
-        lost = max(final - along - (steps - k - 1) * step * path.pace, 0.0)
+        # lower bound of the whole cost: the robot is never faster than the reference's maximum
+        lost = max(s_goal - s - (steps - k - 1) * step * path.max_speed, 0.0)
         if cost + (final_delay + delay * (steps - k - 1)) * lost > limit:
             return RolloutResult(np.inf, contact, steps)
-    cost += final_delay * math.hypot(max(final - along, 0.0), aside)
-    cost += weights.final_heading * heading_error(path, joint, x, y, angle, at)
+    cost += final_delay * math.hypot(max(s_goal - s, 0.0), d)
+    cost += weights.final_heading * heading_cost(path, holonomic, x, y, angle, i_path)
     return RolloutResult(cost if cost <= limit else np.inf, contact, steps)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _wall_stop_cost(  # noqa: PLR0917  # a kernel takes plain arrays
+    scene: RolloutScene,
+    weights: RolloutWeights,
+    k: int,
+    speed: float,
+    frenet: tuple[float, float],
+    poses: Floats,
+    cost: float,
+) -> float:
+    """Whole cost of an arc that touches a wall at step k; its further poses stay there.
+
+    The robot would stop before the wall: the time from there on is lost.
+    frenet: (s, d) at the contact.
+    """
+    step, steps, path = scene.step, scene.steps, scene.path
+    s, d = frenet
+    final_delay = weights.final_delay / path.max_speed
+    delay = weights.mean_delay / (path.max_speed * steps)
+    braking_steps = speed / scene.robot.fall[0]
+    if k <= braking_steps + 1.0:
+        cost += _BLOCKED * (2.0 - k / steps)
+    s_stop = s - 0.5 * speed * step * braking_steps
+    for j in range(k + 1, steps):
+        cost += delay * max(path.reference[j + 1] - s_stop, 0.0)
+        poses[j + 1] = poses[k + 1]
+    lag = math.hypot(max(path.reference[steps] - s_stop, 0.0), d)
+    total: float = cost + final_delay * lag + 0.5 * weights.final_heading
+    return total
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -173,89 +203,91 @@ def _request(  # noqa: PLR0917  # a kernel takes plain arrays
     arc: Floats,
     k: int,
     state: tuple[float, float, float, float, float],
-    at: int,
-    wanted: Floats,
+    i_path: int,
+    requested: Floats,
 ) -> None:
-    """Fill ``wanted`` (m,) with the input that the arc requests at step k.
+    """Fill ``requested`` (m,) with the input that the arc requests at step k.
 
-    state: (x, y, heading, arc length on the path, course of the path at the start).
-    at: nearest sample of the path.
+    state: (x, y, heading, arc length on the path, direction of the path at its start).
+    i_path: nearest sample of the path.
     """
-    path, body = scene.path, scene.body
-    samples, pace = path.samples, path.pace
-    joint = body.translating if body.translating > 1 else 0
-    x, y, angle, along, course = state
-    known, share = base.shape[0], k / scene.steps
-    if share >= arc[8] or (known > 0 and k >= known):
+    path, robot = scene.path, scene.robot
+    samples, max_speed = path.samples, path.max_speed
+    holonomic = robot.n_linear > 1
+    x, y, angle, s, first_tangent = state
+    base_steps, elapsed = base.shape[0], k / scene.steps
+    if elapsed >= arc[RETURN] or (base_steps > 0 and k >= base_steps):
         # back to the path, towards a point ahead on it
-        ahead = min(at + _LOOKAHEAD, samples.shape[0] - 1)
-        dx, dy = samples[ahead, 0] - x, samples[ahead, 1] - y
-        speed = min(max(arc[4], 0.0), 1.0) if known == 0 else 1.0
-        speed = min(speed * pace, max(path.reference[scene.steps] - along, 0.0) / scene.step)
-        if joint:
-            towards = math.atan2(dy, dx) - angle
-            wanted[0], wanted[1] = speed * math.cos(towards), speed * math.sin(towards)
+        i_ahead = min(i_path + _LOOKAHEAD, samples.shape[0] - 1)
+        dx, dy = samples[i_ahead, 0] - x, samples[i_ahead, 1] - y
+        speed = min(max(arc[SPEED_3], 0.0), 1.0) if base_steps == 0 else 1.0
+        speed = min(speed * max_speed, max(path.reference[scene.steps] - s, 0.0) / scene.step)
+        if holonomic:
+            direction = math.atan2(dy, dx) - angle
+            requested[0], requested[1] = speed * math.cos(direction), speed * math.sin(direction)
         else:
             error = math.atan2(dy, dx) - angle
             error -= _FULL * round(error / _FULL)
-            wanted[0] = speed * max(math.cos(error), 0.0)
-            wanted[1] = _GAIN * error
-        turns = joint > 0
+            requested[0] = speed * max(math.cos(error), 0.0)
+            requested[1] = _GAIN * error
+        turns = holonomic
     else:
         # one of three segments, absolute or added to the base
-        part = 0 if share < arc[6] else (2 if share < arc[7] else 4)
-        speed, turn = arc[part], arc[part + 1]
-        turns = joint > 0 and known == 0
-        if known > 0:
-            wanted[:] = base[k]
-            wanted[0] += speed * pace
-            wanted[1] += turn * body.high[1]
-        elif joint:
-            wanted[0] = speed * pace * math.cos(course + turn * math.pi - angle)
-            wanted[1] = speed * pace * math.sin(course + turn * math.pi - angle)
+        segment = 0 if elapsed < arc[END_1] else (2 if elapsed < arc[END_2] else 4)
+        speed, turn = arc[segment], arc[segment + 1]
+        turns = holonomic and base_steps == 0
+        if base_steps > 0:
+            # the turn share goes to input 1: ω of a unicycle, v_y of a holonomic robot
+            requested[:] = base[k]
+            requested[0] += speed * max_speed
+            requested[1] += turn * robot.high[1]
+        elif holonomic:
+            requested[0] = speed * max_speed * math.cos(first_tangent + turn * math.pi - angle)
+            requested[1] = speed * max_speed * math.sin(first_tangent + turn * math.pi - angle)
         else:
-            wanted[0] = speed * (pace if speed > 0.0 else -body.low[0])
-            wanted[1] = turn * body.high[1]
+            requested[0] = speed * (max_speed if speed > 0.0 else -robot.low[0])
+            requested[1] = turn * robot.high[1]
     if turns:  # a holonomic robot turns to the path's heading meanwhile
-        error = math.atan2(path.heading[at, 1], path.heading[at, 0]) - angle
-        wanted[2] = 0.5 * _GAIN * (error - _FULL * round(error / _FULL))
+        error = math.atan2(path.heading[i_path, 1], path.heading[i_path, 0]) - angle
+        requested[2] = 0.5 * _GAIN * (error - _FULL * round(error / _FULL))
 
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _limit(  # a kernel takes plain arrays
-    body: RobotBody, pace: float, weight: float, k: int, inputs: Floats, cost: float
+    robot: RobotState, max_speed: float, weight: float, k: int, inputs: Floats, cost: float
 ) -> float:
     """Reduce the input at step k to the limits; the cost with that of its change.
 
-    The first step allows half a change, because the next decision comes before its end.
+    The first step allows half a change, because the next decision comes before its end. A copy of
+    ``robots.kinematics.within_limits`` for one step, because it also needs the change.
     """
-    wanted, m = inputs[k], inputs.shape[1]
-    joint = body.translating if body.translating > 1 else 0
+    u, m = inputs[k], inputs.shape[1]
+    joint = robot.n_linear if robot.n_linear > 1 else 0  # inputs that change in proportion
     half = 0.5 if k == 0 else 1.0
     # each input within its bounds, then the speed
     square = 0.0
     for i in range(m):
-        most = min(body.high[i], pace) if i == 0 else body.high[i]
-        wanted[i] = min(max(wanted[i], body.low[i]), most)
-        square += wanted[i] * wanted[i] if i < joint else 0.0
-    top = min(body.top_speed, pace)
-    shorter = min(1.0, top / math.sqrt(square)) if square > 0.0 else 1.0
+        upper = min(robot.high[i], max_speed) if i == 0 else robot.high[i]
+        u[i] = min(max(u[i], robot.low[i]), upper)
+        square += u[i] * u[i] if i < joint else 0.0
+    top_speed = min(robot.top_speed, max_speed)
+    shrink = min(1.0, top_speed / math.sqrt(square)) if square > 0.0 else 1.0
     # the share of a joint change that keeps every component within its acceleration
-    part_of = 1.0
+    share = 1.0
     for i in range(joint):
-        wanted[i] *= shorter
-        change = wanted[i] - (inputs[k - 1, i] if k > 0 else body.now[i])
-        most = half * (body.rise[i] if change > 0.0 else body.fall[i])
-        if abs(change) > most:
-            part_of = min(part_of, most / abs(change))
+        u[i] *= shrink
+        change = u[i] - (inputs[k - 1, i] if k > 0 else robot.current_input[i])
+        upper = half * (robot.rise[i] if change > 0.0 else robot.fall[i])
+        if abs(change) > upper:
+            share = min(share, upper / abs(change))
     for i in range(m):
-        before = inputs[k - 1, i] if k > 0 else body.now[i]
-        change = wanted[i] - before
+        before = inputs[k - 1, i] if k > 0 else robot.current_input[i]
+        change = u[i] - before
         if i < joint:
-            change *= part_of
+            change *= share
         else:
-            change = min(max(change, -half * body.fall[i]), half * body.rise[i])
-        wanted[i] = before + change
+            change = min(max(change, -half * robot.fall[i]), half * robot.rise[i])
+        u[i] = before + change
         cost += weight * change * change
     return cost
 
@@ -274,7 +306,7 @@ def _people(  # noqa: PLR0917  # a kernel takes plain arrays
 
     due: (P,) step before which each person cannot be near; updated.
     """
-    people, body, step = scene.people, scene.body, scene.step
+    people, robot, step = scene.people, scene.robot, scene.step
     states = people.states
     extent = people.extent if weights.personal_space > 0.0 else 0.0
     widest = max(weights.max_margin, extent)
@@ -288,16 +320,16 @@ def _people(  # noqa: PLR0917  # a kernel takes plain arrays
             continue
         # far people are skipped for as long as both speeds allow
         dx, dy = states[i, k + 1, 0] - x, states[i, k + 1, 1] - y
-        apart = math.sqrt(dx * dx + dy * dy) - body.around - people.radius[i] - widest
-        if apart > 0.0:
-            fastest = people.fastest[i] + body.top_speed + 0.01
-            due[i] = k + 2 + int(apart / (step * fastest))
+        excess = math.sqrt(dx * dx + dy * dy) - robot.outer_radius - people.radius[i] - widest
+        if excess > 0.0:
+            closing_speed = people.fastest[i] + robot.top_speed + 0.01
+            due[i] = k + 2 + int(excess / (step * closing_speed))
             soonest = min(soonest, due[i])
             continue
         soonest = 0.0
-        gap, nx, ny = body_gap(body.capsule, angle, dx, dy)
+        gap, nx, ny = capsule_gap(robot.capsule, angle, dx, dy)
         gap -= people.radius[i]
-        likely = people.weight[i] * weights.fade[k + 1]
+        weight = people.weight[i] * weights.fade[k + 1]
         if gap < 0.0 and people.weight[i] > _CREDIBLE:
             contact = min(contact, (k + 1) * step)
         # about a standing person only the deviation grows
@@ -306,8 +338,8 @@ def _people(  # noqa: PLR0917  # a kernel takes plain arrays
         margin += weights.standing_margin + weights.deviations * states[i, k + 1, 7]
         margin = min(margin, weights.max_margin)
         if gap < margin:
-            cost += likely * weights.contact * (margin - gap) * (margin - gap)
+            cost += weight * weights.contact * (margin - gap) * (margin - gap)
         if gap < extent:
             intrusion = space_intrusion(people, states[i, k + 1], gap, nx, ny)
-            cost += likely * weights.personal_space * intrusion
+            cost += weight * weights.personal_space * intrusion
     return cost, soonest, contact

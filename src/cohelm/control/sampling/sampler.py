@@ -2,8 +2,8 @@
 
 A gradient method stays in one homotopy class. Some hundred arcs explore the others: a seeded table,
 of which many arcs return to the path, then perturbations of the best ones and of the last plan. One
-score evaluates sampled, polished and old trajectories: the time lost against the reference, in
-seconds, and in the same unit the effects on people, rider and walls.
+trajectory cost ranks sampled, refined and previous trajectories: the time lost against the
+reference, in seconds, and in the same unit the effects on people, rider and walls.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
+from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.sampling.arc_table import arc_table, perturbations
-from cohelm.control.sampling.candidates import CandidateTrajectories, homotopy_classes
+from cohelm.control.sampling.candidates import CandidateTrajectories, passing_sides
 from cohelm.control.sampling.rollout import RolloutWeights
 from cohelm.control.sampling.scene import RolloutScene, coarser, rollout_scene
 from cohelm.control.sampling.search import SearchBudget, evaluate_inputs, search_arcs
-from cohelm.control.terms.binding import oncoming_share
+from cohelm.control.terms.constraints.prediction_selection import oncoming_share
 
 _EXAMINED = 24
 """Arcs among which different homotopy classes are selected."""
@@ -35,7 +35,7 @@ _SIDES = {"right": 1, "left": -1, "none": 0}
 
 
 class TrajectorySampler:
-    """Sampled candidate trajectories, and the score of any trajectory."""
+    """Sampled candidate trajectories, and the cost of any trajectory."""
 
     class Parameters(Model):
         """Sampling, margins and weights, assumed unless a source is named; tuned on rides."""
@@ -55,7 +55,7 @@ class TrajectorySampler:
         max_classes: int = Field(4, ge=1, le=_EXAMINED)
         """Maximum number of different homotopy classes in the result."""
         cost_window: float = Field(2.5, gt=0.0, le=100.0)
-        """Candidates dearer than the best one by more than this are dropped, s."""
+        """Candidates that cost more than the best one by this are dropped, s."""
         final_delay: float = Field(1.0, ge=0.0)
         """Cost of a second lost at the end of the horizon."""
         mean_delay: float = Field(1.0, ge=0.0)
@@ -107,17 +107,17 @@ class TrajectorySampler:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def prepare(self, problem: LocalProblem, now: Floats) -> PreparedSampler:
+    def prepare(self, problem: LocalProblem, current_input: Floats) -> PreparedSampler:
         """The sampler for one problem; everything that trajectories share is computed once.
 
         Args:
             problem: the problem.
-            now: current input, (m,).
+            current_input: u_{−1}, (m,).
         """
         p = self.parameters
         steps = max(round(p.horizon / problem.reference.step), len(problem.reference.speeds) - 1)
         margin = p.stalled_wall_margin if problem.stalled else p.wall_margin
-        scene = rollout_scene(problem, now, p.stride * -(-steps // p.stride), margin)
+        scene = rollout_scene(problem, current_input, p.stride * -(-steps // p.stride), margin)
         return PreparedSampler(
             parameters=p,
             problem=problem,
@@ -127,10 +127,10 @@ class TrajectorySampler:
         )
 
     def sample(
-        self, problem: LocalProblem, now: Floats, warm: Motion | None = None
+        self, problem: LocalProblem, current_input: Floats, warm: Trajectory | None = None
     ) -> CandidateTrajectories:
         """See :meth:`PreparedSampler.sample`."""
-        return self.prepare(problem, now).sample(warm)
+        return self.prepare(problem, current_input).sample(warm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -144,7 +144,7 @@ class PreparedSampler:
     likeliest: Annotated[Floats, Shape("n N+1 2")]
     """Most likely positions of each person."""
 
-    def sample(self, warm: Motion | None = None) -> CandidateTrajectories:
+    def sample(self, warm: Trajectory | None = None) -> CandidateTrajectories:
         """The best sampled trajectories of different homotopy classes, cheapest first.
 
         Args:
@@ -152,26 +152,26 @@ class PreparedSampler:
         """
         p, scene = self.parameters, self.scene
         coarse = coarser(scene, p.stride)
-        m = len(scene.body.now)
-        old = np.empty((0, m)) if warm is None else warm.inputs[: scene.steps]
-        found = search_arcs(
+        m = len(scene.robot.current_input)
+        previous = np.empty((0, m)) if warm is None else warm.inputs[: scene.steps]
+        arcs = search_arcs(
             coarse,
             _weights(p, self.problem, coarse),
-            _means(old, p.stride),
+            _averaged(previous, p.stride),
             arc_table(p.count),
             perturbations(p.perturbations),
             SearchBudget(p.rounds, p.elite, p.cost_window, _EXAMINED),
         )
-        every = self._evaluate(np.repeat(found, p.stride, axis=1))
-        if len(old):
-            first = self._evaluate(old[None].copy())
-            every = _each(lambda one, other: np.concatenate([one, other]), first, every)
-        order = np.argsort(every.score, kind="stable")
-        which = _different(every.homotopy, order, p.max_classes)
-        return _each(lambda part: part[which], every)
+        trajectories = self._evaluate(np.repeat(arcs, p.stride, axis=1))
+        if len(previous):
+            first = self._evaluate(previous[None].copy())
+            trajectories = _map_arrays(lambda a, b: np.concatenate([a, b]), first, trajectories)
+        order = np.argsort(trajectories.cost, kind="stable")
+        chosen = _of_different_classes(trajectories.passing_sides, order, p.max_classes)
+        return _map_arrays(lambda array: array[chosen], trajectories)
 
     def evaluate(self, inputs: Floats) -> CandidateTrajectories:
-        """Any trajectories with their scores, in the given order.
+        """Any trajectories with their costs, in the given order.
 
         Args:
             inputs: (k, L, m) or (L, m); beyond L steps a trajectory leads back to the path.
@@ -183,17 +183,17 @@ class PreparedSampler:
         count, m = len(inputs), inputs.shape[2]
         limited = np.empty((count, scene.steps, m))
         poses = np.empty((count, scene.steps + 1, 3))
-        found = evaluate_inputs(scene, self.weights, inputs[:, : scene.steps], limited, poses)
-        homotopy = homotopy_classes(poses, self.likeliest, scene.path)
-        side = _SIDES[self.problem.profile.passing_side]
-        wrong = (homotopy[:, 1:] == -side).sum(axis=1) if side else 0
+        results = evaluate_inputs(scene, self.weights, inputs[:, : scene.steps], limited, poses)
+        sides = passing_sides(poses, self.likeliest, scene.path)
+        preferred = _SIDES[self.problem.profile.passing_side]
+        wrong = (sides[:, 1:] == -preferred).sum(axis=1) if preferred else 0
         return CandidateTrajectories(
             step=scene.step,
             inputs=limited,
             poses=poses,
-            score=found[:, 0] + self.parameters.passing_side * wrong,
-            contact=found[:, 1],
-            homotopy=homotopy,
+            cost=results[:, 0] + self.parameters.passing_side * wrong,
+            contact=results[:, 1],
+            passing_sides=sides,
         )
 
 
@@ -209,58 +209,60 @@ def _weights(
     p: TrajectorySampler.Parameters, problem: LocalProblem, scene: RolloutScene
 ) -> RolloutWeights:
     stalled = problem.stalled
-    least, growth = (p.stalled_margin, 0.0) if stalled else (p.margin, p.growth)
+    initial, growth = (p.stalled_margin, 0.0) if stalled else (p.margin, p.growth)
     if p.oncoming_margin > 0.0 and not stalled:
         growth += p.oncoming_margin * oncoming_share(problem.people, problem.pose)
-    most = max(least, 0.0 if stalled else p.max_margin)
-    fade, margin = _by_time(scene.step, scene.steps, p.decay_time, least, growth, most)
+    upper = max(initial, 0.0 if stalled else p.max_margin)
+    fade, margin = _by_time(scene.step, scene.steps, p.decay_time, initial, growth, upper)
     derived: dict[str, Any] = {
         "fade": fade,
         "margin": margin,
-        "standing_margin": least if p.standing_margin is None else min(least, p.standing_margin),
-        "max_margin": most,
+        "standing_margin": initial
+        if p.standing_margin is None
+        else min(initial, p.standing_margin),
+        "max_margin": upper,
         "clearance": p.wall_clearance + problem.profile.clearance,
     }
-    plain = {name: getattr(p, name) for name in RolloutWeights._fields if name not in derived}
-    return RolloutWeights(**plain, **derived)
+    same = {name: getattr(p, name) for name in RolloutWeights._fields if name not in derived}
+    return RolloutWeights(**same, **derived)
 
 
 @functools.lru_cache(maxsize=64)
 def _by_time(
-    step: float, steps: int, decay: float, least: float, growth: float, most: float
+    step: float, steps: int, decay: float, initial: float, growth: float, upper: float
 ) -> tuple[Floats, Floats]:
     """(fade, margin) of ``RolloutWeights``; constant without an oncoming margin."""
     time = step * np.arange(steps + 1)
-    return np.exp(-time / decay), np.minimum(least + growth * time, most)
+    return np.exp(-time / decay), np.minimum(initial + growth * time, upper)
 
 
 @njit(cache=True)
-def _different(homotopy: Integers, order: Integers, most: int) -> Integers:
-    """The first ``most`` of ``order`` with pairwise different rows of ``homotopy`` (k, 1 + n)."""
-    chosen = np.empty(most, np.int64)
-    count = 0
-    for each in order:
-        if count == most:
+def _of_different_classes(sides: Integers, order: Integers, count: int) -> Integers:
+    """The first ``count`` of ``order`` with pairwise different rows of ``sides`` (k, 1 + n)."""
+    chosen = np.empty(count, np.int64)
+    n = 0
+    for candidate in order:
+        if n == count:
             break
         known = False
-        for c in range(count):
-            known |= np.array_equal(homotopy[each], homotopy[chosen[c]])
+        for c in range(n):
+            known |= np.array_equal(sides[candidate], sides[chosen[c]])
         if not known:
-            chosen[count] = each
-            count += 1
-    return chosen[:count]
+            chosen[n] = candidate
+            n += 1
+    return chosen[:n]
 
 
-def _each(
-    change: Callable[..., NDArray[Any]], *given: CandidateTrajectories
+def _map_arrays(
+    function: Callable[..., NDArray[Any]], *given: CandidateTrajectories
 ) -> CandidateTrajectories:
     """Apply a function to each array of some trajectories."""
-    names = ("inputs", "poses", "score", "contact", "homotopy")
-    parts = {name: change(*(getattr(one, name) for one in given)) for name in names}
-    return CandidateTrajectories(step=given[0].step, **parts)
+    names = ("inputs", "poses", "cost", "contact", "passing_sides")
+    arrays = {name: function(*(getattr(each, name) for each in given)) for name in names}
+    return CandidateTrajectories(step=given[0].step, **arrays)
 
 
-def _means(inputs: Floats, stride: int) -> Floats:
+def _averaged(inputs: Floats, stride: int) -> Floats:
     """Inputs (L, m) averaged over ``stride`` at a time; an incomplete last part is dropped."""
     whole = len(inputs) // stride
     return np.asarray(inputs[: whole * stride].reshape(whole, stride, inputs.shape[1]).mean(axis=1))

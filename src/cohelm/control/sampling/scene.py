@@ -31,6 +31,7 @@ class PersonHypotheses(NamedTuple):
     scale: float
     """c of eq. (5)."""
     printed: bool
+    """The extent of a space is c/q as printed, not √(c/q); see ``shapes``."""
     floor: float
     """Smallest extent of a space, m."""
     extent: float
@@ -56,23 +57,30 @@ class RolloutWalls(NamedTuple):
     """(c,) gap of each disc that counts as contact, m."""
 
 
-class RobotBody(NamedTuple):
+class RobotState(NamedTuple):
     """State, limits and footprint of the robot."""
 
     start: Floats
     """(3,) pose."""
-    now: Floats
-    """(m,) current input."""
+    current_input: Floats
+    """u_{−1}, (m,)."""
     low: Floats
+    """(m,) lowest input."""
     high: Floats
+    """(m,) highest input."""
     rise: Floats
-    """(m,) largest change in a step; so is the next."""
+    """(m,) largest increase in a step."""
     fall: Floats
-    translating: int
+    """(m,) largest decrease in a step."""
+    n_linear: int
+    """Number of linear velocities in an input, see ``Kinematics.translating``; 2: holonomic."""
     top_speed: float
+    """m/s."""
     capsule: Floats
+    """(5,) as ``Robot.capsule``."""
     discs: Floats
-    around: float
+    """(c, 3) as ``Robot.discs``."""
+    outer_radius: float
     """Radius about the pose that holds the footprint, m."""
 
 
@@ -83,18 +91,18 @@ class RolloutScene(NamedTuple):
     """s."""
     steps: int
     """N."""
-    blur: float
-    """Turning time before the heading of a step's motion, s: 0 as planners roll out, more where
-    a step replaces several of theirs."""
+    heading_lead: float
+    """Time for which the robot turns before the translation of a step, s: the kinematics' own, and
+    more where a step replaces several of the planner's."""
     path: PathSamples
     people: PersonHypotheses
     groups: GroupHulls
     walls: RolloutWalls
-    body: RobotBody
+    robot: RobotState
 
 
 def rollout_scene(
-    problem: LocalProblem, now: Floats, steps: int, wall_margin: float
+    problem: LocalProblem, current_input: Floats, steps: int, wall_margin: float
 ) -> RolloutScene:
     """The problem over ``steps`` of its own, which may be more than it has.
 
@@ -104,12 +112,12 @@ def rollout_scene(
     return RolloutScene(
         step=step,
         steps=steps,
-        blur=problem.robot.motion.turned * step,
+        heading_lead=problem.robot.motion.turned * step,
         path=path_samples(problem.reference, problem.top_speed, steps),
         people=_people(problem, steps),
         groups=_group_hulls(problem.spaces.groups, steps),
         walls=_walls(problem, wall_margin),
-        body=_body(problem, now),
+        robot=_robot_state(problem, current_input),
     )
 
 
@@ -118,23 +126,25 @@ def coarser(scene: RolloutScene, stride: int) -> RolloutScene:
     if stride == 1:
         return scene
     every = np.s_[::stride]
-    people, groups, body = scene.people, scene.groups, scene.body
+    people, groups, robot = scene.people, scene.groups, scene.robot
     return scene._replace(
         step=stride * scene.step,
         steps=scene.steps // stride,
-        blur=scene.blur + 0.5 * (stride - 1) * scene.step,
+        heading_lead=scene.heading_lead + 0.5 * (stride - 1) * scene.step,
         path=scene.path._replace(reference=scene.path.reference[every].copy()),
         people=people._replace(states=people.states[:, every].copy()),
         groups=groups._replace(
             support=groups.support[:, every].copy(), disc=groups.disc[:, every].copy()
         ),
-        body=body._replace(rise=stride * body.rise, fall=stride * body.fall),
+        robot=robot._replace(rise=stride * robot.rise, fall=stride * robot.fall),
     )
 
 
 def _people(problem: LocalProblem, steps: int) -> PersonHypotheses:
     p, s = problem.predictions, problem.spaces
-    weight, radius, fastest, front = _each(p.weight, problem.people.radius, p.velocity, s.front)
+    weight, radius, fastest, front = _by_hypothesis(
+        p.weight, problem.people.radius, p.velocity, s.front
+    )
     printed = s.kind == PRINTED
     extent = 2.0 * s.scale * front**2 if printed else math.sqrt(2.0 * s.scale) * front
     return PersonHypotheses(
@@ -152,21 +162,21 @@ def _people(problem: LocalProblem, steps: int) -> PersonHypotheses:
 
 
 @njit(cache=True)
-def _each(
+def _by_hypothesis(
     weight: Floats, radius: Floats, velocity: Floats, front: Floats
 ) -> tuple[Floats, Floats, Floats, float]:
     """(weight, radius, fastest (P,) of ``PersonHypotheses``; the largest value of ``front``)."""
     n, h, states = front.shape
-    likely, wide, fastest, most = np.empty(n * h), np.empty(n * h), np.zeros(n * h), 0.0
+    weights, radii, fastest, largest = np.empty(n * h), np.empty(n * h), np.zeros(n * h), 0.0
     for i in range(n):
         for j in range(h):
-            likely[i * h + j], wide[i * h + j] = weight[i, j], radius[i]
+            weights[i * h + j], radii[i * h + j] = weight[i, j], radius[i]
             for k in range(velocity.shape[2]):
                 speed = math.hypot(velocity[i, j, k, 0], velocity[i, j, k, 1])
                 fastest[i * h + j] = max(fastest[i * h + j], speed)
             for k in range(states):
-                most = max(most, front[i, j, k])
-    return likely, wide, fastest, most
+                largest = max(largest, front[i, j, k])
+    return weights, radii, fastest, largest
 
 
 @njit(cache=True)
@@ -244,20 +254,20 @@ def _walls(problem: LocalProblem, margin: float) -> RolloutWalls:
     return RolloutWalls(grid, wall_margins(problem.robot.discs, problem.pose, grid, margin))
 
 
-def _body(problem: LocalProblem, now: Floats) -> RobotBody:
+def _robot_state(problem: LocalProblem, current_input: Floats) -> RobotState:
     robot, step = problem.robot, problem.reference.step
     low, high, rise, fall = problem.input_bounds()
     discs = robot.discs
-    return RobotBody(
+    return RobotState(
         start=problem.pose.copy(),
-        now=np.array(now, dtype=float),
+        current_input=np.array(current_input, dtype=float),
         low=low,
         high=high,
         rise=rise * step,
         fall=fall * step,
-        translating=robot.motion.translating,
+        n_linear=robot.motion.translating,
         top_speed=problem.top_speed,
         capsule=robot.capsule.copy(),
         discs=discs.copy(),
-        around=max(math.hypot(x, y) + radius for x, y, radius in discs.tolist()),
+        outer_radius=max(math.hypot(x, y) + radius for x, y, radius in discs.tolist()),
     )

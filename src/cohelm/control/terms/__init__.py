@@ -1,25 +1,25 @@
-"""Cost terms and constraints of the optimal-control problem."""
+"""Cost terms (``costs``) and constraints (``constraints``) of the optimal-control problem."""
 
-from cohelm.control.terms.bodies import BodyClearance
-from cohelm.control.terms.gauss_newton import gauss_newton
-from cohelm.control.terms.group_space import GroupSpace
-from cohelm.control.terms.input_effort import InputEffort
-from cohelm.control.terms.input_limits import InputLimits
-from cohelm.control.terms.smooth_input import SeatComfort, SmoothInput
-from cohelm.control.terms.social_space import SocialSpace
-from cohelm.control.terms.track_reference import PathProgress, TrackReference
-from cohelm.control.terms.wall_clearance import WallClearance
+from cohelm.control.terms.constraints.group_barrier import GroupBarrier
+from cohelm.control.terms.constraints.input_limits import InputLimits
+from cohelm.control.terms.constraints.person_barrier import PersonBarrier
+from cohelm.control.terms.constraints.social_space_barrier import SocialSpaceBarrier
+from cohelm.control.terms.constraints.wall_barrier import WallBarrier
+from cohelm.control.terms.costs.gauss_newton import gauss_newton
+from cohelm.control.terms.costs.input_effort import InputEffort
+from cohelm.control.terms.costs.smooth_input import SeatComfort, SmoothInput
+from cohelm.control.terms.costs.track_reference import PathProgress, TrackReference
 
 __all__ = [
-    "BodyClearance",
-    "GroupSpace",
+    "GroupBarrier",
     "InputEffort",
     "InputLimits",
     "PathProgress",
+    "PersonBarrier",
     "SeatComfort",
     "SmoothInput",
-    "SocialSpace",
+    "SocialSpaceBarrier",
     "TrackReference",
-    "WallClearance",
+    "WallBarrier",
     "gauss_newton",
 ]

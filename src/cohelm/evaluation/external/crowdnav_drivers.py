@@ -14,7 +14,7 @@ from cohelm.config import Model as Config
 from cohelm.config import validate
 from cohelm.control import LocalPlanner, LocalProblem
 from cohelm.control.sampling import TrajectorySampler
-from cohelm.control.warm_start import last_input, shifted_plan
+from cohelm.control.warm_start import estimate_current_input, shifted_plan
 from cohelm.evaluation.external.crowdnav import (
     GOAL,
     RADIUS,
@@ -183,9 +183,11 @@ class BestArc:
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
-        now = last_input(problem, previous)
+        current_input = estimate_current_input(problem, previous)
         steps = None if previous is None else len(previous.inputs)
-        found = self.sampler.sample(problem, now, shifted_plan(problem, previous, now, steps))
+        found = self.sampler.sample(
+            problem, current_input, shifted_plan(problem, previous, current_input, steps)
+        )
         return LocalPlan(
             time=problem.time,
             step=found.step,

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats, Integers, read_only
 from cohelm.config import Model
-from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Motion
+from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Trajectory
 from cohelm.robots import InputBounds, Kinematics
 
 _FAR = 1e6
@@ -39,58 +39,66 @@ class InputLimits:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
-        """None: these bounds are hard, and no barrier."""
-        del problem, motion
+    def values(self, problem: LocalProblem, trajectory: Trajectory) -> ConstraintValues:
+        """Return no values: these bounds are hard, and no barrier."""
+        del problem, trajectory
         return _NOTHING
 
     def rows(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        sensitivity: Floats,
+        values: ConstraintValues,
     ) -> ConstraintRows:
-        """Rise and fall of every input at every step, the facets; lowest and highest inputs."""
+        """Rows for rise and fall of every input at every step and for the facets; input bounds."""
         del sensitivity, values
         kinematics = problem.robot.motion
-        jacobian, key, hard = _constant(len(motion.inputs), kinematics)
+        jacobian, row_id, no_slack = _constant(len(trajectory.inputs), kinematics)
         margin, upper, low, high = _rows(
             problem.input_bounds(),
-            motion.last_input,
-            motion.inputs,
-            motion.step,
+            trajectory.current_input,
+            trajectory.inputs,
+            trajectory.step,
             self.parameters.tick,
         )
         if len(kinematics.facets):
-            excess = motion.inputs @ kinematics.facets.T
-            slower = (self.top_speeds(problem, motion) - excess).ravel()
+            excess = trajectory.inputs @ kinematics.facets.T
+            slower = (self.top_speeds(problem, trajectory) - excess).ravel()
             margin = np.concatenate([margin, slower])
             upper = np.concatenate([upper, np.full(len(slower), _FAR)])
         return ConstraintRows(
             margin=margin,
             jacobian=jacobian,
-            group=hard,
-            key=key,
-            keys=len(key),
+            slack_index=no_slack,
+            row_id=row_id,
+            num_row_ids=len(row_id),
             upper=upper,
             low=low,
             high=high,
         )
 
-    def bounds(self, problem: LocalProblem, motion: Motion) -> InputBounds:
-        """Bounds at each step, (N, m) each; rise and fall within the step."""
+    def bounds(self, problem: LocalProblem, trajectory: Trajectory) -> InputBounds:
+        """Bounds of each input at each step, (N, m) each; rise and fall within the step."""
         limits, tick = problem.input_bounds(), self.parameters.tick
-        return _bounds(limits, motion.last_input, len(motion.inputs), motion.step, tick)
+        return _bounds(
+            limits, trajectory.current_input, len(trajectory.inputs), trajectory.step, tick
+        )
 
-    def top_speeds(self, problem: LocalProblem, motion: Motion) -> Floats:
+    def top_speeds(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """Bounds on F u of each facet at each step, (N, f): the top speed, or braking to it."""
-        kinematics, now = problem.robot.motion, motion.last_input
+        kinematics, current_input = problem.robot.motion, trajectory.current_input
         _, _, rise, fall = problem.input_bounds()
-        since = self.parameters.tick + motion.step * np.arange(len(motion.inputs))[:, None]
-        braking = np.maximum(now - fall * since, 0.0) + np.minimum(now + rise * since, 0.0)
+        since = self.parameters.tick + trajectory.step * np.arange(len(trajectory.inputs))[:, None]
+        braking = np.maximum(current_input - fall * since, 0.0) + np.minimum(
+            current_input + rise * since, 0.0
+        )
         return np.asarray(np.maximum(braking @ kinematics.facets.T, problem.top_speed))
 
 
 @functools.lru_cache(maxsize=64)
 def _constant(steps: int, kinematics: Kinematics) -> tuple[Floats, Integers, Integers]:
-    """d(u_k − u_{k−1})/du, (N·m, N·m), and −F by blocks; the rows' keys and groups."""
+    """d(u_k − u_{k−1})/du, (N·m, N·m), and −F by blocks; ids and slack indices of the rows."""
     m = kinematics.inputs
     changes = np.eye(steps * m) - np.eye(steps * m, k=-m)
     jacobian = np.concatenate([changes, -np.kron(np.eye(steps), kinematics.facets)])
@@ -99,17 +107,22 @@ def _constant(steps: int, kinematics: Kinematics) -> tuple[Floats, Integers, Int
 
 
 @njit(cache=True)
-def _bounds(limits: InputBounds, now: Floats, steps: int, step: float, tick: float) -> InputBounds:
-    """Bounds at each step from those per second; they open where ``now`` (m,) exceeds them."""
-    m = len(now)
+def _bounds(
+    limits: InputBounds, current_input: Floats, steps: int, step: float, tick: float
+) -> InputBounds:
+    """Bounds at each step, (N, m) each, from those per second.
+
+    They open where ``current_input`` (m,) exceeds them.
+    """
+    m = len(current_input)
     low, high = np.empty((steps, m)), np.empty((steps, m))
     rise, fall = np.empty((steps, m)), np.empty((steps, m))
     for k in range(steps):
         time = tick if k == 0 else step
         since = tick + k * step
         for i in range(m):
-            high[k, i] = max(limits.high[i], now[i] - limits.fall[i] * since)
-            low[k, i] = min(limits.low[i], now[i] + limits.rise[i] * since)
+            high[k, i] = max(limits.high[i], current_input[i] - limits.fall[i] * since)
+            low[k, i] = min(limits.low[i], current_input[i] + limits.rise[i] * since)
             rise[k, i] = limits.rise[i] * time
             fall[k, i] = limits.fall[i] * time
     return InputBounds(low, high, rise, fall)
@@ -117,17 +130,17 @@ def _bounds(limits: InputBounds, now: Floats, steps: int, step: float, tick: flo
 
 @njit(cache=True)
 def _rows(
-    limits: InputBounds, now: Floats, inputs: Floats, step: float, tick: float
+    limits: InputBounds, current_input: Floats, inputs: Floats, step: float, tick: float
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """(margin, upper) of each change and (lowest, highest) change of each input, (N·m,) each."""
     steps, m = inputs.shape
-    bounds = _bounds(limits, now, steps, step, tick)
+    bounds = _bounds(limits, current_input, steps, step, tick)
     margin, upper = np.empty(steps * m), np.empty(steps * m)
     lowest, highest = np.empty(steps * m), np.empty(steps * m)
     for k in range(steps):
         for i in range(m):
             at = k * m + i
-            change = inputs[k, i] - (inputs[k - 1, i] if k > 0 else now[i])
+            change = inputs[k, i] - (inputs[k - 1, i] if k > 0 else current_input[i])
             margin[at] = change + bounds.fall[k, i]
             upper[at] = bounds.rise[k, i] - change
             lowest[at] = bounds.low[k, i] - inputs[k, i]

@@ -28,19 +28,19 @@ def pose_model(error: Floats, weight: Floats, sensitivity: Floats) -> tuple[Floa
     hessian = np.zeros((columns, columns))
     gradient = np.zeros(columns)
     for k in range(steps):
-        reach = m * (k + 1)
+        num_effective = m * (k + 1)  # inputs before this pose
         for a in range(3):
             w = weight[k, a]
             if w == 0.0:
                 continue
             row = sensitivity[k + 1, a]
-            for i in range(reach):
-                pull = w * row[i]
-                if pull == 0.0:
+            for i in range(num_effective):
+                weighted = w * row[i]
+                if weighted == 0.0:
                     continue
-                gradient[i] += pull * error[k, a]
+                gradient[i] += weighted * error[k, a]
                 for j in range(i + 1):
-                    hessian[i, j] += pull * row[j]
+                    hessian[i, j] += weighted * row[j]
     for i in range(columns):
         for j in range(i):
             hessian[j, i] = hessian[i, j]
@@ -55,9 +55,13 @@ def no_cost(size: int) -> tuple[Floats, Floats]:
 
 @functools.lru_cache(maxsize=64)
 def per_input(
-    kinematics: Kinematics, speed: float, turn: float, times: float = 1.0, over: float = 1.0
+    kinematics: Kinematics,
+    linear: float,
+    angular: float,
+    multiplier: float = 1.0,
+    divisor: float = 1.0,
 ) -> Floats:
-    """Weights (m,): ``speed`` for translating inputs, ``turn`` for the others, · times / over."""
-    moving = kinematics.translating
-    each = np.array([speed] * moving + [turn] * (kinematics.inputs - moving))
-    return read_only(each * times / over)
+    """Weights (m,) · multiplier / divisor, of linear velocities and of turn rates."""
+    n_linear = kinematics.translating
+    each = np.array([linear] * n_linear + [angular] * (kinematics.inputs - n_linear))
+    return read_only(each * multiplier / divisor)

@@ -10,16 +10,16 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Motion
-from cohelm.control.terms import barrier
+from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Trajectory
+from cohelm.control.terms.constraints import barrier
 from cohelm.maps.distance import sample
 from cohelm.robots.contact import WallGrid, wall_grid
 
 _NEAR = 0.25
-"""Walls do not move, so rows with a margin above this stay inactive in one linearisation, m."""
+"""Walls do not move, so rows with g above this stay inactive in one linearisation, m."""
 
 
-class WallClearance:
+class WallBarrier:
     """h = distance(c_j) − r_j − clearance for every disc j of the footprint."""
 
     class Parameters(Model):
@@ -38,22 +38,28 @@ class WallClearance:
         p = self.parameters = parameters or self.Parameters()
         self.l1, self.l2 = p.l1, p.l2
 
-    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
+    def values(self, problem: LocalProblem, trajectory: Trajectory) -> ConstraintValues:
         """Largest violation by disc, over steps, (c,)."""
         discs, clearance = problem.robot.discs, problem.profile.clearance
         walls, gamma = wall_grid(problem.walls), self.parameters.gamma
-        return ConstraintValues(
-            *_values(discs, clearance, motion.poses, walls, gamma, barrier.separate(len(discs)))
+        layout = barrier.separate_slacks(len(discs))
+        slack, smallest, h, gradient = _values(
+            discs, clearance, trajectory.poses, walls, gamma, layout
         )
+        return ConstraintValues(slack=slack, smallest=smallest, h=h, gradient=gradient)
 
     def rows(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        sensitivity: Floats,
+        values: ConstraintValues,
     ) -> ConstraintRows:
         """The rows that can become active."""
-        del motion
-        gamma, discs = self.parameters.gamma, barrier.separate(len(problem.robot.discs))
-        rows = barrier.linearised(values.h, values.gradient, sensitivity, gamma, _NEAR, discs)
-        return barrier.constraint_rows(rows, discs, values.h.shape[1])
+        del trajectory
+        gamma, layout = self.parameters.gamma, barrier.separate_slacks(len(problem.robot.discs))
+        rows = barrier.linearise_dcbf(values.h, values.gradient, sensitivity, gamma, _NEAR, layout)
+        return barrier.constraint_rows(rows, layout, values.h.shape[1])
 
 
 @njit(cache=True)
@@ -63,12 +69,12 @@ def _values(
     poses: Floats,
     walls: WallGrid,
     gamma: float,
-    series: barrier.Series,
+    layout: barrier.BarrierLayout,
 ) -> tuple[Floats, float, Floats, Floats]:
     """(slack, smallest, h, gradient) of ``ConstraintValues``."""
     h, gradient = wall_barrier(discs, clearance, poses, walls)
-    worst, smallest = barrier.worst(h, gamma, series)
-    return worst, smallest, h, gradient
+    slack, smallest = barrier.largest_violations(h, gamma, layout)
+    return slack, smallest, h, gradient
 
 
 @njit(cache=True)

@@ -9,24 +9,24 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats
 from cohelm.config import Model
-from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Motion
-from cohelm.control.terms import barrier
-from cohelm.control.terms.binding import (
-    BindingPredictions,
+from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Trajectory
+from cohelm.control.terms.constraints import barrier
+from cohelm.control.terms.constraints.prediction_selection import (
     PersonMargin,
-    binding_predictions,
+    SelectedPredictions,
     oncoming_share,
+    selected_predictions,
 )
 from cohelm.robots.capsule import nearest_on_spine
 
 
-class BodyClearance:
-    """h = ‖c − p_i‖ − r_body − r_i − margin(t) at predicted positions.
+class PersonBarrier:
+    """h = ‖c − p_i‖ − r_robot − r_i − margin(t) at predicted positions p_i, with person radius r_i.
 
-    c is the point of the capsule's spine nearest to the person; the distance is smooth, and exact
-    for the capsule.
+    c is the point nearest to the person on the spine of the robot's capsule, r_robot the capsule's
+    radius; the distance is smooth, and exact for the capsule.
     """
 
     class Parameters(Model):
@@ -35,7 +35,7 @@ class BodyClearance:
         gamma: float = Field(0.3, gt=0.0, le=1.0)
         """γ of eq. (9); 1 is a plain distance constraint."""
         margin: float = Field(0.10, ge=0.0)
-        """Margin to a body now, m."""
+        """Margin to a person now, m."""
         growth: float = Field(0.08, ge=0.0)
         """Growth of the margin with prediction time, m/s."""
         oncoming_margin: float = Field(0.0, ge=0.0)
@@ -47,7 +47,7 @@ class BodyClearance:
         stalled_margin: float = Field(0.06, ge=0.0)
         """Margin while the ride is stalled, m; it does not grow then."""
         min_probability: float = Field(0.15, ge=0.0, le=1.0)
-        """Probability from which a hypothesis binds; a person's most likely one always does."""
+        """Probability from which a hypothesis counts; a person's most likely one always does."""
         l1: float = Field(60.0, ge=0.0)
         """Weight of the slack, 1/m per person."""
         l2: float = Field(60.0, ge=0.0)
@@ -59,33 +59,38 @@ class BodyClearance:
         p = self.parameters = parameters or self.Parameters()
         self.l1, self.l2 = p.l1, p.l2
         self._margin = PersonMargin(
-            now=p.margin, growth=p.growth, deviations=p.deviations, upper=p.max_margin
+            initial=p.margin, growth=p.growth, deviations=p.deviations, upper=p.max_margin
         )
-        self._stalled = PersonMargin(now=p.stalled_margin)
+        self._stalled = PersonMargin(initial=p.stalled_margin)
 
-    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
+    def values(self, problem: LocalProblem, trajectory: Trajectory) -> ConstraintValues:
         """Largest violation by person, over hypotheses and steps, (n,)."""
         people = self._people(problem)
-        return ConstraintValues(
-            *_values(problem.robot.capsule, motion.poses, people, self.parameters.gamma)
+        slack, smallest, h = _values(
+            problem.robot.capsule, trajectory.poses, people, self.parameters.gamma
         )
+        return ConstraintValues(slack=slack, smallest=smallest, h=h)
 
     def rows(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        sensitivity: Floats,
+        values: ConstraintValues,
     ) -> ConstraintRows:
         """The rows that can become active."""
         people, h = self._people(problem), values.h
         gamma, capsule = self.parameters.gamma, problem.robot.capsule
-        rows = _rows(capsule, motion.poses, people, h, sensitivity, gamma)
-        return barrier.constraint_rows(rows, people.series, h.shape[1])
+        rows = _rows(capsule, trajectory.poses, people, h, sensitivity, gamma)
+        return barrier.constraint_rows(rows, people.layout, h.shape[1])
 
-    def _people(self, problem: LocalProblem) -> BindingPredictions:
+    def _people(self, problem: LocalProblem) -> SelectedPredictions:
         p = self.parameters
         margin = self._stalled if problem.stalled else self._margin
         if p.oncoming_margin > 0.0 and not problem.stalled:
             share = oncoming_share(problem.people, problem.pose)
             margin = _with_growth(margin, p.growth + p.oncoming_margin * share)
-        return binding_predictions(problem, p.min_probability, margin, p.gamma, 0.0)
+        return selected_predictions(problem, p.min_probability, margin, p.gamma, 0.0)
 
 
 @functools.lru_cache(maxsize=16)
@@ -96,35 +101,34 @@ def _with_growth(margin: PersonMargin, growth: float) -> PersonMargin:
 
 @njit(cache=True)
 def _values(
-    capsule: Floats, poses: Floats, people: BindingPredictions, gamma: float
+    capsule: Floats, poses: Floats, people: SelectedPredictions, gamma: float
 ) -> tuple[Floats, float, Floats]:
     """(slack, smallest, h) of ``ConstraintValues``."""
-    h = body_barrier(capsule, poses, people.positions, people.clearance)
-    slack, smallest = barrier.worst(h, gamma, people.series)
-    return slack, min(smallest, people.elsewhere), h
+    h = person_barrier(capsule, poses, people.positions, people.clearance)
+    slack, smallest = barrier.largest_violations(h, gamma, people.layout)
+    return slack, min(smallest, people.lower_bound_of_others), h
 
 
 @njit(cache=True)
 def _rows(
     capsule: Floats,
     poses: Floats,
-    people: BindingPredictions,
+    people: SelectedPredictions,
     h: Floats,
     sensitivity: Floats,
     gamma: float,
-) -> tuple[Floats, Floats, Integers, Integers]:
-    """Rows as of ``barrier.linearised``; gradients only where a row may become active."""
+) -> barrier.LinearisedRows:
+    """Linearised rows; gradients only where a row may become active."""
     near = barrier.near_states(h, gamma, barrier.NEAR)
-    gradient = body_gradient(capsule, poses, people.positions, near)
-    return barrier.linearised(h, gradient, sensitivity, gamma, barrier.NEAR, people.series)
+    gradient = person_gradient(capsule, poses, people.positions, near)
+    return barrier.linearise_dcbf(h, gradient, sensitivity, gamma, barrier.NEAR, people.layout)
 
 
 @njit(cache=True)
-def body_barrier(capsule: Floats, poses: Floats, positions: Floats, clearance: Floats) -> Floats:
-    """Values h (q, N+1) against bodies.
+def person_barrier(capsule: Floats, poses: Floats, positions: Floats, clearance: Floats) -> Floats:
+    """Barrier values h (q, N+1) of q predicted people.
 
-    poses: (N+1, 3).  positions: (q, N+1, 2).  clearance: (q, N+1), the body's radius and the
-    margin.
+    poses: (N+1, 3).  positions: (q, N+1, 2).  clearance: (q, N+1), person's radius plus margin.
     """
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     h = np.empty((positions.shape[0], poses.shape[0]))
@@ -137,8 +141,8 @@ def body_barrier(capsule: Floats, poses: Floats, positions: Floats, clearance: F
 
 
 @njit(cache=True)
-def body_gradient(capsule: Floats, poses: Floats, positions: Floats, near: Booleans) -> Floats:
-    """∂h/∂pose (q, N+1, 3) of ``body_barrier``, 0 except at ``near`` (q, N+1)."""
+def person_gradient(capsule: Floats, poses: Floats, positions: Floats, near: Booleans) -> Floats:
+    """∂h/∂pose (q, N+1, 3) of ``person_barrier``, 0 except at ``near`` (q, N+1)."""
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     out = np.zeros((positions.shape[0], poses.shape[0], 3))
     for i in range(out.shape[0]):

@@ -11,12 +11,12 @@ from pydantic import Field
 
 from cohelm.arrays import Booleans, Floats
 from cohelm.config import Model
-from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Motion
-from cohelm.control.terms import barrier
+from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Trajectory
+from cohelm.control.terms.constraints import barrier
 from cohelm.messages import GroupSpaces
 
 
-class GroupSpace:
+class GroupBarrier:
     """h = distance of the footprint's capsule to the hull of a group at each step; see ``shapes``.
 
     The hull is given by its support s(u), the capsule by the ends a and b of its spine and its
@@ -45,27 +45,33 @@ class GroupSpace:
         p = self.parameters = parameters or self.Parameters()
         self.l1, self.l2 = p.l1, p.l2
 
-    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
+    def values(self, problem: LocalProblem, trajectory: Trajectory) -> ConstraintValues:
         """Largest violation by group, over steps, (g,)."""
         groups = problem.spaces.groups
         if groups is None or not len(groups.id):
             return ConstraintValues(slack=np.empty(0))
         capsule, gamma = problem.robot.capsule, self.parameters.gamma
-        h = group_barrier(capsule, motion.poses, _normals(groups), groups.support)
-        return ConstraintValues(*barrier.worst(h, gamma, barrier.separate(len(h))), h)
+        h = group_barrier(capsule, trajectory.poses, _normals(groups), groups.support)
+        layout = barrier.separate_slacks(len(h))
+        slack, smallest = barrier.largest_violations(h, gamma, layout)
+        return ConstraintValues(slack=slack, smallest=smallest, h=h)
 
     def rows(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        sensitivity: Floats,
+        values: ConstraintValues,
     ) -> ConstraintRows:
         """The rows that can become active."""
         groups, h, gradient = problem.spaces.groups, values.h, values.gradient
-        gamma, series = self.parameters.gamma, barrier.separate(len(values.h))
+        gamma, layout = self.parameters.gamma, barrier.separate_slacks(len(values.h))
         if groups is not None and len(h):
             near = barrier.near_states(h, gamma, barrier.NEAR)
             capsule, normals = problem.robot.capsule, _normals(groups)
-            gradient = group_gradient(capsule, motion.poses, normals, groups.support, near)
-        rows = barrier.linearised(h, gradient, sensitivity, gamma, barrier.NEAR, series)
-        return barrier.constraint_rows(rows, series, h.shape[1])
+            gradient = group_gradient(capsule, trajectory.poses, normals, groups.support, near)
+        rows = barrier.linearise_dcbf(h, gradient, sensitivity, gamma, barrier.NEAR, layout)
+        return barrier.constraint_rows(rows, layout, h.shape[1])
 
 
 @functools.lru_cache(maxsize=16)
@@ -76,7 +82,7 @@ def _normals(groups: GroupSpaces) -> Floats:
 
 @njit(cache=True)
 def group_barrier(capsule: Floats, poses: Floats, normals: Floats, support: Floats) -> Floats:
-    """Values h (g, N+1) against the hulls of groups.
+    """Barrier values h (g, N+1) of g groups.
 
     capsule: as ``Robot.capsule``.  poses: (N+1, 3).  normals: (m, 2).  support: (g, N+1, m).
     """
@@ -84,7 +90,7 @@ def group_barrier(capsule: Floats, poses: Floats, normals: Floats, support: Floa
     for k in range(poses.shape[0]):
         ends = _ends(capsule, poses[k])
         for i in range(support.shape[0]):
-            h[i, k] = _widest(ends, normals, support[i, k])[0] - capsule[4]
+            h[i, k] = _largest_gap(ends, normals, support[i, k])[0] - capsule[4]
     return h
 
 
@@ -102,8 +108,8 @@ def group_gradient(
         for i in range(support.shape[0]):
             if not near[i, k]:
                 continue
-            _, at = _widest(ends, normals, support[i, k])
-            ux, uy = normals[at, 0], normals[at, 1]
+            _, j = _largest_gap(ends, normals, support[i, k])
+            ux, uy = normals[j, 0], normals[j, 1]
             first = ends[0] * ux + ends[1] * uy < ends[2] * ux + ends[3] * uy
             x, y = (ends[0], ends[1]) if first else (ends[2], ends[3])
             out[i, k, 0], out[i, k, 1] = ux, uy
@@ -124,15 +130,15 @@ def _ends(capsule: Floats, pose: Floats) -> tuple[float, float, float, float]:
 
 
 @njit(cache=True, inline="always")
-def _widest(
+def _largest_gap(
     ends: tuple[float, float, float, float], normals: Floats, support: Floats
 ) -> tuple[float, int]:
     """(largest gap between a segment and a hull along a normal, index of that normal)."""
-    best, at = -math.inf, 0
+    largest, at = -math.inf, 0
     for j in range(normals.shape[0]):
         ux, uy = normals[j, 0], normals[j, 1]
         first, second = ends[0] * ux + ends[1] * uy, ends[2] * ux + ends[3] * uy
         gap = min(first, second) - support[j]
-        if gap > best:
-            best, at = gap, j
-    return best, at
+        if gap > largest:
+            largest, at = gap, j
+    return largest, at

@@ -1,7 +1,7 @@
-"""Predicted bodies that a constraint must avoid, and the clearance from each of them.
+"""Predicted people that constrain a trajectory, selected once per problem.
 
-The most likely hypothesis of each person always binds, others from a probability on. They share
-one slack per person. Everything that does not depend on the motion is computed once per problem.
+The most likely hypothesis of each person always constrains, others from a probability on; all of a
+person share one slack. Nothing here depends on the trajectory.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, Integers
 from cohelm.control.api import LocalProblem
-from cohelm.control.terms.barrier import NEAR, Series
+from cohelm.control.terms.constraints.barrier import NEAR, BarrierLayout
 from cohelm.messages import People
 from cohelm.robots.contact import BRISK
 
@@ -27,29 +27,32 @@ _CACHED = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PersonMargin:
-    """Margin about a predicted body at time t: min(now + growth·t + deviations·σ, upper), m.
+    """Margin about a predicted person: min(initial + growth·t + deviations·σ, upper), m.
 
     σ is the standard deviation of the predicted position. For a standing person only that part
     grows; the growth increases with the person's speed up to 0.5 m/s.
     """
 
-    now: float = 0.0
+    initial: float = 0.0
+    """At t = 0, m."""
     growth: float = 0.0
     """m/s."""
     deviations: float = 0.0
+    """Number of standard deviations."""
     upper: float = math.inf
+    """m."""
 
 
-class BindingPredictions(NamedTuple):
-    """The q hypotheses that bind, in the order of people and hypotheses."""
+class SelectedPredictions(NamedTuple):
+    """The q hypotheses that constrain, in the order of people and hypotheses."""
 
     positions: Floats
     """(q, N+1, 2) m."""
     clearance: Floats
-    """(q, N+1) radius of the body plus margin, m."""
-    series: Series
-    """Each hypothesis by its person (owner) and its index among all n·h (name)."""
-    elsewhere: float
+    """(q, N+1) radius of the person plus margin, m."""
+    layout: BarrierLayout
+    """Each hypothesis has the slack of its person, and its index among all n·h as identifier."""
+    lower_bound_of_others: float
     """Lower bound of h for the hypotheses left out as too far away, m; +inf: none."""
 
 
@@ -73,64 +76,65 @@ class ProblemKey:
 
 
 @functools.lru_cache(maxsize=_CACHED)
-def binding_predictions(
+def selected_predictions(
     problem: LocalProblem,
     min_probability: float,
     margin: PersonMargin,
     gamma: float,
     extent: float,
-) -> BindingPredictions:
-    """The hypotheses that bind in a problem.
+) -> SelectedPredictions:
+    """The hypotheses that constrain in a problem.
 
     Hypotheses are left out where the robot cannot come near enough for one of their rows to become
     active: h is then so large that no step of robot and person uses up its share γ.
 
     Args:
         problem: with the predictions.
-        min_probability: from which a hypothesis binds that is not the most likely one.
-        margin: kept from bodies.
+        min_probability: from which a hypothesis constrains that is not the most likely one.
+        margin: kept from people.
         gamma: γ of eq. (9).
         extent: largest extent of any space between robot and person, m.
     """
-    return _binding(ProblemKey(problem), min_probability, margin, gamma, extent)
+    return _selected_predictions(ProblemKey(problem), min_probability, margin, gamma, extent)
 
 
 @functools.lru_cache(maxsize=_CACHED)
-def _binding(
+def _selected_predictions(
     key: ProblemKey, min_probability: float, margin: PersonMargin, gamma: float, extent: float
-) -> BindingPredictions:
+) -> SelectedPredictions:
     problem = key.problem
-    p, steps = problem.predictions, problem.predictions.mean.shape[2]
+    p, states = problem.predictions, problem.predictions.mean.shape[2]
     robot = problem.robot
-    grows: Floats = margin.growth * p.step * np.arange(steps, dtype=np.float64)
-    now = margin.now + grows
+    growth: Floats = margin.growth * p.step * np.arange(states, dtype=np.float64)
+    walking_margin = margin.initial + growth
     speed = max(robot.max_speed, float(np.hypot(*problem.twist[:2])))
-    binds, gap = _selected(
+    selected, lower_bound = _select(
         p.weight,
         p.mean,
         problem.pose,
         problem.people.radius + (robot.circumscribed_radius + robot.capsule[4] + extent),
-        _Selection(
+        _SelectionLimits(
             min_probability,
             speed * p.step,
             np.minimum(
-                now[-1] + margin.deviations * float(p.deviation.max(initial=0.0)), margin.upper
+                walking_margin[-1] + margin.deviations * float(p.deviation.max(initial=0.0)),
+                margin.upper,
             ),
             gamma,
         ),
     )
     return _gathered(
-        binds,
+        selected,
         p.mean,
         p.velocity,
         p.deviation,
         problem.people.radius,
-        grows,
-        (margin.now, margin.deviations, margin.upper, gap),
+        _GatheredMargin(growth, margin.initial, margin.deviations, margin.upper),
+        lower_bound,
     )
 
 
-class _Selection(NamedTuple):
+class _SelectionLimits(NamedTuple):
     """Limits by which hypotheses are selected."""
 
     min_probability: float
@@ -141,17 +145,27 @@ class _Selection(NamedTuple):
     gamma: float
 
 
+class _GatheredMargin(NamedTuple):
+    """``PersonMargin`` for compiled code."""
+
+    growth: Floats
+    """(N+1,) growth of the margin about a walking person, m."""
+    initial: float
+    deviations: float
+    upper: float
+
+
 @njit(cache=True)
-def _selected(
-    weight: Floats, mean: Floats, pose: Floats, sizes: Floats, limits: _Selection
+def _select(
+    weight: Floats, mean: Floats, pose: Floats, sizes: Floats, limits: _SelectionLimits
 ) -> tuple[Integers, float]:
-    """(1 or 0 for each hypothesis (n·h,), lower bound of h for the far ones among them).
+    """(1 or 0 for each hypothesis (n·h,), lower bound of h for those left out as far away).
 
     sizes: (n,) subtracted from distances, m.
     """
     n, h, states = mean.shape[0], mean.shape[1], mean.shape[2]
-    out = np.zeros(n * h, dtype=np.int64)
-    least = math.inf
+    selected = np.zeros(n * h, dtype=np.int64)
+    lower_bound = math.inf
     stride = limits.stride
     for i in range(n):
         likeliest = 0
@@ -162,53 +176,50 @@ def _selected(
             if j != likeliest and weight[i, j] < limits.min_probability:
                 continue
             # the smallest possible gap, and the person's longest step
-            nearest, farthest = math.inf, 0.0
+            smallest_gap, longest_step = math.inf, 0.0
             for k in range(states):
                 dx, dy = mean[i, j, k, 0] - pose[0], mean[i, j, k, 1] - pose[1]
                 gap = math.sqrt(dx * dx + dy * dy) - k * stride - sizes[i] - limits.margin
-                nearest = min(nearest, gap)
+                smallest_gap = min(smallest_gap, gap)
                 if k > 0:
                     dx = mean[i, j, k, 0] - mean[i, j, k - 1, 0]
                     dy = mean[i, j, k, 1] - mean[i, j, k - 1, 1]
-                    farthest = max(farthest, math.sqrt(dx * dx + dy * dy))
-            if limits.gamma * nearest > NEAR + 2.0 * (stride + farthest):
-                least = min(least, nearest)
+                    longest_step = max(longest_step, math.sqrt(dx * dx + dy * dy))
+            if limits.gamma * smallest_gap > NEAR + 2.0 * (stride + longest_step):
+                lower_bound = min(lower_bound, smallest_gap)
             else:
-                out[i * h + j] = 1
-    return out, least
+                selected[i * h + j] = 1
+    return selected, lower_bound
 
 
 @njit(cache=True)
 def _gathered(  # noqa: PLR0917  # a kernel takes plain arrays
-    binds: Integers,
+    selected: Integers,
     mean: Floats,
     velocity: Floats,
     deviation: Floats,
     radius: Floats,
-    grows: Floats,
-    margin: tuple[float, float, float, float],
-) -> BindingPredictions:
-    """The selected hypotheses.
-
-    grows: (N+1,) growth of the margin about a walking person, m.  margin: (now, deviations, upper)
-    of ``PersonMargin``, and the lower bound of h for the others.
-    """
-    now, deviations, upper, gap = margin
-    which = np.flatnonzero(binds)
+    margin: _GatheredMargin,
+    lower_bound: float,
+) -> SelectedPredictions:
+    """The selected hypotheses with their clearance."""
+    ids = np.flatnonzero(selected)
     hypotheses, states = max(mean.shape[1], 1), mean.shape[2]
-    person = np.empty(len(which), np.int64)
-    positions, clearance = np.empty((len(which), states, 2)), np.empty((len(which), states))
-    for q in range(len(which)):
-        i, j = which[q] // hypotheses, which[q] % hypotheses
+    person = np.empty(len(ids), np.int64)
+    positions, clearance = np.empty((len(ids), states, 2)), np.empty((len(ids), states))
+    for q in range(len(ids)):
+        i, j = ids[q] // hypotheses, ids[q] % hypotheses
         person[q] = i
         speed = math.hypot(velocity[i, j, 0, 0], velocity[i, j, 0, 1])
         walks = min(speed / BRISK, 1.0)
         for k in range(states):
             positions[q, k, 0], positions[q, k, 1] = mean[i, j, k, 0], mean[i, j, k, 1]
-            grown = now + walks * grows[k] + deviations * deviation[i, j, k]
-            clearance[q, k] = radius[i] + min(grown, upper)
-    series = Series(person, which, mean.shape[0], mean.shape[0] * mean.shape[1])
-    return BindingPredictions(positions, clearance, series, gap)
+            grown = (
+                margin.initial + walks * margin.growth[k] + margin.deviations * deviation[i, j, k]
+            )
+            clearance[q, k] = radius[i] + min(grown, margin.upper)
+    layout = BarrierLayout(person, ids, mean.shape[0], mean.shape[0] * mean.shape[1])
+    return SelectedPredictions(positions, clearance, layout, lower_bound)
 
 
 def oncoming_share(people: People, pose: Floats) -> float:

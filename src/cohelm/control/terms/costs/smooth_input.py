@@ -11,8 +11,8 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.terms.gauss_newton import gauss_newton, no_cost, per_input
+from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.terms.costs.gauss_newton import gauss_newton, no_cost, per_input
 
 
 class SmoothInput:
@@ -32,22 +32,24 @@ class SmoothInput:
         p = self.parameters = parameters or self.Parameters()
         self._root_speed, self._root_turn = math.sqrt(p.speed), math.sqrt(p.turn)
 
-    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+    def residual(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """(N·m,)."""
-        return _changes(motion.inputs, motion.last_input, self._roots(problem, motion))
+        return _changes(
+            trajectory.inputs, trajectory.current_input, self._roots(problem, trajectory)
+        )
 
     def model(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+        self, problem: LocalProblem, trajectory: Trajectory, sensitivity: Floats
     ) -> tuple[Floats, Floats]:
         """See ``CostTerm``; H is constant and block tridiagonal."""
         del sensitivity
-        scale = tuple(self._roots(problem, motion).tolist())
-        jacobian, hessian = _differences(scale, len(motion.inputs))
-        return hessian, self.residual(problem, motion) @ jacobian
+        scale = tuple(self._roots(problem, trajectory).tolist())
+        jacobian, hessian = _differences(scale, len(trajectory.inputs))
+        return hessian, self.residual(problem, trajectory) @ jacobian
 
-    def _roots(self, problem: LocalProblem, motion: Motion) -> Floats:
-        share = math.sqrt(motion.step)
-        return per_input(problem.robot.motion, self._root_speed, self._root_turn, over=share)
+    def _roots(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
+        share = math.sqrt(trajectory.step)
+        return per_input(problem.robot.motion, self._root_speed, self._root_turn, divisor=share)
 
 
 class SeatComfort:
@@ -71,49 +73,56 @@ class SeatComfort:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+    def residual(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """(2N + 2(N−1),) accelerations, then jerks, each only with a weight."""
         if not (self.parameters.acceleration or self.parameters.jerk):
             return np.empty(0)
-        felt, _ = self._felt(problem, motion)
-        return self._weighted(felt[:, :, None], motion.step)[:, 0]
+        acceleration, _ = self._accelerations(problem, trajectory)
+        return self._weighted(acceleration[:, :, None], trajectory.step)[:, 0]
 
     def model(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+        self, problem: LocalProblem, trajectory: Trajectory, sensitivity: Floats
     ) -> tuple[Floats, Floats]:
         """See ``CostTerm``."""
         del sensitivity
         if not (self.parameters.acceleration or self.parameters.jerk):
-            return no_cost(motion.inputs.size)
-        felt, slope = self._felt(problem, motion)
+            return no_cost(trajectory.inputs.size)
+        acceleration, slope = self._accelerations(problem, trajectory)
         return gauss_newton(
-            self._weighted(felt[:, :, None], motion.step)[:, 0],
-            self._weighted(slope, motion.step),
+            self._weighted(acceleration[:, :, None], trajectory.step)[:, 0],
+            self._weighted(slope, trajectory.step),
         )
 
-    def _felt(self, problem: LocalProblem, motion: Motion) -> tuple[Floats, Floats]:
-        over = problem.robot.motion.translating
-        return _accelerations(motion.inputs, motion.last_input, motion.step, over)
+    def _accelerations(
+        self, problem: LocalProblem, trajectory: Trajectory
+    ) -> tuple[Floats, Floats]:
+        n_linear = problem.robot.motion.translating
+        return _accelerations(
+            trajectory.inputs, trajectory.current_input, trajectory.step, n_linear
+        )
 
-    def _weighted(self, felt: Floats, step: float) -> Floats:
+    def _weighted(self, acceleration: Floats, step: float) -> Floats:
         """(q, c) scaled accelerations and jerks from (N, 2, c)."""
-        p, columns = self.parameters, felt.shape[2]
+        p, columns = self.parameters, acceleration.shape[2]
         parts = []
         if p.acceleration:
-            parts.append(math.sqrt(p.acceleration * step) * felt)
+            parts.append(math.sqrt(p.acceleration * step) * acceleration)
         if p.jerk:
-            parts.append(math.sqrt(p.jerk / step) * np.diff(felt, axis=0))
+            parts.append(math.sqrt(p.jerk / step) * np.diff(acceleration, axis=0))
         return np.concatenate([part.reshape(-1, columns) for part in parts])
 
 
 @njit(cache=True)
-def _changes(inputs: Floats, now: Floats, roots: Floats) -> Floats:
-    """Changes of inputs (N, m), the first from ``now`` (m,), scaled by ``roots`` (m,); (N·m,)."""
+def _changes(inputs: Floats, current_input: Floats, roots: Floats) -> Floats:
+    """Changes of inputs (N, m) from one step to the next, scaled by ``roots`` (m,); (N·m,).
+
+    The first is the change from ``current_input`` (m,).
+    """
     steps, m = inputs.shape
     out = np.empty(steps * m)
     for k in range(steps):
         for i in range(m):
-            before = inputs[k - 1, i] if k > 0 else now[i]
+            before = inputs[k - 1, i] if k > 0 else current_input[i]
             out[k * m + i] = (inputs[k, i] - before) * roots[i]
     return out
 
@@ -128,24 +137,24 @@ def _differences(scale: tuple[float, ...], steps: int) -> tuple[Floats, Floats]:
 
 @njit(cache=True)
 def _accelerations(
-    inputs: Floats, now: Floats, step: float, translating: int
+    inputs: Floats, current_input: Floats, step: float, n_linear: int
 ) -> tuple[Floats, Floats]:
     """(a (N, 2), its derivative (N, 2, N·m) by the inputs)."""
     steps, m = inputs.shape
-    turn = m - 1
-    felt, slope = np.zeros((steps, 2)), np.zeros((steps, 2, steps * m))
+    i_turn = m - 1
+    acceleration, slope = np.zeros((steps, 2)), np.zeros((steps, 2, steps * m))
     for k in range(steps):
         at = k * m
-        w = inputs[k, turn]
-        for i in range(translating):
-            before = inputs[k - 1, i] if k > 0 else now[i]
-            felt[k, i] += (inputs[k, i] - before) / step
+        w = inputs[k, i_turn]
+        for i in range(n_linear):
+            before = inputs[k - 1, i] if k > 0 else current_input[i]
+            acceleration[k, i] += (inputs[k, i] - before) / step
             slope[k, i, at + i] += 1.0 / step
             if k > 0:
                 slope[k, i, at - m + i] -= 1.0 / step
             # ω × v: forward motion accelerates to the left, motion to the left backwards
             sign = 1.0 if i == 0 else -1.0
-            felt[k, 1 - i] += sign * w * inputs[k, i]
+            acceleration[k, 1 - i] += sign * w * inputs[k, i]
             slope[k, 1 - i, at + i] += sign * w
-            slope[k, 1 - i, at + turn] += sign * inputs[k, i]
-    return felt, slope
+            slope[k, 1 - i, at + i_turn] += sign * inputs[k, i]
+    return acceleration, slope

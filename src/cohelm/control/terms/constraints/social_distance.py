@@ -1,14 +1,14 @@
 """Barrier values of social spaces and their gradients.
 
-    h = ‖c − p_i‖ − r_body − r_i − margin − l_i(δ_i) − l(δ)     Xu et al., eq. (8), with bodies and
-                                                                margin added
+    h = ‖c − p_i‖ − r_robot − r_i − margin − l_i(δ_i) − l(δ)     Xu et al., eq. (8), with radii and
+                                                                 margin added
 
 c is the point of the capsule's spine nearest to the person, δ_i the direction to it from the
 person's axis of motion, δ the direction to the person from the robot's heading. Cosines and sines
 of both are inner and outer products of unit vectors, so no angle is computed.
 
-Values and gradients are separate kernels: values are needed at every trial motion, gradients only
-where a row may become active (``barrier.near_states``).
+Values and gradients are separate kernels: values are needed at every trial trajectory, gradients
+only where a row may become active (``barrier.near_states``).
 """
 
 from __future__ import annotations
@@ -68,8 +68,7 @@ def social_barrier(
 ) -> Floats:
     """Values h (q, N+1) against social spaces; eq. (8).
 
-    poses: (N+1, 3).  positions: (q, N+1, 2).  clearance: (q, N+1), the body's radius and the
-    margin.
+    poses: (N+1, 3).  positions: (q, N+1, 2).  clearance: (q, N+1), person's radius plus margin.
     """
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     h = np.empty((positions.shape[0], poses.shape[0]))
@@ -119,7 +118,7 @@ def social_gradient(
 
 @njit(cache=True, inline="always")
 def _extent(kind: int, shape: Floats, floor: float, cos: float) -> float:
-    """``shapes.reach`` from ``coefficients`` and the direction's cosine."""
+    """``shapes.extent`` from ``coefficients`` and the direction's cosine."""
     along = shape[0] if cos > 0.0 else shape[1]
     q = shape[2] + (along - shape[2]) * cos * cos
     length: float = 1.0 / q if kind == PRINTED else 1.0 / math.sqrt(q)

@@ -11,8 +11,8 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.terms.gauss_newton import gauss_newton, no_cost, pose_model
+from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.terms.costs.gauss_newton import gauss_newton, no_cost, pose_model
 
 
 class TrackReference:
@@ -39,29 +39,31 @@ class TrackReference:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+    def residual(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """(3N,): position error in two directions and heading error of each step."""
-        return (self._error(problem, motion) * self._scale(motion)).ravel()
+        return (self._error(problem, trajectory) * self._scale(trajectory)).ravel()
 
     def model(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+        self, problem: LocalProblem, trajectory: Trajectory, sensitivity: Floats
     ) -> tuple[Floats, Floats]:
         """See ``CostTerm``."""
         if self.parameters.along != 1.0:
             sensitivity = _aligned(sensitivity, problem.reference.poses[:, 2])
-        return pose_model(self._error(problem, motion), self._scale(motion) ** 2, sensitivity)
+        return pose_model(
+            self._error(problem, trajectory), self._scale(trajectory) ** 2, sensitivity
+        )
 
-    def _error(self, problem: LocalProblem, motion: Motion) -> Floats:
+    def _error(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """(N, 3); along and across the reference where their weights differ."""
-        error = motion.poses[1:] - problem.reference.poses[1:]
+        error = trajectory.poses[1:] - problem.reference.poses[1:]
         if self.parameters.along == 1.0:
             return error
         return _aligned(error[:, :, None], problem.reference.poses[1:, 2])[:, :, 0]
 
-    def _scale(self, motion: Motion) -> Floats:
+    def _scale(self, trajectory: Trajectory) -> Floats:
         p = self.parameters
         weights = (p.position * p.along, p.position, p.heading)
-        return _roots(weights, p.terminal, len(motion.inputs), motion.step)
+        return _roots(weights, p.terminal, len(trajectory.inputs), trajectory.step)
 
 
 class PathProgress:
@@ -83,29 +85,29 @@ class PathProgress:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
 
-    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+    def residual(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """(N,); empty without a weight."""
         if not self.parameters.pace:
             return np.empty(0)
-        behind = motion.poses[:, :2] - problem.reference.poses[:, :2]
-        gained = np.diff(behind, axis=0) * self._direction(problem, motion)
+        behind = trajectory.poses[:, :2] - problem.reference.poses[:, :2]
+        gained = np.diff(behind, axis=0) * self._direction(problem, trajectory)
         return np.asarray(gained.sum(axis=1))
 
     def model(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+        self, problem: LocalProblem, trajectory: Trajectory, sensitivity: Floats
     ) -> tuple[Floats, Floats]:
         """See ``CostTerm``."""
         if not self.parameters.pace:
-            return no_cost(motion.inputs.size)
+            return no_cost(trajectory.inputs.size)
         step = np.diff(sensitivity[:, :2], axis=0)
-        jacobian = np.einsum("kac,ka->kc", step, self._direction(problem, motion))
-        return gauss_newton(self.residual(problem, motion), jacobian)
+        jacobian = np.einsum("kac,ka->kc", step, self._direction(problem, trajectory))
+        return gauss_newton(self.residual(problem, trajectory), jacobian)
 
-    def _direction(self, problem: LocalProblem, motion: Motion) -> Floats:
+    def _direction(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """(N, 2) √w t̂ / Δt."""
         heading = problem.reference.poses[:-1, 2]
         unit = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-        return unit * math.sqrt(self.parameters.pace / motion.step)
+        return unit * math.sqrt(self.parameters.pace / trajectory.step)
 
 
 @functools.lru_cache(maxsize=64)

@@ -12,8 +12,8 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.api import LocalProblem, Motion
-from cohelm.control.terms.gauss_newton import gauss_newton, per_input
+from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.terms.costs.gauss_newton import gauss_newton, per_input
 
 
 class InputEffort:
@@ -40,58 +40,58 @@ class InputEffort:
         p = self.parameters = parameters or self.Parameters()
         self._root_speed, self._root_turn = math.sqrt(p.speed), math.sqrt(p.turn)
 
-    def residual(self, problem: LocalProblem, motion: Motion) -> Floats:
+    def residual(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """(N·m,)."""
-        roots = self._roots(problem, motion)
+        roots = self._roots(problem, trajectory)
         if self.parameters.input_cost == "printed":
-            return (motion.inputs * roots).ravel()
+            return (trajectory.inputs * roots).ravel()
         speeds = problem.reference.speeds
         if problem.robot.motion.translating == 1:
-            return _slower(motion.inputs, speeds, roots)
-        off, difference = _off(problem, motion), motion.inputs.copy()
-        difference[:, 0] -= speeds[:-1] * np.cos(off)
-        difference[:, 1] -= speeds[:-1] * np.sin(off)
+            return _speed_residual(trajectory.inputs, speeds, roots)
+        heading_error, difference = _heading_error(problem, trajectory), trajectory.inputs.copy()
+        difference[:, 0] -= speeds[:-1] * np.cos(heading_error)
+        difference[:, 1] -= speeds[:-1] * np.sin(heading_error)
         difference *= roots
         return difference.ravel()
 
     def model(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats
+        self, problem: LocalProblem, trajectory: Trajectory, sensitivity: Floats
     ) -> tuple[Floats, Floats]:
         """See ``CostTerm``; H is constant and diagonal where headings do not matter."""
-        residual, roots = self.residual(problem, motion), self._roots(problem, motion)
-        steps, m = motion.inputs.shape
-        over = problem.robot.motion.translating
-        if over == 1 or self.parameters.input_cost == "printed":
+        residual, roots = self.residual(problem, trajectory), self._roots(problem, trajectory)
+        steps, m = trajectory.inputs.shape
+        n_linear = problem.robot.motion.translating
+        if n_linear == 1 or self.parameters.input_cost == "printed":
             gradient = residual.reshape(steps, m) * roots
             return _diagonal(tuple(roots.tolist()), steps), gradient.ravel()
         # û in the robot frame depends on the robot's heading: ∂û/∂θ = s (sin, −cos)(θ̂ − θ)
-        off, speeds = _off(problem, motion), problem.reference.speeds[:-1]
+        heading_error, speeds = _heading_error(problem, trajectory), problem.reference.speeds[:-1]
         jacobian = np.diag(np.tile(roots, steps))
         turns = sensitivity[:-1, 2]
-        jacobian[0::m] -= (roots[0] * speeds * np.sin(off))[:, None] * turns
-        jacobian[1::m] += (roots[1] * speeds * np.cos(off))[:, None] * turns
+        jacobian[0::m] -= (roots[0] * speeds * np.sin(heading_error))[:, None] * turns
+        jacobian[1::m] += (roots[1] * speeds * np.cos(heading_error))[:, None] * turns
         return gauss_newton(residual, jacobian)
 
-    def _roots(self, problem: LocalProblem, motion: Motion) -> Floats:
-        share = math.sqrt(motion.step)
+    def _roots(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
+        share = math.sqrt(trajectory.step)
         return per_input(problem.robot.motion, self._root_speed, self._root_turn, share)
 
 
 @njit(cache=True)
-def _slower(inputs: Floats, speeds: Floats, roots: Floats) -> Floats:
+def _speed_residual(inputs: Floats, speeds: Floats, roots: Floats) -> Floats:
     """Inputs (N, m) minus the speeds (N+1,) of the reference, scaled by ``roots`` (m,); (N·m,)."""
     steps, m = inputs.shape
     out = np.empty(steps * m)
     for k in range(steps):
         for i in range(m):
-            wanted = speeds[k] if i == 0 else 0.0
-            out[k * m + i] = (inputs[k, i] - wanted) * roots[i]
+            reference = speeds[k] if i == 0 else 0.0
+            out[k * m + i] = (inputs[k, i] - reference) * roots[i]
     return out
 
 
-def _off(problem: LocalProblem, motion: Motion) -> Floats:
+def _heading_error(problem: LocalProblem, trajectory: Trajectory) -> Floats:
     """θ̂ − θ of each step, (N,)."""
-    return np.asarray(problem.reference.poses[:-1, 2] - motion.poses[:-1, 2])
+    return np.asarray(problem.reference.poses[:-1, 2] - trajectory.poses[:-1, 2])
 
 
 @functools.lru_cache(maxsize=64)

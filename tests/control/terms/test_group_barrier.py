@@ -3,8 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cohelm.control.terms import GroupSpace
-from cohelm.control.terms.group_space import group_barrier
+from cohelm.control.terms import GroupBarrier
+from cohelm.control.terms.constraints.group_barrier import group_barrier
 from cohelm.geometry import transform
 from cohelm.messages import GroupSpaces
 from cohelm.shapes import distance_to_hull, hull_outline
@@ -26,23 +26,23 @@ def among(centres, radius=0.9, *, velocity=(0.0, 0.0), directions=32, **problem)
     return dataclasses.replace(scene, spaces=dataclasses.replace(scene.spaces, groups=groups))
 
 
-def rows_at(problem, motion, motions, constraint=None):
-    constraint = constraint or GroupSpace()
-    there = constraint.values(problem, motion)
-    return constraint.rows(problem, motion, motions.sensitivity(problem, motion), there)
+def rows_at(problem, trajectory, motions, constraint=None):
+    constraint = constraint or GroupBarrier()
+    there = constraint.values(problem, trajectory)
+    return constraint.rows(problem, trajectory, motions.sensitivity(problem, trajectory), there)
 
 
 def test_distances_by_hand(motions, chair):
     """Two who talk 5 m ahead, 2 m apart: the hull's nearest side is 0.9 m before them."""
     problem = among([[[5.0, 1.0], [5.0, -1.0]]])
-    found = GroupSpace().values(problem, motions.standing(problem))
+    found = GroupBarrier().values(problem, motions.standing(problem))
     # the foremost centre of the chair's discs is 0.539 m ahead of the axle
     assert found.h == pytest.approx(np.full((1, STEPS + 1), 5.0 - 0.9 - 0.539 - chair.capsule[4]))
     assert found.slack.tolist() == [0.0]
     assert found.smallest == found.h.min()
     # they come at 1 m/s: 0.2 m a step, each step takes 0.2 of h that is left, and h is 3.2 m
     coming = among([[[5.0, 1.0], [5.0, -1.0]]], velocity=(-1.0, 0.0))
-    h = GroupSpace().values(coming, motions.standing(coming)).h
+    h = GroupBarrier().values(coming, motions.standing(coming)).h
     assert np.diff(h) == pytest.approx(np.full((1, STEPS), -0.2))
 
 
@@ -73,16 +73,16 @@ def test_rows_are_derivatives(motions, rng):
         centres = rng.uniform([0.5, -2.0], [4.0, 2.0], (2, 3, 2))
         problem = among(centres, 0.7, velocity=rng.normal(0.0, 0.4, 2), speed=0.6)
         for other in (problem, motions.any_way(problem)):
-            motion = motions.wandering(other, rng)
-            rows = rows_at(other, motion, motions)
+            trajectory = motions.wandering(other, rng)
+            rows = rows_at(other, trajectory, motions)
 
             def margins(m, other=other):
                 found = rows_at(other, m, motions)
-                out = np.full(found.keys, np.nan)
-                out[found.key] = found.margin
+                out = np.full(found.num_row_ids, np.nan)
+                out[found.row_id] = found.margin
                 return out
 
-            numeric = motions.slope(margins, other, motion)[rows.key]
+            numeric = motions.slope(margins, other, trajectory)[rows.row_id]
             sound = np.isfinite(numeric).all(axis=1)
             assert np.abs(rows.jacobian[sound] - numeric[sound]).max() < 1e-6
             count += int(sound.sum())
@@ -95,25 +95,25 @@ def test_straight_between_two_who_talk_is_refused(motions):
     through = dataclasses.replace(
         motions.standing(problem), poses=np.linspace([0.0, 0.0, 0.0], [5.0, 0.0, 0.0], STEPS + 1)
     )
-    found = GroupSpace().values(problem, through)
+    found = GroupBarrier().values(problem, through)
     assert found.slack[0] > 0.5
     aside = dataclasses.replace(through, poses=through.poses + np.array([0.0, 3.5, 0.0]))
-    assert GroupSpace().values(problem, aside).slack[0] == 0.0
+    assert GroupBarrier().values(problem, aside).slack[0] == 0.0
 
 
 def test_who_is_within_a_group_is_asked_to_leave_and_may(motions):
     """Standing in the middle violates every row; going out by γ of the depth a step, none."""
-    gamma = GroupSpace().parameters.gamma
+    gamma = GroupBarrier().parameters.gamma
     problem = among([[[0.0, 3.0], [0.0, -3.0]]], 1.0)
     standing = motions.standing(problem)
-    h = GroupSpace().values(problem, standing).h[0, 0]
+    h = GroupBarrier().values(problem, standing).h[0, 0]
     assert h < -1.0
-    assert GroupSpace().values(problem, standing).slack[0] == pytest.approx(-gamma * h)
+    assert GroupBarrier().values(problem, standing).slack[0] == pytest.approx(-gamma * h)
     # ahead is the shortest way out: 1.0 m and the rear of the spine
     way = -h * (1.0 - (1.0 - gamma) ** np.arange(STEPS + 1))
     poses = np.stack([way, np.zeros(STEPS + 1), np.zeros(STEPS + 1)], axis=-1)
     leaving = dataclasses.replace(standing, poses=poses)
-    assert GroupSpace().values(problem, leaving).slack[0] < 1e-9
+    assert GroupBarrier().values(problem, leaving).slack[0] < 1e-9
 
 
 def test_rows_within_a_group_lead_out_of_it(motions):
@@ -122,7 +122,7 @@ def test_rows_within_a_group_lead_out_of_it(motions):
     speeding = np.tile([1.0, 0.0], STEPS)
     assert len(rows.margin) == STEPS
     assert (rows.jacobian @ speeding > 0.0).all()
-    assert set(rows.group.tolist()) == {0}
+    assert set(rows.slack_index.tolist()) == {0}
 
 
 @pytest.mark.parametrize("groups", [None, "none of them", "far"])
@@ -133,9 +133,9 @@ def test_no_group_no_rows(groups, motions):
         none = dataclasses.replace(told, id=told.id[:0], support=told.support[:0])
         spaces = dataclasses.replace(problem.spaces, groups=none if groups else None)
         problem = dataclasses.replace(problem, spaces=spaces)
-    motion = motions.standing(problem)
-    assert not GroupSpace().values(problem, motion).slack.any()
-    assert rows_at(problem, motion, motions).jacobian.shape == (0, 2 * STEPS)
+    trajectory = motions.standing(problem)
+    assert not GroupBarrier().values(problem, trajectory).slack.any()
+    assert rows_at(problem, trajectory, motions).jacobian.shape == (0, 2 * STEPS)
 
 
 def test_the_world_may_be_turned_or_mirrored(chair, rng):

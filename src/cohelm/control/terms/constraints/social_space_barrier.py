@@ -12,15 +12,15 @@ from pydantic import Field
 
 from cohelm.arrays import Floats, Integers
 from cohelm.config import Model
-from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Motion
-from cohelm.control.terms import barrier
-from cohelm.control.terms.binding import (
-    BindingPredictions,
+from cohelm.control.api import ConstraintRows, ConstraintValues, LocalProblem, Trajectory
+from cohelm.control.terms.constraints import barrier
+from cohelm.control.terms.constraints.prediction_selection import (
     PersonMargin,
     ProblemKey,
-    binding_predictions,
+    SelectedPredictions,
+    selected_predictions,
 )
-from cohelm.control.terms.social_distance import (
+from cohelm.control.terms.constraints.social_distance import (
     SpaceShapes,
     coefficients,
     max_extent,
@@ -30,8 +30,8 @@ from cohelm.control.terms.social_distance import (
 from cohelm.shapes import ELLIPSE
 
 
-class SocialSpace:
-    """h = ‖c − p_i‖ − r_body − r_i − l_i − l at predicted positions; see ``social_distance``.
+class SocialSpaceBarrier:
+    """h = ‖c − p_i‖ − r_robot − r_i − l_i − l at predicted positions; see ``social_distance``.
 
     The robot's own extent l depends on its speed, which is a decision variable here; it is frozen
     at the measured speed within a solve.
@@ -51,7 +51,7 @@ class SocialSpace:
         max_growth: float = Field(0.3, ge=0.0)
         """Upper bound of both, m."""
         min_probability: float = Field(0.3, ge=0.0, le=1.0)
-        """Probability from which a hypothesis binds; a person's most likely one always does."""
+        """Probability from which a hypothesis counts; a person's most likely one always does."""
         l1: float = Field(4.0, ge=0.0)
         """Weight of the slack, 1/m per person."""
         l2: float = Field(4.0, ge=0.0)
@@ -64,57 +64,64 @@ class SocialSpace:
         self.l1, self.l2 = p.l1, p.l2
         self._margin = PersonMargin(growth=p.growth, deviations=p.deviations, upper=p.max_growth)
 
-    def values(self, problem: LocalProblem, motion: Motion) -> ConstraintValues:
+    def values(self, problem: LocalProblem, trajectory: Trajectory) -> ConstraintValues:
         """Largest violation by person, over hypotheses and steps, (n,)."""
-        found = self._spaces(problem)
-        return ConstraintValues(*_values(motion.poses, found, self.parameters.gamma))
+        spaces = self._spaces(problem)
+        slack, smallest, h = _values(trajectory.poses, spaces, self.parameters.gamma)
+        return ConstraintValues(slack=slack, smallest=smallest, h=h)
 
     def rows(
-        self, problem: LocalProblem, motion: Motion, sensitivity: Floats, values: ConstraintValues
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        sensitivity: Floats,
+        values: ConstraintValues,
     ) -> ConstraintRows:
         """The rows that can become active."""
-        found, h = self._spaces(problem), values.h
-        rows = _rows(motion.poses, found, h, sensitivity, self.parameters.gamma)
-        return barrier.constraint_rows(rows, found.people.series, h.shape[1])
+        spaces, h = self._spaces(problem), values.h
+        rows = _rows(trajectory.poses, spaces, h, sensitivity, self.parameters.gamma)
+        return barrier.constraint_rows(rows, spaces.people.layout, h.shape[1])
 
-    def _spaces(self, problem: LocalProblem) -> _BindingSpaces:
+    def _spaces(self, problem: LocalProblem) -> _SelectedSpaces:
         p = self.parameters
         bodies = p.distance == "bodies"
         return _spaces(problem, p.min_probability, self._margin, p.gamma, bodies)
 
 
-class _BindingSpaces(NamedTuple):
-    """The spaces of the hypotheses that bind."""
+class _SelectedSpaces(NamedTuple):
+    """The spaces of the selected hypotheses."""
 
     capsule: Floats
     """``Robot.capsule``, or a point as printed."""
-    people: BindingPredictions
-    """With the body's radius in the clearance, or without it as printed."""
+    people: SelectedPredictions
+    """With the person's radius in the clearance, or without it as printed."""
     shapes: SpaceShapes
 
 
 @functools.lru_cache(maxsize=16)
 def _spaces(
     problem: LocalProblem, min_probability: float, margin: PersonMargin, gamma: float, bodies: bool
-) -> _BindingSpaces:
-    """The spaces of a problem, computed once for all trial motions."""
+) -> _SelectedSpaces:
+    """The spaces of a problem, computed once for all trial trajectories."""
     return _spaces_of(ProblemKey(problem), min_probability, margin, gamma, bodies)
 
 
 @functools.lru_cache(maxsize=16)
 def _spaces_of(
     key: ProblemKey, min_probability: float, margin: PersonMargin, gamma: float, bodies: bool
-) -> _BindingSpaces:
+) -> _SelectedSpaces:
     problem = key.problem
     s = problem.spaces
     extent = max_extent(s.kind, s.scale, s.front, s.side, s.rear, s.floor)
-    robot, own = _robot_space(s.kind, s.scale, tuple(s.robot.tolist()), s.robot_floor)
-    people = binding_predictions(problem, min_probability, margin, gamma, extent + own)
-    axis, shape = _selected(s.kind, s.scale, s.axis, s.front, s.side, s.rear, people.series.name)
+    robot, robot_extent = _robot_space(s.kind, s.scale, tuple(s.robot.tolist()), s.robot_floor)
+    people = selected_predictions(problem, min_probability, margin, gamma, extent + robot_extent)
+    axis, shape = _shapes_of(
+        s.kind, s.scale, s.axis, s.front, s.side, s.rear, people.layout.series_id
+    )
     if not bodies:
-        radius = problem.people.radius[people.series.owner][:, None]
+        radius = problem.people.radius[people.layout.slack_index][:, None]
         people = people._replace(clearance=people.clearance - radius)
-    return _BindingSpaces(
+    return _SelectedSpaces(
         problem.robot.capsule if bodies else np.zeros(5),
         people,
         SpaceShapes(s.kind, axis, shape, s.floor, robot, s.robot_floor),
@@ -132,7 +139,7 @@ def _robot_space(
 
 
 @njit(cache=True)
-def _selected(  # noqa: PLR0917  # a kernel takes plain arrays
+def _shapes_of(  # noqa: PLR0917  # a kernel takes plain arrays
     kind: int,
     scale: float,
     axis: Floats,
@@ -157,19 +164,19 @@ def _selected(  # noqa: PLR0917  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def _values(poses: Floats, spaces: _BindingSpaces, gamma: float) -> tuple[Floats, float, Floats]:
+def _values(poses: Floats, spaces: _SelectedSpaces, gamma: float) -> tuple[Floats, float, Floats]:
     """(slack, smallest, h) of ``ConstraintValues``."""
     people = spaces.people
     h = social_barrier(spaces.capsule, poses, people.positions, people.clearance, spaces.shapes)
-    slack, smallest = barrier.worst(h, gamma, people.series)
-    return slack, min(smallest, people.elsewhere), h
+    slack, smallest = barrier.largest_violations(h, gamma, people.layout)
+    return slack, min(smallest, people.lower_bound_of_others), h
 
 
 @njit(cache=True)
 def _rows(
-    poses: Floats, spaces: _BindingSpaces, h: Floats, sensitivity: Floats, gamma: float
-) -> tuple[Floats, Floats, Integers, Integers]:
-    """Rows as of ``barrier.linearised``; gradients only where a row may become active."""
+    poses: Floats, spaces: _SelectedSpaces, h: Floats, sensitivity: Floats, gamma: float
+) -> barrier.LinearisedRows:
+    """Linearised rows; gradients only where a row may become active."""
     near, people = barrier.near_states(h, gamma, barrier.NEAR), spaces.people
     gradient = social_gradient(spaces.capsule, poses, people.positions, spaces.shapes, near)
-    return barrier.linearised(h, gradient, sensitivity, gamma, barrier.NEAR, people.series)
+    return barrier.linearise_dcbf(h, gradient, sensitivity, gamma, barrier.NEAR, people.layout)

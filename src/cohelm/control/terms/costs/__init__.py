@@ -1,0 +1,1 @@
+"""Cost terms ½‖r‖² of the optimal-control problem; one file each."""

@@ -1,0 +1,45 @@
+"""Trajectories within the robot's limits: given inputs, and comfort braking."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.robots.kinematics import within_limits
+
+
+def limited_trajectory(problem: LocalProblem, inputs: Floats, current_input: Floats) -> Trajectory:
+    """The trajectory of inputs (N, m) within the limits of speed and acceleration.
+
+    current_input: u_{−1}, (m,).
+    """
+    robot, step = problem.robot, problem.reference.step
+    low, high, rise, fall = problem.input_bounds()
+    sooner = np.array([[0.5 * step], [step]])  # the first change must fit into half a step
+    allowed = within_limits(
+        np.asarray(inputs, dtype=float),
+        current_input,
+        low,
+        high,
+        rise * sooner,
+        fall * sooner,
+        robot.motion.translating,
+        problem.top_speed,
+    )
+    poses = robot.motion.rollout(problem.pose, allowed, step)
+    return Trajectory(step=step, poses=poses, inputs=allowed, current_input=current_input)
+
+
+def braking_trajectory(problem: LocalProblem, current_input: Floats, steps: int) -> Trajectory:
+    """Comfort braking over N = ``steps``, all inputs in proportion, so the curvature is constant.
+
+    current_input: u_{−1}, (m,).
+    """
+    _, _, _, fall = problem.robot.input_bounds
+    step = problem.reference.step
+    linear, angular = current_input[:-1], current_input[-1:]
+    duration = max(np.linalg.norm(linear) / fall[0], np.abs(angular).max() / fall[-1], 1e-9)
+    times = (np.arange(steps) + 0.5) * step
+    remaining = np.clip(1.0 - times / duration, 0.0, 1.0)
+    return limited_trajectory(problem, remaining[:, None] * current_input, current_input)
