@@ -85,25 +85,9 @@ def search_arcs(
     """
     steps, m = scene.steps, scene.robot.current_input.shape[0]
     num_warm = 1 if warm.shape[0] > 0 else 0
-    bases_per_round = budget.elite + 1
-    num_bases = 1 + budget.rounds * bases_per_round
-    total = num_warm + table.shape[0] + (num_bases - 1) * perturbations.shape[0]
-    pool = _Pool(
-        np.full(total, np.inf),
-        np.empty((total, 4)),
-        np.empty(total, np.int64),
-        np.empty(total, np.int64),
-        np.empty((num_bases, steps, m)),
-        np.zeros(num_bases, np.int64),
-        np.full(num_bases, np.inf),
-    )
-    work = _Workspace(
-        np.empty((steps, m)),
-        np.empty((steps + 1, 3)),
-        np.empty(scene.people.states.shape[0]),
-        np.empty((0, m)),
-        NO_PERTURBATION.copy(),
-    )
+    num_bases = 1 + budget.rounds * (budget.elite + 1)
+    num_arcs = num_warm + table.shape[0] + (num_bases - 1) * perturbations.shape[0]
+    pool, work = _empty_pool(num_arcs, num_bases, steps, m), _workspace(scene)
     # the last plan, then the table
     if num_warm:
         pool.base_steps[0] = min(warm.shape[0], steps)
@@ -135,9 +119,8 @@ def search_arcs(
         for b in range(first, filled):
             for p in range(1, perturbations.shape[0]):
                 base = pool.bases[b, : pool.base_steps[b]]
-                limit = min(
-                    best + budget.window, pool.base_costs[b]
-                )  # only improvements of the base
+                # only improvements of the base
+                limit = min(best + budget.window, pool.base_costs[b])
                 result = roll_out(
                     scene, weights, base, perturbations[p], limit,
                     work.inputs, work.poses, work.due,
@@ -180,6 +163,31 @@ def evaluate_inputs(
             _brake_step(scene, limited[j], poses[j], k)
         out[j, 0], out[j, 1] = result.cost, result.contact
     return out
+
+
+@njit(cache=True)
+def _empty_pool(num_arcs: int, num_bases: int, steps: int, m: int) -> _Pool:
+    return _Pool(
+        np.full(num_arcs, np.inf),
+        np.empty((num_arcs, 4)),
+        np.empty(num_arcs, np.int64),
+        np.empty(num_arcs, np.int64),
+        np.empty((num_bases, steps, m)),
+        np.zeros(num_bases, np.int64),
+        np.full(num_bases, np.inf),
+    )
+
+
+@njit(cache=True)
+def _workspace(scene: RolloutScene) -> _Workspace:
+    steps, m = scene.steps, scene.robot.current_input.shape[0]
+    return _Workspace(
+        np.empty((steps, m)),
+        np.empty((steps + 1, 3)),
+        np.empty(scene.people.states.shape[0]),
+        np.empty((0, m)),
+        NO_PERTURBATION.copy(),
+    )
 
 
 @njit(cache=True)
