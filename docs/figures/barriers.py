@@ -51,7 +51,7 @@ def main() -> None:
         step=plan.step,
         poses=plan.poses,
         inputs=plan.inputs,
-        current_input=problem.robot.motion.input(problem.twist),
+        current_input=problem.robot.motion_model.input(problem.twist),
     )
     barriers = []
     for name, law in (

@@ -19,9 +19,9 @@ def wandering(problem, rng):
     inputs = np.column_stack(
         [rng.uniform(-0.2, 1.0, steps), np.cumsum(rng.normal(0.0, 0.3, steps))]
     )
-    if problem.robot.motion.inputs == 3:
+    if problem.robot.motion_model.inputs == 3:
         inputs = np.insert(inputs, 1, rng.uniform(-0.8, 0.8, steps), axis=1)
-    return limited_trajectory(problem, inputs, problem.robot.motion.input(problem.twist))
+    return limited_trajectory(problem, inputs, problem.robot.motion_model.input(problem.twist))
 
 
 def any_way(problem):
@@ -44,13 +44,15 @@ def slope(of, problem, trajectory):
 
 
 def sensitivity(problem, trajectory):
-    return problem.robot.motion.sensitivity(trajectory.poses, trajectory.inputs, trajectory.step)
+    return problem.robot.motion_model.sensitivity(
+        trajectory.poses, trajectory.inputs, trajectory.step
+    )
 
 
 def standing(problem):
     """The motion of a chair that stands."""
     steps, step = len(problem.reference.speeds) - 1, problem.reference.step
-    m = problem.robot.motion.inputs
+    m = problem.robot.motion_model.inputs
     return Trajectory(
         step=step,
         poses=np.tile(problem.pose, (steps + 1, 1)),

@@ -71,7 +71,7 @@ def test_the_oracle_keeps_the_limits_and_the_law_of_motion():
     problem, planner = drawn.problem, SsMpcDcbf()
     found, p = solve(problem, planner.control, drawn.half_planes), planner.parameters
     assert found.solved
-    rolled = problem.robot.motion.rollout(problem.pose, found.inputs, p.step)
+    rolled = problem.robot.motion_model.rollout(problem.pose, found.inputs, p.step)
     assert np.abs(rolled - found.poses).max() < 1e-6
     low, high, rise, fall = problem.input_bounds()
     change = np.diff(np.vstack([problem.twist[[0, 2]], found.inputs]), axis=0)

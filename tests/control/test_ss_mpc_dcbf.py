@@ -38,10 +38,10 @@ def check_sound(plan, problem):
     for array in (plan.command, plan.inputs, plan.poses, [plan.slack]):
         assert np.isfinite(array).all()
     assert not np.isnan(plan.smallest_barrier)
-    rolled = robot.motion.rollout(problem.pose, plan.inputs, plan.step)
+    rolled = robot.motion_model.rollout(problem.pose, plan.inputs, plan.step)
     assert np.abs(rolled - plan.poses).max() < 1e-9
-    assert np.array_equal(plan.command, robot.motion.twist(plan.inputs[0]))
-    low, high, rise, fall = robot.motion.bounds(robot.limits)
+    assert np.array_equal(plan.command, robot.motion_model.twist(plan.inputs[0]))
+    low, high, rise, fall = robot.motion_model.bounds(robot.limits)
     now = estimate_current_input(problem, None)  # odometry tells of no more than the chair can do
     change = np.diff(np.vstack([now, plan.inputs]), axis=0)
     assert (change <= rise * STEP + 1e-6).all()

@@ -112,8 +112,8 @@ def test_every_planner_refuses_and_never_answers_with_no_number(planner):
 def test_commands_keep_the_limits_whatever_odometry_says(planner, twist):
     problem = dataclasses.replace(among_two(planner), twist=np.array(twist))
     robot = problem.robot
-    low, high, _, _ = robot.motion.bounds(robot.limits)
-    command = robot.motion.input(planner.plan(problem, None).command)
+    low, high, _, _ = robot.motion_model.bounds(robot.limits)
+    command = robot.motion_model.input(planner.plan(problem, None).command)
     assert (command >= low - 1e-9).all()
     assert (command <= high + 1e-9).all()
 

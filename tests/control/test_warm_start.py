@@ -13,8 +13,8 @@ def plan_of(problem, inputs, *, time=0.0):
     return LocalPlan(
         time=time,
         step=problem.reference.step,
-        command=problem.robot.motion.twist(inputs[0]),
-        poses=problem.robot.motion.rollout(problem.pose, inputs, problem.reference.step),
+        command=problem.robot.motion_model.twist(inputs[0]),
+        poses=problem.robot.motion_model.rollout(problem.pose, inputs, problem.reference.step),
         inputs=inputs,
         status=Status.OK,
     )

@@ -29,7 +29,7 @@ def test_every_robot_that_comes_along_loads_and_says_what_is_assumed(name):
     loaded = load_robot(name)
     assert loaded.name == name
     assert loaded.source
-    assert loaded.motion.inputs >= 1
+    assert loaded.motion_model.inputs >= 1
 
 
 def test_the_q6_is_as_the_maker_says(chair):

@@ -64,7 +64,7 @@ class LocalProblem:
         :attr:`top_speed`. A robot that cannot move sideways reverses only on request, because
         reversing can become the cheapest answer to a barrier.
         """
-        n_linear = self.robot.motion.translating
+        n_linear = self.robot.motion_model.translating
         low, high, rise, fall = self.robot.input_bounds
         forward = n_linear == 1 and not self.reverses
         low, high = _bounded(low, high, n_linear, self.top_speed, forward)

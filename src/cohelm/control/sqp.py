@@ -148,7 +148,7 @@ class OptimalControl:
         self, problem: LocalProblem, trajectory: Trajectory, evaluation: TrajectoryEvaluation
     ) -> QuadraticProgram:
         """The quadratic program of the next step, linearised at an evaluated trajectory."""
-        sensitivity = problem.robot.motion.sensitivity(
+        sensitivity = problem.robot.motion_model.sensitivity(
             trajectory.poses, trajectory.inputs, trajectory.step
         )
         size = trajectory.inputs.size
@@ -188,7 +188,7 @@ class OptimalControl:
 
 def with_inputs(problem: LocalProblem, trajectory: Trajectory, inputs: Floats) -> Trajectory:
     """The trajectory with other inputs (N, m)."""
-    poses = problem.robot.motion.rollout(problem.pose, inputs, trajectory.step)
+    poses = problem.robot.motion_model.rollout(problem.pose, inputs, trajectory.step)
     return Trajectory(
         step=trajectory.step, poses=poses, inputs=inputs, current_input=trajectory.current_input
     )

@@ -291,7 +291,7 @@ class SsMpcDcbf:
         return LocalPlan(
             time=cycle.problem.time,
             step=chosen.trajectory.step,
-            command=cycle.problem.robot.motion.twist(chosen.trajectory.inputs[0]),
+            command=cycle.problem.robot.motion_model.twist(chosen.trajectory.inputs[0]),
             poses=chosen.trajectory.poses,
             inputs=chosen.trajectory.inputs,
             status=Status.RELAXED if evaluation.slack > RELAXED_SLACK else Status.OK,

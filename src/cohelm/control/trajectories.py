@@ -24,10 +24,10 @@ def limited_trajectory(problem: LocalProblem, inputs: Floats, current_input: Flo
         high,
         rise * sooner,
         fall * sooner,
-        robot.motion.translating,
+        robot.motion_model.translating,
         problem.top_speed,
     )
-    poses = robot.motion.rollout(problem.pose, allowed, step)
+    poses = robot.motion_model.rollout(problem.pose, allowed, step)
     return Trajectory(step=step, poses=poses, inputs=allowed, current_input=current_input)
 
 

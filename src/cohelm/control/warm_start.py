@@ -26,7 +26,7 @@ def estimate_current_input(problem: LocalProblem, previous: LocalPlan | None) ->
     noise out of the plan, and ignores a command that was overruled. It is limited to the robot's
     abilities, so that commands keep the limits whatever the odometry says.
     """
-    robot, kinematics = problem.robot, problem.robot.motion
+    robot, kinematics = problem.robot, problem.robot.motion_model
     measured = kinematics.input(problem.twist)
     n_linear, top = kinematics.translating, robot.max_speed
     if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
@@ -126,7 +126,7 @@ def with_reference_towards(
     """The problem with its reference moved towards a trajectory by ``share``."""
     if share <= 0.0:
         return problem
-    r, n_linear = problem.reference, problem.robot.motion.translating
+    r, n_linear = problem.reference, problem.robot.motion_model.translating
     poses, speeds = _blended(
         r.poses, r.speeds, trajectory.poses, trajectory.inputs, n_linear, share
     )

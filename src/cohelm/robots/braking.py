@@ -42,7 +42,7 @@ def braking(
     inputs = _braking_inputs(
         now, command, rise, fall, (hold, deceleration, robot.actuation_lag, step)
     )
-    return robot.motion.rollout(pose, inputs, step)
+    return robot.motion_model.rollout(pose, inputs, step)
 
 
 @njit(cache=True)

@@ -110,7 +110,7 @@ class Robot(Model):
         return hash(self.model_dump_json())
 
     @cached_property
-    def motion(self) -> Kinematics:
+    def motion_model(self) -> Kinematics:
         """The motion model named by ``kinematics``."""
         model: Kinematics = build("kinematics", self.kinematics)
         return model
@@ -144,7 +144,7 @@ class Robot(Model):
     @cached_property
     def input_bounds(self) -> InputBounds:
         """Bounds of the inputs and of their change per second."""
-        return InputBounds(*map(read_only, self.motion.bounds(self.limits)))
+        return InputBounds(*map(read_only, self.motion_model.bounds(self.limits)))
 
     @cached_property
     def discs(self) -> Floats:

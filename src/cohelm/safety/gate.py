@@ -91,7 +91,7 @@ def gate(
     allowed = _within_limits(wanted, robot, request.speed_limit)
     bounded = not bool((np.abs(allowed - wanted) <= 1e-6).all())
     reason = Reason.OVER_LIMITS if bounded else None
-    now = robot.motion.input(observation.twist)
+    now = robot.motion_model.input(observation.twist)
     stands = not (allowed.any() or now.any())
     if request.mode is Mode.MANUAL or not parameters.separation or stands:
         return Decision(twist=allowed, reason=reason)
@@ -101,7 +101,7 @@ def gate(
             robot,
             observation.pose,
             now,
-            share * robot.motion.input(allowed),
+            share * robot.motion_model.input(allowed),
             hold=parameters.reaction,
             deceleration=robot.max_deceleration,
             step=_STEP,
@@ -160,7 +160,7 @@ _GENTLE = frozenset(
 
 def _within_limits(wanted: Floats, robot: Robot, speed_limit: float) -> Floats:
     low, high, _, _ = robot.input_bounds
-    allowed = robot.motion.twist(np.clip(robot.motion.input(wanted), low, high))
+    allowed = robot.motion_model.twist(np.clip(robot.motion_model.input(wanted), low, high))
     speed, limit = float(np.hypot(*allowed[:2])), max(0.0, speed_limit)  # NaN allows nothing
     if speed > limit:
         allowed = allowed * (limit / speed)

@@ -152,7 +152,7 @@ def stick_twist(stick: Floats, robot: Robot, speed_limit: float) -> Floats:
     fastest = robot.max_speed if stick[0] > 0.0 else robot.max_reverse_speed
     top = min(fastest, speed_limit)
     twist = np.array([stick[0] * top, 0.0, stick[1] * robot.max_turn_rate])
-    return robot.motion.twist(robot.motion.input(twist))
+    return robot.motion_model.twist(robot.motion_model.input(twist))
 
 
 def _filtered(raw: Floats, memory: AuthorityState, now: float, time_constant: float) -> Floats:
@@ -201,9 +201,9 @@ def _rider_states(
 ) -> Reference:
     """Predicted states under the stick, from the present twist within the acceleration limits."""
     _, _, rise, fall = robot.input_bounds
-    now, wanted = robot.motion.input(observation.twist), robot.motion.input(twist)
+    now, wanted = robot.motion_model.input(observation.twist), robot.motion_model.input(twist)
     times = (np.arange(horizon.steps) + 1.0)[:, None] * horizon.step
     inputs = now + np.clip(wanted - now, -fall * times, rise * times)
-    poses = robot.motion.rollout(observation.pose, inputs, horizon.step)
-    speeds = robot.motion.twist(inputs)[:, 0]
+    poses = robot.motion_model.rollout(observation.pose, inputs, horizon.step)
+    speeds = robot.motion_model.twist(inputs)[:, 0]
     return Reference(step=horizon.step, poses=poses, speeds=np.append(speeds, speeds[-1]))

@@ -30,7 +30,7 @@ class DriveState:
 
 def at_rest(robot: Robot, pose: Floats) -> DriveState:
     """Return the state of a chair at rest at ``pose``."""
-    zero = np.zeros(robot.motion.inputs)
+    zero = np.zeros(robot.motion_model.inputs)
     return DriveState(pose=pose, setpoint=zero, inputs=zero, twist=np.zeros(3))
 
 
@@ -55,10 +55,10 @@ def drive_command(robot: Robot, decision: Decision) -> DriveCommand:
     the maximum deceleration.
     """
     lower, upper, rise, fall = robot.input_bounds
-    target = robot.motion.input(decision.twist)
+    target = robot.motion_model.input(decision.twist)
     target = np.where(np.isfinite(target), target, 0.0)
     target = np.minimum(np.maximum(target, lower), upper)
-    target = slowed(target, robot.max_speed, robot.motion.translating)
+    target = slowed(target, robot.max_speed, robot.motion_model.translating)
     if not decision.emergency:
         return DriveCommand(target, rise, fall, None)
     return DriveCommand(np.zeros_like(target), rise, fall, _emergency_deceleration(robot))
@@ -81,7 +81,7 @@ def step_drivetrain(
     setpoint, inputs = _followed(
         state.setpoint, state.inputs, command.target, -fall * dt, rise * dt, follow
     )
-    twist = robot.motion.twist(inputs)
+    twist = robot.motion_model.twist(inputs)
     pose = move(state.pose, twist, dt)
     return unchecked(state, pose=pose, setpoint=setpoint, inputs=inputs, twist=twist)
 
@@ -110,6 +110,6 @@ def _followed(
 
 def _emergency_deceleration(robot: Robot) -> Floats:
     """Emergency deceleration (m,) of the inputs that translate the chair, 0 of the others."""
-    twists = robot.motion.twist(np.eye(robot.motion.inputs))
+    twists = robot.motion_model.twist(np.eye(robot.motion_model.inputs))
     translates = np.any(twists[:, :2] != 0.0, axis=1)
     return np.where(translates, robot.emergency_deceleration, 0.0)

@@ -129,8 +129,8 @@ def first_command(
 
 
 def _trajectory(problem: LocalProblem, found: OracleSolution) -> Trajectory:
-    poses = problem.robot.motion.rollout(problem.pose, found.inputs, problem.reference.step)
-    current_input = problem.robot.motion.input(problem.twist)
+    poses = problem.robot.motion_model.rollout(problem.pose, found.inputs, problem.reference.step)
+    current_input = problem.robot.motion_model.input(problem.twist)
     return Trajectory(
         step=problem.reference.step, poses=poses, inputs=found.inputs, current_input=current_input
     )

@@ -93,9 +93,9 @@ def _check_plan(
 def _check_limits(plan: LocalPlan, problem: LocalProblem, step: float, when: str) -> None:
     """Check that the robot can reach the command within a step of the plan."""
     robot = problem.robot
-    lower, upper, rise, _ = robot.motion.bounds(robot.limits)
-    command, now = robot.motion.input(plan.command), robot.motion.input(problem.twist)
-    back = robot.motion.twist(command)
+    lower, upper, rise, _ = robot.motion_model.bounds(robot.limits)
+    command, now = robot.motion_model.input(plan.command), robot.motion_model.input(problem.twist)
+    back = robot.motion_model.twist(command)
     require(np.abs(back - plan.command) < TOLERANCE, f"the robot must be able to do it ({when})")
     require(
         (command >= lower - TOLERANCE) & (command <= upper + TOLERANCE),
@@ -138,8 +138,8 @@ def _check_drives(planner: LocalPlanner) -> None:
         )
         plan = planner.plan(dataclasses.replace(here, time=k * _TICK, twist=twist), plan)
         twist = plan.command
-        inputs = problem.robot.motion.input(twist)[None]
-        pose = problem.robot.motion.rollout(pose, inputs, _TICK)[-1]
+        inputs = problem.robot.motion_model.input(twist)[None]
+        pose = problem.robot.motion_model.rollout(pose, inputs, _TICK)[-1]
     require(pose[0] > 1.0, f"alone, 3 s at a wanted 0.8 m/s must lead on, led {pose[0]:.2f} m")
     require(
         abs(pose[1]) < 0.1, f"alone it must keep to its reference, is {pose[1]:.2f} m beside it"

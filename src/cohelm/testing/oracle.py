@@ -76,7 +76,7 @@ def solve(
         len(half_planes),
     )
     inputs = _along(problem) if start is None else start
-    poses = problem.robot.motion.rollout(problem.pose, inputs, problem.reference.step)
+    poses = problem.robot.motion_model.rollout(problem.pose, inputs, problem.reference.step)
     low, high = _input_limits(problem, terms, current_input)
     watch = Stopwatch()
     found = program.solver(
@@ -145,7 +145,7 @@ class _Program:
 def _values(problem: LocalProblem, current_input: Floats, half_planes: Floats) -> Floats:
     """Values of the parameters, in the order of ``_symbols``."""
     spaces, predictions = problem.spaces, problem.predictions
-    if problem.stalled or problem.robot.motion.inputs != 2:
+    if problem.stalled or problem.robot.motion_model.inputs != 2:
         raise ValueError("the oracle knows a unicycle, and no stalled ride")
     futures = (
         predictions.mean[..., 0],

@@ -136,7 +136,7 @@ def test_it_does_not_drive_into_a_wall():
         here = dataclasses.replace(problem, time=0.05 * k, pose=pose, twist=twist)
         plan = PLANNER.plan(here, plan)
         twist = plan.command
-        pose = CHAIR.motion.rollout(pose, CHAIR.motion.input(twist)[None], 0.05)[-1]
+        pose = CHAIR.motion_model.rollout(pose, CHAIR.motion_model.input(twist)[None], 0.05)[-1]
     assert pose[0] + 0.65 < 6.0
     assert abs(twist[0]) < 0.05
 

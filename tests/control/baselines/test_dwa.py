@@ -40,7 +40,7 @@ def test_a_velocity_is_admissible_where_braking_ends_before_the_wall():
             current_input=np.array([v, 0.0]),
             rise=np.ones(2),
             fall=np.ones(2),
-            twists=robot.motion.twist(np.eye(2)),
+            twists=robot.motion_model.twist(np.eye(2)),
             start=start,
             steps=40,
             step=0.05,

@@ -133,6 +133,6 @@ def test_a_chair_at_its_goal_stays_there():
 def test_its_motion_is_what_its_inputs_lead_to():
     problem = drawn(3, 4)
     plan = Mpc().plan(problem, None)
-    poses = problem.robot.motion.rollout(problem.pose, plan.inputs, plan.step)
+    poses = problem.robot.motion_model.rollout(problem.pose, plan.inputs, plan.step)
     assert plan.poses == pytest.approx(poses)
     assert isinstance(along_reference(problem, problem.twist[[0, 2]]), Trajectory)

@@ -41,7 +41,7 @@ def test_every_heading_at_every_speed_and_the_way_to_the_goal():
 def test_rollouts_keep_the_limits_and_are_what_their_inputs_lead_to(seed):
     rng = np.random.default_rng(seed)
     problem = random_problem(rng, 2, steps=P.steps, step=P.step).problem
-    now = problem.robot.motion.input(problem.twist)
+    now = problem.robot.motion_model.input(problem.twist)
     ways = PLANNER.rollouts(problem, now)
     low, high, rise, fall = problem.input_bounds()
     assert (ways.inputs[:, -1] <= high + 1e-9).all()
@@ -51,7 +51,7 @@ def test_rollouts_keep_the_limits_and_are_what_their_inputs_lead_to(seed):
     assert (change <= rise + 1e-9).all()
     assert (change >= -fall - 1e-9).all()
     for poses, inputs in list(zip(ways.poses, ways.inputs, strict=True))[::7]:
-        assert poses == pytest.approx(CHAIR.motion.rollout(problem.pose, inputs, P.step))
+        assert poses == pytest.approx(CHAIR.motion_model.rollout(problem.pose, inputs, P.step))
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_it_gets_past_who_stands_on_the_path():
         problem = dataclasses.replace(path, pose=pose, twist=twist, time=0.1 * k)
         plan = PLANNER.plan(problem, plan)
         twist = plan.command
-        pose = CHAIR.motion.rollout(pose, CHAIR.motion.input(twist)[None], 0.1)[-1]
+        pose = CHAIR.motion_model.rollout(pose, CHAIR.motion_model.input(twist)[None], 0.1)[-1]
         if pose[0] > 5.5:
             break
     assert pose[0] > 5.5

@@ -25,7 +25,7 @@ MIRROR = {2: np.array([1.0, -1.0]), 3: np.array([1.0, -1.0, -1.0])}
 
 
 def wheels(problem):
-    return problem.robot.motion.input(problem.twist)
+    return problem.robot.motion_model.input(problem.twist)
 
 
 def candidates_of(problem, sampler=SAMPLER, warm=None):
@@ -89,14 +89,14 @@ def test_candidates_obey_the_limits_and_are_rollouts_of_their_inputs(seed, peopl
     assert (np.diff(candidates.cost) >= 0.0).all()
     assert candidates.step * candidates.inputs.shape[1] >= 6.0 - 1e-9
     for inputs, poses in zip(candidates.inputs, candidates.poses, strict=True):
-        rolled = problem.robot.motion.rollout(problem.pose, inputs, candidates.step)
+        rolled = problem.robot.motion_model.rollout(problem.pose, inputs, candidates.step)
         assert np.abs(rolled - poses).max() < 1e-9
         change = np.diff(np.vstack([now, inputs]), axis=0)
         assert (change <= rise * STEP + 1e-9).all()
         assert (change >= -fall * STEP - 1e-9).all()
         assert (inputs <= np.maximum(high, now) + 1e-9).all()
         assert (inputs >= np.minimum(low, now) - 1e-9).all()
-        joint = problem.robot.motion.translating
+        joint = problem.robot.motion_model.translating
         speed = np.linalg.norm(inputs[:, :joint], axis=1)
         assert speed.max() <= max(problem.top_speed, np.linalg.norm(now[:joint])) + 1e-9
 

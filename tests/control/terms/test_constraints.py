@@ -279,7 +279,7 @@ def test_the_speed_of_a_holonomic_robot_is_bounded_by_its_norm(now, motions):
     for _ in range(50):
         inputs = rng.uniform(-1.3, 1.3, (8, 3))
         left = rows.margin[24:] + rows.jacobian[24:] @ inputs.ravel()
-        within = (inputs @ problem.robot.motion.facets.T <= most).ravel()
+        within = (inputs @ problem.robot.motion_model.facets.T <= most).ravel()
         assert ((left >= 0.0) == within).all()
         if np.hypot(*np.array(now)[:2]) <= 1.0:
             speed = np.hypot(inputs[:, 0], inputs[:, 1])

@@ -159,7 +159,7 @@ def test_the_world_may_be_turned_or_mirrored(kind, motions):
             there = dataclasses.replace(
                 trajectory,
                 inputs=inputs,
-                poses=other.robot.motion.rollout(other.pose, inputs, step),
+                poses=other.robot.motion_model.rollout(other.pose, inputs, step),
             )
             assert constraint.values(other, there).h == pytest.approx(here.h, abs=1e-9)
 
@@ -171,7 +171,7 @@ def test_where_no_slack_is_needed_the_barrier_condition_holds(seed, gamma):
     rng = np.random.default_rng(seed)
     problem = random_problem(rng, 3, steps=STEPS).problem
     inputs = np.column_stack([rng.uniform(0.0, 0.6, STEPS), rng.normal(0.0, 0.2, STEPS)])
-    poses = problem.robot.motion.rollout(problem.pose, inputs, 0.16)
+    poses = problem.robot.motion_model.rollout(problem.pose, inputs, 0.16)
     constraint = PersonBarrier(PersonBarrier.Parameters(gamma=gamma))
     found = constraint.values(problem, _trajectory(problem, poses, inputs))
     who = selected_predictions(

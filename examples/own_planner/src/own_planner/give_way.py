@@ -49,11 +49,11 @@ class GiveWay:
         wanted = self._wanted(problem)
         for share in np.linspace(1.0, 0.0, self.parameters.speeds, endpoint=False):
             inputs = self._driven(problem, share * wanted)
-            poses = problem.robot.motion.rollout(problem.pose, inputs, self.step)
+            poses = problem.robot.motion_model.rollout(problem.pose, inputs, self.step)
             if self._is_clear(problem, poses):
                 return self._plan(problem, poses, inputs, Status.OK)
         inputs = self._driven(problem, np.zeros(3))
-        poses = problem.robot.motion.rollout(problem.pose, inputs, self.step)
+        poses = problem.robot.motion_model.rollout(problem.pose, inputs, self.step)
         return self._plan(problem, poses, inputs, Status.STOP)
 
     def _wanted(self, problem: LocalProblem) -> Floats:
@@ -77,7 +77,7 @@ class GiveWay:
 
     def _driven(self, problem: LocalProblem, twist: Floats) -> Floats:
         """Inputs (N, m) that reach a twist (3,) as fast as the limits allow."""
-        motion = problem.robot.motion
+        motion = problem.robot.motion_model
         low, high, rise, fall = problem.input_bounds()
         wanted = np.tile(motion.input(twist), (self.steps, 1))
         now = motion.input(problem.twist)
@@ -108,7 +108,7 @@ class GiveWay:
         return LocalPlan(
             time=problem.time,
             step=self.step,
-            command=problem.robot.motion.twist(inputs[0]),
+            command=problem.robot.motion_model.twist(inputs[0]),
             poses=poses,
             inputs=inputs,
             status=status,

@@ -85,7 +85,10 @@ def failures(kind: str, solves: int, seed: int, planner: SsMpcDcbf | None = None
         problem = random_problem(
             rng, people, steps=planner.steps, step=planner.step, hopeless=kind == "hopeless"
         ).problem
-        near, current_input = problem.truncated(HORIZON), problem.robot.motion.input(problem.twist)
+        near, current_input = (
+            problem.truncated(HORIZON),
+            problem.robot.motion_model.input(problem.twist),
+        )
         for _ in range(_SEEDS):
             turns = np.cumsum(rng.normal(0.0, 0.3, HORIZON))
             inputs = np.column_stack([rng.uniform(-0.2, 1.0, HORIZON), turns])

@@ -76,11 +76,11 @@ def ride(planner: SsMpcDcbf, drawn: RandomProblem, steps: int) -> Iterator[RideS
 def solved_ride(planner: SsMpcDcbf, drawn: RandomProblem) -> Iterator[RideState]:
     """Ride driven by the planner's solver alone, without sampling and verification."""
     problem, path = drawn.problem, _path(drawn.problem)
-    warm = seed(problem, None, problem.robot.motion.input(problem.twist))
+    warm = seed(problem, None, problem.robot.motion_model.input(problem.twist))
     for k in range(TICKS):
         yield RideState(problem=problem, half_planes=drawn.half_planes, previous=None, seed=warm)
         found = planner.control.solve(problem, warm, iterations=_BUDGET).trajectory
-        command = problem.robot.motion.twist(found.inputs[0])
+        command = problem.robot.motion_model.twist(found.inputs[0])
         problem = _moved(problem, command, path, (k + 1) * TICK)
         warm = limited_trajectory(problem, later(found.inputs, found.step, TICK), found.inputs[0])
 
@@ -147,8 +147,8 @@ def with_futures(problem: LocalProblem) -> LocalProblem:
 
 
 def _moved(problem: LocalProblem, command: Floats, path: Floats, at: float) -> LocalProblem:
-    inputs = problem.robot.motion.input(command)[None]
-    pose = problem.robot.motion.rollout(problem.pose, inputs, TICK)[-1]
+    inputs = problem.robot.motion_model.input(command)[None]
+    pose = problem.robot.motion_model.rollout(problem.pose, inputs, TICK)[-1]
     mean = problem.people.mean.copy()
     mean[:, :2] += TICK * mean[:, 2:]
     return problem_of(
@@ -168,7 +168,7 @@ def _path(problem: LocalProblem) -> Floats:
     bend = (reference.poses[1, 2] - reference.poses[0, 2]) / reference.step
     count = round((TICKS * TICK + len(reference.speeds) * reference.step) / _FINE)
     inputs = np.tile([reference.speeds[0], bend], (count, 1))
-    return problem.robot.motion.rollout(reference.poses[0], inputs, _FINE)
+    return problem.robot.motion_model.rollout(reference.poses[0], inputs, _FINE)
 
 
 def _ahead(path: Floats, pose: Floats, like: Reference) -> Reference:

@@ -118,7 +118,7 @@ class Dwa:
         counts = [p.speeds, *[max(p.speeds // 2, 3)] * (len(current_input) - 2), p.turns]
         axes = [_spread(low[i], high[i], counts[i]) for i in range(len(current_input))]
         samples = np.array(list(itertools.product(*axes)))
-        speed = np.hypot(*problem.robot.motion.twist(samples)[:, :2].T)
+        speed = np.hypot(*problem.robot.motion_model.twist(samples)[:, :2].T)
         limit = max(high[0], float(np.hypot(*problem.twist[:2])))
         allowed: Floats = samples[speed <= limit + 1e-9]
         return allowed
@@ -142,7 +142,7 @@ class Dwa:
             current_input=current_input,
             rise=rise * p.step,
             fall=fall * p.step,
-            twists=robot.motion.twist(np.eye(len(current_input))),
+            twists=robot.motion_model.twist(np.eye(len(current_input))),
             start=problem.pose,
             steps=self._simulated,
             step=p.step,

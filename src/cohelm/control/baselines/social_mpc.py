@@ -161,7 +161,7 @@ class SocialMpc:
         early = (
             passing(rollouts.poses, predicted.mean, predicted.velocity, predicted.weight) / p.step
         )
-        w = robot.motion.twist(rollouts.inputs)[..., 2]
+        w = robot.motion_model.twist(rollouts.inputs)[..., 2]
         return {
             "goal": p.goal * self._missing_progress(problem, rollouts) ** 2,
             "social": p.social * (p.stalled_share if problem.stalled else 1.0) * social**2,

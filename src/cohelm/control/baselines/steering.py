@@ -31,7 +31,7 @@ class Steering(NamedTuple):
 
 def steering_of(problem: LocalProblem, gain: float, step: float) -> Steering:
     """Steering of the problem's robot, under the problem's limits."""
-    kinematics = problem.robot.motion
+    kinematics = problem.robot.motion_model
     return Steering(
         to_input=np.asarray(kinematics.input(np.eye(3)), dtype=float),
         to_twist=np.asarray(kinematics.twist(np.eye(kinematics.inputs)), dtype=float),

@@ -177,11 +177,11 @@ class Teb:
         top = max(float(high[0]), 0.05)
         task = BandProblem(
             limits=BandLimits(float(low[0]), top, turn, rise, brake, turn_rise, p.margin),
-            twist=robot.motion.twist(current_input),
+            twist=robot.motion_model.twist(current_input),
             end_speed=end if ends_here else math.nan,
             goal=problem.reference.poses[-1],
             path=np.ascontiguousarray(problem.reference.poses[:, :2]),
-            holonomic=robot.motion.inputs > 2,
+            holonomic=robot.motion_model.inputs > 2,
             capsule=robot.capsule,
             discs=robot.discs,
             wall_gap=p.wall_gap,
@@ -197,13 +197,13 @@ class Teb:
 
     def _driven(self, problem: LocalProblem, current_input: Floats, rows: Floats) -> Trajectory:
         """The band's velocities at the plan's steps, within the limits."""
-        velocities = twists(rows, problem.robot.motion.inputs > 2)
+        velocities = twists(rows, problem.robot.motion_model.inputs > 2)
         starts = np.cumsum(rows[:-1, 3]) - rows[:-1, 3]
         steps = min(max(math.ceil(float(rows[:-1, 3].sum()) / self.step), 2), self.steps)
         middle = (np.arange(steps) + 0.5) * self.step
         which = np.searchsorted(starts, middle, side="right") - 1
         return limited_trajectory(
-            problem, problem.robot.motion.input(velocities[which]), current_input
+            problem, problem.robot.motion_model.input(velocities[which]), current_input
         )
 
     def _until_contact(self, problem: LocalProblem, trajectory: Trajectory) -> Trajectory | None:

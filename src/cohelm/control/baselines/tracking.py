@@ -98,7 +98,7 @@ def plan_of(
     return LocalPlan(
         time=problem.time,
         step=trajectory.step,
-        command=problem.robot.motion.twist(trajectory.inputs[0]),
+        command=problem.robot.motion_model.twist(trajectory.inputs[0]),
         poses=trajectory.poses,
         inputs=trajectory.inputs,
         status=status,

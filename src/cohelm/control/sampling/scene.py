@@ -112,7 +112,7 @@ def rollout_scene(
     return RolloutScene(
         step=step,
         steps=steps,
-        heading_lead=problem.robot.motion.turned * step,
+        heading_lead=problem.robot.motion_model.turned * step,
         path=path_samples(problem.reference, problem.top_speed, steps),
         people=_people(problem, steps),
         groups=_group_hulls(problem.spaces.groups, steps),
@@ -265,7 +265,7 @@ def _robot_state(problem: LocalProblem, current_input: Floats) -> RobotState:
         high=high,
         rise=rise * step,
         fall=fall * step,
-        n_linear=robot.motion.translating,
+        n_linear=robot.motion_model.translating,
         top_speed=problem.top_speed,
         capsule=robot.capsule.copy(),
         discs=discs.copy(),

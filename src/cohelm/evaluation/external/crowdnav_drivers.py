@@ -191,7 +191,7 @@ class BestArc:
         return LocalPlan(
             time=problem.time,
             step=found.step,
-            command=problem.robot.motion.twist(found.inputs[0, 0]),
+            command=problem.robot.motion_model.twist(found.inputs[0, 0]),
             poses=found.poses[0],
             inputs=found.inputs[0],
             status=Status.OK,

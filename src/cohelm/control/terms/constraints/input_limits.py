@@ -53,7 +53,7 @@ class InputLimits:
     ) -> ConstraintRows:
         """Rows for rise and fall of every input at every step and for the facets; input bounds."""
         del sensitivity, values
-        kinematics = problem.robot.motion
+        kinematics = problem.robot.motion_model
         jacobian, row_id, no_slack = _constant(len(trajectory.inputs), kinematics)
         margin, upper, low, high = _rows(
             problem.input_bounds(),
@@ -87,7 +87,7 @@ class InputLimits:
 
     def top_speeds(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         """Bounds on F u of each facet at each step, (N, f): the top speed, or braking to it."""
-        kinematics, current_input = problem.robot.motion, trajectory.current_input
+        kinematics, current_input = problem.robot.motion_model, trajectory.current_input
         _, _, rise, fall = problem.input_bounds()
         since = self.parameters.tick + trajectory.step * np.arange(len(trajectory.inputs))[:, None]
         braking = np.maximum(current_input - fall * since, 0.0) + np.minimum(

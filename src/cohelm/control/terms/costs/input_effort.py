@@ -46,7 +46,7 @@ class InputEffort:
         if self.parameters.input_cost == "printed":
             return (trajectory.inputs * roots).ravel()
         speeds = problem.reference.speeds
-        if problem.robot.motion.translating == 1:
+        if problem.robot.motion_model.translating == 1:
             return _speed_residual(trajectory.inputs, speeds, roots)
         heading_error, difference = _heading_error(problem, trajectory), trajectory.inputs.copy()
         difference[:, 0] -= speeds[:-1] * np.cos(heading_error)
@@ -60,7 +60,7 @@ class InputEffort:
         """See ``CostTerm``; H is constant and diagonal where headings do not matter."""
         residual, roots = self.residual(problem, trajectory), self._roots(problem, trajectory)
         steps, m = trajectory.inputs.shape
-        n_linear = problem.robot.motion.translating
+        n_linear = problem.robot.motion_model.translating
         if n_linear == 1 or self.parameters.input_cost == "printed":
             gradient = residual.reshape(steps, m) * roots
             return _diagonal(tuple(roots.tolist()), steps), gradient.ravel()
@@ -74,7 +74,7 @@ class InputEffort:
 
     def _roots(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         share = math.sqrt(trajectory.step)
-        return per_input(problem.robot.motion, self._root_speed, self._root_turn, share)
+        return per_input(problem.robot.motion_model, self._root_speed, self._root_turn, share)
 
 
 @njit(cache=True)

@@ -49,7 +49,9 @@ class SmoothInput:
 
     def _roots(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
         share = math.sqrt(trajectory.step)
-        return per_input(problem.robot.motion, self._root_speed, self._root_turn, divisor=share)
+        return per_input(
+            problem.robot.motion_model, self._root_speed, self._root_turn, divisor=share
+        )
 
 
 class SeatComfort:
@@ -96,7 +98,7 @@ class SeatComfort:
     def _accelerations(
         self, problem: LocalProblem, trajectory: Trajectory
     ) -> tuple[Floats, Floats]:
-        n_linear = problem.robot.motion.translating
+        n_linear = problem.robot.motion_model.translating
         return _accelerations(
             trajectory.inputs, trajectory.current_input, trajectory.step, n_linear
         )
