@@ -4,7 +4,7 @@ import numpy as np
 
 from cohelm.geometry import compose, inverse, wrap_angle
 from cohelm.perception import update_ego_motion
-from cohelm.perception.localisation_check.scan_features import features_of_scan
+from cohelm.perception.laser_odometry.scan_features import features_of_scan
 
 from .rays import Laser, box, room
 

@@ -9,7 +9,7 @@ import pytest
 from cohelm.geometry import compose, transform
 from cohelm.maps import distance_field
 from cohelm.perception import CloudClusters
-from cohelm.perception.cloud_detection.merged_cloud import merge_clouds
+from cohelm.perception.preprocessing.merged_cloud import merge_clouds
 from cohelm.robots import DepthCameraMount
 from cohelm.simulation.sensors import HumanBodies
 from cohelm.testing import check_cloud_detector

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from cohelm.perception import CloudClusters
-from cohelm.perception.cloud_detection.change_detection import detect_cloud_changes, remember_cloud
+from cohelm.perception.change_detection.cloud_changes import detect_cloud_changes, remember_cloud
 from cohelm.robots import load_robot
 from cohelm.simulation.sensors import HumanBodies
 from cohelm.testing.scenes import open_floor

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.cluster import DBSCAN
 
-from cohelm.perception.scan_detection.clustering import dbscan
+from cohelm.perception.clustering.dbscan import dbscan
 
 
 @settings(max_examples=60, deadline=None)

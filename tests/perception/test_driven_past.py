@@ -6,7 +6,7 @@ from tests.perception.rays import Laser, box, observation, room
 
 from cohelm.maps import OccupancyGrid, distance_field
 from cohelm.perception import KalmanTracker, PerceptionParts, ScanClusters, perceive
-from cohelm.perception.cloud_detection.detector import CloudClusters
+from cohelm.perception.cloud_detection.cloud_clusters import CloudClusters
 from cohelm.perception.groups.affinity import NoGroups
 
 NO_MAP = distance_field(

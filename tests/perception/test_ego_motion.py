@@ -8,7 +8,7 @@ import pytest
 
 from cohelm.geometry import wrap_angle
 from cohelm.perception import EgoMotionParameters, MatchStatus, update_ego_motion
-from cohelm.perception.localisation_check.scan_features import (
+from cohelm.perception.laser_odometry.scan_features import (
     ScanFeatures,
     features_of_cloud,
     features_of_scan,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cohelm.perception.scan_detection.clustering import bounding_ellipses
+from cohelm.perception.clustering.ellipses import bounding_ellipses
 
 ONE = np.zeros(1, dtype=np.int64)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from cohelm.perception.scan_detection.shape_fits import (
+from cohelm.perception.clustering.shape_fits import (
     DiscPrior,
     clutter_evidence,
     disc_evidence,

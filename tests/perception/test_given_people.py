@@ -9,7 +9,7 @@ from cohelm.perception import (
     ScanClusters,
     perceive,
 )
-from cohelm.perception.cloud_detection.detector import CloudClusters
+from cohelm.perception.cloud_detection.cloud_clusters import CloudClusters
 from cohelm.perception.groups.affinity import NoGroups
 from cohelm.testing import check_tracker
 

@@ -5,7 +5,7 @@ import pytest
 
 from cohelm.geometry import transform
 from cohelm.perception.cloud_detection.ground import ground_heights
-from cohelm.perception.cloud_detection.merged_cloud import merge_clouds
+from cohelm.perception.preprocessing.merged_cloud import merge_clouds
 from cohelm.robots import DepthCameraMount
 from cohelm.simulation.sensors import FloorSurface
 

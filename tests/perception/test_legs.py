@@ -11,11 +11,8 @@ import pytest
 from cohelm.evaluation.perception.recording_view import NO_MAP, parts_of
 from cohelm.messages import Scan
 from cohelm.perception import PerceptionParts, ScanClusters, perceive
-from cohelm.perception.scan_detection.change_detection import (
-    PastScan,
-    detect_changes,
-    remember_scan,
-)
+from cohelm.perception.change_detection.past_scans import PastScan, remember_scan
+from cohelm.perception.change_detection.scan_changes import detect_changes
 from cohelm.perception.scan_detection.legs import (
     MAX_LOG_ODDS,
     pair_legs,

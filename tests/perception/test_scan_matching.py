@@ -7,9 +7,9 @@ from hypothesis import given, settings
 
 from cohelm.geometry import compose, inverse, wrap_angle
 from cohelm.messages import Scan
-from cohelm.perception.localisation_check.local_map import feature_map, has_neighbour
-from cohelm.perception.localisation_check.scan_features import ScanFeatures, features_of_scan
-from cohelm.perception.localisation_check.scan_matching import (
+from cohelm.perception.laser_odometry.local_map import feature_map, has_neighbour
+from cohelm.perception.laser_odometry.scan_features import ScanFeatures, features_of_scan
+from cohelm.perception.laser_odometry.scan_matching import (
     CAP,
     evaluate_pose,
     match_scan,

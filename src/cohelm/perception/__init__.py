@@ -8,15 +8,16 @@ from cohelm.perception.api import (
     Predictor,
     Tracker,
 )
-from cohelm.perception.cloud_detection.detector import CloudClusters
+from cohelm.perception.change_detection.past_scans import ChangeDetectionParameters
+from cohelm.perception.cloud_detection.cloud_clusters import CloudClusters
 from cohelm.perception.groups.affinity import Affinity, AffinityState, NoGroups
-from cohelm.perception.localisation_check.ego_motion import (
+from cohelm.perception.laser_odometry.ego_motion import (
     EgoMotion,
     EgoMotionParameters,
     MatchStatus,
     update_ego_motion,
 )
-from cohelm.perception.localisation_check.scan_features import ScanFeatures, extract_features
+from cohelm.perception.laser_odometry.scan_features import ScanFeatures, extract_features
 from cohelm.perception.obstacles.obstacle_layer import (
     ObstacleLayerParameters,
     ObstacleLayerState,
@@ -37,8 +38,8 @@ from cohelm.perception.prediction.hypotheses import (
     MotionModel,
 )
 from cohelm.perception.prediction.interacting_models import ImmState
-from cohelm.perception.scan_detection.change_detection import ChangeDetectionParameters
-from cohelm.perception.scan_detection.detector import ScanClusters, ScanReturns, scan_returns
+from cohelm.perception.preprocessing.scan_returns import ScanReturns, scan_returns
+from cohelm.perception.scan_detection.scan_clusters import ScanClusters
 from cohelm.perception.tracking.given_people import GivenPeople, GivenState
 from cohelm.perception.tracking.kalman_tracker import KalmanTracker
 from cohelm.perception.tracking.tracks import TrackerState

@@ -18,17 +18,19 @@ from cohelm.perception.api import (
     GroupDetector,
     Tracker,
 )
-from cohelm.perception.cloud_detection.change_detection import (
+from cohelm.perception.change_detection.cloud_changes import (
     detect_cloud_changes,
     remember_cloud,
 )
-from cohelm.perception.localisation_check.clock import CLOCK_RESET, Clocks, check_clocks
-from cohelm.perception.scan_detection.change_detection import (
+from cohelm.perception.change_detection.past_scans import (
     ChangeDetectionParameters,
     PastScans,
-    detect_changes,
     remember_scan,
 )
+from cohelm.perception.change_detection.scan_changes import (
+    detect_changes,
+)
+from cohelm.perception.sensor_clocks import CLOCK_RESET, Clocks, check_clocks
 from cohelm.robots import move
 
 MAX_DELAY = 0.5

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.perception.scan_detection.shape_fits import DiscPrior, split_discs
+from cohelm.perception.clustering.shape_fits import DiscPrior, split_discs
 
 _DIRECTIONS = 720
 """Directions of a full turn for occlusion (0.5° each)."""

@@ -10,8 +10,8 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.perception.cloud_detection.columns import LAYER, LAYERS, Columns
-from cohelm.perception.cloud_detection.merged_cloud import MergedCloud
 from cohelm.perception.cloud_detection.segmentation import occluded_ends
+from cohelm.perception.preprocessing.merged_cloud import MergedCloud
 
 _TORSO = (0.8, 1.5)
 """Heights at which a body's width is measured, m."""

@@ -11,9 +11,9 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.config import Model
 from cohelm.messages import Groups, People
-from cohelm.perception.groups.clustering import cluster_people, inherit_ids
+from cohelm.perception.groups.agglomerative_clustering import cluster_people, inherit_ids
 from cohelm.perception.groups.pair_evidence import AffinityWeights, PairEvidence, update_evidence
-from cohelm.perception.localisation_check.clock import CLOCK_RESET
+from cohelm.perception.sensor_clocks import CLOCK_RESET
 
 
 class NoGroups:
@@ -56,9 +56,9 @@ class Affinity:
     """Groups from the log-odds of pairs: near and moving alike, or standing face to face.
 
     The log-odds of a pair accumulate and fade (``pair_evidence``), and are clustered
-    (``clustering``), with a bonus for existing groups. Walking companions are found as soon as
-    their velocities are known. Standing people with known headings are found by their common
-    o-space, others by nearness alone, with less certainty.
+    (``agglomerative_clustering``), with a bonus for existing groups. Walking companions are found
+    as soon as their velocities are known. Standing people with known headings are found by their
+    common o-space, others by nearness alone, with less certainty.
     """
 
     class Parameters(Model):

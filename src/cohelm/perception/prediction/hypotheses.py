@@ -11,7 +11,6 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.messages import People, Predictions
-from cohelm.perception.localisation_check.clock import CLOCK_RESET
 from cohelm.perception.prediction.interacting_models import (
     ImmRows,
     ImmState,
@@ -20,6 +19,7 @@ from cohelm.perception.prediction.interacting_models import (
     update_models,
 )
 from cohelm.perception.prediction.measurement_recovery import axis_covariance, recover_measurements
+from cohelm.perception.sensor_clocks import CLOCK_RESET
 
 _COASTED = 1e-9
 """Largest deviation of a coasting track's mean from its prediction, m and m/s."""

@@ -9,6 +9,14 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers
+from cohelm.perception.clustering.shape_fits import (
+    DiscPrior,
+    clutter_evidence,
+    disc_evidence,
+    fit_disc,
+    flat_evidence,
+    split_discs,
+)
 from cohelm.perception.scan_detection.legs import (
     MAX_LOG_ODDS,
     OCCLUSION_COST,
@@ -17,14 +25,6 @@ from cohelm.perception.scan_detection.legs import (
     leg_body,
     occluded_width_log_odds,
     people_on_legs,
-)
-from cohelm.perception.scan_detection.shape_fits import (
-    DiscPrior,
-    clutter_evidence,
-    disc_evidence,
-    fit_disc,
-    flat_evidence,
-    split_discs,
 )
 
 MAX_SHAPE_LOG_ODDS = 4.0

@@ -10,7 +10,7 @@ import numpy as np
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
-from cohelm.perception.localisation_check.clock import CLOCK_RESET
+from cohelm.perception.sensor_clocks import CLOCK_RESET
 from cohelm.perception.tracking.association import (
     OCCLUDED,
     OCCUPIED,

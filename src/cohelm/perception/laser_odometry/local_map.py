@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
-from cohelm.perception.localisation_check.scan_features import ScanFeatures
+from cohelm.perception.laser_odometry.scan_features import ScanFeatures
 
 CELL = 0.25
 """Side of the cells, m."""

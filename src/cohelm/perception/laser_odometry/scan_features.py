@@ -13,8 +13,8 @@ from numba import njit
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.geometry import transform
 from cohelm.messages import Observation, PointCloud, Scan
-from cohelm.perception.cloud_detection.merged_cloud import merge_clouds
-from cohelm.perception.scan_detection.detector import scan_returns
+from cohelm.perception.preprocessing.merged_cloud import merge_clouds
+from cohelm.perception.preprocessing.scan_returns import scan_returns
 
 _REACH = 30.0
 """Largest range of a cloud, m: beyond it, the rings are too far apart."""

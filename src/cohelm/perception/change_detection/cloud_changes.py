@@ -2,7 +2,7 @@
 
 Parts of a wall appear and disappear with the viewpoint, and seem to walk along it. A real person
 walks where the floor was seen before. A cloud is stored as a planar scan of its upright columns,
-see ``scan_detection.change_detection``.
+see ``past_scans``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numba import njit
 from cohelm.arrays import Floats
 from cohelm.messages import Scan
 from cohelm.perception.api import Detections
-from cohelm.perception.scan_detection.change_detection import (
+from cohelm.perception.change_detection.past_scans import (
     FREE,
     OCCUPIED,
     ChangeDetectionParameters,

@@ -15,8 +15,8 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.geometry import compose, wrap_angle
-from cohelm.perception.localisation_check.local_map import CELL, Cells, FeatureMap, nearest
-from cohelm.perception.localisation_check.scan_features import ScanFeatures
+from cohelm.perception.laser_odometry.local_map import CELL, Cells, FeatureMap, nearest
+from cohelm.perception.laser_odometry.scan_features import ScanFeatures
 
 CAP = 9.0
 """Squared misfit of a point, in standard deviations, above which it is unmatched."""

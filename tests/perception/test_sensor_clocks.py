@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.messages import Observation, PointCloud, Scan, Sensing
-from cohelm.perception.localisation_check.clock import Clocks, check_clocks
+from cohelm.perception.sensor_clocks import Clocks, check_clocks
 
 FRONT, BACK = (0.4, 0.0, 0.0), (-0.4, 0.0, np.pi)
 LIDAR = (0.0, 0.0, np.nan, 0.0, 0.0, 0.0)

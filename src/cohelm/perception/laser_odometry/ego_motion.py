@@ -17,14 +17,14 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.config import Model
 from cohelm.geometry import compose, inverse, wrap_angle
-from cohelm.perception.localisation_check.local_map import (
+from cohelm.perception.laser_odometry.local_map import (
     FeatureMap,
     feature_map,
     has_neighbour,
     sorted_map,
 )
-from cohelm.perception.localisation_check.scan_features import ScanFeatures
-from cohelm.perception.localisation_check.scan_matching import (
+from cohelm.perception.laser_odometry.scan_features import ScanFeatures
+from cohelm.perception.laser_odometry.scan_matching import (
     ScanMatch,
     evaluate_pose,
     match_scan,

@@ -24,11 +24,12 @@ from cohelm.perception.cloud_detection.columns import (
     touching_share,
 )
 from cohelm.perception.cloud_detection.ground import ground_heights
-from cohelm.perception.cloud_detection.merged_cloud import MergedCloud, merge_clouds
 from cohelm.perception.cloud_detection.segmentation import SplitLimits, skyline, split_clusters
 from cohelm.perception.cloud_detection.shape_features import person_log_odds, shape_features
-from cohelm.perception.scan_detection.clustering import bounding_ellipses, dbscan
-from cohelm.perception.scan_detection.shape_fits import DiscPrior
+from cohelm.perception.clustering.dbscan import dbscan
+from cohelm.perception.clustering.ellipses import bounding_ellipses
+from cohelm.perception.clustering.shape_fits import DiscPrior
+from cohelm.perception.preprocessing.merged_cloud import MergedCloud, merge_clouds
 
 DIRECTIONS = 360
 """Directions of a full turn for free space (1° each)."""

@@ -1,0 +1,1 @@
+"""Compare detections with earlier readings: a person has arrived where nothing was before."""

@@ -1,0 +1,1 @@
+"""Estimate the motion of a sensor from its scans and clouds alone."""

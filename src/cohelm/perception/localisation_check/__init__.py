@@ -1,1 +1,0 @@
-"""Check sensor clocks, and estimate ego motion from scans and clouds alone."""

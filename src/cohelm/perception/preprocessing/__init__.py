@@ -1,0 +1,1 @@
+"""Usable returns of scans and clouds, before any detection."""
