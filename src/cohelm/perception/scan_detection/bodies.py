@@ -17,14 +17,22 @@ from cohelm.perception.clustering.shape_fits import (
     flat_evidence,
     split_discs,
 )
+from cohelm.perception.scan_detection.body_candidates import (
+    Body,
+    BodyCandidates,
+    empty_candidates,
+    first_rows,
+    join,
+    store,
+)
 from cohelm.perception.scan_detection.legs import (
     MAX_LOG_ODDS,
     OCCLUSION_COST,
     LegModel,
     SingleLegs,
-    leg_body,
+    body_on_legs,
     occluded_width_log_odds,
-    people_on_legs,
+    pair_legs_into_people,
 )
 
 MAX_SHAPE_LOG_ODDS = 4.0
@@ -32,9 +40,12 @@ MAX_SHAPE_LOG_ODDS = 4.0
 LOG_ODDS_PER_RETURN = 0.85
 """Increase of the bound of a disc's log-odds per return beyond three."""
 WIDTH_NOISE = 0.03
-"""Standard deviation of how much narrower than itself a disc looks, besides the beams' gaps, m."""
+"""Standard deviation of the difference between a disc's diameter and its visible width, besides the
+gaps between beams, m."""
 MAX_FLAT_COST = 1.6
-"""Bound of the cost of two legs that look like a face: legs side by side may."""
+"""Bound of the cost of two legs that look like a flat face, as legs side by side may."""
+_MIN_CLEAR_RETURNS = 5
+"""Least number of returns of a clearly visible leg."""
 
 
 class Beams(NamedTuple):
@@ -70,7 +81,7 @@ class _Run(NamedTuple):
     origin: Floats
     width: float
     gap: float
-    """How much wider than its returns the run may be: one beam's gap at either end."""
+    """Largest excess of the true width over that of the returns: one beam's gap at either end."""
     occluded: bool
     """True if something nearer hides an end, so that the width is unbounded."""
 
@@ -78,18 +89,22 @@ class _Run(NamedTuple):
 @njit(cache=True)
 def find_bodies(
     beams: Beams, sizes: BodySizes, prior: DiscPrior, legs: LegModel
-) -> tuple[Integers, Floats]:
+) -> tuple[Integers, BodyCandidates]:
     """Find people among clustered returns: torsos, legs that touch, and legs within a stride.
 
     Returns:
-        owner (p,), −1 for none, and bodies (d, 7) of (x, y of the disc, radius, deviation,
-        log-odds of a person, x, y of the mean).
+        The candidate of each return (p,), −1 for none, and the candidates.
     """
     n = beams.points.shape[0]
-    owner = np.full(n, -1, dtype=np.int64)
-    leg_of = np.full(n, -1, dtype=np.int64)
-    bodies, single = np.empty((n, 7)), np.empty((n, 4))
-    occluder = np.full((n, 2), -1)
+    body_of_return = np.full(n, -1, dtype=np.int64)
+    bodies = empty_candidates(n)
+    single = SingleLegs(
+        np.empty((n, 2)),
+        np.empty(n),
+        np.zeros(n, dtype=np.bool_),
+        np.full((n, 2), -1),
+        np.full(n, -1, dtype=np.int64),
+    )
     count = singles = 0
     todo = np.empty((n + 1, 2), dtype=np.int64)
     for cluster in range(beams.cluster.max() + 1 if n else 0):
@@ -110,59 +125,84 @@ def find_bodies(
                     continue
             if index.size < 2 or (run.width > sizes.widest + run.gap and not run.occluded):
                 continue
-            is_body, body, leg = _classify(run, sizes, prior, legs)
+            is_body, body, leg_log_odds = _classify(run, sizes, prior, legs)
             if is_body:
-                bodies[count] = body
-                owner[index] = count
+                store(bodies, count, body)
+                body_of_return[index] = count
                 count += 1
-                continue
-            # Single legs are paired below, once all are known.
-            single[singles, :2], single[singles, 2] = body[5:7], leg
-            single[singles, 3] = 1.0 if index.size >= 5 and leg > 0.0 else 0.0
-            if beams.occluded[index[0], 0]:
-                occluder[singles, 0] = (index[0] - 1) % n
-            if beams.occluded[index[-1], 1]:
-                occluder[singles, 1] = (index[-1] + 1) % n
-            leg_of[index] = singles
-            singles += 1
-    found = SingleLegs(single[:singles], occluder[:singles], leg_of)
-    person, on_legs = people_on_legs(beams.points, found, prior.radius, legs)
+            else:
+                # Single legs are paired below, once all are known.
+                _store_leg(single, singles, beams, index, body, leg_log_odds)
+                singles += 1
+    found = SingleLegs(
+        single.centre[:singles],
+        single.log_odds[:singles],
+        single.is_clear[:singles],
+        single.occluder[:singles],
+        single.leg_of_return,
+    )
+    person, on_legs = pair_legs_into_people(beams.points, found, prior.radius, legs)
     for i in range(n):
-        if leg_of[i] >= 0 and person[leg_of[i]] >= 0:
-            owner[i] = count + person[leg_of[i]]
-    return owner, np.concatenate((bodies[:count], on_legs))
+        leg = single.leg_of_return[i]
+        if leg >= 0 and person[leg] >= 0:
+            body_of_return[i] = count + person[leg]
+    return body_of_return, join(first_rows(bodies, count), on_legs)
+
+
+@njit(cache=True)
+def _store_leg(
+    single: SingleLegs, k: int, beams: Beams, index: Integers, body: Body, log_odds: float
+) -> None:
+    """Write the run of returns ``index`` into row ``k`` of the single legs, in place."""
+    n = beams.points.shape[0]
+    single.centre[k, 0], single.centre[k, 1] = body.mean_x, body.mean_y
+    single.log_odds[k] = log_odds
+    single.is_clear[k] = index.size >= _MIN_CLEAR_RETURNS and log_odds > 0.0
+    if beams.occluded[index[0], 0]:
+        single.occluder[k, 0] = (index[0] - 1) % n
+    if beams.occluded[index[-1], 1]:
+        single.occluder[k, 1] = (index[-1] + 1) % n
+    single.leg_of_return[index] = k
 
 
 @njit(cache=True)
 def _classify(
     run: _Run, sizes: BodySizes, prior: DiscPrior, legs: LegModel
-) -> tuple[bool, Floats, float]:
-    """(True for a body and False for one leg, the body (7,), log-odds of one leg) of a run."""
+) -> tuple[bool, Body, float]:
+    """(True for a body and False for one leg, the body, log-odds of one leg) of a run."""
     width, gap, occluded = run.width, run.gap, run.occluded
-    body = _body(run, prior)
+    body, flatness = _disc_body(run, prior)
     wide = width + gap >= sizes.narrowest
-    torso = body[4] if occluded or wide else -np.inf
+    torso = body.log_odds if occluded or wide else -np.inf
     one = occluded_width_log_odds(width, gap, occluded, legs.width, legs.width_deviation)
     two = occluded_width_log_odds(width, gap, occluded, legs.pair_width, legs.pair_width_deviation)
     if wide:
-        two -= min(max(body[7], 0.0), MAX_FLAT_COST)
+        two -= min(max(flatness, 0.0), MAX_FLAT_COST)
     # A narrow, partly occluded run is weak evidence for a torso, and none if one leg explains it.
     if occluded and not wide:
-        torso = body[4] = min(torso, MAX_LOG_ODDS)
+        torso = min(torso, MAX_LOG_ODDS)
+        body = _with_log_odds(body, torso)
         if width + gap < legs.width + 2.0 * legs.width_deviation:
             torso = two = -np.inf
+    # An occluded run, and one of few beams, may be much wider than it looks: in favour of a torso.
     bonus = OCCLUSION_COST if occluded or gap > 0.5 * sizes.narrowest else 0.0
     if torso + bonus >= min(max(one + legs.single_log_odds, two), MAX_LOG_ODDS):
-        return True, body[:7], one
+        return True, body, one
     if two >= one + legs.single_log_odds:
         odds = min(two, MAX_LOG_ODDS)
-        return True, leg_body(body[5], body[6], prior.radius, legs.pair_deviation, odds), one
-    return False, body[:7], one
+        on_legs = body_on_legs(body.mean_x, body.mean_y, prior.radius, legs.pair_deviation, odds)
+        return True, on_legs, one
+    return False, body, one
 
 
 @njit(cache=True)
-def _body(run: _Run, prior: DiscPrior) -> Floats:
-    """A row of bodies for the disc behind a run, and the log-odds of a flat face or a corner.
+def _with_log_odds(body: Body, log_odds: float) -> Body:
+    return Body(body.x, body.y, body.radius, body.deviation, log_odds, body.mean_x, body.mean_y)
+
+
+@njit(cache=True)
+def _disc_body(run: _Run, prior: DiscPrior) -> tuple[Body, float]:
+    """(body for the disc behind a run, log-odds of a flat face or a corner).
 
     A disc that nothing occludes is seen from tangent to tangent: a run much narrower than the disc
     that fits it best is part of another object. So is a run that fits a disc of another size.
@@ -177,12 +217,12 @@ def _body(run: _Run, prior: DiscPrior) -> Floats:
         lacking = max(2.0 * fit.radius - run.width - 0.5 * run.gap, 0.0)
         lacking /= math.hypot(WIDTH_NOISE, 0.45 * run.gap)
         odds -= min(0.5 * lacking * lacking, MAX_SHAPE_LOG_ODDS)
-    strange = (fit.radius - prior.radius) / (0.45 * prior.radius_deviation)
-    odds = max(odds - 0.5 * strange * strange, -MAX_SHAPE_LOG_ODDS)
+    unusual = (fit.radius - prior.radius) / (0.45 * prior.radius_deviation)
+    odds = max(odds - 0.5 * unusual * unusual, -MAX_SHAPE_LOG_ODDS)
     odds = min(odds, MAX_LOG_ODDS + LOG_ODDS_PER_RETURN * max(m - 3, 0))
     mx, my = points[:, 0].mean(), points[:, 1].mean()
     flatness = 0.5 * (min(disc, clutter) - flat)
-    return np.array([fit.x, fit.y, fit.radius, fit.deviation, odds, mx, my, flatness])
+    return Body(fit.x, fit.y, fit.radius, fit.deviation, odds, mx, my), flatness
 
 
 @njit(cache=True)

@@ -1,7 +1,9 @@
 """Legs among clusters of returns: single legs, two that touch, and pairs within a stride.
 
 A scanner below the hips sees legs only. Chairs and tables have legs as well and look the same, so
-evidence from legs alone never confirms a person: something has to move.
+legs alone are weak evidence of a person: at most ``MAX_LOG_ODDS``, until something moves. The only
+exception are two clearly visible legs with nothing around them (``CLEAR_PAIR_LOG_ODDS``), which the
+tracker may confirm at rest (``TrackerParameters.static_shape``).
 """
 
 from __future__ import annotations
@@ -12,7 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.perception.scan_detection.body_candidates import (
+    Body,
+    BodyCandidates,
+    empty_candidates,
+    first_rows,
+    store,
+)
 
 CLUTTER_DECADES = 3.4
 """ln of the range of widths over which clutter is uniform in the logarithm (2 to 60 cm)."""
@@ -22,6 +31,9 @@ CLEAR_PAIR_LOG_ODDS = 2.1
 """Log-odds of two fully visible legs with nothing else nearby: furniture has four."""
 OCCLUSION_COST = 0.5
 """Decrease of the log-odds of a width of which only a part is visible."""
+_ISOLATION = 0.6
+"""Radius around a clear pair of legs in which nothing else may stand, as a share of the stride; the
+legs are nearer to each other than this, too."""
 
 
 class LegModel(NamedTuple):
@@ -46,11 +58,15 @@ class LegModel(NamedTuple):
 class SingleLegs(NamedTuple):
     """Legs found in the p returns of a scan; s of them."""
 
-    leg: Floats
-    """(s, 4) x, y, log-odds of a leg, and 1 where it is clearly visible."""
+    centre: Floats
+    """(s, 2) mean of the returns, m."""
+    log_odds: Floats
+    """(s,) of a leg, from its width."""
+    is_clear: Booleans
+    """(s,) True for a leg with enough returns and positive log-odds."""
     occluder: Integers
     """(s, 2) return that occludes either end, −1: none."""
-    owner: Integers
+    leg_of_return: Integers
     """(p,) leg of each return, −1: none."""
 
 
@@ -75,7 +91,7 @@ def width_log_odds(width: float, blur: float, mean: float, deviation: float) -> 
 def occluded_width_log_odds(
     width: float, gap: float, occluded: bool, mean: float, deviation: float
 ) -> float:
-    """:func:`width_log_odds` of a run; a partly occluded one may be wider than it seems."""
+    """Compute :func:`width_log_odds` of a run; a partly occluded one may be wider than it seems."""
     seen = width + 0.5 * gap
     if occluded:
         return width_log_odds(max(seen, mean), gap, mean, deviation) - OCCLUSION_COST
@@ -113,13 +129,13 @@ def pair_legs(
     k = centre.shape[0]
     legs = np.full((k, 2), -1, dtype=np.int64)
     total = np.empty(k)
-    free = np.ones(k, dtype=np.bool_)
+    unpaired = np.ones(k, dtype=np.bool_)
     count = 0
     while True:
         best, a, b = -np.inf, -1, -1
         for i in range(k):
             for j in range(i + 1, k):
-                if not (free[i] and free[j]):
+                if not (unpaired[i] and unpaired[j]):
                     continue
                 d = math.hypot(centre[i, 0] - centre[j, 0], centre[i, 1] - centre[j, 1])
                 if d > stride:
@@ -131,20 +147,20 @@ def pair_legs(
         if a < 0:
             break
         legs[count, 0], legs[count, 1], total[count] = a, b, best
-        free[a] = free[b] = False
+        unpaired[a] = unpaired[b] = False
         count += 1
     for i in range(k):
-        if free[i]:
+        if unpaired[i]:
             legs[count, 0], total[count] = i, log_odds[i] + single_log_odds
             count += 1
     return legs[:count], np.minimum(np.maximum(total[:count], MIN_LOG_ODDS), MAX_LOG_ODDS)
 
 
 @njit(cache=True)
-def people_on_legs(
+def pair_legs_into_people(
     points: Floats, found: SingleLegs, radius: float, model: LegModel
-) -> tuple[Integers, Floats]:
-    """Find people from single legs.
+) -> tuple[Integers, BodyCandidates]:
+    """Pair single legs into candidates for people.
 
     Args:
         points: (p, 2) returns, m.
@@ -153,55 +169,60 @@ def people_on_legs(
         model: sizes of legs.
 
     Returns:
-        Index of the person of each leg (s,), −1: none; and bodies (d, 7), see ``find_bodies``.
+        Index of the person of each leg (s,), −1: none; and the people.
     """
-    leg = found.leg
-    pairs, odds = pair_legs(leg[:, :2], leg[:, 2], model.stride, model.single_log_odds)
-    person = np.full(leg.shape[0], -1, dtype=np.int64)
-    bodies = np.empty((odds.size, 7))
+    centre = found.centre
+    pairs, odds = pair_legs(centre, found.log_odds, model.stride, model.single_log_odds)
+    person = np.full(centre.shape[0], -1, dtype=np.int64)
+    bodies = empty_candidates(odds.size)
     count = 0
     for k in range(odds.size):
         a, b = pairs[k]
         if odds[k] <= MIN_LOG_ODDS:
             continue
         other = b if b >= 0 else a
-        x, y = 0.5 * (leg[a, 0] + leg[other, 0]), 0.5 * (leg[a, 1] + leg[other, 1])
-        spread = model.pair_deviation if b >= 0 else model.single_deviation
-        sure = odds[k]
+        x = 0.5 * (centre[a, 0] + centre[other, 0])
+        y = 0.5 * (centre[a, 1] + centre[other, 1])
+        deviation = model.pair_deviation if b >= 0 else model.single_deviation
+        log_odds = odds[k]
         # Two clear legs with nothing around them are more than furniture can show.
-        if b >= 0 and leg[a, 3] * leg[b, 3] > 0.0 and odds[k] >= MAX_LOG_ODDS:
-            apart = math.hypot(leg[a, 0] - leg[b, 0], leg[a, 1] - leg[b, 1])
-            clear = _is_visible(found, a, b) and _is_visible(found, b, a)
-            free = 0.6 * model.stride
-            if clear and apart < free and _is_isolated(points, found.owner, pairs[k], x, y, free):
-                sure = CLEAR_PAIR_LOG_ODDS
-        bodies[count] = leg_body(x, y, radius, spread, sure)
+        if b >= 0 and found.is_clear[a] and found.is_clear[b] and odds[k] >= MAX_LOG_ODDS:
+            apart = math.hypot(centre[a, 0] - centre[b, 0], centre[a, 1] - centre[b, 1])
+            isolation = _ISOLATION * model.stride
+            if (
+                apart < isolation
+                and _is_visible(found, a, b)
+                and _is_visible(found, b, a)
+                and _is_isolated(points, found.leg_of_return, pairs[k], x, y, isolation)
+            ):
+                log_odds = CLEAR_PAIR_LOG_ODDS
+        store(bodies, count, body_on_legs(x, y, radius, deviation, log_odds))
         person[a] = person[other] = count
         count += 1
-    return person, bodies[:count]
+    return person, first_rows(bodies, count)
 
 
 @njit(cache=True)
-def leg_body(x: float, y: float, radius: float, deviation: float, log_odds: float) -> Floats:
-    """A row of bodies about the middle of legs, see ``find_bodies``."""
-    return np.array([x, y, radius, deviation, log_odds, x, y])
+def body_on_legs(x: float, y: float, radius: float, deviation: float, log_odds: float) -> Body:
+    """Body about the middle (x, y) of legs."""
+    return Body(x, y, radius, deviation, log_odds, x, y)
 
 
 @njit(cache=True)
 def _is_visible(found: SingleLegs, leg: int, other: int) -> bool:
     """Check that nothing occludes an end of a leg except, perhaps, the ``other`` leg."""
     first, last = found.occluder[leg]
-    owner = found.owner
-    return bool((first == -1 or owner[first] == other) and (last == -1 or owner[last] == other))
+    leg_of = found.leg_of_return
+    return bool((first == -1 or leg_of[first] == other) and (last == -1 or leg_of[last] == other))
 
 
 @njit(cache=True)
 def _is_isolated(
-    points: Floats, owner: Integers, pair: Integers, x: float, y: float, distance: float
+    points: Floats, leg_of: Integers, pair: Integers, x: float, y: float, radius: float
 ) -> bool:
-    """Check that all returns within ``distance`` of (x, y), m, belong to the pair of legs."""
+    """Check that all returns within ``radius`` of (x, y), m, belong to the pair of legs."""
     for i in range(points.shape[0]):
-        near = math.hypot(points[i, 0] - x, points[i, 1] - y) < distance
-        if near and owner[i] != pair[0] and owner[i] != pair[1]:
+        near = math.hypot(points[i, 0] - x, points[i, 1] - y) < radius
+        if near and leg_of[i] != pair[0] and leg_of[i] != pair[1]:
             return False
     return True

@@ -29,15 +29,16 @@ class ScanClusters:
     Returns that the static map explains are removed first, so that a person beside a wall is a
     cluster of their own. A cluster as wide as a body is a possible person; its confidence is the
     evidence for a disc against a face, a corner or clutter (``shape_fits``). A wide cluster is
-    split where two discs explain it much better than one shape.
+    split where two discs explain it much better than one shape. Narrow clusters are legs, if their
+    width fits; two legs within a stride are one possible person (``legs``).
     """
 
     class Parameters(Model):
         """Parameters of the detector; assumed where no reason is given."""
 
         centre: Literal["printed", "corrected"] = "corrected"
-        """``printed``: the mean of the visible returns, eq. (3), about 0.8 of the radius too near.
-        ``corrected``: the disc behind them."""
+        """``printed``: the mean of the visible returns, Xu et al., eq. (3), about 0.8 of the radius
+        too near. ``corrected``: the centre of the disc behind them."""
         map_margin: float = Field(0.09, ge=0.0, le=1.0)
         """A return this near a mapped wall belongs to it, m (3 cm of localisation, a cell)."""
         map_margin_growth: float = Field(0.015, ge=0.0, le=0.2)
@@ -86,14 +87,14 @@ class ScanClusters:
         self._sizes = BodySizes(p.narrowest, p.widest, p.split_from)
         self._prior = DiscPrior(p.body_radius, p.body_radius_deviation, p.range_noise)
         self._legs = LegModel(
-            p.leg_width,
-            p.leg_width_deviation,
-            p.both_legs_width,
-            p.both_legs_width_deviation,
-            p.longest_stride,
-            p.legs_deviation,
-            p.leg_deviation,
-            p.single_leg_log_odds,
+            width=p.leg_width,
+            width_deviation=p.leg_width_deviation,
+            pair_width=p.both_legs_width,
+            pair_width_deviation=p.both_legs_width_deviation,
+            stride=p.longest_stride,
+            pair_deviation=p.legs_deviation,
+            single_deviation=p.leg_deviation,
+            single_log_odds=p.single_leg_log_odds,
         )
 
     def detect(self, scan: Scan, X_MR: Floats, walls: DistanceField) -> Detections:
@@ -103,26 +104,28 @@ class ScanClusters:
         if not len(seen.points):
             return replace(Detections.empty(scan.time, seen.origin), free_ends=seen.free_ends)
         mapped = walls.at(seen.points) < p.map_margin + p.map_margin_growth * seen.range
-        free = np.flatnonzero(~mapped)
+        unmapped = np.flatnonzero(~mapped)
         cluster = np.full(len(mapped), -1, dtype=np.int64)
-        gap = seen.range[free] * seen.increment
-        cluster[free] = dbscan(seen.points[free], p.epsilon + p.epsilon_beams * gap, p.min_samples)
+        gap = seen.range[unmapped] * seen.increment
+        epsilon = p.epsilon + p.epsilon_beams * gap
+        cluster[unmapped] = dbscan(seen.points[unmapped], epsilon, p.min_samples)
+        # ε is also the least step of depth between two objects, of which the nearer occludes.
         occluded = _occluded(seen.range, seen.bearing, seen.increment, p.epsilon)
         beams = Beams(seen.points, seen.bearing, occluded, cluster, seen.origin, seen.increment)
-        owner, bodies = find_bodies(beams, self._sizes, self._prior, self._legs)
-        distance = np.hypot(*(bodies[:, :2] - seen.origin).T)
+        body_of_return, bodies = find_bodies(beams, self._sizes, self._prior, self._legs)
+        distance = np.hypot(*(bodies.disc_centre - seen.origin).T)
         noise = p.position_noise + p.position_noise_growth * distance
         return Detections(
             time=scan.time,
             origin=seen.origin,
             points=seen.points,
-            owner=owner,
+            owner=body_of_return,
             mapped=mapped,
             free_ends=seen.free_ends,
-            position=bodies[:, :2] if p.centre == "corrected" else bodies[:, 5:7],
-            radius=bodies[:, 2],
-            deviation=np.hypot(bodies[:, 3], noise),
-            confidence=1.0 / (1.0 + np.exp(-bodies[:, 4])),
+            position=bodies.disc_centre if p.centre == "corrected" else bodies.mean,
+            radius=bodies.radius,
+            deviation=np.hypot(bodies.deviation, noise),
+            confidence=1.0 / (1.0 + np.exp(-bodies.log_odds)),
             cluster=cluster,
             ellipse=bounding_ellipses(
                 seen.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
