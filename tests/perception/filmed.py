@@ -61,9 +61,9 @@ def imagine(instant, rng, *, missed=0.05, clutter=0.2, merging=0.5):
     return Detections(
         **fields,
         points=_moved(told, points),
-        owner=np.full(count, -1),
+        detection_of_return=np.full(count, -1),
         mapped=np.zeros(count, dtype=bool),
-        cluster=np.full(count, -1),
+        cluster_of_return=np.full(count, -1),
         free_ends=_moved(told, origin + REACH * beams[~hit]),
         position=_moved(told, places),
         radius=np.concatenate([radius[found], np.full(len(ghosts), 0.3)]),

@@ -9,7 +9,7 @@ from cohelm.perception.tracking.association import (
     NO_MATCH,
     Gates,
     associate,
-    measurements,
+    measured_positions,
     merged_partners,
 )
 
@@ -118,7 +118,7 @@ def test_one_cluster_is_two_people_at_most():
 
 
 def test_one_alone_is_corrected_by_its_own_sighting():
-    who, place, deviation = measurements(
+    who, place, deviation = measured_positions(
         tracks((0.0, 0.0), (5.0, 0.0)),
         np.array([1, NO_MATCH]),
         np.array([NO_MATCH, NO_MATCH]),
@@ -132,7 +132,7 @@ def test_one_alone_is_corrected_by_its_own_sighting():
 
 def test_of_two_the_middle_is_measured_and_each_less_surely_by_half_their_distance():
     # 0.6 m apart, the middle seen at (0.1, 0.0) with 0.4 m: ±0.3 m about it, √(0.3² + 0.4²) = 0.5
-    who, place, deviation = measurements(
+    who, place, deviation = measured_positions(
         tracks((-0.3, 0.0), (0.3, 0.0)),
         np.array([NO_MATCH, 0]),
         np.array([1, NO_MATCH]),

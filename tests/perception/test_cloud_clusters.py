@@ -89,7 +89,7 @@ def test_legs_belong_to_their_body():
     seen = see(scenery(), bodies)
     near = np.hypot(*(seen.points - [3.0, 0.0]).T) < 0.6
     assert near.sum() > 10
-    assert (seen.owner[near] == 0).mean() > 0.9
+    assert (seen.detection_of_return[near] == 0).mean() > 0.9
 
 
 FURNITURE = {
@@ -140,7 +140,7 @@ def test_the_order_of_points_does_not_matter():
     shuffled = dataclasses.replace(cloud, points=cloud.points[order])
     other = detector.detect((shuffled,), HERE[None], walls)
     assert np.array_equal(one.points, other.points)
-    assert np.array_equal(one.owner, other.owner)
+    assert np.array_equal(one.detection_of_return, other.detection_of_return)
     assert np.allclose(one.position, other.position, atol=1e-6)
 
 

@@ -39,14 +39,14 @@ def after(bodies):
 def test_who_stands_where_floor_was_seen_has_come_there(before, came):
     seen = detect_cloud_changes(seen_at(2.0, SOMEBODY), after(before))
     near = np.hypot(*(seen.position - [4.0, 0.5]).T).argmin()
-    assert (seen.moved[near] > 0.0) == came
-    assert (seen.moved[near] < 0.0) == (not came)
+    assert (seen.arrival_log_odds[near] > 0.0) == came
+    assert (seen.arrival_log_odds[near] < 0.0) == (not came)
 
 
 def test_without_a_past_nothing_is_said_to_have_come_and_nobody_is_denied():
     seen = detect_cloud_changes(seen_at(0.0, SOMEBODY), ())
-    assert len(seen.moved) == len(seen.position)
-    assert ((seen.moved < 0.0) & (seen.moved > -1.0)).all()
+    assert len(seen.arrival_log_odds) == len(seen.position)
+    assert ((seen.arrival_log_odds < 0.0) & (seen.arrival_log_odds > -1.0)).all()
 
 
 def test_what_a_camera_turns_to_was_not_empty_before():
@@ -55,8 +55,8 @@ def test_what_a_camera_turns_to_was_not_empty_before():
     for k in range(20):
         past = remember_cloud(past, camera_at(0.1 * k, turned, SOMEBODY))
     seen = detect_cloud_changes(camera_at(2.0, HERE, SOMEBODY), past)
-    assert len(seen.moved)
-    assert (seen.moved < 0.0).all()
+    assert len(seen.arrival_log_odds)
+    assert (seen.arrival_log_odds < 0.0).all()
 
 
 def test_who_comes_into_a_camera_s_view_has_come():
@@ -64,4 +64,4 @@ def test_who_comes_into_a_camera_s_view_has_come():
     for k in range(20):
         past = remember_cloud(past, camera_at(0.1 * k, HERE, NOBODY))
     seen = detect_cloud_changes(camera_at(2.0, HERE, SOMEBODY), past)
-    assert (seen.moved > 0.0).any()
+    assert (seen.arrival_log_odds > 0.0).any()

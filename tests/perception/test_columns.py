@@ -34,7 +34,7 @@ def test_a_column_keeps_mean_count_extremes_and_layers():
     assert seen.returns.tolist() == [3]
     assert seen.lowest.tolist() == [0.15]
     assert seen.highest.tolist() == [1.72]
-    assert seen.layers.tolist() == [sum(1 << int(h / LAYER) for h in (0.15, 1.72, 2.55))]
+    assert seen.occupied_layers.tolist() == [sum(1 << int(h / LAYER) for h in (0.15, 1.72, 2.55))]
 
 
 def test_the_ground_grows_with_distance():

@@ -88,5 +88,5 @@ def test_only_who_asks_is_told_who_has_moved(tracker, asks):
         now = observation(time, pose, scans=(scan,))
         seen, memory = perceive(parts, now, laser.walls, memory)
     assert len(seen.detections[0].position) > 0
-    assert (seen.detections[0].moved is not None) is asks
+    assert (seen.detections[0].arrival_log_odds is not None) is asks
     assert bool(memory.past_scans) is asks

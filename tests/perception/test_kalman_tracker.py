@@ -167,8 +167,8 @@ def test_seen_through_it_goes_sooner_than_hidden():
             seen = dataclasses.replace(
                 seen,
                 points=points,
-                owner=np.full(len(points), -1),
-                cluster=np.full(len(points), -1),
+                detection_of_return=np.full(len(points), -1),
+                cluster_of_return=np.full(len(points), -1),
                 mapped=np.zeros(len(points), dtype=bool),
             )
             people, state = tracker.track(observation(time), (seen,), state)
@@ -316,8 +316,8 @@ def test_one_who_walks_behind_another_keeps_the_id(hidden):
             seen = dataclasses.replace(
                 seen,
                 points=screen,
-                owner=np.full(len(screen), -1),
-                cluster=np.full(len(screen), -1),
+                detection_of_return=np.full(len(screen), -1),
+                cluster_of_return=np.full(len(screen), -1),
                 mapped=np.zeros(len(screen), dtype=bool),
             )
         people, memory = tracker.track(observation(time), (seen,), memory)

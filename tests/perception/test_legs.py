@@ -161,7 +161,7 @@ def test_a_place_that_was_empty_and_is_not_says_that_something_came():
         scan, told = laser.scan(k / 10, STILL, leg if k >= 40 else [])
         seen = detect_changes(ScanClusters().detect(scan, told, laser.walls), past)
         past = remember_scan(past, scan, told)
-        verdicts += list(seen.moved) if k >= 40 else []
+        verdicts += list(seen.arrival_log_odds) if k >= 40 else []
     # new for 1.5 s, then at rest, but never furniture
     assert verdicts[0] == 3.0
     assert min(verdicts[:15]) > 2.0
@@ -175,7 +175,7 @@ def test_what_was_always_there_is_at_rest():
         scan, told = laser.scan(k / 10, STILL, [[2.0, 0.0, LEG]])
         seen = detect_changes(ScanClusters().detect(scan, told, laser.walls), past)
         past = remember_scan(past, scan, told)
-    assert seen.moved == pytest.approx([-2.0])
+    assert seen.arrival_log_odds == pytest.approx([-2.0])
 
 
 def test_memory_grows_with_the_logarithm_of_time():

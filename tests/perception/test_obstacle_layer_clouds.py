@@ -78,9 +78,9 @@ def test_a_planar_scan_leaves_what_clouds_saw_and_clears_what_scans_saw():
     post = dataclasses.replace(
         nothing,
         points=np.array([[1.01, 1.01]]),
-        owner=np.array([-1]),
+        detection_of_return=np.array([-1]),
         mapped=np.array([False]),
-        cluster=np.array([-1]),
+        cluster_of_return=np.array([-1]),
     )
     for k in range(6):
         layer = look(scene, -3.0, layer, seed=k)

@@ -28,12 +28,14 @@ def test_one_person_is_one_detection_at_the_bodys_centre(away, bearing):
     assert np.hypot(*(seen.position[0] - person[:2])) < 0.08
     # exactly the returns that are not the room's are the person's
     on_body = np.abs(np.hypot(*(seen.points - person[:2]).T) - 0.27) < 0.06
-    assert ((seen.owner == 0) == on_body).all()
+    assert ((seen.detection_of_return == 0) == on_body).all()
 
 
 def test_the_printed_centre_is_the_mean_of_the_returns():
     seen = see(Laser(), [4.0, 0.0, 0.25], centre="printed")
-    assert seen.position[0] == pytest.approx(seen.points[seen.owner == 0].mean(axis=0))
+    assert seen.position[0] == pytest.approx(
+        seen.points[seen.detection_of_return == 0].mean(axis=0)
+    )
     assert 0.15 < 4.0 - seen.position[0, 0] < 0.25
 
 
@@ -115,4 +117,4 @@ def test_no_return_is_dropped():
     scan, told = laser.scan(0.0, STILL, [[2.0, -2.0, 0.25]])
     seen = ScanClusters().detect(scan, told, laser.walls)
     assert len(seen.points) == np.isfinite(scan.ranges).sum()
-    assert not (seen.mapped & (seen.owner >= 0)).any()
+    assert not (seen.mapped & (seen.detection_of_return >= 0)).any()

@@ -37,14 +37,14 @@ def moment(time=0.0, n=3):
         time=time,
         origin=np.zeros(2),
         points=points,
-        owner=[0, 0, -1, -1, -1],
+        detection_of_return=[0, 0, -1, -1, -1],
         mapped=np.zeros(5, dtype=bool),
         free_ends=np.empty((0, 2)),
         position=[[2.0, 1.0]],
         radius=[0.25],
         deviation=[0.05],
         confidence=[0.9],
-        cluster=[0, 0, 1, 1, -1],
+        cluster_of_return=[0, 0, 1, 1, -1],
         ellipse=[[2.0, 1.0, 0.2, 0.1, 0.0], [5.0, 5.0, 0.2, 0.1, 0.0]],
     )
     cloud = PointCloud(

@@ -88,9 +88,9 @@ NORTH = replace(command=lambda plan, problem, _: plan.command + TURN * np.cos(pr
 GROWING_IDS = replace(id=lambda people, seen, *_: people.id + int(10 * seen.time))
 DROPS_A_RETURN = replace(
     points=lambda d, *_: d.points[1:],
-    owner=lambda d, *_: d.owner[1:],
+    detection_of_return=lambda d, *_: d.detection_of_return[1:],
     mapped=lambda d, *_: d.mapped[1:],
-    cluster=lambda d, *_: d.cluster[1:],
+    cluster_of_return=lambda d, *_: d.cluster_of_return[1:],
 )
 SEES = replace(velocity=lambda crowd, _, scene, *args: crowd.velocity + scene.robot_position)
 

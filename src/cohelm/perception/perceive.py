@@ -34,9 +34,11 @@ from cohelm.perception.sensor_clocks import CLOCK_RESET, Clocks, check_clocks
 from cohelm.robots import move
 
 MAX_DELAY = 0.5
-"""Longest delay of a scan for which the robot's own motion is compensated, s."""
-_BEFORE_MEMORY = 10.0 * CLOCK_RESET
-"""Step back in time that is longer than any memory, s."""
+"""Largest difference between the time of a reading and that of the pose over which the robot's own
+motion is extrapolated, s."""
+_RESET_STEP = 10.0 * CLOCK_RESET
+"""Step back in time that trackers and group detectors take for a clock reset, s. It suffices if
+their last reading is at most 9 s older than the observation."""
 
 
 @value
@@ -89,7 +91,7 @@ def perceive(
     Args:
         parts: detectors and trackers.
         observation: readings of the sensors.
-        walls: the static map's distances.
+        walls: distance to the nearest wall of the static map at points of the map frame, m.
         memory: the one of the last call, None at first.
     """
     memory = memory or PerceptionMemory()
@@ -103,7 +105,7 @@ def perceive(
         for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
     past_scans, past_clouds = memory.past_scans, memory.past_clouds
-    if getattr(parts.tracker, "uses_change_detection", True):
+    if parts.tracker.uses_change_detection:
         detections = tuple(
             detect_changes(found, past_scans, parts.change_detection) for found in detections
         )
@@ -135,11 +137,12 @@ def perceive(
 def _reset(
     parts: PerceptionParts, observation: Observation, memory: PerceptionMemory
 ) -> PerceptionMemory:
-    """Clear ``memory`` except for the ids in use.
+    """Clear ``memory`` except for the counters of ids.
 
-    Trackers and group detectors drop all state when the time is long before what they remember.
+    Trackers and group detectors are called with an early time and without readings, see
+    :meth:`Tracker.track`.
     """
-    time = observation.time - _BEFORE_MEMORY
+    time = observation.time - _RESET_STEP
     tracker, groups = memory.tracker, memory.groups
     if tracker is not None:
         before = replace(observation, time=time, scans=(), clouds=(), people=None)

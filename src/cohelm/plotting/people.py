@@ -183,11 +183,11 @@ def _backdrop(observation: Observation) -> Floats:
 
 def _draw_clusters(axes: Axes, found: Detections) -> list[Any]:
     """Returns in no cluster, in clusters, and in those that may be or look like a person."""
-    alone = (found.cluster < 0) & (found.owner < 0)
-    shades = np.array([*CLUSTERS], dtype=object)[found.cluster % len(CLUSTERS)]
-    thing = (found.cluster >= 0) & (found.owner < 0)
-    body = found.owner >= 0
-    sure = body & (np.append(found.confidence, 0.0)[found.owner] >= SURE)
+    alone = (found.cluster_of_return < 0) & (found.detection_of_return < 0)
+    shades = np.array([*CLUSTERS], dtype=object)[found.cluster_of_return % len(CLUSTERS)]
+    thing = (found.cluster_of_return >= 0) & (found.detection_of_return < 0)
+    body = found.detection_of_return >= 0
+    sure = body & (np.append(found.confidence, 0.0)[found.detection_of_return] >= SURE)
     perhaps = body & ~sure
     return [
         _dots(axes, found.points[alone], RETURNS, 4.0, 3),

@@ -56,8 +56,8 @@ def check_detector(detector: Detector, *, within: float = 1.0) -> None:
 def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> None:
     """Check a cloud detector in a room: empty, with two people in view, with invalid clouds.
 
-    An upright body must be detected to within 0.15 m, and a low box must remain an obstacle without
-    owner. Moving robot and map together must move the detections. One return, none, or NaN must
+    An upright body must be detected to within 0.15 m, and a low box must remain an obstacle
+    without detection. Moving robot and map together must move the detections. One return, none, or NaN must
     give no person.
 
     Raises:
@@ -81,7 +81,7 @@ def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> Non
         beyond = np.maximum(low - found.points, found.points - high)
         box = (beyond < 0.1).all(axis=1) & ~found.mapped
         require(box.any(), "must keep low obstacles: a box of 0.25 m")
-        require(found.owner[box] == -1, "a low box must have no owner")
+        require(found.detection_of_return[box] == -1, "a low box must belong to no detection")
         _check_moved(detector, cloud, walls, found)
     for points in (
         np.empty((0, 3)),
@@ -109,9 +109,18 @@ def _check_cloud(
         {"points": found.points, "free_ends": found.free_ends, "position": found.position}
     )
     d = len(found.position)
-    require((found.owner >= -1) & (found.owner < d), "owner must name a detection")
-    require(found.owner[found.mapped] == -1, "returns of the map must have no owner")
-    require((found.cluster >= -1) & (found.cluster < len(found.ellipse)), "cluster has an ellipse")
+    require(
+        (found.detection_of_return >= -1) & (found.detection_of_return < d),
+        "detection_of_return must name a detection",
+    )
+    require(
+        found.detection_of_return[found.mapped] == -1,
+        "returns of the map must belong to no detection",
+    )
+    require(
+        (found.cluster_of_return >= -1) & (found.cluster_of_return < len(found.ellipse)),
+        "every cluster must have an ellipse",
+    )
     require(found.radius > 0.0, "radius must be positive")
     require((found.confidence >= 0.0) & (found.confidence <= 1.0), "confidence must be in 0…1")
     return found
@@ -156,7 +165,8 @@ def _check_detections(
         "points must be the returns in the map frame, in the order of the beams",
     )
     require(
-        (found.owner >= -1) & (found.owner < len(found.position)), "owner must name a detection"
+        (found.detection_of_return >= -1) & (found.detection_of_return < len(found.position)),
+        "detection_of_return must name a detection",
     )
     require(found.radius > 0.0, "radius must be positive")
     require((found.confidence >= 0.0) & (found.confidence <= 1.0), "confidence must be in 0…1")
@@ -236,13 +246,13 @@ def _detections(time: float, centres: Floats) -> Detections:
         time=time,
         origin=np.zeros(2),
         points=(centres[:, None] + ring).reshape(-1, 2),
-        owner=np.repeat(np.arange(d), len(ring)),
+        detection_of_return=np.repeat(np.arange(d), len(ring)),
         mapped=np.zeros(d * len(ring), dtype=np.bool_),
         free_ends=np.empty((0, 2)),
         position=centres,
         radius=np.full(d, BODY),
         deviation=np.full(d, 0.05),
         confidence=np.ones(d),
-        cluster=np.repeat(np.arange(d), len(ring)),
+        cluster_of_return=np.repeat(np.arange(d), len(ring)),
         ellipse=np.column_stack([centres, np.full((d, 2), BODY), np.zeros(d)]),
     )

@@ -71,15 +71,15 @@ def track_film(
 def detections(time: float, position: Floats, deviation: float, *, returns: int = 0) -> Detections:
     """Detections at ``position`` (d, 2), with a number of returns around each of them."""
     d = len(position)
-    owner = np.repeat(np.arange(d), returns)
+    person = np.repeat(np.arange(d), returns)
     angle = np.arange(returns) * 2.0 * np.pi / max(returns, 1)
     around = _BODY * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     return replace(
         Detections.empty(time, np.zeros(2)),
         points=(position[:, None] + around).reshape(-1, 2),
-        owner=owner,
-        mapped=np.zeros(len(owner), dtype=np.bool_),
-        cluster=owner,
+        detection_of_return=person,
+        mapped=np.zeros(len(person), dtype=np.bool_),
+        cluster_of_return=person,
         ellipse=np.column_stack([position, np.full((d, 2), _BODY), np.zeros(d)]),
         position=position,
         radius=np.full(d, _BODY),

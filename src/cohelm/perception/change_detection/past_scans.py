@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -15,9 +16,18 @@ from cohelm.geometry import compose
 from cohelm.messages import Scan
 from cohelm.perception.sensor_clocks import CLOCK_RESET
 
-UNKNOWN, OCCUPIED, FREE, NO_RETURN = 0, 1, 2, 3
-"""State of a place in an earlier scan: occluded or out of view, something there, seen through, or
-no beam came back from that direction."""
+
+class PastState(IntEnum):
+    """State of a place in an earlier scan."""
+
+    UNKNOWN = 0
+    """Occluded or out of view."""
+    OCCUPIED = 1
+    """A beam ended there."""
+    FREE = 2
+    """Beams passed through it."""
+    NO_RETURN = 3
+    """No beam came back from that direction."""
 
 
 class ChangeDetectionParameters(Model):
@@ -34,8 +44,8 @@ class ChangeDetectionParameters(Model):
     margin_growth: float = Field(0.015, ge=0.0, le=0.2)
     """Growth of that with range, m/m (1° of localisation error is 0.017)."""
     max_changed: float = Field(0.05, gt=0.0, le=1.0)
-    """Share of the surroundings that may be new. Above it, the scanner's motion differs from its
-    pose, and the earlier scan is ignored."""
+    """Share of the surroundings that may be new. Above it, the pose of the robot does not agree
+    with the scans, and the earlier scan is ignored."""
     min_same: float = Field(0.85, gt=0.0, le=1.0)
     """Least share of the surroundings that was there before, for a scan of age 0."""
     same_decay: float = Field(0.2, ge=0.0, le=5.0)
@@ -50,15 +60,15 @@ class ChangeDetectionParameters(Model):
     """Weight of a beam without a return against one that passed through: dark and glossy objects
     appear only now and then."""
     arrival_time: float = Field(1.5, gt=0.0, le=60.0)
-    """An arrival longer ago than this, s, has come to rest, and is evidence of neither."""
+    """An arrival longer ago than this is no evidence any more, s: the object is at rest."""
     rest_time: float = Field(5.0, gt=0.0, le=60.0)
-    """An object that was there for as long as observed, and for this long, is at rest, s."""
+    """Time after which an object that was always there gets the full ``static_log_odds``, s."""
     arrived_log_odds: float = Field(3.0, ge=0.0, le=10.0)
-    """Log-odds of motion where the place was free until recently."""
+    """Log-odds of arrival where the place was free until recently."""
     mislocalised_log_odds: float = Field(-2.0, ge=-10.0, le=0.0)
-    """Log-odds of motion of everything while the scanner's motion differs from its pose."""
+    """Log-odds of arrival of everything while the pose of the robot does not agree with scans."""
     static_log_odds: float = Field(-2.0, ge=-10.0, le=0.0)
-    """Log-odds of motion where the place was occupied as often as it was observed."""
+    """Log-odds of arrival where the place was occupied as often as it was observed."""
 
 
 @value
@@ -115,7 +125,7 @@ def remember_scan(
     return tuple(sorted((*stored, *others), key=lambda each: -each.scan.time))
 
 
-def beams_of(past: PastScan) -> PastBeams:
+def past_beams(past: PastScan) -> PastBeams:
     """Convert a past scan for :func:`compare_places`."""
     scan = past.scan
     first, step, reach = float(scan.angle_min), float(scan.angle_increment), float(scan.range_max)
@@ -124,7 +134,7 @@ def beams_of(past: PastScan) -> PastBeams:
 
 @njit(cache=True)
 def compare_places(points: Floats, width: Floats, beams: PastBeams, margin: Floats) -> SignedBytes:
-    """State of the places of points in a past scan, ``UNKNOWN`` to ``NO_RETURN``.
+    """State (p,) of the places of points in a past scan, a :class:`PastState` each.
 
     A place is occupied if a return lies within the margin. It is free if all of three beams about
     it end beyond the margin, as far as they return, and if they are so dense that at least two
@@ -174,7 +184,7 @@ def compare_places(points: Floats, width: Floats, beams: PastBeams, margin: Floa
                 lost += not returned and not r > beams.range_max
                 clear = clear and (not returned or r > distance + near)
         if occupied:
-            out[i] = OCCUPIED
+            out[i] = PastState.OCCUPIED
         elif clear and count == 3 and 2.0 * distance * step <= width[i]:
-            out[i] = NO_RETURN if lost == 3 else FREE
+            out[i] = PastState.NO_RETURN if lost == 3 else PastState.FREE
     return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -37,6 +37,23 @@ _FLOOR_SQUARE = 0.1
 """Side of the squares with one floor point each, m."""
 _ABOVE_CLEARANCE = 1.0
 """Returns up to this far above the clearance show whether an object continues there, m."""
+_TOUCHING_COLUMNS = 3.0
+"""Distance at which two objects touch, in columns."""
+_OCCLUDED_END_NOISE = 0.05
+"""Standard deviation of a centre added for each occluded end, m."""
+
+
+class _Bodies(NamedTuple):
+    """Possible people, d of them, in the frame S of ``MergedCloud``."""
+
+    centre: Floats
+    """(d, 2) m."""
+    radius: Floats
+    """(d,) m."""
+    deviation: Floats
+    """(d,) standard deviation of the centre, m."""
+    log_odds: Floats
+    """(d,) ln(p / (1 − p)) of a person."""
 
 
 class CloudClusters:
@@ -52,7 +69,7 @@ class CloudClusters:
         """Parameters of the detector; assumed where no reason is given."""
 
         centre: Literal["printed", "corrected"] = "corrected"
-        """``printed``: the mean of the visible returns, eq. (3), too near the sensor.
+        """``printed``: the mean of the visible returns, Xu et al., eq. (3), too near the sensor.
         ``corrected``: the middle of the body behind them."""
         reach: float = Field(15.0, gt=1.0, le=50.0)
         """Radius about the sensor within which returns are used, m (the paper's window is 10 m
@@ -110,7 +127,13 @@ class CloudClusters:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = p = parameters or self.Parameters()
         top = p.clearance + _ABOVE_CLEARANCE
-        self._limits = HeightLimits(-p.hole, p.ground, p.ground_growth, p.clearance, top)
+        self._limits = HeightLimits(
+            hole=-p.hole,
+            ground=p.ground,
+            ground_growth=p.ground_growth,
+            clearance=p.clearance,
+            top=top,
+        )
         self._body = DiscPrior(p.body_radius, p.body_radius_deviation, p.body_noise)
 
     def detect(
@@ -126,65 +149,76 @@ class CloudClusters:
         if not len(cloud.points):
             return Detections.empty(clouds[0].time, cloud.X_MS[:2])
         heights = ground_heights(cloud.points, p.steepest, p.step, p.reach)
+        first_sensor_count = int(cloud.parts[1])
         columns: Columns = build_columns(
-            cloud.points, heights, self._limits, p.column, p.reach, int(cloud.parts[1])
+            cloud.points, heights, self._limits, p.column, p.reach, first_sensor_count
         )
         columns = columns.where(columns.lowest <= p.clearance)
         points = transform(cloud.X_MS, columns.centre)
         distance = np.hypot(columns.centre[:, 0], columns.centre[:, 1])
         mapped = walls.at(points) < p.map_margin + p.map_margin_growth * distance
-        cluster, owner, bodies = self._bodies(columns, ~mapped, cloud)
+        cluster, body_of_column, bodies = self._bodies(columns, ~mapped, cloud)
         ground = np.abs(heights) <= p.ground
         return Detections(
             time=clouds[0].time,
             origin=cloud.X_MS[:2],
             points=points,
-            owner=owner,
+            detection_of_return=body_of_column,
             mapped=mapped,
             free_ends=transform(cloud.X_MS, free_ends(cloud.points, ground, columns.centre)),
-            position=transform(cloud.X_MS, bodies[:, :2]),
-            radius=bodies[:, 2],
-            deviation=bodies[:, 3],
-            confidence=1.0 / (1.0 + np.exp(-bodies[:, 4])),
-            cluster=cluster,
+            position=transform(cloud.X_MS, bodies.centre),
+            radius=bodies.radius,
+            deviation=bodies.deviation,
+            confidence=1.0 / (1.0 + np.exp(-bodies.log_odds)),
+            cluster_of_return=cluster,
             ellipse=bounding_ellipses(points, cluster, cluster.max(initial=-1) + 1, p.column),
             heights=_column_heights(cloud, columns, ground),
         )
 
     def _bodies(
-        self, columns: Columns, free: Booleans, cloud: MergedCloud
-    ) -> tuple[Integers, Integers, Floats]:
-        """(cluster of each column, its owner, bodies (d, 5)) about the sensor.
-
-        A body is (x, y, radius, deviation, log-odds of a person).
-        """
+        self, columns: Columns, unmapped: Booleans, cloud: MergedCloud
+    ) -> tuple[Integers, Integers, _Bodies]:
+        """(cluster of each column, its body, the bodies); −1 for none."""
         p = self.parameters
         highest_visible = cloud.in_view(columns.centre)[1]
-        tall = free & (columns.highest > np.clip(highest_visible - 0.3, 0.3, p.upright))
+        tall = unmapped & (columns.highest > np.clip(highest_visible - 0.3, 0.3, p.upright))
         line = skyline(columns.centre[tall])
-        cluster, count = self._clusters(columns, tall, free & ~tall, line, cloud)
+        cluster, count = self._clusters(columns, tall, unmapped & ~tall, line, cloud)
         beside = touching_share(
-            columns.centre, np.where(free, cluster, count), tall | ~free, 3.0 * p.column, count
+            columns.centre,
+            np.where(unmapped, cluster, count),
+            tall | ~unmapped,
+            _TOUCHING_COLUMNS * p.column,
+            count,
         )
         segment = np.where(cluster < count, cluster, -1)
-        shape = shape_features(columns, segment, line, (cloud.spacing, cloud.ring))
+        shape = shape_features(columns, segment, line, (cloud.azimuth_step, cloud.elevation_step))
         odds = person_log_odds(shape, beside, cloud)
         distance = np.hypot(shape.mean[:, 0], shape.mean[:, 1])
         size = np.maximum(shape.width, shape.depth)
-        possible = (size <= p.widest + cloud.spacing * distance) & (odds >= p.min_log_odds)
+        possible = (size <= p.widest + cloud.azimuth_step * distance) & (odds >= p.min_log_odds)
         number = np.append(np.where(possible, np.cumsum(possible) - 1, -1), -1)
         at = shape.mean if p.centre == "printed" else shape.centre
-        noise = p.position_noise + p.position_noise_growth * distance + 0.05 * shape.occluded
+        noise = (
+            p.position_noise
+            + p.position_noise_growth * distance
+            + _OCCLUDED_END_NOISE * shape.occluded
+        )
         odds = np.minimum(odds, p.max_log_odds)
-        bodies = np.column_stack([at, shape.radius, noise, odds])
-        return cluster, number[segment], bodies[possible]
+        bodies = _Bodies(
+            centre=at[possible],
+            radius=shape.radius[possible],
+            deviation=noise[possible],
+            log_odds=odds[possible],
+        )
+        return cluster, number[segment], bodies
 
     def _clusters(
         self, columns: Columns, tall: Booleans, low: Booleans, line: Floats, cloud: MergedCloud
     ) -> tuple[Integers, int]:
         """(cluster of each column, −1: none; number of upright segments, which come first)."""
         p = self.parameters
-        gap = p.epsilon_gaps * cloud.spacing
+        gap = p.epsilon_gaps * cloud.azimuth_step
         epsilon = p.epsilon + gap * np.hypot(columns.centre[:, 0], columns.centre[:, 1])
         cluster = np.full(len(epsilon), -1, dtype=np.int64)
         cluster[tall] = split_clusters(
@@ -192,7 +226,13 @@ class CloudClusters:
             columns.highest[tall],
             dbscan(columns.centre[tall], epsilon[tall], p.min_samples),
             line,
-            SplitLimits(p.heads_from, p.widest, p.split_to, p.epsilon, gap),
+            SplitLimits(
+                heads_from=p.heads_from,
+                bodies_from=p.widest,
+                bodies_to=p.split_to,
+                gap=p.epsilon,
+                gap_growth=gap,
+            ),
             self._body,
         )
         count = int(cluster.max(initial=-1)) + 1
@@ -211,7 +251,7 @@ def _column_heights(cloud: MergedCloud, columns: Columns, ground: Booleans) -> C
         sensor=np.column_stack([at, cloud.sensors[:, 2]]),
         low=columns.lowest,
         high=columns.highest,
-        layers=columns.first,
+        first_sensor_layers=columns.first_sensor_layers,
         floor=transform(cloud.X_MS, floor.astype(float)).astype(np.float32),
         floor_sensor=sensor,
     )

@@ -28,10 +28,10 @@ class Columns(NamedTuple):
     """(q,), height above the ground, m."""
     highest: Floats
     """(q,), height above the ground below the clearance, m."""
-    layers: Integers
+    occupied_layers: Integers
     """(q,), bit k: there is a return from ``LAYER``·k to ``LAYER``·(k + 1) above the ground."""
-    first: Integers
-    """(q,), ``layers`` of the first sensor's returns."""
+    first_sensor_layers: Integers
+    """(q,), the same of the first sensor's returns only."""
 
     def where(self, which: Booleans) -> Columns:
         """Select the columns of a mask (q,)."""
@@ -39,7 +39,7 @@ class Columns(NamedTuple):
 
 
 class HeightLimits(NamedTuple):
-    """Heights above the ground, m: returns from the ground to the top, and below a hole, count."""
+    """Heights above the ground, m; returns from ``ground`` to ``top`` or below ``hole`` count."""
 
     hole: float
     ground: float
@@ -52,7 +52,12 @@ class HeightLimits(NamedTuple):
 
 @njit(cache=True)
 def build_columns(
-    points: Floats, heights: Floats, limits: HeightLimits, side: float, reach: float, first: int
+    points: Floats,
+    heights: Floats,
+    limits: HeightLimits,
+    side: float,
+    reach: float,
+    first_sensor_count: int,
 ) -> Columns:
     """Build the columns of points whose height lies within ``limits``.
 
@@ -62,7 +67,7 @@ def build_columns(
         limits: heights that count.
         side: of a column, m.
         reach: m.
-        first: number of leading points that are the first sensor's.
+        first_sensor_count: number of leading points that are the first sensor's.
     """
     n = points.shape[0]
     cells = int(2.0 * reach / side) + 2
@@ -103,7 +108,7 @@ def build_columns(
             highest[k] = max(highest[k], h)
         bit = 1 << min(max(int(h / LAYER), 0), LAYERS - 1)
         layers[k] |= bit
-        if i < first:
+        if i < first_sensor_count:
             by_first[k] |= bit
     centre = np.empty((q, 2))
     for k in range(q):
@@ -116,7 +121,7 @@ def build_columns(
 def floor_places(
     points: Floats, ground: Booleans, parts: Integers, side: float
 ) -> tuple[Floats32, Bytes]:
-    """Observed floor: one place per sensor and square, (f, 2), and the sensor, (f,).
+    """Find the observed floor: one place per sensor and square, (f, 2), and the sensor, (f,).
 
     Args:
         points: (p, 3) from the first sensor, m; sensor after sensor.
@@ -151,22 +156,23 @@ class _Squares(NamedTuple):
 
     columns: Integers
     """Indices of columns, square by square."""
-    first: Integers
+    start: Integers
     """First of each square in ``columns``."""
-    cols: int
+    n_cols: int
+    """Squares in a row of the grid."""
 
 
 @njit(cache=True)
 def touching_share(
     centre: Floats, labels: Integers, counted: Booleans, near: float, segments: int
 ) -> Floats:
-    """Share of each segment's columns within ``near``, m, of another object's; (segments,).
+    """Compute the share of each segment's columns that are near another object; (segments,).
 
     Args:
         centre: (q, 2) m.
         labels: (q,) segment of each; ``segments`` and more, or −1, is another object.
         counted: (q,) mask of the columns that count.
-        near: m.
+        near: distance of columns that touch, m.
         segments: number of segments.
     """
     size, met = np.zeros(segments), np.zeros(segments)
@@ -200,8 +206,8 @@ def _touches_other(
 ) -> bool:
     """Check that another object's column lies within ``near`` of column ``i`` in ``square``."""
     for row in range(-1, 2):
-        middle = square + row * squares.cols
-        for b in range(squares.first[middle - 1], squares.first[middle + 2]):
+        middle = square + row * squares.n_cols
+        for b in range(squares.start[middle - 1], squares.start[middle + 2]):
             j = squares.columns[b]
             if labels[j] != labels[i]:
                 apart = math.hypot(centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1])

@@ -17,7 +17,7 @@ from cohelm.arrays import Floats, Integers
 
 SECTORS = 120
 """Sectors of a full turn (3° each)."""
-RING = 0.3
+RING_WIDTH = 0.3
 """Width of a ring, m."""
 _THICKNESS = 0.08
 """The ground is the mean of a cell's returns up to this height above the lowest one, m."""
@@ -38,7 +38,7 @@ def ground_heights(points: Floats, slope: float, tolerance: float, reach: float)
         reach: upper bound of the points' distance, m.
     """
     n = points.shape[0]
-    rings = int(reach / RING) + 2
+    rings = int(reach / RING_WIDTH) + 2
     distance = np.empty(n)
     sector = np.empty(n)
     for i in range(n):
@@ -63,7 +63,7 @@ def _sorted(
     tall = np.zeros(rings * SECTORS, dtype=np.int64)
     cell = np.empty(n, dtype=np.int64)
     for i in range(n):
-        c = int(distance[i] / RING) * SECTORS + min(int(sector[i]), SECTORS - 1)
+        c = int(distance[i] / RING_WIDTH) * SECTORS + min(int(sector[i]), SECTORS - 1)
         most = 3.0 * tolerance + slope * distance[i]
         z = points[i, 2]
         cell[i] = -1
@@ -99,7 +99,7 @@ def _ground_level(  # noqa: PLR0917  # a kernel takes arrays and numbers
     level, at = np.zeros((rings, SECTORS)), np.zeros((rings, SECTORS))
     kind = np.zeros((rings, SECTORS), dtype=np.int64)
     for j in range(rings):
-        middle = (j + 0.5) * RING
+        middle = (j + 0.5) * RING_WIDTH
         z, r = np.full(SECTORS, np.nan), np.full(SECTORS, middle)
         for k in range(SECTORS):
             c = j * SECTORS + k
@@ -209,7 +209,7 @@ def _interpolate(level: Floats, at: Floats, kind: Integers) -> None:
                 count += 1
         i = 0
         for j in range(rings):
-            middle = (j + 0.5) * RING
+            middle = (j + 0.5) * RING_WIDTH
             while i < count - 1 and r[i + 1] <= middle:
                 i += 1
             if i < count - 1:
@@ -222,7 +222,7 @@ def _interpolate(level: Floats, at: Floats, kind: Integers) -> None:
 @njit(cache=True)
 def _interpolated(level: Floats, distance: float, sector: float) -> float:
     """Height of the ground at a point, bilinear between the middles of the cells."""
-    u = max(distance / RING - 0.5, 0.0)
+    u = max(distance / RING_WIDTH - 0.5, 0.0)
     j = min(int(u), level.shape[0] - 2)
     u = min(u - j, 1.0)
     v = sector - 0.5

@@ -33,7 +33,7 @@ class ShapeFeatures(NamedTuple):
     """Features of s segments, lengths in m."""
 
     mean: Floats
-    """(s, 2) mean of the returns, eq. (3)."""
+    """(s, 2) mean of the returns, Xu et al., eq. (3)."""
     centre: Floats
     """(s, 2) centre of the body behind them."""
     radius: Floats
@@ -69,18 +69,14 @@ def shape_features(
         gaps: angles between neighbouring azimuths, and elevations, rad.
     """
     s = labels.max() + 1 if labels.size else 0
-    mean, middle, scalar = np.zeros((s, 2)), np.zeros((s, 2)), np.zeros((10, s))
-    out = ShapeFeatures(
-        mean, middle, scalar[0], scalar[1], scalar[2], scalar[3], scalar[4], scalar[5],
-        scalar[6], scalar[7], scalar[8], scalar[9],
-    )  # fmt: skip
+    out = _no_features(s)
     centre, count = columns.centre, columns.returns
     order = np.argsort(labels, kind="mergesort")
     first = np.searchsorted(labels[order], np.arange(s + 1))
     torso_bits, leg_bits = _bits(_TORSO[0], _TORSO[1]), _bits(_LEGS[0], _LEGS[1])
     for k in range(s):
         members = order[first[k] : first[k + 1]]
-        highest, layers = columns.highest[members].max(), columns.layers[members]
+        highest, layers = columns.highest[members].max(), columns.occupied_layers[members]
         # Axes across and along the line of sight to the mean.
         total = count[members].sum()
         mx = (centre[members, 0] * count[members]).sum() / total
@@ -116,6 +112,25 @@ def shape_features(
         out.sheer[k], out.filled[k] = sheer, _filled(union, bottom, top)
         out.occluded[k] = int(right) + int(left)
     return out
+
+
+@njit(cache=True)
+def _no_features(s: int) -> ShapeFeatures:
+    """Zeros for ``s`` segments."""
+    return ShapeFeatures(
+        mean=np.zeros((s, 2)),
+        centre=np.zeros((s, 2)),
+        radius=np.zeros(s),
+        returns=np.zeros(s),
+        top=np.zeros(s),
+        bottom=np.zeros(s),
+        width=np.zeros(s),
+        depth=np.zeros(s),
+        head=np.zeros(s),
+        sheer=np.zeros(s),
+        filled=np.zeros(s),
+        occluded=np.zeros(s),
+    )
 
 
 @njit(cache=True)
@@ -186,7 +201,7 @@ def person_log_odds(shape: ShapeFeatures, beside: Floats, cloud: MergedCloud) ->
     above = highest - shape.top > 0.15
     below = lowest < 0.3
     occluded = shape.occluded > 0.0
-    aside, upright = cloud.spacing * distance, cloud.ring * distance
+    aside, upright = cloud.azimuth_step * distance, cloud.elevation_step * distance
     sharp = np.clip(1.5 - 5.0 * upright, 0.0, 1.0)
     odds = _height_log_odds(shape.top, upright, above)
     odds += _width_log_odds(shape.width + aside, occluded)

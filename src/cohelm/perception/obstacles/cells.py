@@ -11,19 +11,19 @@ from cohelm.arrays import Booleans, Bytes, Floats, Integers, SignedBytes
 
 
 @njit(cache=True)
-def unexplained(  # noqa: PLR0917  # a kernel takes plain arrays
+def find_unexplained_returns(  # noqa: PLR0917  # a kernel takes plain arrays
     points: Floats,
     mapped: Booleans,
-    owner: Integers,
+    detection_of_return: Integers,
     position: Floats,
     people: Floats,
     body: Floats,
     reach: float,
 ) -> Booleans:
-    """Mask of returns (p,) that neither the map nor a tracked person explains.
+    """Find the returns (p,) that neither the map nor a tracked person explains: obstacles.
 
     Args:
-        points, mapped, owner, position: as in ``Detections``.
+        points, mapped, detection_of_return, position: as in ``Detections``.
         people: tracked people, (n, ≥2), m.
         body: (n,) distance from each person within which a return is theirs, m.
         reach: distance within which a detection is a tracked person, m.
@@ -33,15 +33,15 @@ def unexplained(  # noqa: PLR0917  # a kernel takes plain arrays
         for t in range(people.shape[0]):
             dx, dy = position[j, 0] - people[t, 0], position[j, 1] - people[t, 1]
             tracked[j] |= math.hypot(dx, dy) < reach
-    free = ~mapped
+    unexplained = ~mapped
     for i in range(points.shape[0]):
-        if owner[i] >= 0 and tracked[owner[i]]:
-            free[i] = False
+        if detection_of_return[i] >= 0 and tracked[detection_of_return[i]]:
+            unexplained[i] = False
         for t in range(people.shape[0]):
             dx, dy = points[i, 0] - people[t, 0], points[i, 1] - people[t, 1]
-            if free[i] and abs(dx) < body[t] and math.hypot(dx, dy) < body[t]:
-                free[i] = False
-    return free
+            if unexplained[i] and abs(dx) < body[t] and math.hypot(dx, dy) < body[t]:
+                unexplained[i] = False
+    return unexplained
 
 
 @njit(cache=True)
@@ -49,7 +49,7 @@ def mark_and_clear(
     evidence: SignedBytes,
     origin: Floats,
     ends: Floats,
-    explained: Booleans,
+    is_obstacle: Booleans,
     margin: Floats,
     amounts: Integers,
 ) -> None:
@@ -61,7 +61,7 @@ def mark_and_clear(
         evidence: (rows, cols), in place.
         origin: (2,).
         ends: (p, 2).
-        explained: (p,) True for ends that are no obstacle.
+        is_obstacle: (p,) True for ends at an unexplained object.
         margin: (p,) last part of each beam that clears nothing.
         amounts: evidence of a hit, of a miss, and the upper bound.
     """
@@ -69,7 +69,7 @@ def mark_and_clear(
     hit, miss, most = amounts
     done = np.zeros((rows, cols), dtype=np.uint8)
     for i in range(ends.shape[0]):
-        if explained[i]:
+        if not is_obstacle[i]:
             continue
         c, r = math.floor(ends[i, 0]), math.floor(ends[i, 1])
         if 0 <= r < rows and 0 <= c < cols and not done[r, c]:

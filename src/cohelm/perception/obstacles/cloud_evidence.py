@@ -30,7 +30,7 @@ class SpatialRules(NamedTuple):
     max_evidence: int
     overhang: float
     """Depth below an object's lower end in which a beam still clears it, m."""
-    uneven: float
+    sag_per_cell: float
     """Possible sag of the ground below a straight beam, m per remaining cell."""
 
 
@@ -50,7 +50,7 @@ class SpatialBeams(NamedTuple):
 
     columns: Floats
     """(p, 3) (column, row), and the last part of the beams to it, which clears nothing."""
-    free: Booleans
+    is_obstacle: Booleans
     """(p,) True for obstacles; the others belong to a person or to the map."""
     sensors: Floats
     """(s, 3) (column, row, height in m)."""
@@ -64,7 +64,7 @@ class _Beam(NamedTuple):
     length: float
     """In cells."""
     layers: int
-    """Layers in which it ends; 0: on the ground."""
+    """Layers in which it ends, bit by bit; 0: on the ground."""
 
 
 def add_cloud_evidence(
@@ -80,8 +80,9 @@ def add_cloud_evidence(
     """
     cells = SpatialCells(evidence, span, np.zeros(evidence.shape, dtype=np.uint8))
     low_high = np.column_stack([heights.low, heights.high])
-    mark_spans(cells, beams.columns[beams.free], low_high[beams.free], rules)
-    clear_to_columns(cells, beams.sensors[0], beams.columns, heights.layers, rules)
+    mark_spans(cells, beams.columns[beams.is_obstacle], low_high[beams.is_obstacle], rules)
+    layers = heights.first_sensor_layers
+    clear_to_columns(cells, beams.sensors[0], beams.columns, layers, rules)
     clear_to_floor(cells, beams.sensors, beams.floor, heights.floor_sensor, rules)
 
 
@@ -117,7 +118,7 @@ def clear_to_columns(
 ) -> None:
     """Take evidence with the beams from a sensor (3,) to its returns from columns (p, 3).
 
-    layers: (p,), see ``ColumnHeights``.
+    layers: (p,), see ``ColumnHeights.first_sensor_layers``.
     """
     crossed, at = beam_buffers(sensor, columns)
     for i in range(columns.shape[0]):
@@ -155,7 +156,7 @@ def _clear(
         if not (0 <= r < evidence.shape[0] and 0 <= c < evidence.shape[1]):
             continue
         if evidence[r, c] > 0 and not done[r, c]:
-            high = max(span[1, r, c], FLOOR) - rules.uneven * (beam.length - at[k])
+            high = max(span[1, r, c], FLOOR) - rules.sag_per_cell * (beam.length - at[k])
             if _passes(beam, at[k] / beam.length, span[0, r, c] - rules.overhang, high):
                 done[r, c] = 1
                 evidence[r, c] = max(evidence[r, c] - rules.miss, 0)

@@ -36,9 +36,9 @@ from cohelm.messages import LiveObstacles, People
 from cohelm.perception.api import ColumnHeights, Detections
 from cohelm.perception.obstacles.cells import (
     clear_people,
+    find_unexplained_returns,
     is_empty,
     mark_and_clear,
-    unexplained,
     update_occupied,
 )
 from cohelm.perception.obstacles.cloud_evidence import (
@@ -119,28 +119,40 @@ def update_obstacle_layer(
         layer = ObstacleLayerState(evidence=np.zeros((n, n), dtype=np.int8), obstacles=none)
     rolled = _rolled(layer, corner)
     body = people.radius + p.person_margin
-    free = [
-        unexplained(
-            seen.points, seen.mapped, seen.owner, seen.position, people.mean, body, p.person_reach
+    unexplained = [
+        find_unexplained_returns(
+            found.points,
+            found.mapped,
+            found.detection_of_return,
+            found.position,
+            people.mean,
+            body,
+            p.person_reach,
         )
-        for seen in detections
+        for found in detections
     ]
-    if not any(each.any() for each in free) and _clears_nothing(rolled, detections):
+    if not any(each.any() for each in unexplained) and _clears_nothing(rolled, detections):
         return rolled
     evidence, occupied = rolled.evidence.copy(), rolled.obstacles.occupied.copy()
     X_WM = _window_from_map(grid, rolled.obstacles.corner)
     span = None if rolled.span is None else rolled.span.copy()
-    if span is None and any(seen.heights is not None for seen in detections):
+    if span is None and any(found.heights is not None for found in detections):
         span = np.zeros((2, *evidence.shape), dtype=np.float32)
-    rules = SpatialRules(p.hit, p.miss, p.max_evidence, p.overhang, p.uneven * grid.resolution)
+    rules = SpatialRules(
+        hit=p.hit,
+        miss=p.miss,
+        max_evidence=p.max_evidence,
+        overhang=p.overhang,
+        sag_per_cell=p.uneven * grid.resolution,
+    )
     bodies = np.column_stack([_in_cells(X_WM, people.mean[:, :2], grid), people.radius])
-    for seen, new in zip(detections, free, strict=True):
-        if seen.heights is not None and span is not None:
-            beams = _spatial_beams(seen, seen.heights, new, X_WM, grid, p)
-            add_cloud_evidence(evidence, span, seen.heights, beams, rules)
+    for found, is_obstacle in zip(detections, unexplained, strict=True):
+        if found.heights is not None and span is not None:
+            beams = _spatial_beams(found, found.heights, is_obstacle, X_WM, grid, p)
+            add_cloud_evidence(evidence, span, found.heights, beams, rules)
             continue
         before = evidence if span is None else evidence.copy()
-        _add_scan(evidence, seen, ~new, X_WM, grid, p)
+        _add_scan(evidence, found, is_obstacle, X_WM, grid, p)
         # Objects from clouds keep their evidence: the scan's beams may pass above or below them.
         if span is not None:
             np.maximum(evidence, before, out=evidence, where=span[1] > 0.0)
@@ -157,46 +169,46 @@ def _clears_nothing(layer: ObstacleLayerState, detections: tuple[Detections, ...
     """Check that beams have nothing to take: no scan, or no evidence and no heights."""
     if not detections:
         return True
-    spatial = layer.span is not None or any(seen.heights is not None for seen in detections)
+    spatial = layer.span is not None or any(found.heights is not None for found in detections)
     return not spatial and is_empty(layer.evidence) and is_empty(layer.obstacles.occupied)
 
 
-def _add_scan(  # all of one scan
+def _add_scan(
     evidence: SignedBytes,
-    seen: Detections,
-    explained: Booleans,
+    found: Detections,
+    is_obstacle: Booleans,
     X_WM: Floats,
     grid: OccupancyGrid,
     p: ObstacleLayerParameters,
 ) -> None:
     """Add one scan to ``evidence``, in place."""
-    ends = np.concatenate([seen.points, seen.free_ends])
-    margin = p.end_margin + p.end_margin_growth * np.hypot(*(ends - seen.origin).T)
-    margin[len(seen.points) :] = 0.0
+    ends = np.concatenate([found.points, found.free_ends])
+    margin = p.end_margin + p.end_margin_growth * np.hypot(*(ends - found.origin).T)
+    margin[len(found.points) :] = 0.0
     mark_and_clear(
         evidence,
-        _in_cells(X_WM, seen.origin, grid),
+        _in_cells(X_WM, found.origin, grid),
         _in_cells(X_WM, ends, grid),
-        np.concatenate([explained, np.ones(len(seen.free_ends), dtype=np.bool_)]),
+        np.concatenate([is_obstacle, np.zeros(len(found.free_ends), dtype=np.bool_)]),
         margin / grid.resolution,
         np.array([p.hit, p.miss, p.max_evidence]),
     )
 
 
-def _spatial_beams(  # all of one cloud
-    seen: Detections,
+def _spatial_beams(
+    found: Detections,
     heights: ColumnHeights,
-    free: Booleans,
+    is_obstacle: Booleans,
     X_WM: Floats,
     grid: OccupancyGrid,
     p: ObstacleLayerParameters,
 ) -> SpatialBeams:
     """Columns and floor of a cloud in cells."""
-    margin = p.end_margin + p.end_margin_growth * np.hypot(*(seen.points - seen.origin).T)
+    margin = p.end_margin + p.end_margin_growth * np.hypot(*(found.points - found.origin).T)
     sensors = _in_cells(X_WM, heights.sensor[:, :2], grid)
     return SpatialBeams(
-        columns=np.column_stack([_in_cells(X_WM, seen.points, grid), margin / grid.resolution]),
-        free=free,
+        columns=np.column_stack([_in_cells(X_WM, found.points, grid), margin / grid.resolution]),
+        is_obstacle=is_obstacle,
         sensors=np.column_stack([sensors, heights.sensor[:, 2]]),
         floor=_in_cells(X_WM, heights.floor.astype(float), grid),
     )

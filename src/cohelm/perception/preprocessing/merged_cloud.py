@@ -23,15 +23,18 @@ _LOWEST_SENSOR, _HIGHEST_SENSOR = 0.15, 3.5
 
 
 class MergedCloud(NamedTuple):
-    """Usable returns about the first sensor, axes as the robot's at its first pose; p returns."""
+    """Usable returns of several clouds in one frame S; p returns.
+
+    S lies on the floor below the first sensor; its axes are the robot's at the first cloud's time.
+    """
 
     points: Floats
     """(p, 3), x and y from the first sensor, z from the floor under the robot, m."""
     X_MS: Floats
-    """(3,), the pose of that frame in the map."""
-    spacing: float
+    """(3,), pose of S in the map frame, m and rad."""
+    azimuth_step: float
     """Angle between neighbouring azimuths of the coarsest sensor, rad."""
-    ring: float
+    elevation_step: float
     """Angle between neighbouring elevations of the coarsest sensor, rad."""
     view: Floats
     """(s, 3), of each usable sensor: the lowest and the highest slope dz/dr of its returns, and its
@@ -76,12 +79,20 @@ def merge_clouds(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> 
     usable = [k for k, cloud in enumerate(clouds) if _has_pose(cloud, X_MR[k])]
     if not usable:
         none = np.empty((0, 3))
-        return MergedCloud(none, np.zeros(3), 0.0, 0.0, none, none, np.zeros(1, dtype=np.int64))
+        return MergedCloud(
+            points=none,
+            X_MS=np.zeros(3),
+            azimuth_step=0.0,
+            elevation_step=0.0,
+            view=none,
+            sensors=none,
+            parts=np.zeros(1, dtype=np.int64),
+        )
     first = usable[0]
     X_MS = compose(X_MR[first], [*clouds[first].mount[:2], 0.0])
     X_SM = inverse(X_MS)
     parts, sensors = [], []
-    spacing, view = np.zeros(2), np.zeros((len(usable), 3))
+    steps, view = np.zeros(2), np.zeros((len(usable), 3))
     for i, k in enumerate(usable):
         rotation, position = _placed(compose(X_SM, X_MR[k]), clouds[k].mount)
         range_max = clouds[k].range_max if clouds[k].range_max > 0.0 else 0.0
@@ -92,14 +103,22 @@ def merge_clouds(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> 
             points[:, 2] += down
             position[2] = down
         if len(points):
-            spacing = np.maximum(spacing, _spacing(clouds[k].points))
+            steps = np.maximum(steps, _angle_steps(clouds[k].points))
         if np.isfinite(slopes).all():
             view[i] = [*slopes, min(reach, range_max)]
         parts.append(points)
         sensors.append(position)
     together = parts[0] if len(parts) == 1 else np.concatenate(parts)
     first_of = np.cumsum([0, *(len(part) for part in parts)])
-    return MergedCloud(together, X_MS, spacing[0], spacing[1], view, np.array(sensors), first_of)
+    return MergedCloud(
+        points=together,
+        X_MS=X_MS,
+        azimuth_step=steps[0],
+        elevation_step=steps[1],
+        view=view,
+        sensors=np.array(sensors),
+        parts=first_of,
+    )
 
 
 def _has_pose(cloud: PointCloud, X_MR: Floats) -> bool:
@@ -155,7 +174,7 @@ def _transformed(
 
 
 @njit(cache=True)
-def _spacing(points: Floats32) -> Floats:
+def _angle_steps(points: Floats32) -> Floats:
     """Angles between neighbouring azimuths and elevations, (2,) rad.
 
     Width of the hit coarse bins over the number of hit fine ones. Only returns near the sensor's

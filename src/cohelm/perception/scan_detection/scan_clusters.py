@@ -119,14 +119,14 @@ class ScanClusters:
             time=scan.time,
             origin=seen.origin,
             points=seen.points,
-            owner=body_of_return,
+            detection_of_return=body_of_return,
             mapped=mapped,
             free_ends=seen.free_ends,
             position=bodies.disc_centre if p.centre == "corrected" else bodies.mean,
             radius=bodies.radius,
             deviation=np.hypot(bodies.deviation, noise),
             confidence=1.0 / (1.0 + np.exp(-bodies.log_odds)),
-            cluster=cluster,
+            cluster_of_return=cluster,
             ellipse=bounding_ellipses(
                 seen.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
             ),

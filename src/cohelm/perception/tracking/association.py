@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -17,24 +18,35 @@ _TENTATIVE_COST = 3.0
 """Extra cost of a match with a tentative track."""
 _FORBIDDEN = 1e9
 
-UNCLEAR, SEEN_THROUGH, OCCLUDED, OCCUPIED, OUT_OF_VIEW = 0, 1, 2, 3, 4
-"""Visibility of a place: beams end at various distances; they pass; something nearer stops them;
-they end there; no beam points there."""
+
+class Visibility(IntEnum):
+    """Visibility of a place in one scan."""
+
+    UNCLEAR = 0
+    """Beams towards it end at various distances."""
+    SEEN_THROUGH = 1
+    """All beams pass through it."""
+    OCCLUDED = 2
+    """Something nearer stops the beams."""
+    OCCUPIED = 3
+    """Beams end there."""
+    OUT_OF_VIEW = 4
+    """No beam points there."""
 
 
 class Gates(NamedTuple):
     """Limits of a match."""
 
-    squared: float
+    max_mahalanobis_sq: float
     """Largest eᵀ S⁻¹ e of the first matching."""
-    cost: float
+    max_cost: float
     """Largest cost of the first matching: above it, the detection is rather a new person."""
-    distance: Floats
+    max_distance: Floats
     """(m,) largest |e|, m; half of it in the second matching."""
 
 
 class Measurements(NamedTuple):
-    """Measured positions of k tracks."""
+    """Measured positions of k detected tracks."""
 
     track: Integers
     """(k,) index."""
@@ -68,25 +80,27 @@ def associate(
     Returns:
         (m,) index of each track's detection, ``NO_MATCH`` for none, and (m,) its eᵀ S⁻¹ e.
     """
-    squared, log_det = innovations(mean, covariance, position, deviation)
+    mahalanobis_sq, log_det = innovations(mean, covariance, position, deviation)
     offset = position[None, :, :] - mean[:, None, :2]
     distance = np.sqrt(offset[..., 0] ** 2 + offset[..., 1] ** 2)
-    cost = squared + log_det + _TENTATIVE_COST * ~confirmed[:, None]
-    allowed = (squared <= gates.squared) & (squared + log_det <= gates.cost)
-    allowed &= distance <= gates.distance[:, None]
+    cost = mahalanobis_sq + log_det + _TENTATIVE_COST * ~confirmed[:, None]
+    allowed = mahalanobis_sq <= gates.max_mahalanobis_sq
+    allowed &= mahalanobis_sq + log_det <= gates.max_cost
+    allowed &= distance <= gates.max_distance[:, None]
     match = np.full(len(mean), NO_MATCH)
     rows, cols = _assign(np.where(allowed, cost, _FORBIDDEN))
     match[rows] = cols
-    free = confirmed[:, None] & (distance <= 0.5 * gates.distance[:, None])
-    free[rows] = False
-    free[:, cols] = False
-    if free.any():
-        rows, cols = _assign(np.where(free, cost, _FORBIDDEN))
+    # Second matching: near detections that no track has, for confirmed tracks.
+    unmatched = confirmed[:, None] & (distance <= 0.5 * gates.max_distance[:, None])
+    unmatched[rows] = False
+    unmatched[:, cols] = False
+    if unmatched.any():
+        rows, cols = _assign(np.where(unmatched, cost, _FORBIDDEN))
         match[rows] = cols
-    at = np.zeros(len(mean))
-    found = np.flatnonzero(match >= 0)
-    at[found] = squared[found, match[found]]
-    return match, at
+    of_match = np.zeros(len(mean))
+    matched = np.flatnonzero(match >= 0)
+    of_match[matched] = mahalanobis_sq[matched, match[matched]]
+    return match, of_match
 
 
 def _assign(cost: Floats) -> tuple[Integers, Integers]:
@@ -136,13 +150,13 @@ def merged_partners(
     return partner
 
 
-def measurements(
+def measured_positions(
     mean: Floats, match: Integers, partner: Integers, position: Floats, deviation: Floats
 ) -> Measurements:
-    """Measured position of each detected track; people in one cluster share its detection.
+    """Compute the measured position of each detected track.
 
-    The cluster of two people measures their middle. Each position gets half their distance as
-    additional deviation.
+    Two people in one cluster share its detection, which measures their middle: each position gets
+    half their distance as additional deviation.
 
     Args:
         mean: (m, 4) at the time of the detections.
@@ -167,7 +181,7 @@ def measurements(
 
 @njit(cache=True)
 def visibility(origin: Floats, points: Floats, free_ends: Floats, discs: Floats) -> Integers:
-    """Visibility of each disc (n, 3) of (x, y, radius) from ``origin``.
+    """Visibility (n,) of each disc (x, y, radius) from ``origin``, a :class:`Visibility` each.
 
     Beams towards the disc's inner half count, if they reach it. ``OCCLUDED`` if at least half end
     before it, ``SEEN_THROUGH`` if all of at least two end 0.3 m or more behind it, ``OCCUPIED`` if
@@ -179,7 +193,7 @@ def visibility(origin: Floats, points: Floats, free_ends: Floats, discs: Floats)
         free_ends: (q, 2) ends of beams without a return, m.
         discs: (n, 3) m.
     """
-    out = np.zeros(discs.shape[0], dtype=np.int64)
+    out = np.zeros(discs.shape[0], dtype=np.int64)  # UNCLEAR
     beams = points.shape[0] + free_ends.shape[0]
     ends = np.empty((beams, 3))
     for i in range(beams if discs.shape[0] else 0):
@@ -208,11 +222,11 @@ def visibility(origin: Floats, points: Floats, free_ends: Floats, discs: Floats)
             within += abs(length - distance) <= radius + 0.1
             behind += length > distance + radius + 0.3
         if count == 0:
-            out[t] = OUT_OF_VIEW
+            out[t] = Visibility.OUT_OF_VIEW
         elif 2 * before >= count:
-            out[t] = OCCLUDED
+            out[t] = Visibility.OCCLUDED
         elif 2 * within >= count:
-            out[t] = OCCUPIED
+            out[t] = Visibility.OCCUPIED
         elif count >= 2 and behind == count:
-            out[t] = SEEN_THROUGH
+            out[t] = Visibility.SEEN_THROUGH
     return out

@@ -93,7 +93,7 @@ def innovations(
 ) -> tuple[Floats, Floats]:
     """(eᵀ S⁻¹ e, ln det S) of each pair of track and measurement, (n, d) each."""
     n, d = mean.shape[0], position.shape[0]
-    squared, log_det = np.empty((n, d)), np.empty((n, d))
+    mahalanobis_sq, log_det = np.empty((n, d)), np.empty((n, d))
     for t in range(n):
         for j in range(d):
             r = deviation[j] * deviation[j]
@@ -101,9 +101,9 @@ def innovations(
             syy = covariance[t, 1, 1] + r
             e0, e1 = position[j, 0] - mean[t, 0], position[j, 1] - mean[t, 1]
             det = sxx * syy - sxy * sxy
-            squared[t, j] = (e0 * e0 * syy - 2.0 * e0 * e1 * sxy + e1 * e1 * sxx) / det
+            mahalanobis_sq[t, j] = (e0 * e0 * syy - 2.0 * e0 * e1 * sxy + e1 * e1 * sxx) / det
             log_det[t, j] = np.log(det)
-    return squared, log_det
+    return mahalanobis_sq, log_det
 
 
 @njit(cache=True)

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, unchecked
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
 from cohelm.perception.sensor_clocks import CLOCK_RESET
 from cohelm.perception.tracking.association import (
-    OCCLUDED,
-    OCCUPIED,
-    OUT_OF_VIEW,
-    SEEN_THROUGH,
-    UNCLEAR,
     Gates,
+    Visibility,
     associate,
-    measurements,
+    measured_positions,
     merged_partners,
     visibility,
 )
 from cohelm.perception.tracking.kalman import larger_deviation, predict, update
+from cohelm.perception.tracking.track_evidence import Matches, update_evidence
 from cohelm.perception.tracking.tracks import (
     PER_TRACK,
     PersonDetections,
@@ -36,24 +32,20 @@ from cohelm.perception.tracking.tracks import (
 
 MAX_STEP = 5.0
 """Longest prediction of the filter at once, s."""
-_TIME_WEIGHT = np.zeros(5)
-_TIME_WEIGHT[[UNCLEAR, SEEN_THROUGH, OCCLUDED, OCCUPIED, OUT_OF_VIEW]] = 1.0, 3.0, 0.4, 0.6, 0.6
+_TIME_WEIGHTS = {
+    Visibility.UNCLEAR: 1.0,
+    Visibility.SEEN_THROUGH: 3.0,
+    Visibility.OCCLUDED: 0.4,
+    Visibility.OCCUPIED: 0.6,
+    Visibility.OUT_OF_VIEW: 0.6,
+}
+_TIME_WEIGHT = np.array([_TIME_WEIGHTS[each] for each in Visibility])
 """Weight of a confirmed track's unseen time, by the visibility of its place."""
 _UNSEEN_COST = 0.15, 0.35
 """Share of the confidence lost when unseen, and lost with time until a track is not reported."""
-_MUTABLE = ("radius", "shape", "looks", "nis", "seen", "unseen", "seen_through", "rest", "walked")
-"""Fields of tracks that one scan changes in place."""
-
-
-class _Matches(NamedTuple):
-    """Detections of m tracks in one scan."""
-
-    match: Integers
-    """(m,) index of the detection, or ``NO_MATCH``."""
-    squared: Floats
-    """(m,) its eᵀ S⁻¹ e."""
-    merged: Booleans
-    """(m,) True for both of two people who share a cluster."""
+_STEADY_NIS, _MANOEUVRE_NIS = 4.0, 10.0
+"""Mean NIS up to which a track keeps its process noise, and from which it has all of that of a
+manoeuvre. Where the model holds, it is 2."""
 
 
 class KalmanTracker:
@@ -70,6 +62,7 @@ class KalmanTracker:
     """
 
     Parameters = TrackerParameters
+    uses_change_detection = True
 
     def __init__(self, parameters: TrackerParameters | None = None) -> None:
         self.parameters = parameters or TrackerParameters()
@@ -96,171 +89,125 @@ class KalmanTracker:
         return self._people(state, now), state
 
     def _update(self, state: TrackerState, scan: Detections) -> TrackerState:
-        """``state`` after one scan."""
+        """State after one scan."""
         p = self.parameters
         found = person_detections(scan)
         step, time = _elapsed(state.time, found.time), max(state.time, found.time)
         late = min(_elapsed(found.time, state.time), CLOCK_RESET)
         mean, covariance = self._predicted(state, step)
+        # A late scan is compared with the positions at its time. The covariance stays that of the
+        # present: a scan is late by fractions of a second.
         then = mean.copy()
         then[:, :2] -= late * mean[:, 2:]
-        since = time - state.seen
+        since = time - state.last_seen
         max_cost = -2.0 * math.log(2.0 * math.pi * p.birth_density)
         gates = Gates(p.gate, max_cost, p.match_distance + p.match_distance_growth * since)
-        match, squared = associate(
+        match, mahalanobis_sq = associate(
             then, covariance, state.confirmed, found.position, found.deviation, gates
         )
         missing = (match < 0) & state.confirmed & (since < p.patience)
         partner = merged_partners(then, missing, match, found.position, found.radius, p.separation)
-        track, place, deviation = measurements(
+        track, place, deviation = measured_positions(
             then, match, partner, found.position, found.deviation
         )
         # An improbable match inflates the covariance: the track has manoeuvred.
-        doubt = np.maximum(squared[track] / p.gate, 1.0)[:, None, None]
+        inflation = np.maximum(mahalanobis_sq[track] / p.gate, 1.0)[:, None, None]
         mean[track], covariance[track] = update(
-            mean[track], doubt * covariance[track], place + late * mean[track, 2:], deviation
+            mean[track], inflation * covariance[track], place + late * mean[track, 2:], deviation
         )
         merged = partner >= 0
         merged[partner[merged]] = True
-        matches = _Matches(match, squared, merged)
-        tracks = self._with_evidence(state, found, mean, covariance, matches)
-        self._mark_unseen(tracks, scan, matches, step)
-        self._confirm(tracks, match, time)
-        return self._births_and_deaths(state, found, tracks, match, time)
+        matches = Matches(match, mahalanobis_sq, merged)
+        tracks = update_evidence(state, mean, covariance, found, matches, p)
+        tracks = self._mark_unseen(tracks, scan, matches, step)
+        tracks = self._confirm(tracks, matches, time)
+        return self._births_and_deaths(tracks, found, matches, time)
 
     def _predicted(self, state: TrackerState, step: float) -> tuple[Floats, Floats]:
-        """Mean and covariance ``step`` later; q grows from a mean NIS of 4 to one of 10."""
+        """Mean and covariance ``step`` later; q grows with the mean NIS."""
         p = self.parameters
-        share = np.clip((state.nis - 4.0) / 6.0, 0.0, 1.0)
+        share = np.clip((state.nis - _STEADY_NIS) / (_MANOEUVRE_NIS - _STEADY_NIS), 0.0, 1.0)
         q = p.process_noise + share * max(p.manoeuvre_process_noise - p.process_noise, 0.0)
         unseen = min(p.unseen_process_noise, p.process_noise)
-        q = np.where(state.seen < state.time, unseen, q)
+        q = np.where(state.last_seen < state.time, unseen, q)
         return predict(state.mean, state.covariance, np.full(len(state), step), q)
 
-    def _with_evidence(
-        self,
-        state: TrackerState,
-        found: PersonDetections,
-        mean: Floats,
-        covariance: Floats,
-        matches: _Matches,
-    ) -> dict[str, Any]:
-        """Update the evidence of detected tracks.
-
-        A cluster of two people says nothing about the size, shape or agility of either.
-        """
-        p = self.parameters
-        match, squared = matches.match, matches.squared
-        tracks = {name: getattr(state, name) for name in PER_TRACK}
-        for name in _MUTABLE:
-            tracks[name] = tracks[name].copy()
-        detected = match >= 0
-        # Walking: far enough from the birthplace, and fast, at a place that has changed.
-        driven = np.hypot(*(found.origin - state.viewpoint).T)
-        driven = np.minimum(driven / p.parallax_driven, 1.0)
-        least = p.walked_distance + p.parallax * driven
-        walked = np.hypot(*(mean[:, :2] - state.birthplace).T) > least
-        walks = walked & _is_faster(mean, covariance, p.walking_speed)
-        moved, credit = np.zeros(len(state)), np.ones(len(state))
-        moved[detected] = found.moved[match[detected]]
-        credit[detected] -= driven[detected] * (1.0 - found.weight[match[detected]])
-        known = (state.shape > p.walking_shape) & (found.time - state.born >= p.walking_age)
-        walks &= (moved >= p.static_moved) & ((moved > 0.0) | known | (not found.compared))
-        loss = np.where(state.walked, -p.motion_loss, -p.arrival_loss)
-        motion = state.motion + np.where(walks, p.motion_gain * credit, loss) * detected
-        motion[detected] = np.maximum(motion, moved * credit)[detected]
-        # Shape and size, from clusters of one person.
-        whole = np.flatnonzero(detected & ~matches.merged)
-        new = match[whole]
-        tracks["radius"][whole] += 0.2 * (found.radius[new] - state.radius[whole])
-        looks = state.looks[whole] + found.weight[new]
-        share = found.weight[new] * np.maximum(p.shape_rate, 1.0 / looks)
-        tracks["shape"][whole] += share * (found.log_odds[new] - state.shape[whole])
-        tracks["looks"][whole] = looks
-        tracks["nis"][whole] += 0.4 * (np.minimum(squared[whole], 20.0) - state.nis[whole])
-        cost = 2.0 * np.minimum(found.moved[match[detected]] + 1.0, 0.0)
-        tracks["rest"][detected] += p.shape_rate * (cost - state.rest[detected])
-        course = np.arctan2(mean[:, 3], mean[:, 2])
-        follows = detected & _is_faster(mean, covariance, p.heading_speed)
-        tracks.update(
-            mean=mean,
-            covariance=covariance,
-            heading=np.where(follows, course, state.heading),
-            motion=np.clip(motion, 0.0, 5.0),
-        )
-        tracks["seen"][detected] = found.time
-        tracks["walked"] |= detected & walks
-        return tracks
-
     def _mark_unseen(
-        self, tracks: dict[str, Any], scan: Detections, matches: _Matches, step: float
-    ) -> None:
+        self, tracks: TrackerState, scan: Detections, matches: Matches, step: float
+    ) -> TrackerState:
         """Add the unseen time of undetected tracks, weighted by visibility."""
-        match = matches.match
-        missed = np.flatnonzero((match < 0) & ~matches.merged)
-        discs = np.column_stack([tracks["mean"][missed, :2], tracks["radius"][missed]])
+        detected = matches.detected
+        missed = np.flatnonzero(~detected & ~matches.merged)
+        discs = np.column_stack([tracks.mean[missed, :2], tracks.radius[missed]])
         state = visibility(scan.origin, scan.points, scan.free_ends, discs)
-        confirmed = tracks["confirmed"][missed]
-        tracks["unseen"][match >= 0] = tracks["seen_through"][match >= 0] = 0.0
-        tracks["seen_through"][missed] += step * (state == SEEN_THROUGH)
-        tracks["unseen"][missed] += step * np.where(confirmed, _TIME_WEIGHT[state], 1.0)
-        looked = np.ones(len(match), dtype=np.bool_)
-        looked[missed] = state != OUT_OF_VIEW
-        history = (tracks["history"] << looked) | (match >= 0)
-        tracks["history"] = history & ((1 << self.parameters.window) - 1)
+        weight = np.where(tracks.confirmed[missed], _TIME_WEIGHT[state], 1.0)
+        unseen = np.where(detected, 0.0, tracks.unseen_time)
+        seen_through = np.where(detected, 0.0, tracks.seen_through_time)
+        unseen[missed] += step * weight
+        seen_through[missed] += step * (state == Visibility.SEEN_THROUGH)
+        looked = np.ones(len(tracks), dtype=np.bool_)
+        looked[missed] = state != Visibility.OUT_OF_VIEW
+        return unchecked(
+            tracks,
+            unseen_time=unseen,
+            seen_through_time=seen_through,
+            detection_history=self._shifted_history(tracks.detection_history, looked, detected),
+        )
 
-    def _confirm(self, tracks: dict[str, Any], match: Integers, time: float) -> None:
+    def _shifted_history(self, history: Integers, looked: Booleans, detected: Booleans) -> Integers:
+        """Bits (m,) of the last scans, one place on where a scan looked."""
+        shifted: Integers = (history << looked) | detected
+        return shifted & ((1 << self.parameters.window) - 1)
+
+    def _confirm(self, tracks: TrackerState, matches: Matches, time: float) -> TrackerState:
         """Confirm or reject tracks by detections and evidence, with hysteresis."""
         p = self.parameters
-        odds = tracks["shape"] + tracks["motion"] + tracks["rest"]
-        hits = np.bitwise_count(tracks["history"])
-        sure = (odds >= p.sure_log_odds) & (time - tracks["born"] >= p.sure_age)
+        odds, shape = tracks.log_odds, tracks.shape_log_odds
+        hits = np.bitwise_count(tracks.detection_history)
+        sure = (odds >= p.sure_log_odds) & (time - tracks.birth_time >= p.sure_age)
         often = hits >= np.where(sure, p.sure_hits, min(p.hits, p.window))
-        arrived = tracks["walked"] | (tracks["motion"] >= p.arrived_log_odds)
-        static = (tracks["shape"] >= p.static_shape) & (tracks["looks"] >= p.static_looks)
-        rises = (match >= 0) & often & np.where(arrived, odds >= p.confirm_log_odds, static)
-        least = np.where(tracks["walked"], p.reject_log_odds, p.unmoved_reject_log_odds)
-        stays = (odds > least) | (tracks["shape"] > p.static_shape_kept)
-        tracks["confirmed"] = rises | (tracks["confirmed"] & stays)
+        arrived = tracks.has_walked | (tracks.motion_log_odds >= p.arrived_log_odds)
+        static = (shape >= p.static_shape) & (tracks.shape_looks >= p.static_looks)
+        is_person = np.where(arrived, odds >= p.confirm_log_odds, static)
+        least = np.where(tracks.has_walked, p.reject_log_odds, p.unmoved_reject_log_odds)
+        stays = (odds > least) | (shape > p.static_shape_kept)
+        confirmed = (matches.detected & often & is_person) | (tracks.confirmed & stays)
+        return unchecked(tracks, confirmed=confirmed)
 
     def _births_and_deaths(
-        self,
-        state: TrackerState,
-        found: PersonDetections,
-        tracks: dict[str, Any],
-        match: Integers,
-        time: float,
+        self, tracks: TrackerState, found: PersonDetections, matches: Matches, time: float
     ) -> TrackerState:
         """Delete tracks that are unseen for too long; start tracks from unmatched detections."""
         p = self.parameters
-        detected = match >= 0
+        detected = matches.detected
         new = np.ones(len(found), dtype=np.bool_)
-        new[match[detected]] = False
-        new[new] = ~_is_near(found.position[new], tracks["mean"][detected, :2], p.separation)
-        patience = np.where(tracks["confirmed"], p.patience, p.tentative_patience)
-        alive = tracks["unseen"] <= patience
+        new[matches.detection[detected]] = False
+        new[new] = ~_is_near(found.position[new], tracks.mean[detected, :2], p.separation)
+        patience = np.where(tracks.confirmed, p.patience, p.tentative_patience)
+        alive = tracks.unseen_time <= patience
         count = int(new.sum())
+        rows = {name: getattr(tracks, name) for name in PER_TRACK}
         if not alive.all():
-            tracks = {name: tracks[name][alive] for name in PER_TRACK}
+            rows = {name: row[alive] for name, row in rows.items()}
         if count:
-            born = new_tracks(found, new, state.next_id, p.speed_deviation)
-            if time - state.time >= p.single_hit_interval:
-                odds = born["shape"] + born["motion"]
-                sure = (born["looks"] >= 1.0) & (born["motion"] >= p.sure_log_odds)
+            born = new_tracks(found, new, tracks.next_id, p.speed_deviation)
+            if time - tracks.time >= p.single_hit_interval:
+                odds = born["shape_log_odds"] + born["motion_log_odds"]
+                sure = (born["shape_looks"] >= 1.0) & (born["motion_log_odds"] >= p.sure_log_odds)
                 born["confirmed"] = sure & (odds >= p.sure_log_odds)
-            tracks = {name: np.concatenate([tracks[name], born[name]]) for name in PER_TRACK}
-        return TrackerState(time=time, next_id=state.next_id + count, **tracks)
+            rows = {name: np.concatenate([row, born[name]]) for name, row in rows.items()}
+        return TrackerState(time=time, next_id=tracks.next_id + count, **rows)
 
     def _people(self, state: TrackerState, now: float) -> People:
         """Confirmed tracks at ``now`` whose place is known."""
         p = self.parameters
         ahead = _elapsed(state.time, now)
         mean, covariance = self._predicted(state, ahead)
-        report = state.confirmed & (state.unseen + ahead <= p.report_unseen)
-        report &= state.seen_through <= p.report_seen_through
+        report = state.confirmed & (state.unseen_time + ahead <= p.report_unseen)
+        report &= state.seen_through_time <= p.report_seen_through
         report &= larger_deviation(covariance[:, :2, :2]) <= p.report_deviation
         sure = 1.0 / (1.0 + np.exp(-state.log_odds[report]))
-        unseen = state.unseen[report]
+        unseen = state.unseen_time[report]
         cost = _UNSEEN_COST[0] * (unseen > 0.0)
         cost = cost + _UNSEEN_COST[1] * np.minimum(unseen / p.report_unseen, 1.0)
         return People(
@@ -277,14 +224,6 @@ class KalmanTracker:
 def _elapsed(before: float, now: float) -> float:
     """Elapsed time, s; 0 if the clock stands, runs back or is not a number."""
     return min(now - before, MAX_STEP) if now > before else 0.0
-
-
-def _is_faster(mean: Floats, covariance: Floats, speed: float) -> Booleans:
-    """Mask (m,) of speeds above ``speed``, m/s, and above twice their standard deviation."""
-    squared = mean[:, 2] ** 2 + mean[:, 3] ** 2
-    variance = 0.5 * (covariance[:, 2, 2] + covariance[:, 3, 3])
-    faster: Booleans = (squared > speed * speed) & (squared > 4.0 * variance)
-    return faster
 
 
 def _is_near(a: Floats, b: Floats, distance: float) -> Booleans:

@@ -12,8 +12,12 @@ from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.config import Model
 from cohelm.perception.api import Detections
 
-_NO_SHAPE, _FULL_SHAPE = 3.0, 8.0
-"""Numbers of returns that show no shape, and the whole shape."""
+_NO_SHAPE, _FULL_SHAPE, _MIN_SHAPE_WEIGHT = 3.0, 8.0, 0.1
+"""Numbers of returns that show no shape, and the whole shape; and the least weight of a shape."""
+_MIN_PROBABILITY, _MAX_PROBABILITY = 0.01, 0.99
+"""Bounds of a detection's confidence: they keep the log-odds finite."""
+INITIAL_NIS = 2.0
+"""Mean of the normalised innovation squared where the model holds (χ², 2 degrees of freedom)."""
 
 
 class TrackerParameters(Model):
@@ -125,39 +129,40 @@ class TrackerState:
     """rad; NaN until the track has walked."""
     radius: Annotated[Floats, Shape("m")]
     """m."""
-    shape: Annotated[Floats, Shape("m")]
-    """Running mean of the shape's log-odds of a person."""
-    looks: Annotated[Floats, Shape("m")]
+    shape_log_odds: Annotated[Floats, Shape("m")]
+    """Log-odds of a person from the shape: running mean."""
+    shape_looks: Annotated[Floats, Shape("m")]
     """Number of observations of the shape; those with few returns count in part."""
-    motion: Annotated[Floats, Shape("m")]
-    """Log-odds of a person gained by walking, ≥ 0."""
-    history: Annotated[Integers, Shape("m")]
+    motion_log_odds: Annotated[Floats, Shape("m")]
+    """Log-odds of a person gained by walking or arriving, ≥ 0."""
+    static_penalty: Annotated[Floats, Shape("m")]
+    """Log-odds of a person lost by standing at a place that was always occupied, ≤ 0: running
+    mean."""
+    detection_history: Annotated[Integers, Shape("m")]
     """Bit k: detected k scans ago, of those that looked there."""
-    born: Annotated[Floats, Shape("m")]
+    birth_time: Annotated[Floats, Shape("m")]
     """Time of the first detection, s."""
-    seen: Annotated[Floats, Shape("m")]
+    last_seen: Annotated[Floats, Shape("m")]
     """Time of the last detection, s."""
-    unseen: Annotated[Floats, Shape("m")]
+    unseen_time: Annotated[Floats, Shape("m")]
     """Time without a detection, weighted by the visibility of the place, s."""
-    seen_through: Annotated[Floats, Shape("m")]
+    seen_through_time: Annotated[Floats, Shape("m")]
     """Time in which the place was seen through since the last detection, s."""
     birthplace: Annotated[Floats, Shape("m 2")]
     """m."""
     viewpoint: Annotated[Floats, Shape("m 2")]
     """Position of the sensor at the first detection, m."""
     nis: Annotated[Floats, Shape("m")]
-    """Running mean of the normalised innovation squared; 2 where the model holds."""
+    """Normalised innovation squared eᵀ S⁻¹ e: running mean; 2 where the model holds."""
     confirmed: Annotated[Booleans, Shape("m")]
     """True for a person that may be reported."""
-    rest: Annotated[Floats, Shape("m")]
-    """Running mean of the log-odds lost by standing at a place that was always occupied, ≤ 0."""
-    walked: Annotated[Booleans, Shape("m")]
+    has_walked: Annotated[Booleans, Shape("m")]
     """True if it has ever walked, and for all tracks without change detection."""
 
     @property
     def log_odds(self) -> Floats:
         """ln(p / (1 − p)) that each is a person; (m,)."""
-        return self.shape + self.motion + self.rest
+        return self.shape_log_odds + self.motion_log_odds + self.static_penalty
 
     def __len__(self) -> int:
         """Number of tracks."""
@@ -172,7 +177,7 @@ PER_TRACK = tuple(
 
 @value
 class PersonDetections:
-    """Possible people of one scan, d of them, from the nearest to the sensor on.
+    """Possible people of one scan, d of them, ordered by distance from the sensor.
 
     The order makes the result independent of the detector's order.
     """
@@ -187,13 +192,13 @@ class PersonDetections:
     """m."""
     log_odds: Annotated[Floats, Shape("d")]
     """ln(p / (1 − p)) of a person from the shape."""
-    moved: Annotated[Floats, Shape("d")]
-    """Log-odds of having arrived at its place; 0 where unknown."""
-    weight: Annotated[Floats, Shape("d")]
+    arrival_log_odds: Annotated[Floats, Shape("d")]
+    """ln(p / (1 − p)) of having arrived at its place; 0 where unknown."""
+    shape_weight: Annotated[Floats, Shape("d")]
     """Weight as an observation of the shape, 0…1."""
     origin: Annotated[Floats, Shape("2")]
     """Position of the sensor, m."""
-    compared: bool
+    has_changes: bool
     """True if change detection was used."""
 
     def __len__(self) -> int:
@@ -203,9 +208,10 @@ class PersonDetections:
 
 def person_detections(found: Detections) -> PersonDetections:
     """Sort the people in ``found`` by distance; probabilities are limited to 99 %."""
+    d, arrival = len(found.position), found.arrival_log_odds
     offset = found.position - found.origin
     order = np.lexsort((offset[:, 1], offset[:, 0], np.hypot(offset[:, 0], offset[:, 1])))
-    p = np.clip(found.confidence[order], 0.01, 0.99)
+    p = np.clip(found.confidence[order], _MIN_PROBABILITY, _MAX_PROBABILITY)
     return PersonDetections(
         time=found.time,
         origin=found.origin,
@@ -213,19 +219,19 @@ def person_detections(found: Detections) -> PersonDetections:
         radius=found.radius[order],
         deviation=found.deviation[order],
         log_odds=np.log(p / (1.0 - p)),
-        moved=np.zeros(len(order)) if found.moved is None else found.moved[order],
-        weight=_weight(found)[order],
-        compared=found.moved is not None,
+        arrival_log_odds=np.zeros(d) if arrival is None else arrival[order],
+        shape_weight=_shape_weight(found)[order],
+        has_changes=arrival is not None,
     )
 
 
-def _weight(found: Detections) -> Floats:
-    """Weight of each detection (d,): with change detection, few returns show no shape."""
-    d = len(found.position)
-    if found.moved is None:
+def _shape_weight(found: Detections) -> Floats:
+    """Weight (d,) of each detection: with change detection, few returns show no shape."""
+    d, detection = len(found.position), found.detection_of_return
+    if found.arrival_log_odds is None:
         return np.ones(d)
-    returns = np.bincount(found.owner[found.owner >= 0], minlength=d)
-    return np.clip((returns - _NO_SHAPE) / (_FULL_SHAPE - _NO_SHAPE), 0.1, 1.0)
+    returns = np.bincount(detection[detection >= 0], minlength=d)
+    return np.clip((returns - _NO_SHAPE) / (_FULL_SHAPE - _NO_SHAPE), _MIN_SHAPE_WEIGHT, 1.0)
 
 
 def no_tracks(time: float, next_id: int = 0) -> TrackerState:
@@ -233,7 +239,7 @@ def no_tracks(time: float, next_id: int = 0) -> TrackerState:
     none = np.empty(0)
     integers, flags = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.bool_)
     rows: dict[str, Any] = dict.fromkeys(PER_TRACK, none)
-    rows.update(id=integers, history=integers, confirmed=flags, walked=flags)
+    rows.update(id=integers, detection_history=integers, confirmed=flags, has_walked=flags)
     rows.update(mean=none.reshape(0, 4), covariance=none.reshape(0, 4, 4))
     rows.update(birthplace=none.reshape(0, 2), viewpoint=none.reshape(0, 2))
     return TrackerState(time=time, next_id=next_id, **rows)
@@ -255,18 +261,18 @@ def new_tracks(
         "covariance": variance[:, :, None] * np.eye(4),
         "heading": np.full(d, np.nan),
         "radius": found.radius[which],
-        "shape": found.log_odds[which],
-        "looks": found.weight[which],
-        "motion": np.maximum(found.moved[which], 0.0),
-        "history": np.ones(d, dtype=np.int64),
-        "born": now,
-        "seen": now,
-        "unseen": np.zeros(d),
-        "seen_through": np.zeros(d),
+        "shape_log_odds": found.log_odds[which],
+        "shape_looks": found.shape_weight[which],
+        "motion_log_odds": np.maximum(found.arrival_log_odds[which], 0.0),
+        "static_penalty": np.zeros(d),
+        "detection_history": np.ones(d, dtype=np.int64),
+        "birth_time": now,
+        "last_seen": now,
+        "unseen_time": np.zeros(d),
+        "seen_through_time": np.zeros(d),
         "birthplace": position,
         "viewpoint": np.tile(found.origin, (d, 1)),
-        "nis": np.full(d, 2.0),
+        "nis": np.full(d, INITIAL_NIS),
         "confirmed": np.zeros(d, dtype=np.bool_),
-        "rest": np.zeros(d),
-        "walked": np.full(d, not found.compared),
+        "has_walked": np.full(d, not found.has_changes),
     }
