@@ -84,7 +84,7 @@ def test_who_creeps_is_never_far_from_where_it_is_said_to_be():
     laser, discs = furnished()
     off = errors(drive(laser, lambda t: (0.02 * t, 0.0, 0.0), 20.0, discs))
     # told to have moved from 2 cm on, by the second scan that says so at the latest
-    assert off[:, 0].max() < EgoMotionParameters().moved + 0.01
+    assert off[:, 0].max() < EgoMotionParameters().min_shift + 0.01
 
 
 def test_the_twist_is_that_of_the_robot():

@@ -6,7 +6,7 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.messages import People
 from cohelm.perception import HYPOTHESES, Hypotheses
-from cohelm.perception.prediction.interacting_models import drift
+from cohelm.perception.prediction.interacting_models import transition_coefficients
 from cohelm.testing import check_predictor
 from cohelm.testing.scenes import walkers
 
@@ -138,7 +138,7 @@ def test_twin_runs_are_equal_and_memory_is_left_alone():
     ways = changing((0.0, 0.0))
     predictor = Hypotheses()
     _, memory = crowd(ways[:32], predictor=predictor)
-    kept = replace(memory, weight=memory.weight.copy(), mean=memory.mean.copy())
+    kept = replace(memory, mode_probability=memory.mode_probability.copy(), mean=memory.mean.copy())
     twins = [crowd(ways[32:], start=3.2, memory=memory, predictor=predictor) for _ in range(2)]
     assert identical(*twins)
     assert identical(memory, kept)
@@ -210,7 +210,7 @@ def test_a_clock_that_runs_back_does_no_harm(back):
     assert told.weight.sum() == pytest.approx(1.0)
 
 
-def test_drift_is_that_of_the_sampled_motion():
+def test_transition_is_that_of_the_sampled_motion():
     # dv = −v dt / τ + √q dw from v = 1 over 0.6 s, in 600 small steps
     tau, q, rng = 0.3, 0.4, np.random.default_rng(0)
     v, p = np.ones(40_000), np.zeros(40_000)
@@ -218,7 +218,7 @@ def test_drift_is_that_of_the_sampled_motion():
         kick = rng.normal(0.0, np.sqrt(q * 1e-3), 40_000)
         p += 1e-3 * v
         v += -1e-3 * v / tau + kick
-    a, g, qpp, qpv, qvv = drift(0.6, tau, q)
+    a, g, qpp, qpv, qvv = transition_coefficients(0.6, tau, q)
     assert v.mean() == pytest.approx(a, abs=0.005)
     assert p.mean() == pytest.approx(g, abs=0.005)
     # 40,000 samples know a variance to about 0.7 %

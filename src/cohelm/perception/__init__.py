@@ -10,7 +10,7 @@ from cohelm.perception.api import (
 )
 from cohelm.perception.change_detection.past_scans import ChangeDetectionParameters
 from cohelm.perception.cloud_detection.cloud_clusters import CloudClusters
-from cohelm.perception.groups.affinity import Affinity, AffinityState, NoGroups
+from cohelm.perception.groups.affinity import Affinity, NoGroups
 from cohelm.perception.laser_odometry.ego_motion import (
     EgoMotion,
     EgoMotionParameters,
@@ -34,20 +34,15 @@ from cohelm.perception.prediction.constant_velocity import ConstantVelocity
 from cohelm.perception.prediction.hypotheses import (
     HYPOTHESES,
     Hypotheses,
-    ManoeuvreModel,
-    MotionModel,
 )
-from cohelm.perception.prediction.interacting_models import ImmState
 from cohelm.perception.preprocessing.scan_returns import ScanReturns, scan_returns
 from cohelm.perception.scan_detection.scan_clusters import ScanClusters
-from cohelm.perception.tracking.given_people import GivenPeople, GivenState
+from cohelm.perception.tracking.given_people import GivenPeople
 from cohelm.perception.tracking.kalman_tracker import KalmanTracker
-from cohelm.perception.tracking.tracks import TrackerState
 
 __all__ = [
     "HYPOTHESES",
     "Affinity",
-    "AffinityState",
     "ChangeDetectionParameters",
     "CloudClusters",
     "CloudDetector",
@@ -57,14 +52,10 @@ __all__ = [
     "EgoMotion",
     "EgoMotionParameters",
     "GivenPeople",
-    "GivenState",
     "GroupDetector",
     "Hypotheses",
-    "ImmState",
     "KalmanTracker",
-    "ManoeuvreModel",
     "MatchStatus",
-    "MotionModel",
     "NoGroups",
     "ObstacleLayerParameters",
     "ObstacleLayerState",
@@ -76,7 +67,6 @@ __all__ = [
     "ScanFeatures",
     "ScanReturns",
     "Tracker",
-    "TrackerState",
     "extract_features",
     "perceive",
     "pose_at",

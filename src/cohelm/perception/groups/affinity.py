@@ -12,7 +12,11 @@ from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.config import Model
 from cohelm.messages import Groups, People
 from cohelm.perception.groups.agglomerative_clustering import cluster_people, inherit_ids
-from cohelm.perception.groups.pair_evidence import AffinityWeights, PairEvidence, update_evidence
+from cohelm.perception.groups.pair_evidence import (
+    PairEvidence,
+    PairEvidenceParameters,
+    update_pair_evidence,
+)
 from cohelm.perception.sensor_clocks import CLOCK_RESET
 
 
@@ -46,7 +50,7 @@ class AffinityState:
     """Id of each person's group, −1: alone."""
     log_odds: Annotated[Floats, Shape("m m")]
     """ln(p / (1 − p)) that two belong together."""
-    drift: Annotated[Floats, Shape("m m 2")]
+    relative_velocity: Annotated[Floats, Shape("m m 2")]
     """Running mean of the second's velocity relative to the first, m/s."""
     weight: Annotated[Floats, Shape("m m")]
     """Weight of that mean, 0…1; 0: never tracked together."""
@@ -120,7 +124,9 @@ class Affinity:
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = p = parameters or self.Parameters()
-        self._weights = AffinityWeights(*(getattr(p, name) for name in AffinityWeights._fields))
+        self._pair_parameters = PairEvidenceParameters(
+            *(getattr(p, name) for name in PairEvidenceParameters._fields)
+        )
 
     def group(self, people: People, memory: AffinityState | None) -> tuple[Groups, AffinityState]:
         """See :meth:`GroupDetector.group`; the ids of ``people`` must differ."""
@@ -132,17 +138,17 @@ class Affinity:
         block: Any = np.s_[:, :] if all_here else np.ix_(here, here)
         since = people.time - memory.time if memory else 0.0
         velocity = people.covariance[order, 2:, 2:]
-        evidence = update_evidence(
+        evidence = update_pair_evidence(
             people.mean[order],
             0.5 * (velocity[:, 0, 0] + velocity[:, 1, 1]),
             people.heading[order],
             min(max(since, 0.0), p.longest_look),
             PairEvidence(
                 np.array(before.log_odds[block]),
-                np.array(before.drift[block]),
+                np.array(before.relative_velocity[block]),
                 np.array(before.weight[block]),
             ),
-            self._weights,
+            self._pair_parameters,
         )
         old = before.group[here]
         together = (old[:, None] == old) & (old[:, None] >= 0)
@@ -181,7 +187,7 @@ def _recalled(
     kept = np.isin(memory.id, ids) | (memory.seen >= time - memory_time)
     state = _blank(time, memory.next_id, np.union1d(ids, memory.id[kept]))
     at, old = np.searchsorted(state.id, memory.id[kept]), np.ix_(kept, kept)
-    evidence = PairEvidence(memory.log_odds[old], memory.drift[old], memory.weight[old])
+    evidence = PairEvidence(memory.log_odds[old], memory.relative_velocity[old], memory.weight[old])
     return replace(
         _with_evidence(state, at, evidence),
         seen=_with_rows(state.seen, at, memory.seen[kept]),
@@ -199,7 +205,7 @@ def _blank(time: float, next_id: int, ids: Integers) -> AffinityState:
         seen=np.full(m, time),
         group=np.full(m, -1),
         log_odds=np.zeros((m, m)),
-        drift=np.zeros((m, m, 2)),
+        relative_velocity=np.zeros((m, m, 2)),
         weight=np.zeros((m, m)),
     )
 

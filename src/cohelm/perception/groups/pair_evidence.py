@@ -10,7 +10,7 @@ from numba import njit
 from cohelm.arrays import Floats
 
 
-class AffinityWeights(NamedTuple):
+class PairEvidenceParameters(NamedTuple):
     """The part of ``Affinity.Parameters`` that the kernels use; described there."""
 
     walking_prior: float
@@ -40,26 +40,26 @@ class PairEvidence(NamedTuple):
 
     log_odds: Floats
     """(n, n)."""
-    drift: Floats
+    relative_velocity: Floats
     """(n, n, 2) running mean of the second's velocity relative to the first, m/s."""
     weight: Floats
     """(n, n) weight of that mean, 0…1; 0: never observed together."""
 
 
 @njit(cache=True)
-def update_evidence(
+def update_pair_evidence(
     state: Floats,
     variance: Floats,
     heading: Floats,
     since: float,
     before: PairEvidence,
-    w: AffinityWeights,
+    w: PairEvidenceParameters,
 ) -> PairEvidence:
     """Evidence of all pairs after one more observation.
 
     L ← clip(L e^(−Δt / fading) + Δt · rate · e), e from :func:`walking_evidence` or
-    :func:`standing_evidence`; Δt = ``first_look`` for a new pair. In the running mean of the drift
-    an observation weighs h² / (h² + variance), h = ``half_weight_deviation``.
+    :func:`standing_evidence`; Δt = ``first_look`` for a new pair. In the running mean of the
+    relative velocity an observation weighs h² / (h² + variance), h = ``half_weight_deviation``.
 
     Args:
         state: (n, 4), x, y, v_x, v_y; m and m/s.
@@ -70,7 +70,7 @@ def update_evidence(
         w: the parameters.
     """
     n = state.shape[0]
-    L, D, W = before.log_odds.copy(), before.drift.copy(), before.weight.copy()
+    L, D, W = before.log_odds.copy(), before.relative_velocity.copy(), before.weight.copy()
     forget, fade = math.exp(-since / w.fading), math.exp(-since / w.drift_time)
     first = math.exp(-w.first_look / w.drift_time)
     for i in range(n):
@@ -91,12 +91,12 @@ def update_evidence(
             if one < w.standing_speed and other < w.standing_speed:
                 e = standing_evidence(state[i], state[j], heading[i], heading[j], w)
             else:
-                slip = D[i, j, 0] ** 2 + D[i, j, 1] ** 2
-                e = walking_evidence(state[i], state[j], slip, max(one, other), w)
+                relative_speed_sq = D[i, j, 0] ** 2 + D[i, j, 1] ** 2
+                e = walking_evidence(state[i], state[j], relative_speed_sq, max(one, other), w)
             e = min(max(e, -w.max_evidence), w.max_evidence)
             kept = L[i, j] * forget if known else 0.0
             L[i, j] = min(max(kept + span * w.rate * e, -w.max_log_odds), w.max_log_odds)
-            # The matrices are symmetric, the drift antisymmetric.
+            # The matrices are symmetric, the relative velocity antisymmetric.
             L[j, i], W[j, i] = L[i, j], W[i, j]
             D[j, i, 0], D[j, i, 1] = -D[i, j, 0], -D[i, j, 1]
     return PairEvidence(L, D, W)
@@ -104,7 +104,7 @@ def update_evidence(
 
 @njit(cache=True)
 def walking_evidence(
-    one: Floats, other: Floats, slip: float, speed: float, w: AffinityWeights
+    one: Floats, other: Floats, relative_speed_sq: float, speed: float, w: PairEvidenceParameters
 ) -> float:
     """Evidence of two people of whom at least one walks, an approximate log-likelihood ratio.
 
@@ -114,12 +114,12 @@ def walking_evidence(
         e = prior + nearness (1 − (d² + f a²) / distance²) + ln(S²/s²) − u²/2 (1/s² − 1/S²)
         s = companion_deviation,  S² = s² + (stranger_deviation · speed)²,  f = following_factor
 
-    with d their distance, a its part along their common direction and u the drift. If both are
-    slow, the velocities carry no information.
+    with d their distance, a its part along their common direction and u their relative velocity.
+    If both are slow, the velocities carry no information.
 
     Args:
         one, other: x, y, v_x, v_y; m and m/s.
-        slip: u², m²/s².
+        relative_speed_sq: u², m²/s².
         speed: of the faster person, m/s.
         w: the parameters.
     """
@@ -130,14 +130,14 @@ def walking_evidence(
     near = 1.0 - (dx * dx + dy * dy + w.following_factor * along) / w.walking_distance**2
     s2 = w.companion_deviation**2
     S2 = s2 + (w.stranger_deviation * speed) ** 2
-    same = math.log(S2 / s2) - 0.5 * slip * (1.0 / s2 - 1.0 / S2)
+    same = math.log(S2 / s2) - 0.5 * relative_speed_sq * (1.0 / s2 - 1.0 / S2)
     total: float = w.walking_prior + w.nearness * near + same
     return total
 
 
 @njit(cache=True)
 def standing_evidence(
-    one: Floats, other: Floats, facing: float, other_facing: float, w: AffinityWeights
+    one: Floats, other: Floats, facing: float, other_facing: float, w: PairEvidenceParameters
 ) -> float:
     """Evidence of two standing people: a common o-space, or nearness if a heading is unknown.
 

@@ -60,9 +60,9 @@ class EgoMotionParameters(Model):
     """Time between two readings above which it is a gap, s."""
     patience: float = Field(1.0, ge=0.0, le=60.0)
     """Time for which the view of a resting sensor may be covered, s."""
-    moved: float = Field(0.02, ge=0.0, le=0.5)
+    min_shift: float = Field(0.02, ge=0.0, le=0.5)
     """Least motion of a resting sensor, m."""
-    turned: float = Field(0.007, ge=0.0, le=0.5)
+    min_turn: float = Field(0.007, ge=0.0, le=0.5)
     """Least turn of a resting sensor, rad (0.4°)."""
     gain: float = Field(0.15, ge=0.0, le=5.0)
     """Least improvement of the mean squared misfit, in squared standard deviations, for a resting
@@ -70,9 +70,10 @@ class EgoMotionParameters(Model):
     sure_gain: float = Field(0.6, ge=0.0, le=9.0)
     """Improvement for which a single reading is enough; otherwise two are needed."""
     changed: float = Field(0.8, gt=0.0, le=1.0)
-    """Overlap below which the reference of a resting sensor is renewed,"""
+    """Overlap below which the reference of a resting sensor is renewed."""
     refresh: float = Field(5.0, gt=0.0, le=600.0)
-    """but not more often than this, s: otherwise slow objects would carry the pose along."""
+    """Least time between two renewals, s: if they were frequent, slow objects would carry the pose
+    along."""
     calm: float = Field(0.6, gt=0.0, le=10.0)
     """Time without motion after which a sensor is at rest, s."""
     keyframe: float = Field(0.25, gt=0.0, le=5.0)
@@ -159,13 +160,14 @@ def update_ego_motion(
     if last is None:
         return _started(features, time, np.zeros(3))
     gap = time - last.time
-    if gap < -p.gap:  # counted as a clock reset, which trackers handle themselves
+    # A clock reset, which trackers handle themselves, is no new segment.
+    if gap < -p.gap:
         return replace(_restarted(last, features, time), segment=last.segment)
     if not gap > 0.0:
         return last
     found = _locate(last, features, gap, p)
     if found is not None:
-        return _moved_on(last, features, time, found, p)
+        return _accept_match(last, features, time, found, p)
     few = len(features) < p.min_points
     if last.resting and (few or time - last.matched_time <= p.patience):
         matched = time if few else last.matched_time
@@ -239,22 +241,23 @@ def _locate_at_rest(
     there = match_scan(last.reference, features, last.pose, p.noise)
     if here.overlap < p.min_overlap:
         return None
-    moved = _is_better(here, there, p)
-    if moved and (last.suspect or here.misfit - there.misfit > p.sure_gain):
+    seems_moved = _is_better(here, there, p)
+    if seems_moved and (last.suspect or here.misfit - there.misfit > p.sure_gain):
         return None
     fit = replace(here, pose=last.pose, constrained=there.constrained)
-    return _Located(fit, resting=True, suspect=moved)
+    return _Located(fit, resting=True, suspect=seems_moved)
 
 
 def _is_better(here: ScanMatch, there: ScanMatch, p: EgoMotionParameters) -> bool:
     """Check that a motion from here to there explains a reading clearly better."""
     distance, turned = _difference(there.pose, here.pose)
-    return (distance > p.moved or turned > p.turned) and here.misfit - there.misfit > p.gain
+    return (distance > p.min_shift or turned > p.min_turn) and here.misfit - there.misfit > p.gain
 
 
-def _moved_on(
+def _accept_match(
     last: EgoMotion, features: ScanFeatures, time: float, found: _Located, p: EgoMotionParameters
 ) -> EgoMotion:
+    """State after a reading that was located."""
     pose, gap = found.fit.pose, time - last.time
     recent = np.vstack([last.recent[last.recent[:, 0] >= time - 2.0 * p.calm], [time, *pose]])
     resting = found.resting or _is_calm(recent, p)
@@ -290,7 +293,7 @@ def _is_calm(recent: Floats, p: EgoMotionParameters) -> bool:
         return False
     turned = np.abs(wrap_angle(since[:, 3] - since[-1, 3]))
     distance = np.hypot(*(since[:, 1:3] - since[-1, 1:3]).T)
-    return bool((distance <= 0.75 * p.moved).all() and (turned <= 0.75 * p.turned).all())
+    return bool((distance <= 0.75 * p.min_shift).all() and (turned <= 0.75 * p.min_turn).all())
 
 
 def _with_keyframe(

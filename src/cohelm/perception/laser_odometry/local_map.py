@@ -25,14 +25,15 @@ class FeatureMap:
     """In the order of the cells."""
     origin: Annotated[Floats, Shape("2")]
     """Corner of the first cell, m."""
-    columns: int
-    first: Annotated[Integers, Shape("c+1")]
-    """First point of each cell."""
+    n_cols: int
+    """Cells in a row."""
+    cell_start: Annotated[Integers, Shape("c+1")]
+    """First point of each cell, and the end of the last."""
 
     @property
     def cells(self) -> Cells:
         """The map for compiled code."""
-        return Cells(self.features.rows, self.origin, self.columns, self.first)
+        return Cells(self.features.rows, self.origin, self.n_cols, self.cell_start)
 
 
 class Cells(NamedTuple):
@@ -41,8 +42,8 @@ class Cells(NamedTuple):
     known: Floats
     """(k, 4): points and normals."""
     origin: Floats
-    columns: int
-    first: Integers
+    n_cols: int
+    cell_start: Integers
 
 
 def feature_map(features: ScanFeatures) -> FeatureMap:
@@ -55,13 +56,13 @@ def sorted_map(features: ScanFeatures) -> tuple[FeatureMap, Integers]:
     points = features.points
     low = points.min(axis=0) if len(points) else np.zeros(2)
     cell = np.floor((points - low) / CELL).astype(np.int64).reshape(-1, 2)
-    columns = int(cell[:, 0].max(initial=0)) + 1
+    n_cols = int(cell[:, 0].max(initial=0)) + 1
     rows = int(cell[:, 1].max(initial=0)) + 1
-    index = cell[:, 1] * columns + cell[:, 0]
+    index = cell[:, 1] * n_cols + cell[:, 0]
     order = np.argsort(index, kind="stable")
-    first = np.searchsorted(index[order], np.arange(rows * columns + 1))
+    cell_start = np.searchsorted(index[order], np.arange(rows * n_cols + 1))
     placed = ScanFeatures(points=points[order], normals=features.normals[order])
-    return FeatureMap(features=placed, origin=low, columns=columns, first=first), order
+    return FeatureMap(features=placed, origin=low, n_cols=n_cols, cell_start=cell_start), order
 
 
 def has_neighbour(known: FeatureMap, features: ScanFeatures, distance: float) -> Booleans:
@@ -84,19 +85,19 @@ def _has_neighbour(cells: Cells, rows: Floats, distance: float) -> Booleans:
 @njit(cache=True)
 def nearest(cells: Cells, place: Floats, radius: float) -> int:
     """Index of the nearest feature of the same kind within a radius of (x, y, n_x, n_y), or −1."""
-    known, origin, columns, first = cells
+    known, origin, n_cols, cell_start = cells
     x, y, nx, ny = place[0], place[1], place[2], place[3]
     is_point = nx == 0.0 and ny == 0.0
-    rows = (first.shape[0] - 1) // columns
+    rows = (cell_start.shape[0] - 1) // n_cols
     best, found = radius * radius, -1
     r0 = max(math.floor((y - radius - origin[1]) / CELL), 0)
     r1 = min(math.floor((y + radius - origin[1]) / CELL), rows - 1)
     c0 = max(math.floor((x - radius - origin[0]) / CELL), 0)
-    c1 = min(math.floor((x + radius - origin[0]) / CELL), columns - 1)
+    c1 = min(math.floor((x + radius - origin[0]) / CELL), n_cols - 1)
     if c1 < c0:
         return -1
     for r in range(r0, r1 + 1):
-        for j in range(first[r * columns + c0], first[r * columns + c1 + 1]):
+        for j in range(cell_start[r * n_cols + c0], cell_start[r * n_cols + c1 + 1]):
             dx, dy = known[j, 0] - x, known[j, 1] - y
             squared = dx * dx + dy * dy
             if squared >= best:

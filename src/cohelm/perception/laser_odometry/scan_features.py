@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.geometry import transform
 from cohelm.messages import Observation, PointCloud, Scan
 from cohelm.perception.preprocessing.merged_cloud import merge_clouds
@@ -48,11 +48,6 @@ class ScanFeatures:
     """Unit normals of faces towards the sensor; 0 for point features."""
 
     @property
-    def is_point(self) -> Booleans:
-        """Mask (k,) of the point features: posts, edges and corners."""
-        return np.asarray(~self.normals.any(axis=1))
-
-    @property
     def rows(self) -> Floats:
         """Points and normals, (k, 4)."""
         return np.hstack([self.points, self.normals])
@@ -83,20 +78,22 @@ def extract_features(observation: Observation) -> ScanFeatures:
 def features_of_scan(scan: Scan) -> ScanFeatures:
     """Extract the features of a planar scan."""
     seen = scan_returns(scan, np.zeros(3))
-    points, normals = faces(seen.points, seen.origin, seen.increment)
+    points, normals = extract_faces(seen.points, seen.origin, seen.increment)
     return ScanFeatures(points=points, normals=normals)
 
 
 def features_of_cloud(cloud: PointCloud) -> ScanFeatures:
     """Extract the features of a cloud from its nearest upright objects between knee and head."""
     seen = merge_clouds((cloud,), np.zeros((1, 3)), _REACH)
-    points, normals = faces(upright(seen.points), np.zeros(2), 2.0 * math.pi / _AZIMUTHS)
+    points, normals = extract_faces(
+        nearest_upright_cells(seen.points), np.zeros(2), 2.0 * math.pi / _AZIMUTHS
+    )
     return ScanFeatures(points=points, normals=normals).transformed(seen.X_MS)
 
 
 @njit(cache=True)
-def upright(points: Floats) -> Floats:
-    """Mean of the nearest cell with an upright object in each azimuth, (q, 2).
+def nearest_upright_cells(points: Floats) -> Floats:
+    """Find the nearest cell with an upright object in each azimuth; mean of its points, (q, 2).
 
     Args:
         points: (p, 3) about the sensor, z from the floor, m.
@@ -128,8 +125,8 @@ def upright(points: Floats) -> Floats:
 
 
 @njit(cache=True)
-def faces(points: Floats, origin: Floats, increment: float) -> tuple[Floats, Floats]:
-    """Points (k, 2) and normals (k, 2) of the runs between jumps of depth.
+def extract_faces(points: Floats, origin: Floats, increment: float) -> tuple[Floats, Floats]:
+    """Extract points (k, 2) and normals (k, 2) from the runs between jumps of depth.
 
     Args:
         points: (p, 2), counter-clockwise about the sensor, m.

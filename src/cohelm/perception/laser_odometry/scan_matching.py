@@ -87,7 +87,7 @@ def search_pose(
     if not len(features) or not len(known.features):
         return guess
     points = features.points[:: max(len(features) // 150, 1)]
-    occupied = np.diff(known.first).reshape(-1, known.columns) > 0
+    occupied = np.diff(known.cell_start).reshape(-1, known.n_cols) > 0
     best = _search(occupied, known.origin, points, guess, (reach, turn))
     pose: Floats = compose(
         np.array([guess[0] + best[0], guess[1] + best[1], guess[2]]), [0, 0, best[2]]

@@ -73,7 +73,8 @@ class ObstacleLayerParameters(Model):
     """A cloud's beam this far below the lower end of an object still clears it, m: objects on the
     floor are not seen down to it."""
     uneven: float = Field(0.1, ge=0.0, le=0.5)
-    """Possible sag of the ground below a beam, m per remaining metre: the foot of a ramp."""
+    """Possible sag of the ground below a beam, m per metre of its remaining length: the foot of a
+    ramp."""
 
 
 DEFAULTS = ObstacleLayerParameters()

@@ -12,7 +12,7 @@ from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.messages import People, Predictions
 from cohelm.perception.prediction.interacting_models import (
-    ImmRows,
+    FilterStates,
     ImmState,
     ModelBank,
     predict_hypotheses,
@@ -38,7 +38,7 @@ class MotionModel(Model):
     horizon_noise: float = Field(gt=0.0, le=10.0)
     """q of the velocity over the prediction horizon, m²/s³."""
     speed_uncertainty: float = Field(ge=0.0, le=1.0)
-    """Deviation of the predicted velocity, as a share of the usual speed."""
+    """Deviation of the predicted velocity, as a share of the nominal speed."""
 
 
 class ManoeuvreModel(MotionModel):
@@ -56,8 +56,8 @@ class Hypotheses:
     ============================ ======================================================
     ``keeps_going``              keeps the velocity, or remains standing; evenly or not
     ``stops``                    stops, abruptly or gently
-    ``turns_back``               changes to the reversed usual velocity
-    ``turns_aside_left, -right`` changes to the usual velocity turned by ``turn_angle``
+    ``turns_back``               changes to the reversed nominal velocity
+    ``turns_aside_left, -right`` changes to the nominal velocity turned by ``turn_angle``
     ============================ ======================================================
 
     Evidence are the measured positions (``measurement_recovery``), at most one per ``interval``, so
@@ -96,7 +96,7 @@ class Hypotheses:
         )
         """Keeps going, a little slower for a while."""
         hesitation_speed: float = Field(0.9, gt=0.0, lt=1.0)
-        """Share of the usual speed during hesitation."""
+        """Share of the nominal speed during hesitation."""
         stop_abruptly: ManoeuvreModel = ManoeuvreModel(
             share=0.3,
             duration=2.6,
@@ -137,17 +137,17 @@ class Hypotheses:
         turn_angle: float = Field(1.1, gt=0.0, lt=math.pi)
         """Angle of a turn aside, rad."""
         usual_time_constant: float = Field(0.16, gt=0.0, le=60.0)
-        """Time constant with which the usual velocity follows a person who keeps going, s."""
+        """Time constant with which the nominal velocity follows a person who keeps going, s."""
         noise: float = Field(1.1, ge=0.0, le=100.0)
-        """Variance of a measured position, as a multiple of the tracker's value."""
+        """Variance of a measured position, as a multiple of the tracker's value (a factor)."""
         min_noise: float = Field(0.0027, gt=0.0, le=1.0)
-        """Additional deviation of a measured position: walking sways, m."""
+        """Additional standard deviation of a measured position, m: walking people sway."""
         student_dof: float = Field(17.0, gt=0.0, le=1000.0)
         """ν of eq. (3) in ``interacting_models``: a low value discounts outliers."""
         new_person_change: float = Field(0.2, gt=0.0, le=1.0)
         """Odds of a change for a new person, relative to others: the usual motion is unknown."""
         slow: float = Field(0.13, gt=0.0, le=5.0)
-        """Usual speed below which stopping is the same as keeping going, m/s."""
+        """Nominal speed below which stopping is the same as keeping going, m/s."""
         standing_stops: float = Field(0.49, ge=0.0, le=1.0)
         """Share of stopping that is reported as such for a standing person, and means staying; the
         rest is reported as keeping going."""
@@ -174,22 +174,23 @@ class Hypotheses:
         p = self.parameters
         state = self._update(people, _recalled(people, memory, self._initial, p.memory_time))
         since = np.maximum(people.time - state.time, 0.0)
-        rows = ImmRows(state.mean, state.covariance, state.weight, state.usual_velocity)
-        ahead = predict_hypotheses(rows, self.bank, since, step * np.arange(steps + 1.0))
+        states = FilterStates(*(getattr(state, name) for name in FilterStates._fields))
+        ahead = predict_hypotheses(states, self.bank, since, step * np.arange(steps + 1.0))
         predictions = Predictions(
             step=step,
             names=HYPOTHESES,
-            weight=self._reported(ahead.weight, state.usual_velocity),
+            weight=self._reported(ahead.weight, state.nominal_velocity),
             mean=people.mean[:, None, None, :2] + ahead.displacement,
             velocity=ahead.velocity,
             deviation=np.minimum(ahead.deviation, p.max_deviation),
         )
         return predictions, state
 
-    def _reported(self, weight: Floats, usual: Floats) -> Floats:
+    def _reported(self, weight: Floats, nominal_velocity: Floats) -> Floats:
         """Reported probabilities (n, h) from those of the filters."""
         p = self.parameters
-        square = usual[:, 0] ** 2 + usual[:, 1] ** 2
+        # For a person who stands, to stop is to keep going: a part of the weight moves.
+        square = nominal_velocity[:, 0] ** 2 + nominal_velocity[:, 1] ** 2
         stops = p.standing_stops + (1.0 - p.standing_stops) * square / (square + p.slow**2)
         reported = weight.copy()
         reported[:, 0] += (1.0 - stops) * reported[:, 1]
@@ -199,7 +200,7 @@ class Hypotheses:
         return out
 
     def _update(self, people: People, state: ImmState) -> ImmState:
-        """``state`` after the observations of people that were seen and are due."""
+        """State after the observations of people that were seen and are due."""
         p = self.parameters
         dt = people.time - state.time
         expected = state.tracker_mean.copy()
@@ -214,8 +215,8 @@ class Hypotheses:
         position, variance = recover_measurements(
             expected[due, :2], before, people.mean[due, :2], after, dt[due]
         )
-        rows = ImmRows(*(new[name] for name in ImmRows._fields))
-        update_models(dt[due], position, p.noise * variance + p.min_noise**2, rows, self.bank)
+        states = FilterStates(*(new[name] for name in FilterStates._fields))
+        update_models(dt[due], position, p.noise * variance + p.min_noise**2, states, self.bank)
         new["time"] = np.full(len(due), people.time)
         new["tracker_mean"], new["tracker_covariance"] = people.mean[due], after
         return _with_rows(state, due, new)
@@ -223,7 +224,7 @@ class Hypotheses:
 
 def _model_bank(p: Hypotheses.Parameters) -> ModelBank:
     cos, sin = math.cos(p.turn_angle), math.sin(p.turn_angle)
-    # (index of the hypothesis, model, its aim relative to the usual velocity)
+    # (index of the hypothesis, model, its target velocity relative to the nominal one)
     table: list[tuple[int, MotionModel, tuple[float, float]]] = [
         (0, p.steady, (0.0, 0.0)),
         (0, p.uneven, (0.0, 0.0)),
@@ -235,23 +236,23 @@ def _model_bank(p: Hypotheses.Parameters) -> ModelBank:
         (4, p.turn_aside, (cos, -sin)),
     ]
     models = [model for _, model, _ in table]
-    share = np.array([m.share for m in models])
+    entry = np.array([m.share for m in models])
     return ModelBank(
         hypothesis=np.array([index for index, _, _ in table]),
-        share=share / share.sum(),
-        rate=np.array([1.0 / m.duration for m in models]),
+        entry_probability=entry / entry.sum(),
+        exit_rate=np.array([1.0 / m.duration for m in models]),
         time_constant=np.array([getattr(m, "time_constant", np.inf) for m in models]),
         process_noise=np.array([m.process_noise for m in models]),
-        aim=np.array([aim for _, _, aim in table]),
+        target=np.array([target for _, _, target in table]),
         horizon_noise=np.array([m.horizon_noise for m in models]),
         speed_uncertainty=np.array([m.speed_uncertainty for m in models]),
         velocity_deviation=np.array([getattr(m, "velocity_deviation", 0.0) for m in models]),
-        usual_time_constant=p.usual_time_constant,
+        nominal_time_constant=p.usual_time_constant,
         student_dof=p.student_dof,
     )
 
 
-_ROWS = ("time", *ImmRows._fields, "tracker_mean", "tracker_covariance")
+_ROWS = ("time", *FilterStates._fields, "tracker_mean", "tracker_covariance")
 
 
 def _rows(state: ImmState, which: Integers | Booleans) -> dict[str, Floats]:
@@ -280,8 +281,8 @@ def _recalled(
         time=np.full(n, people.time),
         mean=np.repeat(people.mean[:, None], m, axis=1),
         covariance=np.repeat(axes[:, None], m, axis=1),
-        weight=np.tile(initial, (n, 1)),
-        usual_velocity=people.mean[:, 2:],
+        mode_probability=np.tile(initial, (n, 1)),
+        nominal_velocity=people.mean[:, 2:],
         tracker_mean=people.mean,
         tracker_covariance=axes,
     )

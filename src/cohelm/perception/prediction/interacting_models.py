@@ -1,13 +1,13 @@
 """Interacting multiple models (IMM): a bank of filters over possible motions of a person.
 
-In each of m models a person's velocity v approaches an aim c with time constant τ, driven by white
-noise of intensity q::
+In each of m models a person's velocity v approaches a target c with time constant τ, driven by
+white noise of intensity q::
 
     dp = v dt,    dv = (c − v) dt / τ + √q dw                                            (1)
 
-τ = ∞ for a person who keeps going. The aim is derived from the person's usual velocity u, the
+τ = ∞ for a person who keeps going. The target is derived from the person's nominal velocity u, the
 recent velocity while keeping going: 0 for stopping, reversed or turned aside for turning. A person
-leaves model i at the rate λ_i and enters model j with the share s_j::
+leaves model i at the rate λ_i and enters model j with probability s_j::
 
     P(j | i) = e^{−λ_i t} δ_ij + (1 − e^{−λ_i t}) s_j                                    (2)
 
@@ -31,7 +31,7 @@ from numba import njit
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 
 _MIN_WEIGHT = 1e-6
-"""Lower bound of a model's probability: an excluded model could never return."""
+"""Lower bound of a model's probability, before normalisation: an excluded model never returns."""
 
 
 class ModelBank(NamedTuple):
@@ -39,23 +39,23 @@ class ModelBank(NamedTuple):
 
     hypothesis: Integers
     """(m,) hypothesis of each model."""
-    share: Floats
+    entry_probability: Floats
     """(m,) s of eq. (2), of sum 1."""
-    rate: Floats
+    exit_rate: Floats
     """(m,) λ of eq. (2), 1/s."""
     time_constant: Floats
     """(m,) τ of eq. (1), s; +inf: the velocity is kept."""
     process_noise: Floats
     """(m,) q of eq. (1) between observations, m²/s³."""
-    aim: Floats
-    """(m, 2) c = a u + b u^⊥, u^⊥ to the left."""
+    target: Floats
+    """(m, 2) coefficients (a, b) of c = a u + b u^⊥, u^⊥ to the left."""
     horizon_noise: Floats
     """(m,) q of eq. (1) over the prediction horizon, m²/s³."""
     speed_uncertainty: Floats
     """(m,) deviation of the final velocity, as a share of |u|."""
     velocity_deviation: Floats
     """(m,) deviation of the final velocity at any speed, m/s: a standing person may start."""
-    usual_time_constant: float
+    nominal_time_constant: float
     """Time constant with which u follows a person who keeps going, s."""
     student_dof: float
     """ν of eq. (3)."""
@@ -63,18 +63,18 @@ class ModelBank(NamedTuple):
     @property
     def stationary(self) -> Floats:
         """(m,), the stationary probabilities of eq. (2)."""
-        odds = self.share / self.rate
+        odds = self.entry_probability / self.exit_rate
         stationary: Floats = odds / odds.sum()
         return stationary
 
 
-class ImmRows(NamedTuple):
+class FilterStates(NamedTuple):
     """Filter states of n people, as in :class:`ImmState`."""
 
     mean: Floats
     covariance: Floats
-    weight: Floats
-    usual_velocity: Floats
+    mode_probability: Floats
+    nominal_velocity: Floats
 
 
 @value
@@ -88,9 +88,9 @@ class ImmState:
     """(x, y, v_x, v_y) in each model at that time, m and m/s."""
     covariance: Annotated[Floats, Shape("n m 3")]
     """(P_pp, P_pv, P_vv) of either axis."""
-    weight: Annotated[Floats, Shape("n m")]
+    mode_probability: Annotated[Floats, Shape("n m")]
     """Probabilities of the models."""
-    usual_velocity: Annotated[Floats, Shape("n 2")]
+    nominal_velocity: Annotated[Floats, Shape("n 2")]
     """u, m/s."""
     tracker_mean: Annotated[Floats, Shape("n 4")]
     """The tracker's mean at that time."""
@@ -102,7 +102,7 @@ class Horizon(NamedTuple):
     """Prediction of n people over K times, in h hypotheses."""
 
     weight: Floats
-    """(n, h)."""
+    """(n, h) probabilities of the hypotheses."""
     displacement: Floats
     """(n, h, K, 2) from the present position, m."""
     velocity: Floats
@@ -112,8 +112,10 @@ class Horizon(NamedTuple):
 
 
 @njit(cache=True)
-def drift(t: float, tau: float, q: float) -> tuple[float, float, float, float, float]:
-    """(a, g, Q_pp, Q_pv, Q_vv): the solution of eq. (1) after a time ``t``.
+def transition_coefficients(
+    t: float, tau: float, q: float
+) -> tuple[float, float, float, float, float]:
+    """Compute (a, g, Q_pp, Q_pv, Q_vv), the solution of eq. (1) after a time ``t``.
 
     a = e^{−t/τ}, g = τ (1 − a):  v − c ← a (v − c),  p ← p + c t + g (v − c), with noise Q.
     """
@@ -127,7 +129,7 @@ def drift(t: float, tau: float, q: float) -> tuple[float, float, float, float, f
 
 @njit(cache=True)
 def update_models(
-    dt: Floats, position: Floats, variance: Floats, rows: ImmRows, bank: ModelBank
+    dt: Floats, position: Floats, variance: Floats, states: FilterStates, bank: ModelBank
 ) -> None:
     """Predict all people by ``dt`` (n,) > 0 and update them with observed positions, in place.
 
@@ -135,19 +137,21 @@ def update_models(
         dt: s.
         position: (n, 2) m.
         variance: (n,) m².
-        rows: states, changed in place.
+        states: of the filters, changed in place.
         bank: the models.
     """
-    n, modes = rows.weight.shape
-    tails, aim = bank.student_dof, bank.aim
+    n, modes = states.mode_probability.shape
+    dof, target = bank.student_dof, bank.target
     log_w = np.empty(modes)
     for i in range(n):
-        t, x, C = dt[i], rows.mean[i], rows.covariance[i]
-        w, u = rows.weight[i], rows.usual_velocity[i]
+        t, x, C = dt[i], states.mean[i], states.covariance[i]
+        w, u = states.mode_probability[i], states.nominal_velocity[i]
         _mix(t, x, C, w, bank)
         # Each model: prediction by eq. (1), Kalman update, log-likelihood by eq. (3).
         for m in range(modes):
-            a, g, qpp, qpv, qvv = drift(t, bank.time_constant[m], bank.process_noise[m])
+            a, g, qpp, qpv, qvv = transition_coefficients(
+                t, bank.time_constant[m], bank.process_noise[m]
+            )
             pp = C[m, 0] + 2.0 * g * C[m, 1] + g * g * C[m, 2] + qpp
             pv = a * (C[m, 1] + g * C[m, 2]) + qpv
             vv = a * a * C[m, 2] + qvv
@@ -157,21 +161,21 @@ def update_models(
             for k in range(2):
                 c = x[m, k + 2]
                 if bank.time_constant[m] < np.inf:
-                    c = aim[m, 0] * u[k] + aim[m, 1] * (u[0] if k == 1 else -u[1])
+                    c = target[m, 0] * u[k] + target[m, 1] * (u[0] if k == 1 else -u[1])
                 e = x[m, k + 2] - c
-                ahead = x[m, k] + c * t + g * e
-                off = position[i, k] - ahead
-                x[m, k] = ahead + kp * off
-                x[m, k + 2] = c + a * e + kv * off
-                squared += off * off
+                predicted = x[m, k] + c * t + g * e
+                innovation = position[i, k] - predicted
+                x[m, k] = predicted + kp * innovation
+                x[m, k + 2] = c + a * e + kv * innovation
+                squared += innovation * innovation
             C[m, 0], C[m, 1], C[m, 2] = (1.0 - kp) * pp, (1.0 - kp) * pv, vv - kv * pv
-            log_w[m] = np.log(w[m] / S) - (0.5 * tails + 1.0) * np.log1p(squared / (tails * S))
-        # Normalised weights; then the usual velocity follows the models that keep going.
+            log_w[m] = np.log(w[m] / S) - (0.5 * dof + 1.0) * np.log1p(squared / (dof * S))
+        # Normalised weights; then the nominal velocity follows the models that keep going.
         top, total = log_w.max(), 0.0
         for m in range(modes):
             w[m] = max(np.exp(log_w[m] - top), _MIN_WEIGHT)
             total += w[m]
-        gain, before_x, before_y = 1.0 - np.exp(-t / bank.usual_time_constant), u[0], u[1]
+        gain, before_x, before_y = 1.0 - np.exp(-t / bank.nominal_time_constant), u[0], u[1]
         for m in range(modes):
             w[m] /= total
             if bank.time_constant[m] == np.inf:
@@ -185,7 +189,7 @@ def _mix(t: float, x: Floats, C: Floats, w: Floats, bank: ModelBank) -> None:
 
     The part that leaves its models is pooled, with one mean and one covariance, and distributed.
     """
-    modes, rate = len(w), bank.rate
+    modes, rate = len(w), bank.exit_rate
     pool = 0.0
     mean, spread = np.zeros(4), np.zeros(3)
     for m in range(modes):
@@ -199,7 +203,7 @@ def _mix(t: float, x: Floats, C: Floats, w: Floats, bank: ModelBank) -> None:
         _add(spread, C[m], x[m], mean, w[m] * (1.0 - np.exp(-rate[m] * t)) / pool, 1.0)
     for m in range(modes):
         stays = w[m] * np.exp(-rate[m] * t)
-        w[m] = stays + bank.share[m] * pool
+        w[m] = stays + bank.entry_probability[m] * pool
         s = stays / w[m]
         own = C[m].copy()
         for k in range(3):
@@ -225,58 +229,65 @@ def _add(total: Floats, C: Floats, x: Floats, mean: Floats, share: float, apart:
 
 
 @njit(cache=True)
-def predict_hypotheses(rows: ImmRows, bank: ModelBank, since: Floats, times: Floats) -> Horizon:
+def predict_hypotheses(
+    states: FilterStates, bank: ModelBank, since: Floats, times: Floats
+) -> Horizon:
     """Predict people; the models of a hypothesis become one Gaussian of their mean and covariance.
 
     Args:
-        rows: states at the last observation.
+        states: of the filters at the last observation.
         bank: the models.
         since: (n,) time since the last observation, s.
         times: (K,) from now, s.
     """
-    modes, tau = rows.weight, bank.time_constant
+    modes, tau = states.mode_probability, bank.time_constant
     (n, m), K, count = modes.shape, len(times), bank.hypothesis.max() + 1
     # The response of each model to its initial state does not depend on the person.
-    a, g, noise, slip = np.empty((m, K)), np.empty((m, K)), np.empty((m, K)), np.empty((m, K))
+    a, g, noise = np.empty((m, K)), np.empty((m, K)), np.empty((m, K))
+    target_gain = np.empty((m, K))  # displacement per error of the final velocity, s
     for j in range(m):
         for k in range(K):
-            a[j, k], g[j, k], noise[j, k], _, _ = drift(times[k], tau[j], bank.horizon_noise[j])
-            slip[j, k] = times[k] - (g[j, k] if tau[j] < np.inf else 0.0)
+            a[j, k], g[j, k], noise[j, k], _, _ = transition_coefficients(
+                times[k], tau[j], bank.horizon_noise[j]
+            )
+            target_gain[j, k] = times[k] - (g[j, k] if tau[j] < np.inf else 0.0)
     weight, deviation = np.zeros((n, count)), np.zeros((n, count, K))
-    way, velocity = np.zeros((n, count, K, 2)), np.zeros((n, count, K, 2))
+    displacement, velocity = np.zeros((n, count, K, 2)), np.zeros((n, count, K, 2))
     for i in range(n):
-        u = rows.usual_velocity[i]
+        u = states.nominal_velocity[i]
         for j in range(m):
             weight[i, bank.hypothesis[j]] += modes[i, j]
         for j in range(m):
             h = bank.hypothesis[j]
             r = modes[i, j] / weight[i, h]
-            vx, vy = rows.mean[i, j, 2], rows.mean[i, j, 3]
+            vx, vy = states.mean[i, j, 2], states.mean[i, j, 3]
             cx, cy = vx, vy
             if tau[j] < np.inf:
-                cx = bank.aim[j, 0] * u[0] - bank.aim[j, 1] * u[1]
-                cy = bank.aim[j, 0] * u[1] + bank.aim[j, 1] * u[0]
-            fade, gone, qpp, qpv, qvv = drift(since[i], tau[j], bank.process_noise[j])
-            ex, ey = fade * (vx - cx), fade * (vy - cy)
-            C = rows.covariance[i, j]
-            pp = C[0] + 2.0 * gone * C[1] + gone * gone * C[2] + qpp
-            pv, vv = fade * (C[1] + gone * C[2]) + qpv, fade * fade * C[2] + qvv
-            blur = bank.speed_uncertainty[j] ** 2 * (u[0] ** 2 + u[1] ** 2)
-            blur += bank.velocity_deviation[j] ** 2
+                cx = bank.target[j, 0] * u[0] - bank.target[j, 1] * u[1]
+                cy = bank.target[j, 0] * u[1] + bank.target[j, 1] * u[0]
+            # From the last observation to the present, by eq. (1).
+            a0, g0, qpp, qpv, qvv = transition_coefficients(since[i], tau[j], bank.process_noise[j])
+            ex, ey = a0 * (vx - cx), a0 * (vy - cy)
+            C = states.covariance[i, j]
+            pp = C[0] + 2.0 * g0 * C[1] + g0 * g0 * C[2] + qpp
+            pv, vv = a0 * (C[1] + g0 * C[2]) + qpv, a0 * a0 * C[2] + qvv
+            target_variance = bank.speed_uncertainty[j] ** 2 * (u[0] ** 2 + u[1] ** 2)
+            target_variance += bank.velocity_deviation[j] ** 2
             for k in range(K):
                 px, py = cx * times[k] + g[j, k] * ex, cy * times[k] + g[j, k] * ey
                 var = pp + 2.0 * g[j, k] * pv + g[j, k] ** 2 * vv
-                var += noise[j, k] + blur * slip[j, k] ** 2
-                way[i, h, k, 0] += r * px
-                way[i, h, k, 1] += r * py
+                var += noise[j, k] + target_variance * target_gain[j, k] ** 2
+                displacement[i, h, k, 0] += r * px
+                displacement[i, h, k, 1] += r * py
                 velocity[i, h, k, 0] += r * (cx + a[j, k] * ex)
                 velocity[i, h, k, 1] += r * (cy + a[j, k] * ey)
                 # Mean square over both axes; that of the mean is subtracted below.
                 deviation[i, h, k] += r * (var + 0.5 * (px * px + py * py))
         for h in range(count):
             for k in range(K):
-                square = way[i, h, k, 0] ** 2 + way[i, h, k, 1] ** 2
-                left = deviation[i, h, k] - 0.5 * square
+                square = displacement[i, h, k, 0] ** 2 + displacement[i, h, k, 1] ** 2
+                variance = deviation[i, h, k] - 0.5 * square
+                # Uncertainty never shrinks with time, although models of one hypothesis may meet.
                 before = deviation[i, h, k - 1] if k > 0 else 0.0
-                deviation[i, h, k] = max(np.sqrt(max(left, 0.0)), before)
-    return Horizon(weight, way, velocity, deviation)
+                deviation[i, h, k] = max(np.sqrt(max(variance, 0.0)), before)
+    return Horizon(weight, displacement, velocity, deviation)

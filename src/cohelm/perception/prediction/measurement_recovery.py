@@ -1,4 +1,4 @@
-"""Recovery of the measurements behind a tracker's estimates.
+"""Recovery of measurements; valid only for a tracker whose estimates follow a Kalman update.
 
 A tracker smooths: it takes a share K of each innovation, so that its estimate lags when a person
 stops or turns, with correlated errors. From two states at successive observations, the measured
@@ -31,6 +31,8 @@ def recover_measurements(
 ) -> tuple[Floats, Floats]:
     """Compute the measured positions, (n, 2) m, and the tracker's variances of them, (n,) m².
 
+    Valid only for a tracker with a Kalman update of a constant-velocity state.
+
     The filter's process noise is found as well, so that no parameter of it is needed: a position
     measurement changes the information P⁻¹ in its first element only. With P⁻ = s (F P Fᵀ + q Q₁),
     Q₁ as in ``kalman.predict`` for q = 1, therefore ::
@@ -40,7 +42,7 @@ def recover_measurements(
 
     where s ≥ 1 is the filter's covariance inflation. Then K = 1 − P_pp / P⁻_pp on either axis, and
     z = p⁻ + (p − p⁻) / K of variance P_pp / K. Without correlation of position and velocity
-    there was no filter, and z = p.
+    there was no filter, and z = p. Any other tracker gives a wrong z.
 
     Args:
         expected: p⁻, predicted from the earlier state, (n, 2) m.

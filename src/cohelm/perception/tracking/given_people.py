@@ -26,8 +26,9 @@ class GivenState:
 class GivenPeople:
     """Passes on ``Observation.people``, predicted to the observation's time.
 
-    Ids, radii and the source's name stay. A person without a heading gets that of the motion above
-    ``heading_speed``, and keeps the last one at rest. No people given means nobody.
+    Ids, radii and the source's name stay. A person without a heading gets the direction of motion
+    above ``heading_speed``, and keeps the last heading at rest. An observation without people gives
+    nobody.
     """
 
     class Parameters(Model):

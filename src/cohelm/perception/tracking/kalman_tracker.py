@@ -19,7 +19,7 @@ from cohelm.perception.tracking.association import (
     visibility,
 )
 from cohelm.perception.tracking.kalman import larger_deviation, predict, update
-from cohelm.perception.tracking.track_evidence import Matches, update_evidence
+from cohelm.perception.tracking.track_evidence import Matches, update_track_evidence
 from cohelm.perception.tracking.tracks import (
     PER_TRACK,
     PersonDetections,
@@ -118,7 +118,7 @@ class KalmanTracker:
         merged = partner >= 0
         merged[partner[merged]] = True
         matches = Matches(match, mahalanobis_sq, merged)
-        tracks = update_evidence(state, mean, covariance, found, matches, p)
+        tracks = update_track_evidence(state, mean, covariance, found, matches, p)
         tracks = self._mark_unseen(tracks, scan, matches, step)
         tracks = self._confirm(tracks, matches, time)
         return self._births_and_deaths(tracks, found, matches, time)

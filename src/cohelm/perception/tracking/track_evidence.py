@@ -38,7 +38,7 @@ class Matches(NamedTuple):
         return np.asarray(self.detection >= 0)
 
 
-def update_evidence(
+def update_track_evidence(
     tracks: TrackerState,
     mean: Floats,
     covariance: Floats,
