@@ -182,6 +182,7 @@ def check_tracker(tracker: Tracker, *, within: float = 1.0) -> None:
     Raises:
         ConformanceError: naming the violated rule.
     """
+    require(isinstance(tracker.uses_change_detection, bool), "must say if it uses change detection")
     memory: Any = None
     for k in range(5):
         people, memory = _track(tracker, k * _TICK, np.empty((0, 4)), memory, within)

@@ -27,6 +27,11 @@ _HEAD_RADIUS = 0.09
 """m."""
 _RANGE_END = 0.5
 """An object nearer than this to the end of a sensor's range may extend beyond it, m."""
+_FULL_RETURNS = 25.0
+"""Number of returns from which positive evidence counts in full."""
+_VIEW_MARGIN, _KNEE = 0.15, 0.3
+"""The top of an object is visible if the view ends this far above it, and its legs if the view
+begins below this height, m."""
 
 
 class ShapeFeatures(NamedTuple):
@@ -198,21 +203,25 @@ def person_log_odds(shape: ShapeFeatures, beside: Floats, cloud: MergedCloud) ->
     """
     distance = np.hypot(shape.mean[:, 0], shape.mean[:, 1])
     lowest, highest = cloud.in_view(shape.mean)
-    above = highest - shape.top > 0.15
-    below = lowest < 0.3
+    above = highest - shape.top > _VIEW_MARGIN
+    below = lowest < _KNEE
     occluded = shape.occluded > 0.0
     aside, upright = cloud.azimuth_step * distance, cloud.elevation_step * distance
     sharp = np.clip(1.5 - 5.0 * upright, 0.0, 1.0)
+    # The summands below are assumed; each is bounded, and 0 where its part is not visible.
     odds = _height_log_odds(shape.top, upright, above)
     odds += _width_log_odds(shape.width + aside, occluded)
     odds += sharp * _head_log_odds((shape.head + aside) / (shape.width + aside), above)
+    # Walls and furniture are as wide below as above, a person stands on legs.
     sheer = shape.sheer
     odds += np.where(np.isnan(sheer) | ~below, 0.0, np.clip(10.0 * (0.5 - sheer), -2.0, 1.5))
+    # A body has no gaps from bottom to top, and reaches down to its knees at least.
     odds -= 3.0 * sharp * (1.0 - shape.filled)
     odds -= np.where(below & ~occluded, 3.0 * np.clip(shape.bottom - 0.7, 0.0, 0.7), 0.0)
+    # A person is not deep, and touches nothing.
     odds -= 4.0 * np.clip(shape.depth - 0.45, 0.0, 0.5)
     odds -= 4.0 * beside
-    few = np.minimum(shape.returns / 25.0, 1.0)
+    few = np.minimum(shape.returns / _FULL_RETURNS, 1.0)
     cut = cloud.range_left(shape.mean) < _RANGE_END
     return np.where(odds > 0.0, np.where(cut, 0.0, few * odds), odds)
 

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Bytes, Floats, Integers, SignedBytes
+
+
+class EvidenceAmounts(NamedTuple):
+    """Evidence of one scan in a cell."""
+
+    hit: int
+    miss: int
+    most: int
+    """Upper bound of the evidence of a cell."""
 
 
 @njit(cache=True)
@@ -51,7 +61,7 @@ def mark_and_clear(
     ends: Floats,
     is_obstacle: Booleans,
     margin: Floats,
-    amounts: Integers,
+    amounts: EvidenceAmounts,
 ) -> None:
     """Add and take evidence for the beams from ``origin`` to ``ends``, in cells (column, row).
 
@@ -63,7 +73,7 @@ def mark_and_clear(
         ends: (p, 2).
         is_obstacle: (p,) True for ends at an unexplained object.
         margin: (p,) last part of each beam that clears nothing.
-        amounts: evidence of a hit, of a miss, and the upper bound.
+        amounts: evidence of a hit and of a miss, and its upper bound.
     """
     rows, cols = evidence.shape
     hit, miss, most = amounts

@@ -35,6 +35,7 @@ from cohelm.maps import OccupancyGrid
 from cohelm.messages import LiveObstacles, People
 from cohelm.perception.api import ColumnHeights, Detections
 from cohelm.perception.obstacles.cells import (
+    EvidenceAmounts,
     clear_people,
     find_unexplained_returns,
     is_empty,
@@ -192,7 +193,7 @@ def _add_scan(
         _in_cells(X_WM, ends, grid),
         np.concatenate([is_obstacle, np.zeros(len(found.free_ends), dtype=np.bool_)]),
         margin / grid.resolution,
-        np.array([p.hit, p.miss, p.max_evidence]),
+        EvidenceAmounts(hit=p.hit, miss=p.miss, most=p.max_evidence),
     )
 
 

@@ -96,8 +96,9 @@ def merge_clouds(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> 
     for i, k in enumerate(usable):
         rotation, position = _placed(compose(X_SM, X_MR[k]), clouds[k].mount)
         range_max = clouds[k].range_max if clouds[k].range_max > 0.0 else 0.0
-        limits = np.array([reach, range_max])
-        points, slopes = _transformed(clouds[k].points, rotation, position, limits)
+        points, slopes = _transformed(
+            clouds[k].points, rotation, position, float(reach), float(range_max)
+        )
         if not math.isfinite(clouds[k].mount[2]):
             down = -_floor(points, reach)
             points[:, 2] += down
@@ -146,18 +147,25 @@ def _placed(X_SR: Floats, mount: Floats) -> tuple[Floats, Floats]:
 
 @njit(cache=True)
 def _transformed(
-    points: Floats32, rotation: Floats, position: Floats, limits: Floats
+    points: Floats32, rotation: Floats, position: Floats, reach: float, range_max: float
 ) -> tuple[Floats, Floats]:
-    """Transformed returns within limits = (reach, range_max), and their extreme slopes."""
+    """Transformed returns within reach and range, and the extreme slopes within range.
+
+    Args:
+        points: (p, 3) in the sensor's frame, m.
+        rotation, position: (3, 3) and (3,) m, of the sensor in frame S.
+        reach: largest horizontal distance from the origin of S, m.
+        range_max: of the sensor, m.
+    """
     out = np.empty((points.shape[0], 3))
     count = 0
     lowest, highest = np.inf, -np.inf
-    near, far, reach = MIN_RANGE**2, (1.000001 * limits[1]) ** 2, limits[0] ** 2
+    nearest_sq, farthest_sq, reach_sq = MIN_RANGE**2, (1.000001 * range_max) ** 2, reach**2
     r = rotation
     for i in range(points.shape[0]):
         px, py, pz = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])
         squared = px * px + py * py + pz * pz
-        if not (near <= squared <= far):  # also false for NaN
+        if not (nearest_sq <= squared <= farthest_sq):  # also false for NaN
             continue
         dx = r[0, 0] * px + r[0, 1] * py + r[0, 2] * pz
         dy = r[1, 0] * px + r[1, 1] * py + r[1, 2] * pz
@@ -167,7 +175,7 @@ def _transformed(
             slope = dz / math.sqrt(away)
             lowest, highest = min(lowest, slope), max(highest, slope)
         x, y = position[0] + dx, position[1] + dy
-        if x * x + y * y <= reach:
+        if x * x + y * y <= reach_sq:
             out[count, 0], out[count, 1], out[count, 2] = x, y, position[2] + dz
             count += 1
     return out[:count], np.array([lowest, highest])

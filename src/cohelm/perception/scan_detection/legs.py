@@ -115,7 +115,7 @@ def pair_legs(
 ) -> tuple[Integers, Floats]:
     """Pair legs greedily, the most probable pair first.
 
-    Two legs make a pair where their distance is more probable than a hidden leg of two people.
+    Two legs make a pair if that is more probable than two people with one visible leg each.
 
     Args:
         centre: (k, 2) of legs, m.
