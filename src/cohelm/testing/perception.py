@@ -56,8 +56,8 @@ def check_detector(detector: Detector, *, within: float = 1.0) -> None:
 def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> None:
     """Check a cloud detector in a room: empty, with two people in view, with invalid clouds.
 
-    An upright body must be detected to within 0.15 m, and a low box must remain an obstacle
-    without detection. Moving robot and map together must move the detections. One return, none, or NaN must
+    An upright body must be detected to within 0.15 m, and a low box must remain an obstacle without
+    detection. Moving robot and map together must move the detections. One return, none, or NaN must
     give no person.
 
     Raises:
