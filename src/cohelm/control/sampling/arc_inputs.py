@@ -1,0 +1,114 @@
+"""Inputs of an arc: the one that it requests at a step, and its limits; inlined into rollouts."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from cohelm.arrays import Floats
+from cohelm.control.sampling.arc_table import END_1, END_2, RETURN, SPEED_3
+from cohelm.control.sampling.path_samples import SPACING
+from cohelm.control.sampling.scene import RobotState, RolloutScene
+
+_LOOKAHEAD = round(1.0 / SPACING)
+"""Lookahead of the return to the path: 1 m, in samples."""
+_GAIN = 2.5
+"""Turn rate per heading error in the return to the path, 1/s."""
+_FULL = 2.0 * math.pi
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def request_input(  # noqa: PLR0917  # a kernel takes plain arrays
+    scene: RolloutScene,
+    base: Floats,
+    arc: Floats,
+    k: int,
+    state: tuple[float, float, float, float, float],
+    i_path: int,
+    requested: Floats,
+) -> None:
+    """Fill ``requested`` (m,) with the input that the arc requests at step k.
+
+    state: (x, y, heading, arc length on the path, direction of the path at its start).
+    i_path: nearest sample of the path.
+    """
+    path, robot = scene.path, scene.robot
+    samples, max_speed = path.samples, path.max_speed
+    holonomic = robot.n_linear > 1
+    x, y, angle, s, first_tangent = state
+    base_steps, elapsed = base.shape[0], k / scene.steps
+    if elapsed >= arc[RETURN] or (base_steps > 0 and k >= base_steps):
+        # back to the path, towards a point ahead on it
+        i_ahead = min(i_path + _LOOKAHEAD, samples.shape[0] - 1)
+        dx, dy = samples[i_ahead, 0] - x, samples[i_ahead, 1] - y
+        speed = min(max(arc[SPEED_3], 0.0), 1.0) if base_steps == 0 else 1.0
+        speed = min(speed * max_speed, max(path.reference[scene.steps] - s, 0.0) / scene.step)
+        if holonomic:
+            direction = math.atan2(dy, dx) - angle
+            requested[0], requested[1] = speed * math.cos(direction), speed * math.sin(direction)
+        else:
+            error = math.atan2(dy, dx) - angle
+            error -= _FULL * round(error / _FULL)
+            requested[0] = speed * max(math.cos(error), 0.0)
+            requested[1] = _GAIN * error
+        turns = holonomic
+    else:
+        # one of three segments, absolute or added to the base
+        segment = 0 if elapsed < arc[END_1] else (2 if elapsed < arc[END_2] else 4)
+        speed, turn = arc[segment], arc[segment + 1]
+        turns = holonomic and base_steps == 0
+        if base_steps > 0:
+            # the turn share goes to input 1: ω of a unicycle, v_y of a holonomic robot
+            requested[:] = base[k]
+            requested[0] += speed * max_speed
+            requested[1] += turn * robot.high[1]
+        elif holonomic:
+            requested[0] = speed * max_speed * math.cos(first_tangent + turn * math.pi - angle)
+            requested[1] = speed * max_speed * math.sin(first_tangent + turn * math.pi - angle)
+        else:
+            requested[0] = speed * (max_speed if speed > 0.0 else -robot.low[0])
+            requested[1] = turn * robot.high[1]
+    if turns:  # a holonomic robot turns to the path's heading meanwhile
+        error = math.atan2(path.heading[i_path, 1], path.heading[i_path, 0]) - angle
+        requested[2] = 0.5 * _GAIN * (error - _FULL * round(error / _FULL))
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def limit_input(  # a kernel takes plain arrays
+    robot: RobotState, max_speed: float, weight: float, k: int, inputs: Floats, cost: float
+) -> float:
+    """Reduce the input at step k to the limits; the cost with that of its change.
+
+    The first step allows half a change, because the next decision comes before its end. A copy of
+    ``robots.kinematics.within_limits`` for one step, because it also needs the change.
+    """
+    u, m = inputs[k], inputs.shape[1]
+    joint = robot.n_linear if robot.n_linear > 1 else 0  # inputs that change in proportion
+    half = 0.5 if k == 0 else 1.0
+    # each input within its bounds, then the speed
+    square = 0.0
+    for i in range(m):
+        upper = min(robot.high[i], max_speed) if i == 0 else robot.high[i]
+        u[i] = min(max(u[i], robot.low[i]), upper)
+        square += u[i] * u[i] if i < joint else 0.0
+    top_speed = min(robot.top_speed, max_speed)
+    shrink = min(1.0, top_speed / math.sqrt(square)) if square > 0.0 else 1.0
+    # the share of a joint change that keeps every component within its acceleration
+    share = 1.0
+    for i in range(joint):
+        u[i] *= shrink
+        change = u[i] - (inputs[k - 1, i] if k > 0 else robot.current_input[i])
+        upper = half * (robot.rise[i] if change > 0.0 else robot.fall[i])
+        if abs(change) > upper:
+            share = min(share, upper / abs(change))
+    for i in range(m):
+        before = inputs[k - 1, i] if k > 0 else robot.current_input[i]
+        change = u[i] - before
+        if i < joint:
+            change *= share
+        else:
+            change = min(max(change, -half * robot.fall[i]), half * robot.rise[i])
+        u[i] = before + change
+        cost += weight * change * change
+    return cost
