@@ -7,13 +7,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.navigator_process import NavigatorServer
 from cohelm.live.control.world_factory import LiveWorld
 from cohelm.live.control_cycle import STEP, ControlCycle
-from cohelm.live.messages import Heartbeat, ResumeCommand, TakeControl
-from cohelm.live.page.commands import Commands
-from cohelm.live.ride_sessions import RideSessions
+from cohelm.live.messages import FloorInfo, Heartbeat, ResumeCommand, TakeControl
+from cohelm.live.page.commands import CommandHandler
+from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
 from cohelm.simulation import World
 
@@ -88,16 +89,26 @@ class Rig:
         settings = ActiveSettings(None, ride_setup.robot, ride_setup.scenario.profile)
         settings.set_limits(settings.limits.model_copy(update=limits), lambda: True)
         self.sessions = Kept()
-        rides = RideSessions(self.sessions, settings, self.send, STEP)
+        rides = RideTracker(self.sessions, settings, self.send, STEP)
         route_preview = SimpleNamespace(needs_context=False, set_planning_context=lambda _: None)
         services = Services(
             navigator=self.navigator, route_preview=route_preview, world_factory=None, rides=rides
         )
         effects = SimpleNamespace(change_simulation=None, preview=None, rate=None)
         log_event = lambda *_, **__: None  # noqa: E731
-        self.commands = Commands(ride_setup.places, settings, self.send, log_event, effects)
+        self.driver = DriverState()
+        floor = FloorInfo(image="", width=200, height=200, resolution=0.1, x=0.0, y=0.0)
+        self.commands = CommandHandler(
+            self.driver,
+            ride_setup.places,
+            floor,
+            settings,
+            effects,
+            send=self.send,
+            log_event=log_event,
+        )
         self.cycle = ControlCycle(
-            self.commands,
+            self.driver,
             settings,
             ride_setup.scenario.profile,
             services,

@@ -8,8 +8,8 @@ import pytest
 
 from cohelm.arrays import identical
 from cohelm.errors import StoreError
-from cohelm.live.control.link import SILENCE
-from cohelm.live.control.watchdog import PATIENCE
+from cohelm.live.control.driver_link import HEARTBEAT_TIMEOUT
+from cohelm.live.control.watchdog import MAX_ANSWER_AGE
 from cohelm.live.control_cycle import STEP
 from cohelm.live.messages import (
     AddWish,
@@ -185,7 +185,7 @@ def test_silence_stops_the_chair_in_every_mode(rig, mode):
     spoken = rig.clock.now
     states = rig.steps(9)
     first = next(k for k, state in enumerate(states) if stands(state))
-    assert rig.due - STEP * (9 - first) - spoken <= SILENCE + STEP + 1e-6
+    assert rig.due - STEP * (9 - first) - spoken <= HEARTBEAT_TIMEOUT + STEP + 1e-6
     assert all(stands(state) for state in states[first:])
     assert states[first].reason.code == "connection_lost"
     assert states[first].link == "no_heartbeat"
@@ -302,7 +302,7 @@ def test_a_navigator_that_stands_still_stops_the_chair(rig, mode):
     rig.navigator.frozen, since = True, rig.clock.now
     states = rig.steps(8, forward)
     first = next(k for k, state in enumerate(states) if stands(state))
-    assert rig.due - STEP * (8 - first) - since <= PATIENCE + STEP + 1e-6
+    assert rig.due - STEP * (8 - first) - since <= MAX_ANSWER_AGE + STEP + 1e-6
     assert states[first].reason.code == "navigator_timeout"
     assert rig.cycle.stops == 1
 

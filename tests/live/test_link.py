@@ -7,8 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohelm.live.control import link
-from cohelm.live.control.link import LATE, SHORT, SILENCE, LinkState, RequiredAction
+from cohelm.live.control import driver_link
+from cohelm.live.control.driver_link import (
+    CONFIRM_AFTER_SILENCE,
+    HEARTBEAT_TIMEOUT,
+    MAX_DELAY_MS,
+    LinkState,
+    RequiredAction,
+)
 from cohelm.live.messages import Heartbeat
 from cohelm.reasons import Reason
 
@@ -21,104 +27,111 @@ def beat(seq, now, forward=0.0, left=0.0, visible=True, late=0.0):
 
 
 def after(state, client, seq, now, **given):
-    return link.on_heartbeat(state, client, beat(seq, now, **given), now, dead_zone=DEAD)
+    return driver_link.on_heartbeat(state, client, beat(seq, now, **given), now, dead_zone=DEAD)
 
 
 def driving(now=10.0):
     """Somebody drives, and has let the stick go."""
-    return after(link.take_control(LinkState(), "a", under_way=False), "a", 1, now)
+    return after(driver_link.take_control(LinkState(), "a", under_way=False), "a", 1, now)
 
 
 # ------------------------------------------------------------------ one after the other
 
 
 def test_nobody_drives_at_first():
-    assert link.status(LinkState(), 0.0) == "no_driver"
-    assert link.hold_reason(LinkState(), 0.0) is Reason.NO_DRIVER
+    assert driver_link.status(LinkState(), 0.0) == "no_driver"
+    assert driver_link.hold_reason(LinkState(), 0.0) is Reason.NO_DRIVER
 
 
 def test_who_takes_the_stick_is_silent_until_heard_then_lets_go():
-    state = link.take_control(LinkState(), "a", under_way=False)
-    assert link.status(state, 10.0) == "no_heartbeat"
+    state = driver_link.take_control(LinkState(), "a", under_way=False)
+    assert driver_link.status(state, 10.0) == "no_heartbeat"
     state = after(state, "a", 1, 10.0, forward=0.8)
-    assert link.status(state, 10.0) == "centre_stick"
-    assert link.deflection(state, 10.0) == (0.0, 0.0)
+    assert driver_link.status(state, 10.0) == "centre_stick"
+    assert driver_link.deflection(state, 10.0) == (0.0, 0.0)
     state = after(state, "a", 2, 10.1, forward=0.05)
-    assert link.status(state, 10.1) == "ready"
+    assert driver_link.status(state, 10.1) == "ready"
     state = after(state, "a", 3, 10.2, forward=0.8, left=-0.2)
-    assert link.deflection(state, 10.2) == (0.8, -0.2)
-    assert link.current_heartbeat(state, 10.2) == (3, "keys")
+    assert driver_link.deflection(state, 10.2) == (0.8, -0.2)
+    assert driver_link.current_heartbeat(state, 10.2) == (3, "keys")
 
 
 def test_a_page_is_silent_after_three_tenths_of_a_second():
     state = driving(10.0)
-    assert link.status(state, 10.0 + SILENCE - 1e-6) == "ready"
-    assert link.status(state, 10.0 + SILENCE + 1e-6) == "no_heartbeat"
-    assert link.hold_reason(state, 10.4) is Reason.CONNECTION_LOST
-    assert link.current_heartbeat(state, 10.4) == (-1, "none")
+    assert driver_link.status(state, 10.0 + HEARTBEAT_TIMEOUT - 1e-6) == "ready"
+    assert driver_link.status(state, 10.0 + HEARTBEAT_TIMEOUT + 1e-6) == "no_heartbeat"
+    assert driver_link.hold_reason(state, 10.4) is Reason.CONNECTION_LOST
+    assert driver_link.current_heartbeat(state, 10.4) == (-1, "none")
 
 
 def test_a_hidden_page_is_silent_at_once():
     state = after(driving(10.0), "a", 2, 10.1, forward=0.8, visible=False)
-    assert link.status(state, 10.1) == "no_heartbeat"
+    assert driver_link.status(state, 10.1) == "no_heartbeat"
     back = after(state, "a", 3, 10.2)
-    assert link.status(back, 10.2) == "confirm"
-    assert link.hold_reason(back, 10.2) is Reason.CONNECTION_LOST
+    assert driver_link.status(back, 10.2) == "confirm"
+    assert driver_link.hold_reason(back, 10.2) is Reason.CONNECTION_LOST
 
 
 @pytest.mark.parametrize(
     ("silence", "then"),
-    [(0.5, "ready"), (SHORT - 0.01, "ready"), (SHORT + 0.01, "confirm"), (60.0, "confirm")],
+    [
+        (0.5, "ready"),
+        (CONFIRM_AFTER_SILENCE - 0.01, "ready"),
+        (CONFIRM_AFTER_SILENCE + 0.01, "confirm"),
+        (60.0, "confirm"),
+    ],
 )
 def test_after_a_short_silence_a_centred_stick_suffices(silence, then):
     state = after(driving(10.0), "a", 2, 10.0 + silence, forward=0.6)
-    assert link.status(state, 10.0 + silence) == "centre_stick"
+    assert driver_link.status(state, 10.0 + silence) == "centre_stick"
     state = after(state, "a", 3, 10.05 + silence)
-    assert link.status(state, 10.05 + silence) == then
+    assert driver_link.status(state, 10.05 + silence) == then
 
 
 def test_after_stop_the_stick_must_be_let_go_and_then_confirmed():
-    state = link.stop_until_confirmed(
+    state = driver_link.stop_until_confirmed(
         after(driving(10.0), "a", 2, 10.1, forward=0.8), Reason.RIDER_STOP
     )
-    assert link.status(state, 10.1) == "stick_held"
-    assert link.resume(state, "a", 10.1) is state
+    assert driver_link.status(state, 10.1) == "stick_held"
+    assert driver_link.resume(state, "a", 10.1) is state
     state = after(state, "a", 3, 10.2)
-    assert link.status(state, 10.2) == "confirm"
-    assert link.resume(state, "b", 10.2) is state
-    assert link.status(link.resume(state, "a", 10.2), 10.2) == "ready"
+    assert driver_link.status(state, 10.2) == "confirm"
+    assert driver_link.resume(state, "b", 10.2) is state
+    assert driver_link.status(driver_link.resume(state, "a", 10.2), 10.2) == "ready"
 
 
 def test_a_stick_held_again_before_confirming_is_not_heeded():
-    state = link.stop_until_confirmed(driving(10.0), Reason.COLLISION)
-    assert link.hold_reason(state, 10.0) is Reason.COLLISION
+    state = driver_link.stop_until_confirmed(driving(10.0), Reason.COLLISION)
+    assert driver_link.hold_reason(state, 10.0) is Reason.COLLISION
     state = after(state, "a", 2, 10.1, forward=1.0)
-    assert link.status(state, 10.1) == "centre_stick"
-    assert link.resume(state, "a", 10.1) is state
+    assert driver_link.status(state, 10.1) == "centre_stick"
+    assert driver_link.resume(state, "a", 10.1) is state
 
 
 def test_stop_outlives_whoever_drives():
-    state = link.release_control(link.stop_until_confirmed(driving(10.0), Reason.RIDER_STOP), "a")
-    state = after(link.take_control(state, "b", under_way=False), "b", 1, 10.2)
-    assert link.status(state, 10.2) == "confirm"
+    state = driver_link.release_control(
+        driver_link.stop_until_confirmed(driving(10.0), Reason.RIDER_STOP), "a"
+    )
+    state = after(driver_link.take_control(state, "b", under_way=False), "b", 1, 10.2)
+    assert driver_link.status(state, 10.2) == "confirm"
 
 
 def test_who_takes_over_a_chair_that_is_under_way_confirms():
-    state = after(link.take_control(driving(10.0), "b", under_way=True), "b", 1, 10.1)
+    state = after(driver_link.take_control(driving(10.0), "b", under_way=True), "b", 1, 10.1)
     assert state.driver == "b"
-    assert link.status(state, 10.1) == "confirm"
-    assert link.status(link.resume(state, "b", 10.1), 10.1) == "ready"
+    assert driver_link.status(state, 10.1) == "confirm"
+    assert driver_link.status(driver_link.resume(state, "b", 10.1), 10.1) == "ready"
 
 
 def test_who_is_gone_drives_no_more():
-    assert link.status(link.disconnect(driving(10.0), "a"), 10.0) == "no_driver"
-    assert link.disconnect(driving(10.0), "b").driver == "a"
-    assert link.release_control(driving(10.0), "b").driver == "a"
+    assert driver_link.status(driver_link.disconnect(driving(10.0), "a"), 10.0) == "no_driver"
+    assert driver_link.disconnect(driving(10.0), "b").driver == "a"
+    assert driver_link.release_control(driving(10.0), "b").driver == "a"
 
 
 def test_taking_the_stick_again_changes_nothing():
     state = driving(10.0)
-    assert link.take_control(state, "a", under_way=True) is state
+    assert driver_link.take_control(state, "a", under_way=True) is state
 
 
 @pytest.mark.parametrize("seq", [1, 0])
@@ -128,12 +141,12 @@ def test_a_repeated_or_reordered_beat_is_dropped(seq):
 
 
 def test_a_beat_that_comes_late_is_dropped_and_does_not_keep_the_link_alive():
-    state = after(driving(10.0), "a", 2, 10.2, forward=1.0, late=LATE + 1.0)
-    assert link.deflection(state, 10.2) == (0.0, 0.0)
-    assert state.at == 10.0
-    assert link.status(state, 10.31) == "no_heartbeat"
-    punctual = after(driving(10.0), "a", 2, 10.2, forward=1.0, late=LATE - 1.0)
-    assert link.deflection(punctual, 10.2) == (1.0, 0.0)
+    state = after(driving(10.0), "a", 2, 10.2, forward=1.0, late=MAX_DELAY_MS + 1.0)
+    assert driver_link.deflection(state, 10.2) == (0.0, 0.0)
+    assert state.heartbeat_at == 10.0
+    assert driver_link.status(state, 10.31) == "no_heartbeat"
+    punctual = after(driving(10.0), "a", 2, 10.2, forward=1.0, late=MAX_DELAY_MS - 1.0)
+    assert driver_link.deflection(punctual, 10.2) == (1.0, 0.0)
 
 
 def test_clocks_may_drift_apart():
@@ -142,27 +155,27 @@ def test_clocks_may_drift_apart():
     for seq in range(2, 2000):
         now += 5.4
         state = after(state, "a", seq, now, late=now * 0.05)
-    assert state.at == now
+    assert state.heartbeat_at == now
 
 
 def test_beats_of_others_do_not_count():
     state = after(driving(10.0), "b", 7, 10.1, forward=1.0)
-    assert link.deflection(state, 10.1) == (0.0, 0.0)
-    assert state.at == 10.0
+    assert driver_link.deflection(state, 10.1) == (0.0, 0.0)
+    assert state.heartbeat_at == 10.0
     assert state.timings["b"].seq == 7
 
 
 def test_what_a_page_sent_before_it_took_the_stick_cannot_be_sent_again():
     state = after(LinkState(), "a", 5, 10.0, forward=1.0)
-    state = link.take_control(state, "a", under_way=False)
+    state = driver_link.take_control(state, "a", under_way=False)
     assert after(state, "a", 5, 10.1) is state
 
 
 def test_after_a_pause_a_held_stick_does_not_count():
     held = after(driving(10.0), "a", 2, 10.1, forward=1.0)
-    assert link.status(link.require_centring(held), 10.1) == "centre_stick"
+    assert driver_link.status(driver_link.require_centring(held), 10.1) == "centre_stick"
     idle = driving(10.0)
-    assert link.require_centring(idle) is idle
+    assert driver_link.require_centring(idle) is idle
 
 
 # ------------------------------------------------------------------ whatever happens
@@ -195,15 +208,15 @@ class Trace:
 
     def __init__(self):
         self.driver, self.last, self.centred_since, self.confirmed_since = None, None, 0, 0
-        self.seqs, self.quickest = {}, {}
+        self.seqs, self.min_delay = {}, {}
         self.needs_centre, self.needs_confirm = True, False
 
     def beat(self, client, seq, forward, visible, late, now):
         if seq <= self.seqs.get(client, -math.inf):
             return
         self.seqs[client] = seq
-        self.quickest[client] = min(late, self.quickest.get(client, math.inf))
-        if client != self.driver or late - self.quickest[client] > 300.0:
+        self.min_delay[client] = min(late, self.min_delay.get(client, math.inf))
+        if client != self.driver or late - self.min_delay[client] > 300.0:
             return
         gap = 0.0 if self.last is None else now - self.last[0]
         self.needs_centre |= gap > 0.3
@@ -245,40 +258,42 @@ def test_the_link_is_ready_where_the_rule_says_so_and_nowhere_else(events):
             trace.beat(client, max(seqs[client], 0), forward, visible, late, now)
         elif kind == "take":
             client, under_way = rest
-            state = link.take_control(state, client, under_way=under_way)
+            state = driver_link.take_control(state, client, under_way=under_way)
             trace.needs_confirm |= under_way and client != trace.driver
             trace.drives(client)
         elif kind in {"release", "left"}:
-            state = (link.release_control if kind == "release" else link.disconnect)(state, rest[0])
+            state = (driver_link.release_control if kind == "release" else driver_link.disconnect)(
+                state, rest[0]
+            )
             if rest[0] == trace.driver:
                 trace.drives(None)
             if kind == "left":
                 trace.seqs.pop(rest[0], None)
-                trace.quickest.pop(rest[0], None)
+                trace.min_delay.pop(rest[0], None)
                 seqs[rest[0]] = 0
         elif kind == "resume":
-            state = link.resume(state, rest[0], now)
+            state = driver_link.resume(state, rest[0], now)
             trace.resume(rest[0], now)
         elif kind in {"stop", "held"}:
-            state = link.stop_until_confirmed(
+            state = driver_link.stop_until_confirmed(
                 state, Reason.RIDER_STOP if kind == "stop" else Reason.COLLISION
             )
             trace.needs_confirm = True
         elif kind == "recentred":
-            state = link.require_centring(state)
+            state = driver_link.require_centring(state)
             centred = trace.last is not None and abs(trace.last[1]) <= DEAD
             trace.needs_centre |= not centred
         else:
             now += rest[0]
-        ready = link.status(state, now) == "ready"
+        ready = driver_link.status(state, now) == "ready"
         assert ready == trace.ready(now)
-        assert (link.hold_reason(state, now) is None) == ready
+        assert (driver_link.hold_reason(state, now) is None) == ready
         if not ready:
-            assert link.deflection(state, now) == (0.0, 0.0)
+            assert driver_link.deflection(state, now) == (0.0, 0.0)
 
 
 @given(st.sampled_from(list(RequiredAction)), st.booleans(), st.floats(0.0, 3.0))
 def test_time_alone_never_makes_a_link_ready(need, centred, wait):
     state = replace(driving(10.0), required=need, centred=centred)
-    if link.status(state, 10.0) != "ready":
-        assert link.status(state, 10.0 + wait) != "ready"
+    if driver_link.status(state, 10.0) != "ready":
+        assert driver_link.status(state, 10.0 + wait) != "ready"

@@ -6,10 +6,16 @@ from types import SimpleNamespace
 
 import pytest
 
+from cohelm.live.control import world_factory
+from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.mission import Mission
 from cohelm.live.control_cycle import STEP
-from cohelm.live.loop import MAX_WAITING, LiveLoop
+from cohelm.live.control_loop import MAX_SLOW_CALLS, ControlLoop
 from cohelm.live.messages import Destination
+from cohelm.scenarios import load_scenario
+from cohelm.scenarios.build import build_scenario
+
+from .rig import Rig
 
 SLOW = 0.02
 """What an errand takes, s."""
@@ -19,10 +25,10 @@ class Stand:
     """A chair that only listens."""
 
     def __init__(self):
-        self.starting_text, self.world, self.waits = "", None, False
+        self.starting_text, self.world, self.awaits_world = "", None, False
         self.begun, self.held, self.answered_mission = [], threading.Event(), 1
 
-    def hold(self, cause):
+    def stop_until_confirmed(self, cause):
         self.held.set()
 
     def step(self, due, attend):
@@ -30,17 +36,15 @@ class Stand:
         attend()
 
 
-@pytest.fixture
-def loop():
-    chair = Stand()
+def made_loop(cycle, driver, send=lambda *_: None, world_factory=None):
     navigator = SimpleNamespace(
         ready=False, starts=1, lost="", unanswered=None, gave_up=False,
         supervise=lambda now: False, close=lambda: None,
     )  # fmt: skip
     route_preview = SimpleNamespace(
-        settled=True, start=lambda: None, poll=lambda: None, close=lambda: None
+        ready_or_failed=True, start=lambda: None, poll=lambda: None, close=lambda: None
     )
-    world_factory = SimpleNamespace(
+    world_factory = world_factory or SimpleNamespace(
         start=lambda seed, when: None, finished=lambda: None, busy=False
     )
     rides = SimpleNamespace(
@@ -49,27 +53,39 @@ def loop():
     services = SimpleNamespace(
         navigator=navigator, route_preview=route_preview, world_factory=world_factory, rides=rides
     )
-    nobody = lambda *_, **__: None  # noqa: E731
-    commands = SimpleNamespace(mission=Mission().with_goal(Destination(name="", x=1.0, y=2.0)))
-    loop = LiveLoop(chair, commands, services, seed=0, cold=False, send=nobody, log_event=nobody)
+    log_event = lambda *_, **__: None  # noqa: E731
+    return ControlLoop(cycle, driver, services, seed=0, cold=False, send=send, log_event=log_event)
+
+
+@pytest.fixture
+def loop():
+    driver = DriverState(mission=Mission().with_goal(Destination(name="", x=1.0, y=2.0)))
+    loop = made_loop(Stand(), driver)
     loop.start()
     yield loop
     loop.close()
+
+
+def until(holds, patience=5.0):
+    end = time.monotonic() + patience
+    while not holds():
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.01)
 
 
 def test_errands_leave_the_chair_its_time_and_make_nobody_wait(loop):
     """However many come: a step is late by one of them at most, and STOP by no more than that."""
     done = []
 
-    def mission(_):
+    def mission():
         time.sleep(SLOW)
         done.append(time.monotonic())
 
-    taken = [loop.submit(mission) for _ in range(3 * MAX_WAITING)]
+    taken = [loop.submit(mission) for _ in range(3 * MAX_SLOW_CALLS)]
     assert not all(taken)
-    assert sum(taken) <= MAX_WAITING + 1
+    assert sum(taken) <= MAX_SLOW_CALLS + 1
     asked, heard = time.monotonic(), threading.Event()
-    loop.call(lambda _: heard.set())
+    loop.call(heard.set)
     assert heard.wait(5.0)
     assert time.monotonic() - asked < SLOW + STEP + 0.15  # what a busy machine may add
     began = len(loop.cycle.begun)
@@ -78,20 +94,59 @@ def test_errands_leave_the_chair_its_time_and_make_nobody_wait(loop):
     assert 1 <= len(done) <= 20 * STEP / (5.0 * SLOW)
 
 
-def test_a_loop_that_fails_leaves_nothing_at_the_wheels(loop, caplog):
-    loop.cycle.order = None
-    loop.cycle.step = lambda due, attend: 1 / 0
-    end = time.monotonic() + 5.0
-    while not loop.error and time.monotonic() < end:
-        time.sleep(0.01)
+def test_a_fault_of_the_loop_stops_the_chair_and_pages_still_get_its_state(caplog):
+    """The navigator's answer raises while the chair drives at more than 0.1 m/s."""
+    rig = Rig(build_scenario(load_scenario("empty"), 0))
+    rig.drive()
+    assert rig.steps(14, 0.8)[-1].speed > 0.1
+    rig.navigator.answer = lambda timeout, now: 1 / 0
+    loop = made_loop(rig.cycle, rig.driver, rig.send)
+    rig.told.clear()
+    loop.start()
+    try:
+        until(lambda: len(rig.of("state")) > 20)
+        heard = threading.Event()
+        loop.call(heard.set)
+        assert heard.wait(5.0)
+    finally:
+        loop.close()
+    states = rig.of("state")
+    assert all(state.command == (0.0, 0.0) for state in states)
+    assert states[-1].reason.code == "navigator_timeout"
+    assert not rig.world.truth.twist.any()
+    assert [notice.code for notice in rig.of("notice")] == ["loop_failed"]
     assert "failed" in loop.error
-    assert not loop.cycle.order.twist.any()
+    assert caplog.text.count("Traceback") == 1
+
+
+def test_a_world_that_cannot_be_built_leaves_the_drive_in_the_old_one(monkeypatch, caplog):
+    def fault(*_):
+        raise ValueError("no such thing")
+
+    monkeypatch.setattr(world_factory, "build_scenario", fault)
+    told, chair = [], Stand()
+    chair.world = object()
+    factory = world_factory.WorldFactory(None)
+    loop = made_loop(chair, DriverState(), lambda message, _: told.append(message.code), factory)
+    loop._thread.start()
+    try:
+        loop.call(lambda: loop.restart_world(7))
+        until(lambda: told)
+        steps = len(chair.begun)
+        until(lambda: len(chair.begun) > steps + 2)
+        assert not chair.awaits_world
+    finally:
+        loop.close()
+    assert told == ["world_failed"]
+    assert loop.error == ""
+    assert "ValueError: no such thing" in caplog.text
+    assert loop._seed == 0
 
 
 def test_an_errand_that_fails_ends_nothing(loop):
     heard = threading.Event()
-    assert loop.submit(lambda _: 1 / 0)
-    assert loop.submit(lambda _: heard.set())
+    assert loop.submit(lambda: 1 / 0)
+    assert loop.submit(heard.set)
     assert heard.wait(5.0)
     assert loop.error == ""
 
@@ -101,9 +156,9 @@ def test_what_a_navigator_was_lost_over_is_not_asked_of_the_next_one(loop, answe
     """The errand has version 1: kept where it was answered before, dropped where it never was."""
     heard = threading.Event()
     loop.cycle.answered_mission = answered
-    loop._navigator.unanswered = SimpleNamespace(mission=1)
+    loop._navigator.unanswered = SimpleNamespace(mission_version=1)
     loop._navigator.lost = "no answer"
     assert loop.cycle.held.wait(5.0)
-    loop.call(lambda _: heard.set())
+    loop.call(heard.set)
     assert heard.wait(5.0)
-    assert (loop._commands.mission.goal is not None) == bool(answered)
+    assert (loop._driver.mission.goal is not None) == bool(answered)

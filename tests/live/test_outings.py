@@ -4,22 +4,26 @@ import numpy as np
 import pytest
 
 from cohelm.errors import StoreError
+from cohelm.live.control.ipc import RideBegin
 from cohelm.live.control.mission import Mission
 from cohelm.live.messages import Limits
-from cohelm.live.ride_sessions import RideSessions
+from cohelm.live.ride_tracker import RideMarks, RideTracker
+
+MOVING = SimpleNamespace(twist=np.array([0.3, 0.0, 0.0]))
 
 
 class Kept:
     """Stands in for the sessions: a ride can be rated once it is kept."""
 
     def __init__(self):
-        self.rides, self.ratings = [], {}
+        self.rides, self.ratings, self.count = [], {}, 0
 
     def begin(self, _):
         return SimpleNamespace(id="s")
 
     def begin_ride(self):
-        return "s-r1", None
+        self.count += 1
+        return f"s-r{self.count}", None
 
     def keep(self, record, log, ride_setup):
         self.rides.append(record.id)
@@ -35,10 +39,9 @@ def ended():
     """A ride that is over, whose log the navigator's process still has."""
     kept = Kept()
     limits = Limits(max_speed=1.0, max_acceleration=0.5, min_distance=0.3)
-    rides = RideSessions(kept, SimpleNamespace(limits=limits), lambda *_: None, 0.05)
+    rides = RideTracker(kept, SimpleNamespace(limits=limits), lambda *_: None, 0.05)
     rides.enter(SimpleNamespace(seed=0))
-    order = SimpleNamespace(twist=np.array([0.3, 0.0, 0.0]))
-    rides.step(order, Mission(), length=0.1, device="keys")
+    rides.step(MOVING, Mission(), length=0.1, device="keys")
     rides.end("cancelled")
     return rides, kept
 
@@ -57,6 +60,17 @@ def test_a_ride_is_rated_afterwards(ended):
     rides.navigator_lost()
     rides.rate("s-r1", 2)
     assert kept.ratings == {"s-r1": 2}
+
+
+def test_marks_are_taken_in_their_order_and_none_is_lost(ended):
+    """The navigator is busy from the beginning of one ride until after that of the next."""
+    rides, _ = ended
+    rides.step(MOVING, Mission(), length=0.1, device="keys")
+    assert rides.take_marks() == RideMarks(begin=RideBegin("s-r1", None))
+    assert rides.take_marks() == RideMarks(end="cancelled", begin=RideBegin("s-r2", None))
+    rides.end("collision")
+    assert rides.take_marks() == RideMarks(end="collision")
+    assert rides.take_marks() == RideMarks()
 
 
 def test_what_is_no_ride_is_not_rated(ended):

@@ -31,7 +31,7 @@ def test_a_process_that_hangs_is_begun_anew_and_its_question_refused(
     monkeypatch, patience, refused
 ):
     monkeypatch.setattr(route_preview, "WorkerProcess", Mute)
-    monkeypatch.setattr(route_preview, "HANGING", patience)
+    monkeypatch.setattr(route_preview, "ANSWER_TIMEOUT", patience)
     told, made = [], Mute.made
     asked = route_preview.RoutePreview(
         None, lambda message, client: told.append((message.code, client))
@@ -45,3 +45,21 @@ def test_a_process_that_hangs_is_begun_anew_and_its_question_refused(
     asked.start()
     assert told == refused * [("preview_failed", "a")]
     assert Mute.made - made == 1 + refused
+
+
+def test_after_the_last_process_every_request_is_answered(monkeypatch):
+    monkeypatch.setattr(route_preview, "WorkerProcess", Mute)
+    monkeypatch.setattr(route_preview, "ANSWER_TIMEOUT", -1.0)
+    told = []
+    asked = route_preview.RoutePreview(None, lambda message, client: told.append(client))
+    for lost in range(route_preview.MAX_LOST):
+        asked.start()
+        asked.poll()
+        clients = ["a", "b", "c"] if lost == route_preview.MAX_LOST - 1 else ["a"]
+        for client in clients:
+            wish = AddWish(id=lost, kind="attract", points=((1.0, 2.0),), preview=True)
+            asked.request(client, wish)
+        asked.set_planning_context(b"about")
+        asked.poll()
+    assert told == ["a"] * route_preview.MAX_LOST + ["b", "c"]
+    assert not asked.needs_context

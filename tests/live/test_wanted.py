@@ -11,6 +11,7 @@ from cohelm.messages import Mode, RiderProfile
 
 LIMITS = Limits(max_speed=0.6, max_acceleration=0.5, min_distance=0.7)
 PLACES = Places(places=(NamedPlace(name="Ward 3", point=np.array([1.0, 2.0])),))
+FLOOR = FloorInfo(image="", width=100, height=50, resolution=0.1, x=0.0, y=0.0)
 WARD = Destination(name="Ward 3", x=1.0, y=2.0)
 
 
@@ -94,7 +95,7 @@ def test_a_destination_is_a_place_or_a_point_or_none():
 )
 def test_a_wish_without_size_is_refused(want):
     with pytest.raises(InvalidProblem):
-        wish_of(want, 1)
+        check_wish(want, FLOOR)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +104,6 @@ def test_a_wish_without_size_is_refused(want):
 )
 def test_what_no_way_can_heed_is_refused_before_one_is_looked_for(points):
     """Off the map by more than 2 m, or drawn to and fro for more than 300 m."""
-    floor = FloorInfo(image="", width=100, height=50, resolution=0.1, x=0.0, y=0.0)
     with pytest.raises(InvalidProblem):
-        check_wish(AddWish(kind="stroke", points=points), floor)
-    check_wish(AddWish(kind="stroke", points=((0.0, 0.0), (10.0, 5.0), (11.9, 6.9))), floor)
+        check_wish(AddWish(kind="stroke", points=points), FLOOR)
+    check_wish(AddWish(kind="stroke", points=((0.0, 0.0), (10.0, 5.0), (11.9, 6.9))), FLOOR)

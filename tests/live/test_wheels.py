@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.live.control.watchdog import PATIENCE, Watchdog, limit_acceleration
+from cohelm.live.control.watchdog import MAX_ANSWER_AGE, Watchdog, limit_acceleration
 from cohelm.messages import Decision
 from cohelm.reasons import Reason
 
@@ -18,37 +18,37 @@ def decision(v=0.5, omega=0.2, **given):
 
 
 def test_nothing_moves_before_the_first_decision():
-    order = Watchdog().order(10.0, None)
-    assert not order.twist.any()
-    assert order.reason is Reason.NAVIGATOR_TIMEOUT
+    command = Watchdog().select_command(10.0, None)
+    assert not command.twist.any()
+    assert command.reason is Reason.NAVIGATOR_TIMEOUT
 
 
 @given(st.floats(0.0, 1.0))
 def test_a_decision_moves_the_chair_for_150_ms_and_no_longer(age):
     watch = Watchdog().updated(decision(), 7, 10.0)
-    order = watch.order(10.0 + age, None)
-    if 10.0 + age - 10.0 <= PATIENCE:
-        assert order is watch.decision
+    command = watch.select_command(10.0 + age, None)
+    if 10.0 + age - 10.0 <= MAX_ANSWER_AGE:
+        assert command is watch.decision
     else:
-        assert not order.twist.any()
-        assert order.emergency
-        assert order.reason is Reason.NAVIGATOR_TIMEOUT
+        assert not command.twist.any()
+        assert command.emergency
+        assert command.reason is Reason.NAVIGATOR_TIMEOUT
 
 
 def test_a_clock_that_is_not_a_number_stops_the_chair():
-    assert not Watchdog().updated(decision(), 7, 10.0).order(math.nan, None).twist.any()
+    assert not Watchdog().updated(decision(), 7, 10.0).select_command(math.nan, None).twist.any()
 
 
 def test_whatever_holds_the_chair_comes_before_the_navigator():
-    order = Watchdog().updated(decision(), 7, 10.0).order(10.0, Reason.CONNECTION_LOST)
-    assert not order.twist.any()
-    assert order.reason is Reason.CONNECTION_LOST
+    command = Watchdog().updated(decision(), 7, 10.0).select_command(10.0, Reason.CONNECTION_LOST)
+    assert not command.twist.any()
+    assert command.reason is Reason.CONNECTION_LOST
 
 
 def test_a_twist_that_is_not_a_number_goes_no_further():
-    order = Watchdog().updated(decision(v=math.nan), 7, 10.0).order(10.0, None)
-    assert not order.twist.any()
-    assert order.reason is Reason.NOT_FINITE
+    command = Watchdog().updated(decision(v=math.nan), 7, 10.0).select_command(10.0, None)
+    assert not command.twist.any()
+    assert command.reason is Reason.NOT_FINITE
 
 
 @given(twists, twists, st.floats(0.1, 2.0))

@@ -5,9 +5,30 @@
 
 ``messages`` are the protocol with a page, ``control`` has the parts around the navigator, ``page``
 translates between them, and ``sessions`` stores the rides. ``cohelm.web`` serves the page.
+
+    drive      one run of the program, from ``Drive.start`` to ``Drive.close``
+    session    the rides of one drive, stored in one folder
+    world      the simulation from one seed; a restart begins another one in the same drive
+    ride       from the first motion to arrival, contact or cancellation
+    mission    what the driver has requested: destination, wishes, mode and pace
+    tick       one step of 0.05 s: observation, decision, motion
+
+    thread or process    file                          owns                         ends
+    web server (caller)  drive.py                      sockets of the pages         with the program
+    thread control       control_loop.py               driver state, control cycle  Drive.close
+    thread world         control/world_factory.py      a world being built          world built
+    thread sessions      sessions/store.py             writes of stored rides       Drive.close
+    thread measuring     sessions/store.py             the measuring process        Drive.close
+    thread audit         sessions/audit.py             audit.jsonl                  Drive.close
+    process navigator    control/navigator_process.py  navigator, ride log, MCAP    pipe closed
+    process previews     page/preview_process.py       planner of previews          pipe closed
+    process measuring    sessions/measuring.py         measures, map of a ride      ride measured
+
+Threads share values through queues, under a lock, or by replacing an attribute as a whole;
+processes get and return the values of ``control/ipc.py`` through a pipe.
 """
 
 from cohelm.live.control.limits import PACES, LimitsLoosened
-from cohelm.live.drive import Drive, DriveHealth, DriveSetup, Listener
+from cohelm.live.drive import Drive, DriveHealth, DriveSetup
 
-__all__ = ["PACES", "Drive", "DriveHealth", "DriveSetup", "LimitsLoosened", "Listener"]
+__all__ = ["PACES", "Drive", "DriveHealth", "DriveSetup", "LimitsLoosened"]

@@ -1,7 +1,7 @@
 """Live ride as a server sees it: commands go in, messages come out.
 
     drive = Drive(DriveSetup(scenario=load_scenario("hospital")))
-    drive.listen(lambda message, client: ...)    # called in the control thread: hop to your own
+    drive.listen(lambda message, client: ...)    # called in the control thread: do not wait there
     drive.start()                                # returns at once; ChairState.reason: starting
     drive.connect("a", "driver")                 # sends Welcome before it returns
     drive.receive("a", Heartbeat(seq=0, sent=0.0), time.monotonic())
@@ -17,18 +17,18 @@ import tempfile
 import threading
 import time
 import weakref
-from collections.abc import Callable
 from pathlib import Path
 
 from cohelm.arrays import value
+from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import ProcessSetup
 from cohelm.live.control.limits import ActiveSettings, LimitsLoosened
 from cohelm.live.control.navigator_client import NavigatorClient
 from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import STEP, ControlCycle
-from cohelm.live.loop import LiveCommandEffects, LiveLoop
+from cohelm.live.control_loop import ControlLoop
+from cohelm.live.loop_effects import LoopEffects
 from cohelm.live.messages import (
-    ChangeSimulation,
     Echo,
     FromPage,
     Limits,
@@ -36,14 +36,15 @@ from cohelm.live.messages import (
     RiderSettings,
     Role,
     SceneInfo,
+    Send,
     SettingsChanged,
     ToPage,
     Welcome,
 )
-from cohelm.live.page.commands import Commands
+from cohelm.live.page.commands import HANDLERS, CommandHandler
 from cohelm.live.page.floor_model import floor_model
 from cohelm.live.page.route_preview import RoutePreview
-from cohelm.live.ride_sessions import RideSessions
+from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import AuditLog
 from cohelm.live.sessions.files import reserved
@@ -51,10 +52,8 @@ from cohelm.live.sessions.store import SessionStore
 from cohelm.processes import compiled
 from cohelm.scenarios import Scenario
 
-_INNERMOST = "qp.*"
+_LAST_COMPILED = "qp.*"
 """Kernel of the local planner; once it is compiled, so is the rest of the navigator."""
-Listener = Callable[[ToPage, str | None], None]
-"""Receives each message and the name of its client; None: for all connected clients."""
 
 
 @value
@@ -80,13 +79,13 @@ class DriveHealth:
     """Condition of the control loop and its processes."""
 
     ready: bool
-    """True once the chair can drive."""
+    """True if the chair can drive."""
     error: str
-    """Reason why it never will; empty where it may."""
+    """Reason why it cannot, and will not without a restart; empty: there is none."""
     ticks: int
     """Control steps so far."""
     missed: int
-    """Steps that began more than one period late."""
+    """Steps that overran their period, since the chair was ready."""
     longest_streak: int
     """Maximum number of consecutive missed steps."""
     stops: int
@@ -107,7 +106,7 @@ class Drive:
     """
 
     def __init__(self, setup: DriveSetup) -> None:
-        cold = not compiled(_INNERMOST)  # before the floor model compiles its few kernels
+        cold = not compiled(_LAST_COMPILED)  # before the floor model compiles its few kernels
         model = floor_model(setup.scenario, setup.seed)
         self._scene, self._png = model.scene, model.png
         self._temporary: tempfile.TemporaryDirectory[str] | None = None
@@ -120,32 +119,35 @@ class Drive:
         self._settings = ActiveSettings(
             setup.folder, model.robot, profile, limits=setup.limits, rider=setup.rider
         )
-        self._listeners: tuple[Listener, ...] = ()
+        self._listeners: tuple[Send, ...] = ()
         self._announcing = threading.Lock()
         process_setup = ProcessSetup(scenario=setup.scenario, seed=setup.seed, record=setup.record)
-        services = Services(
+        self._services = services = Services(
             navigator=NavigatorClient(process_setup),
             route_preview=RoutePreview(process_setup, self._send),
             world_factory=WorldFactory(setup.scenario),
-            rides=RideSessions(self._sessions, self._settings, self._send, STEP),
+            rides=RideTracker(self._sessions, self._settings, self._send, STEP),
         )
-        self._navigator = services.navigator
-        effects = LiveCommandEffects(services.rides)
-        log_event = self._audit.log_event
-        commands = Commands(
-            model.places, self._settings, self._send, log_event, effects, self._scene.floor
-        )
-        cycle = ControlCycle(commands, self._settings, profile, services, send=self._send)
-        self._loop = LiveLoop(
+        driver, log_event = DriverState(), self._audit.log_event
+        cycle = ControlCycle(driver, self._settings, profile, services, send=self._send)
+        self._loop = ControlLoop(
             cycle,
-            commands,
+            driver,
             services,
             seed=setup.seed,
             cold=cold,
             send=self._send,
             log_event=log_event,
         )
-        effects.loop, effects.route_preview = self._loop, services.route_preview
+        self._commands = CommandHandler(
+            driver,
+            model.places,
+            model.scene.floor,
+            self._settings,
+            LoopEffects(self._loop, services),
+            send=self._send,
+            log_event=log_event,
+        )
         self._closed = False
 
     def start(self) -> None:
@@ -179,7 +181,7 @@ class Drive:
         """Return the map as grey PNG: 0 occupied, 128 unknown, 255 free; first row at the top."""
         return self._png
 
-    def listen(self, callback: Listener) -> None:
+    def listen(self, callback: Send) -> None:
         """Pass every message from now on to ``callback``.
 
         It is called in the control thread and, for answers that do not need the loop (Welcome,
@@ -200,11 +202,11 @@ class Drive:
         )
         self._send(welcome, client)
         self._send(self._loop.cycle.view.route_update(), client)
-        self._loop.call(lambda commands: commands.connect(client, role))
+        self._loop.call(lambda: self._commands.connect(client, role))
 
     def disconnect(self, client: str) -> None:
         """Remove a page; if it drove, the chair stops."""
-        self._loop.call(lambda commands: commands.disconnect(client))
+        self._loop.call(lambda: self._commands.disconnect(client))
 
     def receive(self, client: str, message: FromPage, at: float | None = None) -> None:
         """Take a message from a page; answers come through the listeners.
@@ -218,11 +220,16 @@ class Drive:
             self._send(message, client)
             return
         arrival = time.monotonic() if at is None else at
-        if not isinstance(message, ChangeSimulation):
-            self._loop.call(lambda commands: commands.receive(client, message, arrival))
-        elif not self._loop.submit(lambda commands: commands.receive(client, message, arrival)):
+
+        def process() -> None:
+            self._commands.receive(client, message, arrival)
+
+        if not HANDLERS[type(message)].slow:
+            self._loop.call(process)
+        elif not self._loop.submit(process):
             text = "Too many requests at once."
-            self._send(Rejected(id=message.id, code="too_many_requests", text=text), client)
+            id_ = getattr(message, "id", 0)
+            self._send(Rejected(id=id_, code="too_many_requests", text=text), client)
 
     @property
     def limits(self) -> Limits:
@@ -286,13 +293,13 @@ class Drive:
             missed=loop.deadlines.missed,
             longest_streak=loop.deadlines.longest,
             stops=loop.cycle.stops,
-            restarts=max(self._navigator.starts - 1, 0),
+            restarts=max(self._services.navigator.starts - 1, 0),
         )
 
     @property
     def navigator_pid(self) -> int | None:
-        """Process id of the navigator; None where there is no process now."""
-        return self._navigator.pid
+        """Process id of the navigator; None: there is no process now."""
+        return self._services.navigator.pid
 
     def _announce_settings(self) -> None:
         with self._announcing:

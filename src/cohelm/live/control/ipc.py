@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from cohelm.live.messages import RideOutcome
 from cohelm.live.sessions.records import RideLog
@@ -12,6 +13,9 @@ from cohelm.scenarios import Scenario
 from cohelm.simulation import GroundTruth
 
 Points = tuple[tuple[float, float], ...]
+"""Points of a line in the map frame, m."""
+Poses = tuple[tuple[float, float, float], ...]
+"""Poses (x, y, heading) in the map frame, m and rad."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,30 +25,38 @@ class ProcessSetup:
     scenario: Scenario
     seed: int
     record: Path | None = None
+    """MCAP file of the drive; None: not recorded."""
+
+
+class RideBegin(NamedTuple):
+    """Beginning of a ride."""
+
+    ride: str
+    """Id of the ride."""
+    rows: Path
+    """File for its rows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepRequest:
     """Request for one step of the navigator."""
 
-    number: int
-    """Number of the step; the answer carries the same one."""
-    mission: int
+    step_id: int
+    """``ControlCycle.ticks`` of the step; the answer carries the same one."""
+    mission_version: int
     """``Mission.version`` that the request belongs to."""
     observation: Observation
     request: Request
     truth: GroundTruth
     """Ground truth, for log and recorder only."""
-    heartbeat: int
-    """Number of the heartbeat in the observation; −1: none."""
-    extra_clearance: float = 0.0
-    """Additional distance from people that the therapist requires, m."""
+    heartbeat_seq: int
+    """``Heartbeat.seq`` of the stick position in the observation; −1: none."""
     restart: bool = False
     """Forget all memory: the world has restarted."""
-    begin: tuple[str, Path] | None = None
-    """A ride begins with this step: its id, and the file for its rows."""
     end: RideOutcome | None = None
     """The ride has ended before this step."""
+    begin: RideBegin | None = None
+    """A ride begins with this step."""
     planning_context: bool = False
     """Return the planning context, for a route preview."""
     paused: bool = False
@@ -56,33 +68,57 @@ class RouteView:
     """Route as the page draws it."""
 
     points: Points
+    """About 0.1 m apart; empty: there is no route."""
     without_wishes: Points
+    """Route without the wishes; empty: there is no route."""
     length: float
     """m."""
     extra_length: float
-    """m."""
+    """Difference from the route without wishes, m."""
+
+
+class PersonRow(NamedTuple):
+    """Tracked person as the page draws them: map frame, m, m/s, rad."""
+
+    id: float
+    x: float
+    y: float
+    vx: float
+    vy: float
+    radius: float
+    axis: float
+    """Direction of the largest extent of the social space, rad."""
+    front: float
+    """Extent of the social space ahead along the axis, m; next aside and behind."""
+    side: float
+    rear: float
+    group: float
+    """Id of the person's group; −1: none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepAnswer:
     """Result of one step: the decision, and values for the page."""
 
-    number: int
-    mission: int
-    heartbeat: int
+    step_id: int
+    """See ``StepRequest``, as the next two."""
+    mission_version: int
+    heartbeat_seq: int
     decision: Decision
     rider_authority: float = 0.0
+    """Rider's share of control, 0…1."""
     arrived: bool = False
     remaining: float | None = None
-    """Distance along the route, m."""
+    """Distance along the route, m; None: there is no route."""
     route_error: str = ""
-    """Reason why there is no route, where there should be one."""
+    """Reason why there is no route, if there should be one."""
     route: RouteView | None = None
     """None: the same route as before."""
-    plan: tuple[tuple[float, float, float], ...] = ()
-    people: tuple[tuple[float, ...], ...] = ()
-    """(id, x, y, v_x, v_y, radius, axis, front, side, rear, group) of each person."""
+    plan: Poses = ()
+    """Poses of the next two seconds."""
+    people: tuple[PersonRow, ...] = ()
     groups: tuple[Points, ...] = ()
+    """Outlines of the groups' spaces."""
     log: RideLog | None = None
     """Log of the ride that ended with an earlier request."""
     paused: bool = False
@@ -94,7 +130,9 @@ class StepAnswer:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessReady:
-    """Progress of a new process; ``done`` once it takes requests."""
+    """Progress of a new process."""
 
     done: bool
+    """True once it accepts requests."""
     progress: str = ""
+    """Name of the next case of the warm-up."""

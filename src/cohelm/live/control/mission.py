@@ -48,7 +48,7 @@ class Mission:
 
     @property
     def under_way(self) -> bool:
-        """True where the chair would drive with the stick released."""
+        """True if the chair would drive with the stick released."""
         return self.goal is not None and self.mode not in _RIDER_STEERS
 
     def with_goal(self, goal: Destination | None) -> Mission:
@@ -87,15 +87,7 @@ def goal_of(
 
 
 def wish_of(message: AddWish, number: int) -> ActiveWish:
-    """Return the wish of a message under a number.
-
-    Raises:
-        InvalidProblem: Its area or line is empty.
-    """
-    if message.kind == "stroke" and len(message.points) < 2:
-        raise InvalidProblem("a line to follow needs two points or more")
-    if message.kind == "avoid" and len(message.points) < 3 and message.radius <= 0.0:
-        raise InvalidProblem("the area to avoid is empty")
+    """Return the wish of a message, with ``number`` as its id."""
     return ActiveWish(id=number, kind=message.kind, points=message.points, radius=message.radius)
 
 
@@ -103,7 +95,7 @@ def check_wish(message: AddWish, floor: FloorInfo) -> None:
     """Reject a wish that no route can satisfy, before any planning.
 
     Raises:
-        InvalidProblem: It lies outside the map, or its line is too long.
+        InvalidProblem: It lies outside the map, its line is too long, or its line or area is empty.
     """
     points = np.array(message.points)
     low = np.array([floor.x, floor.y]) - MARGIN
@@ -112,6 +104,10 @@ def check_wish(message: AddWish, floor: FloorInfo) -> None:
         raise InvalidProblem("the wish is outside the map")
     if float(np.hypot(*np.diff(points, axis=0).T).sum()) > MAX_LENGTH:
         raise InvalidProblem("the line is too long")
+    if message.kind == "stroke" and len(points) < 2:
+        raise InvalidProblem("a line to follow needs two points or more")
+    if message.kind == "avoid" and len(points) < 3 and message.radius <= 0.0:
+        raise InvalidProblem("the area to avoid is empty")
 
 
 def request_of(
@@ -130,7 +126,7 @@ def request_of(
         mission: Mission in force.
         profile: Profile of the scenario.
         limits, rider: Settings in force.
-        moves: True where the chair may move.
+        moves: True if the chair may move.
     """
     mode = mission.active_mode
     if not moves and mode in _RIDER_STEERS:
@@ -142,6 +138,8 @@ def request_of(
         mode=mode,
         profile=limited_profile(profile, mission.pace, limits, rider),
         speed_limit=min(PACES[mission.pace], limits.max_speed) if moves else 0.0,
+        # The safety gate, too, keeps what the therapist adds to the distance of the profile.
+        extra_clearance=max(limits.min_distance - profile.social_distance, 0.0),
     )
 
 

@@ -8,7 +8,7 @@ from cohelm.live.control.ipc import ProcessReady, ProcessSetup, StepAnswer, Step
 from cohelm.live.control.navigator_process import serve_navigator
 from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
 
-HANGING = 10.0
+ANSWER_TIMEOUT = 10.0
 """Maximum time for an answer, s; then the process is replaced."""
 MAX_FAILED_STARTS = 3
 """Consecutive processes that may fail before they are ready; then no more are started."""
@@ -36,32 +36,35 @@ class NavigatorClient:
         self.unanswered: StepRequest | None = None
         """Request that the last lost process did not answer."""
         self.ready = False
-        """True where it takes requests."""
+        """True if it accepts requests."""
         self.lost = ""
-        """Reason of the last loss; the reader resets it to empty."""
+        """Reason of the last loss; the control loop resets it to empty."""
         self.starts = 0
         """Number of processes so far."""
 
     @property
     def gave_up(self) -> bool:
-        """True where no more processes are started."""
+        """True if no more processes are started."""
         return self._failed_starts >= MAX_FAILED_STARTS
 
     @property
     def pid(self) -> int | None:
-        """Id of the present process."""
+        """Id of the current process; None: there is none."""
         return self._process.pid if self._process is not None else None
 
     @property
     def free(self) -> bool:
-        """True where it waits for a request."""
+        """True if it waits for a request."""
         return self.ready and self.pending is None
 
     def supervise(self, now: float) -> bool:
-        """Start a missing process and follow its progress; True where it just became ready.
+        """Start a missing process and follow its progress.
 
         Args:
             now: s.
+
+        Returns:
+            True in the one call that finds a new process ready.
         """
         if self._process is None:
             if now >= self._start_at and not self.gave_up:
@@ -100,8 +103,8 @@ class NavigatorClient:
             return message
         if self._process is None:
             return None
-        if now - self.requested_at > HANGING:
-            self._lose(now, f"no answer for {HANGING:g} s")
+        if now - self.requested_at > ANSWER_TIMEOUT:
+            self._lose(now, f"no answer for {ANSWER_TIMEOUT:g} s")
         return None
 
     def close(self) -> None:
@@ -121,7 +124,7 @@ class NavigatorClient:
         return message
 
     def _lose(self, now: float, reason: str) -> None:
-        """End a process that is of no more use; its replacement starts a little later."""
+        """End a useless process; its replacement starts after :data:`RESTART_DELAY`."""
         _log.error("the navigator is lost: %s", reason)
         self.lost = reason
         self._failed_starts += not self.ready

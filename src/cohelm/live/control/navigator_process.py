@@ -6,6 +6,7 @@ garbage is collected while the control loop does not wait.
 
 from __future__ import annotations
 
+import contextlib
 import gc
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,6 +23,7 @@ from cohelm.live.control.ipc import (
     StepAnswer,
     StepRequest,
 )
+from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe
 from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
 from cohelm.live.control.view_model import (
     groups_of,
@@ -51,26 +53,31 @@ _FULL_COLLECTION = 20
 
 
 def serve_navigator(pipe: Connection, setup: ProcessSetup) -> None:
-    """Answer requests until the other end of the pipe is closed."""
+    """Main function of the process: answer requests until the owner closes the pipe.
+
+    Any fault ends the process with its traceback on stderr; the owner starts another one.
+    """
     leave_interrupts()
     end_with_owner(grace=3.0)
     ride_setup = build_scenario(setup.scenario, setup.seed)
+    with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
+        _serve(OwnerPipe(pipe), setup, ride_setup)
+
+
+def _serve(pipe: OwnerPipe, setup: ProcessSetup, ride_setup: RideSetup) -> None:
     server = NavigatorServer(ride_setup)
-    try:
-        for progress in warm_up(ride_setup):
-            pipe.send(ProcessReady(done=False, progress=progress))
-        with DriveRecording(setup.record, ride_setup) as recording:
-            gc.collect()
-            gc.freeze()
-            gc.disable()
-            pipe.send(ProcessReady(done=True))
-            while True:
-                request = pipe.recv()
-                pipe.send(server.answer(request))
-                server.record(request, recording)
-                gc.collect(2 if request.number % _FULL_COLLECTION == 0 else 0)
-    except (EOFError, OSError):
-        return
+    for progress in warm_up(ride_setup):
+        pipe.send(ProcessReady(done=False, progress=progress))
+    with DriveRecording(setup.record, ride_setup) as recording:
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        pipe.send(ProcessReady(done=True))
+        while True:
+            request = pipe.receive()
+            pipe.send(server.answer(request))
+            server.record(request, recording)
+            gc.collect(2 if request.step_id % _FULL_COLLECTION == 0 else 0)
 
 
 class NavigatorServer:
@@ -85,8 +92,7 @@ class NavigatorServer:
         self._last: Tick | None = None
         self._path: Path | None = None
         self._ride_log = RideLogWriter()
-        self._logging = False
-        self._log: RideLog | None = None
+        self._finished_log: RideLog | None = None
 
     def answer(self, step: StepRequest) -> StepAnswer:
         """Compute one step; during a pause, the planning context only."""
@@ -94,15 +100,13 @@ class NavigatorServer:
             return self._paused_answer(step)
         if step.restart:
             self._last = None
-        # Part of the request, so that it is recorded as well.
-        request = replace(step.request, extra_clearance=step.extra_clearance)
-        tick = self._navigator.step(step.observation, self._shared(request), self._last)
+        tick = self._navigator.step(step.observation, self._shared(step.request), self._last)
         self._last = tick
-        log, self._log = self._log, None
+        log, self._finished_log = self._finished_log, None
         return StepAnswer(
-            number=step.number,
-            mission=step.mission,
-            heartbeat=step.heartbeat,
+            step_id=step.step_id,
+            mission_version=step.mission_version,
+            heartbeat_seq=step.heartbeat_seq,
             decision=tick.decision,
             rider_authority=rider_authority_of(tick),
             arrived=tick.arrived,
@@ -113,7 +117,9 @@ class NavigatorServer:
             people=people_of(tick),
             groups=groups_of(tick),
             log=log,
-            planning_context=planning_context_of(tick, request) if step.planning_context else None,
+            planning_context=(
+                planning_context_of(tick, step.request) if step.planning_context else None
+            ),
         )
 
     def record(self, step: StepRequest, recording: DriveRecording) -> None:
@@ -122,36 +128,33 @@ class NavigatorServer:
             return
         if step.restart:
             recording.restart()
-        if step.end is not None and self._logging:
-            self._log = self._ride_log.end(step.end)
-            self._logging = False
+        if step.end is not None:
+            self._finished_log = self._ride_log.end(step.end)
         if step.begin is not None:
-            self._ride_log.begin(*step.begin)
-            self._logging = True
+            self._ride_log.begin(step.begin.ride, step.begin.rows)
         if self._last is None:
             return
-        if self._logging:
-            self._ride_log.add(self._last, step.truth)
+        self._ride_log.add(self._last, step.truth)
         recording.add(self._last, step.truth)
 
     def _paused_answer(self, step: StepRequest) -> StepAnswer:
         context = planning_context_of(self._last, step.request) if self._last is not None else b""
         return StepAnswer(
-            number=step.number,
-            mission=step.mission,
-            heartbeat=step.heartbeat,
+            step_id=step.step_id,
+            mission_version=step.mission_version,
+            heartbeat_seq=step.heartbeat_seq,
             decision=stop(Reason.PAUSED),
             paused=True,
             planning_context=context,
         )
 
     def _shared(self, request: Request) -> Request:
-        """Return the last request where it is equal: the navigator compares by identity."""
+        """Return the last request if it is equal: the navigator compares by identity."""
         last = self._last.request if self._last is not None else None
         return last if last is not None and identical(last, request) else request
 
     def _route(self, tick: Tick, *, restart: bool) -> RouteView | None:
-        """Return the route where it differs from that of the last answer."""
+        """Return the route if it differs from that of the last answer."""
         if tick.path is self._path and not restart:
             return None
         self._path = tick.path
@@ -169,31 +172,31 @@ class _WarmUpCase(NamedTuple):
 
 
 def warm_up(ride_setup: RideSetup) -> Iterator[str]:
-    """Drive a little in every mode, in a world of its own, so that all code is compiled and loaded.
+    """Drive a little in every mode, in a separate world, so that all code is compiled and loaded.
 
-    Yields the name of the next case.
+    Yields:
+        Name of the next case.
     """
     yield "world"
     world = World(ride_setup.world, ride_setup.seed)
     server = NavigatorServer(ride_setup)
-    number = 0
+    step_id = 0
     for name, request, stick in _warm_up_cases(ride_setup):
         yield name
         for _ in range(_WARM_UP_STEPS):
             observation = world.observe()
             rider = RiderCommand(heartbeat=observation.time, deflection=np.array(stick))
             step = StepRequest(
-                number=number,
-                mission=0,
+                step_id=step_id,
+                mission_version=0,
                 observation=replace(observation, rider=rider),
-                request=request,
+                request=replace(request, extra_clearance=0.1 * (step_id % 2)),
                 truth=world.truth,
-                heartbeat=0,
-                extra_clearance=0.1 * (number % 2),
-                planning_context=number % _WARM_UP_STEPS == 0,
+                heartbeat_seq=0,
+                planning_context=step_id % _WARM_UP_STEPS == 0,
             )
             world.advance(server.answer(step).decision)
-            number += 1
+            step_id += 1
 
 
 def _warm_up_cases(ride_setup: RideSetup) -> Iterator[_WarmUpCase]:

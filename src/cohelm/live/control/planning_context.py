@@ -15,7 +15,7 @@ from cohelm.scenarios import RideSetup
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningContext:
-    """Pose, goal, wishes and live obstacles of the present route."""
+    """Pose, goal, wishes and live obstacles of the current route."""
 
     pose: Floats
     """(3,), X_MR."""
@@ -36,7 +36,7 @@ def planning_context_of(tick: Tick, request: Request) -> bytes:
 
     Args:
         tick: Last tick.
-        request: Present request; it differs from the tick's after a pause only.
+        request: Current request; it differs from the tick's after a pause only.
     """
     memory = tick.memory
     if np.isnan(request.goal).any():

@@ -7,19 +7,19 @@ import math
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.live.control.ipc import Points, RouteView
+from cohelm.live.control.ipc import PersonRow, Points, Poses, RouteView
 from cohelm.messages import Mode, Path, SocialSpaces
 from cohelm.navigation import Tick
 from cohelm.shapes import extent, hull_outline
 
-PLAN_HORIZON = 2.0
+SHOWN_HORIZON = 2.0
 """Part of the plan that is shown, s."""
-SPACING = 0.1
+SHOWN_SPACING = 0.1
 """Approximate distance between the points of a route that is shown, m."""
 
 
 def rider_authority_of(tick: Tick) -> float:
-    """Return the rider's share of control: 1 where they steer alone, 0 where the chair does."""
+    """Return the rider's share of control: 1 if they steer alone, 0 if the chair does."""
     if tick.request.mode in {Mode.MANUAL, Mode.ASSISTED}:
         return 1.0
     if tick.request.mode is Mode.AUTONOMOUS or tick.authority is None:
@@ -36,12 +36,12 @@ def remaining_of(tick: Tick) -> float | None:
 
 
 def route_error_of(tick: Tick) -> str:
-    """Return the rider's sentence for a failed plan; empty where there is none."""
+    """Return the rider's sentence for a failed plan; empty if there is none."""
     failure = tick.memory.planning_failure
     return failure.reason.sentence if failure is not None else ""
 
 
-def plan_of(tick: Tick) -> tuple[tuple[float, float, float], ...]:
+def plan_of(tick: Tick) -> Poses:
     """Return poses of the next two seconds: the planner's, else those that the stick leads to."""
     if tick.plan is not None:
         poses, step = tick.plan.poses, tick.plan.step
@@ -50,13 +50,13 @@ def plan_of(tick: Tick) -> tuple[tuple[float, float, float], ...]:
     else:
         return ()
     every = max(round(0.2 / step), 1)
-    shown = poses[: round(PLAN_HORIZON / step) + 1 : every]
+    shown = poses[: round(SHOWN_HORIZON / step) + 1 : every]
     if not np.isfinite(shown).all():
         return ()
     return tuple((round(x, 3), round(y, 3), round(h, 3)) for x, y, h in shown.tolist())
 
 
-def people_of(tick: Tick) -> tuple[tuple[float, ...], ...]:
+def people_of(tick: Tick) -> tuple[PersonRow, ...]:
     """Return ``StepAnswer.people``; a person without a space yet has that of their body."""
     tracked, spaces = tick.people, tick.spaces
     n = len(tracked)
@@ -71,11 +71,11 @@ def people_of(tick: Tick) -> tuple[tuple[float, ...], ...]:
         group = np.where(member >= 0, tick.groups.id[np.maximum(member, 0)], -1)
     columns = [tracked.id, tracked.mean, tracked.radius, shape, group]
     rows = np.column_stack(columns).round(3)
-    return tuple(tuple(row) for row in rows.tolist() if all(map(math.isfinite, row)))
+    return tuple(PersonRow(*row) for row in rows.tolist() if all(map(math.isfinite, row)))
 
 
 def groups_of(tick: Tick) -> tuple[Points, ...]:
-    """Return the present outlines of the groups' spaces, m."""
+    """Return the current outlines of the groups' spaces, m."""
     spaces = tick.spaces
     if spaces is None or spaces.groups is None:
         return ()
@@ -100,7 +100,7 @@ def points_of(line: Floats) -> Points:
 
 
 def _extents(spaces: SocialSpaces, k: int) -> Floats:
-    """(axis, front, side, rear) of one person's present space, in its first hypothesis."""
+    """(axis, front, side, rear) of one person's current space, in its first hypothesis."""
     shape = spaces.shape(k)
     ahead, aside, behind = (extent(shape, delta)[0] for delta in (0.0, math.pi / 2.0, math.pi))
     return np.array([spaces.axis[k, 0, 0], ahead, aside, behind])
@@ -111,6 +111,6 @@ def _thinned(line: Floats) -> Floats:
     if len(line) < 3:
         return line
     step = float(np.hypot(*np.diff(line, axis=0).T).mean())
-    every = max(int(SPACING / max(step, 1e-6)), 1)
+    every = max(int(SHOWN_SPACING / max(step, 1e-6)), 1)
     kept = line[::every]
     return kept if len(line) % every == 1 or every == 1 else np.vstack([kept, line[-1]])

@@ -1,6 +1,6 @@
-"""Watchdog of the navigator, and the limit on acceleration: the last step before the wheels.
+"""Latch of the navigator's last decision, and the limit on acceleration: last before the wheels.
 
-Link, watchdog and acceleration limit work without the navigator's process.
+Both run in the control thread and need neither the navigator's process nor its answer.
 """
 
 from __future__ import annotations
@@ -15,42 +15,46 @@ from cohelm.messages import Decision
 from cohelm.reasons import Reason
 from cohelm.safety import stop
 
-PATIENCE = 0.15
-"""Maximum age of a decision, s; then the chair stops."""
+MAX_ANSWER_AGE = 0.15
+"""Time for which a decision stays at the wheels, s; then the chair stops."""
+MAX_ANSWER_LATENCY = 0.15
+"""Maximum time from a request to its answer, s; the decision of a later answer is not used."""
 CONFIRM_AFTER = 1.0
 """Silence of the navigator after which the driver must confirm, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Watchdog:
-    """Newest decision of the navigator, and its time."""
+    """Last decision of the navigator with its arrival time; too old a decision becomes a stop."""
 
     decision: Decision | None = None
     """None: no decision yet."""
-    heartbeat: int = -1
-    """Number of the heartbeat that it is based on."""
+    heartbeat_seq: int = -1
+    """``Heartbeat.seq`` that it is based on; −1: none."""
     at: float = -math.inf
     """Arrival time, s of a monotonic clock."""
     epoch: int = 0
     """``LinkState.epoch`` at the time of the request."""
 
-    def updated(self, decision: Decision, heartbeat: int, at: float, epoch: int = 0) -> Watchdog:
+    def updated(
+        self, decision: Decision, heartbeat_seq: int, at: float, epoch: int = 0
+    ) -> Watchdog:
         """Return the watchdog with a new decision."""
-        return replace(self, decision=decision, heartbeat=heartbeat, at=at, epoch=epoch)
+        return replace(self, decision=decision, heartbeat_seq=heartbeat_seq, at=at, epoch=epoch)
 
     def expired(self, now: float) -> bool:
         """Check that the last decision is too old to be used."""
-        return self.decision is None or not now - self.at <= PATIENCE
+        return self.decision is None or not now - self.at <= MAX_ANSWER_AGE
 
-    def order(self, now: float, hold: Reason | None) -> Decision:
-        """Return the decision for the wheels.
+    def select_command(self, now: float, hold_reason: Reason | None) -> Decision:
+        """Return the decision for the wheels: the navigator's, or a stop.
 
         Args:
-            now: s.
-            hold: Reason for a stop whatever the navigator decides; None: there is none.
+            now: s of the same clock.
+            hold_reason: Reason for a stop whatever the navigator decides; None: there is none.
         """
-        if hold is not None:
-            return stop(hold)
+        if hold_reason is not None:
+            return stop(hold_reason)
         if self.decision is None or self.expired(now):
             return stop(Reason.NAVIGATOR_TIMEOUT)
         if not np.isfinite(self.decision.twist).all():
@@ -71,11 +75,11 @@ def limit_acceleration(
         max_acceleration: m/s².
         dt: Time until the next decision, s.
     """
-    now, then = decision.twist[:2], before[:2]
-    speed = math.hypot(*now)
+    velocity, last_velocity = decision.twist[:2], before[:2]
+    speed = math.hypot(*velocity)
     # A reversal starts from standing.
-    last = math.hypot(*then) if float(now @ then) >= 0.0 else 0.0
-    max_speed = last + max_acceleration * dt
+    last_speed = math.hypot(*last_velocity) if float(velocity @ last_velocity) >= 0.0 else 0.0
+    max_speed = last_speed + max_acceleration * dt
     if decision.emergency or speed <= max_speed:
         return decision
     return replace(decision, twist=decision.twist * (max_speed / speed))

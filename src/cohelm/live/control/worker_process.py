@@ -1,4 +1,8 @@
-"""Handle of a process with a pipe; no call here waits long for the process."""
+"""Handle of a process with a pipe, for the owner of the process. POSIX only.
+
+Each call has an upper bound of its duration: ``send`` and ``receive`` :data:`PIPE_TIMEOUT` (and the
+given time) for each part of a message, ``kill`` 1 s, ``close`` 2 s and that of ``kill``.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +19,10 @@ from typing import Any
 from cohelm.live.control.ipc import ProcessSetup
 from cohelm.processes import spawn, without_interrupts
 
-STUCK = 0.03
-"""Maximum time for a message to progress, s; beyond it the other process has been suspended."""
+PIPE_TIMEOUT = 0.03
+"""Maximum time for the next part of a message, s; a process that takes longer is suspended."""
+_KILL_TIMEOUT = 1.0
+"""Maximum time for a killed process to end, s."""
 _BUFFER = 1 << 20  # bytes; the operating system may allow less
 
 
@@ -73,24 +79,24 @@ class WorkerProcess:
             raise ProcessGone(f"gives no answers ({cause!r})") from None
 
     def kill(self) -> None:
-        """End the process at once."""
+        """End the process at once; waits up to 1 s for its end."""
         with contextlib.suppress(OSError):
             self._pipe.close()
         if self.process.is_alive():
             self.process.kill()
-        self.process.join(1.0)
+        self.process.join(_KILL_TIMEOUT)
 
-    def close(self, patience: float = 2.0) -> None:
-        """Let the process end by itself, and kill it after ``patience``, s."""
+    def close(self, timeout: float = 2.0) -> None:
+        """Let the process end by itself, and kill it after ``timeout``, s."""
         with contextlib.suppress(OSError):
             self._pipe.close()
-        self.process.join(patience)
+        self.process.join(timeout)
         self.kill()
 
 
 def _set_timeouts(pipe: Connection) -> None:
-    """Let a message fail that is stuck half way because the other process is suspended."""
-    timeout = struct.pack("ll", 0, int(STUCK * 1e6))
+    """Let a message fail that makes no progress because the other process is suspended."""
+    timeout = struct.pack("ll", 0, int(PIPE_TIMEOUT * 1e6))
     with socket.socket(fileno=os.dup(pipe.fileno())) as end:
         for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
             end.setsockopt(socket.SOL_SOCKET, option, timeout)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -24,6 +26,15 @@ from cohelm.scenarios.build import build_scenario
 from cohelm.simulation import World, generator
 
 _WARM_UP_STEPS = 5
+_POLL_PERIOD = 0.1
+"""Time between two polls of ``when``, s."""
+_log = logging.getLogger(__name__)
+
+
+class WorldError(CohelmError):
+    """The world cannot be built, for a reason that is not the scenario's."""
+
+    code = "world_failed"
 
 
 class DoorError(CohelmError):
@@ -79,8 +90,9 @@ class WorldFactory:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
-        self._results: queue.SimpleQueue[LiveWorld | Exception] = queue.SimpleQueue()
+        self._results: queue.SimpleQueue[LiveWorld | CohelmError] = queue.SimpleQueue()
         self.busy = False
+        """True from :meth:`start` until :meth:`finished` has returned the result."""
 
     def start(self, seed: int, when: Callable[[], bool]) -> None:
         """Start to build a world.
@@ -97,22 +109,21 @@ class WorldFactory:
         """Return a world that was finished since the last call; None: there is none.
 
         Raises:
-            CohelmError: The world cannot be built.
+            CohelmError: The world cannot be built; any other fault becomes a :class:`WorldError`.
         """
         try:
             result = self._results.get_nowait()
         except queue.Empty:
             return None
         self.busy = False
-        if isinstance(result, Exception):
+        if isinstance(result, CohelmError):
             raise result
         return result
 
     def _build(self, seed: int, when: Callable[[], bool]) -> None:
-        waiting = threading.Event()
-        while not when():
-            waiting.wait(0.1)
         try:
+            while not when():
+                time.sleep(_POLL_PERIOD)
             ride_setup = build_scenario(self._scenario, seed)
             _warm_up(World(ride_setup.world, ride_setup.seed))
             world = LiveWorld(
@@ -121,8 +132,11 @@ class WorldFactory:
                 floor=walkable_floor(ride_setup),
                 rng=generator(seed, "added"),
             )
-        except Exception as error:  # raised again by finished() in the control thread
+        except CohelmError as error:  # raised again by finished() in the control thread
             self._results.put(error)
+        except Exception as error:  # a fault here must not end the drive in the old world
+            _log.exception("the world could not be built")
+            self._results.put(WorldError(f"the simulation could not be built: {error!r}"))
         else:
             self._results.put(world)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter
@@ -217,3 +218,5 @@ ToPage = Annotated[
     Field(discriminator="type"),
 ]
 TO_PAGE: TypeAdapter[ToPage] = TypeAdapter(ToPage)
+Send = Callable[[ToPage, str | None], None]
+"""Sends a message to the page of that client; None: to all pages. It neither waits nor raises."""

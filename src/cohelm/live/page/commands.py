@@ -1,18 +1,22 @@
 """Commands of pages put into effect: driver, destination, wishes, mode and pace.
 
-All of it runs in the control thread, between two steps.
+All of it runs in the control thread, between two steps. A message with an ``id`` is a request and
+gets one answer: ``Accepted``, ``Rejected``, or later ``WishPreview``. Other messages are answered
+only if they are rejected.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from cohelm.errors import CohelmError
-from cohelm.live.control import link
+from cohelm.live.control import driver_link
+from cohelm.live.control.driver_link import RequiredAction
+from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
-from cohelm.live.control.mission import MAX_WISHES, Mission, check_wish, goal_of, wish_of
+from cohelm.live.control.mission import MAX_WISHES, check_wish, goal_of, wish_of
 from cohelm.live.messages import (
     Accepted,
     AddWish,
@@ -27,27 +31,16 @@ from cohelm.live.messages import (
     RemoveWish,
     ResumeCommand,
     Role,
+    Send,
     SetGoal,
     SetMode,
     SetPace,
     StopCommand,
     TakeControl,
-    ToPage,
 )
-from cohelm.live.sessions.audit import AuditEvent
+from cohelm.live.sessions.audit import LogEvent
 from cohelm.maps import Places
 from cohelm.reasons import Reason
-
-Send = Callable[[ToPage, str | None], None]
-"""Sends a message to a client; None: to all."""
-
-
-class LogEvent(Protocol):
-    """Adds an entry to the audit log."""
-
-    def __call__(self, actor: str, event: AuditEvent, **details: Any) -> None:
-        """See ``AuditLog.log_event``."""
-        ...
 
 
 class CommandEffects(Protocol):
@@ -72,56 +65,46 @@ class NotDriver(CohelmError):
     code = "not_driver"
 
 
+class StickDeflected(CohelmError):
+    """The stick must be released before the driver can confirm."""
+
+    code = Reason.RELEASE_STICK.value
+
+
 class TooManyActiveWishes(CohelmError):
     """The maximum number of wishes is active already."""
 
     code = Reason.TOO_MANY_WISHES.value
 
 
-class Commands:
-    """Link and mission, changed by the messages of pages.
+class CommandHandler:
+    """Changes the driver state as the messages of pages say.
 
     Args:
+        driver: State to change.
         places: Named places.
+        floor: Bounds of wishes.
         settings: Limits and rider's settings.
-        send, log_event: Message listener and audit log.
         effects: Commands that need the control loop.
-        floor: Bounds the wishes; None: no bounds.
+        send: Sends answers and notices.
+        log_event: Adds entries to the audit log.
     """
 
     def __init__(
         self,
+        driver: DriverState,
         places: Places,
+        floor: FloorInfo,
         settings: ActiveSettings,
+        effects: CommandEffects,
+        *,
         send: Send,
         log_event: LogEvent,
-        effects: CommandEffects,
-        floor: FloorInfo | None = None,
     ) -> None:
-        self._floor = floor
-        self.link = link.LinkState()
-        self.mission = Mission()
-        self._places, self._settings = places, settings
-        self._send, self._log_event, self._effects = send, log_event, effects
+        self._driver, self._places, self._floor = driver, places, floor
+        self._settings, self._effects = settings, effects
+        self._send, self._log_event = send, log_event
         self._wish_count = 0
-        # Messages without an answer …
-        self._events: Mapping[type, Callable[[str, Any, float], None]] = {
-            Heartbeat: self._heartbeat,
-            TakeControl: self._take_control,
-            ReleaseControl: self._release_control,
-            StopCommand: self._stop,
-            ResumeCommand: self._resume,
-        }
-        # … and requests, which are accepted or rejected.
-        self._requests: Mapping[type, Callable[[str, Any], bool]] = {
-            SetGoal: self._set_goal,
-            AddWish: self._add_wish,
-            RemoveWish: self._remove_wish,
-            SetMode: self._set_mode,
-            SetPace: self._set_pace,
-            RateRide: self._rate_ride,
-            ChangeSimulation: self._change_simulation,
-        }
 
     def connect(self, client: str, role: Role) -> None:
         """Add a page."""
@@ -129,123 +112,151 @@ class Commands:
 
     def disconnect(self, client: str) -> None:
         """Remove a page; if it drove, there is no driver now."""
-        if client == self.link.driver:
+        if client == self._driver.link.driver:
             self._log_event(client, "control_released", reason="disconnected")
-        self.link = link.disconnect(self.link, client)
+        self._driver.link = driver_link.disconnect(self._driver.link, client)
         self._log_event(client, "disconnected")
 
     def receive(self, client: str, message: FromPage, at: float) -> None:
-        """Process a message that arrived at ``at``, s; requests are answered."""
-        event = self._events.get(type(message))
-        if event is not None:
-            event(client, message, at)
-            return
-        request = self._requests.get(type(message))
-        if request is None:
-            return
-        number: int = message.id  # type: ignore[union-attr]  # all requests have one
+        """Process a message, and answer it if it is a request.
+
+        Args:
+            client: Page that sent it.
+            message: Any message but ``Echo``.
+            at: Arrival time, s.
+        """
+        request_id: int = getattr(message, "id", 0)
         try:
-            if request(client, message):
-                self._send(Accepted(id=number), client)
+            accepted = HANDLERS[type(message)].handle(self, client, message, at)
         except CohelmError as error:
-            self._reject(client, number, error)
-
-    def _reject(self, client: str, number: int, error: CohelmError) -> None:
-        text = getattr(error, "problem", None) or str(error)
-        self._send(Rejected(id=number, code=error.code, text=text), client)
-
-    def _heartbeat(self, client: str, beat: Heartbeat, at: float) -> None:
-        dead_zone = self._settings.rider.dead_zone
-        self.link = link.on_heartbeat(self.link, client, beat, at, dead_zone=dead_zone)
-
-    def _take_control(self, client: str, _: TakeControl, __: float) -> None:
-        before = self.link.driver
-        if before == client:
+            text = getattr(error, "problem", None) or str(error)
+            self._send(Rejected(id=request_id, code=error.code, text=text), client)
             return
-        self.link = link.take_control(self.link, client, under_way=self.mission.under_way)
+        if accepted:
+            self._send(Accepted(id=request_id), client)
+
+    def _on_heartbeat(self, client: str, beat: Heartbeat, at: float) -> bool:
+        dead_zone = self._settings.rider.dead_zone
+        link = self._driver.link
+        self._driver.link = driver_link.on_heartbeat(link, client, beat, at, dead_zone=dead_zone)
+        return False
+
+    def _take_control(self, client: str, _: TakeControl, __: float) -> bool:
+        driver = self._driver
+        before = driver.link.driver
+        if before == client:
+            return False
+        under_way = driver.mission.under_way
+        driver.link = driver_link.take_control(driver.link, client, under_way=under_way)
         self._log_event(client, "control_taken", before=before)
         if before is not None:
             text = "Another screen has taken control."
             self._send(Notice(code="control_lost", text=text), before)
             text = "You have taken control from another screen."
             self._send(Notice(code="control_taken", text=text), client)
+        return False
 
-    def _release_control(self, client: str, _: ReleaseControl, __: float) -> None:
-        if client == self.link.driver:
-            self.link = link.release_control(self.link, client)
+    def _release_control(self, client: str, _: ReleaseControl, __: float) -> bool:
+        if client == self._driver.link.driver:
+            self._driver.link = driver_link.release_control(self._driver.link, client)
             self._log_event(client, "control_released")
+        return False
 
-    def _stop(self, client: str, _: StopCommand, __: float) -> None:
-        before = self.link
-        self.link = link.stop_until_confirmed(before, Reason.RIDER_STOP)
+    def _stop(self, client: str, _: StopCommand, __: float) -> bool:
+        before = self._driver.link
+        self._driver.stop_until_confirmed(Reason.RIDER_STOP)
         stopped = before.cause is Reason.RIDER_STOP
-        if not (before.required is link.RequiredAction.CONFIRM and stopped):
+        if not (before.required is RequiredAction.CONFIRM and stopped):
             self._log_event(client, "stop_pressed")  # once, although a page repeats STOP
+        return False
 
-    def _resume(self, client: str, _: ResumeCommand, at: float) -> None:
-        after = link.resume(self.link, client, at)
-        if after is not self.link:
-            self.link = after
+    def _resume(self, client: str, _: ResumeCommand, at: float) -> bool:
+        before = self._driver.link
+        self._driver.link = driver_link.resume(before, client, at)
+        if self._driver.link is not before:
             self._log_event(client, "resumed")
-            return
-        found = link.status(self.link, at)
-        if client != self.link.driver:
-            self._reject(client, 0, NotDriver("Only the driver can resume."))
-        elif found in {"stick_held", "centre_stick"}:
-            release = Reason.RELEASE_STICK
-            self._send(Rejected(code=release.value, text=release.sentence), client)
+        elif client != before.driver:
+            raise NotDriver("Only the driver can resume.")
+        elif driver_link.status(before, at) in {"stick_held", "centre_stick"}:
+            raise StickDeflected(Reason.RELEASE_STICK.sentence)
+        return False
 
     def _check_driver(self, client: str) -> None:
         """Reject a client that does not drive, unless there is no driver."""
-        if self.link.driver not in {None, client}:
+        if self._driver.link.driver not in {None, client}:
             raise NotDriver("Another screen drives. Take control first.")
 
-    def _set_goal(self, client: str, message: SetGoal) -> bool:
+    def _set_goal(self, client: str, message: SetGoal, _: float) -> bool:
         self._check_driver(client)
         goal = goal_of(message.place, message.point, self._places)
-        self.mission = self.mission.with_goal(goal)
+        self._driver.mission = self._driver.mission.with_goal(goal)
         logged = None if goal is None else goal.name or [round(goal.x, 2), round(goal.y, 2)]
         self._log_event(client, "goal_changed", goal=logged)
         return True
 
-    def _add_wish(self, client: str, message: AddWish) -> bool:
-        if self._floor is not None:
-            check_wish(message, self._floor)
+    def _add_wish(self, client: str, message: AddWish, _: float) -> bool:
+        check_wish(message, self._floor)
         if message.preview:
-            wish_of(message, 0)
             self._effects.preview(client, message)
             return False
         self._check_driver(client)
-        if len(self.mission.wishes) >= MAX_WISHES:
+        mission = self._driver.mission
+        if len(mission.wishes) >= MAX_WISHES:
             raise TooManyActiveWishes(Reason.TOO_MANY_WISHES.sentence)
-        wish = wish_of(message, self._wish_count + 1)
         self._wish_count += 1
-        self.mission = self.mission.with_wish(wish)
+        self._driver.mission = mission.with_wish(wish_of(message, self._wish_count))
         return True
 
-    def _remove_wish(self, client: str, message: RemoveWish) -> bool:
+    def _remove_wish(self, client: str, message: RemoveWish, _: float) -> bool:
         self._check_driver(client)
-        self.mission = self.mission.without_wish(message.wish, every=message.all)
+        mission = self._driver.mission
+        self._driver.mission = mission.without_wish(message.wish, every=message.all)
         return True
 
-    def _set_mode(self, client: str, message: SetMode) -> bool:
+    def _set_mode(self, client: str, message: SetMode, _: float) -> bool:
         self._check_driver(client)
-        self.mission = replace(self.mission, mode=message.mode)
+        self._driver.mission = replace(self._driver.mission, mode=message.mode)
         self._log_event(client, "mode_changed", mode=message.mode.value)
         return True
 
-    def _set_pace(self, client: str, message: SetPace) -> bool:
+    def _set_pace(self, client: str, message: SetPace, _: float) -> bool:
         self._check_driver(client)
-        self.mission = replace(self.mission, pace=message.pace)
+        self._driver.mission = replace(self._driver.mission, pace=message.pace)
         self._log_event(client, "pace_changed", pace=message.pace)
         return True
 
-    def _rate_ride(self, _: str, message: RateRide) -> bool:
+    def _rate_ride(self, _: str, message: RateRide, __: float) -> bool:
         self._effects.rate(message.ride, message.rating)
         return True
 
-    def _change_simulation(self, client: str, message: ChangeSimulation) -> bool:
+    def _change_simulation(self, client: str, message: ChangeSimulation, _: float) -> bool:
         self._check_driver(client)
         self._effects.change_simulation(message)
         self._log_event(client, "simulation_changed", action=message.action)
         return True
+
+
+class Handler(NamedTuple):
+    """Handling of one type of message."""
+
+    handle: Callable[[CommandHandler, str, Any, float], bool]
+    """Puts it into effect; returns True to answer ``Accepted``, raises CohelmError to reject it."""
+    slow: bool = False
+    """True if it may take longer than a step has time for; see ``ControlLoop.submit``."""
+
+
+HANDLERS: Mapping[type, Handler] = {
+    Heartbeat: Handler(CommandHandler._on_heartbeat),
+    TakeControl: Handler(CommandHandler._take_control),
+    ReleaseControl: Handler(CommandHandler._release_control),
+    StopCommand: Handler(CommandHandler._stop),
+    ResumeCommand: Handler(CommandHandler._resume),
+    SetGoal: Handler(CommandHandler._set_goal),
+    AddWish: Handler(CommandHandler._add_wish),
+    RemoveWish: Handler(CommandHandler._remove_wish),
+    SetMode: Handler(CommandHandler._set_mode),
+    SetPace: Handler(CommandHandler._set_pace),
+    RateRide: Handler(CommandHandler._rate_ride),
+    ChangeSimulation: Handler(CommandHandler._change_simulation, slow=True),
+}
+"""All messages of ``FromPage`` but ``Echo``, which ``Drive`` returns without the control thread."""

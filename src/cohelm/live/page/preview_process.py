@@ -5,6 +5,7 @@ It is separate from the navigator's process, so that nothing waits for these pla
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ import numpy as np
 
 from cohelm.errors import PlanningError
 from cohelm.live.control.ipc import Points, ProcessReady, ProcessSetup
+from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe
 from cohelm.live.control.planning_context import PlanningContext, warm_up_wishes
 from cohelm.live.control.view_model import route_view
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
@@ -50,22 +52,27 @@ class PreviewAnswer:
     extra_length: float = 0.0
     """Difference from the route without the wish, m."""
     error: str = ""
-    """Reason why there is no route; empty where there is one."""
+    """Reason why there is no route; empty if there is one."""
 
 
 def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
-    """Answer requests until the other end of the pipe is closed."""
+    """Main function of the process: answer requests until the owner closes the pipe.
+
+    Any fault ends the process with its traceback on stderr; the owner starts another one.
+    """
     leave_interrupts()
     end_with_owner()
     ride_setup = build_scenario(setup.scenario, setup.seed)
     os.nice(_NICENESS)
     _warm_up(ride_setup)
-    try:
-        pipe.send(ProcessReady(done=True))
-        while True:
-            pipe.send(preview(pipe.recv(), ride_setup))
-    except (EOFError, OSError):
-        return
+    with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
+        _serve(OwnerPipe(pipe), ride_setup)
+
+
+def _serve(pipe: OwnerPipe, ride_setup: RideSetup) -> None:
+    pipe.send(ProcessReady(done=True))
+    while True:
+        pipe.send(preview(pipe.receive(), ride_setup))
 
 
 def _warm_up(ride_setup: RideSetup) -> None:
@@ -98,7 +105,7 @@ def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
     """Plan the route with and without a wish.
 
     Args:
-        request: Wish, and the context of the present route.
+        request: Wish, and the context of the current route.
         ride_setup: Map, chair and planner.
     """
     context: PlanningContext = pickle.loads(request.planning_context)  # from our own process
@@ -122,13 +129,13 @@ def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
     except PlanningError as error:
         text = planning_reason(error).sentence
         return PreviewAnswer(id=request.id, client=request.client, error=text)
-    present = _plan_or_none(planner, problem)
+    current = _plan_or_none(planner, problem)
     return PreviewAnswer(
         id=request.id,
         client=request.client,
         points=route_view(path).points,
         length=round(path.length, 2),
-        extra_length=round(path.length - present.length, 2) if present is not None else 0.0,
+        extra_length=round(path.length - current.length, 2) if current is not None else 0.0,
     )
 
 

@@ -1,4 +1,4 @@
-"""Client of the preview process: one request at a time, and nothing waits for an answer."""
+"""Client of the preview process: one request at a time, and no call waits for the answer."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ from collections import deque
 from cohelm.live.control.ipc import ProcessReady, ProcessSetup
 from cohelm.live.control.mission import wish_of, wishes_of
 from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
-from cohelm.live.messages import AddWish, Rejected, WishPreview
-from cohelm.live.page.commands import Send
+from cohelm.live.messages import AddWish, Rejected, Send, WishPreview
 from cohelm.live.page.preview_process import PreviewAnswer, PreviewRequest, serve_previews
 
-MAX_WAITING = 8
+MAX_QUEUED_PREVIEWS = 8
 """Maximum number of waiting requests; then the oldest is rejected."""
-HANGING = 25.0
-"""Maximum time for an answer, s; a page waits somewhat longer."""
+ANSWER_TIMEOUT = 25.0
+"""Maximum time for an answer, s; then the process is replaced. A page waits somewhat longer."""
 MAX_LOST = 5
-"""Number of processes that may fail before no more are started."""
+"""Number of processes that may fail before no more are started and all requests are rejected."""
 
 
 class RoutePreview:
@@ -39,12 +38,12 @@ class RoutePreview:
 
     @property
     def needs_context(self) -> bool:
-        """True where a request waits for the present planning context."""
+        """True if a request waits for the current planning context."""
         return self._ready and self._pending is None and bool(self._waiting)
 
     @property
-    def settled(self) -> bool:
-        """True where the process is ready, or has failed: the chair does not wait for it."""
+    def ready_or_failed(self) -> bool:
+        """True if the process is ready, or has failed once: the chair does not wait longer."""
         return self._ready or self._lost > 0
 
     def request(self, client: str, wish: AddWish) -> None:
@@ -56,7 +55,7 @@ class RoutePreview:
         for replaced in [each for each in self._waiting if each[0] == client]:
             self._reject(replaced[0], replaced[1].id)
         self._waiting = deque([*others, (client, wish)])
-        if len(self._waiting) > MAX_WAITING:
+        if len(self._waiting) > MAX_QUEUED_PREVIEWS:
             oldest, dropped = self._waiting.popleft()
             self._reject(oldest, dropped.id)
 
@@ -94,7 +93,7 @@ class RoutePreview:
             self._lose()
             return
         if message is None and self._pending is not None:
-            if time.monotonic() - self._requested_at > HANGING:
+            if time.monotonic() - self._requested_at > ANSWER_TIMEOUT:
                 self._lose()
             return
         if isinstance(message, ProcessReady):
@@ -117,7 +116,7 @@ class RoutePreview:
         self._process, self._ready = None, False
 
     def _lose(self) -> None:
-        """End a process that is of no more use; the pending request is rejected."""
+        """End a useless process and reject its request; after the last one reject all requests."""
         if self._process is not None:
             self._process.kill()
         self._process, self._ready = None, False
@@ -125,7 +124,11 @@ class RoutePreview:
         pending, self._pending = self._pending, None
         if pending is not None:
             self._reject(pending.client, pending.id)
+        if self._lost >= MAX_LOST:
+            for client, wish in self._waiting:
+                self._reject(client, wish.id)
+            self._waiting.clear()
 
-    def _reject(self, client: str, number: int) -> None:
+    def _reject(self, client: str, request_id: int) -> None:
         text = "The cost of this wish could not be computed."
-        self._send(Rejected(id=number, code="preview_failed", text=text), client)
+        self._send(Rejected(id=request_id, code="preview_failed", text=text), client)

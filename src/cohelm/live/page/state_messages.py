@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cohelm.arrays import Floats
-from cohelm.live.control import link
-from cohelm.live.control.ipc import Points, RouteView, StepAnswer
+from cohelm.live.control import driver_link
+from cohelm.live.control.driver_state import DriverState
+from cohelm.live.control.ipc import PersonRow, Points, Poses, RouteView, StepAnswer
 from cohelm.live.control.mission import Mission
 from cohelm.live.control.world_factory import LiveWorld
 from cohelm.live.messages import ActiveWish, ChairState, PersonInfo, ReasonText, RouteUpdate
-from cohelm.live.page.commands import Commands
 from cohelm.messages import Decision
 from cohelm.reasons import Reason
 from cohelm.simulation import GroundTruth
@@ -22,19 +22,28 @@ class PageView:
     """Values of the navigator's last answer; pages show them until a newer answer comes."""
 
     rider_authority: float = 0.0
+    """See ``StepAnswer``, as the next ones."""
     remaining: float | None = None
-    plan: tuple[tuple[float, float, float], ...] = ()
+    plan: Poses = ()
     people: tuple[PersonInfo, ...] = ()
     groups: tuple[Points, ...] = ()
     route: RouteView | None = None
+    """None: no answer yet."""
     route_error: str = ""
     wishes: tuple[ActiveWish, ...] = ()
+    """Wishes that the route takes into account."""
     route_version: int = 0
+    """Grows with every change of route, route error or wishes."""
 
     def updated(self, answer: StepAnswer, mission: Mission) -> PageView:
-        """Return the view of a new answer; the route's version grows with every change of it."""
+        """Return the view of a new answer.
+
+        Args:
+            answer: Answer of the navigator.
+            mission: Current mission; an answer to an older one does not change the wishes.
+        """
         route = answer.route if answer.route is not None else self.route
-        wishes = mission.wishes if answer.mission == mission.version else self.wishes
+        wishes = mission.wishes if answer.mission_version == mission.version else self.wishes
         same = (route, answer.route_error, wishes) == (self.route, self.route_error, self.wishes)
         return replace(
             self,
@@ -63,66 +72,71 @@ class PageView:
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepStatus:
+    """Values of one control step for the state message; names as in ``ChairState``."""
+
+    seq: int
+    """``ControlCycle.ticks``."""
+    command: Decision
+    """Decision at the wheels."""
+    heartbeat_seq: int
+    """``Heartbeat.seq`` that the command is based on; −1: none."""
+    now: float
+    """Time by the control loop's clock, just before the command was selected, s."""
+    late: float
+    """Delay of the step's start, s."""
+    arrived: bool
+    paused: bool
+    ride: str
+    starting_text: str
+    """Additional text while the chair starts."""
+
+
 def state_message(
-    world: LiveWorld | None,
-    commands: Commands,
-    view: PageView,
-    order: Decision,
-    *,
-    starting_text: str,
-    now: float,
-    **fields: Any,
+    world: LiveWorld | None, driver: DriverState, view: PageView, step: StepStatus
 ) -> ChairState:
     """Return the state of the chair.
 
     Args:
         world: Simulated world; None: not built yet.
-        commands: Link and mission.
+        driver: Link and mission.
         view: Values of the navigator's last answer.
-        order: Decision at the wheels.
-        starting_text: Additional text while the chair starts.
-        now: s of the control loop's clock.
-        fields: Further fields of the message.
+        step: Values of the control step.
     """
-    driver_link, mission = commands.link, commands.mission
-    status = link.status(driver_link, now)
-    if world is not None:
-        simulation = world.simulation
-        observation, truth = simulation.observe(), simulation.truth
-        twist = observation.twist
-        fields |= {
-            "time": round(truth.time, 3),
-            "pose": rounded(observation.pose),
-            "speed": round(float(twist[0]), 3),
-            "turn_rate": round(float(twist[2]), 3),
-            "true_people": true_people(truth),
-            "closed_doors": tuple(sorted(simulation.shut)),
-        }
-    else:
-        fields |= {"time": 0.0, "pose": (0.0, 0.0, 0.0), "speed": 0.0, "turn_rate": 0.0}
+    link, mission = driver.link, driver.mission
+    status = driver_link.status(link, step.now)
+    twist = step.command.twist
     return ChairState.model_construct(
-        command=(round(float(order.twist[0]), 4), round(float(order.twist[2]), 4)),
-        driver=driver_link.driver,
-        device=link.current_heartbeat(driver_link, now)[1],
+        seq=step.seq,
+        heartbeat=step.heartbeat_seq,
+        lateness=round(1000.0 * step.late, 1),
+        clock=round(step.now, 4),
+        arrived=step.arrived,
+        paused=step.paused,
+        ride=step.ride,
+        command=(round(float(twist[0]), 4), round(float(twist[2]), 4)),
+        driver=link.driver,
+        device=driver_link.current_heartbeat(link, step.now).device,
         link=status,
         mode=mission.mode,
         pace=mission.pace,
         rider_authority=view.rider_authority,
-        reason=reason_text(order, starting_text, link.required_reason(status)),
+        reason=reason_text(step.command, step.starting_text, driver_link.required_reason(status)),
         goal=mission.goal,
         remaining=view.remaining if mission.goal is not None else None,
         route_version=view.route_version,
         plan=view.plan,
         people=view.people,
         groups=view.groups,
-        **fields,
+        **_world_fields(world),
     )
 
 
 def reason_text(
     decision: Decision, starting_text: str, required: Reason | None
 ) -> ReasonText | None:
-    """Return the reason of a decision for the rider; None where nothing holds the chair.
+    """Return the reason of a decision for the rider; None if nothing holds the chair.
 
     Args:
         decision: Decision at the wheels.
@@ -153,9 +167,23 @@ def rounded(pose: Floats) -> tuple[float, float, float]:
     return round(x, 3), round(y, 3), round(heading, 3)
 
 
-def _person(row: tuple[float, ...]) -> PersonInfo:
-    id_, x, y, vx, vy, radius, axis, front, side, rear, group = row
-    return PersonInfo.model_construct(
-        id=int(id_), x=x, y=y, vx=vx, vy=vy, radius=radius,
-        axis=axis, front=front, side=side, rear=rear, group=int(group),
-    )  # fmt: skip
+def _world_fields(world: LiveWorld | None) -> dict[str, Any]:
+    """Return the fields of ``ChairState`` that come from the simulation."""
+    if world is None:
+        return {"time": 0.0, "pose": (0.0, 0.0, 0.0), "speed": 0.0, "turn_rate": 0.0}
+    simulation = world.simulation
+    observation, truth = simulation.observe(), simulation.truth
+    twist = observation.twist
+    return {
+        "time": round(truth.time, 3),
+        "pose": rounded(observation.pose),
+        "speed": round(float(twist[0]), 3),
+        "turn_rate": round(float(twist[2]), 3),
+        "true_people": true_people(truth),
+        "closed_doors": tuple(sorted(simulation.shut)),
+    }
+
+
+def _person(row: PersonRow) -> PersonInfo:
+    fields = row._asdict() | {"id": int(row.id), "group": int(row.group)}
+    return PersonInfo.model_construct(**fields)

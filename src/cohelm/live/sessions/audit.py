@@ -15,7 +15,7 @@ import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from cohelm.config import Model
 from cohelm.errors import StoreError
@@ -48,6 +48,14 @@ AT_ONCE = 2000.0
 """… of which this many of a kind are accepted at once …"""
 LASTING = 0.1
 """… and this many a second in the long run: they must not displace the therapist's entries."""
+
+
+class LogEvent(Protocol):
+    """Adds an entry to the audit log."""
+
+    def __call__(self, actor: str, event: AuditEvent, **details: Any) -> None:
+        """See :meth:`AuditLog.log_event`."""
+        ...
 
 
 class AuditEntry(Model):

@@ -30,6 +30,11 @@ def age(session: str) -> tuple[str, int]:
     return session[:15], int(session[16:] or 1)
 
 
+def session_of(ride: str) -> str:
+    """Return the id of the session that a ride belongs to."""
+    return ride.rpartition("-r")[0]
+
+
 def rides_in(folder: Path) -> Iterator[RideSummary]:
     """Yield the readable rides of a session, the oldest first."""
     files = [f for f in folder.glob("*.json") if RIDE.fullmatch(f.stem)]

@@ -1,21 +1,22 @@
-"""Rides of a live drive: their beginnings, ends and summaries."""
+"""Rides of a drive: their beginnings, ends and summaries."""
 
 from __future__ import annotations
 
 import contextlib
 import logging
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from cohelm.errors import StoreError
+from cohelm.live.control.ipc import RideBegin
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.mission import Mission
-from cohelm.live.messages import Destination, Device, RideEnded, RideOutcome
-from cohelm.live.page.commands import Send
+from cohelm.live.messages import Destination, Device, RideEnded, RideOutcome, Send
 from cohelm.live.sessions.records import LimitsAt, RideLog, RideSummary
+from cohelm.live.sessions.session_files import session_of
 from cohelm.live.sessions.store import SessionStore
 from cohelm.messages import Decision, Mode
 from cohelm.scenarios import RideSetup
@@ -26,11 +27,11 @@ _K = TypeVar("_K")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RideMarks:
-    """Beginning and end of rides, as the navigator's process has to know them."""
+    """End and beginning of rides, in this order, for one request to the navigator's process."""
 
     end: RideOutcome | None = None
-    begin: tuple[str, Path] | None = None
-    """Id of the ride, and the file for its rows."""
+    """The ride that has begun before has ended."""
+    begin: RideBegin | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,22 +39,23 @@ class LiveRide:
     """Ride in progress."""
 
     id: str
-    session: str
     started: str
     """ISO 8601, UTC."""
     seed: int
     time: float = 0.0
     """Duration so far, s."""
     length: float = 0.0
-    """m."""
+    """Distance driven so far, m."""
     goal: Destination | None = None
     """None: no destination, the rider steers."""
     wishes: int = 0
+    """Number of active wishes."""
     modes: Mapping[Mode, float] = field(default_factory=dict)
     """Duration of each mode, s."""
     devices: Mapping[str, float] = field(default_factory=dict)
     """Duration of each input device, s."""
     limits: tuple[LimitsAt, ...] = ()
+    """Limits in force, in order of time."""
 
     def after(
         self, dt: float, length: float, mission: Mission, device: Device, limits: LimitsAt
@@ -95,7 +97,7 @@ class LiveRide:
         """
         return RideSummary(
             id=self.id,
-            session=self.session,
+            session=session_of(self.id),
             started=self.started,
             seed=self.seed,
             destination=_name(self.goal),
@@ -110,44 +112,50 @@ class LiveRide:
         )
 
 
-def _utc() -> datetime:
-    return datetime.now(UTC)
+class _EndedRide(NamedTuple):
+    """Ride that waits for its log."""
+
+    ride: LiveRide
+    outcome: RideOutcome
+    ride_setup: RideSetup
 
 
-class RideSessions:
+class RideTracker:
     """Divides a drive into rides: from the first movement to arrival, contact or cancellation.
 
     A destination chosen while the rider steers continues the ride; another destination ends it.
+    Belongs to the control thread.
 
     Args:
-        sessions: Stores the rides.
+        store: Stores the rides.
         settings: Limits in force.
         send: Sends messages about ends.
         step: Control period, s.
-        wall_clock: Returns the date and time.
     """
 
     def __init__(
         self,
-        sessions: SessionStore,
+        store: SessionStore,
         settings: ActiveSettings,
         send: Send,
         step: float,
-        wall_clock: Callable[[], datetime] = _utc,
     ) -> None:
-        self._sessions, self._settings, self._send = sessions, settings, send
-        self._step, self._wall_clock = step, wall_clock
-        self._session = ""
+        self._store, self._settings, self._send, self._step = store, settings, send, step
+        self._in_session = False
         self._ride: LiveRide | None = None
         self._ride_setup: RideSetup | None = None
-        self._ended: dict[str, tuple[LiveRide, RideOutcome, RideSetup]] = {}
+        self._ended: dict[str, _EndedRide] = {}
+        """Rides without their logs so far, by id."""
         self._ratings: dict[str, int] = {}
-        self._marks = RideMarks()
+        """Ratings of these rides, by id."""
+        self._marks: deque[RideMarks] = deque()
+        """Marks that no request has taken yet, the oldest first."""
         self._store_fails = False
+        """True from a failure of the store until the chair stands."""
 
     @property
     def ride(self) -> str:
-        """Id of the present ride; empty: none."""
+        """Id of the current ride; empty: none."""
         return self._ride.id if self._ride is not None else ""
 
     @property
@@ -156,59 +164,56 @@ class RideSessions:
         return bool(self._ended)
 
     def enter(self, ride_setup: RideSetup) -> None:
-        """End the present ride; further rides take place in this world."""
+        """End the current ride; further rides take place in this world."""
         self.end("cancelled")
         self._ride_setup = ride_setup
-        if not self._session:
-            with contextlib.suppress(StoreError):  # reported when a ride begins
-                self._session = self._sessions.begin(ride_setup).id
+        with contextlib.suppress(StoreError):  # reported when a ride begins
+            self._begin_session(ride_setup)
 
     def take_marks(self) -> RideMarks:
-        """Return the marks for the next request to the navigator, once."""
-        marks, self._marks = self._marks, RideMarks()
-        return marks
+        """Return the marks for the next request to the navigator, each only once."""
+        return self._marks.popleft() if self._marks else RideMarks()
 
-    def step(self, order: Decision, mission: Mission, *, length: float, device: Device) -> None:
+    def step(self, command: Decision, mission: Mission, *, length: float, device: Device) -> None:
         """Account for one control step.
 
         Args:
-            order: Decision at the wheels.
+            command: Decision at the wheels.
             mission: Mission of the step.
             length: Distance that the chair moved, m.
             device: Input device in use.
         """
         if self._ride is not None and self._ride.goal not in {None, mission.goal}:
             self.end("cancelled")  # it has another destination now
-        self._store_fails &= bool(order.twist.any())
-        if self._ride is None and order.twist.any() and not self._store_fails:
+        self._store_fails &= bool(command.twist.any())
+        if self._ride is None and command.twist.any() and not self._store_fails:
             self._begin()
         if self._ride is not None:
             limits = LimitsAt(time=self._ride.time, limits=self._settings.limits)
             self._ride = self._ride.after(self._step, length, mission, device, limits)
 
     def end(self, outcome: RideOutcome) -> None:
-        """End the present ride, if there is one."""
+        """End the current ride, if there is one."""
         ride, self._ride = self._ride, None
         if ride is None or self._ride_setup is None:
             return
         self._send(ride.ended(outcome), None)
-        self._ended[ride.id] = ride, outcome, self._ride_setup
-        self._marks = RideMarks(end=outcome)
+        self._ended[ride.id] = _EndedRide(ride, outcome, self._ride_setup)
+        self._marks.append(RideMarks(end=outcome))
 
     def add_log(self, log: RideLog | None) -> None:
         """Store an ended ride with the log that the navigator's process delivered."""
         if log is None or log.ride not in self._ended:
             return
-        ride, outcome, ride_setup = self._ended.pop(log.ride)
-        self._store(ride.summary(outcome, log), log, ride_setup)
+        self._keep(self._ended.pop(log.ride), log)
 
     def navigator_lost(self) -> None:
         """Store all ended rides without the logs that were lost with the navigator's process."""
         self.end("cancelled")
-        for ride, outcome, ride_setup in self._ended.values():
-            self._store(ride.summary(outcome, None), None, ride_setup)
+        for ended in self._ended.values():
+            self._keep(ended, None)
         self._ended.clear()
-        self._marks = RideMarks()
+        self._marks.clear()
 
     def rate(self, ride: str, rating: int) -> None:
         """Store a rating; while the ride's log is missing, it waits for it.
@@ -219,32 +224,46 @@ class RideSessions:
         if ride in self._ended:
             self._ratings[ride] = rating
         else:
-            self._sessions.rate(ride, rating)
+            self._store.rate(ride, rating)
 
-    def _store(self, ride: RideSummary, log: RideLog | None, ride_setup: RideSetup) -> None:
-        self._sessions.keep(ride, log, ride_setup)
+    def _keep(self, ended: _EndedRide, log: RideLog | None) -> None:
+        ride, outcome, ride_setup = ended
+        self._store.keep(ride.summary(outcome, log), log, ride_setup)
         rating = self._ratings.pop(ride.id, None)
         if rating is not None:
             with contextlib.suppress(StoreError):  # its session was deleted meanwhile
-                self._sessions.rate(ride.id, rating)
+                self._store.rate(ride.id, rating)
+
+    def _begin_session(self, ride_setup: RideSetup) -> None:
+        """Begin the session of this drive, unless it has begun.
+
+        Raises:
+            StoreError: The session cannot be written.
+        """
+        if not self._in_session:
+            self._store.begin(ride_setup)
+            self._in_session = True
 
     def _begin(self) -> None:
         if self._ride_setup is None:
             return
         try:
-            self._session = self._session or self._sessions.begin(self._ride_setup).id
-            ride, file = self._sessions.begin_ride()
+            self._begin_session(self._ride_setup)
+            ride, rows = self._store.begin_ride()
         except StoreError as error:
             _log.error("a ride is not stored: %s", error)
-            self._store_fails = True  # until the chair starts again
+            self._store_fails = True
             return
         self._ride = LiveRide(
             id=ride,
-            session=self._session,
-            started=self._wall_clock().isoformat(timespec="seconds"),
+            started=datetime.now(UTC).isoformat(timespec="seconds"),
             seed=self._ride_setup.seed,
         )
-        self._marks = RideMarks(end=self._marks.end, begin=(ride, file))
+        # One request can carry an end and the beginning after it, but not the other order.
+        end = None
+        if self._marks and self._marks[-1].begin is None:
+            end = self._marks.pop().end
+        self._marks.append(RideMarks(end=end, begin=RideBegin(ride, rows)))
 
 
 def _name(goal: Destination | None) -> str:

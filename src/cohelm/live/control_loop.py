@@ -1,4 +1,4 @@
-"""Thread of the control loop: absolute deadlines, commands in between, supervision of processes."""
+"""Thread of the control loop: deadlines, messages of pages, and supervision of the processes."""
 
 from __future__ import annotations
 
@@ -12,44 +12,42 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from cohelm.errors import CohelmError
+from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control_cycle import STEP, ControlCycle
-from cohelm.live.messages import AddWish, ChangeSimulation, Notice
-from cohelm.live.page.commands import Commands, LogEvent, Send
-from cohelm.live.page.route_preview import RoutePreview
-from cohelm.live.ride_sessions import RideSessions
+from cohelm.live.messages import Notice, Send
 from cohelm.live.services import Services
+from cohelm.live.sessions.audit import LogEvent
 from cohelm.reasons import Reason
-from cohelm.safety import stop
 
 _log = logging.getLogger(__name__)
 FIRST_TIME = "The first time this takes a minute or two."
-MAX_WAITING = 64
+MAX_SLOW_CALLS = 64
 """Maximum number of slow calls in the queue; more are rejected."""
-QUICK = 0.002
-"""After a slow call of longer duration, s, the next one waits …"""
+NO_PAUSE_BELOW = 0.002
+"""Duration of a slow call up to which the next one follows at once, s."""
 PAUSE_FACTOR = 9.0
-"""… for this multiple of the duration, so that the loop keeps its deadlines."""
+"""Pause after a longer slow call, as a multiple of its duration: the loop keeps its deadlines."""
 LOG_TIMEOUT = 1.0
-"""Time for the navigator to deliver the log of the last ride when the program ends, s."""
-Call = Callable[[Commands], None]
+"""Time for the navigator to deliver the log of the last ride when the drive is closed, s."""
+Call = Callable[[], None]
 
 
 class NotPossibleNow(CohelmError):
-    """Request that the present state does not allow."""
+    """Request that the current state does not allow."""
 
     code = "not_now"
 
 
 @dataclass(slots=True)
 class DeadlineCounts:
-    """Statistics of deadlines."""
+    """Statistics of deadlines; a deadline is missed if a step ends after the next one is due."""
 
     missed: int = 0
     streak: int = 0
+    """Number of missed deadlines without one that was kept, until now."""
     longest: int = 0
+    """Maximum of ``streak``."""
 
     def add(self, *, missed: bool) -> None:
         """Count one more deadline."""
@@ -58,21 +56,27 @@ class DeadlineCounts:
         self.longest = max(self.longest, self.streak)
 
 
-class LiveLoop:
-    """Control loop at 20 Hz.
+class ControlLoop:
+    """Control loop at 20 Hz, in a thread of its own.
+
+    Other threads may use :meth:`call`, :meth:`submit`, and read ``ready``, ``error``,
+    ``deadlines`` and of the cycle ``view``, ``moves``, ``ticks`` and ``stops``: each is replaced as
+    a whole, so that a reader gets the old value or the new one. All else belongs to this thread.
 
     Args:
-        cycle, commands: Used by this thread only, once it runs.
+        cycle: One step of the loop.
+        driver: Link and mission.
         services: Helpers of the loop.
         seed: Seed of the first world.
-        cold: True where nothing is compiled yet.
-        send, log_event: Message listener and audit log.
+        cold: True if nothing is compiled yet.
+        send: Sends messages to pages.
+        log_event: Adds entries to the audit log.
     """
 
     def __init__(
         self,
         cycle: ControlCycle,
-        commands: Commands,
+        driver: DriverState,
         services: Services,
         *,
         seed: int,
@@ -80,24 +84,25 @@ class LiveLoop:
         send: Send,
         log_event: LogEvent,
     ) -> None:
-        self.cycle, self._commands, self._services = cycle, commands, services
+        self.cycle, self._driver, self._services = cycle, driver, services
         self._navigator = services.navigator
         self._seed, self._send, self._log_event = seed, send, log_event
         self._calls: queue.SimpleQueue[Call] = queue.SimpleQueue()
-        self._slow_calls: queue.Queue[Call] = queue.Queue(MAX_WAITING)
-        self._slow_calls_wait_until = -math.inf
+        self._slow_calls: queue.Queue[Call] = queue.Queue(MAX_SLOW_CALLS)
+        self._next_slow_call = -math.inf
+        """Time before which no slow call begins, s."""
         self._closing = threading.Event()
         self._ready, self._cold = False, cold
         self.deadlines = DeadlineCounts()
         self.error = ""
-        """Reason why the chair will never drive; empty where it may."""
+        """Reason why the chair cannot drive; empty if it can."""
         self._thread = threading.Thread(target=self._run, name="control", daemon=True)
 
     @property
     def ready(self) -> bool:
         """True once the chair can drive."""
         preview = self._services.route_preview
-        return self._navigator.ready and preview.settled and self.cycle.world is not None
+        return self._navigator.ready and preview.ready_or_failed and self.cycle.world is not None
 
     def start(self) -> None:
         """Start the thread."""
@@ -121,7 +126,7 @@ class LiveLoop:
         self._calls.put(call)
 
     def submit(self, call: Call) -> bool:
-        """Queue a slow call; returns False where the queue is full.
+        """Queue a slow call; returns False if the queue is full.
 
         It never delays STOP, a heartbeat or a take-over.
         """
@@ -139,9 +144,8 @@ class LiveLoop:
         """
         if self._services.world_factory.busy:
             raise NotPossibleNow("The simulation is already restarting.")
-        self._seed = self._seed if seed is None else seed
-        self.cycle.waits = True
-        self._services.world_factory.start(self._seed, lambda: True)
+        self.cycle.awaits_world = True
+        self._services.world_factory.start(self._seed if seed is None else seed, lambda: True)
 
     def _compiled(self) -> bool:
         """Let one process compile at a time: two of them could corrupt the cache."""
@@ -152,15 +156,9 @@ class LiveLoop:
         while not self._closing.is_set():
             begun = time.monotonic()
             try:
-                self._supervise(begun)
-                self._run_calls()
-                self._run_slow_calls()
-                self.cycle.step(due, self._run_calls)
-            except Exception:  # any fault must leave a chair that stands, and a message
-                _log.exception("the control loop has failed")
-                self.cycle.order = stop(Reason.NAVIGATOR_TIMEOUT)
-                self.error = "the control loop has failed; see the log"
-                self._announce("loop_failed", "The program has failed. Stopped.")
+                self._step(due, begun)
+            except Exception:  # whatever failed, the chair must stop and the pages must know
+                self._fail()
                 return
             if begun > due + STEP:  # no attempt to catch up with lost steps
                 due = begun
@@ -171,10 +169,32 @@ class LiveLoop:
             self._closing.wait(max(due - now, 0.0))
         self._finish()
 
+    def _step(self, due: float, now: float) -> None:
+        self._supervise(now)
+        self._run_calls()
+        self._run_slow_calls()
+        self.cycle.step(due, self._run_calls)
+
+    def _fail(self) -> None:
+        """Fatal: command a stop in every step, and tell the pages, until the drive is closed."""
+        _log.exception("the control loop has failed")
+        self.error = "the control loop has failed; see the log"
+        self._stop_after_failure()
+        self._announce("loop_failed", "The program has failed. Stopped.")
+        while not self._closing.wait(STEP):
+            self._run_calls()
+            self._stop_after_failure()
+
+    def _stop_after_failure(self) -> None:
+        try:
+            self.cycle.step_failed()
+        except Exception:  # the world may have failed as well: try again in the next step
+            _log.debug("no stop after the failure", exc_info=True)
+
     def _finish(self) -> None:
-        """End the present ride and wait for its log, while the chair stands."""
+        """End the current ride and wait for its log, while the chair stands."""
         cycle, rides, end = self.cycle, self._services.rides, time.monotonic() + LOG_TIMEOUT
-        cycle.waits, cycle.paused = True, False
+        cycle.awaits_world, cycle.paused = True, False
         try:
             rides.end("cancelled")
             while rides.waits_for_log and self._navigator.ready and time.monotonic() < end:
@@ -191,25 +211,25 @@ class LiveLoop:
     def _run_slow_calls(self) -> None:
         """Run as many slow calls as leave the loop its time."""
         with contextlib.suppress(queue.Empty):
-            while (began := time.monotonic()) >= self._slow_calls_wait_until:
+            while (began := time.monotonic()) >= self._next_slow_call:
                 self._guarded(self._slow_calls.get_nowait())
                 spent = time.monotonic() - began
-                if spent > QUICK:
-                    self._slow_calls_wait_until = began + (1.0 + PAUSE_FACTOR) * spent
+                if spent > NO_PAUSE_BELOW:
+                    self._next_slow_call = began + (1.0 + PAUSE_FACTOR) * spent
 
     def _guarded(self, call: Call) -> None:
         """Run a call; a fault in it does not end the ride."""
         try:
-            call(self._commands)
-        except Exception:  # one page's command must not stop the chair of another
-            _log.exception("a command from a page has failed")
+            call()
+        except Exception:  # a faulty message of one page must not end the drive
+            _log.exception("a message from a page could not be processed")
 
     def _supervise(self, now: float) -> None:
         """Take over processes that are ready, replace lost ones, and install new worlds."""
         if self._navigator.supervise(now):
             self.cycle.navigator_restarted()
             if self._navigator.starts > 1:
-                self.cycle.hold(Reason.NAVIGATOR_TIMEOUT)
+                self.cycle.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
                 self._announce("navigator_ready", "The navigator is ready again.")
         self._handle_lost_navigator()
         if self._compiled():
@@ -227,17 +247,17 @@ class LiveLoop:
         if not lost:
             return
         self._services.rides.navigator_lost()
-        self.cycle.hold(Reason.NAVIGATOR_TIMEOUT)
+        self.cycle.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
         self._log_event("chair", "navigator_lost", reason=lost)
         if self._navigator.gave_up:
             self.error = "the navigator does not start; see the log"
             self._announce("navigator_failed", "The navigator does not start. Stopped.")
             return
         text = "The navigator has failed and restarts."
-        unanswered, commands = self._navigator.unanswered, self._commands
+        unanswered = self._navigator.unanswered
         # A mission that it never answered would bring down its successor as well.
-        if unanswered is not None and unanswered.mission != self.cycle.answered_mission:
-            commands.mission = commands.mission.with_goal(None).without_wish(None, every=True)
+        if unanswered is not None and unanswered.mission_version != self.cycle.answered_mission:
+            self._driver.clear_mission()
             text = "The navigator has failed. It restarts without destination and wishes."
         self._announce("navigator_lost", text)
 
@@ -246,7 +266,7 @@ class LiveLoop:
             world = self._services.world_factory.finished()
         except CohelmError as error:
             _log.error("no world: %s", error)
-            self.cycle.waits = False
+            self.cycle.awaits_world = False
             self.error = "" if self.cycle.world is not None else str(error)
             self._announce(error.code, str(error))
             return
@@ -254,8 +274,8 @@ class LiveLoop:
             return
         again = self.cycle.world is not None
         self.cycle.enter(world)
+        self._seed = seed = world.ride_setup.seed
         if again:
-            seed = world.ride_setup.seed
             self._log_event("chair", "simulation_restarted", seed=seed)
             self._announce(
                 "simulation_restarted", f"The simulation has restarted with seed {seed}."
@@ -263,47 +283,3 @@ class LiveLoop:
 
     def _announce(self, code: str, text: str) -> None:
         self._send(Notice(code=code, text=text), None)
-
-
-class LiveCommandEffects:
-    """Effects of commands on the loop; see ``commands.CommandEffects``.
-
-    Args:
-        rides: Stores ratings.
-    """
-
-    def __init__(self, rides: RideSessions) -> None:
-        self._rides = rides
-        self.loop: LiveLoop
-        self.route_preview: RoutePreview
-
-    def change_simulation(self, command: ChangeSimulation) -> None:
-        """Change the simulated world.
-
-        Raises:
-            CohelmError: The change is not possible.
-        """
-        cycle = self.loop.cycle
-        if command.action == "restart":
-            self.loop.restart_world(command.seed)
-            return
-        if cycle.world is None:
-            raise NotPossibleNow(Reason.STARTING.sentence)
-        if command.action == "pause":
-            cycle.pause(on=command.on)
-            return
-        route = cycle.view.route
-        points = np.array(route.points if route is not None else ()).reshape(-1, 2)
-        cycle.world.change(command, points)
-
-    def preview(self, client: str, wish: AddWish) -> None:
-        """Request the cost of a wish; the answer comes later."""
-        self.route_preview.request(client, wish)
-
-    def rate(self, ride: str, rating: int) -> None:
-        """Store a rating.
-
-        Raises:
-            StoreError: There is no such ride.
-        """
-        self._rides.rate(ride, rating)

@@ -1,12 +1,20 @@
-"""Link to the driver: who drives, whether their page is alive, and what they must do first.
+"""Link to the driver: the page that drives, its last heartbeat, and the action required of it.
 
 A page's heartbeats carry two facts: that it is alive, and its stick position. All functions here
-are pure: state, event and time in, new state out. Times are seconds of one monotonic clock.
+are pure: state, event and time in, new state out. Times are seconds of one monotonic clock; delays
+of heartbeats are milliseconds, as ``Heartbeat.sent`` is.
 
-    no_driver ── take ──► no_heartbeat ── heartbeat ──► centre_stick ── centred ──► ready
-                              ▲                             ▲            │            │
-        300 ms, hidden ───────┴─────────────────────────────┼────────────┼────────────┤
-        STOP, longer silence, restart ──────────────────────┴─► … ──► confirm ── resume┘
+    no_driver ── take control ──► no_heartbeat ── heartbeat ──► state by the required action
+
+    required action   stick deflected                       stick centred
+    CENTRE            centre_stick                          ready
+    CONFIRM           centre_stick; after STOP stick_held   confirm ── resume ──► ready
+
+    event                                               required action from then on
+    control taken                                       CENTRE; CONFIRM if the chair is under way
+    no heartbeat for HEARTBEAT_TIMEOUT                  CENTRE; until a heartbeat, no_heartbeat
+    … for CONFIRM_AFTER_SILENCE, or the page hidden     CONFIRM; until a heartbeat, no_heartbeat
+    STOP, collision, navigator lost or silent           CONFIRM
 
 The chair moves only while the link is ``ready``.
 """
@@ -18,23 +26,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from types import MappingProxyType
+from typing import NamedTuple
 
 from cohelm.live.messages import Device, Heartbeat, LinkStatus
 from cohelm.reasons import Reason
 
-SILENCE = 0.3
+HEARTBEAT_TIMEOUT = 0.3
 """Time without a heartbeat after which the link is lost, s."""
-SHORT = 2.0
-"""Longest silence after which a centred stick suffices, s. After a longer one, or after a hidden
-page, the driver must confirm as well."""
-LATE = 300.0
-"""Delay beyond that of the quickest heartbeat at which one is dropped, ms."""
-DRIFT = 0.2
-"""Assumed drift between the two clocks, ms/s: the quickest heartbeat is forgotten at this rate."""
+CONFIRM_AFTER_SILENCE = 2.0
+"""Silence after which the driver must confirm as well as centre the stick, s."""
+MAX_DELAY_MS = 300.0
+"""Maximum delay of a heartbeat beyond the minimum of its connection, ms; a later one is dropped."""
+CLOCK_DRIFT_MS_PER_S = 0.2
+"""Assumed drift between the clocks of page and chair: the minimum delay rises at this rate."""
 
 
 class RequiredAction(IntEnum):
-    """Action that the driver must take before the chair may move, smallest first."""
+    """Action that the driver must take before the chair may move, in increasing order."""
 
     NOTHING = 0
     CENTRE = 1
@@ -48,11 +56,11 @@ class HeartbeatTiming:
     """Timing of one connection's heartbeats."""
 
     seq: int
-    """Number of the newest one, dropped or not."""
-    quickest: float
-    """Minimum time from ``sent`` to arrival, ms; the offset of the clocks is unknown."""
-    measured: float
-    """Time at which that was measured, s."""
+    """``Heartbeat.seq`` of the newest one, dropped or not."""
+    min_delay: float
+    """Minimum time from ``sent`` to arrival, ms, with the unknown offset of the two clocks."""
+    updated_at: float
+    """Arrival time of the newest one, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,13 +71,13 @@ class LinkState:
     driver: str | None = None
     required: RequiredAction = RequiredAction.CENTRE
     cause: Reason | None = None
-    """Reason for the required action; None where the drive has just begun."""
+    """Reason for the required action; None if the drive has just begun."""
     heartbeat: Heartbeat | None = None
     """Newest valid heartbeat of the driver since they took control."""
-    at: float = -math.inf
+    heartbeat_at: float = -math.inf
     """Its arrival time, s."""
     centred: bool = False
-    """True where its stick is centred."""
+    """True if its stick is centred."""
     epoch: int = 0
     """Grows with every stop and every take-over; older decisions move nothing any more."""
 
@@ -79,7 +87,7 @@ def status(state: LinkState, now: float) -> LinkStatus:
     if state.driver is None:
         return "no_driver"
     beat = state.heartbeat
-    if beat is None or not beat.visible or not now - state.at <= SILENCE:
+    if beat is None or not beat.visible or not now - state.heartbeat_at <= HEARTBEAT_TIMEOUT:
         return "no_heartbeat"
     if state.required is RequiredAction.NOTHING:
         return "ready"
@@ -95,11 +103,19 @@ def deflection(state: LinkState, now: float) -> tuple[float, float]:
     return state.heartbeat.forward, state.heartbeat.left
 
 
-def current_heartbeat(state: LinkState, now: float) -> tuple[int, Device]:
-    """Return number and device of the valid heartbeat; −1 and ``none`` without one."""
+class CurrentHeartbeat(NamedTuple):
+    """Valid heartbeat of the driver."""
+
+    seq: int
+    """``Heartbeat.seq``; −1: there is none."""
+    device: Device
+
+
+def current_heartbeat(state: LinkState, now: float) -> CurrentHeartbeat:
+    """Return the valid heartbeat; −1 and ``none`` without one."""
     if state.heartbeat is None or status(state, now) in {"no_driver", "no_heartbeat"}:
-        return -1, "none"
-    return state.heartbeat.seq, state.heartbeat.device
+        return CurrentHeartbeat(-1, "none")
+    return CurrentHeartbeat(state.heartbeat.seq, state.heartbeat.device)
 
 
 def hold_reason(state: LinkState, now: float) -> Reason | None:
@@ -127,7 +143,7 @@ def take_control(state: LinkState, client: str, *, under_way: bool) -> LinkState
     Args:
         state: Previous state.
         client: Connection that takes control.
-        under_way: True where the chair would drive by itself; then the new driver must confirm.
+        under_way: True if the chair would drive by itself; then the new driver must confirm.
     """
     if client == state.driver:
         return state
@@ -137,7 +153,7 @@ def take_control(state: LinkState, client: str, *, under_way: bool) -> LinkState
         driver=client,
         required=confirm if under_way or state.required is confirm else centre,
         heartbeat=None,
-        at=-math.inf,
+        heartbeat_at=-math.inf,
         centred=False,
         epoch=state.epoch + 1,
     )
@@ -152,7 +168,7 @@ def release_control(state: LinkState, client: str) -> LinkState:
         driver=None,
         required=max(state.required, RequiredAction.CENTRE),
         heartbeat=None,
-        at=-math.inf,
+        heartbeat_at=-math.inf,
         centred=False,
         epoch=state.epoch + 1,
     )
@@ -183,7 +199,7 @@ def require_centring(state: LinkState) -> LinkState:
 
 
 def resume(state: LinkState, client: str, now: float) -> LinkState:
-    """Accept the driver's confirmation where nothing else is missing."""
+    """Accept the driver's confirmation if nothing else is required."""
     if client != state.driver or status(state, now) != "confirm":
         return state
     return replace(state, required=RequiredAction.NOTHING, cause=None)
@@ -205,12 +221,14 @@ def on_heartbeat(
     if timing is not None and beat.seq <= timing.seq:
         return state
     delay = 1000.0 * now - beat.sent
-    quickest = delay
+    min_delay = delay
     if timing is not None:
-        quickest = min(delay, timing.quickest + DRIFT * max(now - timing.measured, 0.0))
-    timing = HeartbeatTiming(seq=beat.seq, quickest=quickest, measured=now)
+        min_delay = min(
+            delay, timing.min_delay + CLOCK_DRIFT_MS_PER_S * max(now - timing.updated_at, 0.0)
+        )
+    timing = HeartbeatTiming(seq=beat.seq, min_delay=min_delay, updated_at=now)
     state = replace(state, timings=MappingProxyType({**state.timings, client: timing}))
-    if client != state.driver or delay - quickest > LATE:
+    if client != state.driver or delay - min_delay > MAX_DELAY_MS:
         return state
     return _drivers_heartbeat(state, beat, now, math.hypot(beat.forward, beat.left) <= dead_zone)
 
@@ -218,11 +236,11 @@ def on_heartbeat(
 def _drivers_heartbeat(state: LinkState, beat: Heartbeat, now: float, centred: bool) -> LinkState:
     """Process a valid heartbeat of the driver: a gap before it requires an action."""
     required, cause = state.required, state.cause
-    gap = now - state.at if state.heartbeat is not None else 0.0
-    epoch = state.epoch + (not beat.visible or gap > SILENCE)
-    if not beat.visible or gap > SHORT:
+    gap = now - state.heartbeat_at if state.heartbeat is not None else 0.0
+    epoch = state.epoch + (not beat.visible or gap > HEARTBEAT_TIMEOUT)
+    if not beat.visible or gap > CONFIRM_AFTER_SILENCE:
         required, cause = RequiredAction.CONFIRM, cause or Reason.CONNECTION_LOST
-    elif gap > SILENCE:
+    elif gap > HEARTBEAT_TIMEOUT:
         required = max(required, RequiredAction.CENTRE)
     if required is RequiredAction.CENTRE and centred and beat.visible:
         required = RequiredAction.NOTHING
@@ -233,7 +251,7 @@ def _drivers_heartbeat(state: LinkState, beat: Heartbeat, now: float, centred: b
         required=required,
         cause=cause,
         heartbeat=beat,
-        at=now,
+        heartbeat_at=now,
         centred=centred,
         epoch=epoch,
     )

@@ -1,0 +1,30 @@
+"""State that the driver's messages change: the link to the driver, and the mission."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cohelm.live.control import driver_link
+from cohelm.live.control.driver_link import LinkState
+from cohelm.live.control.mission import Mission
+from cohelm.reasons import Reason
+
+
+@dataclass(slots=True)
+class DriverState:
+    """Link to the driver, and the mission. Only the control thread reads and changes it."""
+
+    link: LinkState = field(default_factory=LinkState)
+    mission: Mission = field(default_factory=Mission)
+
+    def stop_until_confirmed(self, cause: Reason) -> None:
+        """Stop the chair until the driver confirms."""
+        self.link = driver_link.stop_until_confirmed(self.link, cause)
+
+    def require_centring(self) -> None:
+        """Ignore the stick until it has been centred once."""
+        self.link = driver_link.require_centring(self.link)
+
+    def clear_mission(self) -> None:
+        """Remove destination and wishes; mode and pace stay."""
+        self.mission = self.mission.with_goal(None).without_wish(None, every=True)

@@ -1,0 +1,60 @@
+"""Processes of a drive: they end quietly with their owner, and with a traceback otherwise."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from cohelm.live.control import navigator_process
+from cohelm.live.control.ipc import ProcessReady, ProcessSetup
+from cohelm.live.page import preview_process
+
+
+class Pipe:
+    """A pipe with one request, after which the owner has gone."""
+
+    def __init__(self):
+        self.sent, self.requests = [], [SimpleNamespace(step_id=1)]
+
+    def send(self, message):
+        self.sent.append(message)
+
+    def recv(self):
+        if not self.requests:
+            raise EOFError
+        return self.requests.pop()
+
+
+def full_disk(*_):
+    raise OSError(28, "No space left on device")
+
+
+@pytest.fixture(params=["navigator", "previews"])
+def served(request, monkeypatch):
+    """The main function of a process, and where its work is done."""
+    module = navigator_process if request.param == "navigator" else preview_process
+    for name in ("leave_interrupts", "end_with_owner", "build_scenario", "_warm_up", "warm_up"):
+        monkeypatch.setattr(module, name, lambda *_, **__: (), raising=False)
+    monkeypatch.setattr(module.os, "nice", lambda _: 0) if hasattr(module, "os") else None
+    if module is preview_process:
+        return module.serve_previews, lambda work: monkeypatch.setattr(module, "preview", work)
+    server = SimpleNamespace(answer=lambda _: "answer", record=lambda *_: None)
+    monkeypatch.setattr(module, "NavigatorServer", lambda _: server)
+    monkeypatch.setattr(module, "gc", SimpleNamespace(collect=len, freeze=list, disable=list))
+    module.gc.collect = lambda *_: 0
+    return module.serve_navigator, lambda work: setattr(server, "answer", work)
+
+
+def test_it_ends_quietly_once_its_owner_is_gone(served):
+    serve, works = served
+    works(lambda *_: "answer")
+    pipe = Pipe()
+    serve(pipe, ProcessSetup(scenario=None, seed=0))
+    assert pipe.sent == [ProcessReady(done=True), "answer"]
+
+
+def test_a_fault_of_its_own_is_not_taken_for_the_end_of_its_owner(served):
+    """An OSError of its work, as of a full disk, looks like one of the pipe."""
+    serve, works = served
+    works(full_disk)
+    with pytest.raises(OSError, match="No space left"):
+        serve(Pipe(), ProcessSetup(scenario=None, seed=0))
