@@ -39,10 +39,10 @@ def test_everything_is_there_and_the_newest_comes_first(log):
 
 def test_each_line_is_one_json_object_and_nothing_is_ever_written_over(log):
     log.log_event("a", "connected")
-    log.settle()
+    log.wait_until_idle()
     before = log.file.read_bytes()
     log.log_event("a", "disconnected")
-    log.settle()
+    log.wait_until_idle()
     assert log.file.read_bytes().startswith(before)
     assert [json.loads(line)["event"] for line in log.file.read_text().splitlines()] == [
         "connected",
@@ -61,19 +61,19 @@ def test_a_new_program_goes_on_where_the_last_one_ended(log, tmp_path):
 
 def test_only_the_owner_reads_it(log):
     log.log_event("a", "connected")
-    log.settle()
+    log.wait_until_idle()
     assert stat.S_IMODE(log.file.stat().st_mode) == 0o600
     assert stat.S_IMODE(log.file.parent.stat().st_mode) == 0o700
 
 
 def test_it_takes_no_more_room_than_it_may(log, monkeypatch):
     """20,000 entries of some 70 bytes are 1.4 MB; 4 files of 10 kB keep the newest 40 kB."""
-    monkeypatch.setattr(module, "LARGEST", 10_000)
-    monkeypatch.setattr(module, "FILES", 4)
+    monkeypatch.setattr(module, "MAX_FILE_SIZE", 10_000)
+    monkeypatch.setattr(module, "MAX_FILES", 4)
     for k in range(200):
         for _ in range(10):
             log.log_event("a", "goal_changed", k=k)
-        log.settle()
+        log.wait_until_idle()
     files = sorted(log.file.parent.glob("audit*.jsonl"))
     assert len(files) == 4
     assert all(file.stat().st_size <= 10_000 for file in files)
@@ -88,7 +88,7 @@ def test_it_takes_no_more_room_than_it_may(log, monkeypatch):
 
 def test_a_damaged_line_does_not_hide_the_others(log):
     log.log_event("a", "connected")
-    log.settle()
+    log.wait_until_idle()
     with log.file.open("ab") as stream:
         stream.write(b'\xff\xfe\n{"at": "half a li')
     log.log_event("a", "disconnected")
@@ -115,7 +115,7 @@ def test_what_a_full_disk_did_not_take_is_counted_and_said(log, monkeypatch):
     with monkeypatch.context() as broken:
         broken.setattr(module.os, "write", full)
         log.log_event("a", "control_taken")
-        log.settle()
+        log.wait_until_idle()
         assert "No space left" in log.error
     log.log_event("a", "stop_pressed")
     assert whats(log) == [("a", "stop_pressed"), ("chair", "entries_dropped")]
@@ -138,7 +138,7 @@ def test_a_folder_that_cannot_be_is_refused(tmp_path):
 
 def test_nobody_flushes_out_what_the_therapist_did(log, monkeypatch):
     """A page that takes and releases the stick for hours leaves a count, not megabytes."""
-    monkeypatch.setattr(module, "AT_ONCE", 5.0)
+    monkeypatch.setattr(module, "BURST", 5.0)
     log.log_event("therapist 1", "limits_changed", after={"max_speed": 0.5})
     for _ in range(1000):
         log.log_event("a", "control_taken")

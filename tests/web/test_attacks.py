@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from websockets.exceptions import InvalidStatus
 
 from cohelm.errors import ConfigError
-from cohelm.live.messages import LARGEST, Heartbeat
+from cohelm.live.messages import MAX_MESSAGE_SIZE, Heartbeat
 from cohelm.web.page_connections import MAX_EACH, CloseCode
 from cohelm.web.rate_limits import HEARTBEATS, MESSAGES
 from cohelm.web.server import listening, make_context
@@ -86,7 +86,7 @@ def test_wrong_host(open_server, drive):
 def test_oversize_messages(open_server, drive):
     async def attack():
         async with open_server.ws() as page:
-            await page.send('{"type": "stop", "x": "' + "x" * LARGEST + '"}')
+            await page.send('{"type": "stop", "x": "' + "x" * MAX_MESSAGE_SIZE + '"}')
             return await open_server.closed(page)
 
     assert asyncio.run(attack()) == 1009

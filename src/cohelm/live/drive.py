@@ -47,7 +47,7 @@ from cohelm.live.page.route_preview import RoutePreview
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import AuditLog
-from cohelm.live.sessions.files import reserved
+from cohelm.live.sessions.files import lock_folder
 from cohelm.live.sessions.store import SessionStore
 from cohelm.processes import compiled
 from cohelm.scenarios import Scenario
@@ -113,7 +113,7 @@ class Drive:
         if setup.folder is None:
             self._temporary = tempfile.TemporaryDirectory(prefix="cohelm-")
         folder = setup.folder or Path(self._temporary.name if self._temporary else "")
-        self._release = weakref.finalize(self, os.close, reserved(folder))
+        self._release = weakref.finalize(self, os.close, lock_folder(folder))
         self._audit, self._sessions = AuditLog(folder), SessionStore(folder)
         profile = setup.scenario.profile
         self._settings = ActiveSettings(

@@ -19,7 +19,7 @@ import uvicorn
 
 from cohelm.errors import ConfigError
 from cohelm.live import Drive
-from cohelm.live.messages import LARGEST, Role
+from cohelm.live.messages import MAX_MESSAGE_SIZE, Role
 from cohelm.web.app import create_app
 from cohelm.web.certificate import Tls
 from cohelm.web.connections import MAX, HttpConnection, PageSocket
@@ -122,7 +122,7 @@ def server(
         loop="asyncio",  # the same everywhere
         http=HttpConnection,  # the stricter reader
         ws=PageSocket,
-        ws_max_size=LARGEST,
+        ws_max_size=MAX_MESSAGE_SIZE,
         ws_ping_interval=5.0,
         ws_ping_timeout=10.0,
         ws_per_message_deflate=False,

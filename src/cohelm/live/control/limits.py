@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from cohelm.config import Model
 from cohelm.errors import CohelmError, StoreError
 from cohelm.live.messages import Limits, Pace, RiderSettings
-from cohelm.live.sessions.files import own_folder, write_whole
+from cohelm.live.sessions.files import make_private_folder, write_atomically
 from cohelm.messages import RiderProfile
 from cohelm.robots import Robot
 
@@ -62,7 +62,7 @@ class ActiveSettings:
         rider: RiderSettings | None = None,
     ) -> None:
         self._robot = robot
-        self._file = own_folder(folder) / "settings.json" if folder is not None else None
+        self._file = make_private_folder(folder) / "settings.json" if folder is not None else None
         self._lock = threading.Lock()
         stored = _read(self._file) if self._file is not None else None
         first = stored or defaults(robot, profile or RiderProfile())
@@ -114,7 +114,7 @@ class ActiveSettings:
 
     def _store(self, settings: StoredSettings) -> None:
         if self._file is not None:
-            write_whole(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
+            write_atomically(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
         self._now = settings
 
 

@@ -23,7 +23,7 @@ from cohelm.live.messages.from_page import (
     TakeControl,
 )
 from cohelm.live.messages.message import (
-    LARGEST,
+    MAX_MESSAGE_SIZE,
     VERSION,
     Device,
     Pace,
@@ -63,7 +63,7 @@ from cohelm.live.messages.to_page import (
 
 __all__ = [
     "FROM_PAGE",
-    "LARGEST",
+    "MAX_MESSAGE_SIZE",
     "TO_PAGE",
     "VERSION",
     "Accepted",

@@ -10,7 +10,7 @@ from cohelm.config import Model
 
 VERSION = 2
 """Version of the messages; grows with every change that an older page would not understand."""
-LARGEST = 16_384
+MAX_MESSAGE_SIZE = 16_384
 """Maximum size of a message from a page, bytes."""
 
 Finite = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]

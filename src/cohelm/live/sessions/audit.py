@@ -1,7 +1,7 @@
 """Audit log of who did what and when: one JSON object a line, append-only.
 
 It outlives the sessions: deleting them is itself an entry. Its size is bounded: a full file is
-renamed with a number, and the oldest of :data:`FILES` is removed; an entry counts what was lost.
+renamed with a number, and the oldest of :data:`MAX_FILES` is removed; an entry counts the loss.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any, Literal, Protocol
 
 from cohelm.config import Model
 from cohelm.errors import StoreError
-from cohelm.live.sessions.files import own_folder, unwritable
+from cohelm.live.sessions.files import make_private_folder, unwritable
 
 AuditEvent = Literal[
     "drive_started", "drive_closed", "signed_in", "sign_in_rejected", "signed_out", "connected",
@@ -29,11 +29,11 @@ AuditEvent = Literal[
     "sessions_deleted", "session_exported", "entries_dropped",
 ]  # fmt: skip
 """Stable names of events."""
-LARGEST = 1_000_000
+MAX_FILE_SIZE = 1_000_000
 """Maximum size of one file, bytes."""
-FILES = 10
-"""Number of files, the present one included: 10 MB."""
-WAITING = 10_000
+MAX_FILES = 10
+"""Number of files, the current one included: 10 MB."""
+MAX_QUEUED_ENTRIES = 10_000
 """Maximum number of entries that wait for the disk; further ones are counted as lost."""
 _log = logging.getLogger(__name__)
 
@@ -43,11 +43,11 @@ _RATE_LIMITED = frozenset(
      "mode_changed", "pace_changed", "goal_changed", "simulation_changed", "rejected",
      "sign_in_rejected"}
 )  # fmt: skip
-"""Events that a driver can cause as often as they like …"""
-AT_ONCE = 2000.0
-"""… of which this many of a kind are accepted at once …"""
-LASTING = 0.1
-"""… and this many a second in the long run: they must not displace the therapist's entries."""
+"""Events that a driver can cause at any rate; they must not displace the therapist's entries."""
+BURST = 2000.0
+"""Number of rate-limited events of one kind that are accepted at once."""
+REFILL_RATE = 0.1
+"""Number of rate-limited events of one kind that are accepted in the long run, 1/s."""
 
 
 class LogEvent(Protocol):
@@ -74,25 +74,26 @@ class AuditLog:
     """Audit log in a folder; :meth:`log_event` never waits for the disk, in any thread.
 
     Args:
-        folder: Created where it is missing.
+        folder: Created if it is missing.
 
     Raises:
         StoreError: The folder cannot be written.
     """
 
     def __init__(self, folder: Path) -> None:
-        self.file = own_folder(folder) / "audit.jsonl"
+        self.file = make_private_folder(folder) / "audit.jsonl"
         self._lock = threading.Lock()
         self._error = ""
-        self._lost = 0
-        self._allowance: dict[str, tuple[float, float]] = {}
-        self._waiting: queue.Queue[AuditEntry | None] = queue.Queue(WAITING)
+        self._dropped_count = 0
+        self._token_buckets: dict[str, tuple[float, float]] = {}
+        """Tokens, and the time at which they were counted, s, by event."""
+        self._queue: queue.Queue[AuditEntry | None] = queue.Queue(MAX_QUEUED_ENTRIES)
         self._append([])
         self._writer = threading.Thread(target=self._write, name="audit", daemon=True)
         self._writer.start()
 
     def log_event(self, actor: str, event: AuditEvent, **details: Any) -> None:
-        """Add an entry with the present time.
+        """Add an entry with the current time.
 
         Args:
             actor: See :attr:`AuditEntry.actor`.
@@ -103,82 +104,82 @@ class AuditLog:
             return
         entry = AuditEntry(time=_now(), actor=actor, event=event, details=details)
         try:
-            self._waiting.put_nowait(entry)
+            self._queue.put_nowait(entry)
         except queue.Full:
             with self._lock:
-                self._lost += 1
+                self._dropped_count += 1
 
     def _accepts(self, event: AuditEvent) -> bool:
         """Check the rate limit of an event; beyond it the event is counted as lost."""
         now = time.monotonic()
         with self._lock:
-            left, at = self._allowance.get(event, (AT_ONCE, now))
-            left = min(AT_ONCE, left + LASTING * (now - at))
-            self._allowance[event] = (left - 1.0 if left >= 1.0 else left, now)
-            self._lost += left < 1.0
-            return left >= 1.0
+            tokens, at = self._token_buckets.get(event, (BURST, now))
+            tokens = min(BURST, tokens + REFILL_RATE * (now - at))
+            self._token_buckets[event] = (tokens - 1.0 if tokens >= 1.0 else tokens, now)
+            self._dropped_count += tokens < 1.0
+            return tokens >= 1.0
 
     def entries(self, most: int = 1000) -> tuple[AuditEntry, ...]:
         """Return the newest entries, newest first; damaged lines are skipped."""
-        self.settle()
+        self.wait_until_idle()
         out: list[AuditEntry] = []
-        for file in (self.file, *(self._file(k) for k in range(1, FILES))):
+        for file in (self.file, *(self._file(k) for k in range(1, MAX_FILES))):
             if len(out) >= most or not file.is_file():
                 break
             out += _read(file, most - len(out))
         return tuple(out)
 
-    def settle(self) -> None:
+    def wait_until_idle(self) -> None:
         """Wait until all entries so far are on disk, or have failed."""
-        self._waiting.join()
+        self._queue.join()
 
     def close(self) -> None:
         """Write the waiting entries and close."""
         if self._writer.is_alive():
-            self._waiting.put(None)
+            self._queue.put(None)
             self._writer.join()
 
     @property
     def error(self) -> str:
-        """Reason why the last entries could not be written; empty where they are."""
+        """Reason why the last entries could not be written; empty if they were."""
         return self._error
 
     def _write(self) -> None:
         """Write all waiting entries at once, in the writer thread."""
-        going = True
-        while going:
-            batch = [self._waiting.get()]
-            while not self._waiting.empty():
-                batch.append(self._waiting.get_nowait())
-            going = batch[-1] is not None
+        open_ = True
+        while open_:
+            batch = [self._queue.get()]
+            while not self._queue.empty():
+                batch.append(self._queue.get_nowait())
+            open_ = batch[-1] is not None
             try:
                 self._append([each for each in batch if each is not None])
                 self._error = ""
-            except StoreError as fault:
+            except StoreError as error:
                 if not self._error:  # once, not at every attempt
-                    _log.error("the audit log cannot be written: %s", fault)
-                self._error = str(fault)
+                    _log.error("the audit log cannot be written: %s", error)
+                self._error = str(error)
                 with self._lock:
-                    self._lost += sum(each is not None for each in batch)
+                    self._dropped_count += sum(each is not None for each in batch)
             finally:
                 for _ in batch:
-                    self._waiting.task_done()
+                    self._queue.task_done()
 
     def _append(self, entries: list[AuditEntry]) -> None:
         with self._lock:
-            if self._lost and entries:
-                entries = [_dropped(self._lost), *entries]
+            if self._dropped_count and entries:
+                entries = [_dropped(self._dropped_count), *entries]
             lines = _lines(entries)
             try:
-                if self.file.is_file() and self.file.stat().st_size + len(lines) > LARGEST:
-                    gone = self._rotate()
-                    lines = (_lines([_dropped(gone)]) if gone else b"") + lines
-                self._put(lines)
+                if self.file.is_file() and self.file.stat().st_size + len(lines) > MAX_FILE_SIZE:
+                    removed = self._rotate()
+                    lines = (_lines([_dropped(removed)]) if removed else b"") + lines
+                self._write_lines(lines)
             except OSError as cause:
                 raise unwritable(self.file, cause) from None
-            self._lost = 0 if entries else self._lost
+            self._dropped_count = 0 if entries else self._dropped_count
 
-    def _put(self, lines: bytes) -> None:
+    def _write_lines(self, lines: bytes) -> None:
         """Append lines; after an incomplete line, of a crash or a full disk, begin a new one."""
         handle = os.open(self.file, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
         try:
@@ -193,12 +194,12 @@ class AuditLog:
 
     def _rotate(self) -> int:
         """Rotate the files and return the number of entries that were removed."""
-        oldest = self._file(FILES - 1)
-        gone = len(oldest.read_bytes().splitlines()) if oldest.is_file() else 0
-        for k in range(FILES - 1, 0, -1):
+        oldest = self._file(MAX_FILES - 1)
+        removed = len(oldest.read_bytes().splitlines()) if oldest.is_file() else 0
+        for k in range(MAX_FILES - 1, 0, -1):
             if self._file(k - 1).is_file():
                 self._file(k - 1).replace(self._file(k))
-        return gone
+        return removed
 
     def _file(self, number: int) -> Path:
         return self.file if number == 0 else self.file.with_name(f"audit.{number}.jsonl")

@@ -16,7 +16,7 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]  # tested below
 
 
-def own_folder(folder: Path) -> Path:
+def make_private_folder(folder: Path) -> Path:
     """Create a missing folder, and restrict it to its owner (0700).
 
     Raises:
@@ -30,13 +30,13 @@ def own_folder(folder: Path) -> Path:
     return folder
 
 
-def reserved(folder: Path) -> int:
-    """Reserve a folder until the returned handle is closed, or the program ends.
+def lock_folder(folder: Path) -> int:
+    """Lock a folder until the returned handle is closed, or the program ends.
 
     Raises:
         StoreError: Another program uses it, or it cannot be written.
     """
-    file = own_folder(folder) / ".in-use"
+    file = make_private_folder(folder) / ".in-use"
     try:
         handle = os.open(file, os.O_RDWR | os.O_CREAT, 0o600)
     except OSError as cause:
@@ -54,7 +54,7 @@ def reserved(folder: Path) -> int:
     return handle
 
 
-def write_whole(file: Path, content: bytes) -> None:
+def write_atomically(file: Path, content: bytes) -> None:
     """Replace the content of a file atomically (0600).
 
     Raises:
@@ -70,7 +70,7 @@ def write_whole(file: Path, content: bytes) -> None:
             stream.flush()
             os.fsync(stream.fileno())
         Path(name).replace(file)
-        _settle(file.parent)
+        _fsync_folder(file.parent)
     except OSError as cause:
         raise unwritable(file, cause) from None
     finally:
@@ -83,7 +83,7 @@ def unwritable(file: Path, cause: OSError) -> StoreError:
     return StoreError(f"cannot be written ({cause.strerror or cause})", file=file)
 
 
-def _settle(folder: Path) -> None:
+def _fsync_folder(folder: Path) -> None:
     """Flush the folder's entries to disk, against a power failure."""
     handle = os.open(folder, os.O_RDONLY)
     try:

@@ -45,7 +45,7 @@ class DriveRecording:
         self._close()
 
     def restart(self) -> None:
-        """Continue in a new file because the world restarted, unless the present one is empty."""
+        """Continue in a new file because the world restarted, unless the current one is empty."""
         if self._recorder is not None and not self._empty:
             self._close()
             self._open()
@@ -57,8 +57,8 @@ class DriveRecording:
         self._empty = False
         try:
             self._recorder(tick, truth)
-        except RecordingError as trouble:
-            _log.error("recording ends: %s", trouble)
+        except RecordingError as error:
+            _log.error("recording ends: %s", error)
             self._close()
 
     def _open(self) -> None:
@@ -67,8 +67,8 @@ class DriveRecording:
         self._empty = True
         try:
             self._recorder = RideRecorder(_free(self._file), facts_of(self._ride_setup)).__enter__()
-        except RecordingError as trouble:
-            _log.error("nothing is recorded: %s", trouble)
+        except RecordingError as error:
+            _log.error("nothing is recorded: %s", error)
 
     def _close(self) -> None:
         recorder, self._recorder = self._recorder, None
@@ -76,12 +76,12 @@ class DriveRecording:
             return
         try:
             recorder.__exit__(None, None, None)
-        except RecordingError as trouble:
-            _log.error("recording ends: %s", trouble)
+        except RecordingError as error:
+            _log.error("recording ends: %s", error)
 
 
 def _free(file: Path) -> Path:
-    """Return the file, or where it exists the name with the first free number."""
+    """Return the file, or if it exists the name with the first free number."""
     number, free = 1, file
     while free.exists():
         number += 1

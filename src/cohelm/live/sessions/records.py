@@ -20,10 +20,10 @@ def default_folder() -> File:
 
 
 class SessionInfo(Model):
-    """Facts that stay the same during a session."""
+    """Properties that stay the same during a session."""
 
     id: str
-    """Start time as ``20260131-142530``; a number is appended where there are two."""
+    """Start time as ``20260131-142530``; a second one in the same second gets a number."""
     started: str
     """ISO 8601, UTC."""
     scene: str
@@ -81,7 +81,7 @@ class RideSummary(Model):
     measures: Mapping[str, float] = {}
     """Measures of :mod:`cohelm.evaluation.metrics` that apply to this ride."""
     error: str = ""
-    """Reason why there are no measures; empty where they exist or are being computed."""
+    """Reason why there are no measures; empty if they exist or are being computed."""
 
 
 class SessionSummary(Model):

@@ -5,19 +5,20 @@ from __future__ import annotations
 import base64
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from cohelm.evaluation.metrics.measures import RIDE_MEASURES, measure_info
 from cohelm.evaluation.report.html import Table, render
 from cohelm.live.messages import Limits
-from cohelm.live.sessions.records import RideSummary, SessionSummary
+from cohelm.live.sessions.records import RideSummary, SessionInfo, SessionSummary
 
-_COLUMNS = (
-    "session", "ride", "started", "scene", "robot", "seed", "destination", "outcome", "duration",
-    "length", "rating", "wishes", "modes", "devices",
-)  # fmt: skip
-"""First columns of the CSV table."""
+
+class _Column(NamedTuple):
+    """Column of the CSV table."""
+
+    name: str
+    cell: Callable[[SessionInfo, RideSummary], object]
 
 
 class _RideSection(NamedTuple):
@@ -75,22 +76,9 @@ def session_csv(summary: SessionSummary) -> str:
     """Return one row for each ride: facts, limits and all measures, in SI units."""
     out = io.StringIO()
     writer = csv.writer(out)
-    limits = tuple(Limits.model_fields)
-    limit_columns = (f"limit_{name}" for name in limits)
-    writer.writerow([*_COLUMNS, *limit_columns, "stops", *RIDE_MEASURES, "error"])
-    session = summary.session
+    writer.writerow([column.name for column in _COLUMNS])
     for ride in summary.rides:
-        last = ride.limits[-1].limits.model_dump() if ride.limits else {}
-        cells = [
-            session.id, ride.id, ride.started, session.scene, session.robot,
-            ride.seed, ride.destination, ride.outcome, f"{ride.duration:.2f}", f"{ride.length:.3f}",
-            "" if ride.rating is None else ride.rating, ride.wishes,
-            _durations(ride.modes), _durations(ride.devices),
-            *(last.get(name, "") for name in limits),
-            len(ride.stops),
-            *(f"{ride.measures[n]:.6g}" if n in ride.measures else "" for n in RIDE_MEASURES),
-            ride.error,
-        ]  # fmt: skip
+        cells = [column.cell(summary.session, ride) for column in _COLUMNS]
         writer.writerow([_no_formula(cell) for cell in cells])
     return out.getvalue()
 
@@ -152,3 +140,41 @@ def _no_formula(cell: object) -> object:
     """Mark text that a spreadsheet would take for a formula as text."""
     risky = isinstance(cell, str) and cell[:1] in {"=", "+", "-", "@", "\t", "\r"}
     return f"'{cell}" if risky else cell
+
+
+def _limit_column(name: str) -> _Column:
+    """Column of one of the limits at the end of the ride."""
+    return _Column(
+        f"limit_{name}",
+        lambda _, ride: getattr(ride.limits[-1].limits, name) if ride.limits else "",
+    )
+
+
+def _measure_column(name: str) -> _Column:
+    return _Column(
+        name,
+        lambda _, ride: f"{ride.measures[name]:.6g}" if name in ride.measures else "",
+    )
+
+
+_COLUMNS = (
+    _Column("session", lambda session, _: session.id),
+    _Column("ride", lambda _, ride: ride.id),
+    _Column("started", lambda _, ride: ride.started),
+    _Column("scene", lambda session, _: session.scene),
+    _Column("robot", lambda session, _: session.robot),
+    _Column("seed", lambda _, ride: ride.seed),
+    _Column("destination", lambda _, ride: ride.destination),
+    _Column("outcome", lambda _, ride: ride.outcome),
+    _Column("duration", lambda _, ride: f"{ride.duration:.2f}"),
+    _Column("length", lambda _, ride: f"{ride.length:.3f}"),
+    _Column("rating", lambda _, ride: "" if ride.rating is None else ride.rating),
+    _Column("wishes", lambda _, ride: ride.wishes),
+    _Column("modes", lambda _, ride: _durations(ride.modes)),
+    _Column("devices", lambda _, ride: _durations(ride.devices)),
+    *map(_limit_column, Limits.model_fields),
+    _Column("stops", lambda _, ride: len(ride.stops)),
+    *map(_measure_column, RIDE_MEASURES),
+    _Column("error", lambda _, ride: ride.error),
+)
+"""Columns of the CSV table."""

@@ -1,8 +1,8 @@
 """Log of a live ride, written to disk tick by tick, so that memory stays constant.
 
-It belongs to the navigator's process. Each tick is one row of numbers in a file; memory holds the
-stops, the first route and the last request. ``ride_sessions`` decides where a ride begins and ends,
-``measuring`` reads the rows.
+It belongs to the navigator's process. Each tick is one row in a file, see :mod:`.ride_rows`; memory
+holds the stops, the first route and the last request. ``RideTracker`` decides when a ride begins
+and ends, ``measuring`` reads the rows.
 """
 
 from __future__ import annotations
@@ -14,21 +14,15 @@ from typing import BinaryIO
 
 import numpy as np
 
-from cohelm.arrays import Floats32
 from cohelm.evaluation.episode.ride import StopEvent
-from cohelm.evaluation.episode.ride_log import StopLog, row_of, states_of
+from cohelm.evaluation.episode.ride_log import StopLog
 from cohelm.live.messages import RideOutcome
 from cohelm.live.sessions.files import unwritable
 from cohelm.live.sessions.records import RideLog, RideStop
+from cohelm.live.sessions.ride_rows import row_of_tick
 from cohelm.navigation import Tick
 from cohelm.simulation import GroundTruth
 
-OWN = 18
-"""Numbers of a row about the chair: t, pose 3, twist 3, gap to walls, contact with a wall,
-command 3, request 3, stick 2, η. The number of people precedes them …"""
-EACH = 10
-"""… and these follow for each person: gap, contact moving, contact standing, x, y, v_x, v_y,
-heading, waypoint, radius."""
 MAX_STOPS = 500
 """Maximum number of stops of a ride; the longest ones are kept."""
 _log = logging.getLogger(__name__)
@@ -43,44 +37,44 @@ class RideLogWriter:
     def begin(self, ride: str, file: Path) -> None:
         """Begin a ride with the next tick; an unfinished one is discarded.
 
-        Where the disk is full, the ride goes on without rows, and an error is logged.
+        If the disk is full, the ride goes on without rows, and an error is logged.
 
         Args:
             ride: Id of the ride.
             file: File for its rows; overwritten.
         """
-        self._drop()
+        self._discard()
         try:
             handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         except OSError as cause:
-            _given_up(file, cause)
+            _log_lost_rows(file, cause)
             self._ride = _Ride(ride, file, None)
         else:
             self._ride = _Ride(ride, file, os.fdopen(handle, "wb"))
 
     def add(self, tick: Tick, truth: GroundTruth) -> None:
-        """Add a tick to the present ride, if there is one."""
+        """Add a tick to the current ride, if there is one."""
         ride = self._ride
         if ride is None:
             return
         ride.add(tick, truth)
         if ride.rows is not None:
             try:
-                ride.rows.write(_row(tick, truth, ride.first_time).tobytes())
+                ride.rows.write(row_of_tick(tick, truth, ride.first_time).tobytes())
             except OSError as cause:
-                _given_up(ride.file, cause)
+                _log_lost_rows(ride.file, cause)
                 ride.rows = None
 
     def end(self, outcome: RideOutcome) -> RideLog | None:
         """End the ride and return its log; None without a ride or without ticks."""
         if self._ride is None or self._ride.ticks == 0:
-            self._drop()
+            self._discard()
             return None
         ride, self._ride = self._ride, None
         ride.close()
         return ride.log(outcome)
 
-    def _drop(self) -> None:
+    def _discard(self) -> None:
         ride, self._ride = self._ride, None
         if ride is not None:
             ride.close()
@@ -114,12 +108,14 @@ class _Ride:
             try:
                 self.rows.close()
             except OSError as cause:
-                _given_up(self.file, cause)
+                _log_lost_rows(self.file, cause)
 
     def log(self, outcome: RideOutcome) -> RideLog:
         request = self._last.request if self._last is not None else None
-        asked = (self._first or self._last).request if self._last is not None else None
-        prefer = [w.points for w in asked.wishes if w.kind == "attract"] if asked else []
+        first = (self._first or self._last).request if self._last is not None else None
+        prefer = (
+            [w.points for w in first.wishes if w.kind == "attract"] if first is not None else []
+        )
         return RideLog(
             ride=self.id,
             file=self.file,
@@ -140,7 +136,7 @@ class _Ride:
         )
 
 
-def _given_up(file: Path, cause: OSError) -> None:
+def _log_lost_rows(file: Path, cause: OSError) -> None:
     _log.error("rows of a ride are lost: %s", unwritable(file, cause))
 
 
@@ -148,21 +144,3 @@ def _longest(stops: list[StopEvent]) -> list[StopEvent]:
     """Return the longest stops, in order of time."""
     kept = sorted(stops, key=lambda stop: stop.duration, reverse=True)[:MAX_STOPS]
     return sorted(kept, key=lambda stop: stop.time)
-
-
-def _row(tick: Tick, truth: GroundTruth, begun: float) -> Floats32:
-    """Row (1 + OWN + n · EACH,) of a tick; see :data:`OWN`."""
-    crowd = truth.crowd
-    n = len(crowd.radius)
-    out = np.empty(1 + OWN + n * EACH, dtype=np.float32)
-    out[0] = n
-    out[1] = truth.time - begun
-    out[2:5], out[5:8] = truth.pose, truth.twist
-    out[8], out[9] = truth.gap_wall, truth.hit_wall
-    out[10 : 1 + OWN] = row_of(tick)
-    people = out[1 + OWN :].reshape(n, EACH)
-    people[:, 0] = truth.gap_people
-    people[:, 1], people[:, 2] = truth.hit_moving, truth.hit_standing
-    people[:, 3:7] = states_of(crowd)
-    people[:, 7], people[:, 8], people[:, 9] = crowd.heading, crowd.target, crowd.radius
-    return out

@@ -14,7 +14,7 @@ from cohelm.arrays import Floats
 from cohelm.evaluation.episode.ride import Ride
 from cohelm.geometry import inverse, transform
 
-WIDEST = 1200
+MAX_SIDE = 1200
 """Maximum side of the picture, pixels."""
 MARGIN = 3.0
 """Margin around the track, m."""
@@ -43,7 +43,7 @@ def ride_map(ride: Ride) -> bytes:
     if ride.path is not None:
         lines += [transform(X_GM, ride.path.points), transform(X_GM, ride.path.without_wishes)]
     low, high = _window(ride, lines)
-    scale = _FINE * min(40.0, WIDEST / float((high - low).max()))
+    scale = _FINE * min(40.0, MAX_SIDE / float((high - low).max()))
     image = _floor(ride, low, high, scale)
     sheet = _Sheet(ImageDraw.Draw(image), low, scale, image.height)
     for person in range(ride.people.shape[1]):

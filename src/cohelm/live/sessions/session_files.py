@@ -16,8 +16,9 @@ from cohelm.errors import StoreError
 from cohelm.live.sessions.records import RideSummary, SessionInfo
 
 SESSION = re.compile(r"\d{8}-\d{6}(-\d+)?")
+"""Pattern of a session's id; nothing else becomes part of a path."""
 RIDE = re.compile(r"(\d{8}-\d{6}(?:-\d+)?)-r\d+")
-"""Patterns of ids; nothing else becomes part of a path."""
+"""Pattern of a ride's id; nothing else becomes part of a path."""
 DELETED = ".deleted-"
 """Prefix of the folder of a session that is being deleted."""
 _log = logging.getLogger(__name__)
@@ -25,8 +26,8 @@ _T = TypeVar("_T", SessionInfo, RideSummary)
 _DAY = 86_400.0
 
 
-def age(session: str) -> tuple[str, int]:
-    """Return the sort key of a session."""
+def session_sort_key(session: str) -> tuple[str, int]:
+    """Return the time and the number in the id of a session."""
     return session[:15], int(session[16:] or 1)
 
 
@@ -36,11 +37,13 @@ def session_of(ride: str) -> str:
 
 
 def rides_in(folder: Path) -> Iterator[RideSummary]:
-    """Yield the readable rides of a session, the oldest first."""
+    """Yield the readable rides of a session, the oldest first; an unreadable one is logged."""
     files = [f for f in folder.glob("*.json") if RIDE.fullmatch(f.stem)]
     for file in sorted(files, key=lambda f: int(f.stem.rpartition("-r")[2])):
-        with contextlib.suppress(StoreError):
+        try:
             yield read(RideSummary, file)
+        except StoreError as error:
+            _log.error("sessions: a ride is not shown: %s", error)
 
 
 def read(kind: type[_T], file: Path) -> _T:
@@ -72,8 +75,8 @@ def sweep(folder: Path) -> None:
             _log.error("sessions: %s cannot be deleted (%s)", deleted, cause.strerror or cause)
     for pattern in ("*/*.rows", "*/*.task", "*/.*", "*/*.measures.*"):
         for file in folder.glob(pattern):
-            whole = all(file.with_suffix(each).is_file() for each in (".rows", ".task", ".json"))
-            if whole:
+            complete = all(file.with_suffix(each).is_file() for each in (".rows", ".task", ".json"))
+            if complete:
                 continue  # it will be measured now
             with contextlib.suppress(OSError):
                 if clock.time() - file.stat().st_mtime > _DAY:
@@ -81,5 +84,5 @@ def sweep(folder: Path) -> None:
 
 
 def now_utc() -> str:
-    """Return the present time, ISO 8601."""
+    """Return the current time, ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="seconds")

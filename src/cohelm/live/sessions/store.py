@@ -9,8 +9,11 @@
                                   it is measured: now, or at the next start
       .deleted-…/              session being deleted, now or at the next start
 
-Every method may be called from any thread. A writer thread keeps the order of all writes, so that
-the control loop never waits for the disk; :attr:`SessionStore.error` holds the last failure.
+Every method may be called from any thread. A writer thread keeps the order of all writes but those
+of :meth:`SessionStore.begin`, which makes a folder with one small file and flushes both to disk in
+the calling thread: some ms, once for each drive, and once more after its session was deleted. The
+control loop calls it while the chair stands or begins to move. :attr:`SessionStore.error` holds the
+last failure.
 """
 
 from __future__ import annotations
@@ -30,25 +33,31 @@ from typing import Any
 
 from cohelm.errors import StoreError
 from cohelm.live.sessions import report
-from cohelm.live.sessions.files import own_folder, write_whole
-from cohelm.live.sessions.measuring import MeasuringPostponed, measured_aside, salvaged, task_of
+from cohelm.live.sessions.files import make_private_folder, write_atomically
+from cohelm.live.sessions.measuring import (
+    MeasuringPostponed,
+    log_without_navigator,
+    measure_in_subprocess,
+    task_of,
+)
 from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo, SessionSummary
 from cohelm.live.sessions.session_files import (
     DELETED,
     RIDE,
     SESSION,
-    age,
     as_json,
     now_utc,
     read,
     rides_in,
+    session_of,
+    session_sort_key,
     sweep,
 )
 from cohelm.scenarios.build import RideSetup
 
 LOST = "The navigator was lost before it delivered stops, route and destination."
 """Error of a ride without a log."""
-CLOSING = 4.0
+CLOSE_TIMEOUT = 4.0
 """Time for open measurements when the program ends, s; the rest is done at the next start."""
 _log = logging.getLogger(__name__)
 
@@ -57,28 +66,31 @@ class SessionStore:
     """Sessions and rides in a folder.
 
     Args:
-        folder: Created where it is missing.
+        folder: Created if it is missing.
 
     Raises:
         StoreError: The folder cannot be created or written.
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = own_folder(folder)
+        self.folder = make_private_folder(folder)
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="sessions")
         self._measurer = ThreadPoolExecutor(1, thread_name_prefix="measuring")
         self._pending: set[Future[Any]] = set()
-        self._ends = threading.Event()
+        self._closing = threading.Event()
         self._lock = threading.Lock()
-        self._facts: SessionInfo | None = None
-        self._kept: set[str] = set()
-        self._given: set[str] = set()
-        self._count = 0
+        self._current: SessionInfo | None = None
+        self._stored_rides: set[str] = set()
+        """Rides of this program that were given to the writer thread, and not deleted."""
+        self._used_ids: set[str] = set()
+        """Sessions that this program has begun, deleted ones included."""
+        self._ride_count = 0
+        """Rides of the current session so far."""
         self._error = ""
         sweep(self.folder)
         for task in sorted(self.folder.glob("*/*.task")):
             if RIDE.fullmatch(task.stem):
-                self._do(self._measurer, functools.partial(self._measure, task.stem))
+                self._submit(self._measurer, functools.partial(self._measure, task.stem))
 
     def begin(self, ride_setup: RideSetup, *, simulation: bool = True) -> SessionInfo:
         """Begin a session, to which all further rides belong.
@@ -87,7 +99,7 @@ class SessionStore:
             StoreError: The session cannot be written.
         """
         with self._lock:
-            self._facts = self._opened(
+            self._current = self._open_session(
                 SessionInfo(
                     id="",
                     started=now_utc(),
@@ -96,8 +108,8 @@ class SessionStore:
                     simulation=simulation,
                 )
             )
-            self._count = 0
-            return self._facts
+            self._ride_count = 0
+            return self._current
 
     def begin_ride(self) -> tuple[str, Path]:
         """Return the next ride's id and the file for its rows.
@@ -106,14 +118,16 @@ class SessionStore:
             StoreError: No session has begun, or its folder cannot be written.
         """
         with self._lock:
-            if self._facts is None:
+            if self._current is None:
                 raise StoreError("a ride needs a session; begin one first")
-            if not (self.folder / self._facts.id).is_dir():  # it was deleted
-                self._facts = self._opened(self._facts.model_copy(update={"started": now_utc()}))
-                self._count = 0
-            self._count += 1
-            ride = f"{self._facts.id}-r{self._count}"
-            return ride, self.folder / self._facts.id / f"{ride}.rows"
+            if not (self.folder / self._current.id).is_dir():  # it was deleted
+                self._current = self._open_session(
+                    self._current.model_copy(update={"started": now_utc()})
+                )
+                self._ride_count = 0
+            self._ride_count += 1
+            ride = f"{self._current.id}-r{self._ride_count}"
+            return ride, self.folder / self._current.id / f"{ride}.rows"
 
     def keep(self, record: RideSummary, log: RideLog | None, ride_setup: RideSetup) -> None:
         """Store a ride that has ended; another process computes its measures and its map.
@@ -126,21 +140,20 @@ class SessionStore:
                 destination, and the measures come from the rows on disk.
             ride_setup: World of the ride.
         """
-        trouble = "" if log is not None else LOST
-        session = self._file(record.id, "").parent.name
-        record = record.model_copy(update={"session": session, "error": trouble})
-        self._kept.add(record.id)
-        rows = log or salvaged(
-            record, self._file(record.id, ".rows"), ride_setup.world.control_step
-        )
-        task = task_of(rows, ride_setup.scenario, ride_setup.robot, ride_setup.grid)
-        kept = self._do(self._writer, lambda: self._put(record, task))
+        error = "" if log is not None else LOST
+        session = session_of(record.id)
+        record = record.model_copy(update={"session": session, "error": error})
+        self._stored_rides.add(record.id)
+        period = ride_setup.world.control_step
+        log = log or log_without_navigator(record, self._file(record.id, ".rows"), period)
+        task = task_of(log, ride_setup.scenario, ride_setup.robot, ride_setup.grid)
+        written = self._submit(self._writer, lambda: self._write_ride(record, task))
 
         def measure() -> None:
-            wait([kept])
+            wait([written])
             self._measure(record.id)
 
-        self._do(self._measurer, measure)
+        self._submit(self._measurer, measure)
 
     def rate(self, ride: str, rating: int) -> None:
         """Store a rating, 1 to 5; it replaces an earlier one.
@@ -148,14 +161,14 @@ class SessionStore:
         Raises:
             StoreError: There is no such ride.
         """
-        if ride not in self._kept:
+        if ride not in self._stored_rides:
             self._ride(ride)
-        self._do(self._writer, lambda: self._change(ride, rating=rating))
+        self._submit(self._writer, lambda: self._update_ride(ride, rating=rating))
 
     def list(self) -> tuple[SessionSummary, ...]:
         """Return all sessions with a ride, the newest first."""
         found = []
-        for each in sorted(self._folders(), key=lambda f: age(f.name), reverse=True):
+        for each in sorted(self._folders(), key=lambda f: session_sort_key(f.name), reverse=True):
             with contextlib.suppress(StoreError):  # deleted meanwhile, or damaged
                 found.append(self.summary(each.name))
         return tuple(each for each in found if each.rides)
@@ -200,24 +213,24 @@ class SessionStore:
             raise StoreError(f"there is no map of {id_}, or not yet") from None
 
     def delete_all(self) -> int:
-        """Delete all sessions, the present one included, and return their number.
+        """Delete all sessions, the current one included, and return their number.
 
-        The present ride is not stored. The audit log and the settings stay.
+        The current ride is not stored. The audit log and the settings stay.
 
         Raises:
             StoreError: Something could not be deleted; names it.
         """
-        count: int = self._do(self._writer, self._delete_all).result()
+        count: int = self._submit(self._writer, self._delete_all).result()
         return count
 
-    def settle(self) -> None:
+    def wait_until_idle(self) -> None:
         """Wait for all pending writes and measurements."""
         while True:
             with self._lock:
-                left = set(self._pending)
-            if not left:
+                pending = set(self._pending)
+            if not pending:
                 return
-            wait(left)
+            wait(pending)
 
     def close(self) -> None:
         """Finish pending work for some seconds, then close; a session without a ride is removed.
@@ -225,89 +238,91 @@ class SessionStore:
         A ride that is not measured by then is measured at the next start.
         """
         with self._lock:
-            left = set(self._pending)
-        wait(left, CLOSING)
-        self._ends.set()
-        self.settle()
+            pending = set(self._pending)
+        wait(pending, CLOSE_TIMEOUT)
+        self._closing.set()
+        self.wait_until_idle()
         self._measurer.shutdown()
         self._writer.shutdown()
-        facts, self._facts = self._facts, None
+        facts, self._current = self._current, None
         if facts is not None and not any(rides_in(self.folder / facts.id)):
             shutil.rmtree(self.folder / facts.id, ignore_errors=True)
 
     @property
     def error(self) -> str:
-        """Last failure of a write; empty where there was none."""
+        """Last failure of a write; empty if there was none."""
         return self._error
 
-    def _opened(self, facts: SessionInfo) -> SessionInfo:
+    def _open_session(self, info: SessionInfo) -> SessionInfo:
         """Give the session an id and a folder of its own."""
         stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
         numbers = itertools.count(1)
         while True:
             id_ = stamp if (number := next(numbers)) == 1 else f"{stamp}-{number}"
-            if id_ in self._given:  # and deleted since: its last ride may still be written of
+            if id_ in self._used_ids:  # deleted, but its last ride may still be written
                 continue
             try:
                 (self.folder / id_).mkdir(mode=0o700)
             except FileExistsError:
                 continue
             except OSError as cause:
-                raise StoreError(f"cannot be made ({cause.strerror})", file=self.folder) from None
-            self._given.add(id_)
-            opened = facts.model_copy(update={"id": id_})
-            write_whole(self.folder / id_ / "session.json", as_json(opened))
+                raise StoreError(
+                    f"cannot be created ({cause.strerror})", file=self.folder
+                ) from None
+            self._used_ids.add(id_)
+            opened = info.model_copy(update={"id": id_})
+            write_atomically(self.folder / id_ / "session.json", as_json(opened))
             return opened
 
-    def _do(self, where: ThreadPoolExecutor, what: Callable[[], Any]) -> Future[Any]:
-        """Run something in another thread; a failure is remembered."""
-        future = where.submit(self._tried, what)
+    def _submit(self, executor: ThreadPoolExecutor, task: Callable[[], Any]) -> Future[Any]:
+        """Run a task in another thread; a failure is logged, and stays in ``error``."""
+        future = executor.submit(self._run_logged, task)
         with self._lock:
             self._pending.add(future)
         future.add_done_callback(self._pending.discard)
         return future
 
-    def _tried(self, what: Callable[[], Any]) -> Any:
+    def _run_logged(self, task: Callable[[], Any]) -> Any:
         try:
-            return what()
-        except StoreError as fault:
-            _log.error("sessions: %s", fault)
-            self._error = str(fault)
+            return task()
+        except StoreError as error:
+            _log.error("sessions: %s", error)
+            self._error = str(error)
             raise
 
-    def _put(self, record: RideSummary, task: bytes) -> None:
+    def _write_ride(self, record: RideSummary, task: bytes) -> None:
         """Write a ride, in the writer thread."""
         file = self._file(record.id, ".json")
         if file.parent.is_dir():  # else deleted while it went on
-            write_whole(file, as_json(record))
-            write_whole(file.with_suffix(".task"), task)
+            write_atomically(file, as_json(record))
+            write_atomically(file.with_suffix(".task"), task)
 
-    def _change(self, ride: str, **changes: Any) -> None:
+    def _update_ride(self, ride: str, **changes: Any) -> None:
         """Change a stored ride, in the writer thread; a deleted ride stays deleted."""
         file = self._file(ride, ".json")
         if file.is_file():
-            write_whole(file, as_json(read(RideSummary, file).model_copy(update=changes)))
+            write_atomically(file, as_json(read(RideSummary, file).model_copy(update=changes)))
 
     def _measure(self, ride: str) -> None:
         """Measure a ride, in the measuring thread."""
         task, rows = self._file(ride, ".task"), self._file(ride, ".rows")
-        if self._ends.is_set() or not (task.is_file() and rows.is_file()):
+        if self._closing.is_set() or not (task.is_file() and rows.is_file()):
             return
         into = self._file(ride, ".measures.json")
         changes: dict[str, Any]
         try:
-            measures = measured_aside(task, into, self._ends)
+            measures = measure_in_subprocess(task, into, self._closing)
             into.with_suffix(".png").replace(self._file(ride, ".png"))
             changes = {"measures": measures}
         except MeasuringPostponed:
             return
-        except (StoreError, OSError) as fault:
-            changes = {"error": str(fault)}
-        self._do(self._writer, lambda: self._measured(ride, **changes))
+        except (StoreError, OSError) as error:
+            changes = {"error": str(error)}
+        self._submit(self._writer, lambda: self._store_measures(ride, **changes))
 
-    def _measured(self, ride: str, **changes: Any) -> None:
+    def _store_measures(self, ride: str, **changes: Any) -> None:
         """Store the measures of a ride, in the writer thread."""
-        self._change(ride, **changes)
+        self._update_ride(ride, **changes)
         for done in (".task", ".rows"):
             self._file(ride, done).unlink(missing_ok=True)
 
@@ -317,7 +332,7 @@ class SessionStore:
         try:
             count = sum(any(rides_in(folder)) for folder in self._folders())
             with self._lock:  # no session is created meanwhile
-                self._kept.clear()
+                self._stored_rides.clear()
                 for at in self._folders():
                     at.rename(at.with_name(f"{DELETED}{number}-{at.name}"))
             for at in self.folder.glob(f"{DELETED}*"):  # including those left by earlier runs
@@ -342,4 +357,4 @@ class SessionStore:
         return self._file(ride, ".json")
 
     def _file(self, ride: str, suffix: str) -> Path:
-        return self.folder / ride.rpartition("-r")[0] / f"{ride}{suffix}"
+        return self.folder / session_of(ride) / f"{ride}{suffix}"
