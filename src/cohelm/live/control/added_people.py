@@ -30,20 +30,29 @@ NEAR = (2.5, 7.0)
 """Range of distances from the chair, along the floor, for a person without a given position, m."""
 STROLL = (4.0, 20.0)
 """Range of distances to the place that a person walks to and back, m."""
-MEETING = (2.5, 4.0)
-"""Minimum distance ahead of the chair at which a person crosses, m, and minimum time, s."""
+MIN_MEETING_DISTANCE = 2.5
+"""Minimum distance ahead of the chair at which a person crosses, m."""
+MIN_MEETING_TIME = 4.0
+"""Minimum time until a person crosses, s."""
 _MIN_CHAIR_SPEED = 0.5
 """Assumed speed of a chair that stands or creeps, m/s."""
+_START_SHARES = (0.6, 1.2)
+"""Range of a crossing person's distance to the meeting point, as a share of what they walk until
+the chair is there."""
+_END_SHARES = (0.5, 1.4)
+"""Range of the distance that they walk beyond it, as a share of the same."""
+_SEARCH_SHARE = 1.5
+"""Limit of the search about the meeting point, as a share of the same; above the other two."""
 _MAX_SHIFT = 1.5
 """Maximum distance between the requested position and a free one, m."""
 _BODY_GAP = 0.1
-"""Minimum gap between a new body and all others, m …"""
+"""Minimum gap between a new body and all others, m."""
 _CHAIR_GAP = 0.4
-"""… and the chair."""
+"""Minimum gap between a new body and the chair, m."""
 
 
 class NoFreeSpace(CohelmError):
-    """There is no free position or way for another person."""
+    """There is no free position or path for another person."""
 
     code: ClassVar[str] = "no_free_space"
 
@@ -60,11 +69,11 @@ class WalkableFloor:
 
 
 class _Reached(NamedTuple):
-    """Shortest ways from one point."""
+    """Shortest paths from one point."""
 
     parent: Integers
     distance: Floats
-    """m; infinite where a cell was not reached."""
+    """m; infinite if a cell was not reached."""
     cells: Integers
     """(m, 2) cells that were reached."""
 
@@ -108,8 +117,8 @@ def new_pedestrian(
             raise NoFreeSpace("No free space there.")
         cell = free[int(np.argmin(shift))]
     at = floor.walkable.points(cell[None])[0]
-    way = _stroll(floor, at, rng)
-    return _pedestrian(np.vstack([at, way]), loop=True, rng=rng)
+    path = _stroll(floor, at, rng)
+    return _pedestrian(np.vstack([at, path]), loop=True, rng=rng)
 
 
 def crossing_pedestrian(
@@ -117,8 +126,8 @@ def crossing_pedestrian(
 ) -> NewPedestrian:
     """Return a person who reaches a point ahead of the chair together with it, and walks on.
 
-    They come from the side where possible, else towards the chair. They see the chair and avoid it
-    like everybody else.
+    They come from the side if possible, else towards the chair. They see the chair and avoid it
+    like all other pedestrians.
 
     Args:
         floor: Walkable floor.
@@ -127,42 +136,42 @@ def crossing_pedestrian(
         rng: Random stream.
 
     Raises:
-        NoFreeSpace: No way was found, or there are :data:`MAX_PEOPLE` already.
+        NoFreeSpace: No path was found, or there are :data:`MAX_PEOPLE` already.
     """
-    speed = max(float(np.hypot(*truth.twist[:2])), _MIN_CHAIR_SPEED)
-    far = max(MEETING[0], MEETING[1] * speed)
-    meeting, ahead = _point_ahead(truth.pose, route, far)
-    walks = float(rng.uniform(*SPEED))
-    # Length of the person's way, so that both arrive at the same time.
-    length = walks * far / speed
-    reached = _reached(floor, meeting, 1.5 * length)
+    chair_speed = max(float(np.hypot(*truth.twist[:2])), _MIN_CHAIR_SPEED)
+    distance = max(MIN_MEETING_DISTANCE, MIN_MEETING_TIME * chair_speed)
+    meeting, ahead = _point_ahead(truth.pose, route, distance)
+    walking_speed = float(rng.uniform(*SPEED))
+    # Length of the person's path, so that both arrive at the same time.
+    length = walking_speed * distance / chair_speed
+    reached = _reached(floor, meeting, _SEARCH_SHARE * length)
     cells = reached.cells
     away = reached.distance[cells[:, 0], cells[:, 1]]
     free = _free_cells(floor, truth)[cells[:, 0], cells[:, 1]]
-    starts = cells[free & (away >= 0.6 * length) & (away <= 1.2 * length)]
-    ends = cells[(away >= 0.5 * length) & (away <= 1.4 * length)]
+    starts = cells[free & (away >= _START_SHARES[0] * length) & (away <= _START_SHARES[1] * length)]
+    ends = cells[(away >= _END_SHARES[0] * length) & (away <= _END_SHARES[1] * length)]
     if not len(starts) or not len(ends):
-        raise NoFreeSpace("No way for a crossing person.")
+        raise NoFreeSpace("No path for a crossing person.")
     start = _furthest(floor, starts, meeting, _sideways(ahead, rng))
     to_start = floor.walkable.points(start[None])[0] - meeting
     end = _furthest(floor, ends, meeting, -to_start)
-    way = _way_through(floor, reached.parent, start, end)
-    return _pedestrian(way, loop=False, rng=rng, speed=walks)
+    path = _path_through(floor, reached.parent, start, end)
+    return _pedestrian(path, loop=False, rng=rng, speed=walking_speed)
 
 
 def _pedestrian(
-    way: Floats, *, loop: bool, rng: np.random.Generator, speed: float | None = None
+    path: Floats, *, loop: bool, rng: np.random.Generator, speed: float | None = None
 ) -> NewPedestrian:
-    """Return a person who appears at the first point of a way (k, 2) and walks the rest."""
-    ahead = way[1] - way[0] if len(way) > 1 else np.array([1.0, 0.0])
-    waypoints = np.vstack([way[1:], way[:1]]) if loop and len(way) > 1 else way[1:]
+    """Return a person who appears at the first point of a path (k, 2) and walks the rest."""
+    ahead = path[1] - path[0] if len(path) > 1 else np.array([1.0, 0.0])
+    waypoints = np.vstack([path[1:], path[:1]]) if loop and len(path) > 1 else path[1:]
     return NewPedestrian(
-        position=way[0],
+        position=path[0],
         waypoints=waypoints,
         heading=float(np.arctan2(ahead[1], ahead[0])),
         speed=float(rng.uniform(*SPEED)) if speed is None else speed,
         radius=RADIUS,
-        loop=loop and len(way) > 1,
+        loop=loop and len(path) > 1,
     )
 
 
@@ -182,7 +191,7 @@ def _free_cells(floor: WalkableFloor, truth: GroundTruth) -> Booleans:
 
 
 def _reached(floor: WalkableFloor, point: Floats, limit: float) -> _Reached:
-    """Shortest ways from a point up to a length, m."""
+    """Shortest paths from a point up to a length, m."""
     walk = floor.walkable
     row, col = walk.cell(point)
     distance, _, parent = spread(walk.free, walk.narrow, row, col, limit / CELL)
@@ -190,7 +199,7 @@ def _reached(floor: WalkableFloor, point: Floats, limit: float) -> _Reached:
 
 
 def _stroll(floor: WalkableFloor, at: Floats, rng: np.random.Generator) -> Floats:
-    """Way (k, 2) to a place and back, without its first point; empty where there is none."""
+    """Path (k, 2) to a place and back, without its first point; empty if there is none."""
     reached = _reached(floor, at, STROLL[1])
     cells = np.array([floor.walkable.cell(place) for place in floor.places]).reshape(-1, 2)
     away = reached.distance[cells[:, 0], cells[:, 1]]
@@ -203,14 +212,14 @@ def _stroll(floor: WalkableFloor, at: Floats, rng: np.random.Generator) -> Float
     return np.vstack([points[-2::-1], points[1:-1]])
 
 
-def _point_ahead(pose: Floats, route: Floats, far: float) -> tuple[Floats, Floats]:
+def _point_ahead(pose: Floats, route: Floats, distance: float) -> tuple[Floats, Floats]:
     """Point (2,) at a distance along the route from the chair, m, and the direction (2,) there."""
     ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
     if len(route) < 2:
-        return pose[:2] + far * ahead, ahead
+        return pose[:2] + distance * ahead, ahead
     nearest = int(np.argmin(np.hypot(*(route - pose[:2]).T)))
     along = arc_length(route)
-    at = min(along[nearest] + far, along[-1])
+    at = min(along[nearest] + distance, along[-1])
     point, before = (
         np.array([np.interp(s, along, route[:, i]) for i in (0, 1)]) for s in (at, at - 0.5)
     )
@@ -234,8 +243,8 @@ def _furthest(
     return np.asarray(cells[int(np.argmax(unit @ direction))])
 
 
-def _way_through(floor: WalkableFloor, parent: Integers, start: Integers, end: Integers) -> Floats:
-    """Way (k, 2) from one cell through the meeting point to another, m."""
+def _path_through(floor: WalkableFloor, parent: Integers, start: Integers, end: Integers) -> Floats:
+    """Path (k, 2) from one cell through the meeting point to another, m."""
     free = floor.walkable.free
     there, on = (pulled_tight(free, trace(parent, int(c[0]), int(c[1]))) for c in (start, end))
     return floor.walkable.points(np.concatenate([there, on[::-1][1:]]))

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from cohelm.config import Model
 from cohelm.errors import CohelmError, StoreError
 from cohelm.live.messages import Limits, Pace, RiderSettings
+from cohelm.live.messages.scene import ACCELERATION_LIMITS, MAX_DEAD_ZONE, MIN_SPEED_LIMIT
 from cohelm.live.sessions.files import make_private_folder, write_atomically
 from cohelm.messages import RiderProfile
 from cohelm.robots import Robot
@@ -45,7 +46,7 @@ class ActiveSettings:
     Args:
         folder: Folder of ``settings.json``; None: nothing is stored.
         robot: Bounds the limits.
-        profile: Source of the defaults where nothing is stored yet.
+        profile: Source of the defaults if nothing is stored yet.
         limits, rider: Initial values; None: the stored ones, else the defaults.
 
     Raises:
@@ -66,19 +67,19 @@ class ActiveSettings:
         self._lock = threading.Lock()
         stored = _read(self._file) if self._file is not None else None
         first = stored or defaults(robot, profile or RiderProfile())
-        self._now = StoredSettings(
+        self._current = StoredSettings(
             limits=bounded(limits or first.limits, robot), rider=rider or first.rider
         )
 
     @property
     def limits(self) -> Limits:
         """Limits in force."""
-        return self._now.limits
+        return self._current.limits
 
     @property
     def rider(self) -> RiderSettings:
         """Rider's settings in force."""
-        return self._now.rider
+        return self._current.rider
 
     def set_limits(self, limits: Limits, standing: Callable[[], bool]) -> Limits:
         """Change the limits, bounded by the robot's, and return the previous ones.
@@ -92,13 +93,13 @@ class ActiveSettings:
             StoreError: The limits cannot be stored; the previous ones stay in force.
         """
         with self._lock:
-            before, requested = self._now.limits, bounded(limits, self._robot)
+            before, requested = self._current.limits, bounded(limits, self._robot)
             looser = loosened(before, requested)
             if looser and not standing():
                 raise LimitsLoosened(
                     f"{' and '.join(looser)} can be loosened only while the chair stands"
                 )
-            self._store(self._now.model_copy(update={"limits": requested}))
+            self._store(self._current.model_copy(update={"limits": requested}))
             return before
 
     def set_rider(self, rider: RiderSettings) -> RiderSettings:
@@ -108,25 +109,26 @@ class ActiveSettings:
             StoreError: The settings cannot be stored; the previous ones stay in force.
         """
         with self._lock:
-            before = self._now.rider
-            self._store(self._now.model_copy(update={"rider": rider}))
+            before = self._current.rider
+            self._store(self._current.model_copy(update={"rider": rider}))
             return before
 
     def _store(self, settings: StoredSettings) -> None:
         if self._file is not None:
             write_atomically(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
-        self._now = settings
+        self._current = settings
 
 
 def defaults(robot: Robot, profile: RiderProfile) -> StoredSettings:
     """Return the settings of a robot and a rider's profile."""
+    minimum, maximum = ACCELERATION_LIMITS
     limits = Limits(
-        max_speed=max(min(PACES["brisk"], robot.max_speed), 0.1),
-        max_acceleration=min(max(robot.max_acceleration, 0.1), 2.0),
+        max_speed=max(min(PACES["brisk"], robot.max_speed), MIN_SPEED_LIMIT),
+        max_acceleration=min(max(robot.max_acceleration, minimum), maximum),
         min_distance=profile.social_distance,
     )
     rider = RiderSettings(
-        tremor_filter=profile.tremor_filter, dead_zone=min(profile.dead_zone, 0.6)
+        tremor_filter=profile.tremor_filter, dead_zone=min(profile.dead_zone, MAX_DEAD_ZONE)
     )
     return StoredSettings(limits=bounded(limits, robot), rider=rider)
 
@@ -134,8 +136,10 @@ def defaults(robot: Robot, profile: RiderProfile) -> StoredSettings:
 def bounded(limits: Limits, robot: Robot) -> Limits:
     """Bound the limits by those of the robot."""
     return Limits(
-        max_speed=max(min(limits.max_speed, robot.max_speed), 0.1),
-        max_acceleration=max(min(limits.max_acceleration, robot.max_acceleration), 0.1),
+        max_speed=max(min(limits.max_speed, robot.max_speed), MIN_SPEED_LIMIT),
+        max_acceleration=max(
+            min(limits.max_acceleration, robot.max_acceleration), ACCELERATION_LIMITS[0]
+        ),
         min_distance=limits.min_distance,
     )
 

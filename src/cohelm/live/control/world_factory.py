@@ -109,7 +109,7 @@ class WorldFactory:
         """Return a world that was finished since the last call; None: there is none.
 
         Raises:
-            CohelmError: The world cannot be built; any other fault becomes a :class:`WorldError`.
+            CohelmError: The world cannot be built; any other failure becomes a :class:`WorldError`.
         """
         try:
             result = self._results.get_nowait()
@@ -134,7 +134,7 @@ class WorldFactory:
             )
         except CohelmError as error:  # raised again by finished() in the control thread
             self._results.put(error)
-        except Exception as error:  # a fault here must not end the drive in the old world
+        except Exception as error:  # must not end the drive in the old world
             _log.exception("the world could not be built")
             self._results.put(WorldError(f"the simulation could not be built: {error!r}"))
         else:

@@ -128,7 +128,7 @@ class ChangeSimulation(WireMessage):
     on: bool = True
     """``door``: close it, or open it; ``pause``: pause, or continue."""
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] | None = None
-    """Seed of ``restart``; None: the present one."""
+    """Seed of ``restart``; None: the current one."""
 
 
 class Echo(WireMessage):

@@ -49,12 +49,20 @@ class ChairInfo(WireMessage):
     """rad/s."""
 
 
+MIN_SPEED_LIMIT = 0.1
+"""Minimum of ``Limits.max_speed``, m/s."""
+ACCELERATION_LIMITS = (0.1, 2.0)
+"""Minimum and maximum of ``Limits.max_acceleration``, m/s²."""
+MAX_DEAD_ZONE = 0.6
+"""Maximum of ``RiderSettings.dead_zone``."""
+
+
 class Limits(WireMessage):
     """Limits that only the therapist changes."""
 
-    max_speed: Annotated[float, Field(ge=0.1, le=3.0)]
+    max_speed: Annotated[float, Field(ge=MIN_SPEED_LIMIT, le=3.0)]
     """m/s."""
-    max_acceleration: Annotated[float, Field(ge=0.1, le=2.0)]
+    max_acceleration: Annotated[float, Field(ge=ACCELERATION_LIMITS[0], le=ACCELERATION_LIMITS[1])]
     """m/s²; it never limits braking."""
     min_distance: Annotated[float, Field(ge=0.0, le=2.0)]
     """Minimum distance from people, m."""
@@ -65,7 +73,7 @@ class RiderSettings(WireMessage):
 
     tremor_filter: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     """Time constant of the low-pass filter on the stick, s; 0 is off."""
-    dead_zone: Annotated[float, Field(ge=0.0, le=0.6)] = 0.08
+    dead_zone: Annotated[float, Field(ge=0.0, le=MAX_DEAD_ZONE)] = 0.08
     """Deflection below which the stick counts as centred."""
     dwell: Annotated[float, Field(ge=0.3, le=5.0)] = 1.2
     """Time for which switch scanning stays on each choice, s."""

@@ -113,7 +113,7 @@ class ChairState(WireMessage):
     route_version: int = 0
     """``RouteUpdate.version`` of the route in use."""
     ride: str = ""
-    """Id of the present ride; empty: none."""
+    """Id of the current ride; empty: none."""
     plan: tuple[Pose, ...] = ()
     """Poses of the next two seconds."""
     people: tuple[PersonInfo, ...] = ()
@@ -124,9 +124,9 @@ class ChairState(WireMessage):
     closed_doors: tuple[int, ...] = ()
     """Ids of closed doors."""
     lateness: float = 0.0
-    """Delay of this state after its deadline, ms."""
+    """Delay of the start of this step after its deadline, ms."""
     clock: float = 0.0
-    """Time at which the command went to the wheels, by the chair's monotonic clock, s."""
+    """Time just before the command was selected, by the chair's monotonic clock, s."""
 
 
 class ActiveWish(WireMessage):
@@ -151,7 +151,7 @@ class RouteUpdate(WireMessage):
     """Difference from the route without wishes, m."""
     wishes: tuple[ActiveWish, ...] = ()
     error: str = ""
-    """Reason why there is no route; empty where there is one."""
+    """Reason why there is no route; empty if there is one."""
 
 
 class WishPreview(WireMessage):
@@ -163,9 +163,9 @@ class WishPreview(WireMessage):
     length: float = 0.0
     """m."""
     extra_length: float = 0.0
-    """Difference from the present route, m."""
+    """Difference from the current route, m."""
     error: str = ""
-    """Reason why there is no route; empty where there is one."""
+    """Reason why there is no route; empty if there is one."""
 
 
 class Accepted(WireMessage):

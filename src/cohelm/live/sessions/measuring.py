@@ -165,8 +165,8 @@ def _write_measures(task: Path, into: Path) -> None:
         ride = ride_of(*pickle.loads(task.read_bytes()))
         answer = measures_of(ride)
         write_atomically(into.with_suffix(".png"), ride_map(ride))
-    except Exception as fault:  # a task of another program version may fail in any way
-        answer = f"the ride was not measured: {type(fault).__name__} {fault}".strip()
+    except Exception as error:  # a task of another program version may fail in any way
+        answer = f"the ride was not measured: {type(error).__name__} {error}".strip()
     try:
         write_atomically(into, json.dumps(answer).encode())
     except StoreError:  # the session was deleted meanwhile
