@@ -193,7 +193,7 @@ def test_a_navigator_that_is_killed_stops_the_chair_and_is_begun_anew(drive, pag
     while not drive.health.ready and time.monotonic() < end:
         time.sleep(0.05)
     assert drive.navigator_pid not in {None, before}
-    assert page.of("notice")[-1].code == "navigator_back"
+    assert page.of("notice")[-1].code == "navigator_ready"
     assert stands(page.state)
     page.goes_on()
     page.moves()
@@ -247,7 +247,7 @@ def test_limits_are_told_kept_and_never_loosened_while_the_chair_moves(drive, pa
     drive.set_rider(RiderSettings(dead_zone=0.2), "therapist")
     assert page.of("settings_changed")[-1].rider.dead_zone == 0.2
     noted = [entry.event for entry in drive.audit.entries(10)]
-    assert {"limits", "limits_refused", "rider"} <= set(noted)
+    assert {"limits_changed", "limits_rejected", "rider_settings_changed"} <= set(noted)
 
 
 def test_the_world_begins_anew_with_another_seed(page):

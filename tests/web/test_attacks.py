@@ -12,8 +12,8 @@ from websockets.exceptions import InvalidStatus
 
 from cohelm.errors import ConfigError
 from cohelm.live.messages import MAX_MESSAGE_SIZE, Heartbeat
-from cohelm.web.page_connections import MAX_EACH, CloseCode
-from cohelm.web.rate_limits import HEARTBEATS, MESSAGES
+from cohelm.web.page_connections import MAX_PAGES_PER_ADDRESS, CloseCode
+from cohelm.web.rate_limits import MAX_HEARTBEAT_RATE, MAX_MESSAGE_RATE
 from cohelm.web.server import listening, make_context
 
 FULL = '{"type": "heartbeat", "seq": %d, "sent": 0, "forward": 1, "device": "keys"}'
@@ -139,7 +139,9 @@ def test_malformed_messages_again_and_again(open_server, drive):
 ECHO = '{"type": "echo", "id": %d}'
 
 
-@pytest.mark.parametrize(("message", "most"), [(FULL, HEARTBEATS), (ECHO, MESSAGES)])
+@pytest.mark.parametrize(
+    ("message", "most"), [(FULL, MAX_HEARTBEAT_RATE), (ECHO, MAX_MESSAGE_RATE)]
+)
 def test_a_thousand_messages_a_second(open_server, drive, message, most):
     """Those of one second at once, and then as many as the rate lets through while they come."""
 
@@ -187,16 +189,16 @@ def test_fifty_sockets_at_once(open_server, drive):
     async def attack():
         entered, leave = [], asyncio.Event()
         tries = [asyncio.create_task(attempt(entered, leave)) for _ in range(50)]
-        while sum(task.done() for task in tries) < 50 - MAX_EACH:
+        while sum(task.done() for task in tries) < 50 - MAX_PAGES_PER_ADDRESS:
             await asyncio.sleep(0.01)
         leave.set()
         statuses = await asyncio.gather(*tries)
         return len(entered), statuses
 
     entered, statuses = asyncio.run(asyncio.wait_for(attack(), 20.0))
-    assert entered == MAX_EACH
+    assert entered == MAX_PAGES_PER_ADDRESS
     assert set(statuses) <= {101, 429, 503}
-    assert len(drive.joined_as) == MAX_EACH
+    assert len(drive.joined_as) == MAX_PAGES_PER_ADDRESS
     assert still_serves(open_server)
 
     async def again():
@@ -238,7 +240,7 @@ def test_a_cookie_of_another_session_or_server(closed_server, drive):
 
 
 def test_a_request_that_never_ends_is_dropped(open_server, monkeypatch):
-    monkeypatch.setattr("cohelm.web.guard.SENT_WITHIN", 0.2)
+    monkeypatch.setattr("cohelm.web.guard.BODY_TIMEOUT", 0.2)
 
     async def attack():
         reader, writer = await asyncio.open_connection("127.0.0.1", open_server.port)

@@ -6,7 +6,7 @@ import pytest
 from cryptography import x509
 
 from cohelm.errors import ConfigError
-from cohelm.web.certificate import LASTS, Tls, own_certificate
+from cohelm.web.certificate import VALIDITY, Tls, own_certificate
 
 NOW = datetime.datetime(2026, 1, 1, tzinfo=datetime.UTC)
 NAMES = ("192.168.0.7", "chair", "::1")
@@ -17,7 +17,7 @@ def test_it_is_good_for_its_names_and_its_key_is_secret(tmp_path):
     made = x509.load_pem_x509_certificate(tls.certificate.read_bytes())
     names = made.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     assert [str(each.value) for each in names] == list(NAMES)
-    assert made.not_valid_after_utc == NOW + LASTS
+    assert made.not_valid_after_utc == NOW + VALIDITY
     assert stat.S_IMODE(tls.key.stat().st_mode) == 0o600
     assert stat.S_IMODE(tls.key.parent.stat().st_mode) == 0o700
     assert tls.context().minimum_version == ssl.TLSVersion.TLSv1_2

@@ -15,8 +15,8 @@ from cohelm.web import connections
 @pytest.fixture
 def hasty(monkeypatch):
     """Whoever says nothing is let go soon."""
-    monkeypatch.setattr(connections, "SAID_WITHIN", 0.3)
-    monkeypatch.setattr(connections, "_LOOKS", 0.1)
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT", 0.3)
+    monkeypatch.setattr(connections, "_CHECK_PERIOD", 0.1)
 
 
 def connected(server, stack):
@@ -36,7 +36,10 @@ def ended(connection):
 def test_silent_connections_keep_nobody_out(open_server, hasty):
     """From one address no more come in than may, and those that say nothing do not stay."""
     with contextlib.ExitStack() as stack:
-        silent = [connected(open_server, stack) for _ in range(2 * connections.MAX_EACH)]
+        silent = [
+            connected(open_server, stack)
+            for _ in range(2 * connections.MAX_CONNECTIONS_PER_ADDRESS)
+        ]
         began = time.monotonic()
         assert all(ended(each) for each in silent)
         assert time.monotonic() - began < 4.0

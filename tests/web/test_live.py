@@ -15,9 +15,8 @@ from cohelm.web.page_connections import CloseCode
 def live(tmp_path_factory):
     folder = tmp_path_factory.mktemp("live")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            "cohelm.live.sessions.store.measure_in_subprocess", lambda *_: {}
-        )  # takes its time
+        # It takes its time.
+        patch.setattr("cohelm.live.sessions.store.measure_in_subprocess", lambda *_: {})
         drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=folder))
         drive.start()
         limit = time.monotonic() + 240.0

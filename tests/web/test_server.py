@@ -8,7 +8,7 @@ import pytest
 from cohelm.live.messages import Echo, Notice, PersonInfo
 from cohelm.web.certificate import own_certificate
 from cohelm.web.guard import content_policy
-from cohelm.web.page_connections import MAX_WAITING, CloseCode
+from cohelm.web.page_connections import MAX_QUEUED_MESSAGES, CloseCode
 
 
 @pytest.fixture
@@ -198,7 +198,7 @@ def test_a_page_that_reads_nothing_at_all_is_closed(open_server, drive):
     async def talk():
         async with open_server.ws(max_queue=1) as page:
             await open_server.told(page, "welcome")
-            for _ in range(20 * MAX_WAITING):
+            for _ in range(20 * MAX_QUEUED_MESSAGES):
                 drive.told(Notice(code="long", text=long), None)
                 await asyncio.sleep(0)
             page.transport.pause_reading()

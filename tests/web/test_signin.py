@@ -3,9 +3,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohelm.web.signin import (
-    LASTS,
     LETTERS,
-    MOST_SESSIONS,
+    MAX_SESSIONS,
+    SESSION_DURATION,
     Lockout,
     SignInLocked,
     SignIns,
@@ -60,12 +60,12 @@ def test_a_session_ends_by_itself_and_by_signing_out(door):
     second, session = door.sign_in("abcde-fghjk", "a", 0.0)
     assert door.sign_out(second) is session
     assert door.session(second, 1.0) is None
-    assert door.session(first, LASTS - 1.0) is not None
-    assert door.session(first, LASTS) is None
+    assert door.session(first, SESSION_DURATION - 1.0) is not None
+    assert door.session(first, SESSION_DURATION) is None
 
 
 def test_sessions_are_bounded(door):
-    cookies = [door.sign_in("abcde-fghjk", "a", 0.0)[0] for _ in range(MOST_SESSIONS + 1)]
+    cookies = [door.sign_in("abcde-fghjk", "a", 0.0)[0] for _ in range(MAX_SESSIONS + 1)]
     assert door.session(cookies[0], 0.0) is None
     assert door.session(cookies[1], 0.0) is not None
 
@@ -121,7 +121,7 @@ def test_what_is_remembered_of_addresses_is_bounded(door):
             door.sign_in("wrong", f"10.{k // 250}.0.{k % 250}", 1e4 * k)
         except WrongToken:
             continue
-    assert len(door._each) <= door._MOST_ADDRESSES
+    assert len(door._each) <= door._MAX_ADDRESSES
 
 
 @given(st.lists(st.floats(min_value=0.0, max_value=300.0), min_size=1, max_size=60))

@@ -1,4 +1,4 @@
-"""The HTTP API: small, JSON, and the therapist's where it changes what the chair may do."""
+"""HTTP API in JSON; only the therapist changes limits and settings."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from cohelm.live.sessions.records import SessionSummary
 from cohelm.web.problems import ProblemResponse, RequestRefused
 from cohelm.web.schema import messages_schema
 from cohelm.web.server_context import ServerContext, address_of
-from cohelm.web.signin import LASTS, Session, SignInLocked, WrongToken
+from cohelm.web.signin import SESSION_DURATION, Session, SignInLocked, WrongToken
 
 EXPORT_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
-"""An exported session is a page of its own, without any script."""
+"""Content security policy of an exported session: a page without scripts."""
 _PROBLEMS: dict[int | str, dict[str, Any]] = {
     status: {"model": ProblemResponse}
     for status in (400, 401, 403, 404, 405, 408, 409, 413, 421, 422)
@@ -38,7 +38,7 @@ class Identity(Model):
 
     role: Role
     needs_token: bool
-    """Driving needs one here."""
+    """True if driving needs a token."""
 
 
 class SignInResponse(Model):
@@ -66,7 +66,7 @@ class DeletedSessions(Model):
 
 
 def server_context(request: Request) -> ServerContext:
-    """The server that is asked."""
+    """Return the parts of the server."""
     found: ServerContext = request.app.state.server_context
     return found
 
@@ -112,7 +112,7 @@ async def health(here: Here) -> HealthResponse:
 
 @router.get("/schema")
 async def schema() -> dict[str, Any]:
-    """The JSON Schema of what goes over the socket."""
+    """Return the JSON Schema of the messages on the socket."""
     return messages_schema()
 
 
@@ -139,7 +139,12 @@ async def sign_in(
     here.log_event(session.name, "signed_in", address=where, role=session.role)
     tls = here.origins.tls
     response.set_cookie(
-        here.cookie, cookie, max_age=int(LASTS), httponly=True, samesite="strict", secure=tls
+        here.cookie,
+        cookie,
+        max_age=int(SESSION_DURATION),
+        httponly=True,
+        samesite="strict",
+        secure=tls,
     )
     return SignInResponse(role=session.role)
 
@@ -156,13 +161,13 @@ async def sign_out(request: Request, response: Response, here: Here) -> None:
 
 @router.post("/stop", status_code=204)
 async def stop(who: SignedIn, here: Here) -> None:
-    """STOP for clients without a socket; never limited by their number."""
+    """Stop the chair, for clients without a socket; has no rate limit."""
     here.drive.receive(who.name, StopCommand(), time.monotonic())
 
 
 @router.get("/floor/{digest}.png", response_class=Response)
 def floor(digest: Annotated[str, Path(max_length=100)], _: SignedIn, here: Here) -> Response:
-    """The map's picture; its path changes with it, so that it may be kept."""
+    """Return the image of the map; its path contains a digest, so that browsers may cache it."""
     if here.drive.scene().floor.image != f"/api/floor/{digest}.png":
         raise RequestRefused(404, "no_floor", "that is not the map that is driven on")
     kept = {"Cache-Control": "private, max-age=31536000, immutable"}
@@ -203,13 +208,13 @@ def audit(_: Therapist, here: Here) -> tuple[AuditEntry, ...]:
 
 @router.get("/sessions")
 def sessions(_: Therapist, here: Here) -> tuple[SessionSummary, ...]:
-    """Sessions with a ride that has ended, the newest first."""
+    """Return the sessions with a ride that has ended, the newest first."""
     return here.drive.sessions.list()
 
 
 @router.delete("/sessions")
 def delete_sessions(who: Therapist, here: Here) -> DeletedSessions:
-    """Delete all of them, and what belongs to them."""
+    """Delete all sessions with their rides."""
     count = here.drive.sessions.delete_all()
     here.log_event(who.name, "sessions_deleted", sessions=count)
     return DeletedSessions(deleted=count)
@@ -217,27 +222,27 @@ def delete_sessions(who: Therapist, here: Here) -> DeletedSessions:
 
 @router.get("/sessions/{session}.html", response_class=Response)
 def session_html(session: SessionId, who: Therapist, here: Here) -> Response:
-    """A session as a document that needs nothing else."""
+    """Return a session as one HTML document without external resources."""
     text = here.drive.sessions.html(session)
     return _export(here, who, session, text.encode(), "text/html; charset=utf-8", "html")
 
 
 @router.get("/sessions/{session}.csv", response_class=Response)
 def session_csv(session: SessionId, who: Therapist, here: Here) -> Response:
-    """A session's rides as a table."""
+    """Return the rides of a session as a CSV table."""
     text = here.drive.sessions.csv(session)
     return _export(here, who, session, text.encode(), "text/csv; charset=utf-8", "csv")
 
 
 @router.get("/sessions/{session}.png", response_class=Response)
 def session_png(session: SessionId, _: Therapist, here: Here) -> Response:
-    """The map of a session's last ride, or of a ride."""
+    """Return the map of a ride, or of the last ride of a session."""
     return Response(here.drive.sessions.png(session), media_type="image/png")
 
 
 @router.get("/sessions/{session}")
 def session_summary(session: SessionId, _: Therapist, here: Here) -> SessionSummary:
-    """A session and its rides."""
+    """Return a session with its rides."""
     return here.drive.sessions.summary(session)
 
 

@@ -1,4 +1,4 @@
-"""The server's application: the guard, the API, the socket and the page."""
+"""Application of the server: guard, API, socket and page."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from cohelm.web.origins import Refusal
 from cohelm.web.page_connections import PageConnections
 from cohelm.web.server_context import ServerContext, address_of
 
-_FOR_EVER = "public, max-age=31536000, immutable"
+_CACHE_FOR_EVER = "public, max-age=31536000, immutable"
 _SIGN_IN = Refusal(status=401, code="sign_in", text="sign in first")
 
 router = APIRouter()
 
 
 def create_app(server_context: ServerContext) -> FastAPI:
-    """The application of one server; the drive is begun and closed by whoever made it."""
+    """Return the application of one server; the caller starts and closes the drive."""
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -53,7 +53,7 @@ def create_app(server_context: ServerContext) -> FastAPI:
 
 @router.websocket("/ws")
 async def socket(websocket: WebSocket) -> None:
-    """A page's socket; refused before it is open where nobody has signed in or there is no room."""
+    """Serve the socket of a page, or refuse it before it is open."""
     server_context: ServerContext = websocket.app.state.server_context
     pages: PageConnections = websocket.app.state.pages
     session = server_context.session(websocket)
@@ -69,13 +69,13 @@ async def socket(websocket: WebSocket) -> None:
 
 @router.get("/{path:path}", include_in_schema=False)
 async def page(path: str, request: Request) -> Response:
-    """A file of the built page."""
+    """Return a file of the built page."""
     asset = request.app.state.server_context.page.get(path)
     if asset is None:
         raise HTTPException(404)
     headers = {
         "ETag": asset.tag,
-        "Cache-Control": _FOR_EVER if asset.lasting else "no-cache",
+        "Cache-Control": _CACHE_FOR_EVER if asset.lasting else "no-cache",
         "Vary": "Accept-Encoding",
     }
     if asset.tag in request.headers.get("if-none-match", ""):

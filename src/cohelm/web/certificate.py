@@ -1,4 +1,4 @@
-"""A certificate of the chair's own, for where nobody has given it one."""
+"""Self-signed certificate of the chair, if the user has given none."""
 
 from __future__ import annotations
 
@@ -18,23 +18,24 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 from cohelm.arrays import value
 from cohelm.errors import ConfigError
 
-LASTS = datetime.timedelta(days=365)
-_SPARE = datetime.timedelta(days=14)
-"""A certificate that ends sooner is made anew."""
+VALIDITY = datetime.timedelta(days=365)
+"""Time for which a new certificate is valid."""
+_RENEWAL_MARGIN = datetime.timedelta(days=14)
+"""Remaining validity below which a certificate is renewed."""
 
 
 @value
 class Tls:
-    """A certificate and its key, as PEM files."""
+    """Certificate and its key, as PEM files."""
 
     certificate: Path
     key: Path
 
     def context(self) -> ssl.SSLContext:
-        """For a server: TLS 1.2 and newer.
+        """Return the context of a server: TLS 1.2 and newer.
 
         Raises:
-            ConfigError: if the files are not a certificate and its key, without a password.
+            ConfigError: The files are not a certificate and its key without a password.
         """
         made = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         made.minimum_version = ssl.TLSVersion.TLSv1_2
@@ -52,21 +53,21 @@ class Tls:
 
 
 def own_certificate(folder: Path, names: Sequence[str], now: datetime.datetime) -> Tls:
-    """The certificate in ``folder``; a new one, signed by itself, where none there suits.
+    """Return the certificate in ``folder``; a new, self-signed one if that is not valid.
 
-    It is kept so that who has once trusted it is not asked again.
+    It is stored, so that browsers need to be told only once to trust it.
 
     Args:
-        folder: made if there is none, for this user alone.
-        names: host names and addresses that it must be good for.
-        now: with a time zone.
+        folder: Created if it is missing, for this user alone.
+        names: Host names and addresses for which it must be valid.
+        now: With a time zone.
 
     Raises:
-        ConfigError: if the folder cannot be written to.
+        ConfigError: The folder cannot be written.
     """
     tls = Tls(certificate=folder / "certificate.pem", key=folder / "key.pem")
     try:
-        if not _suits(tls, names, now):
+        if not _is_valid(tls, names, now):
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             _make(tls, names, now)
     except OSError as cause:
@@ -75,7 +76,7 @@ def own_certificate(folder: Path, names: Sequence[str], now: datetime.datetime) 
     return tls
 
 
-def _suits(tls: Tls, names: Sequence[str], now: datetime.datetime) -> bool:
+def _is_valid(tls: Tls, names: Sequence[str], now: datetime.datetime) -> bool:
     if not (tls.certificate.is_file() and tls.key.is_file()):
         return False
     try:
@@ -84,7 +85,9 @@ def _suits(tls: Tls, names: Sequence[str], now: datetime.datetime) -> bool:
         good_for = kept.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     except (ValueError, ConfigError, x509.ExtensionNotFound):
         return False
-    return kept.not_valid_after_utc > now + _SPARE and set(map(_name, names)) <= set(good_for)
+    return kept.not_valid_after_utc > now + _RENEWAL_MARGIN and set(map(_name, names)) <= set(
+        good_for
+    )
 
 
 def _make(tls: Tls, names: Sequence[str], now: datetime.datetime) -> None:
@@ -97,7 +100,7 @@ def _make(tls: Tls, names: Sequence[str], now: datetime.datetime) -> None:
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
         .not_valid_before(now - datetime.timedelta(days=1))
-        .not_valid_after(now + LASTS)
+        .not_valid_after(now + VALIDITY)
         .add_extension(x509.SubjectAlternativeName([_name(each) for each in names]), critical=False)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), critical=False)

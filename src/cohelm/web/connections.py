@@ -1,7 +1,7 @@
 """Bounds on connections before sign-in: number, time and frames.
 
-Who opens connections and says nothing, or says it a letter at a time, must not keep out whoever
-wants to press STOP; nor may a page that floods the server with frames that are no messages.
+A silent or very slow client must not block others, who may want to press STOP; nor may a page that
+floods the server with frames that are no messages.
 """
 
 from __future__ import annotations
@@ -15,68 +15,68 @@ from websockets.frames import Frame
 
 from cohelm.web.rate_limits import RateLimit
 
-MAX = 200
-"""Connections at once …"""
-MAX_EACH = 64
-"""… and of them from one address: eight pages, and what a browser opens besides."""
-SAID_WITHIN = 20.0
-"""From the beginning of a connection, or from an answer, until a request is there, s."""
-TAKEN_WITHIN = 60.0
-"""The same until its answer has been taken, s."""
-FRAMES = 50.0
-"""A second and socket, of those that are no message by themselves: pings, and parts."""
-_LOOKS = 2.0
-"""Between two looks at a connection, s."""
+MAX_CONNECTIONS = 200
+"""Maximum number of connections."""
+MAX_CONNECTIONS_PER_ADDRESS = 64
+"""Maximum number of connections from one address: eight pages, and what a browser opens besides."""
+REQUEST_TIMEOUT = 20.0
+"""Maximum time from the beginning of a connection, or from an answer, to a whole request, s."""
+ANSWER_TIMEOUT = 60.0
+"""Maximum time from the same to the end of the answer, s."""
+MAX_FRAME_RATE = 50.0
+"""Maximum rate of frames that are no message by themselves, pings and parts, per socket, 1/s."""
+_CHECK_PERIOD = 2.0
+"""Time between two checks of a connection, s."""
 
 
 class HttpConnection(H11Protocol):
-    """One that speaks HTTP, or begins a socket."""
+    """Connection that speaks HTTP, or begins a socket."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as its own
-        """Let it in where there is room."""
+        """Accept it, or abort it if there are too many."""
         super().connection_made(transport)
         self._since = self.loop.time()
         here = [_host(each) for each in self.connections].count(_host(self))
-        if len(self.connections) > MAX or here > MAX_EACH:
+        if len(self.connections) > MAX_CONNECTIONS or here > MAX_CONNECTIONS_PER_ADDRESS:
             transport.abort()
             return
-        self.loop.call_later(_LOOKS, self._look)
+        self.loop.call_later(_CHECK_PERIOD, self._check)
 
     def on_response_complete(self) -> None:
-        """The next request has its own time."""
+        """Begin the time of the next request."""
         self._since = self.loop.time()
         super().on_response_complete()
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         if self.transport.is_closing() or self.transport.get_protocol() is not self:
             return  # gone, or a socket by now
         cycle: RequestResponseCycle | None = self.cycle
-        asks = cycle is not None and not cycle.response_complete
-        if self.loop.time() - self._since > (TAKEN_WITHIN if asks else SAID_WITHIN):
+        answering = cycle is not None and not cycle.response_complete
+        if self.loop.time() - self._since > (ANSWER_TIMEOUT if answering else REQUEST_TIMEOUT):
             self.transport.abort()
             return
-        self.loop.call_later(_LOOKS, self._look)
+        self.loop.call_later(_CHECK_PERIOD, self._check)
 
 
 class PageSocket(WebSocketsSansIOProtocol):
-    """One that a page has opened."""
+    """Socket that a page has opened."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        self._frames = RateLimit(FRAMES, self.loop.time())
+        self._frames = RateLimit(MAX_FRAME_RATE, self.loop.time())
 
     def handle_ping(self) -> None:
-        """Answer it; few are enough."""
+        """Answer a ping, within the rate limit."""
         if self._accepts():
             super().handle_ping()
 
     def handle_pong(self, event: Frame) -> None:
-        """Take note of it."""
+        """Take a pong, within the rate limit."""
         if self._accepts():
             super().handle_pong(event)
 
     def handle_cont(self, event: Frame) -> None:
-        """Put a message together, of few parts."""
+        """Take a part of a message, within the rate limit."""
         if self._accepts():
             super().handle_cont(event)
 

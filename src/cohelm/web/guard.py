@@ -1,6 +1,6 @@
 """Outermost checks of requests and sockets: host, origin, size and time.
 
-And what every answer carries: the headers that keep a page from loading or being loaded by others.
+It also adds the headers of every answer that forbid a page to load, or be loaded by, other sites.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from cohelm.web.origins import Origins, Refusal, name_of
 
-LARGEST_BODY = 16_384
-"""Of a request, bytes."""
-SENT_WITHIN = 10.0
-"""The body of a request, s."""
+MAX_BODY_SIZE = 16_384
+"""Maximum size of the body of a request, bytes."""
+BODY_TIMEOUT = 10.0
+"""Maximum time for the body of a request to arrive, s."""
 _TOO_LARGE = Refusal(status=413, code="too_large", text="the request is too large")
 _TOO_SLOW = Refusal(status=408, code="too_slow", text="the request did not come in time")
 _SAFE = (
@@ -36,7 +36,9 @@ _SAFE = (
 def content_policy(host: str, *, tls: bool) -> str:
     """Content security policy: own files only, no inline script, nothing from other sites.
 
-    host: as the request names it; an odd one is left out.
+    Args:
+        host: Host header of the request; an invalid one is left out.
+        tls: True for HTTPS.
     """
     socket = f" {'wss' if tls else 'ws'}://{host}" if name_of(host) else ""
     return "; ".join(
@@ -56,14 +58,14 @@ def content_policy(host: str, *, tls: bool) -> str:
 
 
 class Guard:
-    """The outermost layer of the server."""
+    """Outermost layer of the server."""
 
     def __init__(self, app: ASGIApp, origins: Origins) -> None:
         self._app = app
         self._origins = origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer, refuse, or let through."""
+        """Refuse a request or pass it on."""
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
@@ -82,7 +84,7 @@ class Guard:
             await self._app(scope, receive, guarded)
             return
         try:
-            async with asyncio.timeout(SENT_WITHIN):
+            async with asyncio.timeout(BODY_TIMEOUT):
                 body = await _body(receive)
         except TimeoutError:
             await deny(scope, guarded, _TOO_SLOW)
@@ -106,7 +108,7 @@ class Guard:
 
 
 async def deny(scope: Scope, send: Send, refusal: Refusal) -> None:
-    """Answer with why not; a socket is refused before it is open."""
+    """Answer with a refusal; a socket is refused before it is open."""
     body = json.dumps({"code": refusal.code, "text": refusal.text}).encode()
     prefix = "websocket." if scope["type"] == "websocket" else ""
     headers = [
@@ -121,14 +123,14 @@ async def deny(scope: Scope, send: Send, refusal: Refusal) -> None:
 
 
 def _add(message: MutableMapping[str, Any], headers: list[tuple[str, str]]) -> None:
-    """Put headers in that the answer does not have itself."""
+    """Add headers that the answer does not have yet."""
     present = {name.lower() for name, _ in message.get("headers", ())}
     fresh = [(k.encode(), v.encode("latin-1")) for k, v in headers if k.encode() not in present]
     message["headers"] = [*message.get("headers", ()), *fresh]
 
 
 async def _body(receive: Receive) -> bytes | None:
-    """All of it; None if there is too much."""
+    """Return the body of a request; None: it is too large."""
     parts: list[bytes] = []
     size = 0
     while True:
@@ -137,7 +139,7 @@ async def _body(receive: Receive) -> bytes | None:
             return b""
         part = message.get("body", b"")
         size += len(part)
-        if size > LARGEST_BODY:
+        if size > MAX_BODY_SIZE:
             return None
         parts.append(part)
         if not message.get("more_body", False):
@@ -145,7 +147,7 @@ async def _body(receive: Receive) -> bytes | None:
 
 
 def _once(body: bytes, receive: Receive) -> Receive:
-    """Gives the body, and then what comes after it."""
+    """Return a receiver that yields the body, and then the messages after it."""
     given = False
 
     async def _receive() -> Message:

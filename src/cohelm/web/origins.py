@@ -1,8 +1,8 @@
-"""Host and origin checks: requests to a name of the server, from its own page; and its addresses.
+"""Host and origin checks of requests, and the names and addresses of the server.
 
-A page elsewhere may point its own name at this machine (DNS rebinding); its ``Host`` gives it away.
-A page elsewhere may call this machine by its right name; its ``Origin`` gives it away. Both are
-looked at in every request and at every socket's beginning.
+A foreign site may point its own name at this machine (DNS rebinding): the ``Host`` is wrong then. A
+foreign page may call this machine by its right name: the ``Origin`` is wrong then. Both are checked
+in every request and at the beginning of every socket.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ LOOPBACK = ("localhost", "127.0.0.1", "::1")
 _CHANGING = frozenset({"POST", "PUT", "PATCH", "DELETE"})
 _OWN_SITES = frozenset({"same-origin", "none"})
 _PAGES = frozenset({"/", "/therapist"})
-"""What a link on another site may lead to."""
+"""Paths to which a link on another site may lead."""
 
 Headers = Iterable[tuple[bytes, bytes]]
 
 
 @value
 class Refusal:
-    """Why a request is not answered."""
+    """Refusal of a request: HTTP status, stable code, and text."""
 
     status: int
     code: str
@@ -33,15 +33,13 @@ class Refusal:
 
 @value
 class Origins:
-    """The names under which the server answers.
-
-    names: lower case, without brackets and port.  any_address: listens on all of the machine's
-    addresses, so that the one a request came in by is a name as well.
-    """
+    """Names of the server."""
 
     names: frozenset[str]
+    """In lower case, without brackets and port."""
     tls: bool = False
     any_address: bool = False
+    """True if the server listens on all addresses of the machine: then each is a name as well."""
 
     def refusal(
         self,
@@ -52,9 +50,14 @@ class Origins:
         is_socket: bool = False,
         local: str = "",
     ) -> Refusal | None:
-        """Why a request with these headers is refused; None: it is not.
+        """Return the reason to refuse a request; None: it is accepted.
 
-        headers: as ASGI gives them, names in lower case.  local: the address it came in by.
+        Args:
+            headers: ASGI headers, names in lower case.
+            method: HTTP method.
+            path: Path of the request.
+            is_socket: True for the beginning of a WebSocket.
+            local: Address of this machine to which the request was sent.
         """
         given = _by_name(headers)
         hosts = given.get("host", [])
@@ -81,7 +84,7 @@ class Origins:
 
 
 def origins_for(host: str, *, tls: bool, names: Iterable[str] = ()) -> Origins:
-    """The names of a server that listens on ``host``; ``names``: others that lead to it."""
+    """Return the names of a server that listens on ``host``, and of ``names``."""
     everywhere = is_everywhere(host)
     own = {*LOOPBACK, *(name.lower() for name in names)}
     if not everywhere:
@@ -108,7 +111,7 @@ def is_everywhere(host: str) -> bool:
 
 
 def plain(host: str) -> str:
-    """A bare name in lower case; an IPv4 address in IPv6 form becomes IPv4."""
+    """Return a name in lower case without brackets; an IPv4 address in IPv6 form becomes IPv4."""
     bare = host.strip("[]").lower()
     try:
         address = ipaddress.ip_address(bare)
@@ -119,7 +122,7 @@ def plain(host: str) -> str:
 
 
 def name_of(host: str) -> str:
-    """The name in a ``Host`` header; empty if there is none or its port is no number."""
+    """Return the name in a ``Host`` header; empty if there is none or its port is no number."""
     if host.startswith("["):
         name, bracket, rest = host[1:].partition("]")
         colon, port = rest[:1], rest[1:]
@@ -139,14 +142,14 @@ def _by_name(headers: Headers) -> dict[str, list[str]]:
     return given
 
 
-_ELSEWHERE = ("192.0.2.1", 9)
-"""An address of documentation: asking for the way there sends nothing."""
+_EXAMPLE_ADDRESS = ("192.0.2.1", 9)
+"""Address reserved for documentation; connecting a UDP socket to it sends nothing."""
 
 
 def names_of(host: str) -> tuple[str, ...]:
-    """Names and addresses that a certificate of a server on ``host`` must be good for.
+    """Return the names and addresses for which a certificate of a server on ``host`` must be valid.
 
-    The first is the one to be told to people.
+    The first is the one to print.
     """
     if is_loopback(host):
         first = "127.0.0.1" if host.lower() == "localhost" else plain(host)
@@ -158,10 +161,10 @@ def names_of(host: str) -> tuple[str, ...]:
 
 
 def own_address() -> str:
-    """The address by which this machine goes to its network; empty where it has none."""
+    """Return the address of this machine in its network; empty if it has none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
         try:
-            asked.connect(_ELSEWHERE)
+            asked.connect(_EXAMPLE_ADDRESS)
         except OSError:
             return ""
         return str(asked.getsockname()[0])

@@ -1,8 +1,8 @@
-"""The open pages: one socket each, what waits to be told to it, and what it may say.
+"""Open pages: one socket each, with the messages that wait for it and the limits of its own.
 
-What a page says goes to the drive, checked and counted; what the drive tells comes from threads of
-its own and is handed over to the server's. States are never queued: a page that does not read in
-time misses some, and gets the newest.
+Messages of a page go to the drive after they have been checked and counted. Messages of the drive
+come from its threads and are handed over to the server's thread. States are never queued: a page
+that does not read in time misses some, and gets the newest.
 """
 
 from __future__ import annotations
@@ -22,80 +22,83 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from cohelm.live import Drive
 from cohelm.live.messages import FROM_PAGE, ChairState, FromPage, Heartbeat, Rejected, ToPage
 from cohelm.web.origins import Refusal
-from cohelm.web.rate_limits import HEARTBEATS, MESSAGES, FaultLimit, RateLimit
+from cohelm.web.rate_limits import MAX_HEARTBEAT_RATE, MAX_MESSAGE_RATE, FaultLimit, RateLimit
 from cohelm.web.signin import Session
 
-MAX = 16
-"""Pages at once."""
-MAX_EACH = 8
-"""Of them from one address."""
-ARRIVALS = 20.0
-"""New pages a second."""
-MAX_WAITING = 256
-"""Messages other than states that wait for a page."""
-READ_WITHIN = 5.0
-"""A page takes what is sent to it, s."""
+MAX_PAGES = 16
+"""Maximum number of open pages."""
+MAX_PAGES_PER_ADDRESS = 8
+"""Maximum number of open pages from one address."""
+MAX_PAGE_RATE = 20.0
+"""Maximum rate of new pages, 1/s."""
+MAX_QUEUED_MESSAGES = 256
+"""Maximum number of messages other than states that wait for a page; beyond it, it is closed."""
+SEND_TIMEOUT = 5.0
+"""Maximum time for a page to take one message, s."""
 
 
 class CloseCode(enum.IntEnum):
-    """Why the server closed a page's socket; 1009 is a message too long, 1012 the server's end."""
+    """Reason to close a socket; uvicorn adds 1009 (message too long) and 1012 (server ends)."""
 
     FAULT = 1011
-    """A fault of the server's own."""
+    """The server has failed."""
     MALFORMED = 4400
-    """One message after another that is none."""
+    """The page has sent too many malformed messages."""
     SIGNED_OUT = 4401
     """The session has ended."""
     SLOW = 4408
-    """It does not read what it is told."""
+    """The page does not read its messages."""
     TOO_MANY = 4429
-    """It says too much."""
+    """The page sends too many messages."""
 
 
 class PageConnection:
-    """One socket, and its two ways. Belongs to the server's thread."""
+    """Socket of one page, in both directions. Belongs to the server's thread."""
 
     def __init__(self, socket: WebSocket, session: Session, now: float) -> None:
         self.client = f"page-{secrets.token_hex(4)}"
         self.session = session
         self._socket = socket
-        self._heartbeats, self._all = RateLimit(HEARTBEATS, now), RateLimit(MESSAGES, now)
+        self._heartbeats, self._all = (
+            RateLimit(MAX_HEARTBEAT_RATE, now),
+            RateLimit(MAX_MESSAGE_RATE, now),
+        )
         self._faults = FaultLimit(now)
         self._waiting: deque[str] = deque()
         self._state: str | None = None
         self._wake = asyncio.Event()
         self.over: asyncio.Future[CloseCode | None] = asyncio.get_running_loop().create_future()
 
-    def tell(self, text: str, *, state: bool = False) -> None:
-        """Send when the page takes it; a state takes the place of one that still waits."""
+    def queue(self, text: str, *, state: bool = False) -> None:
+        """Queue a message; a state replaces one that still waits."""
         if state:
             self._state = text
-        elif len(self._waiting) < MAX_WAITING:
+        elif len(self._waiting) < MAX_QUEUED_MESSAGES:
             self._waiting.append(text)
         else:
             self.end(CloseCode.SLOW)
         self._wake.set()
 
     def end(self, code: CloseCode | None) -> None:
-        """Close the socket, with a code where it is still open."""
+        """Close the socket; None: the page has closed it already."""
         if not self.over.done():
             self.over.set_result(code)
 
     async def send(self) -> None:
-        """Tell what is to be told, until cancelled."""
+        """Send queued messages until cancelled."""
         while True:
             await self._wake.wait()
             self._wake.clear()
             while (text := self._next()) is not None:
                 try:
-                    async with asyncio.timeout(READ_WITHIN):
+                    async with asyncio.timeout(SEND_TIMEOUT):
                         await self._socket.send_text(text)
                 except TimeoutError:
                     self.end(CloseCode.SLOW)
                     return
 
     async def listen(self, drive: Drive) -> None:
-        """Hand what the page says to the drive, until it may not any more or is gone."""
+        """Pass messages of the page to the drive until the page is closed."""
         while not self.over.done():
             event = await self._socket.receive()
             now = time.monotonic()
@@ -105,19 +108,19 @@ class PageConnection:
                 self.end(CloseCode.SIGNED_OUT)
             elif not self._all.take(now):
                 self.end(CloseCode.TOO_MANY)
-            elif (message := self._understood(event.get("text"), now)) is None:
+            elif (message := self._parsed(event.get("text"), now)) is None:
                 pass
             elif isinstance(message, Heartbeat) and not self._heartbeats.take(now):
                 self.end(CloseCode.TOO_MANY)
             else:
                 drive.receive(self.client, message, now)
 
-    def _understood(self, text: str | None, now: float) -> FromPage | None:
+    def _parsed(self, text: str | None, now: float) -> FromPage | None:
         try:
             return FROM_PAGE.validate_json(text or "", strict=True)
         except ValidationError as fault:
             refused = Rejected(code="malformed", text=_first(fault))
-        self.tell(refused.model_dump_json())
+        self.queue(refused.model_dump_json())
         if not self._faults.add(now):
             self.end(CloseCode.MALFORMED)
         return None
@@ -130,46 +133,49 @@ class PageConnection:
 
 
 class PageConnections:
-    """All open pages of a drive. Belongs to the server's thread, but for what the drive calls."""
+    """All open pages of a drive. Belongs to the server's thread; see :meth:`_receive`."""
 
     def __init__(self, drive: Drive) -> None:
         self._drive = drive
         self._pages: dict[str, PageConnection] = {}
         self._addresses: Counter[str] = Counter()
-        self._arrivals = RateLimit(ARRIVALS, time.monotonic())
+        self._arrivals = RateLimit(MAX_PAGE_RATE, time.monotonic())
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
         self._lock = threading.Lock()
         self._newest: ChairState | None = None
-        drive.listen(self._told)
+        drive.listen(self._receive)
 
     def refusal(self, address: str, now: float) -> Refusal | None:
-        """Why there is no room for one more page from here; None: there is."""
-        if self._addresses.total() >= MAX or self._addresses[address] >= MAX_EACH:
+        """Return the reason to refuse one more page from an address; None: it is accepted."""
+        if (
+            self._addresses.total() >= MAX_PAGES
+            or self._addresses[address] >= MAX_PAGES_PER_ADDRESS
+        ):
             return Refusal(status=503, code="full", text="too many pages are open; close one")
         if not self._arrivals.take(now):
             return Refusal(status=429, code="too_many", text="too many pages at once; try again")
         return None
 
     async def serve(self, socket: WebSocket, session: Session, address: str) -> None:
-        """One page from its beginning to its end."""
+        """Serve a page until it is closed."""
         self._addresses[address] += 1
         try:
             await socket.accept()
             await self._serve(socket, PageConnection(socket, session, time.monotonic()))
         finally:
             self._addresses[address] -= 1
-            self._addresses += Counter()  # forgets who has none
+            self._addresses += Counter()  # removes addresses without a page
 
     async def _serve(self, socket: WebSocket, page: PageConnection) -> None:
         self._pages[page.client] = page
         self._drive.connect(page.client, page.session.role)
-        ways = [asyncio.create_task(page.send()), asyncio.create_task(page.listen(self._drive))]
+        tasks = [asyncio.create_task(page.send()), asyncio.create_task(page.listen(self._drive))]
         try:
-            both: list[asyncio.Future[Any]] = [page.over, *ways]
+            both: list[asyncio.Future[Any]] = [page.over, *tasks]
             await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
-            for way in ways:
-                if way.done() and (fault := way.exception()) is not None:
+            for task in tasks:
+                if task.done() and (fault := task.exception()) is not None:
                     page.end(None if isinstance(fault, WebSocketDisconnect) else CloseCode.FAULT)
                     if not isinstance(fault, WebSocketDisconnect):
                         raise fault
@@ -177,8 +183,8 @@ class PageConnections:
         finally:
             del self._pages[page.client]
             self._drive.disconnect(page.client)
-            for way in ways:
-                way.cancel()
+            for task in tasks:
+                task.cancel()
             code = page.over.result() if page.over.done() else CloseCode.FAULT
             if code is not None:
                 self._drive.audit.log_event(page.client, "rejected", closed=code.name.lower())
@@ -191,7 +197,7 @@ class PageConnections:
             if page.session is session:
                 page.end(CloseCode.SIGNED_OUT)
 
-    def _told(self, message: ToPage, client: str | None) -> None:
+    def _receive(self, message: ToPage, client: str | None) -> None:
         """Deliver a message of the drive, called in any thread."""
         if threading.get_ident() == self._thread:
             self._deliver(message, client)
@@ -219,11 +225,11 @@ class PageConnections:
         if to:
             text = message.model_dump_json()
             for page in to:
-                page.tell(text, state=isinstance(message, ChairState))
+                page.queue(text, state=isinstance(message, ChairState))
 
 
 def _first(fault: ValidationError) -> str:
-    """The first thing wrong with a message, without repeating what was sent."""
+    """First error in a message, without repeating its content."""
     first = fault.errors(include_url=False, include_context=False, include_input=False)[0]
     where = ".".join(str(part) for part in first["loc"])[:80]
     return f"{where}: {first['msg']}"[:200] if where else str(first["msg"])[:200]

@@ -1,4 +1,4 @@
-"""The page as it was built: read once, compressed once; nothing else of the disk is served."""
+"""Files of the built page: read and compressed once; no other file is served."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ _TYPES = {
     ".png": "image/png",
     ".ico": "image/x-icon",
 }
-"""What a page may consist of; other files are not served."""
+"""Media types by suffix; other files are not served."""
 _COMPRESSED = frozenset({".png", ".ico"})
 
 
 @value
 class Asset:
-    """One file: what it holds, and the same compressed where that is shorter."""
+    """File of the page, and its compressed content if that is shorter."""
 
     body: bytes
     zipped: bytes | None
     kind: str
     tag: str
     lasting: bool
-    """Its name changes with what it holds, so that it may be kept for ever."""
+    """True if its name changes with its content, so that browsers may cache it for ever."""
 
 
 BuiltPage = dict[str, Asset]
-"""By path, without a leading slash."""
+"""Files by path, without a leading slash."""
 
 
 def read_page(folder: Path = FOLDER) -> BuiltPage:
-    """All of the built page.
+    """Return all files of the built page.
 
     Raises:
-        ConfigError: if it has not been built.
+        ConfigError: The page has not been built.
     """
     if not (folder / "index.html").is_file():
         raise ConfigError(

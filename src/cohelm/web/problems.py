@@ -17,15 +17,15 @@ _WORDS = {404: "not found", 405: "this method is not allowed"}
 
 
 class ProblemResponse(Model):
-    """Why something asked for was not done."""
+    """Reason why a request was not fulfilled."""
 
     code: str
-    """A stable word."""
+    """Stable name of the reason."""
     text: str
 
 
 class RequestRefused(Exception):
-    """Something asked for is not done."""
+    """A request is not fulfilled."""
 
     def __init__(
         self, status: int, code: str, text: str, headers: Mapping[str, str] | None = None

@@ -1,7 +1,7 @@
-"""The messages' JSON Schema: published by the server, and what the page's types are made from.
+"""JSON Schema of the messages: published by the server, and the source of the page's types.
 
-``python -m cohelm.web.schema`` writes it to ``messages.schema.json`` beside this file. Draft 7, as
-what makes TypeScript of it knows no newer form of tuples.
+``python -m cohelm.web.schema`` writes it to ``messages.schema.json`` beside this file, as draft 7:
+the generator of the TypeScript types knows no newer form of tuples.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _REFERENCE = "#/definitions/"
 
 
 def messages_schema() -> dict[str, Any]:
-    """Both unions under ``properties``: ``fromPage`` as it may be sent, ``toPage`` as it comes.
+    """Return both unions under ``properties``: ``fromPage`` and ``toPage``.
 
-    What comes from the server comes whole, so all of it is required; what goes there may leave out
-    what has a default, but never its ``type``.
+    Messages of the server are complete, so all their fields are required. Messages of a page may
+    leave out fields with a default, but never their ``type``.
     """
     schemas, shared = TypeAdapter.json_schemas(
         [("from", "validation", FROM_PAGE), ("to", "serialization", TO_PAGE)],
@@ -59,7 +59,7 @@ def messages_schema() -> dict[str, Any]:
 
 
 def as_text() -> str:
-    """The schema as it lies in the file."""
+    """Return the schema as the text of its file."""
     return json.dumps(messages_schema(), indent=2, ensure_ascii=False) + "\n"
 
 
@@ -69,7 +69,10 @@ def measures_as_text() -> str:
 
 
 class _Draft7(GenerateJsonSchema):
-    """Tuples as lists of a given length; no titles of fields, each of which would become a type."""
+    """Generator that writes tuples as lists of fixed length, and no titles of fields.
+
+    Each title would become a type of its own.
+    """
 
     def tuple_schema(self, schema: core_schema.TupleSchema) -> JsonSchemaValue:
         made = super().tuple_schema(schema)
@@ -81,7 +84,7 @@ class _Draft7(GenerateJsonSchema):
 
 
 def _reachable(schema: Any, definitions: dict[str, Any]) -> Iterator[str]:
-    """The names of the definitions that ``schema`` refers to, and those that they refer to."""
+    """Yield the names of all definitions that ``schema`` refers to, also indirectly."""
     if isinstance(schema, dict):
         name = str(schema.get("$ref", "")).removeprefix(_REFERENCE)
         if name:

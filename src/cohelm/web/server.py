@@ -1,6 +1,6 @@
-"""Listening to the network, and ending well.
+"""Server of a drive: its socket, its options, and its end by a signal.
 
-A host that others can reach is only listened on with TLS and with a token for drivers.
+A host that other machines can reach needs TLS and a token for drivers.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from cohelm.live import Drive
 from cohelm.live.messages import MAX_MESSAGE_SIZE, Role
 from cohelm.web.app import create_app
 from cohelm.web.certificate import Tls
-from cohelm.web.connections import MAX, HttpConnection, PageSocket
+from cohelm.web.connections import MAX_CONNECTIONS, HttpConnection, PageSocket
 from cohelm.web.origins import is_loopback, origins_for
 from cohelm.web.page_files import BuiltPage
 from cohelm.web.server_context import ServerContext
 from cohelm.web.signin import SignIns
 
-_SENT_AHEAD = 65_536
-"""Bytes that a connection may be ahead of its reader: what is older is of no use to anybody."""
-_HANDSHAKE = 5.0
-"""Of TLS, s; before it nobody knows of a connection."""
+_SEND_BUFFER = 65_536
+"""Maximum number of bytes sent ahead of the reader of a connection; older states are useless."""
+_HANDSHAKE_TIMEOUT = 5.0
+"""Maximum time for a TLS handshake, s; before it a connection is not counted."""
 
 
 def listening(host: str, port: int) -> socket.socket:
-    """A socket bound to ``host``; port 0 takes any that is free.
+    """Return a socket bound to ``host``; port 0 takes any that is free.
 
     Raises:
-        ConfigError: if there is no such host here, or the port is taken.
+        ConfigError: This machine has no such host, or the port is taken.
     """
     name = "127.0.0.1" if host.lower() == "localhost" else host.strip("[]")
     try:
@@ -50,7 +50,7 @@ def listening(host: str, port: int) -> socket.socket:
     made = socket.socket(family, kind)
     try:
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SENT_AHEAD)
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
         made.bind(where)
     except OSError as cause:
         made.close()
@@ -68,19 +68,19 @@ def make_context(
     tls: Tls | None = None,
     names: Iterable[str] = (),
 ) -> ServerContext:
-    """A server of ``drive`` on a bound socket.
+    """Return the parts of a server of ``drive`` on a bound socket.
 
     Args:
-        drive: begun and closed by the caller.
-        page: as it was built.
-        bound: see :func:`listening`.
-        host: that ``bound`` was made for.
-        tokens: without one for the driver, whoever reaches the server may drive.
-        tls: None: plain HTTP.
-        names: others under which the server may be asked for.
+        drive: Started and closed by the caller.
+        page: Files of the page.
+        bound: Result of :func:`listening`.
+        host: Host of ``bound``.
+        tokens: Token of each role; without one for the driver, every client may drive.
+        tls: Certificate; None: plain HTTP.
+        names: Further names of the server.
 
     Raises:
-        ConfigError: if others can reach the host and there is no TLS or no driver's token.
+        ConfigError: Other machines can reach the host, and TLS or the driver's token is missing.
     """
     if not is_loopback(host) and (tls is None or "driver" not in tokens):
         raise ConfigError(
@@ -103,10 +103,16 @@ def serve(
     tls: Tls | None = None,
     started: Callable[[], None] = lambda: None,
 ) -> None:
-    """Serve until the process is interrupted or told to end; ``started``: called once it listens.
+    """Serve until the process gets a signal to end.
+
+    Args:
+        what: Parts of the server.
+        bound: Socket to listen on.
+        tls: Certificate; None: plain HTTP.
+        started: Called once the server listens.
 
     Raises:
-        ConfigError: if certificate and key are none.
+        ConfigError: Certificate and key cannot be used.
     """
     if tls is not None:
         tls.context()
@@ -116,7 +122,7 @@ def serve(
 def server(
     what: ServerContext, tls: Tls | None = None, started: Callable[[], None] = lambda: None
 ) -> uvicorn.Server:
-    """The server, which ends once ``should_exit`` is set."""
+    """Return the server, which ends once ``should_exit`` is set."""
     config = uvicorn.Config(
         create_app(what),
         loop="asyncio",  # the same everywhere
@@ -132,7 +138,7 @@ def server(
         access_log=False,
         proxy_headers=False,
         server_header=False,
-        limit_concurrency=2 * MAX,  # see there: more are not let in
+        limit_concurrency=2 * MAX_CONNECTIONS,  # never reached: HttpConnection accepts no more
         timeout_keep_alive=15,
         timeout_graceful_shutdown=3,
         ssl_certfile=None if tls is None else str(tls.certificate),
@@ -142,41 +148,41 @@ def server(
 
 
 class _Server(uvicorn.Server):
-    """Ends quietly: a signal is no failure."""
+    """Server that ends quietly: a signal is no failure."""
 
     def __init__(self, config: uvicorn.Config, started: Callable[[], None]) -> None:
         super().__init__(config)
         self._then = started
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        if self.config.is_ssl:  # there is no other way to say so
+        if self.config.is_ssl:  # uvicorn has no option for it
             loop = asyncio.get_running_loop()
-            hasty = functools.partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE)
+            hasty = functools.partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE_TIMEOUT)
             setattr(loop, "create_server", hasty)  # noqa: B010 # a method of the loop's own
         await super().startup(sockets)
         self._then()
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Let signals end the server, and have been heard then."""
+        """End the server by a signal, without raising it again afterwards."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = {each: signal.signal(each, self._heard) for each in _ENDING}
+        before = {each: signal.signal(each, self._on_signal) for each in _ENDING}
         try:
             yield
         finally:
             for each, handler in before.items():
                 signal.signal(each, handler)
 
-    def _heard(self, number: int, frame: FrameType | None) -> None:
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
         self.handle_exit(number, frame)
 
 
 _ENDING = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
-"""An interrupt, being told to end, and a terminal that is gone."""
+"""Signals that end the server: interrupt, termination, closed terminal."""
 
 
 def _unbound(host: str, port: int, cause: OSError) -> ConfigError:

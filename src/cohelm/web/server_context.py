@@ -16,12 +16,12 @@ from cohelm.web.page_files import BuiltPage
 from cohelm.web.signin import Session, SignIns
 
 ANYONE = Session(role="driver", name="driver", ends=math.inf)
-"""Who asks without having signed in, where that may drive."""
+"""Session of a client that has not signed in, if it may drive."""
 
 
 @value
 class ServerContext:
-    """One server: the drive and the page it serves, under which names, and for whom."""
+    """Parts of one server: drive, page, names and sign-ins."""
 
     drive: Drive
     page: BuiltPage
@@ -29,15 +29,15 @@ class ServerContext:
     sign_ins: SignIns
     port: int
     open_to_drivers: bool
-    """Nobody but this machine can ask, so that driving needs no token."""
+    """True if driving needs no token, because only this machine can reach the server."""
 
     @property
     def cookie(self) -> str:
-        """The cookie's name; one of its own for each port, as cookies do not tell ports apart."""
+        """Name of the cookie, with the port, because browsers share cookies between ports."""
         return f"{'__Host-' if self.origins.tls else ''}cohelm-{self.port}"
 
     def cookie_of(self, connection: HTTPConnection) -> str | None:
-        """The text of a request's cookie."""
+        """Return the text of a request's cookie; None: it has none."""
         return connection.cookies.get(self.cookie)
 
     def session(self, connection: HTTPConnection) -> Session | None:
@@ -46,7 +46,7 @@ class ServerContext:
         return session or (ANYONE if self.open_to_drivers else None)
 
     def log_event(self, actor: str, event: AuditEvent, **details: Any) -> None:
-        """One more entry of the audit log."""
+        """Add an entry to the audit log."""
         self.drive.audit.log_event(actor, event, **details)
 
 

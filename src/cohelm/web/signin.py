@@ -1,7 +1,7 @@
 """Sign-in by tokens: sessions, and delays after wrong tokens.
 
-Tokens and sessions are kept as digests only. Times are of a steady clock, s, and come from outside.
-All of it belongs to one thread, the server's.
+Only digests of tokens and cookies are kept. Times are seconds of a monotonic clock and come from
+outside. All of it belongs to the server's thread.
 """
 
 from __future__ import annotations
@@ -16,38 +16,37 @@ from collections.abc import Callable
 from cohelm.arrays import value
 from cohelm.live.messages import Role
 
-LASTS = 12 * 3600.0
-"""A session, s."""
-MOST_SESSIONS = 64
-"""At once; a new one ends the one that is oldest."""
+SESSION_DURATION = 12 * 3600.0
+"""Time after which a session ends, s."""
+MAX_SESSIONS = 64
+"""Maximum number of sessions; a new one ends the oldest."""
 LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
-"""Of a token: none that looks like another."""
+"""Letters of a token: none looks like another."""
 _GROUPS, _GROUP = 4, 5
 
 
 def new_token() -> str:
-    """A token that a person can type: four groups of five letters, 99 bits."""
+    """Return a token that a person can type: four groups of five letters, 99 bits."""
     return "-".join("".join(secrets.choice(LETTERS) for _ in range(_GROUP)) for _ in range(_GROUPS))
 
 
 @value
 class Session:
-    """Somebody who is signed in.
-
-    name: for the audit log, as ``therapist 1``.  ends: s.
-    """
+    """Session of a client that has signed in."""
 
     role: Role
     name: str
+    """Name for the audit log, as ``therapist 1``."""
     ends: float
+    """Time of its end, s."""
 
 
 class WrongToken(Exception):
-    """No such token."""
+    """The token is not valid."""
 
 
 class SignInLocked(Exception):
-    """Too many wrong tokens; not even a right one is looked at for ``wait`` more seconds."""
+    """Too many wrong tokens: for ``wait`` more seconds, even a right one is rejected."""
 
     def __init__(self, wait: float) -> None:
         self.wait = wait
@@ -55,10 +54,12 @@ class SignInLocked(Exception):
 
 
 class Lockout:
-    """Shuts the door after failures, for each time twice as long.
+    """Delay after failures that doubles with each further one.
 
-    free: failures that cost nothing.  longest: of the delays, s.  forgets: after that long without
-    a failure, s.
+    Args:
+        free: Number of failures without a delay.
+        longest: Maximum delay, s.
+        forgets: Time without a failure after which the count begins again, s.
     """
 
     def __init__(self, *, free: int, longest: float, forgets: float = 900.0) -> None:
@@ -68,7 +69,7 @@ class Lockout:
         self.until = 0.0
 
     def failed(self, now: float) -> None:
-        """One more failure."""
+        """Count one more failure."""
         if now - self._last > self._forgets:
             self.failures = 0
         self.failures += 1
@@ -83,14 +84,14 @@ class Lockout:
 
 
 class SignIns:
-    """Tokens that open, sessions that are open, and who has tried in vain.
+    """Valid tokens, open sessions, and delays after wrong tokens.
 
     Args:
-        tokens: of each role that has one.
-        secret: makes the text of a cookie.
+        tokens: Token of each role that has one.
+        secret: Returns the text of a new cookie.
     """
 
-    _MOST_ADDRESSES = 1024
+    _MAX_ADDRESSES = 1024
 
     def __init__(
         self,
@@ -105,15 +106,15 @@ class SignIns:
         self._each: OrderedDict[str, Lockout] = OrderedDict()
 
     def sign_in(self, token: str, address: str, now: float) -> tuple[str, Session]:
-        """The text of a new cookie, and its session.
+        """Return the text of a new cookie, and its session.
 
         Raises:
-            WrongToken: if it is none of the tokens; every one is compared, in constant time.
-            Locked: if there have been too many of those, from this address or in all.
+            WrongToken: The token is not valid; all valid ones are compared, in constant time.
+            SignInLocked: There were too many wrong tokens, from this address or in all.
         """
         where = self._lockout(address)
         wait = where.wait(now)
-        if where.failures:  # who has not failed does not wait for those who have
+        if where.failures:  # an address without a failure does not wait for others
             wait = max(wait, self._all.wait(now))
         if wait > 0.0:
             raise SignInLocked(wait)
@@ -127,7 +128,7 @@ class SignIns:
         return self._open(fits[0], now)
 
     def session(self, cookie: str | None, now: float) -> Session | None:
-        """The session of a cookie; None if there is none, or it has ended."""
+        """Return the session of a cookie; None: there is none, or it has ended."""
         if not cookie:
             return None
         key = _digest(cookie)
@@ -143,10 +144,10 @@ class SignIns:
 
     def _open(self, role: Role, now: float) -> tuple[str, Session]:
         self._count += 1
-        session = Session(role=role, name=f"{role} {self._count}", ends=now + LASTS)
+        session = Session(role=role, name=f"{role} {self._count}", ends=now + SESSION_DURATION)
         cookie = self._secret()
         self._sessions[_digest(cookie)] = session
-        while len(self._sessions) > MOST_SESSIONS:
+        while len(self._sessions) > MAX_SESSIONS:
             self._sessions.popitem(last=False)
         return cookie, session
 
@@ -155,13 +156,13 @@ class SignIns:
         key = _network(address)
         found = self._each.pop(key, None) or Lockout(free=3, longest=600.0)
         self._each[key] = found
-        while len(self._each) > self._MOST_ADDRESSES:
+        while len(self._each) > self._MAX_ADDRESSES:
             self._each.popitem(last=False)
         return found
 
 
 def _plain(token: str) -> str:
-    """A token as it was meant: no difference between cases, nor with or without hyphens."""
+    """Return a token in lower case without hyphens."""
     return "".join(letter for letter in token.lower() if letter.isalnum())
 
 
