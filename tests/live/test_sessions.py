@@ -377,7 +377,7 @@ def test_what_a_killed_program_left_is_swept_after_a_day(tmp_path, ride_setup, m
     SessionStore(tmp_path).close()
     assert file.exists()
     now = file.stat().st_mtime
-    monkeypatch.setattr(session_files.clock, "time", lambda: now + 90_000.0)
+    monkeypatch.setattr(session_files.time, "time", lambda: now + 90_000.0)
     SessionStore(tmp_path).close()
     assert not file.exists()
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import logging
 import re
 import shutil
-import time as clock
-from collections.abc import Iterator
+import time
+from collections.abc import Iterable, Iterator, Set
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TypeVar
@@ -34,6 +35,55 @@ def session_sort_key(session: str) -> tuple[str, int]:
 def session_of(ride: str) -> str:
     """Return the id of the session that a ride belongs to."""
     return ride.rpartition("-r")[0]
+
+
+def create_session_folder(root: Path, used: Set[str]) -> str:
+    """Create the folder of a new session, named by the local time, and return its id.
+
+    Args:
+        root: Folder of all sessions.
+        used: Ids not to be used again: of deleted sessions, whose last ride may still be written.
+
+    Raises:
+        StoreError: The folder cannot be created.
+    """
+    stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
+    for number in itertools.count(1):
+        id_ = stamp if number == 1 else f"{stamp}-{number}"
+        if id_ in used:
+            continue
+        try:
+            (root / id_).mkdir(mode=0o700)
+        except FileExistsError:
+            continue
+        except OSError as cause:
+            raise StoreError(f"cannot be created ({cause.strerror})", file=root) from None
+        return id_
+    raise AssertionError  # the numbers do not end
+
+
+def mark_deleted(folders: Iterable[Path]) -> None:
+    """Rename the folders of sessions, so that no later call finds them.
+
+    Raises:
+        StoreError: One cannot be renamed.
+    """
+    number = time.time_ns()  # a unique name for each deletion
+    for folder in folders:
+        try:
+            folder.rename(folder.with_name(f"{DELETED}{number}-{folder.name}"))
+        except OSError as cause:
+            raise not_deleted(folder, cause) from None
+
+
+def remove_deleted(root: Path) -> None:
+    """Remove all folders that were marked as deleted, also by earlier runs.
+
+    Raises:
+        StoreError: One cannot be removed.
+    """
+    for folder in root.glob(f"{DELETED}*"):
+        _remove(folder)
 
 
 def rides_in(folder: Path) -> Iterator[RideSummary]:
@@ -70,19 +120,31 @@ def sweep(folder: Path) -> None:
     """
     for deleted in folder.glob(f"{DELETED}*"):
         try:
-            shutil.rmtree(deleted)
-        except OSError as cause:
-            _log.error("sessions: %s cannot be deleted (%s)", deleted, cause.strerror or cause)
+            _remove(deleted)
+        except StoreError as error:
+            _log.error("sessions: %s", error)
     for pattern in ("*/*.rows", "*/*.task", "*/.*", "*/*.measures.*"):
         for file in folder.glob(pattern):
             complete = all(file.with_suffix(each).is_file() for each in (".rows", ".task", ".json"))
             if complete:
                 continue  # it will be measured now
             with contextlib.suppress(OSError):
-                if clock.time() - file.stat().st_mtime > _DAY:
+                if time.time() - file.stat().st_mtime > _DAY:
                     file.unlink()
 
 
 def now_utc() -> str:
     """Return the current time, ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def not_deleted(folder: Path, cause: OSError) -> StoreError:
+    """Return the error for a folder that cannot be deleted."""
+    return StoreError(f"cannot be deleted ({cause.strerror or cause})", file=folder)
+
+
+def _remove(folder: Path) -> None:
+    try:
+        shutil.rmtree(folder)
+    except OSError as cause:
+        raise not_deleted(folder, cause) from None

@@ -20,14 +20,11 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import itertools
 import logging
 import shutil
 import threading
-import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -42,12 +39,15 @@ from cohelm.live.sessions.measuring import (
 )
 from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo, SessionSummary
 from cohelm.live.sessions.session_files import (
-    DELETED,
     RIDE,
     SESSION,
     as_json,
+    create_session_folder,
+    mark_deleted,
+    not_deleted,
     now_utc,
     read,
+    remove_deleted,
     rides_in,
     session_of,
     session_sort_key,
@@ -255,24 +255,11 @@ class SessionStore:
 
     def _open_session(self, info: SessionInfo) -> SessionInfo:
         """Give the session an id and a folder of its own."""
-        stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
-        numbers = itertools.count(1)
-        while True:
-            id_ = stamp if (number := next(numbers)) == 1 else f"{stamp}-{number}"
-            if id_ in self._used_ids:  # deleted, but its last ride may still be written
-                continue
-            try:
-                (self.folder / id_).mkdir(mode=0o700)
-            except FileExistsError:
-                continue
-            except OSError as cause:
-                raise StoreError(
-                    f"cannot be created ({cause.strerror})", file=self.folder
-                ) from None
-            self._used_ids.add(id_)
-            opened = info.model_copy(update={"id": id_})
-            write_atomically(self.folder / id_ / "session.json", as_json(opened))
-            return opened
+        id_ = create_session_folder(self.folder, self._used_ids)
+        self._used_ids.add(id_)
+        opened = info.model_copy(update={"id": id_})
+        write_atomically(self.folder / id_ / "session.json", as_json(opened))
+        return opened
 
     def _submit(self, executor: ThreadPoolExecutor, task: Callable[[], Any]) -> Future[Any]:
         """Run a task in another thread; a failure is logged, and stays in ``error``."""
@@ -328,17 +315,14 @@ class SessionStore:
 
     def _delete_all(self) -> int:
         """Delete all sessions, in the writer thread; an open measurement finds its folder gone."""
-        at, number = self.folder, time.time_ns()  # unique: a deleted session is never found again
         try:
             count = sum(any(rides_in(folder)) for folder in self._folders())
             with self._lock:  # no session is created meanwhile
                 self._stored_rides.clear()
-                for at in self._folders():
-                    at.rename(at.with_name(f"{DELETED}{number}-{at.name}"))
-            for at in self.folder.glob(f"{DELETED}*"):  # including those left by earlier runs
-                shutil.rmtree(at)
+                mark_deleted(self._folders())
         except OSError as cause:
-            raise StoreError(f"cannot be deleted ({cause.strerror or cause})", file=at) from None
+            raise not_deleted(self.folder, cause) from None
+        remove_deleted(self.folder)
         return count
 
     def _folders(self) -> tuple[Path, ...]:
