@@ -168,7 +168,7 @@ def test_a_rating_stays_beside_measures_that_come_later(store, ride_setup, ticks
 )
 def test_what_is_not_there_is_not_found_wherever_it_points(store, name):
     for ask in (store.summary, store.html, store.csv, store.png):
-        with pytest.raises(StoreError, match="there is no|no map of"):
+        with pytest.raises(StoreError, match="there is no"):
             ask(name)
     with pytest.raises(StoreError, match="there is no such ride"):
         store.rate(name, 3)
