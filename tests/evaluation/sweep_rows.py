@@ -1,4 +1,4 @@
-"""Rows and curves as rides leave them, without riding."""
+"""Rows and curves like those of rides, without riding."""
 
 from __future__ import annotations
 

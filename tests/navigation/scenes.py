@@ -1,4 +1,4 @@
-"""A room, a chair that does what it is told, and parts that do what a test wants."""
+"""A room, a chair that executes its commands, and stub parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where people have been lately, and for how long it counts."""
+"""Recent crowding and its decay."""
 
 from dataclasses import replace
 

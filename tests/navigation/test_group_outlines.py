@@ -1,4 +1,4 @@
-"""Between whom a path should not pass."""
+"""Outlines of standing groups."""
 
 import numpy as np
 

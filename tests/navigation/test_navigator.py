@@ -1,4 +1,4 @@
-"""The pipeline: memory is a value, trouble is a reason, and a fault of the program stays one."""
+"""The pipeline: memory is a value, errors become reasons, program errors propagate."""
 
 from dataclasses import replace
 

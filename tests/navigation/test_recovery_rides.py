@@ -1,4 +1,4 @@
-"""Rides that do not get on, whole: a world of walls, people who are given, a hand on the stick."""
+"""Rides without progress, from start to end: walls, given people, rider input."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What of path and wishes is still ahead."""
+"""The remaining part of path and wishes."""
 
 from dataclasses import replace
 

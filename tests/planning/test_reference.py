@@ -1,4 +1,4 @@
-"""The reference runs along the path as fast as curves, goal and robot allow, and no faster."""
+"""The reference is as fast as curves, goal and robot allow."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Packed values: what comes back is what went in, to the bit."""
+"""Packed values are restored to the bit."""
 
 import json
 import struct

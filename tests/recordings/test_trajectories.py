@@ -1,4 +1,4 @@
-"""Walks of people, as others noted them down."""
+"""Recorded trajectories of people."""
 
 import numpy as np
 import pytest

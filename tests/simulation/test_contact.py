@@ -1,4 +1,4 @@
-"""Gaps of the footprint, by hand and by brute force."""
+"""Gaps of the footprint, against hand calculation and brute force."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The step_drivetrain, against the integrals of ramps and lags."""
+"""The drivetrain against the integrals of ramps and lags."""
 
 import numpy as np
 import pytest

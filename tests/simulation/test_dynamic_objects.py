@@ -1,4 +1,4 @@
-"""Doors: what stands in the world changes with time, and for everyone alike."""
+"""Doors with a schedule: obstacles change with time."""
 
 from dataclasses import replace
 

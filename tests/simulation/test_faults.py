@@ -1,4 +1,4 @@
-"""Each fault does what it says, only while it is active."""
+"""Each fault has its effect, and only while it is active."""
 
 from dataclasses import replace
 

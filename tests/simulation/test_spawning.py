@@ -1,4 +1,4 @@
-"""Who comes in later: everybody else stays who they were, with every pedestrian model."""
+"""Pedestrians who enter later do not change the others, with every pedestrian model."""
 
 from dataclasses import replace
 

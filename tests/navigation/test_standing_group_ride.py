@@ -1,0 +1,26 @@
+"""A ride past three people who stand and talk."""
+
+from cohelm.evaluation import run
+from cohelm.navigation.group_outlines import count_crossed_groups, group_outlines
+from cohelm.scenarios import load_scenario
+
+
+def test_the_chair_goes_round_three_who_talk():
+    seen = []
+    ride = run(
+        load_scenario("talking", ["group_detector=affinity"]), 0, lambda tick, _: seen.append(tick)
+    )
+    assert ride.outcome == "reached"
+    # from there on they hide each other
+    whole = [tick for tick in seen if 2.0 < tick.observation.time < 5.0]
+    assert whole
+    # one group of all three, under one id
+    assert {tuple(tick.groups.id.tolist()) for tick in whole} == {(0,)}
+    assert all(tick.groups.member.tolist() == [0, 0, 0] for tick in whole)
+    # the route at the last moment before the chair is beside them does not lead between them
+    before = whole[-1]
+    assert (
+        count_crossed_groups(before.path.points, group_outlines(before.people, before.groups, 0.3))
+        == 0
+    )
+    assert ride.gap_people.min() > 0.3
