@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
@@ -19,8 +18,8 @@ from cohelm.messages import (
     LocalPlan,
     Mode,
     Observation,
-    People,
     Reason,
+    Reference,
     Request,
 )
 from cohelm.navigation.local_walls import local_walls
@@ -28,11 +27,13 @@ from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and
 from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
 from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.setup import NavigatorSetup
+from cohelm.navigation.stage_results import StageResults, stopped_by_input, tick_of
 from cohelm.navigation.static_people import with_closed_side
 from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import WorldModel, update_world_model
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
-from cohelm.safety import GateState, check_input, gate, stop
+from cohelm.safety import check_input, gate, stop
+from cohelm.sharing import AuthorityState
 from cohelm.stopwatch import Stopwatch
 
 _RIDER_DRIVES = frozenset({Mode.MANUAL, Mode.ASSISTED})
@@ -64,44 +65,27 @@ class Navigator:
             request: goal, mode and limits.
             last: the previous tick, None at first.
         """
-        setup, stopwatch = self.setup, Stopwatch()
+        stopwatch = Stopwatch()
         memory = last.memory if last else Memory()
 
         # Input that is invalid or too old stops the chair before any stage uses it.
-        fault, gate_state = check_input(observation, request, setup.robot, memory.gate, setup.gate)
+        fault, gate_state = check_input(
+            observation, request, self.setup.robot, memory.gate, self.setup.gate
+        )
         if fault is not None:
-            return _stopped_by_input(observation, request, fault, gate_state, last)
+            return stopped_by_input(observation, request, fault, gate_state, last)
 
-        # The speed limits of the map apply to everything that follows.
-        limited = with_zone_limits(
-            request, setup.filters, setup.robot, observation, memory.route, setup.zones
-        )
-        step = StepInput(setup=setup, observation=observation, request=limited, memory=memory)
-
-        # People and obstacles, now and over the horizon.
+        step = self._step_input(observation, request, memory)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
-
-        # The rider's input and its weight.
-        authority, authority_state = sharing.authority(
-            observation,
-            limited.profile,
-            setup.robot,
-            horizon=sharing.InputHorizon(
-                steps=setup.local_planner.steps, step=setup.local_planner.step
-            ),
-            speed_limit=setup.speed_limit(limited),
-            memory=memory.authority,
-            parameters=setup.authority,
-        )
+        authority, authority_state = self._rider_authority(step)
         stopwatch.lap("sharing")
 
         # Recovery, if the ride makes no progress although it should.
-        arrived = self._has_arrived(observation, limited, last)
-        hold = arrived or self._holds(limited, authority)
+        arrived = self._has_arrived(step, last)
+        hold = arrived or self._holds(step.request, authority)
         recovery, recovery_state, rear = update_recovery(step, world, authority, hold=hold)
         authority = self._limit_authority(step, authority, recovery)
 
-        # Path, reference along it, local plan.
         course = plan_path_and_reference(step, world, authority, recovery, hold=hold)
         stopwatch.lap("planning")
         plan, command = self._plan(
@@ -113,47 +97,50 @@ class Navigator:
         decision = self._decide(step, world, command)
         decision = with_recovery_reason(decision, plan, observation.twist, recovery)
         stopwatch.lap("safety")
-        return Tick(
-            observation=observation,
-            request=request,
-            decision=decision,
-            memory=Memory(
-                gate=gate_state,
-                perception=world.perception,
-                predictor=world.predictor,
-                obstacles=world.layer,
-                obstacle_memory=world.obstacle_memory,
-                crowding=world.crowding,
-                route=course.route,
-                planning_failure=course.failure,
-                progress=course.progress,
-                rear=rear,
-                recovery=recovery_state,
-                authority=authority_state,
-            ),
-            sensing=world.sensing,
-            people=world.people,
-            groups=world.groups,
-            predictions=world.predictions,
-            spaces=world.spaces,
-            path=course.route.path if course.route else None,
-            reference=course.reference,
+        results = StageResults(
+            gate=gate_state,
+            world=world,
+            authority_state=authority_state,
             authority=authority,
-            recovery=recovery,
-            shared=course.shared,
-            plan=plan,
-            planning_error=course.failure.detail if course.failure else "",
             arrived=arrived,
-            durations=MappingProxyType(stopwatch.laps),
+            recovery=recovery,
+            recovery_state=recovery_state,
+            rear=rear,
+            course=course,
+            plan=plan,
+            decision=decision,
+        )
+        return tick_of(observation, request, results, stopwatch.laps)
+
+    def _step_input(self, observation: Observation, request: Request, memory: Memory) -> StepInput:
+        """Apply the speed limits of the map, which hold for all stages."""
+        setup = self.setup
+        limited = with_zone_limits(
+            request, setup.filters, setup.robot, observation, memory.route, setup.zones
+        )
+        return StepInput(setup=setup, observation=observation, request=limited, memory=memory)
+
+    def _rider_authority(self, step: StepInput) -> tuple[Authority, AuthorityState]:
+        """Compute the rider's input and its weight η."""
+        setup = self.setup
+        return sharing.authority(
+            step.observation,
+            step.request.profile,
+            setup.robot,
+            horizon=sharing.InputHorizon(
+                steps=setup.local_planner.steps, step=setup.local_planner.step
+            ),
+            speed_limit=setup.speed_limit(step.request),
+            memory=step.memory.authority,
+            parameters=setup.authority,
         )
 
-    def _has_arrived(self, observation: Observation, request: Request, last: Tick | None) -> bool:
+    def _has_arrived(self, step: StepInput, last: Tick | None) -> bool:
         """Check the distance to the goal, with hysteresis.
 
-        A chair that has become slow arrives a little earlier: turning for the last centimetres
-        helps nobody.
+        The tolerance of a slow chair is larger, so that it does not turn for the last centimetres.
         """
-        setup = self.setup
+        setup, observation, request = self.setup, step.observation, step.request
         distance = float(np.hypot(*(request.goal - observation.pose[:2])))
         stays = (
             last is not None and last.arrived and np.array_equal(last.request.goal, request.goal)
@@ -164,7 +151,7 @@ class Navigator:
         return bool(distance <= setup.goal_tolerance * (2.0 if stays else 1.0))
 
     def _holds(self, request: Request, authority: Authority) -> bool:
-        """Check that the chair need not make progress: the rider drives or wants it to stand."""
+        """Check that the chair need not make progress: the rider drives or requests a stop."""
         drives = request.mode in _RIDER_DRIVES
         return drives or authority.wants_stop or self.setup.speed_limit(request) <= 0.0
 
@@ -195,7 +182,7 @@ class Navigator:
         arrived: bool,
     ) -> tuple[LocalPlan | None, _Command]:
         """Compute the command of rider or local planner, or the reason to stop."""
-        setup, observation, request = step.setup, step.observation, step.request
+        setup, request = step.setup, step.request
         if request.mode in _RIDER_DRIVES:
             return None, _Command(twist=authority.twist)
         if authority.wants_stop:
@@ -205,17 +192,34 @@ class Navigator:
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
             return None, _Command(reason=reason)
+        problem = self._local_problem(step, world, authority, course.shared, recovery)
+        try:
+            plan = setup.local_planner.plan(problem, last.plan if last else None)
+        except ControlError:
+            return None, _Command(reason=Reason.SOLVER_FAILED)
+        return plan, _Command(twist=plan.command, reason=plan.reason, urgent=plan.urgent)
+
+    def _local_problem(
+        self,
+        step: StepInput,
+        world: WorldModel,
+        authority: Authority,
+        reference: Reference,
+        recovery: RecoveryAction,
+    ) -> LocalProblem:
+        """Problem of the local planner, with the limits and the passing side of a recovery."""
+        setup, observation, request = step.setup, step.observation, step.request
         limit = setup.speed_limit(request)
         profile, walls = request.profile, world.walls
         if recovery.side != "none":
             profile = profile.model_copy(update={"passing_side": recovery.side})
             walls = self._walls_with_closed_side(observation.pose, world, recovery)
-        problem = LocalProblem(
+        return LocalProblem(
             time=observation.time,
             robot=setup.robot,
             pose=observation.pose,
             twist=observation.twist,
-            reference=course.shared,
+            reference=reference,
             people=world.people,
             predictions=world.predictions,
             spaces=world.spaces,
@@ -227,16 +231,11 @@ class Navigator:
             reverses=recovery.reverses,
             late=observation.late,
         )
-        try:
-            plan = setup.local_planner.plan(problem, last.plan if last else None)
-        except ControlError:
-            return None, _Command(reason=Reason.SOLVER_FAILED)
-        return plan, _Command(twist=plan.command, reason=plan.reason, urgent=plan.urgent)
 
     def _walls_with_closed_side(
         self, pose: Floats, world: WorldModel, recovery: RecoveryAction
     ) -> DistanceField:
-        """Close the side on which the rider does not want to pass."""
+        """Close the side that the rider did not select for passing."""
         setup, speed = self.setup, self.setup.replanning.standing_speed
         live = with_closed_side(recovery.side, world.live, setup.grid, world.people, pose, speed)
         return local_walls(setup.grid, self.barriers, live, pose[:2], setup.window)
@@ -285,23 +284,3 @@ class _Command:
     reason: Reason | None = None
     urgent: bool = False
     """Brake with maximum deceleration."""
-
-
-def _stopped_by_input(
-    observation: Observation,
-    request: Request,
-    reason: Reason,
-    gate_state: GateState,
-    last: Tick | None,
-) -> Tick:
-    """Return the stop for unusable input; the memory of all stages is kept."""
-    memory = last.memory if last else Memory()
-    return Tick(
-        observation=observation,
-        request=request,
-        decision=stop(reason),
-        memory=dataclasses.replace(memory, gate=gate_state),
-        people=last.people if last else People.empty(observation.time),
-        path=last.path if last else None,
-        arrived=last.arrived if last else False,
-    )

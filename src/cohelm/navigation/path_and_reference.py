@@ -9,7 +9,7 @@ import numpy as np
 
 from cohelm.arrays import identical
 from cohelm.errors import GoalBlocked, PlanningError
-from cohelm.messages import Authority, Mode, Reason, Reference, Request
+from cohelm.messages import Authority, Mode, Reason, Reference
 from cohelm.navigation.group_outlines import group_outlines
 from cohelm.navigation.obstacle_memory import merge_obstacles
 from cohelm.navigation.recovery.context import reverse_reference
@@ -17,7 +17,6 @@ from cohelm.navigation.recovery.progress_checker import ProgressState, check_pro
 from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.replanning.replanner import RouteState, update_route
 from cohelm.navigation.replanning.route_query import PlanningFailure, PlanReason, RouteQuery
-from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 from cohelm.planning import ReferenceSettings, make_reference
@@ -58,61 +57,33 @@ def plan_path_and_reference(
         recovery: action of a ride that makes no progress.
         hold: True while the chair need not make progress.
     """
-    setup, observation, request = step.setup, step.observation, step.request
-    if np.isnan(request.goal).any():
+    if np.isnan(step.request.goal).any():
         return PathAndReference()
     failure = step.memory.planning_failure
-    if failure is not None and _is_recent(failure, request, observation.time, setup):
+    if failure is not None and _is_recent(failure, step):
         return PathAndReference(failure=failure)
-
     query = _route_query(step, world, authority, recovery)
     try:
-        route = update_route(query, setup.global_planner, step.memory.route, setup.replanning)
+        route = update_route(
+            query, step.setup.global_planner, step.memory.route, step.setup.replanning
+        )
     except PlanningError as error:
-        failure = PlanningFailure(
-            request=request,
-            time=observation.time,
-            reason=planning_reason(error),
-            detail=str(error),
-        )
-        return PathAndReference(failure=failure)
-
-    settings = ReferenceSettings(
-        steps=setup.local_planner.steps,
-        step=setup.local_planner.step,
-        speed=setup.speed_limit(request),
-        robot=setup.robot,
-        comfort=setup.comfort,
-    )
-    along, progress = make_reference(
-        route.path, observation.pose, observation.twist, settings, progress=route.progress
-    )
-    checked = check_progress(
-        route.path.length - progress,
-        observation.time,
-        route.planned_at,
-        step.memory.progress,
-        setup.progress,
-        position=observation.pose[:2],
-        follows_rider=route.reason is PlanReason.STEERING,
-        hold=hold,
-    )
-    if recovery.back_up_distance > 0.0:
-        shared = reverse_reference(
-            observation.pose,
-            recovery,
-            min(setup.recovery.back_up_speed, setup.progress.creep_speed),
-            steps=setup.local_planner.steps,
-            step=setup.local_planner.step,
-        )
-    else:
-        shared = shared_reference(along, authority) if request.mode is Mode.SHARED else along
+        return PathAndReference(failure=_failure(step, error))
+    along, progress = _reference_along(step, route)
     return PathAndReference(
         route=dataclasses.replace(route, progress=progress),
         reference=along,
-        shared=shared,
-        progress=checked,
+        shared=_reference_to_track(step, along, authority, recovery),
+        progress=_check_progress(step, route, progress, hold=hold),
     )
+
+
+def _is_recent(failure: PlanningFailure, step: StepInput) -> bool:
+    """Check that planning for the same request failed less than ``min_interval`` ago."""
+    before, request = failure.request, step.request
+    same = identical(before.goal, request.goal) and identical(before.wishes, request.wishes)
+    elapsed = step.observation.time - failure.time
+    return same and elapsed < step.setup.replanning.min_interval - _ROUNDING
 
 
 def _route_query(
@@ -138,13 +109,14 @@ def _route_query(
     )
 
 
-def _is_recent(
-    failure: PlanningFailure, request: Request, time: float, setup: NavigatorSetup
-) -> bool:
-    """Check that planning for the same request failed less than ``min_interval`` ago."""
-    before = failure.request
-    same = identical(before.goal, request.goal) and identical(before.wishes, request.wishes)
-    return same and time - failure.time < setup.replanning.min_interval - _ROUNDING
+def _failure(step: StepInput, error: PlanningError) -> PlanningFailure:
+    """Record of a planning error, so that planning is not repeated at once."""
+    return PlanningFailure(
+        request=step.request,
+        time=step.observation.time,
+        reason=planning_reason(error),
+        detail=str(error),
+    )
 
 
 def planning_reason(error: PlanningError) -> Reason:
@@ -153,3 +125,50 @@ def planning_reason(error: PlanningError) -> Reason:
         return Reason.KEEPOUT
     known = {reason.value: reason for reason in Reason}
     return known.get(error.code, Reason.PLANNING)
+
+
+def _reference_along(step: StepInput, route: RouteState) -> tuple[Reference, float]:
+    """(reference along the path; arc length of the robot's projection on the path, m)."""
+    setup, observation = step.setup, step.observation
+    settings = ReferenceSettings(
+        steps=setup.local_planner.steps,
+        step=setup.local_planner.step,
+        speed=setup.speed_limit(step.request),
+        robot=setup.robot,
+        comfort=setup.comfort,
+    )
+    return make_reference(
+        route.path, observation.pose, observation.twist, settings, progress=route.progress
+    )
+
+
+def _reference_to_track(
+    step: StepInput, along: Reference, authority: Authority, recovery: RecoveryAction
+) -> Reference:
+    """Reference of the local planner: backwards, blended with the rider's states, or ``along``."""
+    setup = step.setup
+    if recovery.back_up_distance > 0.0:
+        return reverse_reference(
+            step.observation.pose,
+            recovery,
+            min(setup.recovery.back_up_speed, setup.progress.creep_speed),
+            steps=setup.local_planner.steps,
+            step=setup.local_planner.step,
+        )
+    return shared_reference(along, authority) if step.request.mode is Mode.SHARED else along
+
+
+def _check_progress(
+    step: StepInput, route: RouteState, progress: float, *, hold: bool
+) -> ProgressState:
+    """Update the progress checker with the remaining length of the path."""
+    return check_progress(
+        route.path.length - progress,
+        step.observation.time,
+        route.planned_at,
+        step.memory.progress,
+        step.setup.progress,
+        position=step.observation.pose[:2],
+        follows_rider=route.reason is PlanReason.STEERING,
+        hold=hold,
+    )

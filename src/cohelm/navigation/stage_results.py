@@ -1,0 +1,104 @@
+"""Results of all stages of one step, and the tick that they make."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from cohelm.messages import Authority, Decision, LocalPlan, Observation, People, Reason, Request
+from cohelm.navigation.path_and_reference import PathAndReference
+from cohelm.navigation.recovery.rear_clearance import RearMemory
+from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryState
+from cohelm.navigation.tick import Memory, Tick
+from cohelm.navigation.world_model import WorldModel
+from cohelm.safety import GateState, stop
+from cohelm.sharing import AuthorityState
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageResults:
+    """Results of the stages, in the order of the pipeline."""
+
+    gate: GateState
+    world: WorldModel
+    authority_state: AuthorityState
+    authority: Authority
+    """Reduced where the chair takes over."""
+    arrived: bool
+    recovery: RecoveryAction
+    recovery_state: RecoveryState | None
+    rear: RearMemory
+    course: PathAndReference
+    plan: LocalPlan | None
+    decision: Decision
+
+
+def tick_of(
+    observation: Observation,
+    request: Request,
+    results: StageResults,
+    durations: Mapping[str, float],
+) -> Tick:
+    """Combine the results of all stages into the tick of a step."""
+    world, course = results.world, results.course
+    return Tick(
+        observation=observation,
+        request=request,
+        decision=results.decision,
+        memory=_memory(results),
+        sensing=world.sensing,
+        people=world.people,
+        groups=world.groups,
+        predictions=world.predictions,
+        spaces=world.spaces,
+        path=course.route.path if course.route else None,
+        reference=course.reference,
+        authority=results.authority,
+        recovery=results.recovery,
+        shared=course.shared,
+        plan=results.plan,
+        planning_error=course.failure.detail if course.failure else "",
+        arrived=results.arrived,
+        durations=MappingProxyType(durations),
+    )
+
+
+def _memory(results: StageResults) -> Memory:
+    """State that each stage passes to its next call."""
+    world, course = results.world, results.course
+    return Memory(
+        gate=results.gate,
+        perception=world.perception,
+        predictor=world.predictor,
+        obstacles=world.layer,
+        obstacle_memory=world.obstacle_memory,
+        crowding=world.crowding,
+        route=course.route,
+        planning_failure=course.failure,
+        progress=course.progress,
+        rear=results.rear,
+        recovery=results.recovery_state,
+        authority=results.authority_state,
+    )
+
+
+def stopped_by_input(
+    observation: Observation,
+    request: Request,
+    reason: Reason,
+    gate_state: GateState,
+    last: Tick | None,
+) -> Tick:
+    """Return the stop for unusable input; the memory of all stages is kept."""
+    memory = last.memory if last else Memory()
+    return Tick(
+        observation=observation,
+        request=request,
+        decision=stop(reason),
+        memory=dataclasses.replace(memory, gate=gate_state),
+        people=last.people if last else People.empty(observation.time),
+        path=last.path if last else None,
+        arrived=last.arrived if last else False,
+    )
