@@ -1,11 +1,12 @@
-"""How soon a push reaches the wheels, and whether a long drive stays as it began.
+"""Delay from the stick to the wheels of ``cohelm drive``, and stability of a long drive.
 
     python benchmarks/drive.py                # a minute: input to wheels
-    python benchmarks/drive.py --minutes 10   # a soak: memory, deadlines, the program's log besides
+    python benchmarks/drive.py --minutes 10   # a long drive: memory, deadlines, the program's log
 
-A scripted rider drives ``cohelm drive`` over its own socket from one place to the next and nudges
-the stick; every push is timed until a state says that the wheels heed it, the state's way back
-included. Memory is what the program and its processes hold by ``/proc``.
+A scripted rider connects to the socket of ``cohelm drive``, rides from place to place and nudges
+the stick. The delay of a nudge ends when a state message shows that the wheels follow it, so it
+includes the transmission of that message. Memory is that of the program and its processes, read
+from ``/proc``.
 """
 
 from __future__ import annotations
@@ -28,21 +29,21 @@ import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 
 BEAT = 0.1
-"""Between beats, s."""
+"""Interval of heartbeats, s."""
 PUSH = 0.35
-"""Between changes of the stick, s; no multiple of a step, so that every moment of it is met."""
+"""Interval of changes of the stick, s; no multiple of a step, so that all phases of it occur."""
 OFTEN, WHILE = 15.0, 4.0
-"""Every so often, s, the rider pushes for a while, s; in between the chair has its way: who pushes
-all the time is followed wherever that leads."""
+"""Period and duration of the nudges, s; in between the chair follows its path, because a chair that
+is nudged all the time would not arrive."""
 PLACES = ("Ward 4", "Cafeteria", "Laboratory", "Reception", "Therapy", "Pharmacy")
 LONG = 90.0
-"""After this the next place is chosen whether or not the last one was reached, s."""
+"""Time after which the next place is chosen, even if the last one was not reached, s."""
 LOOK = 10.0
-"""Between looks at memory and health, s."""
+"""Interval of the samples of memory and health, s."""
 
 
 class Rider:
-    """A page without a screen: beats, pushes, destinations, and what came of them."""
+    """Client without a screen: heartbeats, nudges, destinations, and their results."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
@@ -56,11 +57,11 @@ class Rider:
         self.confirmed = 0
 
     async def send(self, **message: object) -> None:
-        """One message."""
+        """Send one message."""
         await self.socket.send(json.dumps(message))
 
     async def beat(self) -> None:
-        """Alive, and where the stick is."""
+        """Send heartbeat and stick position."""
         self.seq += 1
         await self.send(
             type="heartbeat",
@@ -71,7 +72,7 @@ class Rider:
         )
 
     async def listen(self) -> None:
-        """Take in what the chair says."""
+        """Receive the messages of the chair."""
         async for text in self.socket:
             now, said = time.monotonic(), json.loads(text)
             if said["type"] == "welcome":
@@ -85,7 +86,7 @@ class Rider:
                         self.took.append(1e3 * (now - self.pushed.pop(seq)))
 
     async def drive(self, seconds: float) -> None:
-        """From place to place, nudging the stick and confirming whatever asks for it."""
+        """Ride from place to place, nudge the stick, and confirm each request for confirmation."""
         await self.send(type="take_control")
         end, chosen, push, k = time.monotonic() + seconds, 0.0, 0.0, 0
         while (now := time.monotonic()) < end:
@@ -109,7 +110,7 @@ class Rider:
 
 
 def main() -> int:
-    """Drive, and say what came of it; 1 if memory grew or a streak of deadlines was missed."""
+    """Drive and print the figures; 1 if memory grew or a streak of deadlines was missed."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--minutes", type=float, default=1.0)
     options.add_argument("--people", type=int, default=12)
@@ -117,7 +118,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "log"
         with log.open("w") as file:
-            program = subprocess.Popen(  # our own program with numbers of our own
+            program = subprocess.Popen(  # own program, fixed arguments
                 [
                     *(sys.executable, "-m", "cohelm", "drive", "hospital", "--port", "0"),
                     *("--people", str(chosen.people), "--data", folder),
@@ -137,7 +138,7 @@ def main() -> int:
 
 
 async def ridden(program: subprocess.Popen[str], seconds: float) -> dict[str, Any]:
-    """Drive for so long, and look at the program meanwhile."""
+    """Drive for a time, and sample memory and health of the program."""
     address = ""
     while "Ctrl-C" not in (line := program.stdout.readline() if program.stdout else "Ctrl-C"):
         address = line.split()[-1].rstrip("/") if " drive " in f" {line} " else address
@@ -160,14 +161,14 @@ async def ridden(program: subprocess.Popen[str], seconds: float) -> dict[str, An
 
 
 def health(address: str) -> dict[str, Any]:
-    """What the program says of itself."""
+    """Health report of the program."""
     with urllib.request.urlopen(f"{address}/api/health", timeout=5) as answer:  # ours
         found: dict[str, Any] = json.load(answer)
         return found
 
 
 def memory(root: int) -> float:
-    """What a process and all that it began hold, MB: shared pages by their share."""
+    """Memory of a process and its descendants, MB; shared pages in proportion."""
     parents: dict[int, int] = {}
     for each in Path("/proc").glob("[0-9]*/stat"):
         with suppress(OSError):
@@ -185,17 +186,17 @@ def memory(root: int) -> float:
 
 
 def told(found: dict[str, Any], log: str) -> int:
-    """Print the figures; 1 where something fails."""
+    """Print the figures; 1 if a requirement fails."""
     rider, after = found["rider"], found["after"]
     took = np.array(rider.took)
     print(
         f"input to wheels over {len(took)} pushes: median {np.median(took):.0f} ms,"
-        f" p99 {np.percentile(took, 99):.0f} ms, most {took.max():.0f} ms"
+        f" p99 {np.percentile(took, 99):.0f} ms, maximum {took.max():.0f} ms"
     )
     ticks, missed = (after[key] - found["before"][key] for key in ("ticks", "missed"))
     print(f"{ticks} ticks, {missed} late, longest streak {after['longest_streak']}")
     print(f"{rider.arrived} arrivals, confirmed {rider.confirmed} times,", end=" ")
-    print(f"watchdog {after['stops']} times, navigators begun anew {after['restarts']}")
+    print(f"watchdog {after['stops']} times, navigators restarted {after['restarts']}")
     time_, held = np.array(found["looks"]).T
     settled = time_ > min(120.0, time_[-1] / 3)
     slope = 60.0 * np.polyfit(time_[settled], held[settled], 1)[0] if settled.sum() > 2 else np.nan

@@ -1,12 +1,12 @@
-"""The rider's page in a real Chromium without a graphics card: frames, first load, key to wheels.
+"""Speed of the rider's page in Chromium without a graphics card: frames, first load, key to wheels.
 
     python benchmarks/page.py                         # all figures
     python benchmarks/page.py --pictures docs/images  # the pictures of the documents instead
 
 ``cohelm drive`` runs beside it on the hospital floor. Frames are counted by
-``requestAnimationFrame`` while the chair follows its way, the first load is what goes over the wire
-with an empty cache, and key to wheels is from the key in the browser to the command that heeds it,
-by the chair's own clock.
+``requestAnimationFrame`` while the chair follows its path. The first load is the number of
+transmitted bytes with an empty cache. Key to wheels is the time from the key press in the browser
+to the command that follows it, by the chair's clock.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"]
 SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900)}
 SECONDS = 8.0
-"""For which frames are counted."""
+"""Time for which frames are counted, s."""
 PRESSES = 150
 LARGEST = 150_000
-"""Of a picture, bytes."""
+"""Maximum size of a picture, bytes."""
 FRAMES = """
 seconds => new Promise((done) => {
   const at = [];
@@ -72,9 +72,9 @@ def main() -> int:
 
 @contextlib.contextmanager
 def served(people: int) -> Iterator[str]:
-    """The address of a chair that is ready among so many people."""
+    """Start a ride among a number of people; yields the address of the page."""
     with tempfile.TemporaryDirectory() as folder:
-        program = subprocess.Popen(  # our own program with numbers of our own
+        program = subprocess.Popen(  # own program, fixed arguments
             [
                 *(sys.executable, "-m", "cohelm", "drive", "hospital", "--port", "0"),
                 *("--people", str(people), "--data", folder),
@@ -96,7 +96,7 @@ def served(people: int) -> Iterator[str]:
 
 
 def health(address: str) -> dict[str, Any]:
-    """What the program says of itself."""
+    """Health report of the program."""
     with urllib.request.urlopen(f"{address}/api/health", timeout=10) as answer:  # our own
         found: dict[str, Any] = json.load(answer)
         return found
@@ -104,7 +104,7 @@ def health(address: str) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def opened(browser: Browser, address: str, width: int, height: int, **more: Any) -> Iterator[Page]:
-    """A page of its own that sees the chair."""
+    """Open a new page that is connected to the chair."""
     context = browser.new_context(viewport={"width": width, "height": height}, **more)
     page = context.new_page()
     page.set_default_timeout(60_000)
@@ -115,14 +115,14 @@ def opened(browser: Browser, address: str, width: int, height: int, **more: Any)
 
 
 def show(page: Page, panel: str) -> None:
-    """Open a panel, if it is not."""
+    """Open a panel, unless it is open."""
     tab = page.get_by_role("navigation").get_by_role("button", name=panel, exact=True)
     if tab.get_attribute("aria-expanded") != "true":
         tab.click()
 
 
 def take(page: Page) -> None:
-    """Drive, and go on if that must be said."""
+    """Take control, and confirm if the page asks for it."""
     page.get_by_role("button", name="Take control").click()
     page.wait_for_timeout(700)
     go_on = page.get_by_role("button", name="Go on", exact=True)
@@ -132,7 +132,7 @@ def take(page: Page) -> None:
 
 
 def go(page: Page, place: str) -> None:
-    """Choose where to go."""
+    """Choose a destination."""
     show(page, "Go to")
     field = page.get_by_role("searchbox")
     field.fill(place)
@@ -140,7 +140,7 @@ def go(page: Page, place: str) -> None:
 
 
 def ride(page: Page, seconds: float) -> None:
-    """Drive on for so long, whatever asks to be confirmed, and until nothing holds the chair."""
+    """Drive for a time, confirm all requests, and wait until the chair moves."""
     go_on = page.get_by_role("button", name="Go on", exact=True)
     end = time.monotonic() + seconds
     for _ in range(400):
@@ -154,7 +154,7 @@ def ride(page: Page, seconds: float) -> None:
 
 
 def release(page: Page) -> None:
-    """Let the next page drive, from where the chair stands now."""
+    """Release control, so that the next page can drive."""
     page.get_by_role("button", name="STOP", exact=True).click()
     show(page, "Drive")
     page.get_by_role("button", name="Release control").click()
@@ -162,7 +162,7 @@ def release(page: Page) -> None:
 
 
 def first_load(browser: Browser, address: str) -> None:
-    """What the driver's and the therapist's view weigh on the wire."""
+    """Measure the transmitted bytes of the driver's and the therapist's page."""
     for path in ("/", "/therapist"):
         context = browser.new_context()
         page = context.new_page()
@@ -178,7 +178,7 @@ def first_load(browser: Browser, address: str) -> None:
 
 
 def frames(browser: Browser, address: str, name: str, width: int, height: int) -> None:
-    """While the chair follows its way among the people."""
+    """Measure the frame rate while the chair drives among people."""
     with opened(browser, address, width, height) as page:
         take(page)
         go(page, "Ward 4" if name != "tablet" else "Cafeteria")
@@ -194,7 +194,7 @@ def frames(browser: Browser, address: str, name: str, width: int, height: int) -
 
 
 def keys(browser: Browser, address: str) -> None:
-    """From a key in the browser to the wheels."""
+    """Measure the delay from a key in the browser to the wheels."""
     with opened(browser, address, 1280, 800) as page:
         beats: list[dict[str, Any]] = []
         states: list[dict[str, Any]] = []
@@ -223,7 +223,7 @@ def keys(browser: Browser, address: str) -> None:
 
 
 def listen(socket: Any, beats: list[dict[str, Any]], states: list[dict[str, Any]]) -> None:
-    """Keep what goes to and fro."""
+    """Record the messages in both directions."""
     socket.on("framesent", lambda text: '"heartbeat"' in text and beats.append(json.loads(text)))
     socket.on("framereceived", lambda text: '"heard"' in text and states.append(json.loads(text)))
 
@@ -231,7 +231,7 @@ def listen(socket: Any, beats: list[dict[str, Any]], states: list[dict[str, Any]
 def wheels(
     pressed: float, beats: list[dict[str, Any]], states: list[dict[str, Any]], epoch: float
 ) -> float | None:
-    """How long a key took to the wheels, s; None where the chair did not heed it at all."""
+    """Delay from a key to the wheels, s; None where the chair did not follow it."""
     told = next((each for each in beats if each["sent"] >= pressed and each["left"]), None)
     if told is None or told["sent"] > pressed + 120.0:
         return None
@@ -242,7 +242,7 @@ def wheels(
 
 
 def pictures(browser: Browser, address: str, folder: Path) -> None:
-    """Of each kind of screen, looked at one after the other."""
+    """Make the pictures of all kinds of screens."""
     with opened(browser, address, 390, 844, has_touch=True) as page:
         take(page)
         go(page, "Ward 4")
@@ -279,7 +279,7 @@ def pictures(browser: Browser, address: str, folder: Path) -> None:
 
 
 def keep(page: Page, path: Path) -> None:
-    """A picture of as many colours as it needs, and no more."""
+    """Write a picture with a reduced palette."""
     shown = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
     shown.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")

@@ -1,15 +1,15 @@
-"""Parameters for every local planner, found with one budget, one cost and the same rides.
+"""Search parameters of every local planner, with one budget, one cost and the same rides.
 
     python benchmarks/tune.py [--planners ss_mpc_dcbf,dwa] [--draws 60] [--workers 2]
 
-What is drawn is declared in ``benchmarks/tuned/spaces.yaml``; how, and what the cost counts, in
-``cohelm.benchmarks.tuning``: collisions first, then arriving, then time, standing about, coming
-nearer than 0.45 m, and jerk. Seeds are 1000 and beyond; results are ridden on those below.
+The searched parameters are declared in ``benchmarks/tuned/spaces.yaml``, the method and the cost in
+``cohelm.benchmarks.tuning``: collisions, failures, time, standing, intimate distances and jerk.
+Seeds start at 1000; results are ridden on lower ones.
 
 For each planner it writes to ``benchmarks/tuned/`` all rides (``.csv``) and all draws with their
 costs, versions and seeds (``.json``), and the best draw to ``src/cohelm/scenarios/tuned/`` where
-``cohelm bench rides --tuned`` finds it. Ctrl-C keeps what is there, and the next call goes on with
-it, as long as the code has not changed since.
+``cohelm bench rides --tuned`` finds it. After Ctrl-C the next call continues, unless the code has
+changed.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ PARTS_THAT_COUNT = ("cohelm", "numpy", "scipy", "numba", "daqp")
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--planners", help="parted by commas; unset, all with a space")
+    arguments.add_argument("--planners", help="comma-separated; default: all with a space")
     arguments.add_argument("--draws", type=int, default=DRAWS)
     arguments.add_argument("--workers", type=int, default=2)
-    arguments.add_argument("--out", type=Path, default=FOLDER, help="of rides and draws")
+    arguments.add_argument("--out", type=Path, default=FOLDER, help="folder of rides and draws")
     arguments.add_argument("--keep", action="store_true", help="do not write the best draws")
     given = arguments.parse_args()
     if min(given.draws, given.workers) < 1:
@@ -73,7 +73,7 @@ def main() -> None:
     given.out.mkdir(parents=True, exist_ok=True)
     context = multiprocessing.get_context("spawn")  # numba's threads do not survive a fork
     clock = Clock(len(planners) * rides_of(given.draws))
-    with context.Pool(given.workers, initializer=_heed_no_interrupt) as pool:
+    with context.Pool(given.workers, initializer=_ignore_interrupt) as pool:
         for planner in planners:
             search = Search(planner, spaces[planner], given.draws, given.out)
             whole = search.go(pool, clock)
@@ -85,7 +85,7 @@ def main() -> None:
 
 
 def rides_of(count: int) -> int:
-    """How many rides a search of so many draws takes."""
+    """Number of rides of a search with a number of draws."""
     had, total = 0, 0
     for share, rides in RUNGS:
         total += -(-count // share) * (rides - had)
@@ -94,7 +94,7 @@ def rides_of(count: int) -> int:
 
 
 class Clock:
-    """Says how far it is, and how long it will take.
+    """Prints progress and remaining time.
 
     Args:
         total: rides.
@@ -104,7 +104,7 @@ class Clock:
         self.total, self.done, self.ridden, self.began = total, 0, 0, time.monotonic()
 
     def __call__(self, what: str, *, known: int = 0, ridden: int = 0) -> None:
-        """So many more are known from before, so many were ridden just now."""
+        """Count rides known from an earlier call, and new ones."""
         self.done += known + ridden
         self.ridden += ridden
         pace = (time.monotonic() - self.began) / max(self.ridden, 1)
@@ -113,13 +113,13 @@ class Clock:
 
 
 class Search:
-    """The search for one planner; what is ridden is kept in a file that grows.
+    """Search for one planner; rides are appended to a file.
 
     Args:
         planner: its name.
-        axes: what is drawn.
-        count: how many draws.
-        folder: where the files are.
+        axes: searched parameters.
+        count: number of draws.
+        folder: of the files.
     """
 
     def __init__(self, planner: str, axes: dict[str, Axis], count: int, folder: Path) -> None:
@@ -129,7 +129,7 @@ class Search:
         self.rides: dict[tuple[int, int], dict[str, Any]] = {}
 
     def go(self, pool: Pool, clock: Clock) -> bool:
-        """Ride until all rungs are done; False: it was interrupted."""
+        """Ride until all rungs are done; False if it was interrupted."""
         known = self._known()
         left = list(range(len(self.draws)))
         try:
@@ -153,12 +153,12 @@ class Search:
         return True
 
     def costs(self, draw: int) -> list[float]:
-        """Of a draw's rides, in their order."""
+        """Costs of a draw's rides, in their order."""
         mine = sorted(index for d, index in self.rides if d == draw)
         return [float(self.rides[draw, index]["cost"]) for index in mine]
 
     def write(self, *, whole: bool) -> dict[str, Any]:
-        """All draws as JSON; returns the best one's record."""
+        """Write all draws as JSON; return the record of the best."""
         records = [self._record(draw) for draw in range(len(self.draws))]
         ridden = [each for each in records if each["rides"]]
         most = max((each["rides"] for each in ridden), default=0)
@@ -183,7 +183,7 @@ class Search:
         if best:
             print(
                 f"\n{self.planner}: draw {best['draw']} costs {best['cost']:.3f} over "
-                f"{best['rides']} rides; as it comes {records[0].get('cost', float('nan')):.3f} "
+                f"{best['rides']} rides; default {records[0].get('cost', float('nan')):.3f} "
                 f"over {records[0]['rides']}"
             )
         return best
@@ -207,7 +207,7 @@ class Search:
         ]
 
     def _key(self, draw: int, index: int) -> str:
-        """Names a ride by all that decides it."""
+        """Key of a ride: everything that determines it."""
         training = Training(self.planner, tuple(self.draws[draw].items()), index)
         text = repr((training, training.scene, training.seed, self.code))
         return hashlib.sha256(text.encode()).hexdigest()[:12]
@@ -217,7 +217,7 @@ class Search:
         return self.folder / f"{self.planner}.csv"
 
     def _known(self) -> dict[str, dict[str, Any]]:
-        """Rides that an earlier call has left and that would be the same now."""
+        """Rides of an earlier call that are still valid."""
         rows: list[dict[str, Any]] = []
         if self._file.is_file():
             with self._file.open(newline="", encoding="utf-8") as stream:
@@ -243,18 +243,18 @@ class Search:
 
 
 def write_best(planner: str, best: dict[str, Any], count: int) -> None:
-    """The best draw where the benches find it."""
+    """Write the best draw to the file that the benchmarks read."""
     head = (
         f"# Found by benchmarks/tune.py among {count} draws: mean cost {best['cost']:.3f} over "
         f"{best['rides']} rides,\n# {100 * best['reached']:.0f} % of them reached.\n"
     )
     found = nested(best["parameters"])
-    body = yaml.safe_dump(found, sort_keys=False) if found else "# What it comes with was best.\n"
+    body = yaml.safe_dump(found, sort_keys=False) if found else "# The defaults were best.\n"
     tuned_file(planner).write_text(head + body, encoding="utf-8")
 
 
 def code_digest() -> str:
-    """Of all code that decides a ride."""
+    """Digest of all code that affects a ride."""
     root = Path(cohelm.__file__).parent
     digest = hashlib.sha256()
     for file in sorted([*root.rglob("*.py"), *root.rglob("*.yaml")]):
@@ -269,8 +269,8 @@ def _ride(numbered: tuple[int, Training]) -> tuple[int, int, dict[str, Any]]:
     return draw, training.index, training.ride()
 
 
-def _heed_no_interrupt() -> None:
-    """It is for the process that the workers belong to."""
+def _ignore_interrupt() -> None:
+    """Ignore Ctrl-C: the parent process handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

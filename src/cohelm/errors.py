@@ -252,11 +252,11 @@ class NoPath(PlanningError):
         self.passage = passage
         self.because = because
         text = (
-            f"no way with {needed:.2f} m of clearance from ({start[0]:.2f}, {start[1]:.2f}) "
+            f"no route with {needed:.2f} m of clearance from ({start[0]:.2f}, {start[1]:.2f}) "
             f"to ({goal[0]:.2f}, {goal[1]:.2f})"
         )
         if because:
-            text += f": {because} leave none"
+            text += f": closed by {because}"
         super().__init__(text if passage is None else f"{text}: {passage}")
 
 

@@ -51,4 +51,6 @@ def test_time_beside_a_companion_is_told_for_every_variant(bench, tmp_path):
 
 def test_cards_that_all_broke_off_are_a_report_too(bench, tmp_path):
     told = bench.report([rides(1, outcome="error", error="x", time=np.nan)], tmp_path)
-    assert any(note.endswith("broke off in 1 rides, first seed 0: x") for note in told.notes)
+    assert any(
+        note.endswith("ended by an error in 1 rides, first seed 0: x") for note in told.notes
+    )

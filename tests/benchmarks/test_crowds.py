@@ -107,7 +107,7 @@ def test_crossings_that_broke_off_count_against_the_verdict():
     rows = [row(i) for i in range(197)] + [row(i, outcome="error") for i in range(197, 200)]
     reached, moving = verdicts(rows)
     assert reached.result == MET
-    assert (moving.found, moving.result) == ("0 of 200, 3 broke off", MISSED)
+    assert (moving.found, moving.result) == ("0 of 200, 3 ended by an error", MISSED)
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from cohelm.benchmarks.rides.modes import (
     ALL_RIDES,
     BY,
     MODES,
-    STEER_NOWHERE,
+    WITHOUT_DESTINATION,
     known_riders,
     modes_report,
 )
@@ -116,7 +116,7 @@ def test_a_soft_contact_is_allowed_and_a_hard_one_is_named_with_its_ride():
 def test_where_rides_broke_off_contacts_are_unknown():
     broken = row("assisted", 20, outcome="error", error="KeyError: 1")
     missed = verdicts(modes.REQUIREMENTS, [*every(), broken], MISSED)
-    assert missed[0].found == "0 of 21, 1 broke off"
+    assert missed[0].found == "0 of 21, 1 ended by an error"
 
 
 def test_nineteen_of_twenty_shared_rides_are_enough():
@@ -200,7 +200,7 @@ def test_part_of_a_sweep_is_a_report_too(tmp_path, monkeypatch, experiment):
     monkeypatch.setattr(report, "write_results", lambda *what, **how: ())
     broken = row("manual", 0, outcome="error", error="KeyError: 1")
     made = modes_report([Result(broken)], tmp_path, experiment)
-    assert any("ideal, manual broke off in 1 rides" in note for note in made.notes)
+    assert any("ideal, manual ended by an error in 1 rides" in note for note in made.notes)
 
 
 # ---------------------------------------------------------------------------- what is ridden
@@ -223,7 +223,7 @@ def test_ten_riders_ride_by_default():
     names = known_riders()
     assert names[0] == "ideal"
     assert len(names) == 10
-    assert not set(names) & set(STEER_NOWHERE)
+    assert not set(names) & set(WITHOUT_DESTINATION)
     assert set(modes.create_riders().riders) == set(modes.create_corridors().riders) == set(names)
     assert len(modes.create_riders().scenes) == 5
     assert len(modes.create_corridors().scenes) == 4

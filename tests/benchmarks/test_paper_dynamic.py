@@ -239,7 +239,7 @@ def test_a_claim_of_which_a_part_was_ridden_agrees_in_that_part_alone():
 def test_a_ride_that_broke_off_is_no_ride_without_a_collision():
     rides = [*ours(), row(OURS, "crossing", 20, outcome="error", error="KeyError: 1")]
     found = collisions(rides)
-    assert (found.found, found.result) == ("0 of 61, 1 broke off", MISSED)
+    assert (found.found, found.result) == ("0 of 61, 1 ended by an error", MISSED)
 
 
 def test_smoothness_compares_a_planner_with_itself():

@@ -271,7 +271,7 @@ def test_a_fault_is_named_once_with_its_number_of_rides(tmp_path, no_page):
     rows = [row(OURS, 0)] + [row("dwa", s, outcome="error", error="KeyError: 1") for s in (7, 4)]
     notes = made_of(rows, tmp_path).notes
     assert [note for note in notes if "KeyError" in note] == [
-        "dwa broke off in 2 rides, first seed 4: KeyError: 1"
+        "dwa ended by an error in 2 rides, first seed 4: KeyError: 1"
     ]
 
 
@@ -300,8 +300,8 @@ def test_a_ride_that_broke_off_counts_as_a_collision():
     distracted = [row(OURS, s, scene="distracted", **lost) for s in range(3)]
     bad = {each.subject: each.found for each in verdicts([*crossing, *distracted], MISSED)
            if "collisions" in each.claim}  # fmt: skip
-    assert bad[f"crossing, {OURS}"] == "0 of 21, 1 broke off"
-    assert bad[f"distracted, {OURS}"] == "0 of 3, 3 broke off"
+    assert bad[f"crossing, {OURS}"] == "0 of 21, 1 ended by an error"
+    assert bad[f"distracted, {OURS}"] == "0 of 3, 3 ended by an error"
 
 
 def test_slower_than_required_is_missed():

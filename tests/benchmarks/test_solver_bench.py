@@ -40,7 +40,7 @@ def test_a_small_run_reports_itself(tmp_path):
     results = [row for task in bench.tasks(range(1)) for row in bench.work(task, tmp_path)]
     report = bench.report(results, tmp_path)
     titles = [sheet.title for sheet in report.sheets]
-    assert titles == ["States on which nothing may fail", "Claims"]
+    assert titles == ["States on which no solve may fail", "Claims"]
     (verdict,) = report.summary["verdicts"]
     assert (verdict["found"], verdict["result"]) == ("0 in 36 solves and plans", MET)
 

@@ -86,7 +86,7 @@ def test_choices_are_noted_learned_and_forgotten(cohelm, propose, at_home):
     assert lengths[0] == max(lengths)
     code, out, _ = cohelm("preferences", "show", "--rider", "ada")
     assert code == 0
-    assert "longer ways" in out
+    assert "longer routes" in out
     assert "100%" in out
     shown = json.loads(cohelm("preferences", "show", "--rider", "ada", "--json")[1])
     assert (shown["choices"], shown["explained"]) == (5, 1.0)

@@ -54,7 +54,7 @@ def test_json_says_where_the_commands_part(cohelm, recorded):
     report = json.loads(out)
     first = report["first_difference"]
     assert report["different"] > 0
-    assert not report["same_to_the_bit"]
+    assert not report["bit_equal"]
     assert first["time"] == pytest.approx(0.05 * first["tick"])
     assert first["recorded"]["twist"] != first["replayed"]["twist"]
     assert report["settings"] == ["local_planner=apf"]

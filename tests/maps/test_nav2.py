@@ -150,7 +150,7 @@ class TestImages:
 class TestWhichImage:
     def test_the_yamls_own_stem_stands_in_and_that_is_said(self, tmp_path):
         file = make_map(tmp_path, [[0]], image="gone/lab.pgm")
-        with pytest.warns(MapWarning, match=r"'gone/lab.pgm' is not there; 'm.pgm' was read"):
+        with pytest.warns(MapWarning, match=r"'gone/lab.pgm' does not exist; 'm.pgm' was read"):
             assert read_map(file).data.tolist() == [[100]]
 
     def test_an_image_alone_is_taken_with_usual_values_and_that_is_said(self, tmp_path):

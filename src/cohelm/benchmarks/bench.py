@@ -67,7 +67,7 @@ def split_names(names: str | None, option: str) -> tuple[str, ...]:
     """
     found = tuple(dict.fromkeys(filter(None, map(str.strip, (names or "").split(",")))))
     if names is not None and not found:
-        raise ConfigError(f"names nothing ({names!r}); leave it out for the default", key=option)
+        raise ConfigError(f"names nothing ({names!r}); omit it for the default", key=option)
     return found
 
 
@@ -97,7 +97,7 @@ def unset(settings: Iterable[str], compared: Mapping[str, str]) -> None:
         key = setting.partition("=")[0].strip()
         option = options.get(key.removesuffix(".use"))
         if option is not None:
-            raise ConfigError(f"is set by {option} here and cannot be set for all rides", key=key)
+            raise ConfigError(f"is set by {option} and cannot be set for all rides", key=key)
 
 
 def missing_data(*names: str) -> str:

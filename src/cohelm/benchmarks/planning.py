@@ -1,4 +1,4 @@
-"""Time and memory of global planning, beside other libraries on the same weights.
+"""Time and memory of global planning, compared with other libraries on the same weights.
 
 The map is a seeded floor of rooms with doors and boxes at 5 cm per cell, or a real map scaled to
 each size. The path leads between two far corners of the free space. The others are scikit-image's
@@ -44,7 +44,7 @@ from cohelm.planning.problem import CostmapParameters, weigh, weight_table
 from cohelm.robots import load_robot
 from cohelm.stopwatch import timed
 
-TITLE = "Global planning: time and memory beside scikit-image and SciPy"
+TITLE = "Global planning: time and memory, compared with scikit-image and SciPy"
 
 SIZES = (384, 1000, 4000)
 """Sides of the maps, cells."""

@@ -39,7 +39,7 @@ def floor(size: int, seed: int) -> OccupancyGrid:
 
 def scaled(file: Path, size: int) -> OccupancyGrid:
     """Scale a map to ``size`` × ``size`` cells by nearest neighbours; the resolution is kept."""
-    with warnings.catch_warnings():  # ``create`` has said them
+    with warnings.catch_warnings():  # ``create`` has shown them
         warnings.simplefilter("ignore", MapWarning)
         grid = read_map(file)
     data = cv2.resize(grid.data.view(np.uint8), (size, size), interpolation=cv2.INTER_NEAREST_EXACT)

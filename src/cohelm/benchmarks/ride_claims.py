@@ -196,7 +196,7 @@ def between(contender: str, cases: Sequence[str], reference: str) -> tuple[Pair,
 
 @dataclass(frozen=True)
 class FewestOf:
-    """Requirement that no rival has a smaller share than ours; strictly, none an equal one."""
+    """Requirement that no rival has a smaller share than ours; if strict, no equal one either."""
 
     figure: str
     cases: tuple[str, ...]

@@ -35,7 +35,7 @@ def _share(label: str, met: Callable[[Rides], Booleans], *, broken: bool = False
 
     def text(rides: Rides) -> str:
         count = int(rides.program_error.sum()) if broken else 0
-        ended = f", {count} broke off" if count else ""
+        ended = f", {count} ended by an error" if count else ""
         return f"{int(met(rides).sum())} of {len(rides)}{ended}"
 
     return Figure(label, value, text, share=True)

@@ -40,7 +40,7 @@ from cohelm.scenarios.build import build_scenario
 from cohelm.scenarios.scenario import Scenario, load_scenario
 from cohelm.stopwatch import Stopwatch
 
-TITLE = "Simulation, perception and planning against the clock, one core"
+TITLE = "Real-time factor of simulation, perception and planning, one core"
 
 SCENES = ("crossing",)
 """Five people and the chair meet in a hall."""
@@ -109,7 +109,7 @@ class SpeedBench:
 def create(
     planners: str | None = None, scenes: str | None = None, settings: Sequence[str] = ()
 ) -> SpeedBench:
-    """The benchmark as options ask for it; names are split_names by commas.
+    """Create the benchmark from its options; names are comma-separated.
 
     Raises:
         ScenarioError, PluginError, ConfigError: if a scene, a planner or a setting does not exist.

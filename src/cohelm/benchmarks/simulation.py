@@ -1,4 +1,4 @@
-"""Simulator against references: ORCA against recorded RVO2 people, cost of crowds and sensors.
+"""Simulator compared with references: ORCA with recorded RVO2; time of crowds and sensors.
 
 The recordings are the people of CrowdNav's 500 circle-crossing cases, who never see the robot. Row
 t holds the position of each person after t steps of 0.25 s, and the velocity that led there. All
@@ -31,7 +31,7 @@ from cohelm.simulation import Crowd, CrowdScene, Orca
 from cohelm.simulation.sensors import HumanBodies, StaticScene, sweep_cloud
 from cohelm.stopwatch import Stopwatch, Timing
 
-TITLE = "Simulator: ORCA against RVO2, cost of crowds and 3-D sensors"
+TITLE = "Simulator: ORCA against RVO2, computing time of crowds and 3-D sensors"
 EXACT = 1e-3
 """Largest difference of equal velocities, m/s."""
 FREE_STEPS = 40

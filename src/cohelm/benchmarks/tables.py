@@ -1,4 +1,4 @@
-"""Tables of rides that every benchmark uses: groups, differences on equal seeds, matrices.
+"""Tables of rides, common to all benchmarks: groups, differences on equal seeds, matrices.
 
 Headings, units and digits are those of ``cohelm.evaluation.report.measures``.
 """

@@ -155,7 +155,7 @@ class Training:
         try:
             limit = (f"time_limit={LONGEST}",)
             ride = run(scenario_of(self.scene, contender, self.seed, limit), self.seed)
-        except Exception as failure:  # a draw that breaks a planner is a bad draw
+        except Exception as failure:  # an error makes a draw a bad one
             parts = dict.fromkeys(PARTS, 0.0) | {"failure": 20.0}
             error = f"{type(failure).__name__}: {failure}".splitlines()[0][:120]
             return {**row, "outcome": "error", "error": error, "cost": 20.0, **parts}
@@ -174,10 +174,10 @@ def cost_parts(ride: Ride) -> dict[str, float]:
 
     - ``collision``: 10 for a touch while the chair moves, and up to 10 more by its speed
     - ``failure``: 5 where the goal is not reached without a collision
-    - ``standing``: 0.5 where somebody walks into the standing chair
-    - ``time``: by how much longer it took than the straight route at full speed, as a share of that
-    - ``stalled``: time of standing about, as half that share
-    - ``intimate``: twice the share of time nearer than 0.45 m to somebody
+    - ``standing``: 0.5 where a person walks into the standing chair
+    - ``time``: delay over the straight route at full speed, as a share of its time
+    - ``stalled``: time of standing, as half that share
+    - ``intimate``: twice the share of time nearer than 0.45 m to a person
     - ``smoothness``: 0.05 × RMS jerk (m/s³) + 0.5 × variance of the turn rate (rad²/s²)
     """
     row = ride_figures(ride)

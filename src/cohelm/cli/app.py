@@ -31,7 +31,7 @@ app = typer.Typer(
 app.add_typer(commands.app)
 app.add_typer(bench_commands.app)
 
-_USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException, wherever it lives
+_USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]  # ClickException of click or of typer
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -39,7 +39,7 @@ class BenchRequest(NamedTuple):
     json: bool = False
     first: int = 0
     options: Mapping[str, Any] = MappingProxyType({})
-    """What only this benchmark asks, for its ``create``; what is unset is not in it."""
+    """Options of this benchmark that are set; arguments of its ``create``."""
     resume: bool = False
     overwrite: bool = False
     cluster: str | None = None
@@ -138,7 +138,7 @@ def _folder(folder: Path, request: BenchRequest) -> Path:
             pass
     except OSError as cause:
         raise ConfigError(
-            f"{folder} is no folder to write to ({cause.strerror})", key="--out"
+            f"{folder} is not a folder that can be written to ({cause.strerror})", key="--out"
         ) from None
     if not (request.resume or request.overwrite):
         check_new(folder)  # checked again under the lock
@@ -146,7 +146,7 @@ def _folder(folder: Path, request: BenchRequest) -> Path:
 
 
 def _report(chosen: Bench, done: SweepResult, folder: Path) -> BenchReport | None:
-    """BenchReport of the results; None, with a message, where there are too few of them."""
+    """Report of the results; None, with a message, where there are too few of them."""
     if not done.results:
         return None
     try:

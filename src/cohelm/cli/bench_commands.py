@@ -14,63 +14,63 @@ from cohelm.cli.bench_options import COMMON, for_bench, parameters
 BENCHES = {
     "ablation": (
         "cohelm.benchmarks.rides.ablation",
-        "What each idea in ss_mpc_dcbf is worth: one at a time left out.",
+        "Ablation of ss_mpc_dcbf: leave out one component at a time.",
     ),
     "barn": (
         "cohelm.benchmarks.external.barn",
-        "The 300 BARN worlds in this 2-D simulator: success, collisions, score.",
+        "300 BARN worlds in this 2-D simulator: success, collisions, score.",
     ),
     "cards": (
         "cohelm.benchmarks.rides.cards",
-        "Social navigation cards, every local planner on each (Francis et al. 2023).",
+        "All local planners on social navigation cards (Francis et al. 2023).",
     ),
     "crowdnav": (
         "cohelm.benchmarks.external.crowdnav",
-        "CrowdNav's circle crossing past people who do not see the robot.",
+        "CrowdNav's circle crossing: people do not see the robot.",
     ),
     "crowds": (
         "cohelm.benchmarks.rides.crowds",
-        "Every local planner across filmed crowds, who do not react.",
+        "All local planners across filmed crowds, which do not react.",
     ),
     "paper-dynamic": (
         "cohelm.benchmarks.paper.dynamic",
-        "Every local planner in the paper's dynamic scenes, beside Table 3 of Xu et al.",
+        "All local planners in the paper's dynamic scenes (Xu et al., Table 3).",
     ),
     "paper-global": (
         "cohelm.benchmarks.paper.global_planners",
-        "Global planners by how near they come to the rider's own way (Xu et al., Table 2).",
+        "Distance of all global planners from the rider's own path (Xu et al., Table 2).",
     ),
     "paper-static": (
         "cohelm.benchmarks.rides.modes:create_corridors",
-        "Riders in the paper's corridors by hand, assisted, shared and alone (Xu et al., Fig. 13).",
+        "All driving modes in the paper's corridors (Xu et al., Fig. 13).",
     ),
     "perception": (
         "cohelm.benchmarks.perception.bench",
-        "People in recordings and in crowds: found, followed, foreseen, and at what cost.",
+        "Detection, tracking and prediction of people: scores and computing time.",
     ),
     "planning": (
         "cohelm.benchmarks.planning",
-        "Time and memory of global planning beside scikit-image and SciPy.",
+        "Time and memory of global planning, compared with scikit-image and SciPy.",
     ),
     "riders": (
         "cohelm.benchmarks.rides.modes:create_riders",
-        "Riders of all kinds by hand, assisted, shared and alone, in five scenes.",
+        "All driving modes with all simulated riders, in five scenes.",
     ),
     "rides": (
         "cohelm.benchmarks.rides.rides",
-        "Every local planner in the same scenes among people (Xu et al., Table 3).",
+        "All local planners in the same scenes with people (Xu et al., Table 3).",
     ),
     "simulation": (
         "cohelm.benchmarks.simulation",
-        "The simulated people against recorded RVO2, and the cost of crowds and 3-D sensors.",
+        "Simulated people compared with RVO2; computing time of crowds and 3-D sensors.",
     ),
     "solver": (
         "cohelm.benchmarks.solver.bench",
-        "The local planner's solver: time over people, optima and failures, beside IPOPT.",
+        "Solver of ss_mpc_dcbf compared with IPOPT: time, optima and failures.",
     ),
     "speed": (
         "cohelm.benchmarks.ride_speed",
-        "How many times faster than the clock rides are simulated, perceived and planned.",
+        "Real-time factor of simulation, perception and planning.",
     ),
 }
 """Name → ``module`` or ``module:function`` (default ``create``) that returns a bench, and help."""
@@ -94,7 +94,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "solver": ("part", "share", "solver_settings"),
     "speed": ("planners", "scenes", "settings"),
 }
-"""Those that take options of their own, by the names in ``bench_options.OWN``."""
+"""Benchmark → its own options, by their names in ``bench_options.OWN``."""
 
 app = typer.Typer(
     name="bench",
@@ -116,7 +116,7 @@ def _command(name: str, module: str) -> Callable[..., int]:
 
 
 def _taking(own: tuple[str, ...], command: Callable[..., int]) -> Callable[..., int]:
-    """The command with the signature that typer makes its options from."""
+    """Set the signature from which typer makes the options of the command."""
     signature = inspect.Signature(parameters(own), return_annotation=int)
     vars(command)["__signature__"] = signature
     command.__annotations__ = {name: p.annotation for name, p in signature.parameters.items()}

@@ -1,4 +1,4 @@
-"""The options of ``cohelm bench``: those of every benchmark, and those that some have."""
+"""Options of ``cohelm bench``: common ones, and those of single benchmarks."""
 
 from __future__ import annotations
 
@@ -17,48 +17,50 @@ class Option(NamedTuple):
     """One option of a command."""
 
     form: Any
-    """The annotation: its type, its name if that is not the key's, its help."""
+    """Annotation: type, help, and the name where it differs from the key."""
     unset: Any = None
     into: Callable[[Any], Mapping[str, Any]] | None = None
-    """What a benchmark's ``create`` is given for it; None: the value, by the key's name."""
+    """Arguments of ``create`` for a value; None: the value itself, under the key's name."""
 
 
 COMMON: Mapping[str, Option] = {
     "seeds": Option(
         Annotated[
             int | None,
-            typer.Option(min=1, max=10_000, help="How many; unset, what is usual for it."),
+            typer.Option(
+                min=1, max=10_000, help="Number of seeds; default: that of the benchmark."
+            ),
         ]
     ),
     "first": Option(
-        Annotated[
-            int, typer.Option(min=0, max=2**31, help="The first seed; others give other scenes.")
-        ],
+        Annotated[int, typer.Option(min=0, max=2**31, help="First seed.")],
         0,
     ),
     "out": Option(
         Annotated[
             Path | None,
-            typer.Option(metavar="DIR", help="What to write to; unset, benches/ and its name."),
+            typer.Option(metavar="DIR", help="Result folder; default: benches/NAME."),
         ]
     ),
     "workers": Option(
         Annotated[
             int | None,
-            typer.Option(min=1, max=256, help="Processes; unset, what is usual for it."),
+            typer.Option(
+                min=1, max=256, help="Number of processes; default: that of the benchmark."
+            ),
         ]
     ),
     "resume": Option(
         Annotated[
             bool,
-            typer.Option("--resume", help="Go on with what the folder has of the same sweep."),
+            typer.Option("--resume", help="Continue the sweep in the result folder."),
         ],
         False,
     ),
     "overwrite": Option(
         Annotated[
             bool,
-            typer.Option("--overwrite", help="Throw away the results that the folder has."),
+            typer.Option("--overwrite", help="Remove the results in the folder first."),
         ],
         False,
     ),
@@ -67,19 +69,19 @@ COMMON: Mapping[str, Option] = {
             str | None,
             typer.Option(
                 metavar="local|tcp://…",
-                help="Ride on Dask: on a cluster of --workers processes here, or at a scheduler.",
+                help="Run on Dask: a local cluster of --workers processes, or a scheduler.",
             ),
         ]
     ),
     "json": Option(Json, False),
 }
-"""Those of every benchmark; they do not reach its ``create``."""
+"""Options of every benchmark; they are not arguments of its ``create``."""
 
 
 def _settings(text: str) -> Any:
     return Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help=f"{text}; again for more."),
+        typer.Option("--set", metavar="KEY=VALUE", help=f"{text}; repeatable."),
     ]
 
 
@@ -95,14 +97,14 @@ OWN: Mapping[str, Option] = {
     "planners": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="A,B", help="Local planners; unset, all that are installed."),
+            typer.Option(metavar="A,B", help="Local planners; default: all that are installed."),
         ]
     ),
     "barn_planners": Option(
         Annotated[
             str | None,
             typer.Option(
-                "--planners", metavar="A,B", help="Local planners; unset, ss_mpc_dcbf and dwa."
+                "--planners", metavar="A,B", help="Local planners; default: ss_mpc_dcbf and dwa."
             ),
         ],
         into=lambda given: {"planners": given},
@@ -113,7 +115,7 @@ OWN: Mapping[str, Option] = {
             typer.Option(
                 "--planners",
                 metavar="A,B",
-                help="Global planners, or rows of the table by name; unset, all there are.",
+                help="Global planners, or methods of the table; default: all.",
             ),
         ],
         into=lambda given: {"planners": given},
@@ -121,13 +123,15 @@ OWN: Mapping[str, Option] = {
     "scenes": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="A,B", help="Scenarios by name or file; unset, the usual ones."),
+            typer.Option(
+                metavar="A,B", help="Scenarios by name or file; default: those of the benchmark."
+            ),
         ]
     ),
     "cards": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="A,B", help="Cards by name or file; unset, all there are."),
+            typer.Option(metavar="A,B", help="Cards by name or file; default: all."),
         ]
     ),
     "vary": Option(
@@ -135,100 +139,112 @@ OWN: Mapping[str, Option] = {
             list[str] | None,
             typer.Option(
                 metavar="KEY=A,B,C",
-                help="Ride with each of these values, a column of its own; again for another key.",
+                help="Ride with each value; the key becomes a column; repeatable.",
             ),
         ]
     ),
     "riders": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="A,B", help="Riders; unset, all who steer somewhere."),
+            typer.Option(metavar="A,B", help="Riders; default: all with a destination."),
         ]
     ),
     "modes": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="A,B", help="manual, assisted, shared, autonomous; unset, all."),
+            typer.Option(metavar="A,B", help="manual, assisted, shared, autonomous; default: all."),
         ]
     ),
     "films": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="A,B", help="zara01, eth, or files of walks; unset, those two."),
+            typer.Option(
+                metavar="A,B", help="zara01, eth, or files of trajectories; default: both films."
+            ),
         ]
     ),
-    "blind": Option(_flag("--blind", "No one sees the chair."), False),
-    "both": Option(_flag("--both", "Ride as the scenarios are, and --blind."), False),
+    "blind": Option(_flag("--blind", "People do not see the chair."), False),
+    "both": Option(_flag("--both", "Ride every scenario unchanged and with --blind."), False),
     "seeing": Option(
-        _flag("--seeing", "People see the chair where the scenario says so."),
+        _flag("--seeing", "People see the chair as the scenario specifies."),
         False,
         into=lambda given: {"blind": not given},
     ),
-    "true_people": Option(_flag("--true-people", "Tell the chair where people truly are."), False),
-    "tuned": Option(
-        _flag("--tuned", "With the parameters that were found by one search for all."), False
+    "true_people": Option(
+        _flag("--true-people", "Give the chair the true positions of people."), False
     ),
-    "settings": Option(_settings("Any key of the scenarios, dotted")),
+    "tuned": Option(_flag("--tuned", "Use the parameters of one search for all planners."), False),
+    "settings": Option(_settings("Any scenario key, dotted")),
     "plan_settings": Option(
         _settings("robot, clearance, cost_weight, inflation.… or preference.…"), into=_as_settings
     ),
     "part_settings": Option(
-        _settings("Of a part that sees or foresees, as in tracker.gate=4"), into=_as_settings
+        _settings("Parameter of a perception part: tracker.gate=4"), into=_as_settings
     ),
     "solver_settings": Option(
-        _settings("Of the planner, as in local_planner.iterations=5"), into=_as_settings
+        _settings("Parameter of the planner: local_planner.iterations=5"), into=_as_settings
     ),
     "worlds": Option(
         Annotated[
             str | None,
             typer.Option(
-                metavar="N|A,B", help="So many worlds, spread evenly, or these; unset, all 300."
+                metavar="N|A,B",
+                help="A number of worlds, spread evenly, or indices; default: all 300.",
             ),
         ]
     ),
     "replay": Option(
         Annotated[
             Path | None,
-            typer.Option(metavar="FILE.npz", help="Recorded people; unset, those in COHELM_DATA."),
+            typer.Option(
+                metavar="FILE.npz", help="Recorded people; default: those in COHELM_DATA."
+            ),
         ]
     ),
     "kinematics": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="MODEL", help="unicycle or holonomic; unset, both."),
+            typer.Option(metavar="MODEL", help="unicycle or holonomic; default: both."),
         ]
     ),
     "planner": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="NAME", help="Local planner; or best_arc, straight, orca."),
+            typer.Option(
+                metavar="NAME", help="Local planner, or a reference: best_arc, straight, orca."
+            ),
         ]
     ),
     "layout": Option(
         Annotated[
             str | None,
             typer.Option(
-                metavar="NAME", help="Cases of our own, circle or square, not the recorded ones."
+                metavar="NAME", help="Own cases, circle or square, instead of the recorded ones."
             ),
         ]
     ),
     "people": Option(
-        Annotated[int | None, typer.Option(min=1, max=20, help="In cases of our own; 5.")]
+        Annotated[
+            int | None,
+            typer.Option(min=1, max=20, help="Number of people in own cases; default: 5."),
+        ]
     ),
     "caution": Option(
         Annotated[
             list[float] | None,
-            typer.Option(metavar="M", help="Tell the planner wider people; again for a curve."),
+            typer.Option(
+                metavar="M", help="Added to every person's radius for the planner, m; repeatable."
+            ),
         ]
     ),
     "driver_settings": Option(
-        _settings("Of the driver, as in planner.sampling.margin=0.3"), into=_as_settings
+        _settings("Parameter of the driver: planner.sampling.margin=0.3"), into=_as_settings
     ),
     "map_file": Option(
         Annotated[
             Path | None,
             typer.Option(
-                "--map", metavar="FILE.yaml", help="A map to stretch; unset, seeded floors."
+                "--map", metavar="FILE.yaml", help="Map to scale; default: random floors."
             ),
         ]
     ),
@@ -240,7 +256,7 @@ OWN: Mapping[str, Option] = {
                 metavar="CELLS",
                 min=64,
                 max=20_000,
-                help="Side of the map in cells; may be given again. Unset, 384, 1000 and 4000.",
+                help="Side of the map, cells; repeatable; default: 384, 1000 and 4000.",
             ),
         ],
         into=lambda given: {"sizes": tuple(given)},
@@ -250,7 +266,7 @@ OWN: Mapping[str, Option] = {
             list[str] | None,
             typer.Option(
                 metavar="NAME",
-                help="speed, optima, commands or failures; again for more. Unset, all.",
+                help="speed, optima, commands or failures; repeatable; default: all.",
             ),
         ],
         into=lambda given: {"parts": tuple(given)},
@@ -258,15 +274,17 @@ OWN: Mapping[str, Option] = {
     "share": Option(
         Annotated[
             float | None,
-            typer.Option(min=0.001, max=100.0, help="Of the usual number of states; 1."),
+            typer.Option(
+                min=0.001, max=100.0, help="Share of the usual number of states; default: 1."
+            ),
         ]
     ),
 }
-"""Those that some benchmarks have, which go to the ``create`` of its module."""
+"""Options of single benchmarks; they are arguments of ``create``."""
 
 
 def parameters(names: tuple[str, ...]) -> list[inspect.Parameter]:
-    """The common options and those named, as the parameters of a command."""
+    """Parameters of a command: the common options, and those named."""
     chosen = {**COMMON, **{name: OWN[name] for name in names}}
     return [
         inspect.Parameter(

@@ -83,7 +83,7 @@ def scenarios(plot: Path | None = None) -> int:
     from cohelm.scenarios.scenario import load_scenario, scenario_names  # noqa: PLC0415 # lazy
 
     found = [load_scenario(name) for name in scenario_names()]
-    table = _table("scenario", "floor", "people", "what happens")
+    table = _table("scenario", "floor", "people", "description")
     for collection in Collection:
         members = [each for each in found if each.collection is collection]
         if not members:

@@ -80,7 +80,7 @@ def people(request: PeopleRequest) -> int:
 
 
 def _written(line: Mapping[str, Any]) -> bool:
-    """Write one frame; False where nobody reads the output any more."""
+    """Write one frame; False where the reader of the output has gone."""
     try:
         write_json(line)
         sys.stdout.flush()
@@ -193,8 +193,8 @@ def _warn(request: PeopleRequest, scores: LabelScores | None, filming: FilmRecor
         streams.say(f"warning: {request.truth}: has no labels at the times of the recording")
     elif scores is not None and scores.labels and not scores.found:
         streams.say(
-            f"warning: {request.truth}: nobody was found near a label: do the labels belong to "
-            f"{request.recording}?"
+            f"warning: {request.truth}: no person was tracked near a label: do the labels belong "
+            f"to {request.recording}?"
         )
     if filming is not None and request.at is not None and abs(filming.at - request.at) > AWAY:
         streams.say(f"warning: --at {request.at:g}: the nearest reading is at {filming.at:.1f} s")

@@ -37,7 +37,7 @@ def facts_table(tracks: RecordingSummary, begin: float) -> Table:
     table.add_row("maximum at once", str(tracks.max_people))
     table.add_row("groups", str(len(tracks.groups)))
     table.add_row("sensing", sensing)
-    table.add_row("sensor motion", str(tracks.way))
+    table.add_row("sensor motion", str(tracks.ego_path))
     return table
 
 
@@ -63,7 +63,7 @@ def people_table(tracks: RecordingSummary, begin: float) -> Table:
 
 
 def scores_table(scores: LabelScores) -> Table:
-    """LabelScores against the labels, as a table."""
+    """Table of the scores against the labels."""
     table = plain_table("", "")
     for name, figure in _facts(scores):
         table.add_row(name, figure)
@@ -71,7 +71,7 @@ def scores_table(scores: LabelScores) -> Table:
 
 
 def scores_json(scores: LabelScores) -> dict[str, Any]:
-    """LabelScores for JSON; null where a score is not defined."""
+    """Scores as JSON; null where a score is not defined."""
     who = scores.identities
     return {
         "instants": scores.instants,

@@ -151,7 +151,7 @@ def reset(rider_name: str) -> int:
         ConfigError: if there is no such rider.
     """
     kept = forget_rider(rider_name)
-    print_line(f"forgotten; the old file is kept as {kept}: delete it to forget for good")
+    print_line(f"forgotten; the old file is kept as {kept}: delete it to forget it finally")
     return 0
 
 

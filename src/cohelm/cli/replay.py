@@ -36,7 +36,7 @@ class _Differences:
     different: int = 0
     greatest: float = 0.0
     first: ReplayedTick | None = None
-    parted: float | None = None
+    intermediate: float | None = None
     """Time at which the intermediate results first differed, s; None: never."""
     reasons: int = 0
     last: float = 0.0
@@ -44,7 +44,7 @@ class _Differences:
     @property
     def agrees(self) -> bool:
         """Check that commands, and with ``exact`` also intermediate results, agree."""
-        return self.first is None and not (self.exact and self.parted is not None)
+        return self.first is None and not (self.exact and self.intermediate is not None)
 
     def add(self, each: ReplayedTick) -> None:
         self.ticks += 1
@@ -53,8 +53,8 @@ class _Differences:
         if not same:
             self.different += 1
             self.first = self.first or each
-        if self.parted is None and not each.same_inputs:
-            self.parted = each.time
+        if self.intermediate is None and not each.same_inputs:
+            self.intermediate = each.time
         self.greatest = max(self.greatest, each.difference)
         self.reasons += each.recorded.reason is not each.replayed.reason
         if self.commands is not None:
@@ -124,8 +124,8 @@ def _report(
         "different_reasons": count.reasons,
         "greatest_difference": count.greatest,
         "tolerance": count.tolerance,
-        "same_to_the_bit": count.different == 0 and count.exact and count.parted is None,
-        "first_other_way": count.parted,
+        "bit_equal": count.different == 0 and count.exact and count.intermediate is None,
+        "first_intermediate_difference": count.intermediate,
         "first_difference": None
         if first is None
         else {
@@ -171,7 +171,8 @@ def _verdict(count: _Differences) -> str:
     if count.first is not None:
         return f"different: {count.different} of {until}"
     if not count.agrees:
-        return f"equal commands, but other intermediate results from {count.parted:.2f} s: {until}"
+        since = f"{count.intermediate:.2f} s"
+        return f"equal commands, but other intermediate results from {since}: {until}"
     if count.exact:
         return f"equal to the bit: {until}"
     return f"equal within {count.tolerance:g} m/s and rad/s: {until}"

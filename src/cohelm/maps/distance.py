@@ -66,7 +66,7 @@ def signed_distance(
     Args:
         blocked: (rows, cols).
         resolution: side of a cell, m.
-        out: where to put the result, (rows, cols); a new array where None.
+        out: array for the result, (rows, cols); None: a new array.
     """
     if out is None:
         out = np.empty(blocked.shape, dtype=np.float32)
@@ -125,7 +125,7 @@ def _along_run(  # noqa: PLR0917  # a kernel takes plain arguments
     Args:
         height: squared distance along the columns, (cols,).
         a, b: the run.
-        at, bound: room for the envelope: its parabolas and where each begins.
+        at, bound: working space: the parabolas of the envelope and their beginnings.
         halves: 1 / 2n of each n, (cols + 1,).
         squared: (cols,), filled.
     """

@@ -256,7 +256,7 @@ def _misfit(plan: FloorPlan, door: DoorOpening) -> str:
         return f"no wall within {_DOOR_REACH:g} m of ({door.at[0]:g}, {door.at[1]:g})"
     room = 2.0 * min(along, length - along) - plan.wall
     if door.width > room + 1e-9:
-        return f"{door.width:g} m wide, its wall leaves {max(room, 0.0):.2f} m there"
+        return f"{door.width:g} m wide, but its wall has {max(room, 0.0):.2f} m there"
     return ""
 
 
@@ -293,8 +293,8 @@ def _corners(rect: tuple[float, ...] | None, polygon: tuple[Point, ...] | None) 
 
 def _along(line: Floats, width: float) -> Floats:
     """Corners (4, 2) of the rectangle around a line (2, 2)."""
-    way = (line[1] - line[0]) / np.hypot(*(line[1] - line[0]))
-    aside = 0.5 * width * np.array([-way[1], way[0]])
+    direction = (line[1] - line[0]) / np.hypot(*(line[1] - line[0]))
+    aside = 0.5 * width * np.array([-direction[1], direction[0]])
     return np.concatenate([line - aside, line[::-1] + aside])
 
 

@@ -54,11 +54,11 @@ def read_mask(
 
     Args:
         file: the map YAML of the mask.
-        type: what its numbers mean.
+        type: meaning of its numbers.
         base, multiplier: from the mask's 0…100 to numbers.
 
     Raises:
-        MapError: if the file cannot be read, or type, base or multiplier cannot be; names the file.
+        MapError: if the file, type, base or multiplier is invalid; names the file.
     """
     if type not in get_args(FilterType):
         kinds = ", ".join(get_args(FilterType))
@@ -103,11 +103,11 @@ def read_crowding(file: Path | str, *, people_per_m2_at_full: float = 1.0) -> Cr
     """Read a heat map of the usual density of people: a map YAML and its image, like a mask.
 
     The image is read as map_server reads it, in ``mode: scale`` (black is crowded, white empty, or
-    the other way round with ``negate``) or ``raw`` (0…100); what is unknown counts as empty.
+    reversed with ``negate``) or ``raw`` (0…100); what is unknown counts as empty.
 
     Args:
         file: the YAML of the heat map.
-        people_per_m2_at_full: what 100 stands for, people per m².
+        people_per_m2_at_full: density at the value 100, people per m².
 
     Raises:
         MapError: if a file cannot be read or keeps no shades; names the file.
@@ -115,7 +115,7 @@ def read_crowding(file: Path | str, *, people_per_m2_at_full: float = 1.0) -> Cr
     if not (math.isfinite(people_per_m2_at_full) and people_per_m2_at_full > 0.0):
         raise MapError("people_per_m2_at_full must be a positive number", file=file)
     if Path(file).suffix.lower() not in {".yaml", ".yml"}:
-        raise MapError("a heat map is named by its YAML file, which says where it lies", file=file)
+        raise MapError("give the YAML file of a heat map, which contains its pose", file=file)
     grid = read_map(file)
     if config.load(MapFile, Path(file)).mode == "trinary":
         raise MapError("mode: a heat map needs scale or raw; trinary keeps no shades", file=file)

@@ -103,7 +103,7 @@ def read_map(file: Path | str, *, pixel_limit: int = PIXEL_LIMIT) -> OccupancyGr
         pixel_limit: an image with more pixels than that is refused before it is decoded.
 
     Raises:
-        MapError: if a file is missing or unreadable, or says what cannot be; names the file.
+        MapError: if a file is missing or unreadable, or has an invalid value; names the file.
     """
     file = Path(file)
     if file.suffix.lower() in {".yaml", ".yml"}:
@@ -129,10 +129,10 @@ def write_map(
 
     A grid of free, occupied and unknown cells is written in mode trinary with 254, 0 and 205, and
     with ``free_thresh: 0.196``, so that 205 (p = 0.1961) reads as unknown again; a grid with graded
-    cells in mode raw, which keeps them. ``read_map`` gives back the very same grid.
+    cells in mode raw, which keeps them. ``read_map`` restores the same grid.
 
     Raises:
-        MapError: if a file cannot be written, or the ending or the format is not one of a map.
+        MapError: if a file cannot be written, or its name or format is not one of a map.
     """
     yaml_file = Path(yaml_file)
     if yaml_file.suffix.lower() not in {".yaml", ".yml"}:
@@ -220,13 +220,13 @@ def _find_image(yaml_file: Path, named: str) -> Path:
     for candidate in beside:
         if candidate.is_file():
             warnings.warn(
-                f"{yaml_file}: the image {named!r} is not there; {candidate.name!r} was read",
+                f"{yaml_file}: the image {named!r} does not exist; {candidate.name!r} was read",
                 MapWarning,
                 stacklevel=3,
             )
             return candidate
     looked_for = ", ".join(str(f) for f in [image_file, *beside])
-    raise MapError(f"image: no such file; looked for {looked_for}", file=yaml_file)
+    raise MapError(f"image: no such file; searched for {looked_for}", file=yaml_file)
 
 
 def _bare(file: Path) -> MapFile:
@@ -281,7 +281,7 @@ def _read_image(file: Path, pixel_limit: int) -> tuple[Bytes, Booleans]:
                     f"{width} x {height} pixels are more than the limit of {pixel_limit}", file=file
                 )
             if not (width and height):
-                raise MapError(f"an image of {width} x {height} pixels holds no map", file=file)
+                raise MapError(f"an image of {width} x {height} pixels contains no map", file=file)
             return _lightness_and_opacity(image)
     except Image.DecompressionBombError:
         raise MapError(f"more pixels than the limit of {pixel_limit}", file=file) from None

@@ -66,7 +66,7 @@ class Places:
             if _folded(place.name) == wanted:
                 return place
         if not self.places:
-            raise MapError(f"no place {name!r}: this map names no places", file=self.source)
+            raise MapError(f"no place {name!r}: this map has no named places", file=self.source)
         raise MapError(f"no place {name!r}{nearest(name, self.names)}", file=self.source)
 
     def at(self, point: ArrayLike) -> str:
@@ -82,7 +82,7 @@ def read_places(file: Path | str) -> Places:
     point is then the innermost one unless ``point: [x, y]`` says otherwise.
 
     Raises:
-        MapError: if the file is missing or says what cannot be; names file and place.
+        MapError: if the file is missing or invalid; names file and place.
     """
     file = Path(file)
     try:
@@ -93,7 +93,9 @@ def read_places(file: Path | str) -> Places:
     for key, given in data.items():
         name = str(key).strip()
         if not name or _folded(name) in found:
-            raise MapError(f"{name!r}: a place needs a name of its own", file=file)
+            raise MapError(
+                f"{name!r}: each place needs its own name, which is not empty", file=file
+            )
         try:
             found[_folded(name)] = _place(name, given)
         except ValueError as cause:

@@ -1,9 +1,9 @@
 """Recent crowding for the global planner: a coarse grid of people's density that fades.
 
 Each tracked person contributes their confidence, spread evenly over a disc. The density of a cell
-rises to its present value within seconds, so that a person who walks past leaves little, but a
-queue or a steady flow everything. It falls with a half-life of half a minute. A heat map from a
-file is a lower bound.
+rises to its present value within seconds, so that a person who walks past changes it little, but a
+queue or a steady flow fully. It falls with a half-life of half a minute. A heat map from a file is
+a lower bound.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Memory of obstacles that left the window of the live obstacle layer.
 
-The layer is a window that rolls with the chair and forgets what leaves it. A path abandoned because
-of a closed door would look free again as soon as the door leaves the window, and the chair would
-turn back, see the door, and turn again. Therefore cells that leave are kept, used for planning, and
-put back into the window when it returns, where beams clear them if the obstacle is gone.
+The layer is a window that rolls with the chair and drops cells that leave it. A path abandoned
+because of a closed door would look free again as soon as the door leaves the window, and the chair
+would turn back, see the door, and turn again. Therefore cells that leave are kept, used for
+planning, and put back into the window when it returns, where beams clear them if the obstacle is
+gone.
 """
 
 from __future__ import annotations

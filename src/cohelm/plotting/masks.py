@@ -18,11 +18,11 @@ from cohelm.planning import RouteProblem
 KEEPOUT = "#6a3d9a"
 SLOW = "#2f7fc1"
 _CELLS = 500
-"""Cells along the longer side that a keepout zone is outlined in."""
+"""Number of cells along the longer side in which a keepout zone is outlined."""
 
 
 def draw_masks(axes: Axes, problem: RouteProblem) -> None:
-    """The keepout zones and the slow zones of a problem."""
+    """Draw the keepout zones and the speed zones of a problem."""
     window = (*axes.get_xlim(), *axes.get_ylim())
     closed, shares = False, list[float]()
     for mask in problem.filters:
@@ -43,7 +43,7 @@ def draw_masks(axes: Axes, problem: RouteProblem) -> None:
 
 
 def _draw_closed(axes: Axes, mask: CostmapFilter) -> bool:
-    """The cells where a mask is closed; whether there are any."""
+    """Draw the cells where a mask is closed; return True if there are any."""
     closed = _numbers(mask) >= CLOSED
     if not closed.any():
         return False
@@ -67,7 +67,7 @@ def _draw_closed(axes: Axes, mask: CostmapFilter) -> bool:
 
 
 def _draw_slow(axes: Axes, mask: CostmapFilter, full_speed: float) -> list[float]:
-    """The cells where a mask limits the speed, darker where slower; the limits, 0…1."""
+    """Draw the cells where a mask limits the speed, darker if slower; return the limits, 0…1."""
     shares = _numbers(mask) / (100.0 if mask.type == "speed_percent" else full_speed)
     limited = (shares > 0.0) & (shares < 1.0)
     if not limited.any():
@@ -84,7 +84,7 @@ def _draw_slow(axes: Axes, mask: CostmapFilter, full_speed: float) -> list[float
 
 
 def _numbers(mask: CostmapFilter) -> Floats:
-    """The mask's numbers (rows, cols); 0 where it says nothing."""
+    """Numbers of the mask (rows, cols); 0 where it has no effect."""
     numbers: Floats = np.where(
         mask.mask.data < 0, 0.0, mask.base + mask.multiplier * mask.mask.data
     )

@@ -1,7 +1,7 @@
 """Small panels for a page: boxes, curves and tracks of many contenders, as SVG that fits in HTML.
 
-Colours are Okabe and Ito's (2008), told apart by most who see colours otherwise; each contender
-has a dash and a mark of its own besides. Text and frames take the page's colour.
+The colours are those of Okabe and Ito (2008), which most colour-blind people can distinguish; each
+contender also has its own dash and mark. Text and frames take the page's colour.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Look:
 
 
 def look(index: int) -> Look:
-    """The look of a contender by its place among all."""
+    """Line style of a contender by its index."""
     return Look(
         colour=_COLOURS[index % len(_COLOURS)],
         dashes=_DASHES[(index + index // len(_COLOURS)) % len(_DASHES)],
@@ -96,13 +96,13 @@ def box_panel(title: str, axis: str, by_name: Mapping[str, Values]) -> str:
 def curve_panel(
     title: str, axis: str, by_name: Mapping[str, tuple[Look, Floats, Floats]], top: float | None
 ) -> str:
-    """Something over time for every contender, their lines one over the other.
+    """Draw a quantity over time, one line per contender.
 
     Args:
-        title: above it.
-        axis: what the curves (k,) show, beside it.
-        by_name: contender → (look, time (k,) s, values (k,)); what is not finite is left out.
-        top: values above it are cut off; None: none are.
+        title: title.
+        axis: label of the vertical axis.
+        by_name: contender → (look, time (k,) s, values (k,)); only finite values are drawn.
+        top: upper limit of the axis; None: no limit.
     """
     figure, axes = _panel(title, _HEIGHT)
     for name, (each, time, values) in by_name.items():
@@ -124,10 +124,10 @@ def track_panel(
     """Draw the track of every contender on the floor, with a mark every 2 s.
 
     Args:
-        title: above it.
+        title: title.
         by_name: contender → (look, (k, 3): time s, x, y m).
-        floor: drawn below, where it is known.
-        ends: (2, 2), start and goal, m; NaN: not known.
+        floor: drawn below the tracks; None: unknown.
+        ends: (2, 2), start and goal, m; NaN: unknown.
     """
     points = np.concatenate([each[:, 1:3] for _, each in by_name.values()] + [ends])
     points = points[np.isfinite(points).all(axis=1)]
@@ -154,7 +154,7 @@ def track_panel(
 
 
 def sample(each: Look) -> str:
-    """A piece of a contender's line with its mark, for a legend."""
+    """Draw a piece of a contender's line with its mark, for a legend."""
     figure = Figure(figsize=(0.45, 0.16))
     FigureCanvasSVG(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -165,12 +165,12 @@ def sample(each: Look) -> str:
 
 
 def as_svg(figure: Figure, says: str, *, own_colours: bool = False) -> str:
-    """A figure as an ``svg`` element for HTML: no address in it, text as text; always the same.
+    """Figure as an ``svg`` element for HTML, without addresses; equal figures give equal text.
 
     Args:
-        figure: to be written.
-        says: what it shows, for who cannot see it.
-        own_colours: ink and grid keep their colour, whatever the page's is.
+        figure: figure.
+        says: description for screen readers.
+        own_colours: text and grid keep their colours instead of taking the page's.
     """
     out = io.StringIO()
     with rc_context({"svg.hashsalt": "cohelm", "svg.fonttype": "none"}):
@@ -190,12 +190,12 @@ def as_svg(figure: Figure, says: str, *, own_colours: bool = False) -> str:
 
 
 def _shortened(tag: re.Match[str]) -> str:
-    """A tag with its coordinates to two digits; what is written between tags is left alone."""
+    """Round the coordinates in a tag to two digits; text between tags is unchanged."""
     return re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0])
 
 
 def _draw_dots(axes: Axes, x: Floats, y: Floats, colour: str) -> None:
-    """Round dots as one path: a fifth of the text that as many markers take."""
+    """Round dots as one path, which takes a fifth of the text of separate markers."""
     if not len(x):
         return
     points = np.repeat(np.column_stack([x, y]), 2, axis=0)

@@ -24,20 +24,20 @@ from cohelm.plotting.ride import outlines_of
 from cohelm.social.outlines import group_outlines
 
 TRACKS = ("#c2185b", "#0b7a75", "#b5541c", "#3d5a98", "#6a8a1f", "#8f3fb0", "#a33a2c", "#2f6f9f")
-"""Of people, by their ids; each is also named beside its person."""
+"""Colours of people by id; the id is also written beside the person."""
 CLUSTERS = ("#9bb8d9", "#c7b39a", "#a9c9a4", "#d3abc3", "#b9b5dd", "#d8c58c")
-"""Of clusters that were not taken for people."""
+"""Colour of clusters that are not people."""
 BODY, PERHAPS = "#e0523f", "#f0b59a"
 CLOUD, RETURNS = "#ccd3db", "#7b8794"
 TRUE = "#1d2530"
 SURE = 0.5
-"""Confidence from which on a cluster is drawn as much like a person by its looks alone."""
+"""Confidence from which a cluster is drawn as a likely person."""
 LATELY = 5.0
-"""Of each trail that is drawn strongly, s."""
+"""Duration of the part of each trail that is drawn strongly, s."""
 MARGIN, LEAST = 2.0, 5.0
-"""Shown about people and sensors, m, and about the first sensor at least."""
+"""Margin around people and sensors, m, and minimum extent around the first sensor."""
 BACKDROP = 20_000
-"""Points of each cloud that are drawn at most."""
+"""Maximum number of drawn points of each cloud."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,9 @@ class PeopleMoment:
     people: People
     groups: Groups
     spaces: SocialSpaces | None = None
-    """None: not asked for."""
+    """None: not requested."""
     truth: Floats = field(default_factory=lambda: np.empty((0, 2)))
-    """(k, 2), where people truly were, m."""
+    """True positions of people, (k, 2), m."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def draw_people(record: PeopleRecord, moment: PeopleMoment, file: Path, title: s
 def people_sheet(
     record: PeopleRecord, moments: Sequence[PeopleMoment], title: str
 ) -> tuple[Figure, Axes]:
-    """A sheet that shows where people and sensors were, with the map."""
+    """Make a figure whose window contains people and sensors, with the map."""
     figure, axes = canvas.sheet(_window(record, moments), title)
     axes.set_facecolor(canvas.FREE)
     if record.grid is not None:
@@ -104,7 +104,7 @@ def thinned(observation: Observation, points: int) -> Observation:
 
 
 def draw_moment(axes: Axes, moment: PeopleMoment) -> list[Any]:
-    """Draw one instant; returns what was drawn."""
+    """Draw one instant; return the drawn elements."""
     drawn: list[Any] = [_dots(axes, _backdrop(moment.observation), CLOUD, 1.0, 1)]
     for found in moment.detections:
         drawn += _draw_clusters(axes, found)
@@ -123,7 +123,7 @@ def draw_moment(axes: Axes, moment: PeopleMoment) -> list[Any]:
 
 
 def trails_until(record: PeopleRecord, time: float, span: float) -> list[tuple[int, Floats]]:
-    """The part of each trail that lies within ``span`` before ``time``, s."""
+    """Part of each trail within ``span`` before ``time``, s."""
     cut = (
         (who, trail[(trail[:, 0] <= time + 1e-9) & (trail[:, 0] >= time - span)])
         for who, trail in record.trails.items()
@@ -132,14 +132,14 @@ def trails_until(record: PeopleRecord, time: float, span: float) -> list[tuple[i
 
 
 def draw_trails(axes: Axes, trails: Sequence[tuple[int, Floats]]) -> list[Any]:
-    """Draw trails (k, 3) of some people; returns what was drawn."""
+    """Draw trails (k, 3) of some people; return the drawn elements."""
     return _draw_trails(axes, trails, width=2.0, alpha=0.95)
 
 
 def draw_people_legend(
     figure: Figure, axes: Axes, moment: PeopleMoment, *, tracks: bool = True
 ) -> None:
-    """The legend below the axes, with the tracks where there are any."""
+    """Add the legend below the axes, with the tracks if there are any."""
     if tracks:
         axes.plot([], [], color=TRACKS[0], linewidth=2.0, label=f"the last {LATELY:g} s of a track")
     _label_all(axes, moment)
@@ -165,13 +165,13 @@ def _window(
 
 
 def _sensors(moment: PeopleMoment) -> Floats:
-    """(s, 2), where the sensors were; the robot where none spoke."""
+    """Positions (s, 2) of the sensors; of the robot if there is no reading."""
     origins = [found.origin for found in moment.detections]
     return np.array(origins or [moment.observation.pose[:2]])
 
 
 def _backdrop(observation: Observation) -> Floats:
-    """(k, 2), some of the clouds' points, the floor's too, map frame, m."""
+    """Some of the clouds' points, floor included, (k, 2), map frame, m."""
     out = [np.empty((0, 2))]
     for cloud in thinned(observation, BACKDROP).clouds:
         points = cloud.points[np.isfinite(cloud.points).all(axis=1)].astype(float)
@@ -182,7 +182,7 @@ def _backdrop(observation: Observation) -> Floats:
 
 
 def _draw_clusters(axes: Axes, found: Detections) -> list[Any]:
-    """Returns in no cluster, in clusters, and in those that may be or look like a person."""
+    """Draw returns: in no cluster, in clusters, in possible and in likely people."""
     alone = (found.cluster_of_return < 0) & (found.detection_of_return < 0)
     shades = np.array([*CLUSTERS], dtype=object)[found.cluster_of_return % len(CLUSTERS)]
     thing = (found.cluster_of_return >= 0) & (found.detection_of_return < 0)
@@ -218,7 +218,7 @@ def _draw_spaces(axes: Axes, moment: PeopleMoment) -> list[Any]:
 
 
 def _draw_people(axes: Axes, people: People) -> list[Any]:
-    """A ring for each body, its velocity, and its id."""
+    """Draw a ring for each body, its velocity, and its id."""
     drawn: list[Any] = []
     for who, (x, y, vx, vy), radius in zip(people.id, people.mean, people.radius, strict=True):
         colour = _colour(int(who))
@@ -252,7 +252,7 @@ def _colour(who: int) -> str:
 
 
 def _label_all(axes: Axes, moment: PeopleMoment) -> None:
-    """Name everything for the legend."""
+    """Label the elements of the legend."""
     dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5}
     if moment.observation.clouds:
         axes.plot([], [], color=CLOUD, **dot, label="the cloud")

@@ -28,11 +28,11 @@ COST = "#d9822b"
 ZONE = "#a33a2c"
 OTHERS = ("#3d6fb4", "#8f5cc3", "#2e9e4f", "#b5651d", "#5b6675")
 FOOTPRINTS = 1.0
-"""Between the outlines of the chair along the path, m."""
+"""Distance between the drawn outlines along the path, m."""
 ROUTE_COLOURS = (canvas.ROUTE, "#3d6fb4", "#b5651d", "#8f5cc3", "#2e9e4f", "#c23b3b")
 ROUTE_DASHES = ("solid", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1, 2)), (0, (8, 3)), (0, (1, 1)))
 _ZONE_CELLS = 240
-"""Cells along the longer side of the window that a zone is drawn in."""
+"""Number of cells along the longer side of the window in which a zone is drawn."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def draw_costs(axes: Axes, costmap: Costmap) -> None:
 
 
 def draw_points(axes: Axes, wishes: Sequence[Wish]) -> None:
-    """The points that attract, numbered in the order given."""
+    """Draw the points that attract, numbered in the order given."""
     points = [point for wish in wishes if wish.kind == "attract" for point in wish.points]
     canvas.draw_wishes(axes, np.array(points).reshape(-1, 2))
     if len(points) < 2:
@@ -153,7 +153,7 @@ def draw_points(axes: Axes, wishes: Sequence[Wish]) -> None:
 
 
 def draw_zones(axes: Axes, wishes: Sequence[Wish]) -> None:
-    """The zones to avoid: hatched, with a broken edge where soft and a full one where hard."""
+    """Draw the zones to avoid: hatched, with a dashed edge if soft and a solid one if hard."""
     x0, x1 = axes.get_xlim()
     y0, y1 = axes.get_ylim()
     cell = max(x1 - x0, y1 - y0) / _ZONE_CELLS
@@ -175,14 +175,14 @@ def draw_zones(axes: Axes, wishes: Sequence[Wish]) -> None:
             x, y, distance, levels=[wish.radius], colors=[ZONE], linewidths=1.3,
             linestyles=[style], zorder=2,
         )  # fmt: skip
-        label = "never enter" if wish.hard else "rather avoid"
+        label = "never enter" if wish.hard else "avoid if possible"
         if label not in labels:
             labels.add(label)
             axes.plot([], [], color=ZONE, linestyle=style, linewidth=1.3, label=label)
 
 
 def draw_strokes(axes: Axes, wishes: Sequence[Wish]) -> None:
-    """The lines that the rider drew."""
+    """Draw the strokes of the rider."""
     label = "drawn by the rider"
     for wish in (wish for wish in wishes if wish.kind == "stroke"):
         axes.plot(
@@ -202,7 +202,7 @@ def _draw_others(axes: Axes, others: Sequence[messages.Path]) -> None:
 
 
 def _draw_footprints(axes: Axes, problem: RouteProblem, path: messages.Path) -> None:
-    """The chair's outline along the path."""
+    """Draw the chair's outline along the path."""
     style = {"facecolor": to_rgba(canvas.CHAIR, 0.05), "linewidth": 0.7, "zorder": 3.8}
     label = "footprint along the route"
     for pose in poses_along(path.points, FOOTPRINTS):

@@ -1,4 +1,4 @@
-"""Routes of several methods side by side: on their maps, and by how far off they were over time."""
+"""Routes of several methods: side by side on their maps, and their errors over time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STYLES = (
     ("#8f5cc3", (0, (3, 1, 1, 1, 1, 1)), 1.5),
     ("#0b7a75", (0, (8, 3)), 1.5),
 )
-"""Colour, dashes and width of the methods in their order; told apart without colour, too."""
+"""Colour, dashes and width of the methods in their order; distinct without colour, too."""
 COLUMNS, SIDE = 5, 2.5
 """Panels in a row, and their width, inches."""
 
@@ -37,7 +37,7 @@ class RoutePanel:
     title: str
     grid: OccupancyGrid
     point: Floats
-    """What the rider pointed at, (2,), m."""
+    """Click of the rider, (2,), m."""
     lines: Mapping[str, Floats]
     """Method → path (k, 2), m."""
 
@@ -76,8 +76,8 @@ def draw_error_plot(
     """Write a picture of distances over time: the mean over rides, and the band of half of them.
 
     Args:
-        errors: method → one (k, 2) of (time s, distance m) for each ride; who has arrived stays
-            as far off as it is.
+        errors: method → one (k, 2) of (time s, distance m) for each ride; after the
+            arrival the last value is kept.
         methods: in the order of their styles.
         file: to be written.
 
@@ -97,7 +97,7 @@ def draw_error_plot(
             axes.fill_between(times, low, high, color=style["color"], alpha=0.12, linewidth=0.0)
     axes.set(xlim=(0.0, longest), ylim=(0.0, None))
     axes.set_xlabel("time since the start, s")
-    axes.set_ylabel("from the rider's own way at that time, m")
+    axes.set_ylabel("from the rider's own path at that time, m")
     axes.grid(color=canvas.UNKNOWN, linewidth=0.8)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(
@@ -121,7 +121,7 @@ def _style(methods: Sequence[str], method: str) -> dict[str, Any]:
 
 
 def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
-    """One for all axes, below them."""
+    """Add one legend for all axes, below them."""
     handles = {
         label: handle
         for each in axes

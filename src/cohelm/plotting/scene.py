@@ -20,7 +20,7 @@ from cohelm.robots import Robot
 from cohelm.simulation import Crowd
 
 SMALL = 0.5
-"""Times the usual size: a picture that is one of many."""
+"""Scale of the figure; the picture is one of many."""
 STANDING = 0.5
 """A pedestrian whose path is shorter than this stands, m."""
 
@@ -87,19 +87,19 @@ def draw_scene(scene: SceneRecord, file: Path, title: str = "") -> None:
 
 def paths_of(crowd: Crowd) -> list[Floats]:
     """Path (k, 2) of each present pedestrian; closed where it is a loop."""
-    ways = []
+    paths = []
     for i in np.flatnonzero(crowd.there):
         at = crowd.position[i]
         ahead = crowd.waypoints[i, crowd.target[i] :]
         line = np.vstack([at, ahead[np.isfinite(ahead).all(axis=1)]])
         if np.hypot(*(line - at).T).max() < STANDING:
             line = line[:1]
-        ways.append(np.vstack([line, at]) if crowd.loop[i] and len(line) > 1 else line)
-    return ways
+        paths.append(np.vstack([line, at]) if crowd.loop[i] and len(line) > 1 else line)
+    return paths
 
 
 def _draw_paths(axes: Axes, crowd: Crowd) -> None:
-    """Each person's way, dotted, with a head where it leads, and their body."""
+    """Draw each person's path, dotted with an arrow head, and the body."""
     for line, radius in zip(paths_of(crowd), crowd.radius[crowd.there], strict=True):
         axes.plot(
             *line.T, color=canvas.PERSON, linewidth=1.1, linestyle=(0, (1, 2)), alpha=0.8, zorder=6

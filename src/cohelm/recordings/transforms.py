@@ -15,7 +15,7 @@ import numpy as np
 from cohelm.arrays import Floats
 
 MAX_COORDINATE = 1e8
-"""m; beyond it nothing on Earth lies, and NaN lies nowhere."""
+"""Maximum valid coordinate, m; NaN is invalid, too."""
 
 
 class Transforms:

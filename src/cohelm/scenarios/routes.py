@@ -142,8 +142,8 @@ def _standing(group: GroupSpec, speed: float) -> list[PedestrianSpec]:
 
 def _offset_directions(lane: Floats, *, closed: bool) -> Floats:
     """Displacement (k, 2) of each corner of a lane for an offset of 1 m to the left."""
-    way = np.diff(lane, axis=0)
-    left = np.stack([-way[:, 1], way[:, 0]], axis=-1) / np.hypot(*way.T)[:, None]
+    direction = np.diff(lane, axis=0)
+    left = np.stack([-direction[:, 1], direction[:, 0]], axis=-1) / np.hypot(*direction.T)[:, None]
     before = np.vstack([left[-1:] if closed else left[:1], left])
     after = np.vstack([left, left[:1] if closed else left[-1:]])
     both = before + after  # along the bisector, and longer at sharper corners

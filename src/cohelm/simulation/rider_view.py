@@ -1,7 +1,7 @@
 """View of a seated rider: people in sight and free distances.
 
-Walls and objects hide people behind them, however low they are; people hide nobody. The limits are
-assumed: eyes and neck together cover more than the front of the chair.
+Walls and objects hide the people behind them, even if they are low; people hide no one. The limits
+are assumed: eyes and neck together cover more than the front of the chair.
 """
 
 from __future__ import annotations

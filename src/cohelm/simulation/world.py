@@ -168,7 +168,7 @@ class World:
         """Shut or open a door, from the next step on.
 
         Returns:
-            True if the door obeyed; it stays open if the leaf would come within 0.1 m of a person,
+            True if the door moved; it stays open if the leaf would come within 0.1 m of a person,
             of the chair, or of the chair's stopping distance.
 
         Raises:

@@ -29,7 +29,7 @@ class OptimumVerdict(StrEnum):
     BETTER = "better"
     OTHER = "other"
     """A higher cost that is an optimum all the same: IPOPT, started there, stays."""
-    DEARER = "dearer"
+    HIGHER = "higher"
     """IPOPT, started there, ends lower: we stalled, or it moved to another local optimum."""
     UNSOLVED = "unsolved"
     """IPOPT itself failed, and there is nothing to compare with."""
@@ -144,11 +144,11 @@ def _verdict(
         return clear
     again = solve(drawn.problem, planner.control, drawn.half_planes, start=ours.inputs)
     stays = again.solved and again.cost >= cost - _SAME * cost - 1e-3
-    return OptimumVerdict.OTHER if stays else OptimumVerdict.DEARER
+    return OptimumVerdict.OTHER if stays else OptimumVerdict.HIGHER
 
 
 def _by_cost(found: OracleSolution, cost: float) -> OptimumVerdict | None:
-    """Verdict by cost alone; None where ours is higher and the reason is to be found."""
+    """Verdict by cost alone; None where ours is higher, which needs a further test."""
     if not found.solved:
         return OptimumVerdict.UNSOLVED
     if cost < found.cost - _SAME * found.cost - 1e-3:

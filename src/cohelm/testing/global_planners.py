@@ -66,7 +66,7 @@ def check_global_planner(planner: GlobalPlanner, *, within: float = 5.0) -> None
     for grid in (bare, pillar):
         path = _check_route(planner, route_problem(grid), within)
         extra = abs(path.wishes.extra_cost) + abs(path.wishes.extra_length)
-        require(extra <= TOLERANCE, "without wishes nothing may be extra")
+        require(extra <= TOLERANCE, "without wishes, extra length and cost must be 0")
     for wishes in _WISHES.values():
         _check_route(planner, route_problem(pillar, wishes=wishes), within)
     together = tuple(wish for wishes in _WISHES.values() for wish in wishes if wish.kind != "avoid")
@@ -83,7 +83,7 @@ def route_problem(
     goal: ArrayLike = _GOAL,
     wishes: tuple[Wish, ...] = (),
 ) -> RouteProblem:
-    """Route from the left of a :func:`~cohelm.testing.scenes.room` to its right."""
+    """Problem from the left of a :func:`~cohelm.testing.scenes.room` to its right."""
     return RouteProblem(
         grid=grid,
         robot=load_robot("quantum_q6_edge"),
@@ -106,11 +106,11 @@ def _check_route(planner: GlobalPlanner, problem: RouteProblem, within: float) -
     )
     require(len(path.points) >= 1, "a path must have points")
     ends = np.linalg.norm(path.points[[0, -1]] - np.stack([problem.start, problem.goal]), axis=1)
-    require(ends < RESOLUTION, f"a path must lead from start to goal, its ends are {ends} m off")
+    require(ends < RESOLUTION, f"a path must lead from start to goal, its ends are {ends} m away")
     along = arc_length(path.points)
     require(
         abs(along[-1] - path.length) < TOLERANCE,
-        f"length must be that of the points, {along[-1]:.3f} m, says {path.length:.3f} m",
+        f"length must be that of the points, {along[-1]:.3f} m, but is {path.length:.3f} m",
     )
     require(path.cost >= 0.0, "a path must not have a negative cost")
     _check_clear(path, problem)
@@ -123,17 +123,25 @@ def _check_report(path: Path, problem: RouteProblem) -> None:
     given = {kind: [w for w in problem.wishes if w.kind == kind] for kind in _KINDS}
     points = sum(len(wish.points) for wish in given["attract"])
     said = (
-        (path.wishes.closest, points, "how close the path comes to each of {} wished points"),
-        (path.wishes.along, len(given["stroke"]), "how near the path keeps to each of {} strokes"),
-        (path.wishes.avoided, len(given["avoid"]), "how far the path is from each of {} zones"),
+        (path.wishes.closest, points, "the distance of the path from each of {} attracting points"),
+        (
+            path.wishes.along,
+            len(given["stroke"]),
+            "the mean distance of the path from each of {} strokes",
+        ),
+        (
+            path.wishes.avoided,
+            len(given["avoid"]),
+            "the distance of the path from each of {} zones",
+        ),
     )
     for values, count, what in said:
-        require(len(values) == count, f"must say {what.format(count)}")
+        require(len(values) == count, f"must report {what.format(count)}")
         require_finite({"its distance to the wishes": values})
     for wish, distance in zip(given["avoid"], path.wishes.avoided, strict=True):
         require(
             not wish.hard or distance >= -RESOLUTION,
-            f"the path runs {-distance:.2f} m deep through a zone that is never to be entered",
+            f"the path enters a hard zone by {-distance:.2f} m",
         )
 
 
@@ -158,7 +166,7 @@ def _check_failures(planner: GlobalPlanner, grid: OccupancyGrid) -> None:
         (StartBlocked, route_problem(grid, start=inside), "a start inside an obstacle"),
         (OutsideMap, route_problem(grid, goal=outside), "a goal outside the map"),
         (OutsideMap, route_problem(grid, start=outside), "a start outside the map"),
-        (OutsideMap, route_problem(grid, wishes=(nowhere,)), "a wish that is nowhere"),
+        (OutsideMap, route_problem(grid, wishes=(nowhere,)), "a wish that is not finite"),
         (NoPath, route_problem(room(boxes=[_WALL])), "a wall right across the room"),
         (NoPath, route_problem(grid, wishes=(across,)), "a hard zone right across the room"),
     )

@@ -18,11 +18,11 @@ _TICK = 0.1
 
 
 def check_group_detector(detector: GroupDetector, *, within: float = 1.0) -> None:
-    """Check a detector of groups with nobody, with one person, and with four for five seconds.
+    """Check a detector of groups without people, with one person, and with four for five seconds.
 
-    Two walk side by side, one comes towards them, one stands far off. Whoever finds groups must
-    find the two by then, nobody with them, and keep their group's id; one who never finds any
-    passes, too. In what order people are told must not matter.
+    Two walk side by side, one comes towards them, one stands far away. After five seconds the two
+    must be a group of their own with a constant id; a detector that never finds groups passes,
+    too. The order of the people must not matter.
 
     Raises:
         ConformanceError: naming the violated rule.
@@ -43,12 +43,15 @@ def check_group_detector(detector: GroupDetector, *, within: float = 1.0) -> Non
         other, turned = _group(detector, _reordered(people, order), turned, within)
         require(
             _members(people, groups) == _members(_reordered(people, order), other),
-            "groups must not depend on the order in which people are told",
+            "groups must not depend on the order of the people",
         )
-        require(groups.member[2:] == -1, "must leave strangers alone")
+        require(groups.member[2:] == -1, "must not add people who walk alone")
         ids += groups.id.tolist()
-    require(len(set(ids)) <= 1, f"must keep a group's id from call to call, gives {set(ids)}")
-    require(not ids or len(groups.id) == 1, "must find two who walk side by side in five seconds")
+    require(len(set(ids)) <= 1, f"must keep a group's id from call to call, but gives {set(ids)}")
+    require(
+        not ids or len(groups.id) == 1,
+        "must find two people who walk side by side within five seconds",
+    )
 
 
 def _group(
@@ -61,7 +64,7 @@ def _group(
         what="group",
         within=within,
     )
-    require(groups.member.shape == (len(people),), "must name a group, or none, for everyone")
+    require(groups.member.shape == (len(people),), "must give each person a group or none")
     require((groups.member >= -1) & (groups.member < len(groups.id)), "member must be an index")
     require(len(np.unique(groups.id)) == len(groups.id), "two groups must not share an id")
     sizes = np.bincount(groups.member[groups.member >= 0], minlength=len(groups.id))
@@ -70,7 +73,7 @@ def _group(
 
 
 def _members(people: People, groups: Groups) -> dict[int, list[int]]:
-    """The ids of the people in each group, by its id."""
+    """Ids of the people in each group, by the id of the group."""
     return {
         int(each): sorted(people.id[groups.member == k].tolist())
         for k, each in enumerate(groups.id)
@@ -78,6 +81,6 @@ def _members(people: People, groups: Groups) -> dict[int, list[int]]:
 
 
 def _reordered(people: People, order: Integers) -> People:
-    """People in another order."""
+    """Return the people in another order."""
     parts = ("id", "mean", "covariance", "heading", "radius", "confidence")
     return dataclasses.replace(people, **{name: getattr(people, name)[order] for name in parts})

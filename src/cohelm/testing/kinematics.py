@@ -16,7 +16,7 @@ _LOSS = 1.05
 
 
 def check_kinematics(motion: Kinematics) -> None:
-    """Check a motion model: bounds, speed, rollout, exact sensitivities, no preferred place.
+    """Check a motion model: bounds, speed, rollout, exact sensitivities, equivariance.
 
     Raises:
         ConformanceError: naming the violated rule.
@@ -69,7 +69,7 @@ def _check_speed(motion: Kinematics, inputs: np.ndarray) -> None:
         facets.ndim == 2 and facets.shape[1] == motion.inputs, "facets must be (f, m), f may be 0"
     )
     require_finite({"facets": facets})
-    require(facets[:, over:] == 0.0, "facets must not bound what turns the robot")
+    require(facets[:, over:] == 0.0, "facets must not bound the turning inputs")
     course = np.linspace(-np.pi, np.pi, 360)
     circle = np.zeros((360, motion.inputs))
     circle[:, :over] = np.column_stack([np.cos(course), np.sin(course)])[:, :over]
@@ -90,7 +90,7 @@ def _check_rollout(motion: Kinematics, inputs: np.ndarray) -> None:
     require_finite({"rollout": poses})
     require(poses[0] == _POSE, "rollout must begin at the given pose")
     still = motion.rollout(_POSE, np.zeros_like(inputs), _STEP)
-    require(np.abs(still - _POSE) < TOLERANCE, "a robot without input must stay where it is")
+    require(np.abs(still - _POSE) < TOLERANCE, "a robot without input must not move")
     prefix = motion.rollout(_POSE, inputs[:5], _STEP)
     require(prefix == poses[:6], "rollout must not depend on later inputs")
     from_origin = motion.rollout(np.zeros(3), inputs, _STEP)
@@ -107,11 +107,14 @@ def _check_turned(motion: Kinematics) -> None:
     require(0.0 <= share <= 1.0, f"turned must be from 0 to 1, is {share!r}")
     _, upper, _, _ = motion.bounds(_LIMITS)
     half = 0.5 * upper[None]
-    way = np.diff(motion.rollout(_POSE, half, _STEP)[:, :2], axis=0)[0]
+    displacement = np.diff(motion.rollout(_POSE, half, _STEP)[:, :2], axis=0)[0]
     vx, vy, turn = motion.twist(half)[0]
     course = _POSE[2] + share * _STEP * turn + np.arctan2(vy, vx)
     wanted = _STEP * np.hypot(vx, vy) * np.array([np.cos(course), np.sin(course)])
-    require(np.abs(way - wanted) < TOLERANCE, f"rollout must turn by {share:g} of a step first")
+    require(
+        np.abs(displacement - wanted) < TOLERANCE,
+        f"rollout must turn by {share:g} of a step before it moves",
+    )
 
 
 def _check_sensitivity(motion: Kinematics, inputs: np.ndarray) -> None:

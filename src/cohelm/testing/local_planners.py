@@ -46,12 +46,12 @@ def _problems(n: int, step: float) -> dict[str, LocalProblem]:
     blocked = distance_field(room(boxes=[(6.0, 0.0, 6.4, 8.0)]))
     near = (4.5, 4.0, 0.0)
     return {
-        "nobody, at rest": local_problem(steps=n, step=step),
-        "nobody, at speed": local_problem(steps=n, step=step, speed=0.8),
-        "one comes head-on": local_problem(steps=n, step=step, speed=0.8, people=walkers(facing)),
-        "one touches the feet": local_problem(steps=n, step=step, people=walkers(touching)),
+        "no people, at rest": local_problem(steps=n, step=step),
+        "no people, at speed": local_problem(steps=n, step=step, speed=0.8),
+        "a person head-on": local_problem(steps=n, step=step, speed=0.8, people=walkers(facing)),
+        "a person in contact": local_problem(steps=n, step=step, people=walkers(touching)),
         "ten people": local_problem(steps=n, step=step, speed=0.6, people=walkers(crowd)),
-        "a wall across": local_problem(steps=n, step=step, pose=near, speed=0.5, walls=blocked),
+        "a wall ahead": local_problem(steps=n, step=step, pose=near, speed=0.5, walls=blocked),
     }
 
 
@@ -80,7 +80,7 @@ def _check_plan(
     require(plan.time == problem.time, f"a plan must have the problem's time ({when})")
     require(
         np.abs(plan.poses[0, :2] - problem.pose[:2]) < TOLERANCE,
-        f"a plan must begin where the robot is ({when})",
+        f"a plan must begin at the pose of the robot ({when})",
     )
     _check_limits(plan, problem, planner.step, when)
     if plan.status is Status.STOP:
@@ -96,7 +96,10 @@ def _check_limits(plan: LocalPlan, problem: LocalProblem, step: float, when: str
     lower, upper, rise, _ = robot.motion_model.bounds(robot.limits)
     command, now = robot.motion_model.input(plan.command), robot.motion_model.input(problem.twist)
     back = robot.motion_model.twist(command)
-    require(np.abs(back - plan.command) < TOLERANCE, f"the robot must be able to do it ({when})")
+    require(
+        np.abs(back - plan.command) < TOLERANCE,
+        f"the command must be possible for the robot ({when})",
+    )
     require(
         (command >= lower - TOLERANCE) & (command <= upper + TOLERANCE),
         f"the command {command} must be within the robot's limits {lower} to {upper} ({when})",
@@ -114,7 +117,7 @@ def _check_limits(plan: LocalPlan, problem: LocalProblem, step: float, when: str
 def _check_brakes(plan: LocalPlan, problem: LocalProblem, when: str) -> None:
     require(plan.reason is not None, f"a stop must have a reason ({when})")
     slower = np.hypot(*plan.command[:2]) <= np.hypot(*problem.twist[:2]) + TOLERANCE
-    require(slower, f"a stop must not speed up ({when})")
+    require(slower, f"a stop must not accelerate ({when})")
 
 
 def _check_walls(plan: LocalPlan, problem: LocalProblem, when: str) -> None:
@@ -123,12 +126,12 @@ def _check_walls(plan: LocalPlan, problem: LocalProblem, when: str) -> None:
     points = transform(plan.poses[:, None, :], centres)
     gap = float((problem.walls.at(points) - radius).min())
     require(
-        gap > -_SCRAPE, f"a plan must not lead into a wall, reaches {-gap:.2f} m into it ({when})"
+        gap > -_SCRAPE, f"a plan must not lead into a wall, but enters it by {-gap:.2f} m ({when})"
     )
 
 
 def _check_drives(planner: LocalPlanner) -> None:
-    """Check that it drives along the reference on an open floor: standing still is no solution."""
+    """Check that it drives along the reference on an open floor instead of standing still."""
     problem = local_problem(steps=planner.steps, step=planner.step)
     plan: LocalPlan | None = None
     pose, twist = problem.pose, problem.twist
@@ -140,9 +143,11 @@ def _check_drives(planner: LocalPlanner) -> None:
         twist = plan.command
         inputs = problem.robot.motion_model.input(twist)[None]
         pose = problem.robot.motion_model.rollout(pose, inputs, _TICK)[-1]
-    require(pose[0] > 1.0, f"alone, 3 s at a wanted 0.8 m/s must lead on, led {pose[0]:.2f} m")
     require(
-        abs(pose[1]) < 0.1, f"alone it must keep to its reference, is {pose[1]:.2f} m beside it"
+        pose[0] > 1.0, f"alone, 3 s at a requested 0.8 m/s must make progress, made {pose[0]:.2f} m"
+    )
+    require(
+        abs(pose[1]) < 0.1, f"alone it must follow its reference, but is {pose[1]:.2f} m beside it"
     )
 
 
@@ -161,4 +166,7 @@ def _check_no_preferred_direction(planner: LocalPlanner) -> None:
         walls=open_floor((20.0, -20.0, np.pi / 2.0)),
     )
     change = np.abs(planner.plan(plain, None).command - planner.plan(other, None).command).max()
-    require(change < 1e-4, f"turning the world by 90° must not change the command, does {change}")
+    require(
+        change < 1e-4,
+        f"turning the world by 90° must not change the command, but changes it by {change}",
+    )

@@ -1,4 +1,4 @@
-"""The local problem once more, symbolically, for CasADi and IPOPT: the oracle of ``ss_mpc_dcbf``.
+"""Oracle of ``ss_mpc_dcbf``: the local problem as a symbolic program for CasADi and IPOPT.
 
 Written from the equations and not from the solver: direct multiple shooting with the states as
 variables, the barriers as functions of pose and person, one slack for each person and each disc,
@@ -146,7 +146,7 @@ def _values(problem: LocalProblem, current_input: Floats, half_planes: Floats) -
     """Values of the parameters, in the order of ``_symbols``."""
     spaces, predictions = problem.spaces, problem.predictions
     if problem.stalled or problem.robot.motion_model.inputs != 2:
-        raise ValueError("the oracle knows a unicycle, and no stalled ride")
+        raise ValueError("the oracle solves problems of a unicycle that is not stalled")
     futures = (
         predictions.mean[..., 0],
         predictions.mean[..., 1],

@@ -31,9 +31,10 @@ def check_pedestrian_model(model: PedestrianModel, *, within: float = 1.0) -> No
         ConformanceError: naming the violated rule.
     """
     bare = room()
-    nobody = _crowd(np.empty((0, 2)), np.empty((0, 2)))
+    empty = _crowd(np.empty((0, 2)), np.empty((0, 2)))
     require(
-        len(_step(model, nobody, _scene(bare), within).position) == 0, "nobody must stay nobody"
+        len(_step(model, empty, _scene(bare), within).position) == 0,
+        "an empty crowd must stay empty",
     )
     _check_enter(model, within)
     _check_unseen_robot(model, bare)
@@ -49,7 +50,9 @@ def _check_arrives(model: PedestrianModel, grid: OccupancyGrid, within: float) -
     crowd = _walk(model, crowd, _scene(grid), 15.0, within)
     require(crowd.target[0] == 1, "alone in a room a pedestrian must reach the way-point")
     off = np.hypot(*(crowd.position[0] - (10.5, 4.0)))
-    require(off < 1.0, f"a pedestrian who is done must stay there, is {off:.2f} m away")
+    require(
+        off < 1.0, f"a pedestrian at the last way-point must stay there, but is {off:.2f} m away"
+    )
 
 
 def _check_head_on(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
@@ -59,7 +62,9 @@ def _check_head_on(model: PedestrianModel, grid: OccupancyGrid, within: float) -
         crowd = _step(model, crowd, _scene(grid, time=k * _STEP), within, verify=k % 50 == 0)
         apart = np.hypot(*(crowd.position[0] - crowd.position[1])) - 2.0 * BODY
         closest = min(closest, float(apart))
-    require(closest > -0.05, f"two who meet must not overlap, did by {-closest:.2f} m")
+    require(
+        closest > -0.05, f"two pedestrians who meet must not overlap, but do by {-closest:.2f} m"
+    )
 
 
 def _check_wall(model: PedestrianModel, within: float) -> None:
@@ -67,7 +72,9 @@ def _check_wall(model: PedestrianModel, within: float) -> None:
     crowd = prepare_crowd(model, _crowd([[3.0, 4.0]], [[9.0, 4.0]]))
     crowd = _walk(model, crowd, _scene(grid), 8.0, within)
     beyond = float(crowd.position[0, 0]) + BODY - 6.0
-    require(beyond < 0.05, f"nobody walks through a wall, got {beyond:.2f} m into it")
+    require(
+        beyond < 0.05, f"a pedestrian must not walk through a wall, but enters it by {beyond:.2f} m"
+    )
 
 
 def _check_unseen_robot(model: PedestrianModel, grid: OccupancyGrid) -> None:
@@ -75,11 +82,11 @@ def _check_unseen_robot(model: PedestrianModel, grid: OccupancyGrid) -> None:
     far = _scene(grid)
     near = dataclasses.replace(far, robot_position=np.array([4.2, 4.1]))
     blind = [model.step(crowd, scene, _STEP, np.random.default_rng(0)) for scene in (far, near)]
-    require(identical(*blind), "who does not see the robot must not react to it")
+    require(identical(*blind), "a pedestrian who does not see the robot must not react to it")
 
 
 def _check_absent(model: PedestrianModel, grid: OccupancyGrid, within: float) -> None:
-    """Check that an absent person, placed far away, affects nobody."""
+    """Check that an absent person, placed far away, affects no other."""
     start, goal = np.array([[3.0, 4.0], [4.0, 4.0]]), np.array([[9.0, 4.0], [3.0, 4.0]])
     there = np.array([True, False])
     both = dataclasses.replace(
@@ -91,8 +98,11 @@ def _check_absent(model: PedestrianModel, grid: OccupancyGrid, within: float) ->
         for crowd in (both, alone)
     )
     off = float(np.hypot(*(with_absent.position[0] - without.position[0])))
-    require(off <= TOLERANCE, f"who is not there must change nobody's way, did by {off:.3f} m")
-    require(not with_absent.there[1], "who is not there must not come of themselves")
+    require(
+        off <= TOLERANCE,
+        f"an absent person must not change the paths of others, but does by {off:.3f} m",
+    )
+    require(not with_absent.there[1], "an absent person must stay absent")
 
 
 def _check_enter(model: PedestrianModel, within: float) -> None:
@@ -102,7 +112,7 @@ def _check_enter(model: PedestrianModel, within: float) -> None:
     require(len(crowd.radius) >= n, "enter must keep the people it is given")
     for name in ("position", "radius", "preferred_speed", "target", "loop"):
         kept = identical(getattr(given, name), getattr(crowd, name)[:n])
-        require(kept, f"enter must keep everybody's {name}")
+        require(kept, f"enter must keep the {name} of all people")
     require_finite({"positions": crowd.position, "velocities": crowd.velocity})
 
 
@@ -130,12 +140,12 @@ def _step(
     require_finite({"headings": after.heading})
     for name in ("radius", "preferred_speed", "waypoints", "loop", "sees_robot"):
         kept = identical(getattr(crowd, name), getattr(after, name))
-        require(kept, f"step must keep everybody's {name}")
-    require(identical(crowd.group, after.group), "step must keep everybody's group")
+        require(kept, f"step must keep the {name} of all people")
+    require(identical(crowd.group, after.group), "step must keep the groups of all people")
     gone = np.hypot(*displacement(crowd, after).T)
     require(
         gone <= _SPRINT * crowd.preferred_speed * _STEP + TOLERANCE,
-        f"nobody walks {_SPRINT} times as fast as preferred",
+        f"no pedestrian may walk {_SPRINT} times as fast as preferred",
     )
     return after
 
@@ -144,11 +154,11 @@ def _crowd(start: ArrayLike, goal: ArrayLike) -> Crowd:
     """People at 1.2 m/s from ``start`` to ``goal``, (n, 2) each, who do not see the robot."""
     position = np.asarray(start, dtype=float).reshape(-1, 2)
     goals = np.asarray(goal, dtype=float).reshape(-1, 2)
-    way, n = goals - position, len(position)
+    offset, n = goals - position, len(position)
     return Crowd(
         position=position,
         velocity=np.zeros((n, 2)),
-        heading=np.arctan2(way[:, 1], way[:, 0]),
+        heading=np.arctan2(offset[:, 1], offset[:, 0]),
         radius=np.full(n, BODY),
         preferred_speed=np.full(n, 1.2),
         waypoints=goals[:, None],
@@ -172,17 +182,19 @@ def check_rider(rider: Rider, *, within: float = 0.1) -> None:
     """Check a simulated rider over twenty seconds along a bent route, among people.
 
     Equal calls with an equal seed must give equal commands: state belongs into the returned memory,
-    and chance comes from the generator alone.
+    and randomness comes from the generator only.
 
     Raises:
         ConformanceError: naming the violated rule.
     """
     first = _ride_along(rider, within)
-    require(len({a.command is None for a in first}) == 1, "a device is there always or never")
+    require(
+        len({a.command is None for a in first}) == 1, "the device must be present always or never"
+    )
     for one, again in zip(first, _ride_along(rider, within), strict=True):
         require(
             identical(one.command, again.command),
-            "the same views and seed must give the same commands: keep nothing in the rider",
+            "the same views and seed must give the same commands: a rider must not hold state",
         )
 
 
@@ -200,8 +212,8 @@ def _ride_along(rider: Rider, within: float) -> list[RiderAct]:
         sent, beat = act.command.deflection, act.command.heartbeat
         require_finite({"deflection": sent, "heartbeat": beat})
         require(np.abs(sent) <= 1.0, "deflection must be within −1…1")
-        require(beat <= view.time, "a device cannot have been heard later than now")
-        require(beat >= heard, "a device's heartbeat must never run back")
+        require(beat <= view.time, "the heartbeat of a device must not be later than now")
+        require(beat >= heard, "the heartbeat of a device must never decrease")
         heard = beat
     return acts
 

@@ -34,7 +34,7 @@ _ELSEWHERE = np.array([-7.0, 3.0, 2.0])
 def check_detector(detector: Detector, *, within: float = 1.0) -> None:
     """Check a detector in an empty room without people and with two people in view.
 
-    Every return must be kept, whatever its class, and a person-sized disc in the open must be
+    Every return must be kept, of any class, and a person-sized disc in the open must be
     detected to within 0.15 m.
 
     Raises:
@@ -50,7 +50,7 @@ def check_detector(detector: Detector, *, within: float = 1.0) -> None:
     for blind in (np.inf, np.nan):
         scan = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), blind))
         found = _check_detections(detector, scan, walls, within)
-        require(len(found.position) == 0, f"must find nobody in a scan of {blind} only")
+        require(len(found.position) == 0, f"must find no person in a scan of {blind} only")
 
 
 def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> None:
@@ -92,7 +92,7 @@ def check_cloud_detector(detector: CloudDetector, *, within: float = 1.0) -> Non
     ):
         empty = dataclasses.replace(cloud, points=points.astype(np.float32))
         found = _check_cloud(detector, empty, walls, within)
-        require(len(found.position) == 0, f"must find nobody in {len(points)} such points")
+        require(len(found.position) == 0, f"must find no person in {len(points)} such points")
 
 
 def _check_cloud(
@@ -186,7 +186,7 @@ def check_tracker(tracker: Tracker, *, within: float = 1.0) -> None:
     memory: Any = None
     for k in range(5):
         people, memory = _track(tracker, k * _TICK, np.empty((0, 4)), memory, within)
-        require(len(people) == 0, "must not track anybody on an empty floor")
+        require(len(people) == 0, "must not track a person on an empty floor")
     memory, ids = None, []
     for k in range(31):
         time = k * _TICK

@@ -83,14 +83,18 @@ def _check_prediction(
         got.deviation.shape == shape,
         f"must predict (people, hypotheses, steps + 1) = {shape}, predicts {got.deviation.shape}",
     )
-    require(got.step == step, "predictions must have the wanted step")
+    require(got.step == step, "predictions must have the requested step")
     require_finite({"mean": got.mean, "velocity": got.velocity, "deviation": got.deviation})
     require(got.weight >= 0.0, "weights must not be negative")
     require(np.abs(got.weight.sum(axis=1) - 1.0) < TOLERANCE, "a person's weights must sum to 1")
     here = straight_on(people, steps, step).mean[:, :, 0]
-    require(np.abs(got.mean[:, :, 0] - here) < TOLERANCE, "step 0 must be where people are now")
+    require(
+        np.abs(got.mean[:, :, 0] - here) < TOLERANCE,
+        "step 0 must be the present position of people",
+    )
     require(got.deviation >= 0.0, "deviations must not be negative")
     require(
-        np.diff(got.deviation, axis=-1) >= -TOLERANCE, "certainty must not grow with time ahead"
+        np.diff(got.deviation, axis=-1) >= -TOLERANCE,
+        "the deviation must not decrease with the prediction time",
     )
     return got, after

@@ -69,7 +69,7 @@ def walkers(mean: ArrayLike, *, time: float = 0.0, source: str = "tracker") -> P
 
 
 def straight_on(people: People, steps: int, step: float) -> Predictions:
-    """Everybody walks straight on, growing 0.1 m/s less certain."""
+    """Predict that all people walk straight on; the deviation grows by 0.1 m/s."""
     n = len(people)
     ahead = np.arange(steps + 1) * step
     position, velocity = people.mean[:, None, None, :2], people.mean[:, None, None, 2:]
@@ -84,7 +84,7 @@ def straight_on(people: People, steps: int, step: float) -> Predictions:
 
 
 def round_spaces(predictions: Predictions, *, reach: float = 0.45) -> SocialSpaces:
-    """A circle of ``reach`` m about everybody, whatever they do, and none about the robot."""
+    """Return a circle of ``reach`` m about each person at any speed, and none about the robot."""
     circle = np.full(predictions.deviation.shape, 0.1)
     return SocialSpaces(
         kind=CONTOUR,
@@ -107,7 +107,7 @@ def straight_reference(pose: Floats, speed: float, steps: int, step: float) -> R
     return Reference(step=step, poses=poses, speeds=np.full(steps + 1, speed))
 
 
-def local_problem(  # a scene has as many sides as a problem
+def local_problem(  # as many arguments as a problem has parts
     *,
     steps: int,
     step: float,
@@ -118,7 +118,7 @@ def local_problem(  # a scene has as many sides as a problem
     wanted: float = 0.8,
     robot: Robot | None = None,
 ) -> LocalProblem:
-    """A chair that drives straight ahead at ``speed`` and wants ``wanted``, among ``people``."""
+    """Problem of a chair that drives straight ahead at ``speed`` and prefers ``wanted``, m/s."""
     here = np.asarray(pose, dtype=float)
     who = People.empty(0.0) if people is None else people
     predictions = straight_on(who, steps, step)

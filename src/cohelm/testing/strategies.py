@@ -56,7 +56,7 @@ def polygons(draw: st.DrawFn, *, corners: int = 8) -> Floats:
 
 @st.composite
 def grids(draw: st.DrawFn, *, side: int = 24) -> OccupancyGrid:
-    """Up to ``side`` × ``side`` cells, free, occupied or unknown, anywhere and turned anyhow."""
+    """Up to ``side`` × ``side`` cells, free, occupied or unknown, at any position and angle."""
     shape = (draw(st.integers(1, side)), draw(st.integers(1, side)))
     cells = st.sampled_from([FREE, FREE, FREE, OCCUPIED, UNKNOWN])
     data = draw(hnp.arrays(np.int8, shape, elements=cells, fill=st.just(FREE)))
@@ -65,7 +65,7 @@ def grids(draw: st.DrawFn, *, side: int = 24) -> OccupancyGrid:
 
 @st.composite
 def people(draw: st.DrawFn, *, most: int = 8, reach: float = 8.0) -> People:
-    """Nobody … ``most`` people about the origin, at up to 2 m/s; some stand, with no heading."""
+    """0 … ``most`` people about the origin, at up to 2 m/s; some stand, with no heading."""
     row = st.tuples(
         coordinates(reach),
         coordinates(reach),

@@ -128,7 +128,7 @@ def test_what_the_recording_says_is_believed():
     frame = Frame(observation=observation(1.0, (1.0, 2.0, 3.0)))
     placed = EgoPoses()(frame)
     assert placed.frame is frame
-    assert (placed.source, placed.way) == (PoseSource.RECORDED, None)
+    assert (placed.source, placed.ego_motion) == (PoseSource.RECORDED, None)
 
 
 def test_labels_go_along():
@@ -153,9 +153,9 @@ def test_two_sensors_of_which_nothing_is_known_have_a_way_each():
         cloud = PointCloud(time=0.1 * k, mount=np.zeros(6), points=nothing, range_max=10.0)
         driven = own_way(Frame(observation=observation(0.1 * k, scans=(scan,)), posed=False))
         blind = own_way(Frame(observation=observation(0.1 * k, clouds=(cloud,)), posed=False))
-    assert driven.way.pose == pytest.approx([1.0, 0.0, 0.0], abs=0.02)
-    assert (blind.way.pose == 0.0).all()
-    assert blind.way.status is MatchStatus.HELD
+    assert driven.ego_motion.pose == pytest.approx([1.0, 0.0, 0.0], abs=0.02)
+    assert (blind.ego_motion.pose == 0.0).all()
+    assert blind.ego_motion.status is MatchStatus.HELD
 
 
 def test_ids_are_never_told_again():
@@ -184,8 +184,8 @@ def test_where_readings_fit_no_more_all_begin_anew():
     assert before
     assert after
     assert not before & after
-    assert tracks.way.restarts == 1
-    assert "restarted" in str(tracks.way)
+    assert tracks.ego_path.restarts == 1
+    assert "restarted" in str(tracks.ego_path)
 
 
 def test_nothing_travelled_is_what_the_recording_says():

@@ -164,7 +164,7 @@ def test_with_weights_the_best_comes_first_and_the_words_say_it(route_pool):
     met = [each.alternative.features.encounters for each in found.routes]
     assert met == sorted(met)
     assert found.learned
-    assert "quiet ways" in found.why
+    assert "quiet routes" in found.why
     own, best = routes[0], found.routes[0].alternative
     if best is not own:
         assert compare_routes(best, own, FeatureVector(encounters=-1.0)).startswith("quieter")
@@ -186,7 +186,7 @@ def test_words_give_the_difference_in_metres(route_pool):
         text = compare_routes(other, own, FeatureVector(length=-1.0))
         if abs(more) >= 1.0:
             assert text.startswith(f"{abs(more):.0f} m {'longer' if more > 0 else 'shorter'}")
-        assert compare_routes(own, own) == "much the same"
+        assert compare_routes(own, own) == "nearly equal"
 
 
 # ------------------------------------------------------------------------------------- the file

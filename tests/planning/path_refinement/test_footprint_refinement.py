@@ -122,7 +122,7 @@ def test_a_goal_where_the_chair_stands_in_no_direction_is_told_from_a_passage():
     boxes = [(3, 0, 4, 1.85), (3, 2.5, 4, 4), (4, 0, 5, 1.5), (4, 2.5, 5, 4), (5, 0, 6, 4)]
     start, goal = np.array([1.5, 2.0]), np.array([4.5, 2.0])
     task = RouteProblem(grid=room(6.0, 4.0, boxes=boxes), robot=CHAIR, start=start, goal=goal)
-    with pytest.raises(NoPath, match="the walls about the goal leave none"):
+    with pytest.raises(NoPath, match="closed by the walls around the goal"):
         AStar().plan(task)
 
 

@@ -135,7 +135,7 @@ def _numbers(text: str | None) -> tuple[int, ...]:
     if text is None:
         return tuple(range(WORLDS))
     wrong = ConfigError(
-        f"write a number of worlds or worlds with commas, each 0 to {WORLDS - 1}; not {text!r}",
+        f"give a number of worlds, or indices with commas, each 0 to {WORLDS - 1}; not {text!r}",
         key="--worlds",
     )
     try:
@@ -198,7 +198,7 @@ def barn_report(results: Sequence[Result], worlds: BarnWorlds, folder: Path) -> 
     return BenchReport(
         sheets=(_table(figures), _class_table(classes), verdict_sheet(verdicts)),
         notes=(
-            "a 2-D port of the worlds: not comparable with figures from Gazebo, nor is the score "
+            "a 2-D port of the worlds: not comparable with figures from Gazebo, and the score not "
             "with the one that was used until March 2026",
             *verdict_notes(verdicts),
         ),

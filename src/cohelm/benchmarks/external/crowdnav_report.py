@@ -1,4 +1,4 @@
-"""BenchReport of CrowdNav cases, beside the results of others in the very same cases."""
+"""Report on CrowdNav cases, beside the results of others in the same cases."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Table 3 of Xu et al.: every local planner in the three dynamic scenes, beside the paper's rows.
 
-All planners receive the true positions of people; ours rides with its sensors, too. All ride at one
-speed, which the paper's own means imply, and again at the 1.2 m/s that its text names. The turn of
-``distracted`` is swept over the seeds, see ``rides.cases``.
+All planners receive the true positions of people; ours also rides with its own sensors. The rides
+are made at the speed that the paper's means imply, and again at the 1.2 m/s that its text names.
+The turn of ``distracted`` is swept over the seeds, see ``rides.cases``.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ LIMITATIONS = (
     "medians with 95 % bootstrap intervals over the seeds, and the worst ride; the distance is "
     "that of all rides, the rest that of those that arrived; start and goal are 10.00 m apart",
     "the paper's rows are of scenes without coordinates: its chair, people, walls and "
-    "definitions differ from ours, and our gate brakes for people whichever planner drives",
+    "definitions differ from ours, and our gate brakes for people with every planner",
 )
 
 ByScene = Mapping[str, Mapping[str, Rides]]
@@ -84,7 +84,7 @@ class PaperDynamicBench:
     """The benchmark with some planners."""
 
     contenders: tuple[Contender, ...]
-    """``SENSED`` rides with its own sensors, all others with the true people."""
+    """``SENSED`` rides with its own sensors, all others with the true positions of people."""
     paces: Mapping[str, tuple[str, ...]]
     """Pace → settings of all rides at it."""
     settings: tuple[str, ...] = ()

@@ -47,7 +47,7 @@ METHODS: Mapping[str, Mapping[str, Any]] = {
     "upf_soft": {"use": "upf_soft"},
     "soft_via": {"use": "soft_via"},
 }
-"""Name in the table → global planner. Those called shortest count length alone, not the distance
+"""Name in the table → global planner. Those called shortest count the length only, not the distance
 to obstacles; the paper does not define the cost of its baselines."""
 ROBOT = "quantum_q6_edge"
 PREFERRED_SPEED = 1.2

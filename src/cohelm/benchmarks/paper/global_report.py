@@ -38,12 +38,12 @@ MEASURES: Mapping[str, RouteMeasure] = {
     "time": RouteMeasure("time", "s", "to within 0.2 m of the goal, ridden"),
     "length": RouteMeasure("length", "m", "of the planned path"),
     "nearest_error": RouteMeasure("error, nearest", "m", "mean over the path's length"),
-    "hausdorff_error": RouteMeasure("error, Hausdorff", "m", "the largest, either way"),
+    "hausdorff_error": RouteMeasure("error, Hausdorff", "m", "the larger direction"),
     "synchronised_error": RouteMeasure("error, same time", "m", "mean over the ride's time"),
     "ridden_error": RouteMeasure("error as ridden", "m", "nearest, of the driven track"),
     "ridden_length": RouteMeasure("length as ridden", "m", "of the driven track"),
     "click_distance": RouteMeasure("from the click", "m", "minimum, of the planned path"),
-    "extra_length": RouteMeasure("extra length", "m", "for the wish"),
+    "extra_length": RouteMeasure("extra length", "m", "due to the wish"),
     "wall_distance": RouteMeasure("minimum distance to walls", "m", "ridden; more is better"),
 }
 IN_TABLE = ("time", "length", "nearest_error", "hausdorff_error", "synchronised_error")

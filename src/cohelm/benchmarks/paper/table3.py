@@ -178,10 +178,10 @@ CLAIMS: tuple[Claim, ...] = (
              (_VAR_V,), -1, within(DYNAMIC, OURS, _AVOIDING), SOURCE),
     Ordering("SS-MPC-DCBF's turn rate varies less than that of both others that avoid people",
              (_VAR_W,), -1, within(DYNAMIC, OURS, _AVOIDING), SOURCE),
-    _touches(OURS, DYNAMIC, "SS-MPC-DCBF collides with nobody in all three scenes", touches=False),
+    _touches(OURS, DYNAMIC, "SS-MPC-DCBF never collides in all three scenes", touches=False),
     _touches("mpc", DYNAMIC, "MPC, which does not predict, collides in all three scenes",
              touches=True),
-    _touches("mpc_dcbf", DYNAMIC, "MPC-DCBF collides with nobody in all three scenes",
+    _touches("mpc_dcbf", DYNAMIC, "MPC-DCBF never collides in all three scenes",
              touches=False),
     Ordering("MPC-DCBF, which knows no social space, passes aggressive and distracted people "
              "nearer than SS-MPC-DCBF", (_GAP,), -1,

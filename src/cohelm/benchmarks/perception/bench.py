@@ -22,7 +22,7 @@ from cohelm.benchmarks.perception import (
 )
 from cohelm.evaluation.perception.recording_view import DETECTION_PARTS, PREDICTION_PARTS, parts_of
 
-TITLE = "Perception: people, their motion, their groups, and the cost of finding them"
+TITLE = "Perception: people, their motion and groups, and computing time"
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ def drive(
         grid: floor; everything on it is as high as walls.
         robot: carries the sensors.
         line: of the drive.
-        bodies: standing people; None: nobody.
+        bodies: standing people; None: no people.
         seconds: duration.
     """
     bodies = HumanBodies.standing(np.empty((0, 2))) if bodies is None else bodies

@@ -53,7 +53,7 @@ class PredictedFilm(NamedTuple):
 
 PREDICTED = {
     **{name: PredictedFilm(file) for name, file in FILMS.items()},
-    # Frames of HERMES lie 1/16 s apart; nobody turns or stops in its corridor.
+    # Frames of HERMES lie 1/16 s apart; no person turns or stops in its corridor.
     "HERMES": PredictedFilm("hermes_uo-050-180-180.txt", (10.0, 2.5), 1.25, judged=False),
 }
 WINDOW = 60.0

@@ -1,4 +1,4 @@
-"""Perception on invalid readings: no crash, no person, a status."""
+"""Perception on invalid readings: no exception, no person, and a status."""
 
 from __future__ import annotations
 

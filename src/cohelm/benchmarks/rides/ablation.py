@@ -1,8 +1,8 @@
-"""Value of each idea in our planner: everything as it is, then one idea at a time left out.
+"""Ablation of our planner: the complete planner, and variants that lack one component.
 
 All variants ride the same scenes with the same seeds. People do not see the chair, because their
-caution would replace what is left out. Sharing is judged by rides with a rider who steers, compared
-with equal rides in which the rider's input is ignored.
+avoidance would replace the missing component. Sharing is judged by rides with a rider who steers,
+compared with equal rides in which the rider's input is ignored.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from cohelm.evaluation.sweeps import ride_row
 from cohelm.scenarios.presets import tuned_settings
 from cohelm.scenarios.scenario import PARTS
 
-TITLE = "Value of each idea: one at a time left out"
+TITLE = "Ablation: one component left out at a time"
 WHOLE, STEERED = "complete", "complete, with a rider"
 SCENES = ("crossing", "aggressive", "distracted", "talking", "hospital")
 COMPARED = ("reached", "person_collision", "time", "min_distance", "proxemics_intimate")
@@ -50,10 +50,10 @@ _RIDER = ("rider.use=ideal", "mode=shared")
 
 @dataclass(frozen=True)
 class Ablation:
-    """One idea left out."""
+    """Variant that lacks one component."""
 
     text: str
-    """Behaviour instead."""
+    """Behaviour without it."""
     settings: tuple[str, ...]
     base: str = WHOLE
     """Variant that it is compared with."""
@@ -62,7 +62,7 @@ class Ablation:
 VARIANTS: Mapping[str, Ablation] = {
     WHOLE: Ablation("nothing left out", ()),
     "γ = 1": Ablation(
-        "barriers are plain distance constraints, without foresight in how they close",
+        "barriers are plain distance constraints, without the rate at which they close",
         tuple(
             f"local_planner.{each}.gamma=1" for each in ("bodies", "social_space", "group_space")
         ),
@@ -105,14 +105,14 @@ VARIANTS: Mapping[str, Ablation] = {
         base=STEERED,
     ),
 }
-"""Name → what is left out; the settings are those of a scenario."""
+"""Name → variant; its settings are those of a scenario."""
 SPEC = ReportSpec(
     title=TITLE,
     compared=COMPARED,
     base=WHOLE,
     limitations=(
-        "One idea is left out at a time; all other parameters stay as they were tuned with it. "
-        "The rest could be tuned to do without.",
+        "One component is left out at a time; all other parameters stay as tuned with it. "
+        "The rest could be tuned for its absence.",
         f"Differences on the page are from {WHOLE!r}, that of 'η = 0' too; the tables of the "
         "benchmark compare it with equal rides in which the chair follows the rider.",
         "A difference is called clear by its own 95 % interval: of twenty differences that do not "
@@ -228,7 +228,7 @@ def _differences(by_variant: Mapping[str, Rides]) -> dict[str, dict[str, Floats]
 
 
 def _sentences(differences: Differences) -> tuple[str, ...]:
-    """Measures that get clearly better or worse without each idea."""
+    """Measures that get clearly better or worse without each component."""
     out = []
     for name, by_measure in differences.items():
         found: dict[str, list[str]] = {"worse": [], "better": []}

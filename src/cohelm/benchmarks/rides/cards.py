@@ -1,6 +1,6 @@
-"""Social navigation cards (Francis et al. 2023), every local planner on each.
+"""Social navigation cards (Francis et al. 2023): all local planners on each card.
 
-A card is a situation that people know and robots handle badly.
+A card is an everyday situation that is difficult for robots.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from cohelm.scenarios.collection import Collection
 from cohelm.scenarios.presets import tuned_settings
 from cohelm.scenarios.scenario import load_scenario, scenario_names
 
-TITLE = "Social navigation cards, every local planner (Francis et al. 2023)"
+TITLE = "Social navigation cards, all local planners (Francis et al. 2023)"
 CARD, PLANNER = "card", "planner"
 TABLES = (
     "reached", "person_collision", "wall_collision", "standing_contact", "min_distance",
@@ -41,8 +41,8 @@ MEASURES = (
     "time_to_collision", "stalled_time", "side_by_side_share",
 )  # fmt: skip
 LIMITATIONS = (
-    "The cards are drawn for this simulator: the situation of each after Francis et al. 2023, all "
-    "figures of floors and people ours.",
+    "The cards are made for this simulator: each situation is that of Francis et al. 2023, but "
+    "the figures of floors and people are ours.",
     "In accompanying no goal moves: chair and companion go to two places side by side, each at "
     "their own speed; the share of time side by side is measured.",
 )

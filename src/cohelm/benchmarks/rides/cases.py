@@ -45,7 +45,7 @@ class BenchScene:
     scenario: str
     """Name or file."""
     blind: bool = False
-    """People do not see the chair, whatever the scenario specifies."""
+    """People do not see the chair, also if the scenario specifies that they do."""
     true_people: bool = False
     """The chair receives the true positions of people instead of detecting them."""
     settings: tuple[str, ...] = ()

@@ -1,9 +1,9 @@
-"""Every local planner across filmed crowds, who walk as they walked and react to nobody.
+"""All local planners across filmed crowds, which are replayed and do not react.
 
 For each film a seed draws where and when the chair crosses its main flow, see ``crossings``; all
-planners ride the same crossings on an open floor. All the avoiding is the chair's. A person who
-would enter the film within ``NEAR`` of the chair enters once it is no nearer: nobody can avoid a
-person who appears in front of the wheels.
+planners ride the same crossings on an open floor. Only the chair avoids. A person who would
+enter the film within ``NEAR`` of the chair enters as soon as the chair is farther away, because a
+person who appears in front of the wheels cannot be avoided.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from cohelm.recordings import Trajectories, read_trajectories
 from cohelm.recordings.outside_data import outside_data
 from cohelm.scenarios.presets import tuned_settings
 
-TITLE = "Local planners across filmed crowds, who do not react"
+TITLE = "Local planners across filmed crowds, which do not react"
 SCENARIO = "filmed"
 FILMS = ("zara01", "eth")
 """Films of UCY and ETH, in ``pedestrians/`` of the folder that COHELM_DATA names."""
@@ -50,8 +50,8 @@ SPEC = ReportSpec(
     ),
     page=(*REPORTED, "social_space_intrusion", "group_space_intrusion", "stalled_time"),
     limitations=(
-        "The people are replayed: they walk as they were filmed and do not react to the chair. All "
-        "the avoiding is its own, and no person is delayed; real people would give way.",
+        "The people are replayed: they walk as filmed and do not react to the chair. Only the "
+        "chair avoids, so no person is delayed; real people would give way.",
         "People who walk into the standing chair are counted separately: it can do no more.",
         "Positions are known every 0.4 s; in between people follow a smooth curve.",
         f"A person who would enter the film within {NEAR:g} m of the chair enters once it is no "

@@ -1,8 +1,8 @@
 """Riders in all modes on the same seeds: ``paper-static`` and ``riders``.
 
-The paper's people rode its corridors (Xu et al., Fig. 13); here simulated riders do. The paper's
-shared control is ``shared``; ``assisted`` is the rider behind the safety gate. No person was asked
-for satisfaction: effort and agreement are stand-ins, and are called so.
+In the paper people rode the corridors (Xu et al., Fig. 13); here simulated riders do. The paper's
+shared control is ``shared``; ``assisted`` is the rider behind the safety gate. Satisfaction was not
+measured with people: effort and agreement are reported as proxies.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.messages import Mode
 
 MODES = tuple(each.value for each in (Mode.MANUAL, Mode.ASSISTED, Mode.SHARED, Mode.AUTONOMOUS))
-STEER_NOWHERE = ("none", "idle", "nudge", "watchful")
-"""Riders without a destination of their own."""
+WITHOUT_DESTINATION = ("none", "idle", "nudge", "watchful")
+"""Riders that do not steer to a destination."""
 BY = ("scene", "rider", "mode")
 ALL_RIDES = "all rides"
 _FIGURES = ("time", "path_length", "heading_change", "rider_effort", "agreement", "conflict_share")
@@ -53,9 +53,9 @@ MEASURES = ("reached", "any_collision", "touch_speed", "standing_contact", *_FIG
 LIMITATIONS = (
     "collision: the moving chair touches a person, or it touches a wall; the ride ends there",
     "effort (stick movement, in full deflections), agreement and fights (share of time in which "
-    "requested and given turn are opposite) stand in for a rider's opinion",
+    "requested and given turn are opposite) are proxies for a rider's opinion",
     "riders are simulated; intervals of differences take the rides of one scene and seed together, "
-    "those of shares and medians take each ride for itself and are too narrow",
+    "those of shares and medians treat rides as independent and are too narrow",
 )
 REQUIREMENTS = (
     Requirement("fast_contacts", NONE, (ALL_RIDES,), "assisted"),
@@ -72,7 +72,7 @@ SOURCE = "Xu et al., Fig. 13"
 
 @dataclass(frozen=True)
 class BetterThanAlone:
-    """Statement that shared control is better than the chair alone, scene by scene.
+    """Statement that shared control is better than autonomous driving, scene by scene.
 
     Better is to arrive more often, or as often and clearly sooner.
     """
@@ -95,12 +95,12 @@ class BetterThanAlone:
         else:
             result = UNCLEAR
         found = (
-            f"{int(shared.reached.sum())} of {len(shared)} arrive, alone "
+            f"{int(shared.reached.sum())} of {len(shared)} arrive, autonomous "
             f"{int(alone.reached.sum())} of {len(alone)}, time {later.mean:+.1f} s"
         )
         faultless = result != AGREES and alone.reached.all() and not alone.any_collision.any()
-        remark = "the chair alone neither fails nor freezes here" if faultless else ""
-        text = f"shared control is better than the chair alone in {case.removeprefix('scene ')}"
+        remark = "the autonomous chair neither fails nor freezes here" if faultless else ""
+        text = f"shared control is better than autonomous driving in {case.removeprefix('scene ')}"
         return Verdict(SOURCE, text, found, result=result, remark=remark)
 
 
@@ -128,14 +128,14 @@ class Experiment:
 
 
 CORRIDORS = Experiment(
-    title="The paper's corridors: manual, assisted, shared and alone (Xu et al., Fig. 13)",
+    title="Driving modes in the paper's corridors (Xu et al., Fig. 13)",
     claims=PAPER,
     scenes=("corridor-1", "corridor-2", "corridor-3", "corridor-4"),
     seeds=5,
 )
 """Each scene has an obstacle near its centre line, and a turn of at most 1.3 m."""
 ALL_RIDERS = Experiment(
-    title="Riders of all kinds: manual, assisted, shared and alone",
+    title="Driving modes with all simulated riders",
     claims=REQUIREMENTS,
     scenes=("corridor-1", "corridor-4", "crossing", "distracted", "talking"),
     seeds=10,
@@ -227,7 +227,7 @@ def modes_report(results: Sequence[Result], folder: Path, experiment: Experiment
 
 def known_riders() -> tuple[str, ...]:
     """Installed riders with a destination; ``ideal`` first."""
-    names = [name for name in plugins.names("riders") if name not in STEER_NOWHERE]
+    names = [name for name in plugins.names("riders") if name not in WITHOUT_DESTINATION]
     return tuple(sorted(names, key=lambda name: (name != "ideal", name)))
 
 

@@ -125,14 +125,14 @@ def sources(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def faults(rows: Sequence[Row], by: Sequence[str]) -> tuple[str, ...]:
-    """Rides that a program fault ended, each fault once."""
+    """Rides that a program error ended, each error once."""
     found: dict[tuple[str, str], list[int]] = {}
     for row in rows:
         if row["error"]:
             name = ", ".join(str(row[key]) for key in by[1:])
             found.setdefault((name, row["error"]), []).append(int(row["seed"]))
     return tuple(
-        f"{name} broke off in {len(seeds)} rides, first seed {min(seeds)}: {error}"
+        f"{name} ended by an error in {len(seeds)} rides, first seed {min(seeds)}: {error}"
         for (name, error), seeds in found.items()
     )
 

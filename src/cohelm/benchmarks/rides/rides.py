@@ -1,4 +1,4 @@
-"""Every local planner in the same scenes with the same seeds: Xu et al., Table 3 and beyond.
+"""All local planners in the same scenes with the same seeds: Xu et al., Table 3 and beyond.
 
 A seed gives every planner the same people, localisation errors and rider. The dynamic scenes of the
 paper are the default. The turn in ``distracted`` is swept over 20 moments, see ``cases``.
@@ -54,7 +54,7 @@ CLAIMS = (
     Requirement("reached", Bound(low=0.95), _BLIND, pooled=_PEOPLE_BLIND),
     FewestOf("collisions", _BLIND, is_rival, pooled=_PEOPLE_BLIND),
     NearFastest(Bound(high=1.15), _BLIND, is_rival, pooled=_PEOPLE_BLIND),
-    # Baselines have to be what they are meant to be, or the comparison is worth nothing.
+    # The comparison is valid only if the baselines behave as intended.
     Requirement("collisions", NONE, ("aggressive",), contender="mpc_dcbf"),
     Requirement("gap", Bound(low=0.6), ("crossing",), contender="social_mpc"),
 )
@@ -64,7 +64,7 @@ SPEC = ReportSpec(
     claims=CLAIMS,
     page=(*REPORTED, "social_space_intrusion", "pedestrian_delay", "pedestrian_deviation"),
     limitations=(
-        "People who see the chair move by ORCA: they do much of the avoiding themselves. With "
+        "People who see the chair move by ORCA: they also avoid the chair. With "
         "--blind none of them sees it.",
         "Planners use their default parameters, or with --tuned those of one search for all; a "
         "planner's author may find better ones.",

@@ -1,4 +1,4 @@
-"""Speed and reliability of the local planner's solver, beside CasADi + IPOPT on the same states.
+"""Speed and reliability of the local planner's solver, compared with CasADi + IPOPT.
 
 All in one process and in thread CPU time, so that other load on the machine counts little. Four
 parts, each of which can be run alone:
@@ -7,7 +7,7 @@ parts, each of which can be run alone:
               from the same warm start; the first quadratic programs by DAQP and by PIQP;
 ``optima``    random problems: IPOPT's solution is one of ours, see ``comparison``;
 ``commands``  along rides: the first command after three warm-started iterations;
-``failures``  random, crowded and hopeless states, on which nothing may fail.
+``failures``  random, crowded and hopeless states, on which no solve may fail.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from cohelm.control import SsMpcDcbf
 from cohelm.messages import Status
 from cohelm.testing.comparison import OptimumVerdict
 
-TITLE = "The local planner's solver beside CasADi + IPOPT"
+TITLE = "The local planner's solver compared with CasADi + IPOPT"
 PARTS = ("speed", "optima", "commands", "failures")
 PEOPLE = (0, 1, 5, 10, 20, 30, 50)
 HORIZONS = (25, 10, 40)

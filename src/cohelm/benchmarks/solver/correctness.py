@@ -24,7 +24,7 @@ CROWDS = (0, 1, 2, 5, 10, 15, 20)
 NEAR = np.array([0.02, 0.05])
 """First commands that differ by less, m/s and rad/s, count as equal."""
 KINDS = ("random", "crowded", "hopeless")
-"""States on which nothing may fail. In hopeless ones people and walls overlap the chair, and it is
+"""States on which no solve may fail. In hopeless ones people and walls overlap the chair, and it is
 faster than its limits."""
 
 _SEEDS = 3

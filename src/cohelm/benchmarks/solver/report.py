@@ -148,7 +148,7 @@ def _optima_sheet(rows: Rows) -> Sheet:
         ("started along the reference: IPOPT's cost, to 1 %", total(OptimumVerdict.SAME)),
         ("a lower one", total(OptimumVerdict.BETTER)),
         ("another local optimum, where IPOPT stays too", total(OptimumVerdict.OTHER)),
-        ("a higher one, from where IPOPT ends lower", total(OptimumVerdict.DEARER)),
+        ("a higher one, from where IPOPT ends lower", total(OptimumVerdict.HIGHER)),
     )
     return Sheet(title="Optima beside IPOPT's", columns=("", ""), rows=lines)
 
@@ -202,7 +202,7 @@ def _failures_sheet(rows: Rows) -> Sheet:
     kinds = list(dict.fromkeys(row["kind"] for row in rows))
     keys = ("solves", "failed", "plans", "plans_failed", "ok", "relaxed", "stop")
     return Sheet(
-        title="States on which nothing may fail",
+        title="States on which no solve may fail",
         columns=("", *(key.replace("_", " ") for key in keys)),
         rows=tuple(
             (kind, *(str(sum(row[key] for row in rows if row["kind"] == kind)) for key in keys))

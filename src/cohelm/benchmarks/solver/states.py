@@ -99,7 +99,7 @@ def planner_with(settings: Sequence[str]) -> SsMpcDcbf:
     if not isinstance(of_planner, dict):
         raise ConfigError(f"name a parameter, as {PLANNER}.iterations=5", key=PLANNER)
     for key in BY_ROW & of_planner.keys():
-        raise ConfigError("is set by the rows here and cannot be set", key=f"{PLANNER}.{key}")
+        raise ConfigError("is set by the rows and cannot be changed", key=f"{PLANNER}.{key}")
     return SsMpcDcbf(validate(SsMpcDcbf.Parameters, of_planner, prefix=PLANNER))
 
 

@@ -28,7 +28,7 @@ class Counterfactual:
 
 
 def counterfactual(ride: Ride) -> Counterfactual | None:
-    """People of a ride without the chair; None where nobody reacts to it, or it is not known."""
+    """People of a ride without the chair; None where no person reacts to it, or it is not known."""
     sees = ride.people_see
     if ride.setup is None or sees is None or not sees.any():
         return None

@@ -1,8 +1,8 @@
 """Open-loop replay of a recorded ride: recorded observations and requests, present decisions.
 
-The chair follows its recorded track whatever is decided. With the same code and parameters every
-command is equal to the bit. Otherwise the commands show the differences at each instant of the
-recorded ride, not the course of another ride.
+The chair follows its recorded track; the new decisions do not move it. With the same code and
+parameters every command is equal to the bit. Otherwise the commands show the differences at each
+instant of the recorded ride, not the course of another ride.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from cohelm.scenarios.scenario import (
 
 _REQUEST_KEYS = ("mode", "profile")
 CHANGEABLE = (*NAVIGATOR_PARTS, *NAVIGATOR_PARAMETERS, "robot", *_REQUEST_KEYS)
-"""Keys of a scenario that a replay can set; the others decided what was recorded."""
+"""Keys of a scenario that a replay can set; the others determined the recording."""
 _REQUIRED = ("name", "floor", "map", "start", "goal")
 """Keys that a scenario must have, although a replay does not use them."""
 
@@ -87,11 +87,11 @@ def scenario_of(facts: RideFacts, settings: Iterable[str] = ()) -> Scenario:
     """Recorded scenario with settings.
 
     Raises:
-        ScenarioError: if a setting does not fit, or decided what was recorded.
+        ScenarioError: if a setting does not fit, or determined the recording.
     """
     settings = tuple(settings)
     for key in sorted(_keys(settings) - set(CHANGEABLE)):
-        problem = "decided what was recorded, and cannot be changed in a replay"
+        problem = "determined the recording, and cannot be changed in a replay"
         if key not in Scenario.model_fields:
             problem = f"unknown{nearest(key, CHANGEABLE)}"
         raise ScenarioError(problem, key=key)

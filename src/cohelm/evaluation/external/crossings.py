@@ -23,13 +23,13 @@ ALONG = (20.0, 80.0)
 ACROSS = (1.0, 99.0)
 """Percentiles across it, near the line, beyond which start and goal lie."""
 NEAR = 2.0
-"""Distance from the line in which sightings count, and nobody appears or vanishes, m."""
+"""Distance from the line in which sightings count, and no person appears or vanishes, m."""
 ASIDE = 1.5
-"""Distance of start and goal from the flow, m; nobody is closer to the start at first."""
+"""Distance of start and goal from the flow, m; no person is closer to the start at first."""
 SHORTEST = 8.0
 """Shortest distance from start to goal, m."""
 DURATION = 45.0
-"""Time in which nobody appears or vanishes near the line, s."""
+"""Time in which no person appears or vanishes near the line, s."""
 TRIES = 2000
 
 
@@ -61,13 +61,13 @@ def crossing(film: Trajectories, seed: int) -> Crossing:
     candidates = np.flatnonzero((along > low) & (along < high))
     edges = _edges(film)
     for k in rng.choice(candidates, TRIES) if len(candidates) else ():
-        way = float(rng.choice([-1.0, 1.0])) * side
-        beside = (film.position[np.abs(along - along[k]) < NEAR] - film.position[k]) @ way
+        direction = float(rng.choice([-1.0, 1.0])) * side
+        beside = (film.position[np.abs(along - along[k]) < NEAR] - film.position[k]) @ direction
         before, beyond = np.percentile(beside, ACROSS) + np.array([-ASIDE, ASIDE])
-        start, goal = film.position[k] + before * way, film.position[k] + beyond * way
+        start, goal = film.position[k] + before * direction, film.position[k] + beyond * direction
         begin = float(film.time[k]) + before / CHAIR_SPEED
         if beyond - before >= SHORTEST and _is_fair(film, edges, begin, start, goal):
-            heading = math.atan2(way[1], way[0])
+            heading = math.atan2(direction[1], direction[0])
             return Crossing(
                 begin=begin,
                 start=np.array([*start, heading]),
@@ -78,7 +78,7 @@ def crossing(film: Trajectories, seed: int) -> Crossing:
 
 
 def _is_fair(film: Trajectories, edges: Floats, begin: float, start: Floats, goal: Floats) -> bool:
-    """Check that the film is long enough, nobody is at the start, and nobody appears nearby.
+    """Check that the film is long enough, no person is at the start, and none appears nearby.
 
     ``edges`` are (time, x, y) of appearing and vanishing.
     """
@@ -94,9 +94,9 @@ def _is_fair(film: Trajectories, edges: Floats, begin: float, start: Floats, goa
 
 def _off(points: Floats, start: Floats, goal: Floats) -> Floats:
     """Distance (k,) of points (k, 2) from the segment, m."""
-    way = goal - start
-    share = np.clip((points - start) @ way / (way @ way), 0.0, 1.0)
-    apart = points - start - share[:, None] * way
+    direction = goal - start
+    share = np.clip((points - start) @ direction / (direction @ direction), 0.0, 1.0)
+    apart = points - start - share[:, None] * direction
     return np.hypot(apart[:, 0], apart[:, 1])
 
 

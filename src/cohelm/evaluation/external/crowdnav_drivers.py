@@ -48,8 +48,8 @@ _COMFORT = ComfortLimits(deceleration=3.0)
 """Deceleration of a robot without a rider."""
 _SPACING = 0.1
 _UNKNOWN, _LEARNT = 0.5, 0.5
-"""Initial standard deviation of the velocities, m/s, and its time constant, s: at first everybody
-stands and is about to walk."""
+"""Initial standard deviation of the velocities, m/s, and its time constant, s: at first all
+people stand and are about to walk."""
 
 
 class DriverSetup(Config):

@@ -120,7 +120,7 @@ def pedestrian_deviation(ride: Ride, without: Counterfactual | None) -> float:
 
     Args:
         ride: ride with the robot.
-        without: the same people without it; None: nobody reacts, or it is not known.
+        without: the same people without it; None: no person reacts, or it is not known.
     """
     if without is None:
         return float("nan")
@@ -136,10 +136,10 @@ def pedestrian_delay(ride: Ride, without: Counterfactual | None) -> float:
 
     Args:
         ride: ride with the robot.
-        without: the same people without it; None: nobody reacts, or it is not known.
+        without: the same people without it; None: no person reacts, or it is not known.
 
     Returns:
-        NaN if nobody passed a waypoint in both cases.
+        NaN if no person passed a waypoint in both cases.
     """
     if without is None:
         return float("nan")

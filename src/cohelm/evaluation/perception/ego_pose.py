@@ -27,8 +27,8 @@ class PosedFrame:
 
     frame: Frame
     source: PoseSource
-    way: EgoMotion | None = None
-    """The way so far, where it was found."""
+    ego_motion: EgoMotion | None = None
+    """Trajectory so far, where it is estimated."""
 
 
 class EgoPoses:
@@ -42,12 +42,12 @@ class EgoPoses:
 
     def __init__(self, *, at_rest: bool = False) -> None:
         self._at_rest = at_rest
-        self._ways: dict[Hashable, EgoMotion] = {}
+        self._ego_motions: dict[Hashable, EgoMotion] = {}
 
     @property
     def parts(self) -> int:
         """Number of restarts of the estimation; the pose between two parts is unknown."""
-        return sum(way.segment for way in self._ways.values())
+        return sum(ego_motion.segment for ego_motion in self._ego_motions.values())
 
     def __call__(self, frame: Frame) -> PosedFrame:
         """Next frame with its pose."""
@@ -56,18 +56,18 @@ class EgoPoses:
         if self._at_rest:
             return PosedFrame(frame=frame, source=PoseSource.ASSUMED)
         observation, sensor = frame.observation, _sensor(frame.observation)
-        way = update_ego_motion(
-            self._ways.get(sensor), extract_features(observation), observation.time
+        ego_motion = update_ego_motion(
+            self._ego_motions.get(sensor), extract_features(observation), observation.time
         )
-        self._ways[sensor] = way
+        self._ego_motions[sensor] = ego_motion
         labels = frame.labels
         if labels is not None:
-            labels = replace(labels, position=transform(way.pose, labels.position))
-        placed = replace(observation, pose=way.pose, twist=way.twist)
+            labels = replace(labels, position=transform(ego_motion.pose, labels.position))
+        placed = replace(observation, pose=ego_motion.pose, twist=ego_motion.twist)
         return PosedFrame(
             frame=replace(frame, observation=placed, labels=labels),
             source=PoseSource.ESTIMATED,
-            way=way,
+            ego_motion=ego_motion,
         )
 
 
@@ -84,15 +84,15 @@ class EgoPathSummary:
         self.uncertain = 0
         """Frames that did not determine all directions, or matched nothing for a moment."""
 
-    def add(self, source: PoseSource, way: EgoMotion | None) -> None:
+    def add(self, source: PoseSource, ego_motion: EgoMotion | None) -> None:
         """Add one frame."""
         if source is not PoseSource.RECORDED:
             self.source = source
-        if way is None:
+        if ego_motion is None:
             return
-        self.restarts += way.status is MatchStatus.RESTARTED
-        self.uncertain += way.status in {MatchStatus.PARTIAL, MatchStatus.HELD}
-        self.length = way.length
+        self.restarts += ego_motion.status is MatchStatus.RESTARTED
+        self.uncertain += ego_motion.status in {MatchStatus.PARTIAL, MatchStatus.HELD}
+        self.length = ego_motion.length
 
     def __str__(self) -> str:
         """Summary in words."""

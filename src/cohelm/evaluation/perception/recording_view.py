@@ -46,7 +46,7 @@ class PerceivedFrame:
     perceived: PerceptionResult
     source: PoseSource = PoseSource.RECORDED
     """Origin of the robot's pose."""
-    way: EgoMotion | None = None
+    ego_motion: EgoMotion | None = None
     """Trajectory so far, where it is estimated."""
 
 
@@ -116,7 +116,7 @@ def perceive_frames(
             labels=frame.labels,
             perceived=ids(perceived),
             source=placed.source,
-            way=placed.way,
+            ego_motion=placed.ego_motion,
         )
 
 
@@ -194,7 +194,7 @@ class RecordingSummary:
         self.sensing: Counter[Sensing] = Counter()
         self.groups: set[int] = set()
         """Ids."""
-        self.way = EgoPathSummary()
+        self.ego_path = EgoPathSummary()
         self._trails: dict[int, list[tuple[float, float, float]]] = {}
 
     def add(self, seen: PerceivedFrame) -> None:
@@ -207,7 +207,7 @@ class RecordingSummary:
         self.frames += 1
         self.max_people = max(self.max_people, len(people))
         self.sensing[seen.perceived.sensing] += 1
-        self.way.add(seen.source, seen.way)
+        self.ego_path.add(seen.source, seen.ego_motion)
         self.groups |= set(seen.perceived.groups.id.tolist())
         for who, (x, y) in zip(people.id.tolist(), people.mean[:, :2].tolist(), strict=True):
             self._trails.setdefault(who, []).append((time, x, y))

@@ -1,6 +1,6 @@
 """Filmed pedestrians as the tracker reports them.
 
-Between two sightings everybody walks on a straight line, and is detected there with noise at every
+Between two sightings people walk on straight lines, and are detected there with noise at every
 scan. At the instants of the film no detection depends on a future sighting: predictions that are
 scored at these instants alone do not use the future.
 """

@@ -138,7 +138,7 @@ def contrast(
         units: independent unit of each pair; pairs of one unit count once, with the mean of their
             differences. None: every pair is independent.
     """
-    both = np.isfinite(ours) & np.isfinite(theirs)  # inf: no person was ever near
+    both = np.isfinite(ours) & np.isfinite(theirs)  # inf: no person was near
     difference = ours[both] - theirs[both]
     if units is not None:
         there = [unit for unit, pair in zip(units, both, strict=True) if pair]

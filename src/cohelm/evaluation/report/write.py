@@ -28,7 +28,7 @@ LIMITATIONS = (
     "These are simulated rides: no person was carried, and people are simulated pedestrians.",
     "Times, lengths and heading changes are of rides that reached the goal; where groups differ in "
     "their share of such rides, differences are of the pairs in which both did.",
-    "A p-value says how surprising a difference is if there were none; it does not say that the "
+    "A p-value is the probability of such a difference by chance; it does not say that the "
     "difference matters. Tables of different cases are corrected separately.",
 )
 """Limitations of every comparison of simulated rides."""

@@ -29,7 +29,7 @@ _PATIENCE = 5.0  # s, for a process to end
 
 
 class WorkersFailed(CohelmError):
-    """Workers do not start, or are not those that the sweep needs."""
+    """Workers do not start, or have other versions than the sweep needs."""
 
     code = "workers"
 

@@ -1,8 +1,8 @@
 """Store of a sweep: an SQLite file with a row for each task that is done.
 
-``sweep.sqlite`` says what the sweep is and how large it is to be. Each task is written by one
-transaction, with a digest of its rows and arrays: a task that a crash or a full disk cut short is
-not there, a damaged one does not count, and either is done again.
+``sweep.sqlite`` has the identity and the size of the sweep. Each task is written by one
+transaction, with a digest of its rows and arrays. A task that was interrupted by a crash or a full
+disk is missing, a damaged one is ignored, and both are done again.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ def check_new(folder: Path) -> None:
     """
     if is_begun(folder):
         raise ConfigError(
-            f"{folder} has results; --resume continues them, --overwrite removes them, or name "
+            f"{folder} has results; --resume continues them, --overwrite removes them, or choose "
             "another folder",
             key="--out",
         )
@@ -267,13 +267,13 @@ def _remove_results(folder: Path) -> None:
 def _check_same(there: SweepHeader, header: SweepHeader, folder: Path) -> None:
     if there.bench != header.bench:
         raise ConfigError(
-            f"{folder} is of 'cohelm bench {there.bench}'; name another folder by --out",
+            f"{folder} is of 'cohelm bench {there.bench}'; choose another folder by --out",
             key="--resume",
         )
     if changed := differences(there.options, header.options):
         raise ConfigError(
             f"{folder} has other options ({changed}); "
-            "give the same, or name another folder by --out",
+            "give the same, or choose another folder by --out",
             key="--resume",
         )
 

@@ -60,7 +60,7 @@ class ReplanningParameters(Model):
     begin beyond the goal."""
     steering_effort: float = Field(0.15, gt=0.0, le=1.0)
     """Share of the planner's budget for following the rider: planning is repeated at once, and the
-    old path stays usable until it succeeds."""
+    old path is kept until it succeeds."""
     standing_speed: float = Field(0.3, ge=0.0, le=3.0)
     """Speed below which people are obstacles to a stalled ride, m/s."""
     min_interval: float = Field(0.5, ge=0.0, le=30.0)

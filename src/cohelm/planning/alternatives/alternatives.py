@@ -91,11 +91,11 @@ def find_alternatives(
         differing: criteria for an alternative.
 
     Raises:
-        PlanningError: if there is no route at all, as ``GlobalPlanner.plan`` says.
+        PlanningError: if there is no route at all, as for ``GlobalPlanner.plan``.
         ValueError: if k < 1.
     """
     if k < 1:
-        raise ValueError(f"{k} routes are wanted, at least one must be")
+        raise ValueError(f"{k} routes were requested; at least one is needed")
     differing = differing or AlternativeCriteria()
     first = planner.plan(problem)
     parameters = parameters_of(planner)

@@ -20,7 +20,7 @@ from cohelm.planning.alternatives.features import RouteFeatures
 
 @value
 class FeatureWords:
-    """Unit and words of a figure of ``RouteFeatures`` that riders may like or not."""
+    """Unit and words of a figure of ``RouteFeatures`` that a rider may prefer high or low."""
 
     unit: float
     """Unit of the weight, about the typical difference between alternatives; assumed."""
@@ -49,26 +49,26 @@ FEATURE_WORDS: Mapping[str, FeatureWords] = {
         unit=10.0,
         noticed=1.0,
         counted="m longer",
-        liked="longer ways",
-        disliked="shorter ways",
+        liked="longer routes",
+        disliked="shorter routes",
         more="{n} m longer",
         less="{n} m shorter",
     ),
     "clearance": FeatureWords(
         unit=0.2,
         noticed=0.1,
-        counted="m more room",
-        liked="more room at the sides",
-        disliked="narrow ways",
-        more="more room",
-        less="less room",
+        counted="m more clearance",
+        liked="more clearance",
+        disliked="less clearance",
+        more="more clearance",
+        less="less clearance",
     ),
     "encounters": FeatureWords(
         unit=2.0,
         noticed=0.5,
         counted="more people",
-        liked="busy ways",
-        disliked="quiet ways",
+        liked="busy routes",
+        disliked="quiet routes",
         more="busier",
         less="quieter",
     ),
@@ -76,8 +76,8 @@ FEATURE_WORDS: Mapping[str, FeatureWords] = {
         unit=2.0,
         noticed=1.0,
         counted="more turns",
-        liked="ways with turns",
-        disliked="straight ways",
+        liked="routes with turns",
+        disliked="straight routes",
         more="{n} more turn{s}",
         less="{n} fewer turn{s}",
     ),
@@ -85,8 +85,8 @@ FEATURE_WORDS: Mapping[str, FeatureWords] = {
         unit=1.0,
         noticed=1.0,
         counted="more narrow passage",
-        liked="ways through doors",
-        disliked="ways without doors",
+        liked="routes through doors",
+        disliked="routes without doors",
         more="{n} more narrow passage{s}",
         less="{n} fewer narrow passage{s}",
     ),
@@ -151,12 +151,12 @@ class RouteChoice(Model):
 
 
 def learn_weights(choices: Iterable[RouteChoice]) -> FeatureVector | None:
-    """The weights that explain the choices, of length 1; None where too few say anything.
+    """Weights of length 1 that explain the choices; None if the choices determine none.
 
     Logistic regression of every (taken − left) difference without intercept, regularised by
-    |w|² / 2C. With weights about 1 and differences about a unit, C = 10 leaves it to the choices
-    how surely they were made, while features that hardly ever differed keep a weight near 0. How
-    sure a rider is does not change the order of routes, so the length is normalised away.
+    |w|² / 2C. With weights about 1 and differences about a unit, C = 10 is so weak that the
+    choices determine the weights, while features that hardly differed keep a weight near 0. The
+    certainty of a rider does not change the order of routes, so the length is normalised.
     """
     said = [choice for choice in choices if len(set(choice.routes)) > 1]
     if len(said) < MIN_CHOICES:

@@ -97,15 +97,15 @@ def compare_routes(
     said: list[tuple[float, str]] = []
     farther = wish_distance(route.path) - wish_distance(other.path)
     if abs(farther) >= 0.25:
-        way = "farther from" if farther > 0.0 else "nearer to"
-        said.append((float("inf"), f"{abs(farther):.1f} m {way} what was wished"))
+        side = "farther from" if farther > 0.0 else "nearer to"
+        said.append((float("inf"), f"{abs(farther):.1f} m {side} the wishes"))
     for name, trait in FEATURE_WORDS.items():
         more = _number(a, name) - _number(b, name)
         if abs(more) >= trait.noticed:
             weight = 1.0 if weights is None else abs(getattr(weights, name))
             said.append((weight * abs(more) / trait.unit, trait.compared(more)))
     said.sort(key=lambda each: -each[0])
-    return ", ".join(text for _, text in said[:_MOST_WORDS]) or "much the same"
+    return ", ".join(text for _, text in said[:_MOST_WORDS]) or "nearly equal"
 
 
 def _utility_for(route: Alternative, weights: FeatureVector) -> float:
@@ -118,7 +118,7 @@ def _own_words(own: Alternative, routes: Sequence[Alternative]) -> str:
     """Words for the planner's own route and its best figures."""
     said = ["the planner's own"]
     superlatives = (("length", "the shortest", -1.0), ("encounters", "the quietest", -1.0))
-    for name, text, sign in (*superlatives, ("clearance", "with the most room", 1.0)):
+    for name, text, sign in (*superlatives, ("clearance", "with the most clearance", 1.0)):
         others = [_number(each.features, name) for each in routes if each is not own]
         mine = _number(own.features, name)
         if others and all(sign * (mine - each) >= FEATURE_WORDS[name].noticed for each in others):

@@ -50,9 +50,9 @@ class RiderChoices(Model):
         """Describe the rider's preference in a sentence."""
         made = _count(len(self.choices), "choice")
         if self.weights is None:
-            return f"{self.name} has made {made}; from {MIN_CHOICES} on they are learned from"
+            return f"{self.name} has made {made}; learning begins at {MIN_CHOICES}"
         liked = describe_preference(self.weights)
-        return f"the {made} of {self.name} speak for {', '.join(liked[:3])}"
+        return f"{self.name} prefers {', '.join(liked[:3])} ({made})"
 
 
 class ShownRoutes(Model):
@@ -203,7 +203,7 @@ def _unreadable(file: Path, what: str) -> ConfigError:
     kept = _backup(file)
     last = f"; the one before it is {kept.name}" if kept.exists() else ""
     return ConfigError(
-        f"{what}; mend it, or start anew with 'cohelm preferences reset --rider {file}'{last}",
+        f"{what}; repair it, or restart with 'cohelm preferences reset --rider {file}'{last}",
         file=file,
     )
 

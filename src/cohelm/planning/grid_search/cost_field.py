@@ -1,6 +1,6 @@
 """Cost from one cell to every cell of a grid: exact Dijkstra, compiled.
 
-The steps are those of :mod:`cohelm.planning.grid_search.shortest_path`. The open list is a ring of
+The steps are those of :mod:`cohelm.planning.grid_search.grid_steps`. The open list is a ring of
 buckets that are no wider than the cheapest step, so a cell is final when its bucket is reached. If
 rounding breaks that, a cell whose cost decreases later is expanded again: the order affects the
 time and never the result.
@@ -12,15 +12,13 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32
-from cohelm.planning.grid_search.bucket_queue import (
+from cohelm.planning.grid_search.bucket_queue import SLACK, bucket_ring, pop, push
+from cohelm.planning.grid_search.grid_steps import (
     ANY_STEP,
-    SLACK,
     SQRT2,
-    bucket_ring,
+    is_allowed,
     is_uniform,
     neighbours,
-    pop,
-    push,
     successors,
 )
 from cohelm.planning.grid_search.weights import Weights
@@ -64,6 +62,7 @@ def _flood(  # noqa: PLR0917  # one hot loop over plain arrays
     An entry of the open list is 16 · cell + the step that led there; it is stale once the cell has
     another value.
     """
+    # The open list: buckets narrower than the cheapest step, and the start in the first one.
     heads, step = bucket_ring(0.99 * lightest, SQRT2 * heaviest)
     entries, costs, lists = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity), (-1, 0)
     mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
@@ -83,12 +82,13 @@ def _flood(  # noqa: PLR0917  # one hot loop over plain arrays
         waiting -= 1
         u = np.uint64(entries[entry, 0] >> 4)
         so_far, came = costs[entry], entries[entry, 0] & 15
+        # Expand the cell, then go on to the last neighbour while that is in the lowest bucket.
         going = field[u] == so_far
         while going:
             going = False
             if lists[1] + 8 > capacity:
                 return False
-            # All steps at a border between weights, only the worthwhile ones within uniform ground.
+            # All steps beside other weights, only the worthwhile ones among uniform weights.
             weight = np.float64(weights[u])
             if came != ANY_STEP and not is_uniform(weights, u, wide):
                 came = ANY_STEP
@@ -97,17 +97,12 @@ def _flood(  # noqa: PLR0917  # one hot loop over plain arrays
                 i = ahead[came, n]
                 v = here + offset[i]
                 heavy = np.float64(weights[v])
-                if i < 4:
-                    free[i] = heavy < np.inf
-                    if not free[i]:
-                        continue
-                    there = before + 0.5 * (weight + heavy)
-                else:
-                    if not (heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)]):
-                        continue
-                    there = before + 0.5 * SQRT2 * (weight + heavy)
+                if not is_allowed(heavy, i, free):
+                    continue
+                there = before + (0.5 if i < 4 else 0.5 * SQRT2) * (weight + heavy)
                 if there >= field[v] - slack or there > limit:
                     continue
+                # Queue the neighbour with its lower cost.
                 field[v] = there
                 bucket = max(now, int(there * inverse))  # below now only by rounding
                 if n == count - 1 and bucket == now and count < 8:

@@ -27,7 +27,8 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32
-from cohelm.planning.grid_search.bucket_queue import SQRT2, bucket_ring, octile, pop, push
+from cohelm.planning.grid_search.bucket_queue import SLACK, bucket_ring, pop, push
+from cohelm.planning.grid_search.grid_steps import SQRT2, octile
 
 COARSE_SHIFT = 3
 """Shift from a cell's row and column to those of its square: squares of eight by eight cells."""
@@ -136,7 +137,7 @@ def propagate(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop over plain arr
     """
     side, width = float(1 << shift), nodes.shape[1]
     values, least = nodes.reshape(-1), squares.reshape(-1)
-    # Queue the finite nodes.
+    # Count the finite nodes and find their range.
     low, high, waiting = np.inf, -np.inf, 0
     for node in range(values.shape[0]):
         if values[node] <= most and values[node] < np.inf:
@@ -145,9 +146,11 @@ def propagate(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop over plain arr
         return most
     if waiting + 12 > capacity:
         return -np.inf
+    # Create the open list, whose keys start at the lowest value.
     heads, step = bucket_ring(0.5 * lightest * side, high - low + SQRT2 * heaviest * side)
     entries, costs, lists = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity), (-1, 0)
-    mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, 1e-10 * lightest
+    mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
+    # Queue the finite nodes.
     for node in range(values.shape[0]):
         value = values[node]
         if value <= most and value < np.inf:
@@ -169,6 +172,7 @@ def propagate(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop over plain arr
         node, value = entries[entry, 0], costs[entry]
         if values[node] != value:
             continue
+        # A node of the start's square is final: a margin above it is enough.
         if near >= 0 and node - near in (0, 1, width, width + 1):
             last = min(last, int((_MARGIN * value + side * lightest - low) * inverse) + 1)
             near = -1
@@ -180,6 +184,7 @@ def propagate(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop over plain arr
                 _min_weights(weights, squares, square // width - 1, square % width - 1, shift)
             if least[square] == np.inf:
                 continue
+            # Bounds of the opposite node (across) and of the two between (along).
             straight = np.float64(least[square]) * side
             over, beside = (2 * down - 1) * width, 2 * right - 1
             across = min(values[node + over + beside], value + SQRT2 * straight)

@@ -1,15 +1,14 @@
 """Cheapest path over a grid of weights: exact A*, compiled.
 
-The grid is 8-connected. A step from cell u to its neighbour v costs length · (w_u + w_v) / 2 (as in
-scikit-image's MCP_Geometric) and must not cut the corner of a blocked cell. Three techniques make
-the search fast and keep it exact:
+The steps and their costs are those of :mod:`cohelm.planning.grid_search.grid_steps`. Three
+techniques make the search fast and keep it exact:
 
 - The heuristic of :mod:`cohelm.planning.grid_search.lower_bound` uses walls and weights at a
   quarter or an eighth of the resolution, and is a consistent lower bound.
 - The open list is a ring of buckets, each a stack. A cell whose cost decreases later is expanded
   again, and the search ends when no bucket can contain a cheaper path.
 - Where weights are uniform, only the steps are taken that can belong to a cheapest path and to no
-  equal one (:func:`cohelm.planning.grid_search.bucket_queue.successors`), without the open list.
+  equal one (:func:`cohelm.planning.grid_search.grid_steps.successors`), without the open list.
 
 A new cost that is lower by less than ``SLACK`` is ignored: equal paths have sums that differ in the
 last digits. The returned cost is summed again along the cells.
@@ -29,15 +28,14 @@ from numba import njit
 
 from cohelm.arrays import Bytes, Floats, Floats32, Integers
 from cohelm.errors import PlanningTimeout
-from cohelm.planning.grid_search.bucket_queue import (
+from cohelm.planning.grid_search.bucket_queue import SLACK, bucket_ring, pop, push
+from cohelm.planning.grid_search.grid_steps import (
     ANY_STEP,
-    SLACK,
     SQRT2,
-    bucket_ring,
+    cheapest_parent,
+    is_allowed,
     is_uniform,
     neighbours,
-    pop,
-    push,
     successors,
 )
 from cohelm.planning.grid_search.lower_bound import bound_at, lower_bound, shift_for
@@ -145,7 +143,7 @@ def _clear(reached: Floats, used: Bytes) -> None:
 
 
 @njit(cache=True)
-def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop over plain arrays
+def _search(  # noqa: PLR0913, PLR0917  # one hot loop over plain arrays
     weights: Floats32,
     reached: Floats,
     used: Bytes,
@@ -165,6 +163,7 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop over pl
     16 · cell + the step that led there; it is stale once the cell has another value.
     """
     values, width = nodes.reshape(-1), nodes.shape[1]
+    # The open list, with the start in the first bucket; its key is f, the cost over this cell.
     heads, step = bucket_ring(_WIDTH * lightest, 2.0 * SQRT2 * heaviest)
     entries, costs, lists = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity), (-1, 0)
     mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
@@ -185,6 +184,7 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop over pl
         waiting -= 1
         u = np.uint64(entries[entry, 0] >> 4)
         so_far, came = costs[entry], entries[entry, 0] & 15
+        # Expand the cell, then go on to the last neighbour while that is in the lowest bucket.
         going = reached[u] == so_far
         while going:
             going = False
@@ -195,7 +195,7 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop over pl
                 return _OUT_OF_MEMORY, expansions
             row = np.int64(u // wide)
             col = np.int64(u) - row * stride
-            # All steps at a border between weights, only the worthwhile ones within uniform ground.
+            # All steps beside other weights, only the worthwhile ones among uniform weights.
             weight = np.float64(weights[u])
             if came != ANY_STEP and not is_uniform(weights, u, wide):
                 came = ANY_STEP
@@ -204,15 +204,9 @@ def _search(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop over pl
                 i = n if came == ANY_STEP else ahead[came, n]
                 v = here + offset[i]
                 heavy = np.float64(weights[v])
-                if i < 4:
-                    free[i] = heavy < np.inf
-                    if not free[i]:
-                        continue
-                    there = before + 0.5 * (weight + heavy)
-                else:
-                    if not (heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)]):
-                        continue
-                    there = before + 0.5 * SQRT2 * (weight + heavy)
+                if not is_allowed(heavy, i, free):
+                    continue
+                there = before + (0.5 if i < 4 else 0.5 * SQRT2) * (weight + heavy)
                 # Queue the neighbour if this step is cheaper and can still lead to the best path.
                 known = reached[v]
                 if known != 0.0 and there >= known - slack:
@@ -240,23 +234,7 @@ def _trace(weights: Floats32, reached: Floats, stride: int, start: int, goal: in
     back = [goal]
     u = goal
     while u != start:
-        best, parent = np.inf, -1
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                v = u + dr * stride + dc
-                if v == u or reached[v] == 0.0:
-                    continue
-                if dr != 0 and dc != 0:
-                    beside = weights[u + dr * stride] + weights[u + dc]
-                    if beside == np.inf:
-                        continue
-                    half = 0.5 * SQRT2
-                else:
-                    half = 0.5
-                through = abs(reached[v]) + half * (np.float64(weights[u]) + np.float64(weights[v]))
-                if through < best:
-                    best, parent = through, v
-        u = parent
+        _, u = cheapest_parent(weights, reached, stride, u)
         back.append(u)
     out = np.empty((len(back), 2), dtype=np.int64)
     for i in range(len(back)):

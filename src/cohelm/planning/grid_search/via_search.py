@@ -1,7 +1,7 @@
 """A* over layers of a grid with via points, compiled: the kernel of ``via_points``.
 
 The steps within a layer, and the steps that are left out, are those of
-:mod:`cohelm.planning.grid_search.shortest_path`. Passing a via point leads to another layer at the
+:mod:`cohelm.planning.grid_search.grid_steps`. Passing a via point leads to another layer at the
 same cell and costs the price of the distance there; the goal is its cell in the last layer.
 
 The heuristic extends :mod:`cohelm.planning.grid_search.lower_bound`. A layer's bound decreases
@@ -29,15 +29,14 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32, Integers
-from cohelm.planning.grid_search.bucket_queue import (
+from cohelm.planning.grid_search.bucket_queue import SLACK, double_rows, pop, push
+from cohelm.planning.grid_search.grid_steps import (
     ANY_STEP,
-    SLACK,
     SQRT2,
-    double_rows,
+    cheapest_parent,
+    is_allowed,
     is_uniform,
     neighbours,
-    pop,
-    push,
     successors,
 )
 from cohelm.planning.grid_search.lower_bound import (
@@ -93,6 +92,7 @@ def search_layers(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop o
     size, width = weights.shape[0], nodes.shape[2]
     values = nodes.reshape(nodes.shape[0], -1)
     target = (edges_from.shape[0] - 2) * size + goal
+    # The open list, with the start in the first bucket; its key is f, the cost over this state.
     base = bound_at(values[0], width, start // stride, start % stride, COARSE_SHIFT)
     step = max(0.5 * lightest, (bound - base) / (_MAX_BUCKETS - 4))
     inverse, slack = 1.0 / step, SLACK * lightest
@@ -118,6 +118,7 @@ def search_layers(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop o
         layer = state // size
         u, shift = np.uint64(state - layer * size), np.uint64(layer * size)
         left, first = values[layer], edges_from[layer]
+        # Expand the state, then go on to the last neighbour while that is in the lowest bucket.
         going = reached[u + shift] == so_far
         while going:
             going = False
@@ -146,7 +147,8 @@ def search_layers(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop o
                 code = int(np.int64(v)) * 16 + ANY_STEP
                 lists = push(heads, entries, costs, lists, bucket, code, there)
                 waiting += 1
-            # Steps within the layer: all of them beside other weights, else the worthwhile ones.
+            # Steps within the layer: all of them beside other weights, only the worthwhile ones
+            # among uniform weights.
             weight = np.float64(weights[u])
             if came != ANY_STEP and not is_uniform(weights, u, wide):
                 came = ANY_STEP
@@ -155,15 +157,9 @@ def search_layers(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop o
                 i = n if came == ANY_STEP else ahead[came, n]
                 v = here + offset[i]
                 heavy = np.float64(weights[v])
-                if i < 4:
-                    free[i] = heavy < np.inf
-                    if not free[i]:
-                        continue
-                    there = before + 0.5 * (weight + heavy)
-                else:
-                    if not (heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)]):
-                        continue
-                    there = before + 0.5 * SQRT2 * (weight + heavy)
+                if not is_allowed(heavy, i, free):
+                    continue
+                there = before + (0.5 if i < 4 else 0.5 * SQRT2) * (weight + heavy)
                 known = reached[v + shift]
                 if known != 0.0 and there >= known - slack:
                     continue
@@ -201,20 +197,10 @@ def _trace(
     state = target
     while state != start:
         layer, u = state // size, state % size
-        best, parent = np.inf, -1
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                v = u + dr * stride + dc
-                if v == u or reached[layer * size + v] == 0.0:
-                    continue
-                half = 0.5
-                if dr != 0 and dc != 0:
-                    if weights[u + dr * stride] + weights[u + dc] == np.inf:
-                        continue
-                    half = 0.5 * SQRT2
-                step = half * (np.float64(weights[u]) + np.float64(weights[v]))
-                if reached[layer * size + v] + step < best:
-                    best, parent = reached[layer * size + v] + step, layer * size + v
+        first = layer * size
+        best, parent = cheapest_parent(weights, reached[first : first + size], stride, u)
+        parent += first
+        # A via point may have been passed here, from a layer before.
         for other in range(layer):
             for i in range(edges_from[other], edges_from[other + 1]):
                 v = other * size + u

@@ -16,7 +16,7 @@ from cohelm.arrays import (
     empty_for_copies,
     value,
 )
-from cohelm.planning.grid_search.bucket_queue import SQRT2
+from cohelm.planning.grid_search.grid_steps import SQRT2
 
 BLOCKED = np.float32(np.inf)
 """Weight of a cell that must not be entered."""

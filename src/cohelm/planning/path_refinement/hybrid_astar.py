@@ -25,11 +25,11 @@ from cohelm.planning.path_refinement.configuration_space import (
 )
 from cohelm.planning.path_refinement.dubins import drive_arc, dubins_words
 from cohelm.planning.path_refinement.footprint import turn_overlaps
+from cohelm.planning.path_refinement.pose_nodes import PoseNodes, add_node, empty_nodes, slot_of
 
 _STEP = 0.1  # m
 _GENTLE = 0.97  # share of the largest curvature that is used: chords bend more than their arcs
-_CELL = 0.05  # m; poses in one such square and one sector count as one
-_SECTORS = 128
+_ARCS, _MOTIONS = 7, 9  # the motions of a step: seven arcs, then a turn on the spot to either side
 _PIVOT = math.pi / 16.0  # rad turned on the spot at a time
 _PIVOT_COST, _PIVOT_STOP = 0.15, 1.0  # m for each such turn, and for the stop before
 _WIGGLE = 0.2  # extra cost of the sharpest arc, as a share of its length
@@ -108,7 +108,7 @@ def _guide(
 
 
 @njit(cache=True)
-def _search(  # noqa: PLR0912, PLR0915, PLR0917  # one hot loop over plain arrays
+def _search(  # noqa: PLR0917  # one hot loop over plain arrays
     space: ConfigurationSpace,
     guide: Floats,
     corner: Integers,
@@ -122,17 +122,7 @@ def _search(  # noqa: PLR0912, PLR0915, PLR0917  # one hot loop over plain array
     A leg is its start pose, its curvature and its length; for a turn on the spot the curvature is
     infinite and the length is the turn.
     """
-    # Hash table from squares and sectors to nodes; nodes are rows of the arrays after it.
-    size = 64
-    while size < 24 * budget:
-        size *= 2
-    table = np.full(size, -1, dtype=np.int64)
-    keys = np.empty(size, dtype=np.int64)
-    pool = 9 * budget + seeds.shape[0] + 1
-    pose = np.empty((pool, 3))
-    cost = np.empty(pool)
-    parent = np.empty(pool, dtype=np.int64)
-    bend = np.empty(pool)
+    nodes = empty_nodes(_MOTIONS * budget + seeds.shape[0] + 1, 24 * budget)
     heap = [(0.0, -1)]
     heap.pop()
     count = 0
@@ -143,75 +133,79 @@ def _search(  # noqa: PLR0912, PLR0915, PLR0917  # one hot loop over plain array
             space.grown, seeds[s, 0], seeds[s, 1], seeds[s, 2], 0.0
         ):
             continue
-        pose[count], cost[count], parent[count], bend[count] = seeds[s], 0.0, -1, 0.0
-        table[_slot(table, keys, pose[count])] = count
+        add_node(nodes, count, slot_of(nodes, seeds[s]), seeds[s], 0.0, -1, 0.0)
         heapq.heappush(heap, (_EAGER * ahead, count))
         count += 1
-    sharpest = _GENTLE * space.curvature
     best, best_node, best_word = np.inf, -1, np.zeros((3, 2))
     expansions, enough = 0, budget
     fresh = np.empty(3)
     while len(heap) > 0 and expansions < enough:
+        # Take the node with the lowest f, unless a cheaper one has taken its place in the table.
         f, u = heapq.heappop(heap)
         if f >= best:
             break
-        if table[_slot(table, keys, pose[u])] != u:
+        here, so_far = nodes.pose[u], nodes.cost[u]
+        if nodes.table[slot_of(nodes, here)] != u:
             continue
         expansions += 1
         # Try to reach the goal directly; after the first success, only some more poses.
-        if expansions % _SHOTS == 1 or _is_near(pose[u], goal):
-            word, price = _shot(space, pose[u], goal, best - cost[u])
-            if cost[u] + price < best:
-                best, best_node, best_word = cost[u] + price, u, word
+        if expansions % _SHOTS == 1 or _is_near(here, goal):
+            word, price = _shot(space, here, goal, best - so_far)
+            if so_far + price < best:
+                best, best_node, best_word = so_far + price, u, word
                 enough = min(enough, 2 * expansions + _POLISH)
-        # Seven arcs and two turns on the spot.
-        for k in range(9 if pivots else 7):
-            if k < 7:
-                kappa = sharpest * (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)[k]
-                drive_arc(pose[u], kappa, _STEP, fresh)
-                weight = weight_at(space, fresh[0], fresh[1])
-                price = _STEP * weight * (1.0 + _WIGGLE * (kappa / sharpest) ** 2)
-            else:
-                turn = _PIVOT if k == 7 else -_PIVOT
-                fresh[0], fresh[1], fresh[2] = pose[u, 0], pose[u, 1], pose[u, 2] + turn
-                kappa = np.inf
-                weight = 1.0
-                price = _PIVOT_COST + (0.0 if bend[u] == np.inf else _PIVOT_STOP)
-            there = cost[u] + price
+        # Queue the poses after each motion that are cheaper than before.
+        for k in range(_MOTIONS if pivots else _ARCS):
+            kappa, price = _move(space, here, k, nodes.bend[u], fresh)
+            there = so_far + price
             if not there < best:
                 continue
-            slot = _slot(table, keys, fresh)
-            if table[slot] >= 0 and cost[table[slot]] <= there:
+            slot = slot_of(nodes, fresh)
+            if nodes.table[slot] >= 0 and nodes.cost[nodes.table[slot]] <= there:
                 continue
             # The overlap tests are expensive, so they come last.
             ahead = _ahead(space, guide, corner, fresh[0], fresh[1])
-            if ahead == np.inf:
+            if ahead == np.inf or not _is_free(space, here, k, fresh):
                 continue
-            if k < 7 and not motion_is_free(space, pose[u], fresh):
-                continue
-            if k >= 7 and turn_overlaps(space.grown, fresh[0], fresh[1], pose[u, 2], turn):
-                continue
-            pose[count], cost[count], parent[count], bend[count] = fresh, there, u, kappa
-            table[slot] = count
+            add_node(nodes, count, slot, fresh, there, u, kappa)
             heapq.heappush(heap, (there + _EAGER * ahead, count))
             count += 1
     if best_node < 0:
         return np.empty((0, 5)), expansions
-    return _joined(pose, bend, parent, best_node, best_word), expansions
+    return _joined(nodes, best_node, best_word), expansions
 
 
 @njit(cache=True)
-def _slot(table: Integers, keys: Integers, pose: Floats) -> int:
-    """Slot of the table for the pose's square and sector; writes its key there."""
-    x, y = math.floor(pose[0] / _CELL), math.floor(pose[1] / _CELL)
-    sector = round(pose[2] * _SECTORS / (2.0 * math.pi)) % _SECTORS
-    key = ((y + (1 << 24)) << 32) + ((x + (1 << 20)) << 7) + sector
-    mask = table.shape[0] - 1
-    slot: int = ((key * 0x9E3779B97F4A7C1) >> 20) & mask
-    while table[slot] >= 0 and keys[slot] != key:
-        slot = (slot + 1) & mask
-    keys[slot] = key
-    return slot
+def _move(
+    space: ConfigurationSpace, pose: Floats, k: int, bend: float, out: Floats
+) -> tuple[float, float]:
+    """Write the pose after motion k into ``out``; return (curvature, cost).
+
+    ``bend`` is the curvature of the motion that led to ``pose``. A turn on the spot, of infinite
+    curvature, costs more after a motion that is none.
+    """
+    if k < _ARCS:
+        sharpest = _GENTLE * space.curvature
+        kappa = sharpest * (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)[k]
+        drive_arc(pose, kappa, _STEP, out)
+        weight = weight_at(space, out[0], out[1])
+        return kappa, _STEP * weight * (1.0 + _WIGGLE * (kappa / sharpest) ** 2)
+    out[0], out[1], out[2] = pose[0], pose[1], pose[2] + _turn(k)
+    return np.inf, _PIVOT_COST + (0.0 if bend == np.inf else _PIVOT_STOP)
+
+
+@njit(cache=True)
+def _turn(k: int) -> float:
+    """Angle of the turn on the spot k, rad."""
+    return _PIVOT if k == _ARCS else -_PIVOT
+
+
+@njit(cache=True)
+def _is_free(space: ConfigurationSpace, pose: Floats, k: int, after: Floats) -> bool:
+    """Check that motion k from a pose overlaps nothing."""
+    if k < _ARCS:
+        return motion_is_free(space, pose, after)
+    return not turn_overlaps(space.grown, after[0], after[1], pose[2], _turn(k))
 
 
 @njit(cache=True)
@@ -275,8 +269,9 @@ def _shot(
 
 
 @njit(cache=True)
-def _joined(pose: Floats, bend: Floats, parent: Integers, last: int, word: Floats) -> Floats:
+def _joined(nodes: PoseNodes, last: int, word: Floats) -> Floats:
     """Legs (k, 5) from the seed to ``last`` and along the word; see _search."""
+    pose, parent, bend = nodes.pose, nodes.parent, nodes.bend
     back = [last]
     while parent[back[-1]] >= 0:
         back.append(parent[back[-1]])

@@ -41,7 +41,7 @@ def no_path(
     because, passage = "", None
     end = None if stuck is None else _end_at(prepared, stuck)
     if end is not None:
-        because = f"the walls about the {end}"
+        because = f"the walls around the {end}"
     elif stuck is not None:
         passage = _bend(prepared, stuck)
     elif closed_by_zones(prepared, parameters):

@@ -47,7 +47,7 @@ class SoftVia:
 
         closeness: float = Field(2.0, ge=0.0, le=1000.0)
         """λ: weighted metres accepted for a metre closer to a point, m/m; for a stroke per metre of
-        its length, 1/m. A value of 2 pays for going there and back."""
+        its length, 1/m. A detour to the point and back is accepted from a value of 2 on."""
         stroke_spacing: float = Field(1.0, ge=0.05, le=100.0)
         """Length of a stroke's pieces, m; longer if there would be too many."""
         stroke_pieces: int = Field(32, ge=1, le=255)

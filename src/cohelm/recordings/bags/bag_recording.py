@@ -103,7 +103,7 @@ class BagRecording:
         found = ", ".join(f"{name} ({type_.rpartition('/')[2]})" for name, type_ in sorted(counts))
         wanted = "LaserScan or PointCloud2" if topic is None else f"scan or cloud on {topic}"
         held = f"it has {found[:300]}" if found else "it has no messages"
-        raise RecordingError(f"holds no {wanted}; {held}", file=self._path)
+        raise RecordingError(f"has no {wanted}; {held}", file=self._path)
 
     def _messages(self, damage: list[RecordingError]) -> Iterator[BagMessage]:
         try:

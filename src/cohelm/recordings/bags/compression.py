@@ -18,7 +18,7 @@ MAX_CHUNK = 1 << 28
 _RATIO = 100
 """Maximum plausible compression of sensor data: scans reach 10, black images 100."""
 _ALLOWED = 1 << 24
-"""Bytes that any chunk, however small, may grow to."""
+"""Bytes to which any chunk may grow, also a small one."""
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 

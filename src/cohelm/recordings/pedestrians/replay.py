@@ -1,8 +1,7 @@
-"""A filmed or recorded crowd as pedestrians: they walk as they walked and react to nobody.
+"""Replay of a filmed or recorded crowd as pedestrians, who do not react to others.
 
-They come when they came and leave when they left, see ``Crowd.present``; between sightings they are
-on the curve that :meth:`Trajectories.at` draws. Others may walk among them by another model, and
-see them.
+They enter and leave at the recorded times, see ``Crowd.present``; between sightings they follow the
+curve of :meth:`Trajectories.at`. People of another model may walk among them and avoid them.
 """
 
 from __future__ import annotations
@@ -40,43 +39,43 @@ from cohelm.simulation.crowds.motion import far_away, turned_towards
 
 
 class Replay:
-    """People of a file. The record is the number of the person in the film; NaN: in none."""
+    """People of a file. The memory is the number of the person in the film; NaN: not filmed."""
 
     class Parameters(Model):
         """Film, its time window, and its position on the map."""
 
         file: str = ""
-        """Walks: obsmat, social-lstm or HERMES text, or CrowdNav's npz. Looked for where it is
-        named, beside the scenario, and in the folder that COHELM_DATA names; empty: nobody."""
+        """Trajectories: obsmat, social-lstm or HERMES text, or CrowdNav's npz. Searched as given,
+        beside the scenario, and in the folder COHELM_DATA; empty: no people."""
         case: int = Field(0, ge=0)
-        """Of an npz file."""
+        """Number of the case in an npz file."""
         begin: float = Field(0.0, ge=0.0, le=1e6)
         """Time of the film at which the ride begins, s since its first frame."""
         seconds: float = Field(180.0, gt=0.0, le=3600.0)
-        """How long it goes on; whoever comes later is left out, s."""
+        """Duration, s; people who enter later are left out."""
         at: tuple[float, float] = (0.0, 0.0)
-        """Where the film's origin lies on the map, m."""
+        """Position of the film's origin on the map, m."""
         angle_deg: float = Field(0.0, ge=-360.0, le=360.0)
-        """Of the film's x axis on the map."""
+        """Direction of the film's x axis on the map, degrees."""
         radius: float = Field(0.25, gt=0.05, le=1.0)
-        """Of the bodies, m (assumed)."""
+        """Radius of the bodies, m (assumed)."""
         clear: float = Field(0.0, ge=0.0, le=100.0)
-        """Whoever would come out of nothing with a smaller gap to the disc about the chair comes
-        once it is no smaller, m; 0: all come where they came."""
+        """Minimum gap to the disc about the chair at which a person appears, m; who would appear
+        nearer appears later. 0: all appear as recorded."""
         turn_time: float = Field(0.3, gt=0.0, le=5.0)
-        """Time constant of turning the body to where one walks, s (assumed)."""
+        """Time constant of turning the body to the direction of motion, s (assumed)."""
         walk: BaseModelSpec = DEFAULT_MODEL
-        """The pedestrian model of the scenario's other people, who see those of the film."""
+        """Pedestrian model of the scenario's other people, who avoid those of the film."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
         self._walk = base_model(self.parameters.walk)
 
     def enter(self, crowd: Crowd) -> Crowd:
-        """The people at time 0 and after them those of the film, blind to everybody.
+        """Append the people of the film, who see no other, to those at time 0.
 
         Raises:
-            RecordingError: if the file is missing or is none.
+            RecordingError: if the file is missing or no film.
         """
         p = self.parameters
         others = prepare_crowd(self._walk, crowd)
@@ -119,7 +118,7 @@ class Replay:
     def _replayed(
         self, before: Crowd, after: Crowd, number: Floats, scene: CrowdScene, dt: float
     ) -> Crowd:
-        """``after``, but for those of the film, who are where they were ``dt`` after the scene."""
+        """``after`` with the filmed people at their recorded positions ``dt`` after the scene."""
         filmed = np.isfinite(number)
         who = number[filmed].astype(np.int64)
         states, there = self._states(self._film(), who, scene.time + dt)
@@ -143,7 +142,7 @@ class Replay:
         )
 
     def _states(self, film: Trajectories, who: Integers, time: float) -> tuple[Floats, Booleans]:
-        """(x, y, v_x, v_y) on the map of people ``who`` (n,), and which of them are there."""
+        """(x, y, v_x, v_y) on the map of people ``who`` (n,), and mask of those present."""
         p = self.parameters
         n = len(who)
         states = np.hstack([far_away(n), np.zeros((n, 2))])
@@ -165,19 +164,19 @@ class Replay:
         return near
 
     def _first_ways(self, film: Trajectories) -> Floats:
-        """The velocity (n, 2) with which each is seen first, on the map, m/s."""
+        """First recorded velocity (n, 2) of each person, on the map, m/s."""
         turn = np.array([0.0, 0.0, math.radians(self.parameters.angle_deg)])
         return np.asarray(transform(turn, film.velocity[film.first[:-1]]))
 
     def _film(self) -> Trajectories:
         p = self.parameters
         if not p.file:
-            return _NOBODY
+            return _NO_PEOPLE
         return _window(_found(p.file), p.case, p.begin, p.begin + p.seconds)
 
 
 def _found(name: str) -> Path:
-    """The file that is named, or the one of that name in COHELM_DATA."""
+    """Find the given file, or the one of that name in COHELM_DATA."""
     file, folder = Path(name), outside_data()
     if file.is_file() or folder is None:
         return file
@@ -186,7 +185,7 @@ def _found(name: str) -> Path:
 
 @lru_cache(maxsize=16)
 def _window(file: Path, case: int, begin: float, end: float) -> Trajectories:
-    """Those of a film who are seen between two of its moments, s."""
+    """Select the people of a film who are seen between two times, s."""
     film = _whole(file, case)
     return film.only((film.end >= begin) & (film.begin <= end))
 
@@ -216,14 +215,14 @@ def _mean_speeds(film: Trajectories) -> Floats:
 
 
 def _groups(film: Trajectories, first: int) -> Integers:
-    """Numbers from ``first`` on of the groups (n,) that the film's notes name; −1: none."""
+    """Numbers (n,) of the annotated groups, from ``first`` on; −1: none."""
     out = np.full(len(film.id), -1, dtype=np.int64)
     for k, members in enumerate(film.groups):
         out[np.isin(film.id, members)] = first + k
     return out
 
 
-_NOBODY = Trajectories(
+_NO_PEOPLE = Trajectories(
     name="",
     step=0.4,
     id=np.empty(0, dtype=np.int64),

@@ -70,8 +70,8 @@ def futures(time: float, predicted: Predictions | None) -> Any:
     out = [_clear(time)]
     if predicted is not None and predicted.mean.size:
         best = predicted.weight.argmax(axis=1)
-        ways = predicted.mean[np.arange(len(best)), best, ::3]
-        out += [_line(time, "future", k, way, _FUTURE, 0.04) for k, way in enumerate(ways)]
+        paths = predicted.mean[np.arange(len(best)), best, ::3]
+        out += [_line(time, "future", k, path, _FUTURE, 0.04) for k, path in enumerate(paths)]
     return ros.markers(out)
 
 

@@ -3,7 +3,7 @@
 Among people the algorithm is that of the RVO2 library, step by step: the nearest neighbours in
 order of distance, one half-plane of velocities for each, the collision case with 1/dt, and the
 linear programs of ``half_planes``. Walls are hard half-planes about the person (``wall_geometry``),
-so that nobody ever walks through one.
+so that no person walks through one.
 
 Deadlocks are broken as in RVO2's examples, by a disturbance of people who make no progress. That
 needs no memory: the lack of progress shows in the velocity that ORCA allows.
@@ -180,7 +180,7 @@ def _lost_waypoint(
     """Previous way-point (n, 2) of people pushed out of sight of their target, else NaN.
 
     A person who has passed the way-point of a door may be pushed back through the door, and would
-    then walk against the wall for ever.
+    then walk against the wall without end.
     """
     grid = (walls.solid, 2.0 * walls.cells.half, walls.cells.X_MG)
     ahead = current_targets(waypoints, target)

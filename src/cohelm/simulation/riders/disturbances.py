@@ -27,14 +27,34 @@ from cohelm.simulation.riders.rider_input import (
 _ROUNDING = 1e-9  # s; times are sums of float steps
 
 
+class _Disturbance(Model):
+    """Rider whose input is disturbed."""
+
+    base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
+    """Base rider."""
+
+
+class _IntervalDisturbance(_Disturbance):
+    """Base rider, and random intervals in which its input is disturbed."""
+
+    mean_gap: float = Field(gt=0.0, le=600.0)
+    """Mean time between two intervals, s."""
+    duration: tuple[float, float]
+    """Range of their durations, s."""
+
+    @model_validator(mode="after")
+    def _check_duration(self) -> Self:
+        if not 0.0 < self.duration[0] <= self.duration[1] <= 60.0:
+            raise ValueError("duration must be [shortest, longest] with 0 < both ≤ 60 s")
+        return self
+
+
 class Delayed:
     """Input with a constant delay; the stick is centred at first."""
 
-    class Parameters(Model):
+    class Parameters(_Disturbance):
         """Delay and base rider."""
 
-        base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
-        """Base rider."""
         delay: float = Field(0.3, ge=0.0, le=3.0)
         """From perception to input, s (0.3, and 0.6 for slow riders: assumed)."""
 
@@ -71,11 +91,9 @@ class _DelayMemory:
 class Laggy:
     """Input that often repeats the last one; after the pilots of Reddy et al. (2018)."""
 
-    class Parameters(Model):
+    class Parameters(_Disturbance):
         """Probability and base rider."""
 
-        base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
-        """Base rider."""
         repeat_probability: float = Field(0.8, ge=0.0, lt=1.0)
         """Probability that a command repeats the last one, for each of 20 a second (0.8 and 0.85 in
         programs after Reddy, Dragan and Levine, 2018)."""
@@ -104,20 +122,11 @@ class _RepeatMemory:
 class Dropout:
     """A device that falls silent from time to time; its last message stays in effect."""
 
-    class Parameters(Model):
+    class Parameters(_IntervalDisturbance):
         """Frequency, duration and base rider; assumed."""
 
-        base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
-        """Base rider."""
         mean_gap: float = Field(8.0, gt=0.0, le=600.0)
-        """Mean time between two dropouts, s."""
         duration: tuple[float, float] = (0.2, 2.0)
-        """Range of their durations, s."""
-
-        @model_validator(mode="after")
-        def _check_duration(self) -> Self:
-            _check_range(self.duration)
-            return self
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -154,11 +163,9 @@ class _DropoutMemory:
 class Noisy:
     """Input with one random axis from time to time; after the pilots of Reddy et al. (2018)."""
 
-    class Parameters(Model):
+    class Parameters(_Disturbance):
         """Probability and base rider."""
 
-        base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
-        """Base rider."""
         noise_probability: float = Field(0.15, ge=0.0, le=1.0)
         """Probability that one axis of a command is random, for each of 20 a second (0.15 in
         programs after Reddy, Dragan and Levine, 2018)."""
@@ -185,11 +192,9 @@ class Tremor:
     The stick is read 20 times a second: a tremor above 10 Hz is aliased.
     """
 
-    class Parameters(Model):
+    class Parameters(_Disturbance):
         """Frequency, amplitude and base rider."""
 
-        base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
-        """Base rider."""
         frequency: tuple[float, float] = (3.0, 12.0)
         """Range of the frequency, Hz: Parkinson's disease 3–8, essential tremor 4–12 (Luft et al.,
         Sensors 2019)."""
@@ -247,11 +252,9 @@ class _TremorMemory:
 class Biased:
     """A rider with a wrong sense of the heading, who therefore steers to one side."""
 
-    class Parameters(Model):
+    class Parameters(_Disturbance):
         """Offset and base rider."""
 
-        base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
-        """Base rider."""
         offset: float = Field(0.26, ge=-1.0, le=1.0)
         """Angle to the left of the desired direction, rad (15°, assumed)."""
 
@@ -268,25 +271,16 @@ class Biased:
 class Uncooperative:
     """A rider who from time to time steers to one side of the desired direction.
 
-    A rider who wants to go elsewhere altogether is any rider with a ``rider_goal`` of their own.
+    For a rider with another destination, set the scenario's ``rider_goal``.
     """
 
-    class Parameters(Model):
+    class Parameters(_IntervalDisturbance):
         """Frequency, duration, angle and base rider; assumed."""
 
-        base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
-        """Base rider."""
         mean_gap: float = Field(6.0, gt=0.0, le=600.0)
-        """Mean time between two intervals, s."""
         duration: tuple[float, float] = (1.0, 3.0)
-        """Range of their durations, s."""
         angle: float = Field(1.2, ge=0.0, le=3.15)
         """Angle between the input and the correct one, rad."""
-
-        @model_validator(mode="after")
-        def _check_duration(self) -> Self:
-            _check_range(self.duration)
-            return self
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or self.Parameters()
@@ -316,8 +310,3 @@ class Uncooperative:
 class _OppositionMemory:
     base: Any
     interval: RandomInterval
-
-
-def _check_range(duration: tuple[float, float]) -> None:
-    if not 0.0 < duration[0] <= duration[1] <= 60.0:
-        raise ValueError("duration must be [shortest, longest] with 0 < both ≤ 60 s")

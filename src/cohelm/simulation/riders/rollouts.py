@@ -1,7 +1,7 @@
 """Rollouts of the rider's steering law along candidate paths.
 
-Each rollout follows the steering law for some seconds and checks the box of the chair cost
-obstacles in sight and people who walk on at constant velocity.
+Each rollout follows the steering law for some seconds. The bounding box of the chair is checked
+against obstacles in sight, and against people who walk on at constant velocity.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _MIN_GAPS = (0.03, 0.10)
 COMFORT_GAPS = (0.2, 0.45)
 """Gaps below which discomfort costs, m …"""
 _DISCOMFORT = (2.0, 1.5)
-"""… at highest this much progress, at full speed all the time, m."""
+"""… at most this, if the chair drives at full speed all the time, m of progress."""
 _HORIZON = 3.0
 """Time for which people are assumed to walk on, s."""
 _BLOCKED = 1.0
@@ -210,8 +210,8 @@ def best_rollout(  # noqa: PLR0913, PLR0917  # numba kernel: plain arrays
         current: the offset driven now, m.
 
     Returns:
-        −1 for the gear if no rollout is usable. A chair already nearer than the minimum gaps may
-        leave.
+        −1 for the gear if no rollout is usable. A chair that is already nearer than the minimum
+        gaps may drive away.
     """
     obstacle, person = _gaps(points, people, box, np.zeros(3), 0.0)
     min_gaps = (min(_MIN_GAPS[0], obstacle - 0.005), min(_MIN_GAPS[1], person - 0.01))

@@ -60,7 +60,7 @@ def crowding_patches(
     count, _, stats, _ = cv2.connectedComponentsWithStats(near)
     X_CG = compose(inverse(crowding.X_MG), grid.X_MG)
     patches = []
-    for c0, r0, width, height in stats[1:count, :4]:  # a handful: areas, not people
+    for c0, r0, width, height in stats[1:count, :4]:  # few: areas, not people
         c1, r1 = c0 + width, r0 + height
         corners = np.array([[c0, r0], [c1, r0], [c1, r1], [c0, r1]]) - 1  # less the padding
         outline = transform(crowding.X_MG, corners * crowding.resolution)

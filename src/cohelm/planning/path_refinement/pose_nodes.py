@@ -1,0 +1,73 @@
+"""Nodes of the search over (x, y, heading): reached poses, and a hash table of them, compiled."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Floats, Integers
+
+_CELL = 0.05  # m; poses in one such square and one sector count as one
+_SECTORS = 128
+
+
+class PoseNodes(NamedTuple):
+    """Reached poses, and a hash table of them; for kernels."""
+
+    table: Integers
+    """Cheapest node of a square and a sector, −1: none, (size,)."""
+    keys: Integers
+    """Square and sector of each slot of the table, (size,)."""
+    pose: Floats
+    """(nodes, 3)."""
+    cost: Floats
+    """Cost from a seed, m, (nodes,)."""
+    parent: Integers
+    """Node before, −1: a seed, (nodes,)."""
+    bend: Floats
+    """Curvature of the motion from there, 1/m; ∞: a turn on the spot, (nodes,)."""
+
+
+@njit(cache=True)
+def empty_nodes(capacity: int, slots: int) -> PoseNodes:
+    """Return no nodes, with space for ``capacity`` of them and for ``slots`` in the table."""
+    size = 64
+    while size < slots:
+        size *= 2
+    return PoseNodes(
+        np.full(size, -1, dtype=np.int64),
+        np.empty(size, dtype=np.int64),
+        np.empty((capacity, 3)),
+        np.empty(capacity),
+        np.empty(capacity, dtype=np.int64),
+        np.empty(capacity),
+    )
+
+
+@njit(cache=True)
+def slot_of(nodes: PoseNodes, pose: Floats) -> int:
+    """Slot of the table for the pose's square and sector; writes its key there."""
+    x, y = math.floor(pose[0] / _CELL), math.floor(pose[1] / _CELL)
+    sector = round(pose[2] * _SECTORS / (2.0 * math.pi)) % _SECTORS
+    key = ((y + (1 << 24)) << 32) + ((x + (1 << 20)) << 7) + sector
+    mask = nodes.table.shape[0] - 1
+    slot: int = ((key * 0x9E3779B97F4A7C1) >> 20) & mask
+    while nodes.table[slot] >= 0 and nodes.keys[slot] != key:
+        slot = (slot + 1) & mask
+    nodes.keys[slot] = key
+    return slot
+
+
+@njit(cache=True)
+def add_node(  # noqa: PLR0917  # a kernel takes plain values
+    nodes: PoseNodes, node: int, slot: int, pose: Floats, cost: float, parent: int, bend: float
+) -> None:
+    """Write a node, and put it into a slot of the table."""
+    nodes.pose[node] = pose
+    nodes.cost[node] = cost
+    nodes.parent[node] = parent
+    nodes.bend[node] = bend
+    nodes.table[slot] = node
