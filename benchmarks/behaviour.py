@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 Arrays = Mapping[str, Any]
-"""What one case leaves behind: arrays by name; numbers are compared bit for bit."""
+"""Result of one case: arrays by name; numbers are compared bit for bit."""
 
 HOSPITAL, REAL_MAP = "hospital", "ros_maps/utexas_gdc_3ne.yaml"
 RIDES: dict[str, tuple[str, int, dict[str, Any]]] = {
@@ -102,7 +102,7 @@ RECORDINGS = (
     "lidar/kitti_obj_000000.bin",
 )
 FRAMES = 400
-"""Of each recording."""
+"""Maximum number of frames of each recording."""
 CROWDNAV_CASES = 20
 RENAMED_REASONS = Path(__file__).with_name("renamed_reasons.txt")
 """Reason codes, ``old=new`` on each line."""
@@ -212,7 +212,7 @@ def plan(key: str) -> Arrays:
 
 
 def recording(key: str) -> Arrays:
-    """Who is found in every frame of a recording."""
+    """People found in every frame of a recording."""
     from itertools import islice
 
     from cohelm.evaluation import perceive_frames, perception_of

@@ -129,8 +129,8 @@ def test_a_plan_names_all_that_it_shows(plan, tmp_path):
     assert text == (tmp_path / "again.svg").read_text()
     for label in (
         "route", "route without the wish", "alternative 2: 10.5 m", "footprint along the route",
-        "drawn by the rider", "avoid if possible", "never enter", "turns on the spot", "start", "goal",
-        "higher cost, or too close", "wish of the rider",
+        "drawn by the rider", "avoid if possible", "never enter", "turns on the spot",
+        "start", "goal", "higher cost, or too close", "wish of the rider",
     ):  # fmt: skip
         assert f"<!-- {label} -->" in text
 

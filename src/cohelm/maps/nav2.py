@@ -58,7 +58,7 @@ class MapFile(config.Model):
     free_thresh: float = Field(ge=0.0, le=1.0)
     """Occupancy up to which a pixel is free."""
     mode: Mode = "trinary"
-    """How lightness becomes occupancy; see the module."""
+    """Conversion of lightness to occupancy; see the module."""
     negate: bool = False
     """Light pixels are occupied."""
 

@@ -22,7 +22,7 @@ class People:
     heading: Annotated[Floats, Shape("n")]
     """Direction faced, rad; NaN where unknown; of a person at rest, that of the last walk."""
     radius: Annotated[Floats, Shape("n")]
-    """Of the body's disc, m."""
+    """Radius of the body's disc, m."""
     confidence: Annotated[Floats, Shape("n")]
     """0…1."""
     source: str = "tracker"
@@ -70,7 +70,7 @@ class Predictions:
     step: float
     """Time between steps, s; step 0 is now."""
     names: tuple[str, ...]
-    """Of the h hypotheses."""
+    """Names of the h hypotheses."""
     weight: Annotated[Floats, Shape("n h")]
     """Probability of each hypothesis; rows sum to 1."""
     mean: Annotated[Floats, Shape("n h N+1 2")]
@@ -146,7 +146,7 @@ class GroupSpaces:
     id: Annotated[Integers, Shape("g")]
     """As in ``Groups``."""
     direction: Annotated[Floats, Shape("m")]
-    """Of the outward normals u, rad, evenly spaced."""
+    """Directions of the outward normals u, rad, evenly spaced."""
     support: Annotated[Floats, Shape("g N+1 m")]
     """Maximum of p·u over the hull, m."""
 

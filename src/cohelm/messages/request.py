@@ -62,7 +62,7 @@ class Wish:
     radius: float = 0.0
     """Extent of an avoided zone beyond its points, m."""
     hard: bool = False
-    """Of an avoided zone: never enter it, even if no route is left; otherwise it only costs."""
+    """Never enter the avoided zone, even if no route is left; False: it only costs."""
 
 
 @value

@@ -98,4 +98,4 @@ class StepInput:
     request: Request
     """With the speed limits of the map."""
     memory: Memory
-    """Of the previous step."""
+    """Memory of the previous step."""

@@ -38,8 +38,8 @@ class Robot(Model):
     max_turn_rate: float = Field(gt=0.0, le=10.0)
     """rad/s."""
     minimum_turning_radius: float | None = Field(None, gt=0.0, le=20.0)
-    """Of the curves in paths, m (Nav2's name). None: the inscribed radius, because a chair that
-    turns about a point within itself turns on the spot instead."""
+    """Minimum radius of curves in paths, m (Nav2's name). None: the inscribed radius, because a
+    chair that turns about a point within itself turns on the spot instead."""
     max_acceleration: float = Field(ge=0.05, le=20.0)
     """m/s²."""
     max_deceleration: float = Field(ge=0.05, le=20.0)

@@ -37,7 +37,7 @@ class ManualDoor:
     b: Annotated[Floats, Shape("2")]
     """The other end, m."""
     depth: float
-    """Of the leaf, m."""
+    """Thickness of the leaf, m."""
 
 
 def current_grid(

@@ -23,7 +23,7 @@ class NewPedestrian:
     speed: float = 1.2
     """Preferred speed, m/s."""
     radius: float = 0.25
-    """Of the body, m."""
+    """Radius of the body, m."""
     stature: float = 1.7
     """Height, m."""
     loop: bool = False

@@ -155,7 +155,7 @@ def test_without_choices_the_planners_order_stays(route_pool):
         assert [each.alternative for each in found.routes] == list(route_pool[0])
         assert not found.learned
         assert "planner" in found.why
-    assert "from 5 on" in rank_routes(route_pool[0], RiderChoices(name="new")).why
+    assert "begins at 5 choices" in rank_routes(route_pool[0], RiderChoices(name="new")).why
 
 
 def test_with_weights_the_best_comes_first_and_the_words_say_it(route_pool):

@@ -41,7 +41,7 @@ _GOAL_OFFSET = 0.15
 _DIRECTION_POINTS = 8
 """Number of path points over which its direction is computed."""
 _MAX_CURVATURE = 1.5
-"""Of backing up, rad/m."""
+"""Maximum curvature of backing up, rad/m."""
 _REQUESTED = frozenset({PlanReason.FIRST, PlanReason.GOAL, PlanReason.WISH})
 _LESS_SPECIFIC = frozenset({None, Reason.NO_SAFE_PLAN, Reason.BLOCKED, Reason.OVER_LIMITS})
 """Reasons that the reason of the recovery replaces."""

@@ -151,7 +151,7 @@ class RouteChoice(Model):
 
 
 def learn_weights(choices: Iterable[RouteChoice]) -> FeatureVector | None:
-    """Weights of length 1 that explain the choices; None if the choices determine none.
+    """Weights of length 1 that explain the choices; None if there are too few choices.
 
     Logistic regression of every (taken − left) difference without intercept, regularised by
     |w|² / 2C. With weights about 1 and differences about a unit, C = 10 is so weak that the

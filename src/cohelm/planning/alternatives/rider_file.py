@@ -50,7 +50,7 @@ class RiderChoices(Model):
         """Describe the rider's preference in a sentence."""
         made = _count(len(self.choices), "choice")
         if self.weights is None:
-            return f"{self.name} has made {made}; learning begins at {MIN_CHOICES}"
+            return f"{self.name} has made {made}; learning begins at {MIN_CHOICES} choices"
         liked = describe_preference(self.weights)
         return f"{self.name} prefers {', '.join(liked[:3])} ({made})"
 

@@ -56,7 +56,7 @@ _WIDE_ATTEMPTS = (
     _Attempt(1.5, 2.0, False, 0.4),
     _Attempt(3.0, 3.0, False, 0.6),
 )
-"""For a larger footprint, which may not fit at all."""
+"""Attempts with a larger footprint, which may not fit at all."""
 _MIN_POSES = 300  # below which a search is not worthwhile
 _LOOP = 1.25 * math.pi  # rad that a curve may turn more than the stretch that it replaces
 _CUSP = 2.5  # rad, above which a line reverses

@@ -121,7 +121,7 @@ class Ideal:
 @value
 class _Memory:
     time: float
-    """Of the last call, s."""
+    """Time of the last call, s."""
     twist: Annotated[Floats, Shape("3")]
     obstacles: RememberedObstacles
     speed_share: float

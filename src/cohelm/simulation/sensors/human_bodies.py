@@ -34,7 +34,7 @@ class HumanBodies:
     """n people in the map frame."""
 
     position: Annotated[Floats, Shape("n 2")]
-    """Of the discs' centres, m."""
+    """Centres of the discs, m."""
     heading: Annotated[Floats, Shape("n")]
     """Direction faced, rad."""
     walked: Annotated[Floats, Shape("n")]
