@@ -78,8 +78,10 @@ VARIANTS: Mapping[str, Ablation] = {
         "people are expected to stand still",
         ("predictor.use=constant_velocity", "predictor.velocity_share=0"),
     ),
-    "one future": Ablation("people are expected to continue", ("predictor.use=constant_velocity",)),
-    "five futures": Ablation(
+    "one hypothesis": Ablation(
+        "people are expected to continue", ("predictor.use=constant_velocity",)
+    ),
+    "five hypotheses": Ablation(
         "people may continue, stop, turn back or turn aside", ("predictor.use=hypotheses",)
     ),
     "one candidate": Ablation(
@@ -90,7 +92,7 @@ VARIANTS: Mapping[str, Ablation] = {
         "candidates are evaluated no farther ahead than they are planned",
         ("local_planner.sampling.horizon=0.1",),
     ),
-    "thin verification": Ablation(
+    "reduced verification": Ablation(
         "plans are verified without margins and for the present only",
         (
             *(f"local_planner.verification.{each}_margin=0" for each in _MARGINS),
