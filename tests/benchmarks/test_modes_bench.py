@@ -170,7 +170,7 @@ def test_shared_collides_less_than_manual_where_it_clearly_does():
 def test_better_is_to_arrive_more_often_or_as_often_and_sooner(alone, shared, result):
     rides = [row("autonomous", s, **alone) for s in range(20)]
     rides += [row("shared", s, **shared) for s in range(20)]
-    (found,) = verdicts(modes.PAPER, rides, "better than the chair alone")
+    (found,) = verdicts(modes.PAPER, rides, "better than autonomous driving")
     assert found.result == result
     assert ("neither fails nor freezes" in found.remark) == (result == CONTRADICTS)
 
