@@ -111,7 +111,7 @@ def test_a_map_of_ones_own_needs_both_ends(refused, room):
 
 
 def test_a_place_on_a_map_that_names_none(refused, room):
-    assert "names no places" in refused("plan", room, "--start", "Ward 3", "--goal", "4,0")
+    assert "has no named places" in refused("plan", room, "--start", "Ward 3", "--goal", "4,0")
 
 
 # ---------------------------------------------------------------------------- robots and scenarios

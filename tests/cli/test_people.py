@@ -157,7 +157,7 @@ def test_labels_of_something_else_are_worth_a_warning(cohelm, bag, tmp_path):
     truth.write_text(json.dumps({"t": 102.0, "people": [{"id": 1, "x": -5.0, "y": 5.0}]}))
     code, _, err = cohelm("people", bag, "--truth", truth)
     assert code == 0
-    assert "nobody was found near a label" in err
+    assert "no person was tracked near a label" in err
 
 
 @pytest.mark.parametrize(

@@ -127,7 +127,7 @@ def test_what_is_no_ride_is_refused_in_one_line(cohelm, tmp_path, content, probl
 def test_a_setting_of_the_world_is_refused(cohelm, recorded):
     code, _, err = cohelm("replay", recorded, "--set", "people.count=3")
     assert code == 2
-    assert "people: decided what was recorded" in err
+    assert "people: determined the recording" in err
 
 
 def test_a_recording_is_refused_before_riding_where_it_cannot_be_written(

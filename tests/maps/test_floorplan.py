@@ -141,7 +141,7 @@ def test_drawing_twice_gives_the_same():
         ({"places": {"EAST": [1, 1]}}, "places.EAST", "used twice"),
         ({"places": {"Far": [9, 1]}}, "places.Far", "outside the map"),
         ({"doors": [{"at": [2, 2], "width": 1}]}, "doors.0", "no wall within 0.3 m of (2, 2)"),
-        ({"doors": [{"at": [3, 2], "width": 1.9}]}, "doors.0", "its wall leaves 1.80 m there"),
+        ({"doors": [{"at": [3, 2], "width": 1.9}]}, "doors.0", "its wall has 1.80 m there"),
         ({"doors": [{"at": [3, 2], "width": 0}]}, "doors.0.width", "greater than 0"),
         ({"furniture": [{"name": "ghost"}]}, "furniture.0", "exactly one of rect, disc, polygon"),
         ({"furniture": [{"disc": [1, 1, 0]}]}, "furniture.0", "the radius must be positive"),

@@ -53,7 +53,7 @@ def test_an_unknown_name_gets_the_nearest_and_the_file(sidecar):
     assert str(sidecar) in str(caught.value)
     with pytest.raises(MapError, match="known: Bay, Reception, Straße, Ward 3"):
         read_places(sidecar).find("xyz")
-    with pytest.raises(MapError, match="names no places"):
+    with pytest.raises(MapError, match="has no named places"):
         Places().find("Ward 3")
 
 
@@ -71,7 +71,7 @@ def test_the_sidecar_is_found_by_the_maps_stem(sidecar):
     assert places_beside(sidecar.parent / "floor.pgm").names[0] == "Reception"
     nothing = places_beside(sidecar.parent / "other.yaml")
     assert len(nothing) == 0
-    with pytest.raises(MapError, match=r"other.yaml: .*names no places"):
+    with pytest.raises(MapError, match=r"other.yaml: .*has no named places"):
         nothing.find("Ward 3")
 
 
@@ -103,8 +103,8 @@ def test_written_places_are_read_back(sidecar, tmp_path):
         ("Ward: {polygon: [[0, 0], [1, 0], [1]]}", "three or more points"),
         ("Ward: {polygon: [[0, 0], [1, 1], [2, 2]]}", "no area"),
         ("Ward: {polygon: [[0, 0], [2, 0], [2, 2], [0, 2]], point: [1]}", "two finite numbers"),
-        ("Ward: [1, 2]\nward: [3, 4]", "a name of its own"),
-        ("'': [1, 2]", "a name of its own"),
+        ("Ward: [1, 2]\nward: [3, 4]", "each place needs its own name"),
+        ("'': [1, 2]", "each place needs its own name"),
         ("[1, 2]", "must be a mapping"),
         ("Ward: [1, 2", "not YAML"),
     ],

@@ -70,5 +70,5 @@ def test_shade_205_is_unknown_where_the_thresholds_say_so_and_free_where_they_do
         grid = read_map(folder / "aws_hospital_sim.yaml")
     assert not (grid.data == UNKNOWN).any()
     said = " ".join(str(w.message) for w in caught)
-    assert "'hospital.pgm' is not there" in said
+    assert "'hospital.pgm' does not exist" in said
     assert "takes 48997 pixels of shade 205" in said

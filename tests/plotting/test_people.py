@@ -121,7 +121,7 @@ def test_costs_are_drawn(tmp_path):
     assert (tmp_path / "costs.png").stat().st_size > 5000
 
 
-def foretold(names):
+def predicted(names):
     times = np.arange(4) * 0.1
     people = walkers([[0.0, 0.0, 1.0, 0.0]])
     told = straight_on(people, 3, 0.1)
@@ -134,20 +134,20 @@ def foretold(names):
         velocity=np.repeat(told.velocity, n, axis=1),
         deviation=np.repeat(told.deviation, n, axis=1),
     )
-    return pictures.Foretold(
-        title="stops", change=0.2, times=times,
+    return pictures.PredictedChange(
+        title="stops", onset=0.2, times=times,
         positions=np.stack([times, np.zeros(4)], axis=-1), predictions=[many] * 4,
     )  # fmt: skip
 
 
 def test_futures_are_drawn_however_many_there_are(tmp_path):
-    draw_futures = pictures.draw_futures
-    walker = foretold([f"future_{k}" for k in range(9)])
+    draw_predictions = pictures.draw_predictions
+    walker = predicted([f"future_{k}" for k in range(9)])
     for name in ("a.png", "b.png"):
-        draw_futures([walker], tmp_path / name, moments=(0.0, 0.1), alarm=0.5, soon=0.6)
+        draw_predictions([walker], tmp_path / name, moments=(0.0, 0.1), alarm=0.5, soon=0.6)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     with pytest.raises(ConfigError, match="--plot"):
-        draw_futures([walker], tmp_path / "a.txt", moments=(0.0,), alarm=0.5, soon=0.6)
+        draw_predictions([walker], tmp_path / "a.txt", moments=(0.0,), alarm=0.5, soon=0.6)
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(ConfigError, match="folder"):
-        draw_futures([walker], tmp_path / "folder.png", moments=(0.0,), alarm=0.5, soon=0.6)
+        draw_predictions([walker], tmp_path / "folder.png", moments=(0.0,), alarm=0.5, soon=0.6)

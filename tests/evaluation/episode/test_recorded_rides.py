@@ -319,9 +319,9 @@ def test_other_parameters_are_compared_on_the_same_observations(kept, setting):
 @pytest.mark.parametrize(
     ("setting", "problem"),
     [
-        ("people.count=3", "people: decided what was recorded"),
-        ("goal=[1, 2]", "goal: decided what was recorded"),
-        ("rider=ideal", "rider: decided what was recorded"),
+        ("people.count=3", "people: determined the recording"),
+        ("goal=[1, 2]", "goal: determined the recording"),
+        ("rider=ideal", "rider: determined the recording"),
         ("local_plannr=dwa", "did you mean 'local_planner'"),
         ("local_planner.stepps=20", "did you mean 'steps'"),
         ("gate.nothing=1", "gate.nothing"),
