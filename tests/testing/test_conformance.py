@@ -110,7 +110,7 @@ FAULTS = [
     ("track", first(replace(covariance=lambda people, *_: -people.covariance)), "negative"),
     ("predict", first(replace(weight=lambda p, *_: 0.5 * p.weight)), "sum to 1"),
     ("predict", first(replace(mean=lambda p, *_: p.mean + 0.1)), "present position of people"),
-    ("predict", first(replace(deviation=lambda p, *_: p.deviation[..., ::-1])), "must not decrease"),
+    ("predict", first(replace(deviation=lambda p, *_: p.deviation[..., ::-1])), "not decrease"),
     ("detect in clouds", replace(time=lambda d, *_: d.time + 1.0), "first cloud's time"),
     ("group", first(lambda groups, people, *_: Groups.alone(len(people) + 1)), "a group or none"),
     ("group", first(each_a_group), "two members"),
