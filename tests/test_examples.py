@@ -35,7 +35,7 @@ def test_examples_are_numbered_without_a_gap():
 SAYS = {
     "01_plan_a_path": r"shortest +13\.\d+ m\nby the window .* costs \+\d",
     "02_ride": r"left : reached, passed on the left.*\n.*right: reached, passed on the right",
-    "03_add_a_part": r"contract satisfied.*\ncontract violated: certainty must not grow",
+    "03_add_a_part": r"contract satisfied.*\ncontract violated: the deviation must not decrease",
     "04_wishes": r"soft_via .*\nnot through .*\nalong a line .*\nroutes .*:\n  .* room\n  .* room",
     "05_detect_people": r"told: 6 people, 6 are there\n.*: 0\.[01]\d m\n(together: .*\n){2}",
 }

@@ -132,10 +132,12 @@ def test_own_cases_are_their_seed_and_begin_apart(layout, count):
 
 def test_planners_roll_the_robot_out_as_it_moves():
     """The unicycle's first step, and the holonomic robot's, heading east."""
-    unicycle = disc_robot("unicycle").motion.rollout(np.zeros(3), np.array([[0.8, 0.5]]), DT)
+    unicycle = disc_robot("unicycle").motion_model.rollout(np.zeros(3), np.array([[0.8, 0.5]]), DT)
     velocity, heading = moved(0.0, np.array([0.8, 0.5]), "unicycle")
     assert unicycle[1] == pytest.approx([*(DT * velocity), heading])
-    holonomic = disc_robot("holonomic").motion.rollout(np.zeros(3), np.array([[0.6, 0.5, 0.0]]), DT)
+    holonomic = disc_robot("holonomic").motion_model.rollout(
+        np.zeros(3), np.array([[0.6, 0.5, 0.0]]), DT
+    )
     velocity, heading = moved(0.0, np.array([0.6, 0.5]), "holonomic")
     assert holonomic[1] == pytest.approx([*(DT * velocity), heading])
 
