@@ -41,7 +41,13 @@ SAYS = {
 }
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
+@pytest.mark.parametrize(
+    "example",
+    [
+        pytest.param(each, id=each.stem, marks=[pytest.mark.slow] * (each.stem == "02_ride"))
+        for each in EXAMPLES
+    ],
+)
 def test_an_example_runs_and_leaves_no_file(example, tmp_path):
     assert re.search(SAYS[example.stem], run(example, tmp_path))
     assert list(tmp_path.iterdir()) == []

@@ -48,6 +48,7 @@ def test_it_keeps_its_contract_and_is_among_those_that_every_bench_rides(path, t
     assert "give_way" in said.split()
 
 
+@pytest.mark.slow
 def test_it_has_its_row_in_a_bench(path, tmp_path):
     said = run(
         tmp_path,

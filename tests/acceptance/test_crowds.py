@@ -9,6 +9,7 @@ from cohelm.scenarios import load_scenario
 @pytest.mark.parametrize(
     "seed", [0, *(pytest.param(s, marks=pytest.mark.slow) for s in range(1, 6))]
 )
+@pytest.mark.slow
 def test_the_chair_takes_the_other_corridor_once(seed):
     ride = run(load_scenario("crowded"), seed)
     assert ride.outcome is Outcome.REACHED

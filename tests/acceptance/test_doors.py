@@ -38,6 +38,7 @@ def check_one_replan(seed):
 
 
 @pytest.mark.parametrize("seed", [0])
+@pytest.mark.slow
 def test_a_door_that_closes_makes_one_new_path(seed):
     check_one_replan(seed)
 

@@ -74,7 +74,10 @@ def test_a_goal_in_a_keepout_zone_is_refused_in_words(masked):
 
 @pytest.mark.parametrize(
     ("kind", "value", "limit"),
-    [("speed_percent", 25, 0.3), ("speed_absolute", 40, 0.4)],
+    [
+        ("speed_percent", 25, 0.3),
+        pytest.param("speed_absolute", 40, 0.4, marks=pytest.mark.slow),
+    ],
 )
 @pytest.mark.parametrize("mode", ["autonomous", "assisted"])
 def test_the_chair_is_slow_in_the_zone_from_the_moment_it_enters(masked, kind, value, limit, mode):

@@ -13,7 +13,9 @@ MANY = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 20)]
 
 
 @pytest.mark.parametrize("seed", [0, *MANY])
-@pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
+@pytest.mark.parametrize(
+    ("side", "sign"), [("left", 1.0), pytest.param("right", -1.0, marks=pytest.mark.slow)]
+)
 def test_a_push_to_a_side_passes_a_box_on_that_side(side, sign, seed):
     """The box reaches from 6.6 to 7.4 m in x, its centre at y = 7 on the path."""
     ride = run(load_scenario("box", [f"rider.side={side}"]), seed)

@@ -109,6 +109,7 @@ def test_a_taut_line_is_measured_by_hand():
     assert not on_the_left(np.array([start, goal]), block)
 
 
+@pytest.mark.slow
 def test_clicks_scatter_as_said(chair):
     away = []
     for seed in range(40):

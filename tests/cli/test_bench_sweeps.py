@@ -178,6 +178,7 @@ def is_alone(process):
     return False
 
 
+@pytest.mark.slow
 def test_a_sweep_that_is_killed_and_gone_on_with_gives_the_same(command, tmp_path, capsys):
     killed = command(tmp_path / "part")
     wait_for(tmp_path / "part", 5, killed)

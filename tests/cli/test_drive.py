@@ -1,3 +1,4 @@
+import math
 import os
 import signal
 import socket
@@ -10,7 +11,9 @@ import pytest
 
 from cohelm.cli import drive as command
 from cohelm.cli import web_server as door
+from cohelm.cli.drive import scenario_of_drive
 from cohelm.cli.requests import DriveRequest
+from cohelm.scenarios.build import build_scenario
 from cohelm.web.page_files import FOLDER
 
 BUILT = (FOLDER / "index.html").is_file()
@@ -96,6 +99,7 @@ import sys
 from cohelm.cli import (main)
 from cohelm.cli import web_server as door
 class Drive:
+    failure = None
     def __init__(self, setup): self.setup = setup
     def listen(self, callback): pass
     def start(self): pass
@@ -105,7 +109,9 @@ main(sys.argv[1:])
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
+)
 def test_it_ends_quietly_when_told_to(tmp_path, number):
     words = ["drive", "empty", "--port", "0", "--data", str(tmp_path)]
     with subprocess.Popen(
@@ -189,3 +195,30 @@ def test_a_blocked_start_on_your_own_map_names_the_nearest_free_point(cohelm, ro
     assert err.startswith(
         "error: --start: the chair does not fit at -4.95,0.00; nearest free point"
     )
+
+
+def test_a_ride_can_begin_at_the_point_that_is_named_as_free(cohelm, room):
+    _, _, err = cohelm("drive", "hospital", "--map", room, "--start=-4.95,0")
+    free = err.split("nearest free point ")[1].strip()
+    scenario = scenario_of_drive(DriveRequest(map=str(room), start=free, people=0))
+    assert build_scenario(scenario, 0).route.points.shape[1] == 2
+    assert scenario.name == "hospital on room"
+
+
+def test_close_to_a_wall_the_first_goal_is_where_a_goal_may_be(room):
+    start = "0.3,-2.56"  # 0.34 m from the wall: the chair fits, a goal needs 0.35 m
+    scenario = scenario_of_drive(DriveRequest(map=str(room), start=start, people=0))
+    build_scenario(scenario, 0)
+    assert scenario.goal != (0.3, -2.56)
+    assert math.dist(scenario.goal, (0.3, -2.56)) < 0.2
+
+
+@pytest.mark.skipif(not BUILT, reason="the page is not built: make page")
+def test_a_scene_that_cannot_be_built_ends_it_with_one_line(cohelm, tmp_path):
+    code, _, err = cohelm(
+        "drive", "crossing", "--set", "goal=[-9.0, 0.0]", "--port", "0", "--data", tmp_path / "data"
+    )
+    assert code == 2
+    assert err.startswith("error: ")
+    assert "goal" in err
+    assert len(err.splitlines()) == 1

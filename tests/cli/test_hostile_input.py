@@ -150,9 +150,9 @@ COMMAND = (sys.executable, "-c", "from cohelm.cli import main; main()")
     [
         ("--version >&-", 0, 0),
         ("--version > /dev/full", 2, 1),
-        ("plugins >&-", 0, 0),
-        ("plugins > /dev/full", 2, 1),
-        ("run nope 2>&-", 2, 0),
+        pytest.param("plugins >&-", 0, 0, marks=pytest.mark.slow),
+        pytest.param("plugins > /dev/full", 2, 1, marks=pytest.mark.slow),
+        pytest.param("run nope 2>&-", 2, 0, marks=pytest.mark.slow),
         ("run nope 2> /dev/full", 2, 0),
     ],
 )

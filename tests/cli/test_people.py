@@ -275,6 +275,7 @@ def test_labels_that_fit_no_instant_are_told(cohelm, bag, tmp_path):
     assert "no labels at the times" in err
 
 
+@pytest.mark.slow
 def test_nobody_reads_any_more(bag):
     """As ``| head -1`` does."""
     command = [sys.executable, "-c", "from cohelm.cli import main; main()", "people", str(bag)]

@@ -137,7 +137,7 @@ def test_people_read_what_the_wish_costs(cohelm, room):
     code, out, _ = cohelm("plan", room, *ENDS, "--prefer=0,1.5", "--avoid", "3,2,0.3")
     assert code == 0
     assert "the wish costs +" in out
-    assert "point 1 (0, 1.5): the route comes to" in out
+    assert "point 1 (0, 1.5): the route passes within" in out
     assert "zone 1, to avoid: kept" in out
 
 

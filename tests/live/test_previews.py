@@ -4,7 +4,10 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 from importlib import import_module
 
+import pytest
 
+
+@pytest.mark.slow
 def test_nothing_is_left_to_compile_once_it_is_warm(toys):
     """Neither for a place far off the way nor for a line or a zone, among things and people."""
     first_prices = import_module("first_prices")

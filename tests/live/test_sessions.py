@@ -337,6 +337,7 @@ def test_a_damaged_ride_does_not_hide_the_others_and_is_logged(store, ride_setup
     assert f"{one}.json" in caplog.text
 
 
+@pytest.mark.slow
 def test_what_takes_too_long_at_the_end_is_measured_at_the_next_start(
     tmp_path, ride_setup, ticks, monkeypatch
 ):

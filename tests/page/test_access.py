@@ -152,7 +152,9 @@ def axe():
         pytest.skip("needs axe-core: npm ci in page/")
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(
+    "size", [pytest.param(each, marks=[pytest.mark.slow] * (each == "desktop")) for each in SIZES]
+)
 def test_the_driver_s_page(riders, size):
     """Every panel and card: rules, targets, Tab; and STOP on top of it all."""
     rider = page_of(riders, size)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -67,8 +68,7 @@ def scenario_of_drive(request: DriveRequest) -> Scenario:
     Raises:
         CohelmError: naming the option, the key or the file.
     """
-    start = request.start
-    goal = None
+    start, goal = request.start, None
     if request.map is not None:
         start = start or _default_start(request.map)
         spot = parsing.place(start, "--start", heading=True)
@@ -84,9 +84,11 @@ def scenario_of_drive(request: DriveRequest) -> Scenario:
             settings=request.settings,
         )
     )
-    if request.map is not None and start is not None:
-        _check_start(request.map, start, scenario)
-    return scenario
+    if request.map is None or start is None:
+        return scenario
+    name = f"{scenario.name} on {Path(request.map).stem}"
+    goal_point = _first_goal(request.map, start, scenario)
+    return scenario.model_copy(update={"name": name, "goal": goal_point})
 
 
 def _default_start(map_: str) -> str:
@@ -101,15 +103,25 @@ def _default_start(map_: str) -> str:
     return f"{x:.2f},{y:.2f}"
 
 
-def _check_start(map_: str, start: str, scenario: Scenario) -> None:
-    """Refuse a start where the chair does not fit, naming the nearest point where it does."""
+def _first_goal(map_: str, start: str, scenario: Scenario) -> tuple[float, float]:
+    """Goal until the rider chooses one: the start, or the nearest point with room for a goal.
+
+    Raises:
+        ConfigError: if the chair does not fit at the start; it names that nearest point.
+    """
     spot = parsing.place(start, "--start", heading=True)
     grid = read_map(map_)
     x, y = places_beside(map_).find(spot).point if isinstance(spot, str) else spot[:2]
     heading = math.radians(spot[2]) if not isinstance(spot, str) and len(spot) == 3 else None
-    check = check_free_space(grid, robot_of(scenario), (float(x), float(y)), heading)
-    if check.fits:
-        return
+    check = check_free_space(
+        grid,
+        robot_of(scenario),
+        (float(x), float(y)),
+        heading,
+        clearance=scenario.profile.clearance,
+    )
+    if check.fits and check.nearest is not None:
+        return check.nearest
     free = "nowhere on this map" if check.nearest is None else "nearest free point {:.2f},{:.2f}"
     where = free.format(*(check.nearest or ()))
     raise ConfigError(f"the chair does not fit at {x:.2f},{y:.2f}; {where}", key="--start")

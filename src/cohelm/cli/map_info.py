@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from cohelm.cli import parsing
 from cohelm.cli.report import OUTPUT, plain_table, print_line, write_json
 from cohelm.cli.requests import MapRequest
 from cohelm.maps import OccupancyGrid, Places, distance_field, places_beside, read_map
+from cohelm.messages import RiderProfile
 from cohelm.planning.free_space import FreeSpaceCheck, check_free_space
 from cohelm.robots import load_robot
 
@@ -31,11 +33,15 @@ def describe_map(request: MapRequest) -> int:
     checks = []
     for text in request.at:
         x, y, heading = _pose(text, places)
-        checks.append(check_free_space(grid, robot, (x, y), heading, field=field))
+        checks.append(
+            check_free_space(
+                grid, robot, (x, y), heading, clearance=RiderProfile().clearance, field=field
+            )
+        )
     if request.plot is not None:
         from cohelm.plotting import draw_map  # noqa: PLC0415 # lazy
 
-        draw_map(grid, places, request.plot, title=request.map, checks=checks)
+        draw_map(grid, places, request.plot, title=Path(request.map).stem, checks=checks)
     facts = _facts(grid, places)
     if request.json:
         shown = [{**check._asdict(), "robot": robot.name} for check in checks]

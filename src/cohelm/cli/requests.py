@@ -66,7 +66,9 @@ class RunRequest:
         Path | None, typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv.")
     ] = None
     json: Json = False
-    all: Annotated[bool, typer.Option("--all", help="Print every metric, not only six.")] = False
+    all: Annotated[
+        bool, typer.Option("--all", help="Print every measure, not only the main ones.")
+    ] = False
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the ride.")] = None
     animate: Animate = None
     speed_up: SpeedUp = 1.0

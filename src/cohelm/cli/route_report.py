@@ -115,7 +115,7 @@ def facts_table(report: dict[str, Any]) -> Table:
     table.add_column("unit", style="dim")
     table.add_row("length", f"{report['length']:.2f}", "m")
     table.add_row("cost (weighted length)", f"{report['cost']:.2f}", "m")
-    table.add_row(f"time at {report['speed']:g} m/s", f"{report['estimated_time']:.1f}", "s")
+    table.add_row(f"time at up to {report['speed']:g} m/s", f"{report['estimated_time']:.1f}", "s")
     table.add_row("minimum clearance", f"{report['minimum_clearance']:.2f}", "m")
     if report["crowding"] > 0.0:
         table.add_row("people on the route", f"{report['crowding']:.3f}", "1/m²")
@@ -160,7 +160,7 @@ def describe(report: dict[str, Any]) -> list[str]:
         zip(points, report["closest_to_each"], strict=True), start=1
     ):
         where = f"point {number} ({point[0]:g}, {point[1]:g})"
-        lines.append(f"{where}: the route comes to {distance:.2f} m")
+        lines.append(f"{where}: the route passes within {distance:.2f} m")
     for number in range(1, len(drawn) + 1):
         distance = report["from_strokes"][number - 1]
         lines.append(f"drawn line {number}: {distance:.2f} m away on average")

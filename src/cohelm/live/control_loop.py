@@ -96,6 +96,8 @@ class ControlLoop:
         self.deadlines = DeadlineCounts()
         self.error = ""
         """Reason why the chair cannot drive; empty if it can."""
+        self.failure: CohelmError | None = None
+        """Error of the first world, without which there is nothing to drive; None: no error."""
         self._thread = threading.Thread(target=self._run, name="control", daemon=True)
 
     @property
@@ -267,7 +269,8 @@ class ControlLoop:
         except CohelmError as error:
             _log.error("no world: %s", error)
             self.cycle.awaits_world = False
-            self.error = "" if self.cycle.world is not None else str(error)
+            first = self.cycle.world is None
+            self.error, self.failure = (str(error), error) if first else ("", None)
             self._announce(error.code, str(error))
             return
         if world is None:

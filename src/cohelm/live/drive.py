@@ -20,6 +20,7 @@ import weakref
 from pathlib import Path
 
 from cohelm.arrays import value
+from cohelm.errors import CohelmError
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import ProcessSetup
 from cohelm.live.control.limits import ActiveSettings, LimitsLoosened
@@ -295,6 +296,11 @@ class Drive:
             stops=loop.cycle.stops,
             restarts=max(self._services.navigator.starts - 1, 0),
         )
+
+    @property
+    def failure(self) -> CohelmError | None:
+        """Error of the first world, without which there is nothing to drive; None: no error."""
+        return self._loop.failure
 
     @property
     def navigator_pid(self) -> int | None:

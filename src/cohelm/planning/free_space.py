@@ -29,7 +29,7 @@ class FreeSpaceCheck(NamedTuple):
     turns: bool
     """True where the footprint fits at every heading, so that the robot can turn on the spot."""
     nearest: tuple[float, float] | None
-    """Nearest point where it fits, m; the point itself where it fits, None: it fits nowhere."""
+    """Nearest point with the clearance that a goal needs, m; None: there is none."""
 
 
 def check_free_space(
@@ -38,6 +38,7 @@ def check_free_space(
     point: tuple[float, float],
     heading: float | None = None,
     *,
+    clearance: float = 0.0,
     field: DistanceField | None = None,
 ) -> FreeSpaceCheck:
     """Check that a robot fits at a point, with its footprint and not with a circle about it.
@@ -47,6 +48,7 @@ def check_free_space(
         robot: Its footprint is used.
         point: Position of the drive axle's centre, map frame, m.
         heading: In the map frame, rad; None: any heading will do.
+        clearance: Distance that the inscribed circle of a goal must keep from obstacles, m.
         field: Distance field of the grid, where it is known already.
     """
     field = field or distance_field(grid)
@@ -54,8 +56,11 @@ def check_free_space(
     directions: Floats = np.linspace(0.0, math.tau, HEADINGS, endpoint=False)
     asked = directions if heading is None else np.array([heading - float(grid.X_MG[2])])
     at = np.array(point, dtype=float)
+    radius = robot.inscribed_radius + clearance
     if not (np.isfinite(at).all() and bool(grid.contains(at))):
-        return FreeSpaceCheck(point, math.nan, False, False, _nearest(grid, robot, at, body, asked))
+        return FreeSpaceCheck(
+            point, math.nan, False, False, _nearest(grid, radius, at, body, asked)
+        )
     x, y = transform(inverse(grid.X_MG), at)
     fits = _fits(body, x, y, asked)
     return FreeSpaceCheck(
@@ -63,7 +68,7 @@ def check_free_space(
         clearance=max(float(field.at(at)), 0.0),
         fits=fits,
         turns=fits and not any(overlaps(body, x, y, angle) for angle in directions),
-        nearest=point if fits else _nearest(grid, robot, at, body, asked),
+        nearest=_nearest(grid, radius, at, body, asked),
     )
 
 
@@ -72,13 +77,18 @@ def _fits(body: FootprintModel, x: float, y: float, headings: Floats) -> bool:
 
 
 def _nearest(
-    grid: OccupancyGrid, robot: Robot, point: Floats, body: FootprintModel, headings: Floats
+    grid: OccupancyGrid, radius: float, point: Floats, body: FootprintModel, headings: Floats
 ) -> tuple[float, float] | None:
-    """Centre of the nearest cell at which the robot fits."""
+    """Return the point, or the centre of the nearest cell, where the robot fits and may stop."""
     if not np.isfinite(point).all():
         return None
-    # Cells closer to an obstacle than the inscribed radius cannot fit at any heading.
-    cells = np.argwhere(body.clearance >= robot.inscribed_radius - grid.resolution)
+    # Global planners refuse a goal in a cell that is closer to an obstacle than this.
+    allowed = body.clearance > radius
+    if bool(grid.contains(point)) and allowed[tuple(grid.cells(point))]:
+        x, y = transform(inverse(grid.X_MG), point)
+        if _fits(body, x, y, headings):
+            return float(point[0]), float(point[1])
+    cells = np.argwhere(allowed)
     centres = (cells[:, ::-1] + 0.5) * grid.resolution
     distance = np.hypot(*(centres - transform(inverse(grid.X_MG), point)).T)
     for k in np.argsort(distance, kind="stable"):

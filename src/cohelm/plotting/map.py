@@ -41,7 +41,8 @@ def draw_map(
             axes.plot([x, near_x], [y, near_y], color=_BLOCKED, linewidth=1.0, zorder=11)
             axes.plot(near_x, near_y, marker="o", color=_FITS, markersize=9, zorder=12)
     if checks:
-        for colour, mark, label in ((_FITS, "o", "chair fits"), (_BLOCKED, "X", "does not fit")):
-            axes.plot([], [], mark, color=colour, markersize=9, label=label)
+        axes.plot([], [], "o", color=_FITS, markersize=9, label="chair fits")
+        if not all(check.fits for check in checks):
+            axes.plot([], [], "X", color=_BLOCKED, markersize=9, label="does not fit")
         canvas.draw_legend(figure, axes)
     canvas.save(figure, file)

@@ -19,7 +19,7 @@ import uvicorn
 
 from cohelm.errors import ConfigError
 from cohelm.live import Drive
-from cohelm.live.messages import MAX_MESSAGE_SIZE, Role
+from cohelm.live.messages import MAX_MESSAGE_SIZE, Role, ToPage
 from cohelm.web.app import create_app
 from cohelm.web.certificate import Tls
 from cohelm.web.connections import MAX_CONNECTIONS, HttpConnection, PageSocket
@@ -103,7 +103,7 @@ def serve(
     tls: Tls | None = None,
     started: Callable[[], None] = lambda: None,
 ) -> None:
-    """Serve until the process gets a signal to end.
+    """Serve until the process gets a signal to end, or the drive has no world.
 
     Args:
         what: Parts of the server.
@@ -112,11 +112,21 @@ def serve(
         started: Called once the server listens.
 
     Raises:
-        ConfigError: Certificate and key cannot be used.
+        CohelmError: Certificate and key cannot be used, or the first world cannot be built.
     """
     if tls is not None:
         tls.context()
-    server(what, tls, started).run(sockets=[bound])
+    served = server(what, tls, started)
+
+    def end_without_world(message: ToPage, client: str | None) -> None:
+        if what.drive.failure is not None:
+            served.should_exit = True
+
+    what.drive.listen(end_without_world)
+    if what.drive.failure is None:
+        served.run(sockets=[bound])
+    if what.drive.failure is not None:
+        raise what.drive.failure
 
 
 def server(

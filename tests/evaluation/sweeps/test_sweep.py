@@ -60,6 +60,7 @@ def test_the_order_in_which_tasks_end_is_not_that_of_the_results(toy, tmp_path):
     assert not one.errors
 
 
+@pytest.mark.slow
 def test_processes_give_what_one_gives_though_one_of_them_dies(toy, tmp_path):
     bench = toy.create([(1, "exits once"), (2, "raises")], tmp_path)
     done = kept(bench, tmp_path / "many", 6, executor=in_processes(2))

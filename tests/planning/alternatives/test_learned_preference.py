@@ -121,6 +121,7 @@ def share_ranked_first(pool, seed):
     )
 
 
+@pytest.mark.slow
 def test_a_hidden_rider_is_learned_from_twenty_choices(route_pool):
     shares = np.array([share_ranked_first(route_pool, seed) for seed in range(20)])
     sys.stdout.write(f"share ranked first: {report(shares)}\n")

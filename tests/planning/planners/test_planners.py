@@ -353,7 +353,15 @@ def test_a_wish_on_the_robot_itself(planner):
 
 
 @pytest.mark.data
-@pytest.mark.parametrize("name", ["utexas_gdc_1", "aws_hospital_sim", "intel_lab", "nav2_depot"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "utexas_gdc_1",
+        pytest.param("aws_hospital_sim", marks=pytest.mark.slow),
+        pytest.param("intel_lab", marks=pytest.mark.slow),
+        "nav2_depot",
+    ],
+)
 def test_real_floors(name):
     data = os.environ.get("COHELM_DATA")
     file = File(data or "") / "ros_maps" / f"{name}.yaml"

@@ -23,7 +23,7 @@ from cohelm.live.control.ipc import (
     StepAnswer,
     StepRequest,
 )
-from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe
+from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
 from cohelm.live.control.view_model import (
     groups_of,
@@ -43,7 +43,6 @@ from cohelm.processes import end_with_owner, leave_interrupts
 from cohelm.reasons import Reason
 from cohelm.safety import stop
 from cohelm.scenarios import RideSetup
-from cohelm.scenarios.build import build_scenario
 from cohelm.simulation import World
 
 _WARM_UP_STEPS = 12
@@ -59,7 +58,9 @@ def serve_navigator(pipe: Connection, setup: ProcessSetup) -> None:
     """
     leave_interrupts()
     end_with_owner(grace=3.0)
-    ride_setup = build_scenario(setup.scenario, setup.seed)
+    ride_setup = build_again(setup)
+    if ride_setup is None:
+        return
     with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
         _serve(OwnerPipe(pipe), setup, ride_setup)
 

@@ -1,13 +1,33 @@
-"""Pipe to the owner of a process, as seen from inside that process."""
+"""Worker process as seen from inside: its ride, and the pipe to its owner."""
 
 from __future__ import annotations
 
+import warnings
 from multiprocessing.connection import Connection
 from typing import Any
+
+from cohelm.errors import CohelmError
+from cohelm.live.control.ipc import ProcessSetup
+from cohelm.maps import MapWarning
+from cohelm.scenarios import RideSetup
+from cohelm.scenarios.build import build_scenario
 
 
 class OwnerGone(Exception):
     """The owner of this process has closed the pipe, or is gone."""
+
+
+def build_again(setup: ProcessSetup) -> RideSetup | None:
+    """Build the owner's ride in this process.
+
+    The owner builds it too: it shows warnings and reports an error, here None.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MapWarning)
+        try:
+            return build_scenario(setup.scenario, setup.seed)
+        except CohelmError:
+            return None
 
 
 class OwnerPipe:

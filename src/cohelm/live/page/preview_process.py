@@ -15,7 +15,7 @@ import numpy as np
 
 from cohelm.errors import PlanningError
 from cohelm.live.control.ipc import Points, ProcessReady, ProcessSetup
-from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe
+from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import PlanningContext, warm_up_wishes
 from cohelm.live.control.view_model import route_view
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
@@ -23,7 +23,6 @@ from cohelm.navigation import planning_reason
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.processes import end_with_owner, leave_interrupts
 from cohelm.scenarios import RideSetup
-from cohelm.scenarios.build import build_scenario
 
 _NICENESS = 10
 """Niceness added to that of the navigator's process."""
@@ -62,7 +61,9 @@ def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
     """
     leave_interrupts()
     end_with_owner()
-    ride_setup = build_scenario(setup.scenario, setup.seed)
+    ride_setup = build_again(setup)
+    if ride_setup is None:
+        return
     os.nice(_NICENESS)
     _warm_up(ride_setup)
     with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
