@@ -232,7 +232,9 @@ def _measures(measures: Mapping[str, float], times: Mapping[str, Any]) -> Table:
 def _row(name: str, number: float) -> tuple[str, str, str]:
     """Label, value and unit of a measure."""
     info = measure_info(name)
-    count = info.unit == "" and info.digits == 1 and number.is_integer()  # means have decimals
+    count = (
+        info.unit == "" and info.digits == 1 and float(number).is_integer()
+    )  # means have decimals
     return info.label, f"{number:.0f}" if count else info.text(number), info.unit
 
 
