@@ -14,7 +14,7 @@ UV = $(BIN)/uv pip install --quiet --python $(BIN)/python
 READY := $(VENV)/.ready
 
 # Workers of the test run, and the folder with the outside data sets (tests skip without it).
-WORKERS ?= 3
+WORKERS ?= 2
 COHELM_DATA ?= $(wildcard $(abspath ../shared/data))
 export COHELM_DATA
 

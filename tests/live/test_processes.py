@@ -4,8 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from cohelm.live.control import navigator_process
+from cohelm.live.control import navigator_process, owner_pipe
 from cohelm.live.control.ipc import ProcessReady, ProcessSetup
+from cohelm.live.control.world_factory import WorldError
 from cohelm.live.page import preview_process
 
 
@@ -32,7 +33,7 @@ def full_disk(*_):
 def served(request, monkeypatch):
     """The main function of a process, and where its work is done."""
     module = navigator_process if request.param == "navigator" else preview_process
-    for name in ("leave_interrupts", "end_with_owner", "build_scenario", "_warm_up", "warm_up"):
+    for name in ("leave_interrupts", "end_with_owner", "build_again", "_warm_up", "warm_up"):
         monkeypatch.setattr(module, name, lambda *_, **__: (), raising=False)
     monkeypatch.setattr(module.os, "nice", lambda _: 0) if hasattr(module, "os") else None
     if module is preview_process:
@@ -58,3 +59,15 @@ def test_a_fault_of_its_own_is_not_taken_for_the_end_of_its_owner(served):
     works(full_disk)
     with pytest.raises(OSError, match="No space left"):
         serve(Pipe(), ProcessSetup(scenario=None, seed=0))
+
+
+def test_a_ride_that_cannot_be_built_is_left_to_the_owner_to_report(monkeypatch):
+    def refused(*_):
+        raise WorldError("the goal lies in a wall")
+
+    monkeypatch.setattr(owner_pipe, "build_scenario", refused)
+    monkeypatch.setattr(preview_process, "leave_interrupts", lambda: None)
+    monkeypatch.setattr(preview_process, "end_with_owner", lambda: None)
+    pipe = Pipe()
+    preview_process.serve_previews(pipe, ProcessSetup(scenario=None, seed=0))
+    assert pipe.sent == []
