@@ -1,4 +1,5 @@
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -208,7 +209,7 @@ def test_an_error_names_the_option_and_not_the_scenario_file(cohelm, arguments, 
     code, _, err = cohelm("run", "hospital", *arguments)
     assert code == 2
     assert err.startswith(f"error: {option}: ")
-    assert "hospital.yaml" not in err
+    assert not re.search(r"\w\.yaml", err)  # a hint may say ".yaml", no file is named
 
 
 @pytest.mark.parametrize(
