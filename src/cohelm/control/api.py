@@ -1,18 +1,14 @@
-"""Interfaces of local planners, and of the cost terms and constraints of their problem.
-
-A planner gets a :class:`LocalProblem` and returns a ``LocalPlan``. Planners that optimise describe
-their cost as :class:`CostTerm` and :class:`Constraint` objects, evaluated at a :class:`Trajectory`.
-"""
+"""Interface of local planners: a :class:`LocalProblem` goes in, a ``LocalPlan`` comes out."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, unchecked, value
+from cohelm.arrays import Annotated, Floats, Shape, unchecked, value
 from cohelm.maps import DistanceField
 from cohelm.messages import (
     Authority,
@@ -54,6 +50,8 @@ class LocalProblem:
     """The ride makes no progress: the robot may squeeze past people slowly."""
     reverses: bool = False
     """Reversing is requested, and the rear clearance is known."""
+    extra_clearance: float = 0.0
+    """Added to the clearance from people, m: the minimum distance of a therapist."""
     late: float = 0.0
     """Delay of this tick, s: an input, so that a replay gives the same plan."""
 
@@ -140,7 +138,7 @@ class LocalPlanner(Protocol):
 class Trajectory:
     """State and input trajectory over the horizon: x_0 … x_N and u_0 … u_{N−1}.
 
-    The solver's inner loop creates this record and the next ones, so they have no checks.
+    A record of the inner loop, so it has no checks.
     """
 
     step: float
@@ -152,97 +150,3 @@ class Trajectory:
     from x_k to x_{k+1}."""
     current_input: Annotated[Floats, Shape("m")]
     """u_{−1}: input of the wheels at x_0, from which the first change is measured."""
-
-
-class CostTerm(Protocol):
-    """One summand ½‖r‖² of the cost, including its weights."""
-
-    name: str
-
-    def residual(self, problem: LocalProblem, trajectory: Trajectory) -> Floats:
-        """r, (q,); evaluated at every trial trajectory."""
-        ...
-
-    def model(
-        self, problem: LocalProblem, trajectory: Trajectory, sensitivity: Floats
-    ) -> tuple[Floats, Floats]:
-        """Gauss-Newton's (H, (N·m, N·m); g, (N·m,)) of ½‖r‖²: H = JᵀJ, g = Jᵀr, J = dr/du.
-
-        J follows by the chain rule from ``sensitivity`` = ∂poses/∂inputs; ``terms.gauss_newton``
-        serves terms without a closed form. H may be shared between calls: it is only read.
-        """
-        ...
-
-
-_NO_SERIES = np.empty((0, 1)), np.empty((0, 1, 3))
-
-
-class ConstraintValues(NamedTuple):
-    """Values of a constraint at a trajectory, for the merit function and for the rows.
-
-    A tuple, because it is created five times faster than a dataclass.
-    """
-
-    slack: Annotated[Floats, Shape("g")]
-    """Required value of each slack, i.e. the largest violation of its rows, ≥ 0, m."""
-    smallest: float = np.inf
-    """Smallest h along the trajectory, m; +inf without a barrier."""
-    h: Annotated[Floats, Shape("s N+1")] = _NO_SERIES[0]
-    """Barrier values of each series (a person, a group, a disc of the footprint), m, if any."""
-    gradient: Annotated[Floats, Shape("s N+1 3")] = _NO_SERIES[1]
-    """∂h/∂pose."""
-
-
-class ConstraintRows(NamedTuple):
-    """Linearised constraints −margin ≤ G·Δu + s[slack_index] ≤ upper, with slacks s ≥ 0.
-
-    Rows that cannot become active within one linearisation may be left out.
-    """
-
-    margin: Annotated[Floats, Shape("r")]
-    """Distance of each row from its lower bound; negative where violated."""
-    jacobian: Annotated[Floats, Shape("r c")]
-    """G, (r, N·m)."""
-    slack_index: Annotated[Integers, Shape("r")]
-    """Slack of each row, counted within this constraint; −1 for all rows of a hard constraint."""
-    row_id: Annotated[Integers, Shape("r")]
-    """Identifier of each row among all possible rows of the constraint, to warm-start DAQP."""
-    num_row_ids: int
-    """Number of possible rows."""
-    upper: Annotated[Floats, Shape("r")] | None = None
-    """Distance of each row from an upper bound; None: there is none."""
-    num_slacks: int = 0
-    """Number of slacks; 0: the rows are hard."""
-    low: Annotated[Floats, Shape("c")] | None = None
-    """Lower bound of Δu; None: the inputs themselves are not bounded."""
-    high: Annotated[Floats, Shape("c")] | None = None
-    """Upper bound of Δu."""
-
-
-class Constraint(Protocol):
-    """A stack of constraints; each slack s has the penalty l1·s + ½·l2·s²."""
-
-    name: str
-    l1: float
-    l2: float
-
-    def values(self, problem: LocalProblem, trajectory: Trajectory) -> ConstraintValues:
-        """Values for the merit function; evaluated at every trial trajectory."""
-        ...
-
-    def rows(
-        self,
-        problem: LocalProblem,
-        trajectory: Trajectory,
-        sensitivity: Floats,
-        values: ConstraintValues,
-    ) -> ConstraintRows:
-        """The rows that can become active, linearised at ``trajectory``.
-
-        Args:
-            problem: the problem to be solved.
-            trajectory: point of linearisation.
-            sensitivity: ∂poses/∂inputs there, (N+1, 3, N·m).
-            values: result of :meth:`values` at the same trajectory.
-        """
-        ...

@@ -8,6 +8,9 @@ from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.robots.kinematics import within_limits
 
+TICK = 0.05
+"""Time between two decisions, s."""
+
 
 def limited_trajectory(problem: LocalProblem, inputs: Floats, current_input: Floats) -> Trajectory:
     """The trajectory of inputs (N, m) within the limits of speed and acceleration.
@@ -16,14 +19,14 @@ def limited_trajectory(problem: LocalProblem, inputs: Floats, current_input: Flo
     """
     robot, step = problem.robot, problem.reference.step
     low, high, rise, fall = problem.input_bounds()
-    sooner = np.array([[0.5 * step], [step]])  # the first change must fit into half a step
+    durations = np.array([[TICK], [step]])  # the first change must fit until the next decision
     allowed = within_limits(
         np.asarray(inputs, dtype=float),
         current_input,
         low,
         high,
-        rise * sooner,
-        fall * sooner,
+        rise * durations,
+        fall * durations,
         robot.motion_model.translating,
         problem.top_speed,
     )

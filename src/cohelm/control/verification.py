@@ -17,6 +17,7 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.messages import Predictions
 from cohelm.robots.braking import braking
+from cohelm.robots.clearance import Clearance
 from cohelm.robots.contact import ContactMargins, first_contact
 
 _FINE = 0.05
@@ -28,18 +29,14 @@ _CERTAIN = 1.0
 
 
 class Verification(Model):
-    """Margins and horizon of the verification; assumed. No margin is below that of the gate."""
+    """Margins and horizon of the verification; assumed. See ``robots.clearance`` for people."""
 
     wall_margin: float = Field(0.02, ge=0.0)
     """Gap to a wall that counts as contact, m."""
-    people_margin: float = Field(0.25, ge=0.0)
-    """Gap to a person that counts as contact, m; see ``ContactMargins``."""
-    stalled_people_margin: float = Field(0.14, ge=0.0)
-    """Gap to a person that counts as contact while the ride is stalled, m."""
     stalled_wall_margin: float = Field(0.012, ge=0.0)
     """Gap to a wall that counts as contact while the ride is stalled, m."""
-    standing_share: float = Field(0.4, ge=0.0, le=1.0)
-    """Share of the people margin and of ``people_acceleration`` for a standing person."""
+    clearance_share: float = Field(1.0, ge=0.0, le=2.0)
+    """Share of the clearance at the end of the horizon that a trajectory must keep from people."""
     people_acceleration: float = Field(0.5, ge=0.0)
     """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
     that they can reach, so the robot is slow near people."""
@@ -62,7 +59,13 @@ class Verification(Model):
     reaction: float = Field(0.2, gt=0.0)
     """Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
 
-    def passes(self, problem: LocalProblem, trajectory: Trajectory) -> bool:
+    def wall_margin_of(self, problem: LocalProblem) -> float:
+        """Gap to a wall that counts as contact in a problem, m."""
+        return self.stalled_wall_margin if problem.stalled else self.wall_margin
+
+    def passes(
+        self, problem: LocalProblem, trajectory: Trajectory, clearance: Clearance
+    ) -> bool:
         """Check that a trajectory is clear for a while, and so is braking after its first command.
 
         All trajectories are swept against walls and predicted people. The trajectory and comfort
@@ -70,28 +73,32 @@ class Verification(Model):
         also keep clear of every hypothesis above a probability, of people who accelerate, and of
         all who turn back.
         """
-        if self._contact(problem, trajectory.poses, trajectory.step) < self.horizon:
+        margins = self._margins(problem, clearance)
+        swept = _contact(problem, trajectory.poses, trajectory.step, margins)
+        if swept < self.horizon:
             return False
         command, robot = trajectory.inputs[0], problem.robot
         comfort, emergency = (
             self._braking(problem, trajectory.current_input, command, deceleration)
             for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
         )
-        return self._contact(problem, comfort, _FINE) == np.inf and self._escapes(
-            problem, emergency
-        )
+        clear = _contact(problem, comfort, _FINE, margins) == np.inf
+        return clear and self._escapes(problem, emergency, margins)
 
-    def needs_emergency_braking(self, problem: LocalProblem, current_input: Floats) -> bool:
+    def needs_emergency_braking(
+        self, problem: LocalProblem, current_input: Floats, clearance: Clearance
+    ) -> bool:
         """Check whether comfort braking violates the margins of emergency braking.
 
         Args:
             problem: the present problem.
             current_input: u_{−1}, (m,).
+            clearance: from people.
         """
         comfort = self._braking(
             problem, current_input, np.zeros_like(current_input), problem.robot.max_deceleration
         )
-        return not self._escapes(problem, comfort)
+        return not self._escapes(problem, comfort, self._margins(problem, clearance))
 
     def _braking(
         self, problem: LocalProblem, current_input: Floats, command: Floats, deceleration: float
@@ -106,18 +113,18 @@ class Verification(Model):
             step=_FINE,
         )
 
-    def _escapes(self, problem: LocalProblem, poses: Floats) -> bool:
+    def _escapes(self, problem: LocalProblem, poses: Floats, margins: ContactMargins) -> bool:
         """Check that braking, (k, 3), keeps clear of everything that people may do."""
-        stricter = {
-            "acceleration": self.people_acceleration,
-            "min_probability": self.min_probability,
-        }
-        if self._contact(problem, poses, _FINE, **stricter) < np.inf:
+        stricter = margins._replace(
+            acceleration=self.people_acceleration, min_probability=self.min_probability
+        )
+        if _contact(problem, poses, _FINE, stricter) < np.inf:
             return False
         if self.turn_back_acceleration <= 0.0 or problem.stalled or len(problem.people) == 0:
             return True  # a robot that squeezes past is too slow to escape
         returning = unchecked(problem, predictions=self._turned_back(problem))
-        return self._contact(returning, poses, _FINE, people=self.turn_back_margin) == np.inf
+        margins = margins._replace(people=self.turn_back_margin)
+        return _contact(returning, poses, _FINE, margins) == np.inf
 
     def _turned_back(self, problem: LocalProblem) -> Predictions:
         """Predictions of all people walking back, since a turn that is not detected yet.
@@ -141,29 +148,30 @@ class Verification(Model):
             deviation=np.zeros(mean.shape[:3]),
         )
 
-    def _contact(
-        self, problem: LocalProblem, poses: Floats, step: float, **changes: float
-    ) -> float:
-        """Time of the first contact of poses (k, 3), s; +inf: none.
-
-        changes: replaced fields of the margins of ordinary driving.
-        """
-        stalled = problem.stalled
-        margins = ContactMargins(
-            wall=self.stalled_wall_margin if stalled else self.wall_margin,
-            people=self.stalled_people_margin if stalled else self.people_margin,
+    def _margins(self, problem: LocalProblem, clearance: Clearance) -> ContactMargins:
+        """Margins of ordinary driving."""
+        gap = clearance.after(self.horizon, tight=problem.stalled, extra=problem.extra_clearance)
+        return ContactMargins(
+            wall=self.wall_margin_of(problem),
+            people=self.clearance_share * gap,
             min_probability=_CERTAIN,
-            standing_share=self.standing_share,
+            standing_share=clearance.standing,
         )
-        return first_contact(
-            problem.robot,
-            poses,
-            step,
-            people=problem.people,
-            predictions=problem.predictions,
-            walls=problem.walls,
-            margins=margins._replace(**changes),
-        )
+
+
+def _contact(
+    problem: LocalProblem, poses: Floats, step: float, margins: ContactMargins
+) -> float:
+    """Time of the first contact of poses (k, 3), s; +inf: none."""
+    return first_contact(
+        problem.robot,
+        poses,
+        step,
+        people=problem.people,
+        predictions=problem.predictions,
+        walls=problem.walls,
+        margins=margins,
+    )
 
 
 @njit(cache=True)

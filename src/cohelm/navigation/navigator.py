@@ -229,6 +229,7 @@ class Navigator:
             speed_limit=min(limit, setup.progress.creep_speed) if recovery.creeps else limit,
             stalled=recovery.creeps,
             reverses=recovery.reverses,
+            extra_clearance=max(request.extra_clearance, 0.0),
             late=observation.late,
         )
 
@@ -272,6 +273,7 @@ class Navigator:
             walls=walls,
             people=world.people,
             predictions=world.predictions,
+            clearance=self.setup.clearance,
             parameters=self.setup.gate,
         )
 

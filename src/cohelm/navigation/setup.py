@@ -23,6 +23,7 @@ from cohelm.perception import (
 )
 from cohelm.planning import ComfortLimits, GlobalPlanner
 from cohelm.robots import Robot
+from cohelm.robots.clearance import Clearance
 from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters
 from cohelm.social import SocialModel
@@ -76,6 +77,11 @@ class NavigatorSetup:
             group_detector=self.group_detector,
             change_detection=self.change_detection,
         )
+
+    @property
+    def clearance(self) -> Clearance:
+        """Clearance from people: the local planner's own where it has one, for the gate as well."""
+        return getattr(self.local_planner, "clearance", Clearance())
 
     def speed_limit(self, request: Request) -> float:
         """Minimum of the limits of robot, request and rider, m/s."""

@@ -18,6 +18,7 @@ from cohelm.maps.distance import sample
 from cohelm.messages import People, Predictions
 from cohelm.robots.braking import STANDING
 from cohelm.robots.capsule import gap_to_disc
+from cohelm.robots.clearance import share_of
 from cohelm.robots.robot import Robot
 
 _SUBSTEPS = 4
@@ -35,8 +36,6 @@ _NO_WORSE = 0.01
 """A gap may be smaller by this than if the robot stood still, m."""
 WALKING = 0.15
 """A person who touches the robot and is faster than this walks on, m/s."""
-BRISK = 0.5
-"""Margins to people count in full from this speed of theirs on, m/s; in proportion below."""
 
 
 class WallGrid(NamedTuple):
@@ -183,7 +182,7 @@ def _first_contact(  # noqa: PLR0917  # a kernel takes plain arrays
     """Kernel of :func:`first_contact`: a circle about the robot skips what is surely clear."""
     pose = poses[0].copy()
     wall_margin = wall_margins(discs, pose, walls, margins.wall)
-    share_of, floor = _people_margins(capsule, pose, bodies, margins.standing_share)
+    shares, floor = _people_margins(capsule, pose, bodies, margins.standing_share)
     around = circumscribed(discs)
     free = 0.0  # distance that the robot may travel before a wall can be near
     for k in range(poses.shape[0] - 1):
@@ -209,7 +208,7 @@ def _first_contact(  # noqa: PLR0917  # a kernel takes plain arrays
             for i in range(bodies.positions.shape[0]):
                 if not counts[i]:
                     continue
-                most = share_of[i] * (margins.people + 0.5 * margins.acceleration * time * time)
+                most = shares[i] * (margins.people + 0.5 * margins.acceleration * time * time)
                 x, y = _at(bodies, i, time)
                 dx, dy = x - pose[0], y - pose[1]
                 far = around + bodies.radius[i] + most + _SAFE
@@ -231,17 +230,17 @@ def _people_margins(
 ) -> tuple[Floats, Floats]:
     """(share of the margin, smallest gap that is not contact) of each body, (p,) each."""
     people = bodies.positions.shape[0]
-    floor, share_of = np.empty(people), np.empty(people)
+    floor, shares = np.empty(people), np.empty(people)
     for i in range(people):
         x, y = _at(bodies, i, 0.0)
         now = gap_to_disc(capsule, pose, x, y, bodies.radius[i])
         speed = math.hypot(bodies.velocities[i, 0, 0], bodies.velocities[i, 0, 1])
         walks = speed > WALKING
-        share_of[i] = standing_share + (1.0 - standing_share) * min(speed / BRISK, 1.0)
+        shares[i] = share_of(speed, standing_share)
         floor[i] = min(_MIN_GAP, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
             floor[i] = np.inf
-    return share_of, floor
+    return shares, floor
 
 
 @njit(cache=True, inline="always")

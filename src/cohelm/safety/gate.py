@@ -22,6 +22,7 @@ from cohelm.maps import DistanceField
 from cohelm.messages import Decision, Mode, Observation, People, Predictions, Reason, Request
 from cohelm.robots import Robot
 from cohelm.robots.braking import braking
+from cohelm.robots.clearance import Clearance
 from cohelm.robots.contact import ContactMargins, first_contact
 
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -61,10 +62,6 @@ class GateParameters(Model):
     wall_margin_time: float = Field(0.1, ge=0.0, le=1.0)
     """Growth of that gap with the commanded speed, s, in assisted mode, where no planner keeps
     clear of walls: pose and map are wrong by centimetres."""
-    people_margin: float = Field(0.12, ge=0.0, le=1.0)
-    """Gap to a person that counts as contact, m."""
-    standing_share: float = Field(0.4, ge=0.0, le=1.0)
-    """Share of the people margin for a standing person."""
     min_probability: float = Field(0.5, ge=0.0, le=1.0)
     """Probability from which a hypothesis counts that is not a person's most likely one; the
     planner weighs the others."""
@@ -79,6 +76,7 @@ def gate(
     walls: DistanceField,
     people: People,
     predictions: Predictions,
+    clearance: Clearance,
     parameters: GateParameters,
 ) -> Decision:
     """Decide which part of the requested twist (3,) goes to the wheels; the observation is usable.
@@ -108,9 +106,9 @@ def gate(
         )
         margins = ContactMargins(
             wall=parameters.wall_margin + growth * share * float(np.hypot(*allowed[:2])),
-            people=min(parameters.people_margin + max(request.extra_clearance, 0.0), 1.0),
+            people=clearance.after(0.0, extra=max(request.extra_clearance, 0.0)),
             min_probability=parameters.min_probability,
-            standing_share=parameters.standing_share,
+            standing_share=clearance.standing,
         )
         contact = first_contact(
             robot,

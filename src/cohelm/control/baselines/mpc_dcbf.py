@@ -9,19 +9,14 @@ from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem
-from cohelm.control.baselines.tracking import along_reference, plan_of_solution
-from cohelm.control.sqp import OptimalControl
-from cohelm.control.terms import (
-    InputEffort,
-    InputLimits,
-    SmoothInput,
-    SocialSpaceBarrier,
-    TrackReference,
-    WallBarrier,
-)
+from cohelm.control.baselines.tracking import along_reference, plan_of_solution, tracking_terms
+from cohelm.control.optimal_control import OptimalControl
+from cohelm.control.stack import Terms
+from cohelm.control.terms import Barrier
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input, shifted_plan
 from cohelm.messages import LocalPlan
+from cohelm.robots.clearance import Clearance
 from cohelm.shapes import ELLIPSE
 
 _WALKING = 0.1
@@ -47,7 +42,7 @@ class MpcDcbf:
     """Tracks the reference; people are ellipses at predicted positions, under eq. (9) with γ.
 
     It ignores social spaces and groups. The most likely hypothesis of each person constrains, and
-    others above a probability (``barrier.min_probability``).
+    others above a probability (``min_probability``).
     """
 
     class Parameters(Model):
@@ -62,31 +57,16 @@ class MpcDcbf:
         tolerance: float = Field(0.15, ge=0.0, le=1.0)
         """Slack beyond which braking replaces a trajectory with no smaller violation, m."""
         ellipses: EllipseParameters = EllipseParameters()
-        track_reference: TrackReference.Parameters = TrackReference.Parameters()
-        input_effort: InputEffort.Parameters = InputEffort.Parameters()
-        smooth_input: SmoothInput.Parameters = SmoothInput.Parameters()
-        input_limits: InputLimits.Parameters = InputLimits.Parameters()
-        wall_clearance: WallBarrier.Parameters = WallBarrier.Parameters()
-        barrier: SocialSpaceBarrier.Parameters = SocialSpaceBarrier.Parameters(
-            gamma=0.3, l1=60.0, l2=60.0
+        terms: Terms = tracking_terms(
+            social_space=Barrier(gamma=0.3, l1=60.0, l2=60.0, min_probability=0.3),
+            walls=Barrier(gamma=1.0, l1=60.0, l2=60.0),
         )
-        """γ = 0.3; Jian et al."""
+        """γ = 0.3 of the barrier on ellipses; Jian et al."""
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
         self.steps, self.step = p.steps, p.step
-        self.control = OptimalControl(
-            costs=(
-                TrackReference(p.track_reference),
-                InputEffort(p.input_effort),
-                SmoothInput(p.smooth_input),
-            ),
-            constraints=(
-                InputLimits(p.input_limits),
-                WallBarrier(p.wall_clearance),
-                SocialSpaceBarrier(p.barrier),
-            ),
-        )
+        self.control = OptimalControl(p.terms, Clearance())
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
@@ -98,11 +78,8 @@ class MpcDcbf:
         warm = shifted_plan(problem, previous, current_input)
         if warm is not None:
             seeds.append(warm)
-        evaluations = [self.control.evaluate(problem, seed) for seed in seeds]
-        best = min(range(len(seeds)), key=lambda i: evaluations[i].merit)
-        solution = self.control.solve(
-            problem, seeds[best], iterations=p.iterations, evaluation=evaluations[best]
-        )
+        best = min(seeds, key=lambda seed: self.control.evaluate(problem, seed).cost)
+        solution = self.control.solve(problem, best, iterations=p.iterations)
         return plan_of_solution(
             self.control, problem, solution, current_input, tolerance=p.tolerance
         )

@@ -13,16 +13,56 @@ from numba import njit
 from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.baselines.steering import Steering, advance, steering_of
-from cohelm.control.sqp import RELAXED_SLACK, OptimalControl, Solution, TrajectoryEvaluation
-from cohelm.control.terms.constraints.wall_barrier import wall_barrier
+from cohelm.control.objective import BODIES, TERMS
+from cohelm.control.optimal_control import (
+    RELAXED_SLACK,
+    OptimalControl,
+    Solution,
+    TrajectoryEvaluation,
+)
+from cohelm.control.stack import Terms
+from cohelm.control.terms import (
+    Barrier,
+    FinalHeading,
+    GroupSpace,
+    InputChange,
+    InputEffort,
+    PathDistance,
+    PersonalSpaceCost,
+    PersonClearance,
+    Progress,
+    TrackReference,
+    WallClearance,
+)
 from cohelm.control.trajectories import braking_trajectory
 from cohelm.messages import LocalPlan, Reason, Status
-from cohelm.robots.contact import wall_grid
+from cohelm.robots.contact import WallGrid, wall_gap, wall_grid
 
 _MAX_DEPTH = 0.01
 """A plan that enters a wall deeper than this is rejected, m."""
 _ALONG, _ACROSS, _HEADING = 1.0, 4.0, 2.5
 """Gains of the tracking law: along, 1/s; across, rad/m²; heading, 1/s; assumed."""
+
+
+def tracking_terms(**barriers: Barrier) -> Terms:
+    """Xu et al., eq. (12): tracking of the reference, inputs and their changes, and barriers.
+
+    The weights are assumed. Terms of the social objective are absent.
+    """
+    absent = Barrier(l1=0.0, l2=0.0)
+    return Terms(
+        progress=Progress(final=0.0, mean=0.0),
+        path_distance=PathDistance(weight=0.0),
+        final_heading=FinalHeading(weight=0.0),
+        input_effort=InputEffort(speed=0.4, turn=0.125),
+        input_change=InputChange(speed=0.04, turn=0.02),
+        track_reference=TrackReference(position=0.5, heading=0.15),
+        person_clearance=PersonClearance(weight=0.0, standing_share=1.0),
+        personal_space=PersonalSpaceCost(weight=0.0),
+        group_space=GroupSpace(weight=0.0),
+        wall_clearance=WallClearance(weight=0.0),
+        **{"bodies": absent, "social_space": absent, "walls": absent, **barriers},
+    )
 
 
 def along_reference(
@@ -73,7 +113,7 @@ def plan_of_solution(
     if touching or evaluation.slack > tolerance:
         rest = braking_trajectory(problem, current_input, len(trajectory.inputs))
         at_rest = control.evaluate(problem, rest)
-        if touching or _violation(control, at_rest) <= _violation(control, evaluation):
+        if touching or _violation(at_rest) <= _violation(evaluation):
             trajectory, evaluation, status = rest, at_rest, Status.STOP
     return plan_of(
         problem,
@@ -118,13 +158,23 @@ def gap_to_walls(problem: LocalProblem, trajectory: Trajectory) -> float:
 
     A robot that starts inside a wall may leave it: each disc is compared with its start.
     """
-    gaps, _ = wall_barrier(problem.robot.discs, 0.0, trajectory.poses, wall_grid(problem.walls))
+    gaps = wall_gaps(problem.robot.discs, trajectory.poses, wall_grid(problem.walls))
     return float((gaps - np.minimum(gaps[:, :1], 0.0)).min())
 
 
-def _violation(control: OptimalControl, evaluation: TrajectoryEvaluation) -> float:
-    """Penalty of all slack."""
-    return sum(evaluation.costs.get(constraint.name, 0.0) for constraint in control.constraints)
+def _violation(evaluation: TrajectoryEvaluation) -> float:
+    """Price of all slack."""
+    return sum(evaluation.costs[name] for name in TERMS[BODIES:])
+
+
+@njit(cache=True)
+def wall_gaps(discs: Floats, poses: Floats, walls: WallGrid) -> Floats:
+    """Gap of each disc (c, 3) to the nearest wall along poses (k, 3), (c, k), m."""
+    out = np.empty((discs.shape[0], poses.shape[0]))
+    for k in range(poses.shape[0]):
+        for j in range(discs.shape[0]):
+            out[j, k] = wall_gap(discs[j], poses[k], walls)
+    return out
 
 
 @njit(cache=True)

@@ -7,9 +7,10 @@ import math
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.control.kernels import INNER
+from cohelm.control.path import SPACING
 from cohelm.control.sampling.arc_table import END_1, END_2, RETURN, SPEED_3
-from cohelm.control.sampling.path_samples import SPACING
-from cohelm.control.sampling.scene import RobotState, RolloutScene
+from cohelm.control.scene import RobotTable, Scene
 
 _LOOKAHEAD = round(1.0 / SPACING)
 """Lookahead of the return to the path: 1 m, in samples."""
@@ -18,9 +19,9 @@ _GAIN = 2.5
 _FULL = 2.0 * math.pi
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(**INNER)
 def request_input(  # noqa: PLR0917  # a kernel takes plain arrays
-    scene: RolloutScene,
+    scene: Scene,
     base: Floats,
     arc: Floats,
     k: int,
@@ -60,7 +61,8 @@ def request_input(  # noqa: PLR0917  # a kernel takes plain arrays
         turns = holonomic and base_steps == 0
         if base_steps > 0:
             # the turn share goes to input 1: ω of a unicycle, v_y of a holonomic robot
-            requested[:] = base[k]
+            for i in range(requested.shape[0]):
+                requested[i] = base[k, i]
             requested[0] += speed * max_speed
             requested[1] += turn * robot.high[1]
         elif holonomic:
@@ -74,18 +76,15 @@ def request_input(  # noqa: PLR0917  # a kernel takes plain arrays
         requested[2] = 0.5 * _GAIN * (error - _FULL * round(error / _FULL))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def limit_input(  # a kernel takes plain arrays
-    robot: RobotState, max_speed: float, weight: float, k: int, inputs: Floats, cost: float
-) -> float:
-    """Reduce the input at step k to the limits; the cost with that of its change.
+@njit(**INNER)
+def limit_input(robot: RobotTable, max_speed: float, k: int, inputs: Floats) -> None:
+    """Reduce the input at step k to the limits.
 
-    The first step allows half a change, because the next decision comes before its end. A copy of
-    ``robots.kinematics.within_limits`` for one step, because it also needs the change.
+    The first change must fit into the time until the next decision. A copy of
+    ``robots.kinematics.within_limits`` for one step.
     """
     u, m = inputs[k], inputs.shape[1]
     joint = robot.n_linear if robot.n_linear > 1 else 0  # inputs that change in proportion
-    half = 0.5 if k == 0 else 1.0
     # each input within its bounds, then the speed
     square = 0.0
     for i in range(m):
@@ -99,7 +98,7 @@ def limit_input(  # a kernel takes plain arrays
     for i in range(joint):
         u[i] *= shrink
         change = u[i] - (inputs[k - 1, i] if k > 0 else robot.current_input[i])
-        upper = half * (robot.rise[i] if change > 0.0 else robot.fall[i])
+        upper = _most(robot, k, i, change)
         if abs(change) > upper:
             share = min(share, upper / abs(change))
     for i in range(m):
@@ -108,7 +107,13 @@ def limit_input(  # a kernel takes plain arrays
         if i < joint:
             change *= share
         else:
-            change = min(max(change, -half * robot.fall[i]), half * robot.rise[i])
+            change = min(max(change, -_most(robot, k, i, -1.0)), _most(robot, k, i, 1.0))
         u[i] = before + change
-        cost += weight * change * change
-    return cost
+
+
+@njit(**INNER)
+def _most(robot: RobotTable, k: int, i: int, change: float) -> float:
+    """Largest change of input i at step k in the direction of ``change``."""
+    if k == 0:
+        return robot.first_rise[i] if change > 0.0 else robot.first_fall[i]
+    return robot.rise[i] if change > 0.0 else robot.fall[i]

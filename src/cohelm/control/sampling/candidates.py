@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape
-from cohelm.control.sampling.path_samples import SPACING, PathSamples
+from cohelm.control.path import SPACING, PathTable
 
 _NEAR = 3.0
 """A person who is never nearer than this is not passed, m."""
@@ -32,9 +32,9 @@ class CandidateTrajectories:
     inputs: Annotated[Floats, Shape("k N m")]
     poses: Annotated[Floats, Shape("k N+1 3")]
     cost: Annotated[Floats, Shape("k")]
-    """Trajectory cost, s: lost time, and all other costs in the same unit."""
-    contact: Annotated[Floats, Shape("k")]
-    """Time when a person (any credible hypothesis) or a wall is first touched, s; +inf: never."""
+    """Objective, s: lost time, and all other costs in the same unit."""
+    by_term: Annotated[Floats, Shape("k T")]
+    """Summands of the cost, ``objective.TERMS`` and terms of one's own."""
     passing_sides: Annotated[Integers, Shape("k passed")]
     """Signs: first the side of the path (1 left, −1 right, 0 along), then the turn of the bearing
     to each person during the passage (1 counter-clockwise: the robot stays to the right of the
@@ -44,9 +44,20 @@ class CandidateTrajectories:
         """Number of trajectories."""
         return len(self.cost)
 
+    def __getitem__(self, chosen: Integers) -> CandidateTrajectories:
+        """Some of the trajectories."""
+        return CandidateTrajectories(
+            step=self.step,
+            inputs=self.inputs[chosen],
+            poses=self.poses[chosen],
+            cost=self.cost[chosen],
+            by_term=self.by_term[chosen],
+            passing_sides=self.passing_sides[chosen],
+        )
+
 
 @njit(cache=True)
-def passing_sides(poses: Floats, positions: Floats, path: PathSamples) -> Integers:
+def passing_sides(poses: Floats, positions: Floats, path: PathTable) -> Integers:
     """(k, 1 + n) as ``CandidateTrajectories.passing_sides``.
 
     poses: (k, N+1, 3).  positions: (n, N+1, 2) of people.

@@ -8,10 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.control.kernels import KERNEL
+from cohelm.control.objective import Objective, Workspace
 from cohelm.control.sampling.arc_table import NO_PERTURBATION
-from cohelm.control.sampling.rollout import RolloutWeights, roll_out
-from cohelm.control.sampling.scene import RolloutScene
+from cohelm.control.sampling.rollout import roll_out
+from cohelm.control.scene import Scene
 
 _APART = 0.2
 """Arcs are different if their middles or ends are this far apart, m."""
@@ -30,235 +32,256 @@ class SearchBudget(NamedTuple):
     """Maximum number of arcs to return."""
 
 
-class _Pool(NamedTuple):
+class _Search(NamedTuple):
     """All arcs of a search: a base, and a row of the table or of the perturbations."""
 
+    table: Floats
+    """(a, 9) arcs to begin with."""
+    perturbations: Floats
+    """(b, 9), the first of which has no effect."""
     costs: Floats
-    """(a,) s."""
+    """(r,) s."""
     marks: Floats
-    """(a, 4) positions (x, y) after a third of the horizon and at its end, m."""
+    """(r, 4) positions (x, y) after a third of the horizon and at its end, m."""
     base_of: Integers
-    """(a,) index of the base; −1: none, a row of the table."""
+    """(r,) index of the base; −1: none, a row of the table."""
     row_of: Integers
-    """(a,) index of the row; −1: no perturbation."""
+    """(r,) index of the row; −1: no perturbation."""
     bases: Floats
-    """(b, N, m) inputs that are perturbed."""
+    """(c, L, m) inputs that are perturbed."""
     base_steps: Integers
-    """(b,) number of steps that each base has."""
+    """(c,) number of steps that each base has."""
     base_costs: Floats
-    """(b,) cost of each base, s."""
-
-
-class _Workspace(NamedTuple):
-    """Arrays of one rollout."""
-
+    """(c,) cost of each base, s."""
+    chosen: Integers
+    """(j,) the cheapest arcs that are apart."""
+    taken: Booleans
+    """(r,) arcs that were looked at when these were chosen."""
     inputs: Floats
-    """(N, m) of the arc."""
+    """(L, m) of one arc."""
     poses: Floats
-    """(N+1, 3) of the arc."""
-    due: Floats
-    """(P,) step before which each person cannot be near."""
+    """(L+1, 3) of one arc."""
     no_base: Floats
     """(0, m) base without steps."""
     no_perturbation: Floats
-    """(9,) perturbation without effect."""
+    """(9,)."""
 
 
-@njit(cache=True)
-def search_arcs(
-    scene: RolloutScene,
-    weights: RolloutWeights,
+def search_arcs(  # noqa: PLR0917  # parts of one search
+    scene: Scene,
+    o: Objective,
     warm: Floats,
     table: Floats,
     perturbations: Floats,
     budget: SearchBudget,
+    work: Workspace,
 ) -> Floats:
-    """Inputs (j, N, m) of the cheapest arcs, cheapest first, all some distance apart.
+    """Inputs (j, L, m) of the cheapest arcs, cheapest first, all some distance apart.
 
     Args:
         scene: surroundings of the robot.
-        weights: of the costs.
-        warm: (L, m) inputs of the last plan; L = 0: there is none.
+        o: the objective.
+        warm: (K, m) inputs of the last plan; K = 0: there is none.
         table: (a, 9) arcs to begin with.
         perturbations: (b, 9), the first of which has no effect.
         budget: size of the search.
+        work: workspace of the objective.
     """
-    steps, m = scene.steps, scene.robot.current_input.shape[0]
-    num_warm = 1 if warm.shape[0] > 0 else 0
+    steps, m = scene.steps, len(scene.robot.current_input)
     num_bases = 1 + budget.rounds * (budget.elite + 1)
-    num_arcs = num_warm + table.shape[0] + (num_bases - 1) * perturbations.shape[0]
-    pool, work = _empty_pool(num_arcs, num_bases, steps, m), _workspace(scene)
+    num_arcs = 1 + len(table) + (num_bases - 1) * len(perturbations)
+    search = _Search(
+        table=table,
+        perturbations=perturbations,
+        costs=np.full(num_arcs, np.inf),
+        marks=np.empty((num_arcs, 4)),
+        base_of=np.empty(num_arcs, np.int64),
+        row_of=np.empty(num_arcs, np.int64),
+        bases=np.empty((num_bases, steps, m)),
+        base_steps=np.zeros(num_bases, np.int64),
+        base_costs=np.full(num_bases, np.inf),
+        chosen=np.empty(max(budget.max_results, budget.elite), np.int64),
+        taken=np.empty(num_arcs, np.bool_),
+        inputs=np.empty((steps, m)),
+        poses=np.empty((steps + 1, 3)),
+        no_base=np.empty((0, m)),
+        no_perturbation=NO_PERTURBATION.copy(),
+    )
+    out = np.empty((budget.max_results, steps, m))
+    return out[: _search(scene, o, search, warm[:steps], budget, work, out)]
+
+
+@njit(**KERNEL)
+def _search(  # noqa: PLR0917  # a kernel takes plain arrays
+    scene: Scene,
+    o: Objective,
+    s: _Search,
+    warm: Floats,
+    budget: SearchBudget,
+    work: Workspace,
+    out: Floats,
+) -> int:
+    """Kernel of :func:`search_arcs`: the number of arcs in ``out``."""
+    num_warm, n, best = min(warm.shape[0], 1), 0, np.inf
     # the last plan, then the table
     if num_warm:
-        pool.base_steps[0] = min(warm.shape[0], steps)
-        pool.bases[0, : pool.base_steps[0]] = warm[: pool.base_steps[0]]
-    best, n = np.inf, 0
-    for a in range(num_warm + table.shape[0]):
-        if a < num_warm:
-            base, row = pool.bases[0, : pool.base_steps[0]], work.no_perturbation
-        else:
-            base, row = work.no_base, table[a - num_warm]
-        result = roll_out(
-            scene, weights, base, row, best + budget.window, work.inputs, work.poses, work.due
-        )
-        _add(pool, n, result.cost, -1, a - num_warm, work.poses)
-        best = min(best, result.cost)
+        s.base_steps[0] = warm.shape[0]
+        _copy(warm, s.bases[0])
+    for a in range(num_warm + s.table.shape[0]):
+        s.base_of[n], s.row_of[n] = (0, -1) if a < num_warm else (-1, a - num_warm)
+        best = min(best, _try(scene, o, s, n, best + budget.window, work))
         n += 1
-    if num_warm:
-        pool.base_of[0], pool.base_costs[0] = 0, pool.costs[0]
+    s.base_costs[0] = s.costs[0] if num_warm else np.inf
     # rounds: the best arcs become bases, and every base is perturbed
     filled = 1
     for i_round in range(budget.rounds):
-        chosen = _cheapest_apart(pool.costs[:n], pool.marks[:n], budget.elite, best + budget.window)
         first = filled if i_round > 0 or not num_warm else 0
-        for c in chosen:
-            _inputs_of(scene, weights, pool, c, table, perturbations, work)
-            pool.bases[filled] = work.inputs
-            pool.base_steps[filled], pool.base_costs[filled] = steps, pool.costs[c]
+        for j in range(_cheapest_apart(s, n, budget.elite, best + budget.window)):
+            c = s.chosen[j]
+            _roll_again(scene, o, s, c, work)
+            _copy(s.inputs, s.bases[filled])
+            s.base_steps[filled], s.base_costs[filled] = s.inputs.shape[0], s.costs[c]
             filled += 1
         for b in range(first, filled):
-            for p in range(1, perturbations.shape[0]):
-                base = pool.bases[b, : pool.base_steps[b]]
+            for p in range(1, s.perturbations.shape[0]):
+                s.base_of[n], s.row_of[n] = b, p
                 # only improvements of the base
-                limit = min(best + budget.window, pool.base_costs[b])
-                result = roll_out(
-                    scene, weights, base, perturbations[p], limit,
-                    work.inputs, work.poses, work.due,
-                )  # fmt: skip
-                _add(pool, n, result.cost, b, p, work.poses)
-                best = min(best, result.cost)
+                limit = min(best + budget.window, s.base_costs[b])
+                best = min(best, _try(scene, o, s, n, limit, work))
                 n += 1
     # the best of all, rolled out again
-    chosen = _cheapest_apart(
-        pool.costs[:n], pool.marks[:n], budget.max_results, best + budget.window
-    )
-    out = np.empty((chosen.shape[0], steps, m))
-    for j in range(chosen.shape[0]):
-        _inputs_of(scene, weights, pool, chosen[j], table, perturbations, work)
-        out[j] = work.inputs
-    return out
+    count = _cheapest_apart(s, n, budget.max_results, best + budget.window)
+    for j in range(count):
+        _roll_again(scene, o, s, s.chosen[j], work)
+        _copy(s.inputs, out[j])
+    return count
 
 
-@njit(cache=True)
-def evaluate_inputs(
-    scene: RolloutScene, weights: RolloutWeights, given: Floats, limited: Floats, poses: Floats
-) -> Floats:
-    """(cost, first contact) (j, 2) of inputs (j, L, m); fills the resulting trajectory.
+@njit(**KERNEL)
+def evaluate_inputs(  # noqa: PLR0917  # a kernel takes plain arrays
+    scene: Scene,
+    o: Objective,
+    given: Floats,
+    no_perturbation: Floats,
+    limited: Floats,
+    poses: Floats,
+    by_term: Floats,
+    costs: Floats,
+    work: Workspace,
+) -> None:
+    """Evaluate inputs (j, K, m), and fill the resulting trajectories and their costs.
 
     Args:
         scene: surroundings of the robot.
-        weights: of the costs.
-        given: (j, L, m); after L steps the trajectory leads back to the path.
-        limited: (j, N, m), filled with the inputs within the limits.
-        poses: (j, N+1, 3), filled.
+        o: the objective.
+        given: (j, K, m); after K steps the trajectory leads back to the path.
+        no_perturbation: (9,), see ``arc_table``.
+        limited: (j, L, m), filled with the inputs within the limits.
+        poses: (j, L+1, 3), filled.
+        by_term: (j, T), filled with the summands of the cost.
+        costs: (j,), filled, s.
+        work: workspace.
     """
-    out = np.empty((given.shape[0], 2))
-    due = np.empty(scene.people.states.shape[0])
-    no_perturbation = NO_PERTURBATION.copy()
     for j in range(given.shape[0]):
         result = roll_out(
-            scene, weights, given[j], no_perturbation, np.inf, limited[j], poses[j], due
+            scene, o, given[j], no_perturbation, np.inf, limited[j], poses[j], work
         )
         for k in range(result.stopped + 1, scene.steps):  # the rest after contact with a wall
             _brake_step(scene, limited[j], poses[j], k)
-        out[j, 0], out[j, 1] = result.cost, result.contact
-    return out
+        costs[j] = result.cost
+        for t in range(by_term.shape[1]):
+            by_term[j, t] = work.by_term[t]
 
 
-@njit(cache=True)
-def _empty_pool(num_arcs: int, num_bases: int, steps: int, m: int) -> _Pool:
-    return _Pool(
-        np.full(num_arcs, np.inf),
-        np.empty((num_arcs, 4)),
-        np.empty(num_arcs, np.int64),
-        np.empty(num_arcs, np.int64),
-        np.empty((num_bases, steps, m)),
-        np.zeros(num_bases, np.int64),
-        np.full(num_bases, np.inf),
-    )
+@njit(**KERNEL)
+def _try(scene: Scene, o: Objective, s: _Search, n: int, limit: float, work: Workspace) -> float:
+    """Roll out arc ``n`` and record it: its cost."""
+    cost = _roll(scene, o, s, n, limit, work)[0]
+    third, mark = s.poses.shape[0] // 3, s.marks[n]
+    s.costs[n] = cost
+    mark[0], mark[1] = s.poses[third, 0], s.poses[third, 1]
+    mark[2], mark[3] = s.poses[-1, 0], s.poses[-1, 1]
+    return cost
 
 
-@njit(cache=True)
-def _workspace(scene: RolloutScene) -> _Workspace:
-    steps, m = scene.steps, scene.robot.current_input.shape[0]
-    return _Workspace(
-        np.empty((steps, m)),
-        np.empty((steps + 1, 3)),
-        np.empty(scene.people.states.shape[0]),
-        np.empty((0, m)),
-        NO_PERTURBATION.copy(),
-    )
+@njit(**KERNEL)
+def _roll(
+    scene: Scene, o: Objective, s: _Search, n: int, limit: float, work: Workspace
+) -> tuple[float, int]:
+    """(cost of arc ``n``, step at which it touches a wall); fills inputs and poses."""
+    b, r = s.base_of[n], s.row_of[n]
+    base = s.no_base if b < 0 else s.bases[b, : s.base_steps[b]]
+    row = s.no_perturbation if r < 0 else (s.table[r] if b < 0 else s.perturbations[r])
+    result = roll_out(scene, o, base, row, limit, s.inputs, s.poses, work)
+    return result.cost, result.stopped
 
 
-@njit(cache=True)
-def _add(pool: _Pool, n: int, cost: float, base: int, row: int, poses: Floats) -> None:
-    """Record arc ``n`` in the pool."""
-    third, mark = poses.shape[0] // 3, pool.marks[n]
-    pool.costs[n], pool.base_of[n], pool.row_of[n] = cost, base, row
-    mark[0], mark[1] = poses[third, 0], poses[third, 1]
-    mark[2], mark[3] = poses[-1, 0], poses[-1, 1]
+@njit(**KERNEL)
+def _roll_again(scene: Scene, o: Objective, s: _Search, n: int, work: Workspace) -> None:
+    """Roll out arc ``n`` again; it brakes in time before a wall."""
+    _, stopped = _roll(scene, o, s, n, np.inf, work)
+    if stopped < scene.steps:
+        square = 0.0
+        for i in range(max(scene.robot.n_linear, 1)):
+            square += s.inputs[stopped, i] * s.inputs[stopped, i]
+        braking_steps = int(math.ceil(math.sqrt(square) / scene.robot.fall[0]))
+        for k in range(max(stopped - braking_steps - 1, 0), s.inputs.shape[0]):
+            for i in range(s.inputs.shape[1]):
+                s.inputs[k, i] = 0.0
 
 
-@njit(cache=True)
-def _inputs_of(  # noqa: PLR0917  # a kernel takes plain arrays
-    scene: RolloutScene,
-    weights: RolloutWeights,
-    pool: _Pool,
-    c: int,
-    table: Floats,
-    perturbations: Floats,
-    work: _Workspace,
-) -> None:
-    """Roll out an arc of the pool again, into the workspace; it brakes in time before a wall."""
-    base_of, row_of = pool.base_of[c], pool.row_of[c]
-    if base_of < 0:
-        base, row = work.no_base, table[row_of]
-    else:
-        base = pool.bases[base_of, : pool.base_steps[base_of]]
-        row = work.no_perturbation if row_of < 0 else perturbations[row_of]
-    result = roll_out(scene, weights, base, row, np.inf, work.inputs, work.poses, work.due)
-    if result.stopped < scene.steps:
-        robot, n_linear = scene.robot, max(scene.robot.n_linear, 1)
-        speed = np.sqrt(np.sum(work.inputs[result.stopped, :n_linear] ** 2))
-        begin = max(result.stopped - int(np.ceil(speed / robot.fall[0])) - 1, 0)
-        work.inputs[begin:] = 0.0
-
-
-@njit(cache=True)
-def _cheapest_apart(costs: Floats, marks: Floats, count: int, limit: float) -> Integers:
-    """At most ``count`` arcs, cheapest first, each some distance from those before it."""
-    chosen = np.empty(count, np.int64)
+@njit(**KERNEL)
+def _cheapest_apart(s: _Search, arcs: int, count: int, limit: float) -> int:
+    """Choose at most ``count`` arcs, cheapest first, each some distance from those before it."""
     n = 0
-    for c in np.argsort(costs, kind="mergesort"):
-        if n == count or not (costs[c] <= limit and costs[c] < np.inf):
+    for a in range(arcs):
+        s.taken[a] = not (s.costs[a] <= limit and s.costs[a] < np.inf)
+    while n < count:
+        c = -1
+        for a in range(arcs):
+            if not s.taken[a] and (c < 0 or s.costs[a] < s.costs[c]):
+                c = a
+        if c < 0:
             break
+        s.taken[c] = True
         near = False
         for j in range(n):
-            d = marks[c] - marks[chosen[j]]
-            if math.hypot(d[0], d[1]) < 0.5 * _APART and math.hypot(d[2], d[3]) < _APART:
-                near = True
-                break
+            other = s.chosen[j]
+            middle = math.hypot(
+                s.marks[c, 0] - s.marks[other, 0], s.marks[c, 1] - s.marks[other, 1]
+            )
+            end = math.hypot(s.marks[c, 2] - s.marks[other, 2], s.marks[c, 3] - s.marks[other, 3])
+            near |= middle < 0.5 * _APART and end < _APART
         if not near:
-            chosen[n] = c
+            s.chosen[n] = c
             n += 1
-    return chosen[:n]
+    return n
 
 
-@njit(cache=True)
-def _brake_step(scene: RolloutScene, inputs: Floats, poses: Floats, k: int) -> None:
+@njit(**KERNEL)
+def _copy(source: Floats, target: Floats) -> None:
+    for k in range(source.shape[0]):
+        for i in range(source.shape[1]):
+            target[k, i] = source[k, i]
+
+
+@njit(**KERNEL)
+def _brake_step(scene: Scene, inputs: Floats, poses: Floats, k: int) -> None:
     """Step ``k`` of comfort braking."""
-    robot, step, pose, m = scene.robot, scene.step, poses[k], inputs.shape[1]
-    n_linear = robot.n_linear
-    speed = np.sqrt(np.sum(inputs[k - 1, :n_linear] ** 2))
+    robot, step, m = scene.robot, scene.step, inputs.shape[1]
+    n_linear, square = robot.n_linear, 0.0
+    for i in range(n_linear):
+        square += inputs[k - 1, i] * inputs[k - 1, i]
+    speed = math.sqrt(square)
     share = max(1.0 - robot.fall[0] / speed, 0.0) if speed > 0.0 else 0.0
     for i in range(m):
         if i < n_linear:
             inputs[k, i] = share * inputs[k - 1, i]
         else:
             remaining = max(abs(inputs[k - 1, i]) - robot.fall[i], 0.0)
-            inputs[k, i] = np.copysign(remaining, inputs[k - 1, i])
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+            inputs[k, i] = math.copysign(remaining, inputs[k - 1, i])
+    cos, sin = math.cos(poses[k, 2]), math.sin(poses[k, 2])
     vy = inputs[k, 1] if n_linear > 1 else 0.0
-    poses[k + 1, 0] = pose[0] + step * (cos * inputs[k, 0] - sin * vy)
-    poses[k + 1, 1] = pose[1] + step * (sin * inputs[k, 0] + cos * vy)
-    poses[k + 1, 2] = pose[2] + step * inputs[k, m - 1]
+    poses[k + 1, 0] = poses[k, 0] + step * (cos * inputs[k, 0] - sin * vy)
+    poses[k + 1, 1] = poses[k, 1] + step * (sin * inputs[k, 0] + cos * vy)
+    poses[k + 1, 2] = poses[k, 2] + step * inputs[k, m - 1]

@@ -12,8 +12,9 @@ from pydantic import Field
 from cohelm.arrays import Floats, read_only
 from cohelm.config import Model as Config
 from cohelm.config import validate
-from cohelm.control import LocalPlanner, LocalProblem
-from cohelm.control.sampling import TrajectorySampler
+from cohelm.control import LocalPlanner, LocalProblem, OptimalControl
+from cohelm.control.sampling import Sampling, sample
+from cohelm.control.stack import Terms
 from cohelm.control.warm_start import estimate_current_input, shifted_plan
 from cohelm.evaluation.external.crowdnav import (
     GOAL,
@@ -40,6 +41,7 @@ from cohelm.perception import Predictor, Tracker
 from cohelm.planning.reference import ComfortLimits, ReferenceSettings, make_reference
 from cohelm.plugins import build
 from cohelm.robots import Robot
+from cohelm.robots.clearance import Clearance
 from cohelm.social import SocialModel
 
 BEST_ARC = "best_arc"
@@ -165,29 +167,31 @@ def orca(caution: float) -> Driver:
 
 
 class BestArc:
-    """The best sampled arc without refinement or verification: a reference, not a planner."""
+    """The best sampled arc without improvement or verification: a reference, not a planner."""
 
     class Parameters(Config):
-        """Parameters of the sampling."""
+        """Horizon, clearance, terms and budget."""
 
         steps: int = Field(24, ge=3, le=100)
         """N."""
         step: float = Field(0.25, gt=0.0, le=1.0)
         """Δt, s."""
-        sampling: TrajectorySampler.Parameters = TrajectorySampler.Parameters(stride=1)
+        clearance: Clearance = Clearance()
+        terms: Terms = Terms()
+        sampling: Sampling = Sampling(stride=1)
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         p = self.parameters = parameters or self.Parameters()
         self.steps, self.step = p.steps, p.step
-        self.sampler = TrajectorySampler(p.sampling)
+        self.control = OptimalControl(p.terms, p.clearance)
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         current_input = estimate_current_input(problem, previous)
         steps = None if previous is None else len(previous.inputs)
-        found = self.sampler.sample(
-            problem, current_input, shifted_plan(problem, previous, current_input, steps)
-        )
+        prepared = self.control.prepare(problem, current_input)
+        warm = shifted_plan(problem, previous, current_input, steps)
+        found = sample(prepared, self.parameters.sampling, warm)
         return LocalPlan(
             time=problem.time,
             step=found.step,

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.control.kernels import INNER
 from cohelm.messages import Reference
 
 SPACING = 0.1
@@ -22,20 +23,24 @@ _AIM = round(2.0 / SPACING)
 """Lookahead of the final heading: 2 m, in samples."""
 
 
-class PathSamples(NamedTuple):
-    """The path, evenly sampled, and the reference's progress on it."""
+class PathTable(NamedTuple):
+    """The path, evenly sampled, and the reference on it."""
 
     samples: Floats
     """(q, 4): x, y and the unit tangent."""
     reference: Floats
-    """(N+1,) arc length of the reference at each step, m."""
+    """(L+1,) arc length of the reference at each step, m."""
+    poses: Floats
+    """(L+1, 3) of the reference."""
+    speeds: Floats
+    """(L+1,) of the reference, m/s."""
     heading: Floats
     """(q, 2) unit vector of the reference's heading."""
     max_speed: float
     """Highest speed of the reference, at least the creeping speed, m/s."""
 
 
-def path_samples(reference: Reference, top_speed: float, steps: int) -> PathSamples:
+def path_table(reference: Reference, top_speed: float, steps: int) -> PathTable:
     """Samples of a reference over ``steps``; beyond its end it keeps its speed and heading.
 
     top_speed: of the robot, m/s.
@@ -48,12 +53,13 @@ def path_samples(reference: Reference, top_speed: float, steps: int) -> PathSamp
     np.cos(angle, out=heading[:, 0])
     np.sin(angle, out=heading[:, 1])
     max_speed = max(float(speeds.max()), min(_CREEP, top_speed), 0.05)
-    return PathSamples(samples, progress, heading, max_speed)
+    last = np.minimum(np.arange(steps + 1), len(speeds) - 1)
+    return PathTable(samples, progress, reference.poses[last], speeds[last], heading, max_speed)
 
 
 @njit(cache=True)
 def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, Floats]:
-    """(samples, arc length of the reference, heading angle (q,)); see ``PathSamples``.
+    """(samples, arc length of the reference, heading angle (q,)); see ``PathTable``.
 
     stride: distance per step beyond the reference's end, m.
     """
@@ -110,7 +116,7 @@ def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, 
     return samples, progress, angle
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER)
 def project_on_path(samples: Floats, x: float, y: float, i: int) -> tuple[int, float, float]:
     """(i, s, d) of the nearest point of the path near sample ``i``: Frenet coordinates.
 
@@ -128,23 +134,3 @@ def project_on_path(samples: Floats, x: float, y: float, i: int) -> tuple[int, f
             break
     d = samples[i, 2] * (y - samples[i, 1]) - samples[i, 3] * (x - samples[i, 0])
     return i, i * SPACING + min(max(t, 0.0), SPACING), d
-
-
-@njit(cache=True, error_model="numpy")
-def heading_cost(
-    path: PathSamples, holonomic: bool, x: float, y: float, angle: float, i: int
-) -> float:
-    """1 − cos of the angle between the robot's heading and the path ahead.
-
-    For a holonomic robot only the path's heading counts. i: nearest sample of the path.
-    """
-    samples, heading = path.samples, path.heading
-    cos, sin = math.cos(angle), math.sin(angle)
-    ahead = min(i + _AIM, samples.shape[0] - 1)
-    if holonomic:
-        return float(1.0 - (cos * heading[ahead, 0] + sin * heading[ahead, 1]))
-    dx, dy = samples[ahead, 0] - x, samples[ahead, 1] - y
-    norm = max(math.hypot(dx, dy), 1e-9)
-    if heading[i, 0] * samples[i, 2] + heading[i, 1] * samples[i, 3] < 0.0:
-        norm = -norm  # the path is driven backwards
-    return float(1.0 - (cos * dx + sin * dy) / norm)

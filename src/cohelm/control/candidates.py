@@ -1,0 +1,178 @@
+"""Candidate trajectories of one planning cycle: every one is judged by the same objective.
+
+The score of a candidate is the objective plus the terms of the choice: the side on which the rider
+wants to pass, leaving the committed homotopy class, replacing the last plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Floats, Integers
+from cohelm.config import Model
+from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.optimal_control import PreparedControl
+from cohelm.control.planner_memory import PlannerMemory, class_changes
+from cohelm.control.sampling import CandidateTrajectories, Sampling, evaluate, sample
+from cohelm.control.trajectories import braking_trajectory, limited_trajectory
+
+PREVIOUS, SAMPLED, STOPPING, SLOWER, BRAKING = (
+    "previous", "sampled", "stopping", "slower", "braking",
+)  # fmt: skip
+"""Origins of a candidate, ``LocalPlan.candidate``."""
+_GENTLE = (0.35, 0.6, 1.0)
+"""Shares of the comfort deceleration at which the chair may plan to stop."""
+_SIDES = {"right": 1, "left": -1, "none": 0}
+"""Turn of the bearing to a person passed on that side."""
+PASSING_SIDE, SWITCHING, REPLACING = "passing_side", "switching", "replacing"
+"""Names of the terms of the choice."""
+
+
+class Choice(Model):
+    """Terms of the choice between trajectories; tuned on rides."""
+
+    passing_side: float = Field(0.4, ge=0.0, le=100.0)
+    """Cost of passing a person on the side that the rider does not prefer, s."""
+    switching: float = Field(1.5, ge=0.0, le=100.0)
+    """Cost of leaving the committed homotopy class, s."""
+    replacing: float = Field(0.2, ge=0.0, le=100.0)
+    """Cost of replacing the last plan by another trajectory, s."""
+
+
+class Candidate(NamedTuple):
+    """A trajectory that may be used."""
+
+    origin: str
+    """``PREVIOUS``, ``SAMPLED``, ``STOPPING``, ``SLOWER`` or ``BRAKING``."""
+    inputs: Floats
+    """(L, m) over the horizon of the objective."""
+    poses: Floats
+    """(L+1, 3)."""
+    score: float
+    """Objective and terms of the choice, s; the cheapest safe one is used."""
+    cost: float
+    """The objective alone, s."""
+    by_term: Floats
+    """(T + 3,) summands of the score."""
+    passing_sides: Integers
+    """(1 + n,) row of ``CandidateTrajectories.passing_sides``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlanningCycle:
+    """Everything that the stages of one plan share."""
+
+    problem: LocalProblem
+    mpc_problem: LocalProblem
+    """The problem over the N steps of the plan."""
+    prepared: PreparedControl
+    """The problem as tables, over the horizon of the objective."""
+    current_input: Floats
+    """u_{−1}, (m,)."""
+    memory: PlannerMemory | None
+    last_contact: float
+    """Time when a walking person last touched the robot, s."""
+    choice: Choice
+
+    @property
+    def steps(self) -> int:
+        """N."""
+        return self.prepared.scene.planned
+
+    def trajectory(self, candidate: Candidate) -> Trajectory:
+        """The first N steps of a candidate."""
+        n = self.steps
+        return Trajectory(
+            step=self.prepared.scene.step,
+            poses=candidate.poses[: n + 1],
+            inputs=candidate.inputs[:n],
+            current_input=self.current_input,
+        )
+
+    def sample(self, budget: Sampling, warm: Trajectory | None) -> list[Candidate]:
+        """New candidates, cheapest first; ``warm``: the last plan, perturbed as well."""
+        sampled = sample(self.prepared, budget, warm)
+        return self._candidates(sampled, [SAMPLED] * len(sampled))
+
+    def evaluate(self, inputs: list[Floats], origins: list[str]) -> list[Candidate]:
+        """Candidates of given inputs (K, m) each, in the same order."""
+        return self._candidates(evaluate(self.prepared, np.stack(inputs)), origins)
+
+    def stops(self, candidate: Candidate | None) -> list[Candidate]:
+        """Gentle stops on the way of a candidate, or straight on without one."""
+        steps, step = self.prepared.scene.steps, self.prepared.scene.step
+        _, _, _, fall = self.problem.robot.input_bounds
+        n_linear = self.problem.robot.motion_model.translating
+        begin = self.current_input if candidate is None else candidate.inputs[0]
+        speed = float(np.linalg.norm(begin[:n_linear]))
+        if speed <= 0.0:
+            return []
+        way = np.tile(begin, (steps, 1)) if candidate is None else candidate.inputs
+        times = (np.arange(steps) + 0.5) * step
+        inputs = [
+            np.clip(1.0 - share * fall[0] * times / speed, 0.0, 1.0)[:, None] * way
+            for share in _GENTLE
+        ]
+        return self.evaluate(inputs, [STOPPING] * len(inputs))
+
+    def slowed(self, candidate: Candidate, share: float) -> Candidate:
+        """The candidate at a share of its speed, as soon as the robot can; same curvature."""
+        [slower] = self.evaluate([share * candidate.inputs], [SLOWER])
+        return slower
+
+    def braking(self) -> Candidate:
+        """Comfort braking, which passes nobody on a side."""
+        steps = self.prepared.scene.steps
+        braking = braking_trajectory(self.problem, self.current_input, steps)
+        [candidate] = self.evaluate([braking.inputs], [BRAKING])
+        return candidate
+
+    def limited(self, inputs: Floats) -> Trajectory:
+        """The trajectory of inputs within the limits."""
+        return limited_trajectory(self.problem, inputs, self.current_input)
+
+    def _candidates(
+        self, trajectories: CandidateTrajectories, origins: list[str]
+    ) -> list[Candidate]:
+        """Add the terms of the choice."""
+        choice, sides = self.choice, trajectories.passing_sides
+        preferred = _SIDES[self.problem.profile.passing_side]
+        wrong = (sides[:, 1:] == -preferred).sum(axis=1) if preferred else np.zeros(len(sides))
+        switches = class_changes(sides, self.problem.people, self.memory) > 0
+        replaces = np.array([origin != PREVIOUS for origin in origins])
+        added = np.stack(
+            [
+                choice.passing_side * wrong,
+                choice.switching * switches,
+                choice.replacing * replaces,
+            ],
+            axis=-1,
+        )
+        by_term = np.concatenate([trajectories.by_term, added], axis=1)
+        return [
+            Candidate(
+                origin=origin,
+                inputs=trajectories.inputs[k],
+                poses=trajectories.poses[k],
+                score=float(trajectories.cost[k] + added[k].sum()),
+                cost=float(trajectories.cost[k]),
+                by_term=by_term[k],
+                passing_sides=sides[k],
+            )
+            for k, origin in enumerate(origins)
+        ]
+
+
+def cheapest_of_different_classes(candidates: list[Candidate], count: int) -> list[Candidate]:
+    """At most ``count`` candidates, cheapest first, no two of which pass on the same sides."""
+    out: list[Candidate] = []
+    for candidate in sorted(candidates, key=lambda each: each.score):
+        if len(out) < count and not any(
+            np.array_equal(candidate.passing_sides, other.passing_sides) for other in out
+        ):
+            out.append(candidate)
+    return out

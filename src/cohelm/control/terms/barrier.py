@@ -1,0 +1,89 @@
+"""Discrete-time control barriers (DCBF), Xu et al., eq. (9), on bodies, social spaces and walls.
+
+    h_{k+1} − (1 − γ) h_k ≥ 0,   0 < γ ≤ 1,   h saturated at 1 m
+
+Every barrier is soft: the largest violation s of a person's rows, or of a disc's, is priced
+l1·s + ½ l2·s². h saturates, so that whoever is farther away constrains nothing.
+
+- **bodies**: h = gap − clearance(t), see ``robots.clearance``; γ = 1 is a plain distance.
+- **social space**: h = gap − l_i − l, eq. (8) with radii and clearance of the bodies added.
+- **walls**: h = gap of a disc − the rider's clearance. Walls stand still, hence γ = 1.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.config import Model
+from cohelm.control.kernels import INNER
+from cohelm.control.scene import Scene
+
+REACH = 1.0
+"""h saturates here, m."""
+
+
+class Barrier(Model):
+    """A barrier and the price of its violation; assumed."""
+
+    gamma: float = Field(0.3, gt=0.0, le=1.0)
+    """γ of eq. (9), per step of the plan."""
+    l1: float = Field(2.0, ge=0.0)
+    """Price of the largest violation, s/m."""
+    l2: float = Field(2.0, ge=0.0)
+    """Price of its square, s/m²."""
+    min_probability: float = Field(1.0, ge=0.0, le=1.0)
+    """Probability from which a hypothesis counts; a person's most likely one always does."""
+
+    def table(self, scene: Scene, stride: int = 1, norm: int = 2) -> BarrierTable:
+        """The barrier for people.
+
+        Args:
+            scene: with the people.
+            stride: steps of the plan in one step of the scene.
+            norm: of the distance: 2, 1, or 0 for the largest component.
+        """
+        people = scene.people
+        binds = _binding(people.weight, people.person, people.count, self.min_probability)
+        active = self.l1 > 0.0 or self.l2 > 0.0
+        return BarrierTable((1.0 - self.gamma) ** stride, self.l1, self.l2, binds, active, norm)
+
+
+class BarrierTable(NamedTuple):
+    """A barrier for compiled code."""
+
+    keep: float
+    """1 − γ, to the power of the steps in one."""
+    l1: float
+    l2: float
+    binds: Booleans
+    """(P,) hypotheses that constrain."""
+    active: bool
+    norm: int
+    """Of the distance: 2, 1, or 0 for the largest component."""
+
+
+@njit(cache=True)
+def _binding(
+    weight: Floats, person: Integers, count: int, min_probability: float
+) -> Booleans:
+    """Mask (P,) of the most likely hypothesis of each person, and of all above a probability."""
+    likeliest = np.full(count, -1)
+    for q in range(weight.shape[0]):
+        i = person[q]
+        if likeliest[i] < 0 or weight[q] > weight[likeliest[i]]:
+            likeliest[i] = q
+    out = np.zeros(weight.shape[0], np.bool_)
+    for q in range(weight.shape[0]):
+        out[q] = weight[q] >= min_probability or likeliest[person[q]] == q
+    return out
+
+
+@njit(**INNER)
+def price(t: BarrierTable, violation: float) -> float:
+    """Price of the largest violation of a person or disc, s."""
+    return t.l1 * violation + 0.5 * t.l2 * violation * violation

@@ -1,1 +1,0 @@
-"""Cost terms ½‖r‖² of the optimal-control problem; one file each."""

@@ -1,0 +1,143 @@
+"""Terms of one's own: one residual function, which sampler, SQP, choice and report all obey.
+
+A term is a class with a ``name``, a ``residual`` made by :func:`residual`, and ``table``:
+
+    @residual
+    def right_of_path(p, z):
+        return p[0] * (z[D] + p[1])
+
+    class KeepRight:
+        name = "keep_right"
+        residual = right_of_path
+
+        def table(self, problem):
+            return np.array([0.5, 0.4])
+
+Its cost is Δt·r² per step, in seconds. The derivatives are central differences, so r should be
+continuous; ``p`` are the numbers of ``table``, made once a tick, ``z`` the state by the names below.
+See ``examples/`` for a complete one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from llvmlite import ir
+from numba import cfunc, njit, types
+from numba.extending import intrinsic
+
+from cohelm.arrays import Floats, Integers
+from cohelm.control.api import LocalProblem
+from cohelm.control.scene import Scene
+from cohelm.control.terms.stage import LocalModel, Stage, add_square
+
+TIME, X, Y, HEADING, SPEED, TURN, S, D, TANGENT = range(9)
+"""Entries of ``z``: time ahead, s; pose in the map frame; speed, m/s; turn rate, rad/s; arc length
+and distance to the left on the path, m; direction of the path there, rad."""
+_SIZE = 9
+_NUDGE = 1e-4
+"""Step of the differences, m, rad, m/s and rad/s."""
+_SIGNATURE = types.float64(types.CPointer(types.float64), types.CPointer(types.float64))
+
+
+def residual(function: Callable[[Any, Any], float]) -> Any:
+    """Compile the residual r(p, z) of a term; p and z are indexed like arrays."""
+    return cfunc(_SIGNATURE)(function)
+
+
+class ExtraTerm(Protocol):
+    """A cost term of one's own."""
+
+    name: str
+    residual: Any
+    """Made by :func:`residual`."""
+
+    def table(self, problem: LocalProblem) -> Floats:
+        """Numbers for the residual, (w,), made once a tick."""
+        ...
+
+
+class ExtraTable(NamedTuple):
+    """All terms of one's own in a problem."""
+
+    address: Integers
+    """(q,) of the residuals."""
+    parameters: Floats
+    """(q, w) numbers of each, filled up with zeros."""
+    step: float
+    """s."""
+
+
+def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene) -> ExtraTable:
+    """The table of some terms."""
+    numbers = [np.asarray(term.table(problem), dtype=float).ravel() for term in terms]
+    width = max([1, *map(len, numbers)])
+    parameters = np.zeros((len(terms), width))
+    for row, given in zip(parameters, numbers, strict=True):
+        row[: len(given)] = given
+    address = np.array([term.residual.address for term in terms], dtype=np.int64)
+    return ExtraTable(address, parameters, scene.step)
+
+
+@intrinsic
+def _call(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
+    """Call a residual by the addresses of it and of its arguments."""
+    signature = types.float64(types.int64, types.int64, types.int64)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        pointer = ir.DoubleType().as_pointer()
+        kind = ir.FunctionType(ir.DoubleType(), [pointer, pointer])
+        function = builder.inttoptr(arguments[0], kind.as_pointer())
+        return builder.call(function, [builder.inttoptr(a, pointer) for a in arguments[1:]])
+
+    return signature, generate
+
+
+@njit(cache=True)
+def _fill(z: Floats, time: float, stage: Stage, turn: float, tangent: float) -> None:
+    z[TIME], z[X], z[Y], z[HEADING] = time, stage.x, stage.y, stage.heading
+    z[SPEED], z[TURN], z[S], z[D], z[TANGENT] = stage.speed, turn, stage.s, stage.d, tangent
+
+
+@njit(cache=True)
+def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floats) -> float:
+    """Cost of a stage, s; also added to ``by_term`` (q,)."""
+    total, z = 0.0, np.empty(_SIZE)
+    _fill(z, stage.k * t.step, stage, turn, tangent)
+    for j in range(t.address.shape[0]):
+        r = _call(t.address[j], t.parameters[j].ctypes.data, z.ctypes.data)
+        by_term[j] += t.step * r * r
+        total += t.step * r * r
+    return total
+
+
+@njit(cache=True)
+def model(
+    t: ExtraTable, stage: Stage, turn: float, tangent: float, sign: float, q: LocalModel
+) -> None:
+    """Add the model of a stage; sign: of the speed's input."""
+    z, last = np.empty(_SIZE), q.input_gradient.shape[1] - 1
+    cos, sin = np.cos(tangent), np.sin(tangent)
+    for j in range(t.address.shape[0]):
+        p = t.parameters[j].ctypes.data
+        slope = np.zeros(5)
+        for a in range(5):
+            for side in (-0.5, 0.5):
+                _fill(z, stage.k * t.step, stage, turn, tangent)
+                change = side * _NUDGE
+                if a < 2:  # the arc length and the distance move with the position
+                    z[X + a] += change
+                    z[S] += change * (cos if a == 0 else sin)
+                    z[D] += change * (-sin if a == 0 else cos)
+                else:
+                    z[X + a] += change
+                slope[a] += np.sign(side) * _call(t.address[j], p, z.ctypes.data) / _NUDGE
+        _fill(z, stage.k * t.step, stage, turn, tangent)
+        r = _call(t.address[j], p, z.ctypes.data)
+        add_square(q, stage.k, t.step, r, slope[0], slope[1], slope[2])
+        q.input_gradient[stage.k - 1, 0] += 2.0 * t.step * r * sign * slope[3]
+        q.input_curvature[stage.k - 1, 0] += 2.0 * t.step * slope[3] * slope[3]
+        q.input_gradient[stage.k - 1, last] += 2.0 * t.step * r * slope[4]
+        q.input_curvature[stage.k - 1, last] += 2.0 * t.step * slope[4] * slope[4]

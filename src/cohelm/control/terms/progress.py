@@ -1,0 +1,78 @@
+"""Progress: the time lost against the reference, in seconds."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+from pydantic import Field
+
+from cohelm.config import Model
+from cohelm.control.kernels import INNER, KERNEL
+from cohelm.control.path import PathTable
+from cohelm.control.scene import Scene
+from cohelm.control.terms.stage import LocalModel, Stage, add_curvature, add_slope
+
+NAME = "progress"
+_SMOOTH = 1e-3
+"""Distance from the end of the reference at which its norm is rounded, m."""
+
+
+class Progress(Model):
+    """Seconds behind the reference along the path; assumed."""
+
+    final: float = Field(1.0, ge=0.0)
+    """Cost of a second lost at the end of the horizon."""
+    mean: float = Field(1.0, ge=0.0)
+    """Cost of a second lost on average over the horizon: sooner is better."""
+
+    def table(self, scene: Scene) -> ProgressTable:
+        """Weights per metre."""
+        speed = scene.path.max_speed
+        return ProgressTable(self.mean / (speed * scene.steps), self.final / speed)
+
+
+class ProgressTable(NamedTuple):
+    """Weights of a metre."""
+
+    mean: float
+    """At each step, s/m."""
+    final: float
+    """At the end of the horizon, s/m."""
+
+
+@njit(**INNER)
+def cost(t: ProgressTable, path: PathTable, stage: Stage) -> float:
+    """Cost of a stage, s."""
+    return t.mean * max(path.reference[stage.k] - stage.s, 0.0)
+
+
+@njit(**INNER)
+def final_cost(t: ProgressTable, path: PathTable, stage: Stage) -> float:
+    """Cost of the last state: its distance from the end of the reference, s."""
+    lag = max(path.reference[stage.k] - stage.s, 0.0)
+    return t.final * (math.sqrt(lag * lag + stage.d * stage.d + _SMOOTH * _SMOOTH) - _SMOOTH)
+
+
+@njit(**KERNEL)
+def model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
+    """Add the model of a stage: linear along the path."""
+    if path.reference[stage.k] > stage.s:
+        tangent = path.samples[stage.i_path]
+        add_slope(q, stage.k, -t.mean, tangent[2], tangent[3], 0.0)
+
+
+@njit(**KERNEL)
+def final_model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
+    """Add the model of the last state: a norm is curved across its own direction."""
+    lag = max(path.reference[stage.k] - stage.s, 0.0)
+    norm = math.sqrt(lag * lag + stage.d * stage.d + _SMOOTH * _SMOOTH)
+    tx, ty = path.samples[stage.i_path, 2], path.samples[stage.i_path, 3]
+    moving = 1.0 if lag > 0.0 else 0.0
+    # gradients of lag and of d
+    lx, ly, dx, dy = -moving * tx, -moving * ty, -ty, tx
+    add_slope(q, stage.k, t.final / norm, lag * lx + stage.d * dx, lag * ly + stage.d * dy, 0.0)
+    ax, ay = lag * dx - stage.d * lx, lag * dy - stage.d * ly
+    add_curvature(q, stage.k, t.final / (norm * norm * norm), ax, ay, 0.0)
+    add_curvature(q, stage.k, t.final * _SMOOTH * _SMOOTH / norm**3, 1.0, 0.0, 0.0)
