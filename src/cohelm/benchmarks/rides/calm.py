@@ -8,7 +8,6 @@ passages of one of them.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -25,10 +24,15 @@ from cohelm.benchmarks.bench import (
     unset,
 )
 from cohelm.benchmarks.rides.calm_report import calm_report
-from cohelm.benchmarks.rides.floor_draws import SCENARIO, FloorDraw, draw_ride, floor_settings
+from cohelm.benchmarks.rides.floor_draws import (
+    SCENARIO,
+    FloorDraw,
+    draw_ride,
+    floor_settings,
+    known_floor,
+)
 from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
-from cohelm.maps import MapWarning, OccupancyGrid, read_map
 from cohelm.messages import Mode
 from cohelm.recordings.outside_data import outside_file
 
@@ -182,12 +186,8 @@ def _placed(case: Case) -> tuple[str, ...] | None:
     """Settings of start, goal and map; None where the floor is too small for a ride."""
     if case.file is None:
         return ()
-    draw = case.draw or draw_ride(case.file, _grid(case.file), case.seed)
+    draw = case.draw or draw_ride(case.file, _known_floor(case.file), case.seed)
     return None if draw is None else floor_settings(case.file, draw)
 
 
-@lru_cache(maxsize=32)
-def _grid(file: Path) -> OccupancyGrid:
-    with warnings.catch_warnings():  # shown again when the map is ridden
-        warnings.simplefilter("ignore", MapWarning)
-        return read_map(file)
+_known_floor = lru_cache(maxsize=32)(known_floor)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +11,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.errors import PlanningError, ScenarioError
-from cohelm.maps import OccupancyGrid
+from cohelm.maps import UNKNOWN, MapWarning, OccupancyGrid, read_map
 from cohelm.scenarios.build import build_scenario
 from cohelm.scenarios.scenario import load_scenario
 from cohelm.scenarios.walkable import CELL, spread, walkable
@@ -54,7 +56,7 @@ def draw_ride(file: Path, grid: OccupancyGrid, seed: int) -> FloorDraw | None:
 
     Args:
         file: map of the floor; its name is part of the seed.
-        grid: the map as it is read.
+        grid: see :func:`known_floor`.
         seed: of the draw, and of the ride.
     """
     x0, y0, x1, y1 = grid.bounds
@@ -82,6 +84,20 @@ def draw_ride(file: Path, grid: OccupancyGrid, seed: int) -> FloorDraw | None:
     return None
 
 
+def known_floor(file: Path) -> OccupancyGrid:
+    """Map for the draws, with unknown cells also where its threshold takes them as free.
+
+    Some maps read the usual shade of unknown cells as free; nobody has seen a floor there.
+    """
+    with warnings.catch_warnings():  # shown again when the map is ridden
+        warnings.simplefilter("ignore", MapWarning)
+        grid, image = read_map(file), file.with_suffix(".pgm")
+        if not image.is_file():
+            return grid
+        unknown = read_map(image).data == UNKNOWN
+    return replace(grid, data=np.where(unknown, UNKNOWN, grid.data).astype(np.int8))
+
+
 def time_limit(length: float) -> float:
     """Time limit of a ride whose path has a length in m, in full seconds."""
     return float(np.ceil(max(SHORTEST_LIMIT, SECONDS_PER_METRE * length)))
@@ -102,7 +118,9 @@ def floor_settings(file: Path, draw: FloorDraw) -> tuple[str, ...]:
 
 def _has_space(file: Path, draw: FloorDraw, seed: int) -> bool:
     try:
-        build_scenario(load_scenario(SCENARIO, floor_settings(file, draw)), seed)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MapWarning)
+            build_scenario(load_scenario(SCENARIO, floor_settings(file, draw)), seed)
     except ScenarioError:
         return False
     except PlanningError:
