@@ -7,9 +7,19 @@ import pytest
 from tests.evaluation.sweep_rows import result
 
 from cohelm.benchmarks.rides import calm, calm_report
-from cohelm.benchmarks.rides.floor_draws import APART, CLEARANCE, PEOPLE, draw_ride, known_floor
+from cohelm.benchmarks.rides.floor_draws import (
+    APART,
+    CLEARANCE,
+    PEOPLE,
+    draw_ride,
+    floor_settings,
+    known_floor,
+)
+from cohelm.cli.requests import RunRequest
+from cohelm.cli.scenario_request import scenario_of
 from cohelm.errors import ConfigError
 from cohelm.evaluation.report.rides import Rides
+from cohelm.evaluation.sweeps import RideTask
 from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, distance_field, write_map
 from cohelm.scenarios.build import build_scenario
 
@@ -83,6 +93,22 @@ def test_a_draw_keeps_clear_of_walls_and_in_proportion_to_its_length(floors):
         assert (field.at(ends) >= CLEARANCE - 0.1).all()
         # the room is empty: the path on a grid of eight directions is 8 % longer at most
         assert max(60.0, 5.0 * length) <= draw.time_limit <= max(61.0, 5.0 * 1.09 * length + 1.0)
+
+
+def test_the_command_line_rides_the_same(floors):
+    file = floors / "hall.yaml"
+    draw = draw_ride(file, known_floor(file), 3)
+    settings = ("mode=autonomous", *floor_settings(file, draw))
+    ours = RideTask((), "hospital", settings, 3).load()
+    request = RunRequest(
+        map=str(file),
+        start=f"{draw.start[0]},{draw.start[1]}",
+        goal=f"{draw.goal[0]},{draw.goal[1]}",
+        people=draw.people,
+        mode="autonomous",
+        settings=[f"time_limit={draw.time_limit:g}"],
+    )
+    assert scenario_of(request).model_dump() == ours.model_dump()
 
 
 def test_a_map_that_reads_unknown_cells_as_free_is_not_ridden_there(floors):
