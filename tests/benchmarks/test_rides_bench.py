@@ -201,7 +201,6 @@ def row(planner, seed, *, scene="crossing", outcome="reached", time=12.0, **chan
         "time": time if outcome == "reached" else math.nan,
         "time_empty_floor": 10.0,
         "collision_speed": 0.4 if hit else math.nan,
-        "stops": 0,
         "min_distance": 0.0 if hit else 0.5,
         "collisions_person": int(hit),
         "collisions_wall": 0,

@@ -19,7 +19,6 @@ def result(scene="crossing", planner="ours", seed=0, **changes):
         "outcome": "reached",
         "time_empty_floor": 10.0,
         "collision_speed": np.nan,
-        "stops": 0,
         "time": 12.0,
         "path_length": 10.0,
         "min_distance": 0.5,

@@ -20,6 +20,10 @@ BENCHES = {
         "cohelm.benchmarks.external.barn",
         "300 BARN worlds in this 2-D simulator: success, collisions, score.",
     ),
+    "calm": (
+        "cohelm.benchmarks.rides.calm",
+        "Arrivals, collisions, stops and jerk on a hospital floor and on real floors.",
+    ),
     "cards": (
         "cohelm.benchmarks.rides.cards",
         "All local planners on social navigation cards (Francis et al. 2023).",
@@ -78,6 +82,7 @@ BENCHES = {
 OPTIONS: dict[str, tuple[str, ...]] = {
     "ablation": ("scenes", "seeing", "true_people", "tuned", "settings"),
     "barn": ("barn_planners", "worlds", "settings"),
+    "calm": ("ride_parts", "ride_modes", "ride_share", "settings"),
     "cards": ("planners", "cards", "vary", "true_people", "tuned", "settings"),
     "crowdnav": (
         *("replay", "kinematics", "planner", "layout", "people", "caution"),

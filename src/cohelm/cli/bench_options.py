@@ -155,6 +155,17 @@ OWN: Mapping[str, Option] = {
             typer.Option(metavar="A,B", help="manual, assisted, shared, autonomous; default: all."),
         ]
     ),
+    "ride_modes": Option(
+        Annotated[
+            str | None,
+            typer.Option(
+                "--modes",
+                metavar="A,B",
+                help="autonomous, shared, assisted, manual; default: those of each part.",
+            ),
+        ],
+        into=lambda given: {"modes": given},
+    ),
     "films": Option(
         Annotated[
             str | None,
@@ -270,6 +281,29 @@ OWN: Mapping[str, Option] = {
             ),
         ],
         into=lambda given: {"parts": tuple(given)},
+    ),
+    "ride_parts": Option(
+        Annotated[
+            list[str] | None,
+            typer.Option(
+                "--part",
+                metavar="NAME",
+                help="hospital, blind, floors or narrow; repeatable; default: all.",
+            ),
+        ],
+        into=lambda given: {"part": tuple(given)},
+    ),
+    "ride_share": Option(
+        Annotated[
+            float | None,
+            typer.Option(
+                "--share",
+                min=0.001,
+                max=1.0,
+                help="Share of the usual number of rides; default: 1.",
+            ),
+        ],
+        into=lambda given: {"share": given},
     ),
     "share": Option(
         Annotated[

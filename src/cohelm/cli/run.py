@@ -33,7 +33,7 @@ from cohelm.evaluation import run as run_scenario
 from cohelm.evaluation.metrics.measures import measure_info
 from cohelm.scenarios import Scenario
 
-SUMMARY = ("time", "min_distance", "stops", "jerk_rms", "rider_effort")
+SUMMARY = ("time", "min_distance", "stop_rate", "jerk_rms", "rider_effort")
 """Measures that a ride ends with, besides its outcome; ``--all`` prints every one."""
 MIN_STOP = 0.1
 """Shorter stops are not listed, s."""
@@ -197,7 +197,7 @@ def _print(ride: Ride, report: Mapping[str, Any], title: str, request: RunReques
         for file in (request.plot, request.animate, request.record, request.out):
             if file is not None:
                 print_line(f"written: {file}")
-        OUTPUT.print(_summary({**measure(ride), "stops": float(len(stops))}))
+        OUTPUT.print(_summary(measure(ride)))
     sys.stdout.write(f"outcome: {ride.outcome.value}\n")
 
 

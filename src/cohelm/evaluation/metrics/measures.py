@@ -13,7 +13,7 @@ import numpy as np
 
 from cohelm.evaluation.episode.counterfactual import counterfactual
 from cohelm.evaluation.episode.ride import Outcome, Ride
-from cohelm.evaluation.metrics import motion, people, rider
+from cohelm.evaluation.metrics import comfort, motion, people, rider
 
 
 class Family(StrEnum):
@@ -96,7 +96,6 @@ MEASURES: Mapping[str, RideMeasure] = {
     ),
     "spl": RideMeasure("success weighted by path length", "", 1, compute=motion.spl),
     "stalled_time": RideMeasure("time standing", "s", -1, compute=motion.stalled_time),
-    "stops": RideMeasure("stops", "", -1, digits=1),
     "replan_count": RideMeasure("new paths", "", 0, digits=1),
     "path_error": RideMeasure("mean distance from the first route", "m", compute=motion.ride_error),
     "path_hausdorff": RideMeasure(
@@ -168,6 +167,18 @@ MEASURES: Mapping[str, RideMeasure] = {
     "jerk_max": _comfort("largest jerk", "m/s³",
                          compute=lambda ride: float(np.abs(motion.jerk(ride)).max(initial=0.0))),
     "jerk_rms": _comfort("RMS jerk", "m/s³", compute=lambda ride: motion.rms(motion.jerk(ride))),
+    "jerk_felt_rms": _comfort("RMS jerk at the seat", "m/s³",
+                              compute=lambda ride: motion.rms(comfort.felt_jerk(ride))),
+    "jerk_felt_p99": _comfort("99th percentile of the jerk at the seat", "m/s³",
+                              compute=comfort.felt_jerk_p99),
+    "stop_rate": _comfort("stops", "1/min", digits=1, compute=comfort.stop_rate),
+    "short_stops": _comfort("stops under 0.3 s", "", digits=1, compute=comfort.short_stops),
+    "braking_time": _comfort("time braking", "s", better=0, digits=1,
+                             compute=comfort.braking_time),
+    "hard_braking": _comfort("time braking above 0.8 m/s²", PERCENT, digits=1,
+                             compute=comfort.hard_braking),
+    "gentle_braking": _comfort("share of braking up to 0.8 m/s²", PERCENT, better=1, digits=1,
+                               compute=comfort.gentle_braking),
     "authority": _rider("mean authority of the rider", PERCENT, digits=1,
                         compute=lambda ride: float(ride.eta.mean())),
     "agreement": _rider("agreement of requested and executed command", "", 1,

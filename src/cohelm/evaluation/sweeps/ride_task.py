@@ -87,10 +87,11 @@ def config_hash(scenario: Scenario) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def ride_row(task: RideTask) -> Result:
+def ride_row(task: RideTask, *, empty_floor: bool = True) -> Result:
     """Ride once; equal tasks give equal rows and curves, except for ``TIMINGS``.
 
-    An exception gives a row with its traceback and the command that repeats the ride.
+    An exception gives a row with its traceback and the command that repeats the ride. With
+    ``empty_floor`` the ride is repeated without people, for the column ``time_empty_floor``.
     """
     row = _empty(task)
     try:
@@ -98,7 +99,8 @@ def ride_row(task: RideTask) -> Result:
         row["config"] = config_hash(scenario)
         ride = run(scenario, task.seed)
         row |= ride_figures(ride)
-        row["time_empty_floor"] = time_empty_floor(task)
+        if empty_floor:
+            row["time_empty_floor"] = time_empty_floor(task)
     except Exception as failure:  # the other rides go on
         return Result({**row, **_columns(TaskError.of(failure))})
     return Result(row, {"series": series_of(ride)})
@@ -143,7 +145,6 @@ def _empty(task: RideTask) -> dict[str, Any]:
         "time_empty_floor": math.nan,
         "collision_speed": math.nan,
         "collision_speed_wall": math.nan,
-        "stops": math.nan,
         **dict.fromkeys(RIDE_MEASURES, math.nan),
         **dict.fromkeys(TIMINGS, math.nan),
         "people_source": "",
@@ -168,7 +169,6 @@ def ride_figures(ride: Ride) -> Mapping[str, Any]:
         "outcome": ride.outcome.value,
         "collision_speed": collision_speed(ride),
         "collision_speed_wall": speed_where(ride, ride.hit_wall),
-        "stops": len(ride.stops),
         **measures,
         "solve_median_ms": float(np.median(solve)),
         "solve_p99_ms": float(np.percentile(solve, 99.0)),

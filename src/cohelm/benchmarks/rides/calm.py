@@ -1,0 +1,193 @@
+"""Arrivals, collisions and calmness of ``ss_mpc_dcbf``: hospital, real floors, narrow floors.
+
+Parts: ``hospital`` with people who see the chair; ``blind``, the same with people who do not;
+``floors``, random rides on the maps in COHELM_DATA; ``narrow``, three fixed rides through narrow
+passages of one of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+from cohelm.benchmarks.bench import (
+    BenchReport,
+    Result,
+    Task,
+    known_name,
+    missing_data,
+    split_names,
+    unset,
+)
+from cohelm.benchmarks.rides.calm_report import calm_report
+from cohelm.benchmarks.rides.floor_draws import (
+    SCENARIO,
+    FloorDraw,
+    draw_ride,
+    floor_settings,
+    known_floor,
+)
+from cohelm.errors import ConfigError
+from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
+from cohelm.messages import Mode
+from cohelm.recordings.outside_data import outside_file
+
+TITLE = "Arrivals and calmness of the chair"
+AUTONOMOUS, SHARED = Mode.AUTONOMOUS.value, Mode.SHARED.value
+RIDER = "noisy"
+"""Rider in shared control: steers to the destination with random input from time to time."""
+MAPS = "ros_maps"
+"""Folder of the floors in COHELM_DATA."""
+NARROW_FLOOR = "utexas_gdc_3ne"
+NARROW = (
+    ("29 m", 0, FloorDraw((-56.48, -6.37), (-27.43, -4.77), people=12, time_limit=180.0)),
+    ("29 m", 1, FloorDraw((-56.48, -6.37), (-27.43, -4.77), people=12, time_limit=180.0)),
+    ("15 m", 0, FloorDraw((-51.68, -11.42), (-36.78, -7.82), people=10, time_limit=180.0)),
+)
+"""Name, seed and ride of each narrow ride."""
+
+
+@dataclass(frozen=True)
+class RidePart:
+    """Part of the benchmark."""
+
+    seeds: int
+    """Largest number of seeds; for ``floors``, on each of them."""
+    modes: tuple[str, ...] = (AUTONOMOUS,)
+    settings: tuple[str, ...] = ()
+    needs_maps: bool = False
+
+
+PARTS: Mapping[str, RidePart] = {
+    "hospital": RidePart(40, (AUTONOMOUS, SHARED)),
+    "blind": RidePart(20, settings=("people.see_robot=false",)),
+    "floors": RidePart(8, needs_maps=True),
+    "narrow": RidePart(1, needs_maps=True),
+}
+
+
+class Case(NamedTuple):
+    """A ride apart from its mode."""
+
+    scene: str
+    seed: int
+    file: Path | None = None
+    """Map; None: the floor of the scenario."""
+    draw: FloorDraw | None = None
+    """Start and goal on the map; None: those that the seed draws."""
+
+
+@dataclass(frozen=True)
+class CalmBench:
+    """The benchmark with some of its parts."""
+
+    parts: tuple[str, ...]
+    share: float = 1.0
+    """Share of the usual number of rides of each part; each has one at least."""
+    modes: tuple[str, ...] = ()
+    """Modes of all parts; empty: those of each part."""
+    settings: tuple[str, ...] = ()
+    TITLE: str = TITLE
+    SEEDS: int = 40
+    WORKERS: int | None = None
+
+    def tasks(self, seeds: range) -> Sequence[Task]:
+        """One per ride: part by part, in each part seed by seed."""
+        return [(ride,) for part in self.parts for ride in self._rides(part, seeds)]
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """Ride."""
+        return [ride_row(each, empty_floor=False) for each in task]
+
+    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
+        """Table of all parts, and the failed rides with their commands."""
+        return calm_report(results, folder, self.TITLE)
+
+    def _rides(self, name: str, seeds: range) -> Iterator[RideTask]:
+        part = PARTS[name]
+        cases = cases_of(name, seeds[: part.seeds])
+        for case in cases[: max(1, math.ceil(self.share * len(cases)))]:
+            placed = _placed(case)
+            if placed is None:
+                continue
+            for mode in self.modes or part.modes:
+                rider = () if mode == AUTONOMOUS else (f"rider.use={RIDER}",)
+                yield RideTask(
+                    columns=(("part", name), ("scene", case.scene), ("mode", mode)),
+                    scenario=SCENARIO,
+                    settings=(f"mode={mode}", *rider, *part.settings, *placed, *self.settings),
+                    seed=case.seed,
+                )
+
+
+def cases_of(part: str, seeds: range) -> list[Case]:
+    """Rides of a part, apart from their modes; those of ``narrow`` are the same for all seeds.
+
+    Raises:
+        ConfigError: if its maps are missing.
+    """
+    if part == "floors":
+        return [Case(file.stem, seed, file) for seed in seeds for file in floor_files()]
+    if part == "narrow":
+        file = next((each for each in floor_files() if each.stem == NARROW_FLOOR), None)
+        if file is None:
+            raise ConfigError(missing_data(MAPS, f"{NARROW_FLOOR}.yaml"), key="--part")
+        return [Case(f"{NARROW_FLOOR}, {name}", seed, file, draw) for name, seed, draw in NARROW]
+    return [Case(SCENARIO, seed) for seed in seeds]
+
+
+def floor_files() -> list[Path]:
+    """Maps in COHELM_DATA, by name.
+
+    Raises:
+        ConfigError: if there are none.
+    """
+    folder = outside_file(MAPS)
+    files = sorted(folder.glob("*.yaml")) if folder is not None else []
+    if not files:
+        raise ConfigError(missing_data(MAPS), key="--part")
+    return [file.absolute() for file in files]
+
+
+def create(
+    part: Sequence[str] = (),
+    modes: str | None = None,
+    share: float = 1.0,
+    settings: Sequence[str] = (),
+) -> CalmBench:
+    """Create the benchmark from its options; without parts, all whose data there is.
+
+    Raises:
+        ConfigError, PluginError, ScenarioError: if a part, a mode or a setting does not exist, or
+            the maps of a part that is named are missing.
+    """
+    unset(settings, {"mode": "--modes"})
+    chosen_modes = split_names(modes, "--modes")
+    for mode in chosen_modes:
+        known_name(mode, [each.value for each in Mode], "mode", "--modes")
+    for name in part:
+        known_name(name, tuple(PARTS), "part", "--part")
+    there = outside_file(MAPS) is not None
+    parts = tuple(dict.fromkeys(part)) or tuple(
+        name for name, each in PARTS.items() if there or not each.needs_maps
+    )
+    if any(PARTS[name].needs_maps for name in parts):
+        floor_files()
+    bench = CalmBench(parts, share, chosen_modes, tuple(settings))
+    check_rides([(RideTask((), SCENARIO, bench.settings, 0),)], "local_planner")
+    return bench
+
+
+def _placed(case: Case) -> tuple[str, ...] | None:
+    """Settings of start, goal and map; None where the floor is too small for a ride."""
+    if case.file is None:
+        return ()
+    draw = case.draw or draw_ride(case.file, _known_floor(case.file), case.seed)
+    return None if draw is None else floor_settings(case.file, draw)
+
+
+_known_floor = lru_cache(maxsize=32)(known_floor)
