@@ -10,6 +10,7 @@ from numba import njit
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.simulation.crowds.half_planes import best_velocity
 from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
+from cohelm.sorting import stable_order
 
 PARTING_SPEED = 0.5
 """Maximum speed at which overlapping bodies part, m/s."""
@@ -190,7 +191,7 @@ def without_contact(  # noqa: PLR0917  # numba kernel: arrays and scalars
     """
     n = desired.shape[0]
     out = np.empty((n, 2))
-    order = np.argsort(position[:, 0], kind="mergesort")
+    order = stable_order(position[:, 0].copy())
     fastest = max(np.max(max_speed) if n > 0 else 0.0, math.hypot(velocity[n, 0], velocity[n, 1]))
     widest = np.max(radius) if n > 0 else 0.0
     for a in range(n + 1):
