@@ -161,12 +161,11 @@ def test_kernels_of_a_wheel_are_copied_where_the_package_is_read_only(
     package, user = tmp_path / "package", tmp_path / "cohelm"
     (package / "maps").mkdir(parents=True)
     (package / "maps" / "f.nbi").write_bytes(b"index")
-    (package / "compiled.txt").write_text("made for this machine")
+    (package / numba_setup.MANIFEST).write_text("made for this machine")
     user.mkdir()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.delenv(kernel_cache.FOLDER, raising=False)
     monkeypatch.setattr(kernel_cache, "SOURCE", package)
-    monkeypatch.setattr(kernel_cache, "MANIFEST", package / "compiled.txt")
     monkeypatch.setattr(kernel_cache, "_is_writable", lambda folder: folder == user)
     assert (fresh_place().folder / "maps" / "f.nbi").read_bytes() == b"index"
     fresh_place.cache_clear()
@@ -180,12 +179,21 @@ def test_kernels_of_a_wheel_are_copied_where_the_package_is_read_only(
 def test_kernels_of_a_wheel_are_used_only_where_they_match(
     monkeypatch, tmp_path, made_for, is_v3, matches
 ):
-    manifest = tmp_path / "compiled.txt"
+    manifest = tmp_path / numba_setup.MANIFEST
     if made_for is not None:
-        manifest.write_text(made_for or numba_setup.manifest())
-    monkeypatch.setattr(numba_setup, "MANIFEST", manifest)
+        manifest.write_text(made_for or numba_setup.manifest(numba_setup.CPU))
+    monkeypatch.setattr(numba_setup, "__file__", str(tmp_path / "numba_setup.py"))
     monkeypatch.setattr(numba_setup, "_is_v3", lambda: is_v3)
     assert numba_setup.has_matching_kernels() == matches
+
+
+def test_a_cache_is_complete_for_this_code_and_cpu(monkeypatch, tmp_path):
+    monkeypatch.setattr(kernel_cache, "place", lambda: kernel_cache.Place(tmp_path / "cohelm"))
+    assert not kernel_cache.is_complete()
+    kernel_cache.mark_complete()
+    assert kernel_cache.is_complete()
+    monkeypatch.setenv(numba_setup.CPU_NAME, "another")
+    assert not kernel_cache.is_complete()
 
 
 def test_starting_costs_little():

@@ -22,7 +22,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cohelm.numba_setup import MANIFEST
+from cohelm.numba_setup import MANIFEST, manifest, this_cpu
 
 FOLDER = "NUMBA_CACHE_DIR"
 """Environment variable of numba."""
@@ -81,14 +81,14 @@ def _is_writable(folder: Path) -> bool:
 def _with_kernels_of_wheel(folder: Path) -> Path:
     """Copy the kernels of a wheel to a cache folder, once for each version of it."""
     try:
-        text = MANIFEST.read_bytes()
+        text = (SOURCE / MANIFEST).read_bytes()
     except OSError:
         return folder
     folder = folder.with_name(f"{folder.name}-{hashlib.sha256(text).hexdigest()[:8]}")
     if folder.is_dir():
         return folder
     copy = Path(tempfile.mkdtemp(dir=folder.parent))
-    for file in SOURCE.rglob("*.nb[ci]"):
+    for file in (SOURCE / MANIFEST, *SOURCE.rglob("*.nb[ci]")):
         target = copy / file.relative_to(SOURCE)
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, target)
@@ -97,6 +97,28 @@ def _with_kernels_of_wheel(folder: Path) -> Path:
     except OSError:  # another process was faster
         shutil.rmtree(copy, ignore_errors=True)
     return folder
+
+
+def is_complete() -> bool:
+    """Check that :func:`mark_complete` was called for this code, numba and CPU."""
+    try:
+        return (place().folder / MANIFEST).read_text(encoding="utf-8") == _state()
+    except OSError:
+        return False
+
+
+def mark_complete() -> None:
+    """Note that every kernel is in the cache that a ride needs."""
+    place().folder.mkdir(parents=True, exist_ok=True)
+    (place().folder / MANIFEST).write_text(_state(), encoding="utf-8")
+
+
+def _state() -> str:
+    """Return the manifest and a hash of all code."""
+    hashed = hashlib.sha256()
+    for file in sorted(SOURCE.rglob("*.py")):
+        hashed.update(str(file.relative_to(SOURCE)).encode() + file.read_bytes())
+    return manifest(this_cpu()) + hashed.hexdigest() + "\n"
 
 
 def is_filled(package: str = "control") -> bool:

@@ -17,8 +17,11 @@ CPU = "x86-64-v3"
 """CPU for which the kernels in a wheel are compiled: most x86-64 since 2013 (Intel), 2015 (AMD)."""
 _FEATURES = frozenset(("avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"))
 """The features of x86-64-v3 as Linux names them."""
-MANIFEST = Path(__file__).with_name("compiled.txt")
-"""In a wheel that contains compiled kernels: :func:`manifest`, then a hash of them."""
+MANIFEST = "compiled.txt"
+"""File of a cache that holds every kernel a ride needs: :func:`manifest`, and a hash of the code.
+
+A wheel with compiled kernels has it in the package.
+"""
 
 
 def prepare() -> None:
@@ -38,26 +41,34 @@ def prepare() -> None:
 def has_matching_kernels() -> bool:
     """Check that this is a wheel with kernels for this Python, numba and machine."""
     try:
-        made_for = MANIFEST.read_text(encoding="utf-8")
+        made_for = Path(__file__).with_name(MANIFEST).read_text(encoding="utf-8")
     except OSError:
         return False
-    return made_for.startswith(manifest()) and _is_v3()
+    return CPU in made_for and made_for.startswith(manifest(CPU)) and _is_v3()
 
 
-def manifest() -> str:
-    """Return Python, numba, system and CPU for which a wheel is compiled in this environment."""
-    from importlib.metadata import version  # noqa: PLC0415 # slow to import, for wheels only
+def manifest(cpu: str) -> str:
+    """Return Python, numba, system and CPU, one line."""
+    from importlib.metadata import version  # noqa: PLC0415 # slow to import
 
-    system = os.uname()
     python = f"{sys.implementation.name} {sys.version_info.major}.{sys.version_info.minor}"
-    return f"{python}, numba {version('numba')}, {system.sysname} {system.machine}, {CPU}\n"
+    return f"{python}, numba {version('numba')}, {sys.platform} {os.uname().machine}, {cpu}\n"
+
+
+def this_cpu() -> str:
+    """Return the CPU for which kernels are compiled: the chosen one, or this machine's."""
+    return os.environ.get(CPU_NAME) or _cpu_line("model name")
 
 
 def _is_v3() -> bool:
-    """Check the features of the first processor; False where they are unknown."""
+    return set(_cpu_line("flags").split()) >= _FEATURES
+
+
+def _cpu_line(name: str) -> str:
+    """Return what Linux says of the first processor; empty if nothing."""
     try:
         with Path("/proc/cpuinfo").open(encoding="utf-8") as file:
-            flags = next(line for line in file if line.startswith("flags"))
+            line = next(line for line in file if line.startswith(name))
     except (OSError, StopIteration):
-        return False
-    return set(flags.split()) >= _FEATURES
+        return ""
+    return line.partition(":")[2].strip()

@@ -10,8 +10,9 @@ from rich.text import Text
 from cohelm import kernel_cache
 from cohelm.cli.report import ERRORS, print_line
 from cohelm.errors import ConfigError
-from cohelm.live.compilation import KERNELS, Compilations, compile_kernels
 
+KERNELS = 300
+"""Number of kernels that are compiled, roughly."""
 INTERVAL = 10.0
 """Interval of progress lines where there is no terminal, s."""
 
@@ -27,10 +28,16 @@ def compile_all() -> int:
         raise ConfigError(f"{place.note}, which is deleted at the end; set {kernel_cache.FOLDER}")
     if place.note:
         ERRORS.print(place.note, markup=False, soft_wrap=True)
+    if kernel_cache.is_complete():
+        print_line(f"nothing to compile; cache: {place.folder}")
+        return 0
+    from cohelm.live.compilation import Compilations, compile_kernels  # noqa: PLC0415 # takes seconds
+
     began = time.monotonic()
     with _Progress() as progress, Compilations(progress.count).listening() as compiled:
         for part in compile_kernels():
             progress.enter(part)
+    kernel_cache.mark_complete()
     took = time.monotonic() - began
     done = f"compiled {compiled.number} kernels" if compiled.number else "nothing to compile"
     print_line(f"{done}, {took:.0f} s; cache: {place.folder}")

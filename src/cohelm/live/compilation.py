@@ -45,10 +45,6 @@ def compile_kernels() -> Iterator[str]:
         gc.set_threshold(*usual)
 
 
-KERNELS = 400
-"""Number of kernels of cohelm that :func:`compile_kernels` compiles, roughly."""
-
-
 class Compilations(event.Listener):
     """Number of kernels of cohelm that were compiled rather than loaded, while it listens.
 
