@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Bytes, Floats, Floats32, Integers
-from cohelm.sorting import members_by_label
 
 LAYER = 0.1
 """Height of the slices whose occupancy a column stores, m."""

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import members_by_label, stable_order
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.perception.clustering.shape_fits import DiscPrior, split_discs
-from cohelm.sorting import members_by_label, stable_order
 
 _DIRECTIONS = 720
 """Directions of a full turn for occlusion (0.5° each)."""

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.perception.cloud_detection.columns import LAYER, LAYERS, Columns
 from cohelm.perception.cloud_detection.segmentation import occluded_ends
 from cohelm.perception.preprocessing.merged_cloud import MergedCloud
-from cohelm.sorting import members_by_label
 
 _TORSO = (0.8, 1.5)
 """Heights at which a body's width is measured, m."""

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import copy_row, members_by_label, stable_order
 from cohelm.arrays import Floats, Integers
-from cohelm.sorting import members_by_label, stable_order
 
 _TOLERANCE = 1e-3
 """Relative excess of an ellipse's area over the smallest one at which the iteration ends."""
@@ -35,7 +35,7 @@ def bounding_ellipses(points: Floats, labels: Integers, count: int, thinnest: fl
     for k in range(count):
         members = points[order[first[k] : first[k + 1]]]
         if members.shape[0]:
-            out[k] = _about(_hull(members), thinnest)
+            copy_row(out[k], _about(_hull(members), thinnest))
     return out
 
 

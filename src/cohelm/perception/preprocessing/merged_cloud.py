@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import stable_order
 from cohelm.arrays import Floats, Floats32, Integers
 from cohelm.geometry import compose, inverse
 from cohelm.messages import PointCloud
-from cohelm.sorting import stable_order
 
 MIN_RANGE = 0.05
 """Nearer returns are ignored: drivers fill gaps with zeros, m."""

@@ -14,9 +14,9 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import stable_order
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
-from cohelm.sorting import stable_order
 
 
 @njit(cache=True)
