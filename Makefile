@@ -29,6 +29,7 @@ CHROMIUM := /usr/bin/chromium
 DRIVE ?=
 
 RIDES := rides
+KERNELS := $(CURDIR)/build/kernels
 
 
 .PHONY: help
@@ -37,8 +38,15 @@ help: ## this list
 	@sed -nE 's/^([a-z-]+):.*## (.*)$$/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
 
 .PHONY: run
-run: setup page ## drive the chair yourself, in the browser
+run: setup ready ## drive the chair yourself, in the browser
 	@$(BIN)/cohelm drive $(DRIVE)
+
+.PHONY: ready
+ready: setup ## the page built and all code compiled, side by side
+	@$(MAKE) page > $(VENV)/page.log 2>&1 & page=$$!; trap 'kill $$page 2> /dev/null || true' EXIT; \
+	    $(BIN)/cohelm compile; \
+	    if kill -0 $$page 2> /dev/null; then echo "waiting for: the page (npm and vite)" >&2; fi; \
+	    wait $$page || { cat $(VENV)/page.log >&2; exit 1; }
 
 .PHONY: demo
 demo: setup ## a ride across a hospital floor in the terminal, with a picture and an animation
@@ -109,7 +117,13 @@ chromium: ## a Chromium for the tests of the page, where there is none
 	install it by hand, as in: sudo apt-get install chromium" >&2; exit 1; }
 
 .PHONY: wheel
-wheel: setup page ## dist/*.whl with the built page in it, so that it needs no Node
+wheel: setup page ## dist/*.whl with the built page and compiled kernels, for this Python and x86-64 Linux
+	@rm -rf $(KERNELS)
+	NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES= NUMBA_CACHE_DIR=$(KERNELS) $(BIN)/cohelm compile
+	COHELM_KERNELS=$(KERNELS)/cohelm $(BIN)/python -m hatchling build -t wheel
+
+.PHONY: wheel-any
+wheel-any: setup page ## dist/*.whl for any machine: the first ride compiles
 	$(BIN)/python -m hatchling build -t wheel
 
 .PHONY: schema
@@ -134,6 +148,6 @@ hooks: setup ## run the checks before every commit
 
 .PHONY: clean
 clean: ## remove what the tools leave behind, keep .venv
-	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .benchmarks dist out
-	rm -rf page/node_modules src/cohelm/web/page
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .benchmarks build dist out
+	rm -rf page/node_modules src/cohelm/web/page src/cohelm/compiled.txt
 	find src tests benchmarks examples -name __pycache__ -prune -exec rm -rf {} +

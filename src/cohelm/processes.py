@@ -10,7 +10,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
-from pathlib import Path
 
 spawn = multiprocessing.get_context("spawn")  # numba's threads do not survive a fork
 
@@ -33,12 +32,6 @@ def without_interrupts() -> Iterator[None]:
 def leave_interrupts() -> None:
     """Ignore interrupts in a child process; the parent handles them."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def compiled(what: str = "*") -> bool:
-    """Check for cached numba code of cohelm, or of the modules and functions of that name."""
-    folder = os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parents[1]
-    return any(Path(folder).rglob(f"{what}.nbi"))
 
 
 def end_with_owner(grace: float = 0.0) -> None:

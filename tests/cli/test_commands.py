@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from cohelm.cli import compiled_code, parsing
+from cohelm.cli import parsing, progress
 from cohelm.cli.report import as_json
 from cohelm.cli.requests import RunRequest
 from cohelm.cli.run import _headline
@@ -209,7 +209,7 @@ def test_an_error_names_the_option_and_not_the_scenario_file(cohelm, arguments, 
     code, _, err = cohelm("run", "hospital", *arguments)
     assert code == 2
     *notices, error = err.splitlines()
-    assert set(notices) <= {f"{compiled_code.COMPILING} …"}  # with an empty cache
+    assert set(notices) <= {f"{progress.COMPILING} …"}  # with an empty cache
     assert error.startswith(f"error: {option}: ")
     assert not re.search(r"\w\.yaml", err)  # a hint may say ".yaml", no file is named
 

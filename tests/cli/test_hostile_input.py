@@ -6,8 +6,6 @@ import sys
 
 import pytest
 
-from cohelm.cli import compiled_code
-
 ENDS = ("--start=-4,0", "--goal=4,0")
 SHORT = ("run", "empty", "--set", "time_limit=0.2", "-q")
 
@@ -184,14 +182,3 @@ def test_an_output_that_lacks_letters():
     letters = {**os.environ, "PYTHONIOENCODING": "ascii"}
     done = subprocess.run(command, capture_output=True, env=letters, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
-
-
-def test_compiled_code_finds_a_place_where_none_can_be_written(monkeypatch):
-    monkeypatch.delenv(compiled_code.VARIABLE, raising=False)
-    compiled_code.choose_folder()
-    assert compiled_code.VARIABLE not in os.environ  # the ordinary places will do
-    monkeypatch.setattr(compiled_code, "_writable", lambda folder: False)
-    monkeypatch.setenv(compiled_code.VARIABLE, "")
-    monkeypatch.delenv(compiled_code.VARIABLE)
-    compiled_code.choose_folder()
-    assert os.access(os.environ[compiled_code.VARIABLE], os.W_OK)

@@ -8,7 +8,6 @@ from typing import Any
 
 import typer
 
-from cohelm.cli import compiled_code
 from cohelm.cli.bench_options import COMMON, for_bench, parameters
 
 BENCHES = {
@@ -111,7 +110,6 @@ app = typer.Typer(
 
 def _command(name: str, module: str) -> Callable[..., int]:
     def command(**given: Any) -> int:
-        compiled_code.choose_folder()
         from cohelm.cli import bench  # noqa: PLC0415 # lazy
 
         common = {option: given[option] for option in COMMON}

@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 
-from cohelm.cli import compiled_code
 from cohelm.cli.requests import (
     DriveRequest,
     Json,
@@ -110,7 +109,6 @@ def choose(
     rider: Rider,
 ) -> int:
     """Record which of the last proposed routes the rider took, and learn from it."""
-    compiled_code.choose_folder()
     from cohelm.cli import propose
 
     return propose.choose(taken, rider)
@@ -122,7 +120,6 @@ app.add_typer(preferences)
 @preferences.command()
 def show(rider: Rider, json: Json = False) -> int:
     """Show the preferences learned from a rider's choices."""
-    compiled_code.choose_folder()
     from cohelm.cli import propose
 
     return propose.show(rider, json=json)
@@ -131,7 +128,6 @@ def show(rider: Rider, json: Json = False) -> int:
 @preferences.command()
 def reset(rider: Rider) -> int:
     """Forget a rider's choices and preferences; the file is kept as .bak."""
-    compiled_code.choose_folder()
     from cohelm.cli import propose
 
     return propose.reset(rider)
@@ -177,6 +173,14 @@ def rate(  # noqa: PLR0917 # an option is an argument
 
     picked = rate.RidePick(columns=tuple(ride or ()), seed=seed)
     return rate.rate(folder, rating, picked, rater=rater, note=note, json=json)
+
+
+@app.command("compile")
+def compile_() -> int:
+    """Compile everything that a ride needs now, so that no ride waits for it."""
+    from cohelm.cli import compile_kernels
+
+    return compile_kernels.compile_all()
 
 
 @app.command()

@@ -22,7 +22,7 @@ from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
 from rich.text import Text
 
-from cohelm.cli import compiled_code
+from cohelm import kernel_cache
 from cohelm.cli.report import ERRORS
 from cohelm.evaluation.sweeps.tasks import SweepState
 from cohelm.geometry import arc_length, nearest_on_polyline
@@ -32,7 +32,8 @@ from cohelm.simulation import GroundTruth
 
 Thing = TypeVar("Thing")
 
-COMPILING = 3.0
+COMPILING = "compiling for this machine, once; it takes a minute or more"
+USUAL = 3.0
 """Preparation that takes longer than this is compilation, s."""
 
 
@@ -65,14 +66,14 @@ class RideProgress:
         self._last: tuple[Tick, GroundTruth] | None = None
         self._reason: Reason | None = None
         self._shown = shown and ERRORS.is_terminal
-        self._compiles = shown and not compiled_code.is_compiled()
+        self._compiles = shown and not kernel_cache.is_filled()
         self._live = _live(self._render)
 
     def __enter__(self) -> Self:
         if self._shown:
             self._live.start()
         elif self._compiles:
-            ERRORS.print(f"{compiled_code.COMPILING} …")
+            ERRORS.print(f"{COMPILING} …")
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -88,8 +89,8 @@ class RideProgress:
     def _render(self) -> Group | Spinner:
         if self._last is None:
             waited = time.monotonic() - self._began
-            compiles = self._compiles or waited > COMPILING
-            what = compiled_code.COMPILING if compiles else "building the scenario"
+            compiles = self._compiles or waited > USUAL
+            what = COMPILING if compiles else "building the scenario"
             self._spinner.update(text=Text(f"{self._title}: {what} …"))
             return self._spinner
         tick, truth = self._last
@@ -152,7 +153,7 @@ class Waiting:
         waited = time.monotonic() - self._began
         if waited < PATIENCE:
             return Text("")
-        note = ", compiling on the first run" if waited > 2.0 * COMPILING else ""
+        note = ", compiling on the first run" if waited > 2.0 * USUAL else ""
         self._spinner.update(text=Text(f"{self._activity} … {waited:.0f} s{note}"))
         return self._spinner
 

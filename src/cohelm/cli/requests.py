@@ -10,8 +10,6 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import typer
 
-from cohelm.cli import compiled_code
-
 _Request = TypeVar("_Request")
 
 MapFile = Annotated[str, typer.Argument(metavar="MAP.yaml", help="Map as Nav2 map_server YAML.")]
@@ -305,10 +303,7 @@ class PeopleRequest:
 
 
 def takes(kind: type[_Request]) -> Callable[[Callable[[_Request], int]], Callable[..., int]]:
-    """Decorate a command that takes a request: typer sees one option for each of its fields.
-
-    Where compiled code is cached is settled before the command, which may import numba, begins.
-    """
+    """Decorate a command that takes a request: typer sees one option for each of its fields."""
     hints = get_type_hints(kind, include_extras=True)
     parameters = []
     for each in fields(kind):  # type: ignore[arg-type]
@@ -325,7 +320,6 @@ def takes(kind: type[_Request]) -> Callable[[Callable[[_Request], int]], Callabl
 
     def decorate(run: Callable[[_Request], int]) -> Callable[..., int]:
         def command(**given: Any) -> int:
-            compiled_code.choose_folder()
             values = {
                 name: tuple(value or ()) if _as_list(hints[name])[1] else value
                 for name, value in given.items()

@@ -19,6 +19,7 @@ import time
 import weakref
 from pathlib import Path
 
+from cohelm import kernel_cache
 from cohelm.arrays import value
 from cohelm.errors import CohelmError
 from cohelm.live.control.driver_state import DriverState
@@ -50,11 +51,7 @@ from cohelm.live.services import Services
 from cohelm.live.sessions.audit import AuditLog
 from cohelm.live.sessions.files import lock_folder
 from cohelm.live.sessions.store import SessionStore
-from cohelm.processes import compiled
 from cohelm.scenarios import Scenario
-
-_LAST_COMPILED = "qp.*"
-"""Kernel of the local planner; once it is compiled, so is the rest of the navigator."""
 
 
 @value
@@ -107,7 +104,7 @@ class Drive:
     """
 
     def __init__(self, setup: DriveSetup) -> None:
-        cold = not compiled(_LAST_COMPILED)  # before the floor model compiles its few kernels
+        cold = not kernel_cache.is_filled()  # before the floor model compiles its few kernels
         model = floor_model(setup.scenario, setup.seed)
         self._scene, self._png = model.scene, model.png
         self._temporary: tempfile.TemporaryDirectory[str] | None = None

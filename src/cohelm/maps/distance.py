@@ -33,12 +33,11 @@ class DistanceField:
 
     def at(self, points: Floats) -> Floats:
         """Signed distance (...,) at map points (..., 2), interpolated, m."""
-        p = np.asarray(points, dtype=float)
-        return self.with_gradient(p)[..., 0]
+        return self.with_gradient(points)[..., 0]
 
     def with_gradient(self, points: Floats) -> Floats:
         """(distance, ∂/∂x, ∂/∂y) at map points (..., 2), as (..., 3)."""
-        p = np.asarray(points, dtype=float)
+        p = np.array(points, dtype=float, order="C")  # a copy: one type of array for the kernel
         out = _sample_many(self.distance, self.resolution, self.X_MG, p.reshape(-1, 2))
         return out.reshape(*p.shape[:-1], 3)
 
@@ -92,7 +91,7 @@ def _signed_distance(blocked: Booleans, resolution: float, out: Floats32) -> Non
                 downward[c] = downward[c] + _STEP if same else _STEP
         for c in range(cols):
             height[c] = np.float64(min(downward[c], out[r, c])) ** 2
-        a = 0
+        a = np.int64(0)  # a plain 0 would be a type of its own, and compiled by itself
         while a < cols:
             b = a + 1
             while b < cols and blocked[r, b] == blocked[r, a]:

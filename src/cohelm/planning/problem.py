@@ -124,7 +124,8 @@ def weigh(costmap: Costmap, start: tuple[int, int], parameters: CostmapParameter
     heaviest = weights.heaviest
     if costmap.base is not None:
         for patch in costmap.patches:
-            window = costmap.cost[patch.rows, patch.cols]
+            window = np.ascontiguousarray(costmap.cost[patch.rows, patch.cols])
+            window.flags.writeable = False
             pack_costs(window, table, packed, patch.rows.start, patch.cols.start)
     for patch in costmap.patches:
         if patch.extra_cost is not None:

@@ -114,7 +114,8 @@ def first_contact(
     n, h, states = predictions.mean.shape[:3]
     bodies = _Bodies(
         predictions.mean.reshape(n * h, states, 2),
-        np.ascontiguousarray(predictions.velocity).reshape(n * h, states, 2),
+        # always a copy: a read-only array would be another type, compiled by itself
+        np.array(predictions.velocity, order="C").reshape(n * h, states, 2),
         np.repeat(people.radius, h),
         predictions.step,
     )

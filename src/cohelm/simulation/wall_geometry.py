@@ -121,7 +121,7 @@ def near_cells(cells: SurfaceCells, x: float, y: float, distance: float) -> Floa
             dx = max(abs(cells.centre[k, 0] - x) - half, 0.0)
             dy = max(abs(cells.centre[k, 1] - y) - half, 0.0)
             if dx * dx + dy * dy <= distance * distance:
-                out[count] = cells.centre[k]
+                out[count, 0], out[count, 1] = cells.centre[k, 0], cells.centre[k, 1]
                 count += 1
     return out[:count]
 

@@ -14,9 +14,10 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
+from cohelm import kernel_cache
 from cohelm.errors import CohelmError
 from cohelm.evaluation.sweeps.tasks import CompletedTask, Task, TaskError, Work
-from cohelm.processes import compiled, leave_interrupts, spawn, without_interrupts
+from cohelm.processes import leave_interrupts, spawn, without_interrupts
 
 Numbered = tuple[int, Task]
 Executor = Callable[[Work, Path, Sequence[Numbered]], Generator[CompletedTask, None, None]]
@@ -103,7 +104,7 @@ class _Pool:
         self._waiting = deque(tasks)
         self._deaths: Counter[int] = Counter()
         self._false_starts = 0
-        self._cold = not compiled()
+        self._cold = not kernel_cache.is_filled()
         self._workers: list[_Worker] = []
 
     def run(self, count: int) -> Generator[CompletedTask, None, None]:

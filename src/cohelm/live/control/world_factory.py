@@ -124,14 +124,7 @@ class WorldFactory:
         try:
             while not when():
                 time.sleep(_POLL_PERIOD)
-            ride_setup = build_scenario(self._scenario, seed)
-            _warm_up(World(ride_setup.world, ride_setup.seed))
-            world = LiveWorld(
-                ride_setup=ride_setup,
-                simulation=World(ride_setup.world, ride_setup.seed),
-                floor=walkable_floor(ride_setup),
-                rng=generator(seed, "added"),
-            )
+            world = build_world(self._scenario, seed)
         except CohelmError as error:  # raised again by finished() in the control thread
             self._results.put(error)
         except Exception as error:  # must not end the drive in the old world
@@ -139,6 +132,22 @@ class WorldFactory:
             self._results.put(WorldError(f"the simulation could not be built: {error!r}"))
         else:
             self._results.put(world)
+
+
+def build_world(scenario: Scenario, seed: int) -> LiveWorld:
+    """Build a world, compiled and loaded.
+
+    Raises:
+        CohelmError: The scenario cannot be built.
+    """
+    ride_setup = build_scenario(scenario, seed)
+    _warm_up(World(ride_setup.world, ride_setup.seed))
+    return LiveWorld(
+        ride_setup=ride_setup,
+        simulation=World(ride_setup.world, ride_setup.seed),
+        floor=walkable_floor(ride_setup),
+        rng=generator(seed, "added"),
+    )
 
 
 def _warm_up(world: World) -> None:

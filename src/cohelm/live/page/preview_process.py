@@ -65,7 +65,7 @@ def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
     if ride_setup is None:
         return
     os.nice(_NICENESS)
-    _warm_up(ride_setup)
+    warm_up(ride_setup)
     with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
         _serve(OwnerPipe(pipe), ride_setup)
 
@@ -76,7 +76,7 @@ def _serve(pipe: OwnerPipe, ride_setup: RideSetup) -> None:
         pipe.send(preview(pipe.receive(), ride_setup))
 
 
-def _warm_up(ride_setup: RideSetup) -> None:
+def warm_up(ride_setup: RideSetup) -> None:
     """Preview one wish of each kind, with a live obstacle and people that exist only here."""
     start, request, grid = ride_setup.route.points[0], ride_setup.request, ride_setup.grid
     obstacle = np.zeros((40, 40), dtype=np.uint8)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Bytes, Floats, Floats32, Integers
 
 LAYER = 0.1
@@ -187,10 +188,8 @@ def touching_share(
     for a in range(chosen.size):
         row = int((centre[chosen[a], 1] - low) / near) + 1
         square[a] = row * cols + int((centre[chosen[a], 0] - left) / near) + 1
-    first = np.zeros(rows * cols + 1, dtype=np.int64)
-    for a in range(chosen.size):
-        first[square[a] + 1] += 1
-    squares = _Squares(chosen[np.argsort(square, kind="mergesort")], np.cumsum(first), cols)
+    order, first = members_by_label(square, rows * cols)
+    squares = _Squares(chosen[order], first, cols)
     for a in range(chosen.size):
         i = chosen[a]
         if labels[i] < 0 or labels[i] >= segments:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import members_by_label, stable_order
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.perception.clustering.shape_fits import DiscPrior, split_discs
 
@@ -105,15 +106,15 @@ def split_clusters(
     if labels.size == 0:
         return out
     count = 0
-    order = np.argsort(labels, kind="mergesort")
-    first = np.searchsorted(labels[order], np.arange(labels.max() + 2))
-    for cluster in range(labels.max() + 1):
+    clusters = labels.max() + 1
+    order, first = members_by_label(labels, clusters)
+    for cluster in range(clusters):
         members = order[first[cluster] : first[cluster + 1]]
         if _extent(points[members]) <= limits.bodies_from:
             count = _split_run(points, highest, members, limits, body, out, count)
             continue
         # Side by side from the right to the left, without what is seen over a shoulder.
-        members = members[np.argsort(_bearings(points[members]), kind="mergesort")]
+        members = members[stable_order(_bearings(points[members]))]
         members = members[_unobstructed(points[members], line)]
         start = 0
         for k in range(1, members.size + 1):
@@ -226,7 +227,7 @@ def _between_heads(points: Floats, highest: Floats, limits: SplitLimits) -> tupl
         gaps = at[1:] - at[:-1]
         k = int(np.argmax(gaps))
         if gaps[k] > limits.gap + limits.gap_growth * math.hypot(points[a, 0], points[a, 1]):
-            order = np.argsort(along, kind="mergesort")
+            order = stable_order(along)
             return order, int((along < 0.5 * (at[k] + at[k + 1])).sum())
     return order, 0
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.perception.cloud_detection.columns import LAYER, LAYERS, Columns
 from cohelm.perception.cloud_detection.segmentation import occluded_ends
@@ -76,8 +77,7 @@ def shape_features(
     s = labels.max() + 1 if labels.size else 0
     out = _no_features(s)
     centre, count = columns.centre, columns.returns
-    order = np.argsort(labels, kind="mergesort")
-    first = np.searchsorted(labels[order], np.arange(s + 1))
+    order, first = members_by_label(labels, s)
     torso_bits, leg_bits = _bits(_TORSO[0], _TORSO[1]), _bits(_LEGS[0], _LEGS[1])
     for k in range(s):
         members = order[first[k] : first[k + 1]]

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import copy_row, members_by_label, stable_order
 from cohelm.arrays import Floats, Integers
 
 _TOLERANCE = 1e-3
@@ -30,12 +31,11 @@ def bounding_ellipses(points: Floats, labels: Integers, count: int, thinnest: fl
         thinnest: smallest semi-axis, m, > 0.
     """
     out = np.zeros((count, 5))
-    order = np.argsort(labels, kind="mergesort")
-    first = np.searchsorted(labels[order], np.arange(count + 1))
+    order, first = members_by_label(labels, count)
     for k in range(count):
         members = points[order[first[k] : first[k + 1]]]
         if members.shape[0]:
-            out[k] = _about(_hull(members), thinnest)
+            copy_row(out[k], _about(_hull(members), thinnest))
     return out
 
 
@@ -45,8 +45,8 @@ def _hull(points: Floats) -> Floats:
     m = points.shape[0]
     if m <= _NO_HULL:
         return points
-    order = np.argsort(points[:, 1], kind="mergesort")
-    order = order[np.argsort(points[order, 0], kind="mergesort")]
+    order = stable_order(points[:, 1].copy())
+    order = order[stable_order(points[order, 0])]
     corners = np.empty(2 * m, dtype=np.int64)
     size = 0
     for side in range(2):

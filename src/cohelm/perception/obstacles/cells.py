@@ -96,7 +96,7 @@ def mark_and_clear(
 
 
 @njit(cache=True)
-def is_empty(cells: SignedBytes | Bytes) -> bool:
+def is_empty(cells: Bytes) -> bool:
     """Check that all cells are 0, the usual case; eight cells are compared at once."""
     flat = cells.reshape(-1)
     words = flat.size // 8

@@ -172,7 +172,11 @@ def _clears_nothing(layer: ObstacleLayerState, detections: tuple[Detections, ...
     if not detections:
         return True
     spatial = layer.span is not None or any(found.heights is not None for found in detections)
-    return not spatial and is_empty(layer.evidence) and is_empty(layer.obstacles.occupied)
+    return (
+        not spatial
+        and is_empty(layer.evidence.view(np.uint8))
+        and is_empty(layer.obstacles.occupied)
+    )
 
 
 def _add_scan(

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import stable_order
 from cohelm.arrays import Floats, Floats32, Integers
 from cohelm.geometry import compose, inverse
 from cohelm.messages import PointCloud
@@ -229,7 +230,7 @@ def _floor(points: Floats, reach: float) -> float:
     cells = np.flatnonzero(lowest < np.inf)
     if cells.size < 5:
         return min(points[:, 2].min(), -_LOWEST_SENSOR) if points.shape[0] else -_LOWEST_SENSOR
-    cells = cells[np.argsort(lowest[cells], kind="mergesort")]
+    cells = cells[stable_order(lowest[cells])]
     found, weight = lowest[cells], np.empty(cells.size)
     for k in range(cells.size):
         x = (cells[k] % side + 0.5) * _CELL - reach

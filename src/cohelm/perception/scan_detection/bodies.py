@@ -105,7 +105,7 @@ def find_bodies(
         np.full((n, 2), -1),
         np.full(n, -1, dtype=np.int64),
     )
-    count = singles = 0
+    count = singles = np.int64(0)  # a plain 0 would be a type of its own, and compiled by itself
     todo = np.empty((n + 1, 2), dtype=np.int64)
     for cluster in range(beams.cluster.max() + 1 if n else 0):
         members = _in_beam_order(beams, cluster)

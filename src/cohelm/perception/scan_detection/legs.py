@@ -175,7 +175,7 @@ def pair_legs_into_people(
     pairs, odds = pair_legs(centre, found.log_odds, model.stride, model.single_log_odds)
     person = np.full(centre.shape[0], -1, dtype=np.int64)
     bodies = empty_candidates(odds.size)
-    count = 0
+    count = np.int64(0)  # see find_bodies
     for k in range(odds.size):
         a, b = pairs[k]
         if odds[k] <= MIN_LOG_ODDS:

@@ -19,6 +19,10 @@ SLACK = 1e-10
 smaller; the error of a path's cost is below 1e-9."""
 
 _MAX_BUCKETS = 1 << 16
+FIRST = np.int64(0)
+"""First slot, or first entry; a plain 0 would be a type of its own, and compiled by itself."""
+NONE = np.int64(-1)
+"""No entry."""
 
 
 @njit(cache=True)

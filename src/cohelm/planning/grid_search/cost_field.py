@@ -12,7 +12,14 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32
-from cohelm.planning.grid_search.bucket_queue import SLACK, bucket_ring, pop, push
+from cohelm.planning.grid_search.bucket_queue import (
+    FIRST,
+    NONE,
+    SLACK,
+    bucket_ring,
+    pop,
+    push,
+)
 from cohelm.planning.grid_search.grid_steps import (
     ANY_STEP,
     SQRT2,
@@ -64,13 +71,14 @@ def _flood(  # noqa: PLR0917  # one hot loop over plain arrays
     """
     # The open list: buckets narrower than the cheapest step, and the start in the first one.
     heads, step = bucket_ring(0.99 * lightest, SQRT2 * heaviest)
-    entries, costs, lists = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity), (-1, 0)
+    entries, costs = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
+    lists = (NONE, FIRST)
     mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
     offset, _, _ = neighbours(stride)
     ahead, counts = successors()
     free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
     field[start] = 0.0
-    lists = push(heads, entries, costs, lists, 0, 16 * start + ANY_STEP, 0.0)
+    lists = push(heads, entries, costs, lists, FIRST, 16 * start + ANY_STEP, 0.0)
     now, waiting = 0, 1
     while waiting > 0:
         # Take the newest entry of the lowest bucket, unless it is stale.

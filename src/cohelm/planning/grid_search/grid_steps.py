@@ -49,12 +49,15 @@ def successors() -> tuple[Integers, Integers]:
     used by jump point search (Harabor and Grastien, 2011).
     """
     ahead = np.zeros((9, 8), dtype=np.int64)
-    counts = np.array([1, 1, 1, 1, 3, 3, 3, 3, 8])
+    counts = np.ones(9, dtype=np.int64)
+    counts[ANY_STEP] = 8
     for i in range(4):
         ahead[i, 0] = i
     for i in range(4, 8):
         ahead[i, 0], ahead[i, 1], ahead[i, 2] = (i - 4) >> 1, 2 + (i & 1), i
-    ahead[ANY_STEP] = np.arange(8)
+        counts[i] = 3
+    for i in range(8):
+        ahead[ANY_STEP, i] = i
     return ahead, counts
 
 

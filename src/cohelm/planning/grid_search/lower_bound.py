@@ -27,7 +27,14 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32
-from cohelm.planning.grid_search.bucket_queue import SLACK, bucket_ring, pop, push
+from cohelm.planning.grid_search.bucket_queue import (
+    FIRST,
+    NONE,
+    SLACK,
+    bucket_ring,
+    pop,
+    push,
+)
 from cohelm.planning.grid_search.grid_steps import SQRT2, octile
 
 COARSE_SHIFT = 3
@@ -148,7 +155,8 @@ def propagate(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop over plain arr
         return -np.inf
     # Create the open list, whose keys start at the lowest value.
     heads, step = bucket_ring(0.5 * lightest * side, high - low + SQRT2 * heaviest * side)
-    entries, costs, lists = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity), (-1, 0)
+    entries, costs = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
+    lists = (NONE, FIRST)
     mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
     # Queue the finite nodes.
     for node in range(values.shape[0]):

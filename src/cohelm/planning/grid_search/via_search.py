@@ -29,7 +29,14 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32, Integers
-from cohelm.planning.grid_search.bucket_queue import SLACK, double_rows, pop, push
+from cohelm.planning.grid_search.bucket_queue import (
+    FIRST,
+    NONE,
+    SLACK,
+    double_rows,
+    pop,
+    push,
+)
 from cohelm.planning.grid_search.grid_steps import (
     ANY_STEP,
     SQRT2,
@@ -98,12 +105,13 @@ def search_layers(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop o
     inverse, slack = 1.0 / step, SLACK * lightest
     heads = np.full(int(max(bound - base, 0.0) * inverse) + 3, -1, dtype=np.int64)
     capacity = 1 << 14
-    entries, costs, lists = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity), (-1, 0)
+    entries, costs = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
+    lists = (NONE, FIRST)
     offset, rows, cols = neighbours(stride)
     ahead, counts = successors()
     free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
     reached[start] = _AT_START
-    lists = push(heads, entries, costs, lists, 0, 16 * start + ANY_STEP, _AT_START)
+    lists = push(heads, entries, costs, lists, FIRST, 16 * start + ANY_STEP, _AT_START)
     now, last, best, waiting, expansions = 0, 1 << 62, bound, 1, 0
     while waiting > 0 and now <= last:
         # Take the newest entry of the lowest bucket, unless it is stale.
@@ -235,7 +243,8 @@ def layer_bounds(
         most: highest value that must be correct.
     """
     edges_from, edges, points = graph
-    squares, blanks = empty_nodes(weights, COARSE_SHIFT)
+    shift = np.int64(COARSE_SHIFT)  # not a constant, which would be compiled by itself
+    squares, blanks = empty_nodes(weights, shift)
     layers = edges_from.shape[0] - 1
     nodes = np.full((layers, *blanks.shape), np.inf)
     capacity = blanks.size + 64
@@ -245,11 +254,11 @@ def layer_bounds(
             here = nodes[layer]
             here[:] = np.inf
             if layer == layers - 1:
-                seed_goal(weights, squares, here, goal, COARSE_SHIFT)
+                seed_goal(weights, squares, here, goal, shift)
             for k in range(edges_from[layer], edges_from[layer + 1]):
                 _credit(nodes[edges[k, 0]], points[edges[k, 1]], here)
             reach = propagate(
-                weights, squares, here, -1, lightest, heaviest, most, capacity, COARSE_SHIFT
+                weights, squares, here, NONE, lightest, heaviest, most, capacity, shift
             )
             if reach == -np.inf:
                 capacity *= 4

@@ -53,6 +53,7 @@ def infeasible_points(space: ConfigurationSpace, points: Floats, pivots: Integer
 
     At the indices ``pivots`` the robot turns on the spot, so the line may bend.
     """
+    points = np.array(points)  # can be written to: the type of array that other kernels pass
     bends = curvature_of(points) > space.curvature * (1.0 + 1e-6)
     bends[pivots] = False
     return overlaps_along(space.footprint, points) | bends

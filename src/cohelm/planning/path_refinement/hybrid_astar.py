@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import copy_row
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.planning.grid_search.cost_field import cost_field
 from cohelm.planning.grid_search.weights import Weights
@@ -125,7 +126,8 @@ def _search(  # noqa: PLR0917  # one hot loop over plain arrays
     nodes = empty_nodes(_MOTIONS * budget + seeds.shape[0] + 1, 24 * budget)
     heap = [(0.0, -1)]
     heap.pop()
-    count = 0
+    # np.int64: a plain constant would be a type of its own, and compiled by itself
+    count, no_parent = np.int64(0), np.int64(-1)
     # Queue the free seeds.
     for s in range(seeds.shape[0]):
         ahead = _ahead(space, guide, corner, seeds[s, 0], seeds[s, 1])
@@ -133,7 +135,7 @@ def _search(  # noqa: PLR0917  # one hot loop over plain arrays
             space.grown, seeds[s, 0], seeds[s, 1], seeds[s, 2], 0.0
         ):
             continue
-        add_node(nodes, count, slot_of(nodes, seeds[s]), seeds[s], 0.0, -1, 0.0)
+        add_node(nodes, count, slot_of(nodes, seeds[s]), seeds[s], 0.0, no_parent, 0.0)
         heapq.heappush(heap, (_EAGER * ahead, count))
         count += 1
     best, best_node, best_word = np.inf, -1, np.zeros((3, 2))
@@ -246,7 +248,7 @@ def _shot(
         if not length < best:
             continue
         total = 0.0
-        here[:] = pose
+        copy_row(here, pose)
         for k in range(3):
             kappa, part = tried[w, k, 0], tried[w, k, 1]
             count = math.ceil(part / _STEP - 1e-6)
@@ -257,14 +259,15 @@ def _shot(
                 total += part / count * bend * weight
                 if total < best and not motion_is_free(space, here, there):
                     total = np.inf
-                here[:] = there
+                copy_row(here, there)
                 if total >= best:
                     break
             if total >= best:
                 break
         if total < best:
             best = price = total
-            found[:] = tried[w]
+            for k in range(3):
+                copy_row(found[k], tried[w, k])
     return found, price
 
 
@@ -279,13 +282,14 @@ def _joined(nodes: PoseNodes, last: int, word: Floats) -> Floats:
     out = np.empty((n + 4, 5))
     for i in range(n):
         u, v = back[n - i], back[n - i - 1]
-        out[i, :3], out[i, 3] = pose[u], bend[v]
+        copy_row(out[i], pose[u])
+        out[i, 3] = bend[v]
         out[i, 4] = pose[v, 2] - pose[u, 2] if bend[v] == np.inf else _STEP
-    out[n, :3] = pose[last]
+    copy_row(out[n], pose[last])
     for k in range(3):
-        out[n + k, 3:] = word[k]
+        out[n + k, 3], out[n + k, 4] = word[k, 0], word[k, 1]
         drive_arc(out[n + k, :3], word[k, 0], word[k, 1], out[n + k + 1, :3])
-    out[n + 3, 3:] = 0.0
+    out[n + 3, 3] = out[n + 3, 4] = 0.0
     return out
 
 
@@ -320,5 +324,5 @@ def _sampled(legs: Floats) -> tuple[Floats, Integers]:
         first = stop
     out = np.empty((len(poses), 3))
     for i in range(len(poses)):
-        out[i] = poses[i]
+        copy_row(out[i], poses[i])
     return out, np.array(pivots, dtype=np.int64)

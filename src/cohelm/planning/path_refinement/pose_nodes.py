@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats, Integers
 
 _CELL = 0.05  # m; poses in one such square and one sector count as one
@@ -66,7 +67,7 @@ def add_node(  # noqa: PLR0917  # a kernel takes plain values
     nodes: PoseNodes, node: int, slot: int, pose: Floats, cost: float, parent: int, bend: float
 ) -> None:
     """Write a node, and put it into a slot of the table."""
-    nodes.pose[node] = pose
+    copy_row(nodes.pose[node], pose)
     nodes.cost[node] = cost
     nodes.parent[node] = parent
     nodes.bend[node] = bend

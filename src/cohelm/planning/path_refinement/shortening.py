@@ -76,8 +76,8 @@ def shorten(points: Floats, grid: LineGrid, wanted: float) -> Floats:
         if i > 0:
             cost, _ = _segment(points[i - 1], points[i], grid)
             along[i] = along[i - 1] + cost
-    kept = [0]
-    i = 0
+    i = np.int64(0)  # a plain 0 would be a type of its own, and compiled by itself
+    kept = [i]
     while i < n - 1:
         good, step = i + 1, 2
         bad = n
@@ -95,7 +95,7 @@ def shorten(points: Floats, grid: LineGrid, wanted: float) -> Floats:
         kept.append(i)
     out = np.empty((len(kept), 2))
     for k in range(len(kept)):
-        out[k] = points[kept[k]]
+        out[k, 0], out[k, 1] = points[kept[k], 0], points[kept[k], 1]
     return out
 
 

@@ -232,7 +232,7 @@ def _route(prepared: PreparedProblem, cells: Integers, fitted: RefinedLine) -> D
     line = transform(problem.grid.X_MG, fitted.points)
     line[0], line[-1] = problem.start, problem.goal
     line.flags.writeable = False
-    cost = path_cost(prepared.weights.packed, cells) * problem.grid.resolution
+    cost = path_cost(prepared.weights.packed, np.array(cells)) * problem.grid.resolution
     if not np.isfinite(cost):  # a line between cells may lie in a blocked cell
         cost = prepared.weights.heaviest * float(arc_length(line)[-1])
     return DrivableRoute(cost=cost, points=line, cells=cells, pivots=fitted.pivots)

@@ -15,7 +15,8 @@ def move(pose: Floats, twist: Floats, dt: float) -> Floats:
 
     The simulator uses it, so that its physics does not share the planner's discretisation error.
     """
-    return _arc(np.asarray(pose, dtype=float), np.asarray(twist, dtype=float), dt)
+    # Copies can be written to: of read-only arrays, the kernel would be compiled once more.
+    return _arc(np.array(pose, dtype=float), np.array(twist, dtype=float), dt)
 
 
 @njit(cache=True)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats, read_only
 from cohelm.config import Model
 from cohelm.robots.kinematics.api import InputBounds
@@ -80,7 +81,7 @@ class TurnFirst(Unicycle):
 def unicycle_rollout(pose: Floats, inputs: Floats, dt: float) -> Floats:
     """Poses (N+1, 3) of eq. (10) from ``pose`` under inputs (N, 2)."""
     out = np.empty((inputs.shape[0] + 1, 3))
-    out[0] = pose
+    copy_row(out[0], pose)
     for k in range(inputs.shape[0]):
         v, w = inputs[k, 0], inputs[k, 1]
         out[k + 1, 0] = out[k, 0] + dt * v * math.cos(out[k, 2])

@@ -14,6 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import stable_order
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
 
@@ -51,7 +52,7 @@ def pair_forces(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scalars
     """
     n = group.shape[0]
     out = np.zeros((n, 2))
-    order = np.argsort(position[:, 0], kind="mergesort")
+    order = stable_order(position[:, 0].copy())
     for a in range(n + 1):
         # Sorted by x, so the inner loop ends at the range of the force.
         i = order[a]
@@ -148,7 +149,7 @@ def group_forces(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scalars
     """
     n = group.shape[0]
     out = np.zeros((n, 2))
-    order = np.argsort(group, kind="mergesort")
+    order = stable_order(group)
     a = 0
     while a < n:
         # Members of one group are contiguous in the order.

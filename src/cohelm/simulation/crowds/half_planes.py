@@ -12,10 +12,13 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats
 
 _PARALLEL = 1e-5
 """Cross product of two directions below which they count as parallel, as in RVO2."""
+_ALONG, _NEAR = np.bool_(True), np.bool_(False)
+"""Goals of :func:`_nearest`; plain constants would be types of their own, each compiled."""
 
 
 @njit(cache=True)
@@ -36,7 +39,7 @@ def best_velocity(
     Returns:
         (v_x, v_y), m/s.
     """
-    failed, x, y = _nearest(planes, planes.shape[0], max_speed, preferred_x, preferred_y, False)
+    failed, x, y = _nearest(planes, planes.shape[0], max_speed, preferred_x, preferred_y, _NEAR)
     if failed < planes.shape[0]:
         x, y = _least_violation(planes, hard, failed, max_speed, x, y)
     return x, y
@@ -108,7 +111,8 @@ def _least_violation(
     """Three-dimensional program: the minimum depth by which the soft half-planes must yield."""
     depth = 0.0
     projected = np.empty_like(planes)
-    projected[:hard] = planes[:hard]
+    for i in range(hard):
+        copy_row(projected[i], planes[i])
     for i in range(begin, planes.shape[0]):
         px, py, dx, dy = planes[i]
         if dx * (py - vy) - dy * (px - vx) <= depth:
@@ -128,7 +132,7 @@ def _least_violation(
             projected[count, 0], projected[count, 1] = mx, my
             projected[count, 2], projected[count, 3] = (ex - dx) / norm, (ey - dy) / norm
             count += 1
-        failed, x, y = _nearest(projected, count, max_speed, -dy, dx, True)
+        failed, x, y = _nearest(projected, count, max_speed, -dy, dx, _ALONG)
         if failed >= count:
             vx, vy = x, y
         depth = dx * (py - vy) - dy * (px - vx)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import copy_row, stable_order
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.simulation.crowds.half_planes import best_velocity
 from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
@@ -42,11 +43,14 @@ def orca_velocities(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scala
         others = _neighbours(position, i, sees_robot[i], neighbor_dist, max_neighbors)
         hard = fixed.shape[0]
         planes = np.empty((hard + others.shape[0], 4))
-        planes[:hard] = fixed
+        for k in range(hard):
+            copy_row(planes[k], fixed[k])
         for k in range(others.shape[0]):
             j = others[k]
             share = robot_share if j == n else 0.5
-            planes[hard + k] = _orca_plane(position, velocity, radius, i, j, horizon, dt, share)
+            px, py, dx, dy = _orca_plane(position, velocity, radius, i, j, horizon, dt, share)
+            planes[hard + k, 0], planes[hard + k, 1] = px, py
+            planes[hard + k, 2], planes[hard + k, 3] = dx, dy
         vx, vy = best_velocity(planes, hard, max_speed[i], desired[i, 0], desired[i, 1])
         # Rounding must not lead through a wall.
         keep = allowed_share(fixed, vx, vy)
@@ -190,7 +194,7 @@ def without_contact(  # noqa: PLR0917  # numba kernel: arrays and scalars
     """
     n = desired.shape[0]
     out = np.empty((n, 2))
-    order = np.argsort(position[:, 0], kind="mergesort")
+    order = stable_order(position[:, 0].copy())
     fastest = max(np.max(max_speed) if n > 0 else 0.0, math.hypot(velocity[n, 0], velocity[n, 1]))
     widest = np.max(radius) if n > 0 else 0.0
     for a in range(n + 1):
@@ -208,7 +212,8 @@ def without_contact(  # noqa: PLR0917  # numba kernel: arrays and scalars
         while high <= n and position[order[high], 0] - position[i, 0] <= reach:
             high += 1
         planes = np.empty((hard + high - low, 4))
-        planes[:hard] = fixed
+        for k in range(hard):
+            copy_row(planes[k], fixed[k])
         for b in range(low, high):
             j = order[b]
             if j == i or (j == n and not sees_robot[i]):

@@ -1,0 +1,204 @@
+"""The cache of compiled kernels: when an entry is used, and what is compiled again."""
+
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba import njit
+from numba.core import caching
+
+from cohelm import kernel_cache, numba_setup
+from cohelm.geometry import nearest_on_polyline
+from cohelm.kernel_cache import KernelLocator, Stamp, fingerprint
+
+LIMIT = 2.0
+TABLE = np.array([1.0, 2.0])
+
+
+@njit
+def inner(x):
+    return x + LIMIT
+
+
+@njit
+def other(x):
+    return x - LIMIT
+
+
+@njit(fastmath=True)
+def inner_fast(x):
+    return x + LIMIT
+
+
+def outer(x):
+    return inner(x) + TABLE[0]
+
+
+def looping(x):
+    return looping(x - 1) if x > 0 else 0
+
+
+def changed(monkeypatch, name, value):
+    before = fingerprint(outer)
+    monkeypatch.setitem(outer.__globals__, name, value)
+    return fingerprint(outer) != before
+
+
+def test_a_fingerprint_stays_the_same():
+    assert fingerprint(outer) == fingerprint(outer)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("LIMIT", 3.0), ("TABLE", np.array([1.0, 3.0])), ("inner", other), ("inner", inner_fast)],
+)
+def test_a_fingerprint_covers_constants_and_called_kernels(monkeypatch, name, value):
+    assert changed(monkeypatch, name, value)
+
+
+def test_a_fingerprint_ignores_what_is_not_used(monkeypatch):
+    assert not changed(monkeypatch, "other", inner)
+
+
+def test_a_recursive_kernel_has_a_fingerprint():
+    assert fingerprint(looping) != fingerprint(outer)
+
+
+def test_a_stamp_becomes_a_string():
+    stamp = Stamp(outer, b"source")
+    text = pickle.loads(pickle.dumps(stamp))
+    assert text == stamp
+    assert text != Stamp(outer, b"another source")
+
+
+@pytest.fixture
+def files(tmp_path):
+    kernel_cache._install_index_files(caching)
+    return lambda stamp="1": caching.IndexDataCacheFile(str(tmp_path), "f-1.py311", stamp)
+
+
+def test_an_entry_is_found_again(files):
+    files().save("key", "code")
+    assert files().load("key") == "code"
+    assert files().load("another key") is None
+
+
+def test_an_entry_with_another_stamp_is_not_used_and_removed(files, tmp_path):
+    files().save("key", "old")
+    assert files("2").load("key") is None
+    files("2").save("key", "new")
+    assert files("2").load("key") == "new"
+    assert len(list(tmp_path.glob("*.nbc"))) == 1
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("content", [b"", b"\x80", b"ccohelm.no_module\nClass\n."])
+def test_a_damaged_entry_is_as_good_as_none(files, tmp_path, suffix, content):
+    files().save("key", "code")
+    for file in tmp_path.glob(f"*.{suffix}"):
+        kept = file.read_bytes()
+        version = kept[: kept.index(b".", 12) + 1] if suffix == "nbi" and content else b""
+        file.write_bytes(version + content)
+    assert files().load("key") is None
+    files().save("key", "again")
+    assert files().load("key") == "again"
+
+
+def test_processes_that_save_at_once_do_not_exchange_their_code(files):
+    one, two = files(), files()
+    index = one._load_index()
+    one.save("a", "code of a")
+    two._load_index = lambda: dict(index)  # read before the other one wrote
+    two.save("b", "code of b")
+    assert files().load("b") == "code of b"
+    assert files().load("a") in {None, "code of a"}
+
+
+def test_kernels_of_cohelm_use_this_cache_and_others_numbas_own(tmp_path):
+    cache = nearest_on_polyline._cache
+    assert isinstance(cache._impl.locator, KernelLocator)
+    assert Path(cache.cache_path).is_relative_to(kernel_cache.place().folder)
+    elsewhere = tmp_path / "elsewhere.py"
+    elsewhere.touch()
+    assert not isinstance(KernelLocator.from_function(outer, str(elsewhere)), KernelLocator)
+
+
+@pytest.fixture
+def fresh_place():
+    kernel_cache.place.cache_clear()
+    yield kernel_cache.place
+    kernel_cache.place.cache_clear()
+
+
+def test_the_cache_lies_where_it_can_be_written(monkeypatch, tmp_path, fresh_place):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv(kernel_cache.FOLDER, str(tmp_path / "chosen"))
+    assert fresh_place() == kernel_cache.Place(tmp_path / "chosen" / "cohelm")
+
+    fresh_place.cache_clear()
+    monkeypatch.delenv(kernel_cache.FOLDER)
+    assert fresh_place().folder == kernel_cache.SOURCE
+
+    fresh_place.cache_clear()
+    user = tmp_path / "cohelm"
+    monkeypatch.setattr(kernel_cache, "_is_writable", lambda folder: folder == user)
+    assert fresh_place().folder.parent == user
+    assert str(kernel_cache.SOURCE) in fresh_place().note
+
+    fresh_place.cache_clear()
+    monkeypatch.setattr(kernel_cache, "_is_writable", lambda folder: False)
+    assert not fresh_place().lasts
+    assert os.access(fresh_place().folder.parent, os.W_OK)
+
+
+def test_kernels_of_a_wheel_are_copied_where_the_package_is_read_only(
+    monkeypatch, tmp_path, fresh_place
+):
+    package, user = tmp_path / "package", tmp_path / "cohelm"
+    (package / "maps").mkdir(parents=True)
+    (package / "maps" / "f.nbi").write_bytes(b"index")
+    (package / numba_setup.MANIFEST).write_text("made for this machine")
+    user.mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv(kernel_cache.FOLDER, raising=False)
+    monkeypatch.setattr(kernel_cache, "SOURCE", package)
+    monkeypatch.setattr(kernel_cache, "_is_writable", lambda folder: folder == user)
+    assert (fresh_place().folder / "maps" / "f.nbi").read_bytes() == b"index"
+    fresh_place.cache_clear()
+    assert kernel_cache.is_filled("maps")
+
+
+@pytest.mark.parametrize(
+    ("made_for", "is_v3", "matches"),
+    [(None, True, False), ("python 2, …", True, False), ("", True, True), ("", False, False)],
+)
+def test_kernels_of_a_wheel_are_used_only_where_they_match(
+    monkeypatch, tmp_path, made_for, is_v3, matches
+):
+    manifest = tmp_path / numba_setup.MANIFEST
+    if made_for is not None:
+        manifest.write_text(made_for or numba_setup.manifest(numba_setup.CPU))
+    monkeypatch.setattr(numba_setup, "__file__", str(tmp_path / "numba_setup.py"))
+    monkeypatch.setattr(numba_setup, "_is_v3", lambda: is_v3)
+    assert numba_setup.has_matching_kernels() == matches
+
+
+def test_a_cache_is_complete_for_this_code_and_cpu(monkeypatch, tmp_path):
+    monkeypatch.setattr(kernel_cache, "place", lambda: kernel_cache.Place(tmp_path / "cohelm"))
+    assert not kernel_cache.is_complete()
+    kernel_cache.mark_complete()
+    assert kernel_cache.is_complete()
+    monkeypatch.setenv(numba_setup.CPU_NAME, "another")
+    assert not kernel_cache.is_complete()
+
+
+def test_starting_costs_little():
+    code = "import time; t = time.process_time(); import cohelm; print(time.process_time() - t)"
+    times = [
+        float(subprocess.check_output([sys.executable, "-c", code], text=True)) for _ in range(3)
+    ]
+    assert min(times) < 0.03
