@@ -133,7 +133,7 @@ def identical(a: object, b: object, *, ignore: frozenset[str] = frozenset()) -> 
     if type(a) is not type(b):
         return False
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-        return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+        return a.shape == b.shape and a.dtype == b.dtype and _bytes(a) == _bytes(b)
     if dataclasses.is_dataclass(a) and not isinstance(a, type):
         return all(
             identical(getattr(a, f.name), getattr(b, f.name), ignore=ignore)
@@ -147,6 +147,12 @@ def identical(a: object, b: object, *, ignore: frozenset[str] = frozenset()) -> 
             identical(x, y, ignore=ignore) for x, y in zip(a, b, strict=True)
         )
     return bool(a == b or (a != a and b != b))  # noqa: PLR0124  # NaN is the one that differs
+
+
+def _bytes(array: NDArray[Any]) -> tuple[bytes, ...]:
+    """Content of an array; that of a table by column, because the gaps between are undefined."""
+    columns = array.dtype.names
+    return tuple(array[name].tobytes() for name in columns) if columns else (array.tobytes(),)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

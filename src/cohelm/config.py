@@ -10,8 +10,9 @@ import difflib
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar, get_origin
+from typing import Any, TypeVar, cast, get_origin
 
+import numpy as np
 import pydantic
 import yaml
 
@@ -37,6 +38,21 @@ _IN_YAML = {
     **dict.fromkeys(("tuple_type", "list_type"), "must be a list"),
 }
 """Messages in terms of YAML instead of Python types."""
+
+
+def number_record(parameters: _M) -> _M:
+    """Return the numbers among parameters as one structured scalar, for compiled code.
+
+    It has the type's names, int64 and float64; compiled code reads it without conversion of each
+    number.
+    """
+    numbers = {
+        name: number
+        for name, number in parameters
+        if isinstance(number, int | float) and not isinstance(number, bool)
+    }
+    kinds = [(name, np.int64 if isinstance(n, int) else np.float64) for name, n in numbers.items()]
+    return cast(_M, np.array(tuple(numbers.values()), np.dtype(kinds))[()])
 
 
 def read_yaml(file: Path, *, error: type[ConfigError] = ConfigError) -> dict[str, Any]:

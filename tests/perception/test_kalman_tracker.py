@@ -255,7 +255,7 @@ def test_ids_are_not_used_again_after_everyone_has_gone():
         here = [[4.0, 0.0]] if not 20 <= tick < 70 else np.empty((0, 2))
         people, memory = tracker.track(observation(time), (sighting(time, here),), memory)
         told.append(people)
-    assert len(told[60]) == len(memory.id) - 1 == 0
+    assert len(told[60]) == len(memory) - 1 == 0
     assert told[15].id.tolist() == [0]
     assert told[-1].id.tolist() == [1]
 

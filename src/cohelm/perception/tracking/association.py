@@ -8,15 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from scipy.optimize import linear_sum_assignment
 
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.perception.tracking.assignment import FORBIDDEN, NO_MATCH, assign
 from cohelm.perception.tracking.kalman import innovations
 
-NO_MATCH = -1
 _TENTATIVE_COST = 3.0
 """Extra cost of a match with a tentative track."""
-_FORBIDDEN = 1e9
 
 
 class Visibility(IntEnum):
@@ -56,7 +54,8 @@ class Measurements(NamedTuple):
     """(k,) m."""
 
 
-def associate(
+@njit(cache=True)
+def associate(  # a kernel takes plain arrays
     mean: Floats,
     covariance: Floats,
     confirmed: Booleans,
@@ -80,33 +79,40 @@ def associate(
     Returns:
         (m,) index of each track's detection, ``NO_MATCH`` for none, and (m,) its eᵀ S⁻¹ e.
     """
+    m, d = mean.shape[0], position.shape[0]
     mahalanobis_sq, log_det = innovations(mean, covariance, position, deviation)
-    offset = position[None, :, :] - mean[:, None, :2]
-    distance = np.sqrt(offset[..., 0] ** 2 + offset[..., 1] ** 2)
-    cost = mahalanobis_sq + log_det + _TENTATIVE_COST * ~confirmed[:, None]
-    allowed = mahalanobis_sq <= gates.max_mahalanobis_sq
-    allowed &= mahalanobis_sq + log_det <= gates.max_cost
-    allowed &= distance <= gates.max_distance[:, None]
-    match = np.full(len(mean), NO_MATCH)
-    rows, cols = _assign(np.where(allowed, cost, _FORBIDDEN))
-    match[rows] = cols
+    distance, cost = np.empty((m, d)), np.full((m, d), FORBIDDEN)
+    for t in range(m):
+        for j in range(d):
+            e0, e1 = position[j, 0] - mean[t, 0], position[j, 1] - mean[t, 1]
+            distance[t, j] = math.sqrt(e0 * e0 + e1 * e1)
+            likely = mahalanobis_sq[t, j] + log_det[t, j]
+            if (
+                mahalanobis_sq[t, j] <= gates.max_mahalanobis_sq
+                and likely <= gates.max_cost
+                and distance[t, j] <= gates.max_distance[t]
+            ):
+                cost[t, j] = likely + (0.0 if confirmed[t] else _TENTATIVE_COST)
+    match = assign(cost)
     # Second matching: near detections that no track has, for confirmed tracks.
-    unmatched = confirmed[:, None] & (distance <= 0.5 * gates.max_distance[:, None])
-    unmatched[rows] = False
-    unmatched[:, cols] = False
-    if unmatched.any():
-        rows, cols = _assign(np.where(unmatched, cost, _FORBIDDEN))
-        match[rows] = cols
-    of_match = np.zeros(len(mean))
-    matched = np.flatnonzero(match >= 0)
-    of_match[matched] = mahalanobis_sq[matched, match[matched]]
+    taken, unmatched = np.zeros(d, dtype=np.bool_), False
+    for t in range(m):
+        if match[t] >= 0:
+            taken[match[t]] = True
+    for t in range(m):
+        for j in range(d):
+            cost[t, j] = FORBIDDEN
+            free = confirmed[t] and match[t] < 0 and not taken[j]
+            if free and distance[t, j] <= 0.5 * gates.max_distance[t]:
+                cost[t, j] = mahalanobis_sq[t, j] + log_det[t, j]
+                unmatched = True
+    second = assign(cost) if unmatched else match
+    of_match = np.zeros(m)
+    for t in range(m):
+        match[t] = max(match[t], second[t])
+        if match[t] >= 0:
+            of_match[t] = mahalanobis_sq[t, match[t]]
     return match, of_match
-
-
-def _assign(cost: Floats) -> tuple[Integers, Integers]:
-    rows, cols = linear_sum_assignment(np.minimum(cost, _FORBIDDEN))
-    made = cost[rows, cols] < _FORBIDDEN
-    return rows[made], cols[made]
 
 
 @njit(cache=True)
@@ -150,6 +156,7 @@ def merged_partners(
     return partner
 
 
+@njit(cache=True)
 def measured_positions(
     mean: Floats, match: Integers, partner: Integers, position: Floats, deviation: Floats
 ) -> Measurements:
@@ -165,18 +172,27 @@ def measured_positions(
         position: (d, 2) m.
         deviation: (d,) m.
     """
-    shared = np.flatnonzero(partner >= 0)
-    other = partner[shared]
-    place, spread = np.zeros((len(mean), 2)), np.zeros(len(mean))
-    found = np.flatnonzero(match >= 0)
-    place[found], spread[found] = position[match[found]], deviation[match[found]]
-    apart = mean[shared, :2] - mean[other, :2]
-    wide = np.hypot(0.5 * np.hypot(apart[:, 0], apart[:, 1]), spread[other])
-    place[shared] = place[other] + 0.5 * apart
-    place[other] -= 0.5 * apart
-    spread[shared] = spread[other] = wide
-    track = np.flatnonzero((match >= 0) | (partner >= 0))
-    return Measurements(track, place[track], spread[track])
+    m, count = len(match), 0
+    place, spread = np.zeros((m, 2)), np.zeros(m)
+    for t in range(m):
+        if match[t] >= 0:
+            place[t], spread[t] = position[match[t]], deviation[match[t]]
+    for t in range(m):
+        other = partner[t]
+        if other < 0:
+            continue
+        half_x, half_y = 0.5 * (mean[t, 0] - mean[other, 0]), 0.5 * (mean[t, 1] - mean[other, 1])
+        place[t, 0], place[t, 1] = place[other, 0] + half_x, place[other, 1] + half_y
+        place[other, 0] -= half_x
+        place[other, 1] -= half_y
+        spread[t] = math.hypot(math.hypot(half_x, half_y), spread[other])
+        spread[other] = spread[t]
+    track = np.empty(m, dtype=np.int64)
+    for t in range(m):
+        if match[t] >= 0 or partner[t] >= 0:
+            track[count], place[count], spread[count] = t, place[t], spread[t]
+            count += 1
+    return Measurements(track[:count], place[:count], spread[:count])
 
 
 @njit(cache=True)

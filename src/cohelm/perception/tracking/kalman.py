@@ -25,22 +25,9 @@ def predict(mean: Floats, covariance: Floats, dt: Floats, q: Floats) -> tuple[Fl
         dt: (n,) s, ≥ 0.
         q: (n,) m²/s³.
     """
-    n = mean.shape[0]
     x, P = mean.copy(), covariance.copy()
-    for t in range(n):
-        d = dt[t]
-        for i in range(2):
-            x[t, i] += d * mean[t, i + 2]
-            for j in range(2):
-                pv, vp = covariance[t, i, j + 2], covariance[t, i + 2, j]
-                vv = covariance[t, i + 2, j + 2]
-                P[t, i, j] += d * (pv + vp) + d * d * vv
-                P[t, i, j + 2] += d * vv
-                P[t, i + 2, j] += d * vv
-            P[t, i, i] += q[t] * d**3 / 3.0
-            P[t, i, i + 2] += q[t] * d**2 / 2.0
-            P[t, i + 2, i] += q[t] * d**2 / 2.0
-            P[t, i + 2, i + 2] += q[t] * d
+    for t in range(mean.shape[0]):
+        predict_state(x[t], P[t], dt[t], q[t])
     return x, P
 
 
@@ -58,33 +45,55 @@ def update(
         position: (n, 2) m.
         deviation: (n,) m, > 0.
     """
-    n = mean.shape[0]
     x, P = mean.copy(), covariance.copy()
-    K, A, B = np.empty((4, 2)), np.empty((4, 4)), np.empty((4, 4))
-    for t in range(n):
-        C = covariance[t]
-        r = deviation[t] * deviation[t]
-        sxx, sxy, syy = C[0, 0] + r, C[0, 1], C[1, 1] + r
-        det = sxx * syy - sxy * sxy
-        e0, e1 = position[t, 0] - mean[t, 0], position[t, 1] - mean[t, 1]
-        for i in range(4):
-            K[i, 0] = (C[i, 0] * syy - C[i, 1] * sxy) / det
-            K[i, 1] = (C[i, 1] * sxx - C[i, 0] * sxy) / det
-            x[t, i] += K[i, 0] * e0 + K[i, 1] * e1
-            for j in range(4):
-                A[i, j] = (1.0 if i == j else 0.0) - (K[i, j] if j < 2 else 0.0)
-        for i in range(4):
-            for j in range(4):
-                B[i, j] = 0.0
-                for k in range(4):
-                    B[i, j] += A[i, k] * C[k, j]
-        for i in range(4):
-            for j in range(4):
-                total = r * (K[i, 0] * K[j, 0] + K[i, 1] * K[j, 1])
-                for k in range(4):
-                    total += B[i, k] * A[j, k]
-                P[t, i, j] = total
+    for t in range(mean.shape[0]):
+        update_state(x[t], P[t], position[t], deviation[t])
     return x, P
+
+
+@njit(cache=True)
+def predict_state(x: Floats, P: Floats, dt: float, q: float) -> None:
+    """:func:`predict` of one state (4,) and (4, 4), in place."""
+    for i in range(2):
+        x[i] += dt * x[i + 2]
+        # Every entry is read before it changes.
+        for j in range(2):
+            pv, vp, vv = P[i, j + 2], P[i + 2, j], P[i + 2, j + 2]
+            P[i, j] += dt * (pv + vp) + dt * dt * vv
+            P[i, j + 2] += dt * vv
+            P[i + 2, j] += dt * vv
+        P[i, i] += q * dt**3 / 3.0
+        P[i, i + 2] += q * dt**2 / 2.0
+        P[i + 2, i] += q * dt**2 / 2.0
+        P[i + 2, i + 2] += q * dt
+
+
+@njit(cache=True)
+def update_state(x: Floats, P: Floats, position: Floats, deviation: float) -> None:
+    """:func:`update` of one state (4,) and (4, 4) with a position (2,), in place."""
+    K, A, B = np.empty((4, 2)), np.empty((4, 4)), np.empty((4, 4))
+    r = deviation * deviation
+    sxx, sxy, syy = P[0, 0] + r, P[0, 1], P[1, 1] + r
+    det = sxx * syy - sxy * sxy
+    e0, e1 = position[0] - x[0], position[1] - x[1]
+    for i in range(4):
+        K[i, 0] = (P[i, 0] * syy - P[i, 1] * sxy) / det
+        K[i, 1] = (P[i, 1] * sxx - P[i, 0] * sxy) / det
+        x[i] += K[i, 0] * e0 + K[i, 1] * e1
+        # A = I − K H
+        for j in range(4):
+            A[i, j] = (1.0 if i == j else 0.0) - (K[i, j] if j < 2 else 0.0)
+    for i in range(4):
+        for j in range(4):
+            B[i, j] = 0.0
+            for k in range(4):
+                B[i, j] += A[i, k] * P[k, j]
+    for i in range(4):
+        for j in range(4):
+            total = r * (K[i, 0] * K[j, 0] + K[i, 1] * K[j, 1])
+            for k in range(4):
+                total += B[i, k] * A[j, k]
+            P[i, j] = total
 
 
 @njit(cache=True)
@@ -111,6 +120,12 @@ def larger_deviation(covariance: Floats) -> Floats:
     """√ of the larger eigenvalue of symmetric matrices (n, 2, 2); (n,)."""
     out = np.empty(covariance.shape[0])
     for t in range(covariance.shape[0]):
-        a, b, c = covariance[t, 0, 0], covariance[t, 0, 1], covariance[t, 1, 1]
-        out[t] = np.sqrt(0.5 * (a + c) + np.hypot(0.5 * (a - c), b))
+        out[t] = larger_axis(covariance[t, 0, 0], covariance[t, 0, 1], covariance[t, 1, 1])
     return out
+
+
+@njit(cache=True, inline="always")
+def larger_axis(a: float, b: float, c: float) -> float:
+    """√ of the larger eigenvalue of [[a, b], [b, c]]."""
+    deviation: float = np.sqrt(0.5 * (a + c) + np.hypot(0.5 * (a - c), b))
+    return deviation

@@ -1,46 +1,47 @@
-"""Tracker of people: batched constant-velocity Kalman filter with optimal assignment."""
+"""Tracker of people: constant-velocity Kalman filters with optimal assignment, in one kernel."""
 
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 
-from cohelm.arrays import Booleans, Floats, Integers, unchecked
+from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.config import number_record
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
 from cohelm.perception.sensor_clocks import CLOCK_RESET
 from cohelm.perception.tracking.association import (
     Gates,
-    Visibility,
     associate,
     measured_positions,
     merged_partners,
-    visibility,
 )
-from cohelm.perception.tracking.kalman import larger_deviation, predict, update
-from cohelm.perception.tracking.track_evidence import Matches, update_track_evidence
+from cohelm.perception.tracking.kalman import larger_axis, predict_state, update_state
+from cohelm.perception.tracking.track_evidence import (
+    Matches,
+    is_confirmed,
+    log_odds,
+    mark_unseen,
+    update_evidence,
+)
 from cohelm.perception.tracking.tracks import (
-    PER_TRACK,
+    TRACK,
     PersonDetections,
+    ScanTable,
     TrackerParameters,
     TrackerState,
-    new_tracks,
+    Tracks,
     no_tracks,
     person_detections,
+    scan_table,
+    start_track,
 )
 
 MAX_STEP = 5.0
 """Longest prediction of the filter at once, s."""
-_TIME_WEIGHTS = {
-    Visibility.UNCLEAR: 1.0,
-    Visibility.SEEN_THROUGH: 3.0,
-    Visibility.OCCLUDED: 0.4,
-    Visibility.OCCUPIED: 0.6,
-    Visibility.OUT_OF_VIEW: 0.6,
-}
-_TIME_WEIGHT = np.array([_TIME_WEIGHTS[each] for each in Visibility])
-"""Weight of a confirmed track's unseen time, by the visibility of its place."""
 _UNSEEN_COST = 0.15, 0.35
 """Share of the confidence lost when unseen, and lost with time until a track is not reported."""
 _STEADY_NIS, _MANOEUVRE_NIS = 4.0, 10.0
@@ -65,7 +66,8 @@ class KalmanTracker:
     uses_change_detection = True
 
     def __init__(self, parameters: TrackerParameters | None = None) -> None:
-        self.parameters = parameters or TrackerParameters()
+        self.parameters = p = parameters or TrackerParameters()
+        self._record = number_record(p)
 
     def track(
         self,
@@ -85,149 +87,204 @@ class KalmanTracker:
         if now < state.time - CLOCK_RESET:
             state = no_tracks(first, state.next_id)
         for scan in scans:
-            state = self._update(state, scan)
-        return self._people(state, now), state
+            tracks, time, next_id = update_tracks(
+                state.tracks, state.time, state.next_id, scan_table(scan), self._record
+            )
+            tracks.flags.writeable = False
+            state = TrackerState(time=time, next_id=next_id, tracks=tracks)
+        found = report_people(state.tracks, state.time, now, self._record)
+        return People(time=now, **found._asdict()), state
 
-    def _update(self, state: TrackerState, scan: Detections) -> TrackerState:
-        """State after one scan."""
-        p = self.parameters
-        found = person_detections(scan)
-        step, time = _elapsed(state.time, found.time), max(state.time, found.time)
-        late = min(_elapsed(found.time, state.time), CLOCK_RESET)
-        mean, covariance = self._predicted(state, step)
-        # A late scan is compared with the positions at its time. The covariance stays that of the
-        # present: a scan is late by fractions of a second.
-        then = mean.copy()
-        then[:, :2] -= late * mean[:, 2:]
-        since = time - state.last_seen
-        max_cost = -2.0 * math.log(2.0 * math.pi * p.birth_density)
-        gates = Gates(p.gate, max_cost, p.match_distance + p.match_distance_growth * since)
-        match, mahalanobis_sq = associate(
-            then, covariance, state.confirmed, found.position, found.deviation, gates
+
+class PersonTable(NamedTuple):
+    """Reported people: the columns of ``People``."""
+
+    id: Integers
+    mean: Floats
+    covariance: Floats
+    heading: Floats
+    radius: Floats
+    confidence: Floats
+
+
+@njit(cache=True)
+def update_tracks(
+    tracks: Tracks, time: float, next_id: int, scan: ScanTable, p: TrackerParameters
+) -> tuple[Tracks, float, int]:
+    """Update tracks with one scan; also return the new time and the next unused id.
+
+    Args:
+        tracks: (m,) at ``time``.
+        time: of the last scan, s.
+        next_id: larger than any id used so far.
+        scan: the scan.
+        p: the parameters.
+    """
+    found = person_detections(scan)
+    step, now = _elapsed(time, scan.time), max(time, scan.time)
+    late = min(_elapsed(scan.time, time), CLOCK_RESET)
+    mean, covariance = _predicted(tracks, time, step, p)
+    matches = _correct(tracks, mean, covariance, found, (now, late), p)
+    # The known tracks after the scan.
+    known = tracks.copy()
+    for t in range(len(known)):
+        known[t].mean[:] = mean[t]
+        known[t].covariance[:] = covariance[t]
+    update_evidence(known, found, matches, scan, p)
+    mark_unseen(known, matches, scan, step, p.window)
+    alive = np.empty(len(known), dtype=np.bool_)
+    for t in range(len(known)):
+        known[t].confirmed = is_confirmed(known[t], matches.detection[t], now, p)
+        patience = p.patience if known[t].confirmed else p.tentative_patience
+        alive[t] = known[t].unseen_time <= patience
+    # Deaths, then births.
+    new, n = _unexplained(found, matches, mean, p.separation), alive.sum()
+    out = np.zeros(n + new.sum(), TRACK)
+    out[:n] = known[alive]
+    for j in range(len(new)):
+        if new[j]:
+            start_track(out[n], next_id, found, j, scan, p)
+            out[n].confirmed = now - time >= p.single_hit_interval and _is_sure(out[n], p)
+            n, next_id = n + 1, next_id + 1
+    return out, now, next_id
+
+
+@njit(cache=True)
+def report_people(tracks: Tracks, time: float, now: float, p: TrackerParameters) -> PersonTable:
+    """Confirmed tracks at ``now`` whose place is known.
+
+    Args:
+        tracks: (m,) at ``time``.
+        time: of the last scan, s.
+        now: s.
+        p: the parameters.
+    """
+    ahead = _elapsed(time, now)
+    mean, covariance = _predicted(tracks, time, ahead, p)
+    m, n = len(tracks), 0
+    out = PersonTable(
+        np.empty(m, dtype=np.int64), mean, covariance, np.empty(m), np.empty(m), np.empty(m)
+    )
+    for t in range(m):
+        track, P = tracks[t], covariance[t]
+        unseen = track.unseen_time
+        if not track.confirmed or not unseen + ahead <= p.report_unseen:
+            continue
+        if not track.seen_through_time <= p.report_seen_through:
+            continue
+        if not larger_axis(P[0, 0], P[0, 1], P[1, 1]) <= p.report_deviation:
+            continue
+        # Rows move up to the place of those that are not reported.
+        out.id[n], out.mean[n], out.covariance[n] = track.id, mean[t], covariance[t]
+        out.heading[n], out.radius[n] = track.heading, track.radius
+        cost = (_UNSEEN_COST[0] if unseen > 0.0 else 0.0) + _UNSEEN_COST[1] * min(
+            unseen / p.report_unseen, 1.0
         )
-        missing = (match < 0) & state.confirmed & (since < p.patience)
-        partner = merged_partners(then, missing, match, found.position, found.radius, p.separation)
-        track, place, deviation = measured_positions(
-            then, match, partner, found.position, found.deviation
-        )
-        # An improbable match inflates the covariance: the track has manoeuvred.
-        inflation = np.maximum(mahalanobis_sq[track] / p.gate, 1.0)[:, None, None]
-        mean[track], covariance[track] = update(
-            mean[track], inflation * covariance[track], place + late * mean[track, 2:], deviation
-        )
-        merged = partner >= 0
-        merged[partner[merged]] = True
-        matches = Matches(match, mahalanobis_sq, merged)
-        tracks = update_track_evidence(state, mean, covariance, found, matches, p)
-        tracks = self._mark_unseen(tracks, scan, matches, step)
-        tracks = self._confirm(tracks, matches, time)
-        return self._births_and_deaths(tracks, found, matches, time)
-
-    def _predicted(self, state: TrackerState, step: float) -> tuple[Floats, Floats]:
-        """Mean and covariance ``step`` later; q grows with the mean NIS."""
-        p = self.parameters
-        share = np.clip((state.nis - _STEADY_NIS) / (_MANOEUVRE_NIS - _STEADY_NIS), 0.0, 1.0)
-        q = p.process_noise + share * max(p.manoeuvre_process_noise - p.process_noise, 0.0)
-        unseen = min(p.unseen_process_noise, p.process_noise)
-        q = np.where(state.last_seen < state.time, unseen, q)
-        return predict(state.mean, state.covariance, np.full(len(state), step), q)
-
-    def _mark_unseen(
-        self, tracks: TrackerState, scan: Detections, matches: Matches, step: float
-    ) -> TrackerState:
-        """Add the unseen time of undetected tracks, weighted by visibility."""
-        detected = matches.detected
-        missed = np.flatnonzero(~detected & ~matches.merged)
-        discs = np.column_stack([tracks.mean[missed, :2], tracks.radius[missed]])
-        state = visibility(scan.origin, scan.points, scan.free_ends, discs)
-        weight = np.where(tracks.confirmed[missed], _TIME_WEIGHT[state], 1.0)
-        unseen = np.where(detected, 0.0, tracks.unseen_time)
-        seen_through = np.where(detected, 0.0, tracks.seen_through_time)
-        unseen[missed] += step * weight
-        seen_through[missed] += step * (state == Visibility.SEEN_THROUGH)
-        looked = np.ones(len(tracks), dtype=np.bool_)
-        looked[missed] = state != Visibility.OUT_OF_VIEW
-        return unchecked(
-            tracks,
-            unseen_time=unseen,
-            seen_through_time=seen_through,
-            detection_history=self._shifted_history(tracks.detection_history, looked, detected),
-        )
-
-    def _shifted_history(self, history: Integers, looked: Booleans, detected: Booleans) -> Integers:
-        """Bits (m,) of the last scans, one place on where a scan looked."""
-        shifted: Integers = (history << looked) | detected
-        return shifted & ((1 << self.parameters.window) - 1)
-
-    def _confirm(self, tracks: TrackerState, matches: Matches, time: float) -> TrackerState:
-        """Confirm or reject tracks by detections and evidence, with hysteresis."""
-        p = self.parameters
-        odds, shape = tracks.log_odds, tracks.shape_log_odds
-        hits = np.bitwise_count(tracks.detection_history)
-        sure = (odds >= p.sure_log_odds) & (time - tracks.birth_time >= p.sure_age)
-        often = hits >= np.where(sure, p.sure_hits, min(p.hits, p.window))
-        arrived = tracks.has_walked | (tracks.motion_log_odds >= p.arrived_log_odds)
-        static = (shape >= p.static_shape) & (tracks.shape_looks >= p.static_looks)
-        is_person = np.where(arrived, odds >= p.confirm_log_odds, static)
-        least = np.where(tracks.has_walked, p.reject_log_odds, p.unmoved_reject_log_odds)
-        stays = (odds > least) | (shape > p.static_shape_kept)
-        confirmed = (matches.detected & often & is_person) | (tracks.confirmed & stays)
-        return unchecked(tracks, confirmed=confirmed)
-
-    def _births_and_deaths(
-        self, tracks: TrackerState, found: PersonDetections, matches: Matches, time: float
-    ) -> TrackerState:
-        """Delete tracks that are unseen for too long; start tracks from unmatched detections."""
-        p = self.parameters
-        detected = matches.detected
-        new = np.ones(len(found), dtype=np.bool_)
-        new[matches.detection[detected]] = False
-        new[new] = ~_is_near(found.position[new], tracks.mean[detected, :2], p.separation)
-        patience = np.where(tracks.confirmed, p.patience, p.tentative_patience)
-        alive = tracks.unseen_time <= patience
-        count = int(new.sum())
-        rows = {name: getattr(tracks, name) for name in PER_TRACK}
-        if not alive.all():
-            rows = {name: row[alive] for name, row in rows.items()}
-        if count:
-            born = new_tracks(found, new, tracks.next_id, p.speed_deviation)
-            if time - tracks.time >= p.single_hit_interval:
-                odds = born["shape_log_odds"] + born["motion_log_odds"]
-                sure = (born["shape_looks"] >= 1.0) & (born["motion_log_odds"] >= p.sure_log_odds)
-                born["confirmed"] = sure & (odds >= p.sure_log_odds)
-            rows = {name: np.concatenate([row, born[name]]) for name, row in rows.items()}
-        return TrackerState(time=time, next_id=tracks.next_id + count, **rows)
-
-    def _people(self, state: TrackerState, now: float) -> People:
-        """Confirmed tracks at ``now`` whose place is known."""
-        p = self.parameters
-        ahead = _elapsed(state.time, now)
-        mean, covariance = self._predicted(state, ahead)
-        report = state.confirmed & (state.unseen_time + ahead <= p.report_unseen)
-        report &= state.seen_through_time <= p.report_seen_through
-        report &= larger_deviation(covariance[:, :2, :2]) <= p.report_deviation
-        sure = 1.0 / (1.0 + np.exp(-state.log_odds[report]))
-        unseen = state.unseen_time[report]
-        cost = _UNSEEN_COST[0] * (unseen > 0.0)
-        cost = cost + _UNSEEN_COST[1] * np.minimum(unseen / p.report_unseen, 1.0)
-        return People(
-            time=now,
-            id=state.id[report],
-            mean=mean[report],
-            covariance=covariance[report],
-            heading=state.heading[report],
-            radius=state.radius[report],
-            confidence=sure * (1.0 - cost),
-        )
+        out.confidence[n] = 1.0 / (1.0 + math.exp(-log_odds(track))) * (1.0 - cost)
+        n += 1
+    return PersonTable(
+        out.id[:n],
+        out.mean[:n],
+        out.covariance[:n],
+        out.heading[:n],
+        out.radius[:n],
+        out.confidence[:n],
+    )
 
 
+@njit(cache=True)
 def _elapsed(before: float, now: float) -> float:
     """Elapsed time, s; 0 if the clock stands, runs back or is not a number."""
     return min(now - before, MAX_STEP) if now > before else 0.0
 
 
-def _is_near(a: Floats, b: Floats, distance: float) -> Booleans:
-    """Mask of ``a`` (d, 2) with one of ``b`` (m, 2) within ``distance``; (d,)."""
-    offset = a[:, None, :] - b[None, :, :]
-    near: Booleans = np.any(np.hypot(offset[..., 0], offset[..., 1]) < distance, axis=1)
-    return near
+@njit(cache=True)
+def _predicted(
+    tracks: Tracks, time: float, step: float, p: TrackerParameters
+) -> tuple[Floats, Floats]:
+    """Mean (m, 4) and covariance (m, 4, 4) ``step`` later; q grows with the mean NIS."""
+    m = len(tracks)
+    mean, covariance = np.empty((m, 4)), np.empty((m, 4, 4))
+    for t in range(m):
+        mean[t], covariance[t] = tracks[t].mean, tracks[t].covariance
+        share = (tracks[t].nis - _STEADY_NIS) / (_MANOEUVRE_NIS - _STEADY_NIS)
+        share = min(max(share, 0.0), 1.0)
+        q = p.process_noise + share * max(p.manoeuvre_process_noise - p.process_noise, 0.0)
+        if tracks[t].last_seen < time:
+            q = min(p.unseen_process_noise, p.process_noise)
+        predict_state(mean[t], covariance[t], step, q)
+    return mean, covariance
+
+
+@njit(cache=True)
+def _correct(
+    tracks: Tracks,
+    mean: Floats,
+    covariance: Floats,
+    found: PersonDetections,
+    times: tuple[float, float],
+    p: TrackerParameters,
+) -> Matches:
+    """Match the tracks, and update their predicted states with the detections, in place.
+
+    A late scan is compared with the positions at its time. The covariance stays that of the
+    present: a scan is late by fractions of a second.
+
+    Args:
+        tracks: (m,) before the scan.
+        mean, covariance: predicted, (m, 4) and (m, 4, 4).
+        found: possible people of the scan.
+        times: (time of the tracks after the scan, lateness of the scan), s.
+        p: the parameters.
+    """
+    (now, late), m = times, len(tracks)
+    then, reach = mean.copy(), np.empty(m)
+    confirmed, missing = np.empty(m, dtype=np.bool_), np.empty(m, dtype=np.bool_)
+    for t in range(m):
+        then[t, 0] -= late * mean[t, 2]
+        then[t, 1] -= late * mean[t, 3]
+        reach[t] = p.match_distance + p.match_distance_growth * (now - tracks[t].last_seen)
+        confirmed[t] = tracks[t].confirmed
+    gates = Gates(p.gate, -2.0 * math.log(2.0 * math.pi * p.birth_density), reach)
+    match, mahalanobis_sq = associate(
+        then, covariance, confirmed, found.position, found.deviation, gates
+    )
+    for t in range(m):
+        missing[t] = match[t] < 0 and confirmed[t] and now - tracks[t].last_seen < p.patience
+    partner = merged_partners(then, missing, match, found.position, found.radius, p.separation)
+    measured = measured_positions(then, match, partner, found.position, found.deviation)
+    for k in range(len(measured.track)):
+        t = measured.track[k]
+        # An improbable match inflates the covariance: the track has manoeuvred.
+        covariance[t] *= max(mahalanobis_sq[t] / p.gate, 1.0)
+        measured.position[k, 0] += late * mean[t, 2]
+        measured.position[k, 1] += late * mean[t, 3]
+        update_state(mean[t], covariance[t], measured.position[k], measured.deviation[k])
+    merged = partner >= 0
+    for t in range(m):
+        if partner[t] >= 0:
+            merged[partner[t]] = True
+    return Matches(match, mahalanobis_sq, merged)
+
+
+@njit(cache=True)
+def _unexplained(
+    found: PersonDetections, matches: Matches, mean: Floats, separation: float
+) -> Booleans:
+    """Mask (d,) of detections without a track, and without a detected one (m, 4) near them."""
+    new = np.ones(len(found.radius), dtype=np.bool_)
+    for t in range(len(mean)):
+        if matches.detection[t] < 0:
+            continue
+        new[matches.detection[t]] = False
+        for j in range(len(new)):
+            dx, dy = found.position[j, 0] - mean[t, 0], found.position[j, 1] - mean[t, 1]
+            new[j] = new[j] and not math.hypot(dx, dy) < separation
+    return new
+
+
+@njit(cache=True)
+def _is_sure(track: Any, p: TrackerParameters) -> bool:
+    """Check that the first detection of a track leaves little doubt."""
+    sure = track.shape_looks >= 1.0 and track.motion_log_odds >= p.sure_log_odds
+    return bool(sure and track.shape_log_odds + track.motion_log_odds >= p.sure_log_odds)

@@ -1,13 +1,21 @@
-"""Evidence that detected tracks are people: walking, shape, agility and rest."""
+"""Evidence that tracks are people: walking, shape, agility, rest and visibility."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 
-from cohelm.arrays import Booleans, Floats, Integers, unchecked
-from cohelm.perception.tracking.tracks import PersonDetections, TrackerParameters, TrackerState
+from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.perception.tracking.association import Visibility, visibility
+from cohelm.perception.tracking.tracks import (
+    PersonDetections,
+    ScanTable,
+    TrackerParameters,
+    Tracks,
+)
 
 _RADIUS_RATE = 0.2
 """Weight of the latest observation in the running mean of the radius."""
@@ -20,6 +28,15 @@ _STATIC_FROM, _STATIC_GAIN = -1.0, 2.0
 """Log-odds of arrival below which a detection is punished for standing still, and the factor of
 what is below. A cloud's detection whose place was never seen empty has −0.9 and stays unpunished:
 it may be a standing person."""
+_TIME_WEIGHTS = {
+    Visibility.UNCLEAR: 1.0,
+    Visibility.SEEN_THROUGH: 3.0,
+    Visibility.OCCLUDED: 0.4,
+    Visibility.OCCUPIED: 0.6,
+    Visibility.OUT_OF_VIEW: 0.6,
+}
+_TIME_WEIGHT = np.array([_TIME_WEIGHTS[each] for each in Visibility])
+"""Weight of a confirmed track's unseen time, by the visibility of its place."""
 
 
 class Matches(NamedTuple):
@@ -32,139 +49,149 @@ class Matches(NamedTuple):
     merged: Booleans
     """(m,) True for both of two people who share a cluster."""
 
-    @property
-    def detected(self) -> Booleans:
-        """(m,) True for tracks with a detection of their own."""
-        return np.asarray(self.detection >= 0)
 
-
-def update_track_evidence(
-    tracks: TrackerState,
-    mean: Floats,
-    covariance: Floats,
+@njit(cache=True)
+def update_evidence(
+    tracks: Tracks,
     found: PersonDetections,
     matches: Matches,
+    scan: ScanTable,
     p: TrackerParameters,
-) -> TrackerState:
-    """Update the states and the evidence of detected tracks.
+) -> None:
+    """Update the evidence of detected tracks, whose states are those after the scan, in place.
 
     A cluster of two people says nothing about the size, shape or agility of either.
 
     Args:
-        tracks: before the scan.
-        mean, covariance: (m, 4) and (m, 4, 4) after it.
+        tracks: (m,).
         found: possible people of the scan.
         matches: of tracks and possible people.
+        scan: the scan.
         p: the parameters.
     """
-    detected = matches.detected
-    alone = np.flatnonzero(detected & ~matches.merged)
-    walks, motion = _update_motion(tracks, mean, covariance, found, matches, p)
-    radius, shape, looks = _update_shape(tracks, found, alone, matches.detection[alone], p)
-    return unchecked(
-        tracks,
-        mean=mean,
-        covariance=covariance,
-        heading=_updated_heading(tracks, mean, covariance, detected, p),
-        radius=radius,
-        shape_log_odds=shape,
-        shape_looks=looks,
-        motion_log_odds=motion,
-        static_penalty=_updated_static_penalty(tracks, found, matches, p),
-        nis=_updated_nis(tracks, alone, matches.mahalanobis_sq),
-        last_seen=np.where(detected, found.time, tracks.last_seen),
-        has_walked=tracks.has_walked | (detected & walks),
-    )
+    for t in range(len(tracks)):
+        track, j = tracks[t], matches.detection[t]
+        if j < 0:
+            continue
+        walks = _update_motion(track, found.arrival_log_odds[j], found.shape_weight[j], scan, p)
+        if not matches.merged[t]:
+            weight = found.shape_weight[j]
+            track.radius += _RADIUS_RATE * (found.radius[j] - track.radius)
+            track.shape_looks += weight
+            rate = weight * max(p.shape_rate, 1.0 / track.shape_looks)
+            track.shape_log_odds += rate * (found.log_odds[j] - track.shape_log_odds)
+            nis = min(matches.mahalanobis_sq[t], _MAX_NIS)
+            track.nis += _NIS_RATE * (nis - track.nis)
+        penalty = _STATIC_GAIN * min(found.arrival_log_odds[j] - _STATIC_FROM, 0.0)
+        track.static_penalty += p.shape_rate * (penalty - track.static_penalty)
+        track.last_seen = scan.time
+        track.has_walked = track.has_walked or walks
+        if _is_faster(track, p.heading_speed):
+            track.heading = math.atan2(track.mean[3], track.mean[2])
 
 
+@njit(cache=True)
 def _update_motion(
-    tracks: TrackerState,
-    mean: Floats,
-    covariance: Floats,
-    found: PersonDetections,
-    matches: Matches,
-    p: TrackerParameters,
-) -> tuple[Booleans, Floats]:
-    """(True for tracks that walk (m,), log-odds of motion (m,)).
+    track: Any, arrival: float, shape_weight: float, scan: ScanTable, p: TrackerParameters
+) -> bool:
+    """Update the log-odds of motion, in place; True if the track walks.
 
     A track walks if it is far enough from its birthplace, and fast, at a place that has changed.
-    """
-    detected, detection = matches.detected, matches.detection[matches.detected]
-    driven = np.hypot(*(found.origin - tracks.viewpoint).T)
-    driven = np.minimum(driven / p.parallax_driven, 1.0)
-    least = p.walked_distance + p.parallax * driven
-    far = np.hypot(*(mean[:, :2] - tracks.birthplace).T) > least
-    walks = far & _is_faster(mean, covariance, p.walking_speed)
-    # Few returns seen from a moving sensor are little evidence of motion.
-    arrival, credit = np.zeros(len(tracks)), np.ones(len(tracks))
-    arrival[detected] = found.arrival_log_odds[detection]
-    credit[detected] -= driven[detected] * (1.0 - found.shape_weight[detection])
-    known = (tracks.shape_log_odds > p.walking_shape) & (
-        found.time - tracks.birth_time >= p.walking_age
-    )
-    walks &= (arrival >= p.static_moved) & ((arrival > 0.0) | known | (not found.has_changes))
-    loss = np.where(tracks.has_walked, -p.motion_loss, -p.arrival_loss)
-    motion = tracks.motion_log_odds + np.where(walks, p.motion_gain * credit, loss) * detected
-    motion[detected] = np.maximum(motion, arrival * credit)[detected]
-    return walks, np.clip(motion, 0.0, _MAX_MOTION)
-
-
-def _update_shape(
-    tracks: TrackerState,
-    found: PersonDetections,
-    alone: Integers,
-    detection: Integers,
-    p: TrackerParameters,
-) -> tuple[Floats, Floats, Floats]:
-    """(radius, log-odds of the shape, observations of the shape), (m,) each.
 
     Args:
-        tracks: before the scan.
-        found: possible people of the scan.
-        alone: (k,) tracks with a cluster of their own.
-        detection: (k,) detections of these.
+        track: with the shape's log-odds from before the scan.
+        arrival: log-odds of arrival of its detection.
+        shape_weight: of its detection.
+        scan: the scan.
         p: the parameters.
     """
-    radius, shape = tracks.radius.copy(), tracks.shape_log_odds.copy()
-    looks, weight = tracks.shape_looks.copy(), found.shape_weight[detection]
-    radius[alone] += _RADIUS_RATE * (found.radius[detection] - tracks.radius[alone])
-    looks[alone] += weight
-    rate = weight * np.maximum(p.shape_rate, 1.0 / looks[alone])
-    shape[alone] += rate * (found.log_odds[detection] - tracks.shape_log_odds[alone])
-    return radius, shape, looks
+    moved_x, moved_y = scan.origin[0] - track.viewpoint[0], scan.origin[1] - track.viewpoint[1]
+    driven = min(math.hypot(moved_x, moved_y) / p.parallax_driven, 1.0)
+    away_x = track.mean[0] - track.birthplace[0]
+    away_y = track.mean[1] - track.birthplace[1]
+    far = math.hypot(away_x, away_y) > p.walked_distance + p.parallax * driven
+    # Few returns seen from a moving sensor are little evidence of motion.
+    credit = 1.0 - driven * (1.0 - shape_weight)
+    known = track.shape_log_odds > p.walking_shape and (
+        scan.time - track.birth_time >= p.walking_age
+    )
+    changed = arrival >= p.static_moved and (arrival > 0.0 or known or not scan.has_changes)
+    walks = far and changed and _is_faster(track, p.walking_speed)
+    loss = p.motion_loss if track.has_walked else p.arrival_loss
+    motion = track.motion_log_odds + (p.motion_gain * credit if walks else -loss)
+    track.motion_log_odds = min(max(motion, arrival * credit, 0.0), _MAX_MOTION)
+    return bool(walks)
 
 
-def _updated_nis(tracks: TrackerState, alone: Integers, mahalanobis_sq: Floats) -> Floats:
-    nis = tracks.nis.copy()
-    nis[alone] += _NIS_RATE * (np.minimum(mahalanobis_sq[alone], _MAX_NIS) - tracks.nis[alone])
-    return nis
+@njit(cache=True)
+def mark_unseen(
+    tracks: Tracks, matches: Matches, scan: ScanTable, step: float, window: int
+) -> None:
+    """Update unseen times, weighted by visibility, and the history of detections, in place.
+
+    Args:
+        tracks: (m,).
+        matches: of tracks and possible people.
+        scan: the scan.
+        step: time since the last scan, s.
+        window: number of scans of the history.
+    """
+    missed = np.flatnonzero((matches.detection < 0) & ~matches.merged)
+    discs = np.empty((len(missed), 3))
+    for k in range(len(missed)):
+        track = tracks[missed[k]]
+        discs[k, 0], discs[k, 1], discs[k, 2] = track.mean[0], track.mean[1], track.radius
+    seen_as = visibility(scan.origin, scan.points, scan.free_ends, discs)
+    looked = np.ones(len(tracks), dtype=np.bool_)
+    for k in range(len(missed)):
+        track = tracks[missed[k]]
+        track.unseen_time += step * (_TIME_WEIGHT[seen_as[k]] if track.confirmed else 1.0)
+        if seen_as[k] == Visibility.SEEN_THROUGH:
+            track.seen_through_time += step
+        looked[missed[k]] = seen_as[k] != Visibility.OUT_OF_VIEW
+    for t in range(len(tracks)):
+        track, detected = tracks[t], matches.detection[t] >= 0
+        if detected:
+            track.unseen_time = track.seen_through_time = 0.0
+        # One place on where the scan looked.
+        history = (track.detection_history << int(looked[t])) | int(detected)
+        track.detection_history = history & ((1 << window) - 1)
 
 
-def _updated_static_penalty(
-    tracks: TrackerState, found: PersonDetections, matches: Matches, p: TrackerParameters
-) -> Floats:
-    detected, penalty = matches.detected, tracks.static_penalty.copy()
-    arrival = found.arrival_log_odds[matches.detection[detected]]
-    now = _STATIC_GAIN * np.minimum(arrival - _STATIC_FROM, 0.0)
-    penalty[detected] += p.shape_rate * (now - tracks.static_penalty[detected])
-    return penalty
+@njit(cache=True)
+def is_confirmed(track: Any, detection: int, time: float, p: TrackerParameters) -> bool:
+    """Confirm or reject a track by detections and evidence, with hysteresis.
+
+    Args:
+        track: with the evidence of the scan.
+        detection: its index in the scan, or ``NO_MATCH``.
+        time: of the scan, s.
+        p: the parameters.
+    """
+    odds, hits = log_odds(track), 0
+    for k in range(p.window):
+        hits += (track.detection_history >> k) & 1
+    sure = odds >= p.sure_log_odds and time - track.birth_time >= p.sure_age
+    often = hits >= (p.sure_hits if sure else min(p.hits, p.window))
+    if track.has_walked or track.motion_log_odds >= p.arrived_log_odds:
+        is_person = odds >= p.confirm_log_odds
+    else:
+        is_person = track.shape_log_odds >= p.static_shape and track.shape_looks >= p.static_looks
+    least = p.reject_log_odds if track.has_walked else p.unmoved_reject_log_odds
+    stays = odds > least or track.shape_log_odds > p.static_shape_kept
+    return bool((detection >= 0 and often and is_person) or (track.confirmed and stays))
 
 
-def _updated_heading(
-    tracks: TrackerState,
-    mean: Floats,
-    covariance: Floats,
-    detected: Booleans,
-    p: TrackerParameters,
-) -> Floats:
-    """Direction of motion (m,) of tracks that are fast enough, else the last one, rad."""
-    follows = detected & _is_faster(mean, covariance, p.heading_speed)
-    return np.where(follows, np.arctan2(mean[:, 3], mean[:, 2]), tracks.heading)
+@njit(cache=True)
+def log_odds(track: Any) -> float:
+    """ln(p / (1 − p)) that a track is a person."""
+    total: float = track.shape_log_odds + track.motion_log_odds + track.static_penalty
+    return total
 
 
-def _is_faster(mean: Floats, covariance: Floats, speed: float) -> Booleans:
-    """Mask (m,) of speeds above ``speed``, m/s, and above twice their standard deviation."""
-    squared = mean[:, 2] ** 2 + mean[:, 3] ** 2
-    variance = 0.5 * (covariance[:, 2, 2] + covariance[:, 3, 3])
-    faster: Booleans = (squared > speed * speed) & (squared > 4.0 * variance)
-    return faster
+@njit(cache=True)
+def _is_faster(track: Any, speed: float) -> bool:
+    """Check for a speed above ``speed``, m/s, and above twice its standard deviation."""
+    squared = track.mean[2] ** 2 + track.mean[3] ** 2
+    variance = 0.5 * (track.covariance[2, 2] + track.covariance[3, 3])
+    return bool(squared > speed * speed and squared > 4.0 * variance)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
+from cohelm.arrays import Floats, Integers, read_only, value
 from cohelm.config import Model
 from cohelm.perception.api import Detections
 
@@ -114,165 +116,196 @@ class TrackerParameters(Model):
     """Time of a seen-through place above which a track is not reported, s; it lives on."""
 
 
+TRACK = np.dtype(
+    [
+        ("id", np.int64),
+        # (x, y, v_x, v_y), m and m/s.
+        ("mean", np.float64, 4),
+        ("covariance", np.float64, (4, 4)),
+        # rad; NaN until the track has walked.
+        ("heading", np.float64),
+        # m.
+        ("radius", np.float64),
+        # Log-odds of a person from the shape: running mean.
+        ("shape_log_odds", np.float64),
+        # Number of observations of the shape; those with few returns count in part.
+        ("shape_looks", np.float64),
+        # Log-odds of a person gained by walking or arriving, ≥ 0.
+        ("motion_log_odds", np.float64),
+        # Log-odds of a person lost by standing at a place that was always occupied, ≤ 0: running
+        # mean.
+        ("static_penalty", np.float64),
+        # Bit k: detected k scans ago, of those that looked there.
+        ("detection_history", np.int64),
+        # Time of the first and of the last detection, s.
+        ("birth_time", np.float64),
+        ("last_seen", np.float64),
+        # Time without a detection, weighted by the visibility of the place, s.
+        ("unseen_time", np.float64),
+        # Time in which the place was seen through since the last detection, s.
+        ("seen_through_time", np.float64),
+        # Position of the track and of the sensor at the first detection, m.
+        ("birthplace", np.float64, 2),
+        ("viewpoint", np.float64, 2),
+        # Normalised innovation squared eᵀ S⁻¹ e: running mean; 2 where the model holds.
+        ("nis", np.float64),
+        # True for a person that may be reported.
+        ("confirmed", np.bool_),
+        # True if it has ever walked, and for all tracks without change detection.
+        ("has_walked", np.bool_),
+    ],
+    align=True,
+)
+"""Columns of the table of tracks."""
+Tracks = NDArray[np.void]
+"""Table (m,) of tracks, with the columns of ``TRACK``."""
+
+
 @value
 class TrackerState:
-    """Tracks at the time of the last scan, including tentative ones; m of them, by growing id."""
+    """Tracks at the time of the last scan, including tentative ones."""
 
     time: float
     """Time of the last scan used, s."""
     next_id: int
-    id: Annotated[Integers, Shape("m")]
-    mean: Annotated[Floats, Shape("m 4")]
-    """(x, y, v_x, v_y), m and m/s."""
-    covariance: Annotated[Floats, Shape("m 4 4")]
-    heading: Annotated[Floats, Shape("m")]
-    """rad; NaN until the track has walked."""
-    radius: Annotated[Floats, Shape("m")]
-    """m."""
-    shape_log_odds: Annotated[Floats, Shape("m")]
-    """Log-odds of a person from the shape: running mean."""
-    shape_looks: Annotated[Floats, Shape("m")]
-    """Number of observations of the shape; those with few returns count in part."""
-    motion_log_odds: Annotated[Floats, Shape("m")]
-    """Log-odds of a person gained by walking or arriving, ≥ 0."""
-    static_penalty: Annotated[Floats, Shape("m")]
-    """Log-odds of a person lost by standing at a place that was always occupied, ≤ 0: running
-    mean."""
-    detection_history: Annotated[Integers, Shape("m")]
-    """Bit k: detected k scans ago, of those that looked there."""
-    birth_time: Annotated[Floats, Shape("m")]
-    """Time of the first detection, s."""
-    last_seen: Annotated[Floats, Shape("m")]
-    """Time of the last detection, s."""
-    unseen_time: Annotated[Floats, Shape("m")]
-    """Time without a detection, weighted by the visibility of the place, s."""
-    seen_through_time: Annotated[Floats, Shape("m")]
-    """Time in which the place was seen through since the last detection, s."""
-    birthplace: Annotated[Floats, Shape("m 2")]
-    """m."""
-    viewpoint: Annotated[Floats, Shape("m 2")]
-    """Position of the sensor at the first detection, m."""
-    nis: Annotated[Floats, Shape("m")]
-    """Normalised innovation squared eᵀ S⁻¹ e: running mean; 2 where the model holds."""
-    confirmed: Annotated[Booleans, Shape("m")]
-    """True for a person that may be reported."""
-    has_walked: Annotated[Booleans, Shape("m")]
-    """True if it has ever walked, and for all tracks without change detection."""
-
-    @property
-    def log_odds(self) -> Floats:
-        """ln(p / (1 − p)) that each is a person; (m,)."""
-        return self.shape_log_odds + self.motion_log_odds + self.static_penalty
+    tracks: Tracks
+    """(m,) by growing id, read-only."""
 
     def __len__(self) -> int:
         """Number of tracks."""
-        return len(self.id)
+        return len(self.tracks)
 
 
-PER_TRACK = tuple(
-    field.name for field in fields(TrackerState) if field.name not in {"time", "next_id"}
-)
-"""Fields with one row per track."""
+def no_tracks(time: float, next_id: int = 0) -> TrackerState:
+    """State without tracks."""
+    return TrackerState(time=time, next_id=next_id, tracks=_NO_TRACKS)
 
 
-@value
-class PersonDetections:
+_NO_TRACKS: Tracks = read_only(np.empty(0, TRACK))
+
+
+class ScanTable(NamedTuple):
+    """The part of ``Detections`` that the tracker uses, for compiled code."""
+
+    time: float
+    origin: Floats
+    points: Floats
+    free_ends: Floats
+    detection_of_return: Integers
+    position: Floats
+    radius: Floats
+    deviation: Floats
+    confidence: Floats
+    arrival_log_odds: Floats
+    """(d,), or empty without change detection."""
+    has_changes: bool
+
+
+_UNKNOWN: Floats = read_only(np.empty(0))
+
+
+def scan_table(found: Detections) -> ScanTable:
+    """Columns of ``found``."""
+    arrival = found.arrival_log_odds
+    return ScanTable(
+        float(found.time),
+        found.origin,
+        found.points,
+        found.free_ends,
+        found.detection_of_return,
+        found.position,
+        found.radius,
+        found.deviation,
+        found.confidence,
+        _UNKNOWN if arrival is None else arrival,
+        arrival is not None,
+    )
+
+
+class PersonDetections(NamedTuple):
     """Possible people of one scan, d of them, ordered by distance from the sensor.
 
     The order makes the result independent of the detector's order.
     """
 
-    time: float
-    """s."""
-    position: Annotated[Floats, Shape("d 2")]
-    """m."""
-    radius: Annotated[Floats, Shape("d")]
-    """m."""
-    deviation: Annotated[Floats, Shape("d")]
-    """m."""
-    log_odds: Annotated[Floats, Shape("d")]
-    """ln(p / (1 − p)) of a person from the shape."""
-    arrival_log_odds: Annotated[Floats, Shape("d")]
-    """ln(p / (1 − p)) of having arrived at its place; 0 where unknown."""
-    shape_weight: Annotated[Floats, Shape("d")]
-    """Weight as an observation of the shape, 0…1."""
-    origin: Annotated[Floats, Shape("2")]
-    """Position of the sensor, m."""
-    has_changes: bool
-    """True if change detection was used."""
-
-    def __len__(self) -> int:
-        """Number of possible people."""
-        return len(self.radius)
+    position: Floats
+    """(d, 2) m."""
+    radius: Floats
+    """(d,) m."""
+    deviation: Floats
+    """(d,) m."""
+    log_odds: Floats
+    """(d,) ln(p / (1 − p)) of a person from the shape."""
+    arrival_log_odds: Floats
+    """(d,) ln(p / (1 − p)) of having arrived at its place; 0 where unknown."""
+    shape_weight: Floats
+    """(d,) weight as an observation of the shape, 0…1."""
 
 
-def person_detections(found: Detections) -> PersonDetections:
-    """Sort the people in ``found`` by distance; probabilities are limited to 99 %."""
-    d, arrival = len(found.position), found.arrival_log_odds
-    offset = found.position - found.origin
-    order = np.lexsort((offset[:, 1], offset[:, 0], np.hypot(offset[:, 0], offset[:, 1])))
-    p = np.clip(found.confidence[order], _MIN_PROBABILITY, _MAX_PROBABILITY)
-    return PersonDetections(
-        time=found.time,
-        origin=found.origin,
-        position=found.position[order],
-        radius=found.radius[order],
-        deviation=found.deviation[order],
-        log_odds=np.log(p / (1.0 - p)),
-        arrival_log_odds=np.zeros(d) if arrival is None else arrival[order],
-        shape_weight=_shape_weight(found)[order],
-        has_changes=arrival is not None,
+@njit(cache=True)
+def person_detections(scan: ScanTable) -> PersonDetections:
+    """Sort the people of a scan by distance, then by x and y; probabilities are at most 99 %."""
+    d = len(scan.radius)
+    order, distance, returns = np.empty(d, dtype=np.int64), np.empty(d), np.zeros(d)
+    for j in range(d):
+        x, y = scan.position[j, 0] - scan.origin[0], scan.position[j, 1] - scan.origin[1]
+        distance[j] = math.hypot(x, y)
+        # Insertion; of equals, the earlier one stays first.
+        k = j
+        while k > 0 and _is_nearer(scan, distance, j, order[k - 1]):
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = j
+    for j in scan.detection_of_return:
+        if j >= 0:
+            returns[j] += 1.0
+    out = PersonDetections(
+        np.empty((d, 2)), np.empty(d), np.empty(d), np.empty(d), np.zeros(d), np.ones(d)
     )
+    for k in range(d):
+        j = order[k]
+        p = min(max(scan.confidence[j], _MIN_PROBABILITY), _MAX_PROBABILITY)
+        out.position[k] = scan.position[j]
+        out.radius[k], out.deviation[k] = scan.radius[j], scan.deviation[j]
+        out.log_odds[k] = math.log(p / (1.0 - p))
+        # With change detection, few returns show no shape.
+        if scan.has_changes:
+            out.arrival_log_odds[k] = scan.arrival_log_odds[j]
+            weight = (returns[j] - _NO_SHAPE) / (_FULL_SHAPE - _NO_SHAPE)
+            out.shape_weight[k] = min(max(weight, _MIN_SHAPE_WEIGHT), 1.0)
+    return out
 
 
-def _shape_weight(found: Detections) -> Floats:
-    """Weight (d,) of each detection: with change detection, few returns show no shape."""
-    d, detection = len(found.position), found.detection_of_return
-    if found.arrival_log_odds is None:
-        return np.ones(d)
-    returns = np.bincount(detection[detection >= 0], minlength=d)
-    return np.clip((returns - _NO_SHAPE) / (_FULL_SHAPE - _NO_SHAPE), _MIN_SHAPE_WEIGHT, 1.0)
+@njit(cache=True)
+def _is_nearer(scan: ScanTable, distance: Floats, j: int, k: int) -> bool:
+    """Check that detection j comes before k."""
+    if distance[j] != distance[k]:
+        return bool(distance[j] < distance[k])
+    # Both offsets from the sensor, as the distances.
+    for axis in range(2):
+        one = scan.position[j, axis] - scan.origin[axis]
+        other = scan.position[k, axis] - scan.origin[axis]
+        if one != other:
+            return bool(one < other)
+    return False
 
 
-def no_tracks(time: float, next_id: int = 0) -> TrackerState:
-    """State without tracks."""
-    none = np.empty(0)
-    integers, flags = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.bool_)
-    rows: dict[str, Any] = dict.fromkeys(PER_TRACK, none)
-    rows.update(id=integers, detection_history=integers, confirmed=flags, has_walked=flags)
-    rows.update(mean=none.reshape(0, 4), covariance=none.reshape(0, 4, 4))
-    rows.update(birthplace=none.reshape(0, 2), viewpoint=none.reshape(0, 2))
-    return TrackerState(time=time, next_id=next_id, **rows)
-
-
-def new_tracks(
-    found: PersonDetections, which: Booleans, next_id: int, speed_deviation: float
-) -> dict[str, Any]:
-    """Fields of tentative tracks at rest for the detections ``which`` (d,)."""
-    position, deviation = found.position[which], found.deviation[which]
-    d = len(position)
-    variance = np.empty((d, 4))
-    variance[:, :2] = deviation[:, None] ** 2
-    variance[:, 2:] = speed_deviation**2
-    now = np.full(d, found.time)
-    return {
-        "id": next_id + np.arange(d),
-        "mean": np.concatenate([position, np.zeros((d, 2))], axis=1),
-        "covariance": variance[:, :, None] * np.eye(4),
-        "heading": np.full(d, np.nan),
-        "radius": found.radius[which],
-        "shape_log_odds": found.log_odds[which],
-        "shape_looks": found.shape_weight[which],
-        "motion_log_odds": np.maximum(found.arrival_log_odds[which], 0.0),
-        "static_penalty": np.zeros(d),
-        "detection_history": np.ones(d, dtype=np.int64),
-        "birth_time": now,
-        "last_seen": now,
-        "unseen_time": np.zeros(d),
-        "seen_through_time": np.zeros(d),
-        "birthplace": position,
-        "viewpoint": np.tile(found.origin, (d, 1)),
-        "nis": np.full(d, INITIAL_NIS),
-        "confirmed": np.zeros(d, dtype=np.bool_),
-        "has_walked": np.full(d, not found.has_changes),
-    }
+@njit(cache=True)
+def start_track(
+    track: Any, number: int, found: PersonDetections, j: int, scan: ScanTable, p: TrackerParameters
+) -> None:
+    """Fill a blank row with a tentative track at rest, for detection j."""
+    track.id = number
+    track.heading = np.nan
+    track.radius = found.radius[j]
+    track.shape_log_odds, track.shape_looks = found.log_odds[j], found.shape_weight[j]
+    track.motion_log_odds = max(found.arrival_log_odds[j], 0.0)
+    track.detection_history = 1
+    track.birth_time = track.last_seen = scan.time
+    track.nis = INITIAL_NIS
+    track.has_walked = not scan.has_changes
+    for i in range(2):
+        track.mean[i] = track.birthplace[i] = found.position[j, i]
+        track.viewpoint[i] = scan.origin[i]
+        track.covariance[i, i] = found.deviation[j] ** 2
+        track.covariance[i + 2, i + 2] = p.speed_deviation**2
