@@ -49,6 +49,7 @@ class Reason(StrEnum):
     WAITING = "waiting", "Waiting until the way is clear."
     REPLANNING = "replanning", "No progress. Looking for another route."
     BACKING_UP = "backing_up", "Not enough space ahead. Backing up a little."
+    REVERSING = "reversing", "No room to turn here. Backing up."
     CREEPING = "creeping", "Narrow passage. Driving very slowly."
     ASK_RIDER = "ask_rider", "No way through. Please steer, or choose another destination."
     # Live rides.

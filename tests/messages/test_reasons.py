@@ -32,6 +32,7 @@ CODES = {
     "waiting",
     "replanning",
     "backing_up",
+    "reversing",
     "creeping",
     "ask_rider",
     "no_driver",

@@ -151,6 +151,7 @@ _GENTLE = frozenset(
         Reason.WAITING,
         Reason.REPLANNING,
         Reason.BACKING_UP,
+        Reason.REVERSING,
         Reason.CREEPING,
         Reason.ASK_RIDER,
     }

@@ -40,6 +40,8 @@ class RecoveryStage(StrEnum):
     BACK_UP = "back_up"
     CREEP = "creep"
     ASK = "ask"
+    REVERSE = "reverse"
+    """Back up along the driven track; see ``reversing``."""
 
 
 class PeopleNearby(StrEnum):
@@ -56,6 +58,7 @@ _REASONS = {
     RecoveryStage.BACK_UP: Reason.BACKING_UP,
     RecoveryStage.CREEP: Reason.CREEPING,
     RecoveryStage.ASK: Reason.ASK_RIDER,
+    RecoveryStage.REVERSE: Reason.REVERSING,
 }
 
 
@@ -146,12 +149,16 @@ class RecoveryAction:
     """Remaining distance to back up, m."""
     curvature: float = 0.0
     """Curvature of backing up, rad/m."""
+    way_back: Annotated[Floats, Shape("k 3")] | None = None
+    """Poses to back up through along the driven track; None: an arc."""
     side: Side = "none"
     """Passing side that the rider selected."""
 
     def reason(self, *, stands: bool) -> Reason | None:
         """Return the reason to display; at an early stage only if the chair stands."""
         early = self.stage in {RecoveryStage.WAIT, RecoveryStage.REPLAN}
+        if self.stage is RecoveryStage.REVERSE and not self.reverses:
+            return Reason.WAITING
         return None if self.stage is None or (early and not stands) else _REASONS[self.stage]
 
 

@@ -1,0 +1,110 @@
+"""Reversing along the driven track, where the path begins behind a chair that cannot turn.
+
+A chair that has driven past its goal, or past the place where its path turns off, cannot turn in a
+narrow corridor. It backs up along the track, on which it fitted, until it can turn to its path: at
+the goal itself, before it for another approach, or at the nearest place that is wide enough.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from cohelm.arrays import Annotated, Floats, Shape, value
+
+_BEHIND = math.radians(75.0)
+"""Turn to the path above which a chair without turning room reverses, rad."""
+_ABREAST = math.radians(60.0)
+"""Turn to a goal nearby below which the chair drives forward again, rad."""
+NEAR_GOAL = 1.5
+"""Remaining length up to which reversing to the goal is shorter than turning twice, m."""
+_MIN_WAY = 0.3
+"""Minimum length of the way back, m; less changes nothing."""
+_MAX_ATTEMPTS = 4
+"""Attempts on the way to one goal; a chair that needs more is not helped by another one."""
+_PAUSE = 5.0
+"""Time without reversing after a way back that was blocked, s."""
+_ROUNDING = 1e-9  # s; times are sums of float steps
+
+
+@value
+class ReversingContext:
+    """Facts on which reversing is decided."""
+
+    time: float
+    """s."""
+    goal: Annotated[Floats, Shape("2")]
+    """m."""
+    turn: float
+    """Angle between the heading and the direction of the path ahead, ≥ 0, rad."""
+    has_room: bool
+    """The chair can turn by it on the spot."""
+    remaining: float
+    """Remaining length of the path, m."""
+    way_back: float
+    """Length of the way back, m."""
+    clearance: float = math.inf
+    """Distance that the chair may back up now, as far as observed, m."""
+    allowed: bool = True
+    """Neither the rider nor the robot forbids it."""
+
+    @property
+    def is_behind(self) -> bool:
+        """The path leads aside or back from the chair."""
+        return self.turn > _BEHIND
+
+
+@value
+class ReversingState:
+    """State of reversing on the way to one goal."""
+
+    goal: Annotated[Floats, Shape("2")]
+    """m."""
+    active: bool = False
+    attempts: int = 0
+    blocked_since: float = math.inf
+    """Time since which the way back is blocked, s."""
+    paused_until: float = -math.inf
+    """s."""
+    ended_at: float = -math.inf
+    """Time at which the chair could turn again; a path planned before begins elsewhere, s."""
+
+
+def update_reversing(
+    now: ReversingContext, memory: ReversingState | None, *, patience: float
+) -> ReversingState:
+    """Begin, continue or end reversing.
+
+    Args:
+        now: facts of this tick.
+        memory: of the last call, None at first.
+        patience: time to wait for people behind the chair, s.
+    """
+    if memory is None or not np.array_equal(memory.goal, now.goal):
+        memory = ReversingState(goal=now.goal.copy())
+    if not memory.active:
+        ready = now.time >= memory.paused_until - _ROUNDING and memory.attempts < _MAX_ATTEMPTS
+        if not (ready and may_begin(now)):
+            return memory
+        return replace(memory, active=True, attempts=memory.attempts + 1)
+    if _ends(now):
+        return replace(memory, active=False, blocked_since=math.inf, ended_at=now.time)
+    if now.clearance > 0.0:
+        return replace(memory, blocked_since=math.inf)
+    since = min(memory.blocked_since, now.time)
+    if now.time - since < patience - _ROUNDING:
+        return replace(memory, blocked_since=since)
+    return replace(memory, active=False, blocked_since=math.inf, paused_until=now.time + _PAUSE)
+
+
+def may_begin(now: ReversingContext) -> bool:
+    """Check for a path that begins behind a chair that can back up but not turn."""
+    return now.allowed and now.is_behind and not now.has_room and now.way_back >= _MIN_WAY
+
+
+def _ends(now: ReversingContext) -> bool:
+    """Check for turning room; near the goal the chair goes on until the goal is ahead."""
+    turns = now.has_room and (now.turn <= _ABREAST or now.remaining > NEAR_GOAL)
+    return turns or not now.allowed or now.way_back < _MIN_WAY
