@@ -30,6 +30,7 @@ CODES = {
     "planning",
     "arrived",
     "waiting",
+    "goal_occupied",
     "replanning",
     "backing_up",
     "reversing",

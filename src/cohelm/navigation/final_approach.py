@@ -48,10 +48,14 @@ def final_approach(
     line = resample(np.stack([position, goal]), _SPACING)
     if (walls.at(line) < robot.inscribed_radius + _MARGIN).any():
         return None
-    length = float(np.hypot(*(goal - position)))
-    return dataclasses.replace(
-        path, points=line, length=length, without_wishes=line, pivots=np.empty(0, dtype=np.int64)
-    )
+    return _with_points(path, line)
+
+
+def path_up_to(path: Path, length: float) -> Path:
+    """Cut a path at an arc length, m."""
+    along = arc_length(path.points)
+    end = [np.interp(length, along, path.points[:, i]) for i in (0, 1)]
+    return _with_points(path, np.vstack([path.points[along < length], end]))
 
 
 def approach_limit(remaining: float, twist: Floats, deceleration: float) -> float:
@@ -75,3 +79,13 @@ def _offset(path: Path, progress: float, position: Floats) -> float:
     along = arc_length(path.points)
     at = [float(np.interp(progress, along, path.points[:, i])) for i in (0, 1)]
     return float(np.hypot(*(position - at)))
+
+
+def _with_points(path: Path, points: Floats) -> Path:
+    return dataclasses.replace(
+        path,
+        points=points,
+        length=float(arc_length(points)[-1]),
+        without_wishes=points,
+        pivots=np.empty(0, dtype=np.int64),
+    )

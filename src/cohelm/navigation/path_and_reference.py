@@ -10,7 +10,7 @@ import numpy as np
 from cohelm.arrays import identical
 from cohelm.errors import GoalBlocked, PlanningError
 from cohelm.messages import Authority, Mode, Reason, Reference
-from cohelm.navigation.final_approach import approach_limit, final_approach
+from cohelm.navigation.final_approach import approach_limit, final_approach, path_up_to
 from cohelm.navigation.group_outlines import group_outlines
 from cohelm.navigation.obstacle_memory import merge_obstacles
 from cohelm.navigation.recovery.context import reverse_reference
@@ -72,18 +72,17 @@ def plan_path_and_reference(
         )
     except PlanningError as error:
         return PathAndReference(failure=_failure(step, error))
-    along, progress = _reference_along(step, world, route)
-    reverses = recovery.way_back is not None
+    along, progress = _reference_along(step, world, route, stop_at=recovery.stop_at)
+    remaining = min(route.path.length, recovery.stop_at) - progress
+    comfort, reverses = step.setup.comfort, recovery.way_back is not None
+    limit = approach_limit(remaining, step.observation.twist, comfort.deceleration)
+    waits = reverses or np.isfinite(recovery.stop_at)
     return PathAndReference(
         route=dataclasses.replace(route, progress=progress),
         reference=along,
         shared=_reference_to_track(step, along, authority, recovery),
-        speed_limit=np.inf
-        if reverses
-        else approach_limit(
-            route.path.length - progress, step.observation.twist, step.setup.comfort.deceleration
-        ),
-        progress=_check_progress(step, route, progress, hold=hold or reverses),
+        speed_limit=np.inf if reverses else limit,
+        progress=_check_progress(step, route, progress, hold=hold or waits),
     )
 
 
@@ -146,7 +145,7 @@ def planning_reason(error: PlanningError) -> Reason:
 
 
 def _reference_along(
-    step: StepInput, world: WorldModel, route: RouteState
+    step: StepInput, world: WorldModel, route: RouteState, *, stop_at: float
 ) -> tuple[Reference, float]:
     """(reference along the path; arc length of the robot's projection on the path, m).
 
@@ -164,11 +163,15 @@ def _reference_along(
     along, progress = make_reference(
         route.path, observation.pose, observation.twist, settings, progress=route.progress
     )
-    final = final_approach(route.path, progress, observation.pose[:2], world.walls, setup.robot)
+    final = (
+        path_up_to(route.path, stop_at)
+        if stop_at < route.path.length
+        else final_approach(route.path, progress, observation.pose[:2], world.walls, setup.robot)
+    )
     if final is None:
         return along, progress
-    direct, _ = make_reference(final, observation.pose, observation.twist, settings)
-    return direct, progress
+    ending, _ = make_reference(final, observation.pose, observation.twist, settings)
+    return ending, progress
 
 
 def _reference_to_track(

@@ -149,6 +149,7 @@ _GENTLE = frozenset(
         Reason.PLANNING,
         Reason.ARRIVED,
         Reason.WAITING,
+        Reason.GOAL_OCCUPIED,
         Reason.REPLANNING,
         Reason.BACKING_UP,
         Reason.REVERSING,

@@ -12,6 +12,7 @@ from cohelm.arrays import Floats
 from cohelm.geometry import inverse, transform, wrap_angle
 from cohelm.messages import Authority, Decision, LocalPlan, Mode, People, Reason, Reference
 from cohelm.navigation.recovery.driven_track import extend_track, poses_along
+from cohelm.navigation.recovery.occupied_goal import waiting_place
 from cohelm.navigation.recovery.progress_checker import ProgressState
 from cohelm.navigation.recovery.rear_clearance import (
     RearMemory,
@@ -86,6 +87,11 @@ def update_recovery(
     if hold or progress is None or route is None:
         return RecoveryUpdate(RecoveryAction(), None, rear, track, None)
 
+    # A person at the goal: nothing but waiting helps.
+    waiting = _wait_at_goal(step, world, route)
+    if waiting is not None:
+        return RecoveryUpdate(*waiting, rear, track, None)
+
     # A path that begins behind a chair that cannot turn: back up to where it can.
     action, reversing, rear = reverse_along_track(step, world, authority, route, rear, track)
     if reversing.active:
@@ -94,6 +100,8 @@ def update_recovery(
     # Rear clearance matters only once waiting did not help.
     clearance = curvature = 0.0
     state = memory.recovery
+    if state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
+        state = None
     if state is not None and state.stage is not RecoveryStage.WAIT and p.back_up > 0.0:
         scene = RearScene(world.detections, world.walls, world.people)
         curvatures = _curvatures(observation.pose, route, state, p.back_up)
@@ -113,6 +121,32 @@ def update_recovery(
     )
     action, state = recovery_step(context, state, p, step.setup.progress)
     return RecoveryUpdate(action, state, rear, track, reversing)
+
+
+def _wait_at_goal(
+    step: StepInput, world: WorldModel, route: RouteState
+) -> tuple[RecoveryAction, RecoveryState] | None:
+    """Wait near a goal that a person occupies; None if none does."""
+    observation, state = step.observation, step.memory.recovery
+    if state is None or state.stage is not RecoveryStage.WAIT_AT_GOAL:
+        state = RecoveryState(
+            stage=RecoveryStage.WAIT_AT_GOAL,
+            since=observation.time,
+            began=observation.time,
+            position=observation.pose[:2],
+        )
+    place = waiting_place(
+        route.path,
+        route.progress,
+        world.people,
+        step.setup.robot,
+        distance=step.request.profile.social_distance,
+        standing_speed=step.setup.recovery.walking_speed,
+        waits=state is step.memory.recovery,
+    )
+    if place is None:
+        return None
+    return RecoveryAction(stage=state.stage, stop_at=place), state
 
 
 def _context(
