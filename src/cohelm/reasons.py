@@ -47,8 +47,10 @@ class Reason(StrEnum):
     # Progress and recovery.
     ARRIVED = "arrived", "You have arrived."
     WAITING = "waiting", "Waiting until the way is clear."
+    GOAL_OCCUPIED = "goal_occupied", "A person is at the destination. Waiting."
     REPLANNING = "replanning", "No progress. Looking for another route."
     BACKING_UP = "backing_up", "Not enough space ahead. Backing up a little."
+    REVERSING = "reversing", "No room to turn here. Backing up."
     CREEPING = "creeping", "Narrow passage. Driving very slowly."
     ASK_RIDER = "ask_rider", "No way through. Please steer, or choose another destination."
     # Live rides.

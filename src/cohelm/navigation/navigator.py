@@ -83,7 +83,8 @@ class Navigator:
         # Recovery, if the ride makes no progress although it should.
         arrived = self._has_arrived(step, last)
         hold = arrived or self._holds(step.request, authority)
-        recovery, recovery_state, rear = update_recovery(step, world, authority, hold=hold)
+        update = update_recovery(step, world, authority, hold=hold)
+        recovery = update.action
         authority = self._limit_authority(step, authority, recovery)
 
         course = plan_path_and_reference(step, world, authority, recovery, hold=hold)
@@ -103,9 +104,7 @@ class Navigator:
             authority_state=authority_state,
             authority=authority,
             arrived=arrived,
-            recovery=recovery,
-            recovery_state=recovery_state,
-            rear=rear,
+            recovery=update,
             course=course,
             plan=plan,
             decision=decision,
@@ -192,7 +191,9 @@ class Navigator:
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
             return None, _Command(reason=reason)
-        problem = self._local_problem(step, world, authority, course.shared, recovery)
+        problem = self._local_problem(
+            step, world, authority, course.shared, recovery, speed_limit=course.speed_limit
+        )
         try:
             plan = setup.local_planner.plan(problem, last.plan if last else None)
         except ControlError:
@@ -206,10 +207,12 @@ class Navigator:
         authority: Authority,
         reference: Reference,
         recovery: RecoveryAction,
+        *,
+        speed_limit: float,
     ) -> LocalProblem:
         """Problem of the local planner, with the limits and the passing side of a recovery."""
         setup, observation, request = step.setup, step.observation, step.request
-        limit = setup.speed_limit(request)
+        limit = min(setup.speed_limit(request), speed_limit)
         profile, walls = request.profile, world.walls
         if recovery.side != "none":
             profile = profile.model_copy(update={"passing_side": recovery.side})

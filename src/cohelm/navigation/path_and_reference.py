@@ -10,6 +10,7 @@ import numpy as np
 from cohelm.arrays import identical
 from cohelm.errors import GoalBlocked, PlanningError
 from cohelm.messages import Authority, Mode, Reason, Reference
+from cohelm.navigation.final_approach import approach_limit, final_approach, path_up_to
 from cohelm.navigation.group_outlines import group_outlines
 from cohelm.navigation.obstacle_memory import merge_obstacles
 from cohelm.navigation.recovery.context import reverse_reference
@@ -35,6 +36,8 @@ class PathAndReference:
     shared: Reference | None = None
     """``reference`` blended with the rider's states in shared mode; backwards while the chair backs
     up."""
+    speed_limit: float = np.inf
+    """For a chair that is too fast for the end of the path, m/s."""
     progress: ProgressState | None = None
     failure: PlanningFailure | None = None
     """None if there is a path."""
@@ -69,12 +72,17 @@ def plan_path_and_reference(
         )
     except PlanningError as error:
         return PathAndReference(failure=_failure(step, error))
-    along, progress = _reference_along(step, route)
+    along, progress = _reference_along(step, world, route, stop_at=recovery.stop_at)
+    remaining = min(route.path.length, recovery.stop_at) - progress
+    comfort, reverses = step.setup.comfort, recovery.way_back is not None
+    limit = approach_limit(remaining, step.observation.twist, comfort.deceleration)
+    waits = reverses or np.isfinite(recovery.stop_at)
     return PathAndReference(
         route=dataclasses.replace(route, progress=progress),
         reference=along,
         shared=_reference_to_track(step, along, authority, recovery),
-        progress=_check_progress(step, route, progress, hold=hold),
+        speed_limit=np.inf if reverses else limit,
+        progress=_check_progress(step, route, progress, hold=hold or waits),
     )
 
 
@@ -102,11 +110,20 @@ def _route_query(
         authority=authority if request.mode is Mode.SHARED else None,
         people=world.people,
         stalled=recovery.replans,
+        backed_up=_has_backed_up(step),
         side=recovery.side,
         crowding=crowding if crowding.density.any() else None,
         groups=group_outlines(world.people, world.groups, setup.replanning.standing_speed),
         filters=setup.filters,
     )
+
+
+def _has_backed_up(step: StepInput) -> bool:
+    """Check that the chair has backed up along its track since the last plan."""
+    reversing, route = step.memory.reversing, step.memory.route
+    if reversing is None or route is None:
+        return False
+    return max(route.planned_at, route.attempted_at) < reversing.ended_at
 
 
 def _failure(step: StepInput, error: PlanningError) -> PlanningFailure:
@@ -127,8 +144,14 @@ def planning_reason(error: PlanningError) -> Reason:
     return known.get(error.code, Reason.PLANNING)
 
 
-def _reference_along(step: StepInput, route: RouteState) -> tuple[Reference, float]:
-    """(reference along the path; arc length of the robot's projection on the path, m)."""
+def _reference_along(
+    step: StepInput, world: WorldModel, route: RouteState, *, stop_at: float
+) -> tuple[Reference, float]:
+    """(reference along the path; arc length of the robot's projection on the path, m).
+
+    Near the goal the reference leads a chair that is beside the path straight to the goal, because
+    the heading there is free: parallel to the path it would pass beside the goal.
+    """
     setup, observation = step.setup, step.observation
     settings = ReferenceSettings(
         steps=setup.local_planner.steps,
@@ -137,9 +160,18 @@ def _reference_along(step: StepInput, route: RouteState) -> tuple[Reference, flo
         robot=setup.robot,
         comfort=setup.comfort,
     )
-    return make_reference(
+    along, progress = make_reference(
         route.path, observation.pose, observation.twist, settings, progress=route.progress
     )
+    final = (
+        path_up_to(route.path, stop_at)
+        if stop_at < route.path.length
+        else final_approach(route.path, progress, observation.pose[:2], world.walls, setup.robot)
+    )
+    if final is None:
+        return along, progress
+    ending, _ = make_reference(final, observation.pose, observation.twist, settings)
+    return ending, progress
 
 
 def _reference_to_track(
@@ -147,7 +179,7 @@ def _reference_to_track(
 ) -> Reference:
     """Reference of the local planner: backwards, blended with the rider's states, or ``along``."""
     setup = step.setup
-    if recovery.back_up_distance > 0.0:
+    if recovery.back_up_distance > 0.0 or recovery.way_back is not None:
         return reverse_reference(
             step.observation.pose,
             recovery,

@@ -9,8 +9,7 @@ from types import MappingProxyType
 
 from cohelm.messages import Authority, Decision, LocalPlan, Observation, People, Reason, Request
 from cohelm.navigation.path_and_reference import PathAndReference
-from cohelm.navigation.recovery.rear_clearance import RearMemory
-from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryState
+from cohelm.navigation.recovery.context import RecoveryUpdate
 from cohelm.navigation.tick import Memory, Tick
 from cohelm.navigation.world_model import WorldModel
 from cohelm.safety import GateState, stop
@@ -27,9 +26,7 @@ class StageResults:
     authority: Authority
     """Reduced where the chair takes over."""
     arrived: bool
-    recovery: RecoveryAction
-    recovery_state: RecoveryState | None
-    rear: RearMemory
+    recovery: RecoveryUpdate
     course: PathAndReference
     plan: LocalPlan | None
     decision: Decision
@@ -56,7 +53,7 @@ def tick_of(
         path=course.route.path if course.route else None,
         reference=course.reference,
         authority=results.authority,
-        recovery=results.recovery,
+        recovery=results.recovery.action,
         shared=course.shared,
         plan=results.plan,
         planning_error=course.failure.detail if course.failure else "",
@@ -78,8 +75,10 @@ def _memory(results: StageResults) -> Memory:
         route=course.route,
         planning_failure=course.failure,
         progress=course.progress,
-        rear=results.rear,
-        recovery=results.recovery_state,
+        rear=results.recovery.rear,
+        track=results.recovery.track,
+        reversing=results.recovery.reversing,
+        recovery=results.recovery.state,
         authority=results.authority_state,
     )
 

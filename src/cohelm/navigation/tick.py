@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from cohelm.arrays import value
+from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.messages import (
     Authority,
     Decision,
@@ -30,6 +30,7 @@ from cohelm.navigation.crowding import CrowdingState
 from cohelm.navigation.obstacle_memory import ObstacleMemory
 from cohelm.navigation.recovery.progress_checker import ProgressState
 from cohelm.navigation.recovery.rear_clearance import RearMemory
+from cohelm.navigation.recovery.reversing import ReversingState
 from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryState
 from cohelm.navigation.replanning.replanner import RouteState
 from cohelm.navigation.replanning.route_query import PlanningFailure
@@ -54,6 +55,9 @@ class Memory:
     planning_failure: PlanningFailure | None = None
     progress: ProgressState | None = None
     rear: RearMemory | None = None
+    track: Annotated[Floats, Shape("k 3")] | None = None
+    """Poses of the last metres that the chair drove forward."""
+    reversing: ReversingState | None = None
     recovery: RecoveryState | None = None
     authority: AuthorityState | None = None
 

@@ -147,8 +147,10 @@ _GENTLE = frozenset(
         Reason.PLANNING,
         Reason.ARRIVED,
         Reason.WAITING,
+        Reason.GOAL_OCCUPIED,
         Reason.REPLANNING,
         Reason.BACKING_UP,
+        Reason.REVERSING,
         Reason.CREEPING,
         Reason.ASK_RIDER,
     }

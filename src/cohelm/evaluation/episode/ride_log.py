@@ -21,6 +21,7 @@ _NOT_A_STOP = frozenset(
         Reason.TOO_CLOSE,
         Reason.ARRIVED,
         Reason.BACKING_UP,
+        Reason.REVERSING,
         Reason.CREEPING,
     }
 )

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.geometry import inverse, transform, wrap_angle
 from cohelm.messages import Authority, Decision, LocalPlan, Mode, People, Reason, Reference
+from cohelm.navigation.recovery.driven_track import extend_track, poses_along
+from cohelm.navigation.recovery.occupied_goal import waiting_place
 from cohelm.navigation.recovery.progress_checker import ProgressState
 from cohelm.navigation.recovery.rear_clearance import (
     RearMemory,
@@ -19,6 +22,8 @@ from cohelm.navigation.recovery.rear_clearance import (
     rear_clearance,
     reverse_poses,
 )
+from cohelm.navigation.recovery.reversing import ReversingState
+from cohelm.navigation.recovery.reversing_context import reverse_along_track
 from cohelm.navigation.recovery.stages import (
     PeopleNearby,
     RecoveryAction,
@@ -53,9 +58,20 @@ def is_standing_still(twist: Floats) -> bool:
     return speed < _STANDING_SPEED and turn_rate < _STANDING_TURN_RATE
 
 
+class RecoveryUpdate(NamedTuple):
+    """Recovery action of a tick, and what to remember."""
+
+    action: RecoveryAction
+    state: RecoveryState | None
+    rear: RearMemory
+    track: Floats
+    """Driven track, (k, 3)."""
+    reversing: ReversingState | None
+
+
 def update_recovery(
     step: StepInput, world: WorldModel, authority: Authority, *, hold: bool
-) -> tuple[RecoveryAction, RecoveryState | None, RearMemory]:
+) -> RecoveryUpdate:
     """Compute the recovery action of this tick, and what to remember.
 
     Args:
@@ -66,13 +82,26 @@ def update_recovery(
     """
     observation, memory, p = step.observation, step.memory, step.setup.recovery
     rear = extend_trail(memory.rear, observation.pose, observation.time, p.trail_time)
+    track = extend_track(memory.track, observation.pose)
     progress, route = memory.progress, memory.route
     if hold or progress is None or route is None:
-        return RecoveryAction(), None, rear
+        return RecoveryUpdate(RecoveryAction(), None, rear, track, None)
+
+    # A person at the goal: nothing but waiting helps.
+    waiting = _wait_at_goal(step, world, route)
+    if waiting is not None:
+        return RecoveryUpdate(*waiting, rear, track, None)
+
+    # A path that begins behind a chair that cannot turn: back up to where it can.
+    action, reversing, rear = reverse_along_track(step, world, authority, route, rear, track)
+    if reversing.active:
+        return RecoveryUpdate(action, None, rear, track, reversing)
 
     # Rear clearance matters only once waiting did not help.
     clearance = curvature = 0.0
     state = memory.recovery
+    if state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
+        state = None
     if state is not None and state.stage is not RecoveryStage.WAIT and p.back_up > 0.0:
         scene = RearScene(world.detections, world.walls, world.people)
         curvatures = _curvatures(observation.pose, route, state, p.back_up)
@@ -91,7 +120,33 @@ def update_recovery(
         curvature=curvature,
     )
     action, state = recovery_step(context, state, p, step.setup.progress)
-    return action, state, rear
+    return RecoveryUpdate(action, state, rear, track, reversing)
+
+
+def _wait_at_goal(
+    step: StepInput, world: WorldModel, route: RouteState
+) -> tuple[RecoveryAction, RecoveryState] | None:
+    """Wait near a goal that a person occupies; None if none does."""
+    observation, state = step.observation, step.memory.recovery
+    if state is None or state.stage is not RecoveryStage.WAIT_AT_GOAL:
+        state = RecoveryState(
+            stage=RecoveryStage.WAIT_AT_GOAL,
+            since=observation.time,
+            began=observation.time,
+            position=observation.pose[:2],
+        )
+    place = waiting_place(
+        route.path,
+        route.progress,
+        world.people,
+        step.setup.robot,
+        distance=step.request.profile.social_distance,
+        standing_speed=step.setup.recovery.walking_speed,
+        waits=state is step.memory.recovery,
+    )
+    if place is None:
+        return None
+    return RecoveryAction(stage=state.stage, stop_at=place), state
 
 
 def _context(
@@ -146,13 +201,16 @@ def reverse_reference(
 
     Args:
         pose: X_MR.
-        action: distance and curvature.
+        action: distance and curvature, or the way back.
         speed: upper bound, m/s.
         steps, step: N and Δt.
     """
     travelled = np.minimum(np.arange(steps + 1) * speed * step, action.back_up_distance)
     speeds = np.where(travelled < action.back_up_distance, -speed, 0.0)
-    poses = reverse_poses(pose, action.curvature, travelled)
+    if action.way_back is None:
+        poses = reverse_poses(pose, action.curvature, travelled)
+    else:
+        poses = poses_along(action.way_back, travelled)
     return Reference(step=step, poses=poses, speeds=speeds)
 
 

@@ -7,6 +7,7 @@ of a point cloud prove nothing, because they may pass above something low.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,11 @@ _PEOPLE_BESIDE = 0.5
 """… and this near beside it, m."""
 _RECENT = 0.3
 """Validity of an observation, s: scans are less frequent than ticks."""
+ALONG_TRACK = np.inf
+"""Curvature of ``RearMemory`` for a way back along the driven track."""
+
+WayBack = Callable[[Floats], Floats]
+"""Poses (k, 3) of the chair at the distances (k,) backwards, m."""
 
 
 @value
@@ -87,6 +93,7 @@ def rear_clearance(
     *,
     curvature: float,
     limit: float,
+    way_back: WayBack | None = None,
 ) -> tuple[float, RearMemory]:
     """Compute the distance that the chair may back up, m, and update the memory.
 
@@ -95,16 +102,18 @@ def rear_clearance(
         robot: its footprint.
         observation: pose and time.
         scene: detections, walls and people.
-        curvature: of backing up, rad/m.
+        curvature: of backing up, rad/m; ``ALONG_TRACK`` with a ``way_back``.
         limit: upper bound of the result, m.
+        way_back: poses to back up through; None: an arc of that curvature.
     """
     pose, time = observation.pose, observation.time
+    back = way_back or (lambda travelled: reverse_poses(pose, curvature, travelled))
     if _person_behind(robot, pose, scene.people, limit):
         return 0.0, memory
     updated, observed = memory, memory.clearance
     scanned = any(each.heights is None for each in scene.detections)
     if scanned or curvature != memory.curvature or not is_recent(memory, time):
-        places = _swept_places(robot, pose, curvature, limit)
+        places = _swept_places(robot, back, limit)
         points = places.reshape(-1, 2)
         # Without a planar scanner the trail is the only evidence.
         free = _on_trail(robot, points, memory.trail)
@@ -114,7 +123,7 @@ def rear_clearance(
         updated = RearMemory(
             trail=memory.trail, clearance=observed, observed_at=time, curvature=curvature
         )
-    return min(limit, observed, _to_walls(robot, pose, curvature, scene.walls, limit)), updated
+    return min(limit, observed, _to_walls(robot, pose, back, scene.walls, limit)), updated
 
 
 def is_recent(memory: RearMemory, time: float) -> bool:
@@ -139,14 +148,13 @@ def reverse_poses(pose: Floats, curvature: float, travelled: Floats) -> Floats:
     )
 
 
-def _swept_places(robot: Robot, pose: Floats, curvature: float, limit: float) -> Floats:
+def _swept_places(robot: Robot, back: WayBack, limit: float) -> Floats:
     """Places (rows, places, 2) on the map that the rear edge sweeps, m."""
     low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
     count = int(np.ceil((high[1] - low[1]) / _ROW)) + 1
     rear = np.column_stack([np.full(count, low[0]), np.linspace(low[1], high[1], count)])
     travelled = np.asarray(_ROW * (np.arange(round(limit / _ROW) + 1) + 0.5), dtype=np.float64)
-    poses = reverse_poses(pose, curvature, travelled)
-    return np.stack([transform(each, rear) for each in poses])
+    return np.stack([transform(each, rear) for each in back(travelled)])
 
 
 def _free_distance(free: Booleans) -> float:
@@ -189,13 +197,12 @@ def _on_trail(robot: Robot, places: Floats, trail: Floats) -> Booleans:
 
 
 def _to_walls(
-    robot: Robot, pose: Floats, curvature: float, walls: DistanceField, limit: float
+    robot: Robot, pose: Floats, back: WayBack, walls: DistanceField, limit: float
 ) -> float:
     """Distance that the discs of the footprint can back up without contact, m."""
     travelled: Floats = np.arange(1.0, round(limit / _WALL_STEP) + 1.0) * _WALL_STEP
     discs = robot.discs
-    poses = reverse_poses(pose, curvature, travelled)
-    gaps = np.array([walls.at(transform(X, discs[:, :2])) for X in poses])
+    gaps = np.array([walls.at(transform(X, discs[:, :2])) for X in back(travelled)])
     gaps = gaps.reshape(len(travelled), -1)
     # A chair close to a wall beside it may leave at the clearance that it has now.
     now = walls.at(transform(pose, discs[:, :2])) - discs[:, 2]

@@ -40,6 +40,10 @@ class RecoveryStage(StrEnum):
     BACK_UP = "back_up"
     CREEP = "creep"
     ASK = "ask"
+    REVERSE = "reverse"
+    """Back up along the driven track; see ``reversing``."""
+    WAIT_AT_GOAL = "wait_at_goal"
+    """Wait for a person at the goal; see ``occupied_goal``."""
 
 
 class PeopleNearby(StrEnum):
@@ -56,7 +60,12 @@ _REASONS = {
     RecoveryStage.BACK_UP: Reason.BACKING_UP,
     RecoveryStage.CREEP: Reason.CREEPING,
     RecoveryStage.ASK: Reason.ASK_RIDER,
+    RecoveryStage.WAIT_AT_GOAL: Reason.GOAL_OCCUPIED,
 }
+
+
+_EARLY = frozenset({RecoveryStage.WAIT, RecoveryStage.REPLAN, RecoveryStage.WAIT_AT_GOAL})
+"""Stages in which the chair drives as usual if it can."""
 
 
 class RecoveryParameters(Model):
@@ -146,12 +155,21 @@ class RecoveryAction:
     """Remaining distance to back up, m."""
     curvature: float = 0.0
     """Curvature of backing up, rad/m."""
+    way_back: Annotated[Floats, Shape("k 3")] | None = None
+    """Poses to back up through along the driven track; None: an arc."""
+    turns: bool = False
+    """The chair backs up because it cannot turn here."""
+    stop_at: float = np.inf
+    """Arc length on the path at which to wait, m."""
     side: Side = "none"
     """Passing side that the rider selected."""
 
     def reason(self, *, stands: bool) -> Reason | None:
         """Return the reason to display; at an early stage only if the chair stands."""
-        early = self.stage in {RecoveryStage.WAIT, RecoveryStage.REPLAN}
+        early = self.stage in _EARLY
+        if self.stage is RecoveryStage.REVERSE:
+            moving = Reason.REVERSING if self.turns else Reason.BACKING_UP
+            return moving if self.reverses else Reason.WAITING
         return None if self.stage is None or (early and not stands) else _REASONS[self.stage]
 
 

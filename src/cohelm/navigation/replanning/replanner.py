@@ -1,10 +1,11 @@
 """Replanning: keep the current path, or plan a new one.
 
 A path is kept while it is usable. A new one is planned if there is none, if the goal or a wish
-changes, if the path ahead has been blocked for some time, if the chair has left the path or makes
-no progress (``recovery``), if another path has become much better (``path_switching``), and while
-the rider steers away from it, except near the goal. In the last case the new path starts where the
-rider's input leads, so that it passes an obstacle on the side that the rider chose.
+changes, if the path ahead has been blocked for some time, if the chair has left the path, makes no
+progress or has backed up (``recovery``), if another path has become much better
+(``path_switching``), and while the rider steers away from it, except near the goal. In the last
+case the new path starts where the rider's input leads, so that it passes an obstacle on the side
+that the rider chose.
 """
 
 from __future__ import annotations
@@ -149,6 +150,7 @@ def _cause(q: RouteQuery, current: RouteState, p: ReplanningParameters) -> PlanR
     rules = (
         (q.time - current.blocked_since >= p.blocked_time - _ROUNDING, PlanReason.BLOCKED),
         (q.stalled, PlanReason.STALLED),
+        (q.backed_up, PlanReason.BACKED_UP),
         (_rider_leaves_path(q, current, p), PlanReason.STEERING),
         (deviation > p.max_deviation, PlanReason.OFF_PATH),
     )

@@ -35,6 +35,8 @@ class PlanReason(StrEnum):
     """The chair had left the path."""
     STALLED = "stalled"
     """The ride made no progress."""
+    BACKED_UP = "backed_up"
+    """The chair has backed up along its track."""
     STEERING = "steering"
     """The rider steered away from the path."""
 
@@ -55,6 +57,8 @@ class RouteQuery:
     people: People
     stalled: bool = False
     """Recovery demands another path now, around people who stand."""
+    backed_up: bool = False
+    """The chair has backed up along its track since the last plan."""
     side: Side = "none"
     """Passing side that the rider selected."""
     crowding: Crowding | None = None

@@ -1,0 +1,138 @@
+"""Facts for reversing along the driven track, and its action."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.geometry import arc_length, inverse, transform
+from cohelm.messages import Authority, People
+from cohelm.navigation.recovery.driven_track import TRACK_LENGTH, poses_along, way_back
+from cohelm.navigation.recovery.rear_clearance import (
+    ALONG_TRACK,
+    RearMemory,
+    RearScene,
+    rear_clearance,
+)
+from cohelm.navigation.recovery.reversing import (
+    ReversingCause,
+    ReversingContext,
+    ReversingState,
+    may_begin,
+    update_reversing,
+)
+from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage, RecoveryState
+from cohelm.navigation.recovery.turning_room import can_turn
+from cohelm.navigation.replanning.replanner import RouteState
+from cohelm.navigation.tick import StepInput
+from cohelm.navigation.world_model import WorldModel
+
+_LOOKAHEAD = 0.5
+"""Distance ahead on the path at which its direction is taken, m."""
+_WALL_MARGIN, _END_MARGIN = 0.02, 0.06
+"""Gap to walls while turning, m: that of the planner's verification; more to end reversing."""
+
+_JAM_AHEAD, _JAM_BESIDE = 2.0, 1.0
+"""Extent of the place ahead in which people block a corridor, m."""
+
+
+def reverse_along_track(
+    step: StepInput,
+    world: WorldModel,
+    authority: Authority,
+    route: RouteState,
+    rear: RearMemory,
+    track: Floats,
+) -> tuple[RecoveryAction, ReversingState, RearMemory]:
+    """Compute the action of a chair whose path begins behind it; none while it is not active.
+
+    Args:
+        step: input of the step.
+        world: people and obstacles.
+        authority: of the rider, whose input ends reversing.
+        route: with the path.
+        rear: space behind the chair.
+        track: driven track, (k, 3).
+    """
+    memory, p = step.memory.reversing, step.setup.recovery
+    now, back = _context(step, world, authority, route, track)
+    if (memory is not None and memory.active) or may_begin(now):
+        clearance, rear = rear_clearance(
+            rear,
+            step.setup.robot,
+            step.observation,
+            RearScene(world.detections, world.walls, world.people),
+            curvature=ALONG_TRACK,
+            limit=p.back_up,
+            way_back=lambda travelled: poses_along(back, travelled),
+        )
+        now = dataclasses.replace(now, clearance=min(clearance, now.way_back))
+    state = update_reversing(now, memory, patience=p.wait_for_walking_people)
+    if not state.active:
+        return RecoveryAction(), state, rear
+    action = RecoveryAction(
+        stage=RecoveryStage.REVERSE,
+        takes_over=True,
+        reverses=now.clearance > 0.0,
+        back_up_distance=now.clearance,
+        way_back=back,
+        turns=state.cause is ReversingCause.TURN,
+    )
+    return action, state, rear
+
+
+def _context(
+    step: StepInput, world: WorldModel, authority: Authority, route: RouteState, track: Floats
+) -> tuple[ReversingContext, Floats]:
+    """Facts of this tick, and the way back (k, 3); costly ones only where they matter."""
+    pose, robot, memory = step.observation.pose, step.setup.robot, step.memory
+    cause = memory.reversing.cause if memory.reversing else None
+    turn = _turn_to_path(pose, route, step.request.goal)
+    now = ReversingContext(
+        time=step.observation.time,
+        goal=step.request.goal,
+        turn=abs(turn),
+        has_room=True,
+        waited=memory.recovery is not None and memory.recovery.stage is not RecoveryStage.WAIT,
+        jammed=_is_jammed(memory.recovery, pose, world.people),
+        remaining=route.path.length - route.progress,
+        way_back=0.0,
+        allowed=(
+            robot.motion_model.translating == 1
+            and robot.max_reverse_speed > 0.0
+            and step.setup.recovery.back_up > 0.0
+            and not authority.deflection.any()
+        ),
+    )
+    if cause is None and not now.is_behind and not now.jammed:
+        return now, pose[None]
+    jam = cause is ReversingCause.JAM or (cause is None and not now.is_behind)
+    margin = _WALL_MARGIN if cause is None else _END_MARGIN
+    back = way_back(track, pose, TRACK_LENGTH)
+    return dataclasses.replace(
+        now,
+        has_room=can_turn(robot, pose, math.pi if jam else turn, world.walls, margin=margin),
+        way_back=float(arc_length(back[:, :2])[-1]),
+    ), back
+
+
+def _is_jammed(state: RecoveryState | None, pose: Floats, people: People) -> bool:
+    """Check for people close ahead of a chair that has asked its rider in vain."""
+    if state is None or state.stage is not RecoveryStage.ASK:
+        return False
+    ahead, left = transform(inverse(pose), people.mean[:, :2]).T
+    return bool(((ahead > 0.0) & (ahead < _JAM_AHEAD) & (np.abs(left) < _JAM_BESIDE)).any())
+
+
+def _turn_to_path(pose: Floats, route: RouteState, goal: Floats) -> float:
+    """Angle from the heading to a point ahead on the path, or to the goal if it is nearer, rad."""
+    along = arc_length(route.path.points)
+    s = route.progress + _LOOKAHEAD
+    ahead = goal
+    if s < along[-1]:
+        ahead = np.array([np.interp(s, along, route.path.points[:, i]) for i in (0, 1)])
+    x, y = transform(inverse(pose), ahead)
+    return math.atan2(y, x)
