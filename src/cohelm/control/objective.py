@@ -16,7 +16,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.kernels import INNER, KERNEL
-from cohelm.control.path import PathTable, project_on_path
+from cohelm.control.path import project_on_path
 from cohelm.control.scene import MARGIN, PeopleTable, Scene
 from cohelm.control.terms import (
     barrier,
@@ -127,7 +127,7 @@ def start_values(scene: Scene, norm: int) -> Floats:
 def body_value(
     scene: Scene, e: Encounter, state: Floats, q: int, k: int, norm: int
 ) -> float:
-    """h of a body, m."""
+    """H of a body, m."""
     if norm == 2:
         return e.gap - state[MARGIN]
     size = scene.robot.capsule[4] + scene.people.radius[q] + state[MARGIN]
@@ -136,7 +136,7 @@ def body_value(
 
 @njit(**INNER)
 def social_value(people: PeopleTable, e: Encounter, state: Floats) -> float:
-    """h of a social space, m; Xu et al., eq. (8)."""
+    """H of a social space, m; Xu et al., eq. (8)."""
     return e.gap - person_extent(people, state, e) - own_extent(people, e)
 
 
@@ -210,7 +210,7 @@ def step_cost(  # noqa: PLR0917  # a kernel takes plain values
     total = c_progress + c_path + c_effort + c_change + c_track
     if o.extra.address.shape[0]:
         tangent = math.atan2(path.samples[stage.i_path, 3], path.samples[stage.i_path, 2])
-        total += extra.cost(o.extra, stage, u[u.shape[0] - 1], tangent, by_term[FIRST_EXTRA:])
+        total += extra.cost(o.extra, stage, u[u.shape[0] - 1], tangent, by_term)
     # walls, only after a distance in which none can be near
     touches = False
     work.free[1] -= stage.speed * scene.step

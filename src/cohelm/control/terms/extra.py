@@ -20,6 +20,7 @@ See ``examples/`` for a complete one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -30,6 +31,7 @@ from numba.extending import intrinsic
 
 from cohelm.arrays import Floats, Integers
 from cohelm.control.api import LocalProblem
+from cohelm.control.kernels import KERNEL
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
 
@@ -68,6 +70,10 @@ class ExtraTable(NamedTuple):
     """(q, w) numbers of each, filled up with zeros."""
     step: float
     """s."""
+    z: Floats
+    """Workspace: the state that residuals see."""
+    slope: Floats
+    """Workspace, (5,): ∂r/∂(x, y, θ, v, ω)."""
 
 
 def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene) -> ExtraTable:
@@ -78,7 +84,7 @@ def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene)
     for row, given in zip(parameters, numbers, strict=True):
         row[: len(given)] = given
     address = np.array([term.residual.address for term in terms], dtype=np.int64)
-    return ExtraTable(address, parameters, scene.step)
+    return ExtraTable(address, parameters, scene.step, np.zeros(_SIZE), np.zeros(5))
 
 
 @intrinsic
@@ -95,49 +101,52 @@ def _call(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
     return signature, generate
 
 
-@njit(cache=True)
+@njit(**KERNEL)
+def _residual(t: ExtraTable, j: int, stage: Stage, turn: float, tangent: float) -> float:
+    """R of term j at a stage."""
+    _fill(t.z, stage.k * t.step, stage, turn, tangent)
+    return _call(t.address[j], t.parameters[j].ctypes.data, t.z.ctypes.data)
+
+
+@njit(**KERNEL)
 def _fill(z: Floats, time: float, stage: Stage, turn: float, tangent: float) -> None:
     z[TIME], z[X], z[Y], z[HEADING] = time, stage.x, stage.y, stage.heading
     z[SPEED], z[TURN], z[S], z[D], z[TANGENT] = stage.speed, turn, stage.s, stage.d, tangent
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floats) -> float:
-    """Cost of a stage, s; also added to ``by_term`` (q,)."""
-    total, z = 0.0, np.empty(_SIZE)
-    _fill(z, stage.k * t.step, stage, turn, tangent)
+    """Cost of a stage, s; also added to the last entries of ``by_term`` (T,)."""
+    total, first = 0.0, by_term.shape[0] - t.address.shape[0]
     for j in range(t.address.shape[0]):
-        r = _call(t.address[j], t.parameters[j].ctypes.data, z.ctypes.data)
-        by_term[j] += t.step * r * r
+        r = _residual(t, j, stage, turn, tangent)
+        by_term[first + j] += t.step * r * r
         total += t.step * r * r
     return total
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def model(
     t: ExtraTable, stage: Stage, turn: float, tangent: float, sign: float, q: LocalModel
 ) -> None:
     """Add the model of a stage; sign: of the speed's input."""
-    z, last = np.empty(_SIZE), q.input_gradient.shape[1] - 1
-    cos, sin = np.cos(tangent), np.sin(tangent)
+    z, slope, last, k = t.z, t.slope, q.input_gradient.shape[1] - 1, stage.k - 1
+    cos, sin = math.cos(tangent), math.sin(tangent)
     for j in range(t.address.shape[0]):
         p = t.parameters[j].ctypes.data
-        slope = np.zeros(5)
         for a in range(5):
-            for side in (-0.5, 0.5):
+            slope[a] = 0.0
+            for side in range(2):
+                change = (side - 0.5) * _NUDGE
                 _fill(z, stage.k * t.step, stage, turn, tangent)
-                change = side * _NUDGE
+                z[X + a] += change
                 if a < 2:  # the arc length and the distance move with the position
-                    z[X + a] += change
                     z[S] += change * (cos if a == 0 else sin)
                     z[D] += change * (-sin if a == 0 else cos)
-                else:
-                    z[X + a] += change
-                slope[a] += np.sign(side) * _call(t.address[j], p, z.ctypes.data) / _NUDGE
-        _fill(z, stage.k * t.step, stage, turn, tangent)
-        r = _call(t.address[j], p, z.ctypes.data)
+                slope[a] += (2.0 * side - 1.0) * _call(t.address[j], p, z.ctypes.data) / _NUDGE
+        r = _residual(t, j, stage, turn, tangent)
         add_square(q, stage.k, t.step, r, slope[0], slope[1], slope[2])
-        q.input_gradient[stage.k - 1, 0] += 2.0 * t.step * r * sign * slope[3]
-        q.input_curvature[stage.k - 1, 0] += 2.0 * t.step * slope[3] * slope[3]
-        q.input_gradient[stage.k - 1, last] += 2.0 * t.step * r * slope[4]
-        q.input_curvature[stage.k - 1, last] += 2.0 * t.step * slope[4] * slope[4]
+        q.input_gradient[k, 0] += 2.0 * t.step * r * sign * slope[3]
+        q.input_curvature[k, 0] += 2.0 * t.step * slope[3] * slope[3]
+        q.input_gradient[k, last] += 2.0 * t.step * r * slope[4]
+        q.input_curvature[k, last] += 2.0 * t.step * slope[4] * slope[4]
