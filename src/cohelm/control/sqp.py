@@ -380,6 +380,13 @@ def _limit_rows(scene: Scene, w: SolverWorkspace, inputs: Floats) -> int:
             rise, fall = robot.rise[i], robot.fall[i]
             if k == 0:
                 rise, fall = robot.first_rise[i], robot.first_fall[i]
+                if i == 0 and robot.jerk < np.inf:
+                    more = (robot.acceleration + robot.jerk * robot.tick) * robot.tick
+                    less = (robot.jerk * robot.tick - robot.acceleration) * robot.tick
+                    rise, fall = max(min(rise, more), -fall), max(min(fall, less), -rise)
+                    # a bound that is near comes first
+                    rise = max(rise, robot.low[0] - before)
+                    fall = max(fall, before - robot.high[0])
             change = inputs[k, i] - before
             rows.margin[at], rows.upper[at] = change + fall, rise - change
             rows.slack[at], rows.key[at] = -1, r

@@ -17,7 +17,7 @@ from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 from cohelm.messages import People, Predictions
 from cohelm.robots.braking import STANDING
-from cohelm.robots.capsule import gap_to_disc
+from cohelm.robots.capsule import gap_to_disc, nearest_on_spine_in_map
 from cohelm.robots.clearance import share_of
 from cohelm.robots.robot import Robot
 
@@ -34,6 +34,8 @@ _OVERLAP = -0.06
 """The robot waits for a person who overlaps the footprint by more than this, m."""
 _NO_WORSE = 0.01
 """A gap may be smaller by this than if the robot stood still, m."""
+_LEAVING = 0.5
+"""Cosine of the angle to the direction of motion from which on a person is behind the robot."""
 WALKING = 0.15
 """A person who touches the robot and is faster than this walks on, m/s."""
 
@@ -69,7 +71,8 @@ class ContactMargins(NamedTuple):
     the robot had stood still − 1 cm, min(8 cm, gap now − 1 cm))), where s grows from
     ``standing_share`` to 1 with the person's speed. So a person who comes close does not block the
     robot, and a person who would walk into it even if it stood finds it standing. The robot waits
-    for a person who touches it and walks on, or who clearly overlaps it.
+    for a person who touches it and walks on, or who clearly overlaps it. Who follows behind a robot
+    that drives away is no contact: braking would not help.
     """
 
     wall: float
@@ -189,6 +192,7 @@ def _first_contact(  # noqa: PLR0917  # a kernel takes plain arrays
     for k in range(poses.shape[0] - 1):
         # a robot that stands touches nothing
         moving = math.hypot(poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1])
+        turned = poses[k + 1, 2] - poses[k, 2]
         free -= moving
         if moving < STANDING * step and abs(poses[k + 1, 2] - poses[k, 2]) < STANDING * step:
             continue
@@ -215,9 +219,15 @@ def _first_contact(  # noqa: PLR0917  # a kernel takes plain arrays
                 far = around + bodies.radius[i] + most + _SAFE
                 if dx * dx + dy * dy > far * far:
                     continue
-                gap = gap_to_disc(capsule, pose, x, y, bodies.radius[i])
+                d, nx, ny, arm_x, arm_y, _ = nearest_on_spine_in_map(capsule, pose, x, y)
+                gap = d - capsule[4] - bodies.radius[i]
                 if gap >= most:
                     continue
+                # velocity of the robot's surface towards the person
+                vx = (poses[k + 1, 0] - poses[k, 0] + arm_x * turned) / step
+                vy = (poses[k + 1, 1] - poses[k, 1] + arm_y * turned) / step
+                if vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy):
+                    continue  # the robot drives away from somebody who follows
                 stood = gap_to_disc(capsule, poses[0], x, y, bodies.radius[i])
                 needed = min(most, max(stood - _NO_WORSE, floor[i]))
                 if gap < needed or floor[i] == np.inf:
