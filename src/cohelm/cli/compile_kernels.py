@@ -33,11 +33,11 @@ def compile_all() -> int:
         return 0
     from cohelm.live.compilation import Compilations, compile_kernels  # noqa: PLC0415 # takes seconds
 
-    began = time.monotonic()
+    began, state = time.monotonic(), kernel_cache.state()
     with _Progress() as progress, Compilations(progress.count).listening() as compiled:
         for part in compile_kernels():
             progress.enter(part)
-    kernel_cache.mark_complete()
+    kernel_cache.mark_complete(state)
     took = time.monotonic() - began
     done = f"compiled {compiled.number} kernels" if compiled.number else "nothing to compile"
     print_line(f"{done}, {took:.0f} s; cache: {place.folder}")
