@@ -1,11 +1,16 @@
 """Compilation before a ride: the command, and the notice where a ride begins with it."""
 
-import numba
+import os
+import subprocess
+import sys
+
 import pytest
 
 from cohelm import kernel_cache
 from cohelm.cli import compile_kernels, progress
 from cohelm.live import compilation
+
+COMMAND = [sys.executable, "-m", "cohelm"]
 
 
 @pytest.fixture
@@ -73,28 +78,31 @@ def test_nothing_is_compiled_for_a_folder_that_does_not_last(quick, cohelm, monk
     assert "NUMBA_CACHE_DIR" in err
 
 
-def test_kernels_are_counted_as_they_are_compiled():
-    numbers = []
-    with compilation.Compilations(numbers.append).listening() as compiled:
-
-        @numba.njit
-        def inner(x):
-            return x + 1
-
-        @numba.njit
-        def outer(x):
-            return inner(x)
-
-        inner.py_func.__module__ = outer.py_func.__module__ = "cohelm.somewhere"
-        outer(1)
-    assert numbers == [1, 2]
-    assert compiled.number == 2
-    assert compiled.seconds > 0.0
-
-
-def test_progress_is_printed_where_there_is_no_terminal(monkeypatch, capsys):
+def test_progress_counts_new_kernels_where_there_is_no_terminal(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(compile_kernels, "INTERVAL", 0.0)
-    with compile_kernels._Progress() as shown:
+    (tmp_path / "old.nbi").touch()
+    os.utime(tmp_path / "old.nbi", (0, 0))
+    with compile_kernels._Progress(tmp_path) as shown:
+        (tmp_path / "new.nbi").touch()
         shown.enter("world")
-        shown.count(63)
-    assert "compiling 63 of about" in capsys.readouterr().err
+    assert "compiling 1 of about" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_ride_compiles_nothing_after_compiling(tmp_path):
+    script = f"""
+import numba.core.event as event
+from cohelm.cli.app import status
+{{}}
+with event.install_recorder("numba:compile") as recorder:
+    assert status(["run", "{compilation.RIDE}", "--quiet"]) == 0
+names = {{{{each.data["dispatcher"].py_func.__name__ for _, each in recorder.buffer}}}}
+print(len(names), sorted(names))
+"""
+    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    compiled = subprocess.run([*COMMAND, "compile"], env=env, check=True, capture_output=True)
+    assert b"compiled " in compiled.stdout
+    ride = [sys.executable, "-c", script.format("")]
+    done = subprocess.run(ride, env=env, check=True, capture_output=True, text=True)
+    number = int(done.stdout.splitlines()[-1].split()[0])
+    assert number <= 5, done.stdout
