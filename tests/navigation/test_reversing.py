@@ -19,7 +19,7 @@ from cohelm.navigation.recovery.reversing import (
     NEAR_GOAL,
     ReversingCause,
     ReversingContext,
-    may_begin,
+    is_caused,
     update_reversing,
 )
 from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
@@ -144,8 +144,15 @@ def test_a_chair_past_its_goal_reverses_at_once_if_it_cannot_turn():
 
 
 def test_far_from_the_goal_waiting_comes_first():
-    assert not may_begin(context(remaining=5.0))
-    assert may_begin(context(remaining=5.0, waited=True))
+    assert not is_caused(context(remaining=5.0))
+    assert is_caused(context(remaining=5.0, waited=True))
+
+
+def test_far_from_the_goal_a_blocked_way_back_is_not_waited_for():
+    far = context(remaining=5.0, waited=True)
+    assert update_reversing(far, None, patience=2.0).active
+    assert not update_reversing(replace(far, clearance=0.05), None, patience=2.0).active
+    assert update_reversing(context(clearance=0.0), None, patience=2.0).active
 
 
 def test_near_the_goal_it_reverses_until_the_goal_is_ahead_elsewhere_until_it_can_turn():

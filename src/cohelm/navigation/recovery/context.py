@@ -91,17 +91,17 @@ def update_recovery(
     waiting = _wait_at_goal(step, world, route)
     if waiting is not None:
         return RecoveryUpdate(*waiting, rear, track, None)
+    state = memory.recovery
+    if state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
+        state = None
 
     # A path that begins behind a chair that cannot turn: back up to where it can.
     action, reversing, rear = reverse_along_track(step, world, authority, route, rear, track)
     if reversing.active:
-        return RecoveryUpdate(action, None, rear, track, reversing)
+        return RecoveryUpdate(action, state, rear, track, reversing)
 
     # Rear clearance matters only once waiting did not help.
     clearance = curvature = 0.0
-    state = memory.recovery
-    if state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
-        state = None
     if state is not None and state.stage is not RecoveryStage.WAIT and p.back_up > 0.0:
         scene = RearScene(world.detections, world.walls, world.people)
         curvatures = _curvatures(observation.pose, route, state, p.back_up)
