@@ -105,7 +105,8 @@ def update_recovery(
     if state is not None and state.stage is not RecoveryStage.WAIT and p.back_up > 0.0:
         scene = RearScene(world.detections, world.walls, world.people)
         curvatures = _curvatures(observation.pose, route, state, p.back_up)
-        if not world.detections and is_recent(rear, observation.time):
+        arc = math.isfinite(rear.curvature)
+        if arc and not world.detections and is_recent(rear, observation.time):
             curvatures = (rear.curvature,)
         for curvature in curvatures:
             clearance, rear = rear_clearance(
