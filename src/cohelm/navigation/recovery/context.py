@@ -13,6 +13,7 @@ from cohelm.geometry import inverse, transform, wrap_angle
 from cohelm.messages import Authority, Decision, LocalPlan, Mode, People, Reason, Reference
 from cohelm.navigation.recovery.driven_track import extend_track, poses_along
 from cohelm.navigation.recovery.occupied_goal import waiting_place
+from cohelm.navigation.recovery.parameters import RecoveryParameters
 from cohelm.navigation.recovery.progress_checker import ProgressState
 from cohelm.navigation.recovery.rear_clearance import (
     RearMemory,
@@ -28,7 +29,6 @@ from cohelm.navigation.recovery.stages import (
     PeopleNearby,
     RecoveryAction,
     RecoveryContext,
-    RecoveryParameters,
     RecoveryStage,
     RecoveryState,
     recovery_step,
