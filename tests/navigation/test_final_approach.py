@@ -90,6 +90,7 @@ def test_from_far_away_and_without_people_nothing_is_waited_for():
 
 
 def test_a_person_who_only_stepped_aside_a_little_is_still_waited_for():
-    people = walkers([(9.0, 4.0 + 0.305 + 0.15 + 0.3, 0.0, 0.0)])
+    side = float(CHAIR.capsule[4]) + float(walkers([(0.0,) * 4]).radius[0])
+    people = walkers([(9.0, 4.0 + side + 0.07, 0.0, 0.0)])  # 7 cm beside the chair at its goal
     assert place(people) is None
     assert place(people, waits=True) is not None
