@@ -218,7 +218,7 @@ def solve(  # noqa: PLR0917  # a kernel takes plain values
         count = linearise(scene, o, w, best)
         if count < 0:
             return FULL, solved, cost
-        flag = _minimise(daqp, w, count)
+        flag = minimise(daqp, w, count)
         if flag < 1:
             return flag, solved, cost
         solved += 1
@@ -520,7 +520,7 @@ def _wall_rows(scene: Scene, w: SolverWorkspace, at: int, first_key: int) -> int
 
 
 @njit(**KERNEL)
-def _minimise(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
+def minimise(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
     """Solve the program of ``count`` rows: DAQP's flag; the step is the beginning of z."""
     rows, multipliers = w.rows, w.program.of_rows
     tight = 0

@@ -20,6 +20,7 @@ See ``examples/`` for a complete one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -30,6 +31,7 @@ from numba.extending import intrinsic
 
 from cohelm.arrays import Floats, Integers
 from cohelm.control.api import LocalProblem
+from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
 
@@ -68,6 +70,10 @@ class ExtraTable(NamedTuple):
     """(q, w) numbers of each, filled up with zeros."""
     step: float
     """s."""
+    state: Floats
+    """(9,) z, filled at each stage; kernels cannot create arrays."""
+    slope: Floats
+    """(5,) ∂r/∂(x, y, θ, speed, turn rate), filled at each stage."""
 
 
 def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene) -> ExtraTable:
@@ -78,7 +84,7 @@ def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene)
     for row, given in zip(parameters, numbers, strict=True):
         row[: len(given)] = given
     address = np.array([term.residual.address for term in terms], dtype=np.int64)
-    return ExtraTable(address, parameters, scene.step)
+    return ExtraTable(address, parameters, scene.step, np.zeros(_SIZE), np.zeros(5))
 
 
 @intrinsic
@@ -95,16 +101,16 @@ def _call(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
     return signature, generate
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _fill(z: Floats, time: float, stage: Stage, turn: float, tangent: float) -> None:
     z[TIME], z[X], z[Y], z[HEADING] = time, stage.x, stage.y, stage.heading
     z[SPEED], z[TURN], z[S], z[D], z[TANGENT] = stage.speed, turn, stage.s, stage.d, tangent
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floats) -> float:
     """Cost of a stage, s; also added to ``by_term`` (q,)."""
-    total, z = 0.0, np.empty(_SIZE)
+    total, z = 0.0, t.state
     _fill(z, stage.k * t.step, stage, turn, tangent)
     for j in range(t.address.shape[0]):
         r = _call(t.address[j], t.parameters[j].ctypes.data, z.ctypes.data)
@@ -113,17 +119,17 @@ def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floa
     return total
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def model(
     t: ExtraTable, stage: Stage, turn: float, tangent: float, sign: float, q: LocalModel
 ) -> None:
     """Add the model of a stage; sign: of the speed's input."""
-    z, last = np.empty(_SIZE), q.input_gradient.shape[1] - 1
-    cos, sin = np.cos(tangent), np.sin(tangent)
+    z, slope, last = t.state, t.slope, q.input_gradient.shape[1] - 1
+    cos, sin = math.cos(tangent), math.sin(tangent)
     for j in range(t.address.shape[0]):
         p = t.parameters[j].ctypes.data
-        slope = np.zeros(5)
         for a in range(5):
+            slope[a] = 0.0
             for side in (-0.5, 0.5):
                 _fill(z, stage.k * t.step, stage, turn, tangent)
                 change = side * _NUDGE
@@ -133,7 +139,7 @@ def model(
                     z[D] += change * (-sin if a == 0 else cos)
                 else:
                     z[X + a] += change
-                slope[a] += np.sign(side) * _call(t.address[j], p, z.ctypes.data) / _NUDGE
+                slope[a] += 2.0 * side * _call(t.address[j], p, z.ctypes.data) / _NUDGE
         _fill(z, stage.k * t.step, stage, turn, tangent)
         r = _call(t.address[j], p, z.ctypes.data)
         add_square(q, stage.k, t.step, r, slope[0], slope[1], slope[2])

@@ -57,7 +57,11 @@ def final_cost(t: ProgressTable, path: PathTable, stage: Stage) -> float:
 
 @njit(**KERNEL)
 def model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
-    """Add the model of a stage: linear along the path."""
+    """Add the model of a stage: linear along the path.
+
+    Outside a bend, between the normals of two segments, the arc length is constant; the model keeps
+    the slope of a smooth path there, or the robot would not know that going on is worth it.
+    """
     if path.reference[stage.k] > stage.s:
         tangent = path.samples[stage.i_path]
         add_slope(q, stage.k, -t.mean, tangent[2], tangent[3], 0.0)
