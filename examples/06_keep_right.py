@@ -6,6 +6,7 @@ towards the chair in a corridor 3 m wide; both rides are drawn as seen from abov
 """
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +21,8 @@ START = np.array([2.0, WIDTH / 2, 0.0])
 
 
 @residual
-def right_of_path(p, z):
-    """r: a share of the distance to a line beside the path."""
+def right_of_path(p: Any, z: Any) -> Any:
+    """Weighted distance from a line beside the path; its square is the cost per second."""
     return p[0] * (z[D] + p[1])
 
 

@@ -66,9 +66,7 @@ def test_a_quadratic_problem_takes_one_step(motions):
 
 def test_a_barrier_without_a_price_has_no_rows(motions):
     """A person close ahead changes neither the rows nor the cost of bodies."""
-    problem = local_problem(
-        steps=15, step=0.2, speed=0.5, people=walkers([[1.5, 0.0, -0.5, 0.0]])
-    )
+    problem = local_problem(steps=15, step=0.2, speed=0.5, people=walkers([[1.5, 0.0, -0.5, 0.0]]))
     none = Barrier(l1=0.0, l2=0.0)
     seed, counts = along(problem, np.array([0.5, 0.0])).inputs, []
     for bodies in (none, Barrier()):

@@ -99,7 +99,7 @@ def solve(
         inputs, slack = x[3 * n : 5 * n].reshape(n, 2), x[5 * n :]
         poses = np.vstack([problem.pose, x[: 3 * n].reshape(n, 3)])
         before, segments = segments, _segments(problem, control, poses)
-        settled = bool((before.index == segments.index).all())
+        settled = bool((before.samples == segments.samples).all())
         if settled or not stats["success"]:
             break
     return OracleSolution(
@@ -124,7 +124,7 @@ def _along(problem: LocalProblem) -> Floats:
 class _Segments(NamedTuple):
     """Segments of the path on which the states of a trajectory are projected."""
 
-    index: Integers
+    samples: Integers
     """(N+1,) sample of the path at which each segment begins."""
     free: Floats
     """Parameters of a program, in the order of ``_symbols``: the segments have no ends."""
@@ -150,7 +150,7 @@ def _segments(problem: LocalProblem, control: OptimalControl, poses: Floats) -> 
     last = [path.samples[aim, :2], [forward]]
     arc, ones = SPACING * index, np.ones(steps + 1)
     return _Segments(
-        index=index,
+        samples=index,
         free=np.concatenate([*common, arc, ones, *last]),
         exact=np.concatenate([*common, arc + np.where(within, 0.0, end), within, *last]),
     )
@@ -235,14 +235,14 @@ def _margins(problem: LocalProblem, control: OptimalControl) -> Floats:
     speed = np.hypot(*np.moveaxis(predictions.velocity[:, :, :1], -1, 0))
     walks = c.standing + (1.0 - c.standing) * np.minimum(speed / _BRISK, 1.0)
     if problem.stalled:
-        return walks * np.full_like(predictions.deviation, c.tight)
+        return np.asarray(walks * np.full_like(predictions.deviation, c.tight))
     growth = c.growth + c.oncoming * _oncoming(problem)
     gap = c.now + extra + growth * age + c.deviations * predictions.deviation
-    return walks * np.minimum(gap, max(c.upper, c.now) + extra)
+    return np.asarray(walks * np.minimum(gap, max(c.upper, c.now) + extra))
 
 
 def _oncoming(problem: LocalProblem) -> float:
-    """Mean over people of the share towards the robot, divided by their number; see ``clearance``."""
+    """Mean of the people's shares towards the robot over their number; see ``clearance``."""
     velocity = problem.people.mean[:, 2:]
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     walks = np.minimum(speed / _BRISK, 1.0)

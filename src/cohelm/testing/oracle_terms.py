@@ -1,7 +1,6 @@
 """Terms and barriers of the oracle, from their equations, in CasADi's symbols.
 
-States are columns: poses (3, N+1), inputs (2, N). ``p`` are the symbols of ``oracle``. Quantities of
-people are rows per state, quantities of steps exclude the state now.
+States are columns: poses (3, N+1), inputs (2, N). ``p`` are the symbols of ``oracle``.
 """
 
 from __future__ import annotations
@@ -112,7 +111,7 @@ def hinged(
     return (p["reference_arc"] - s)[1:], missing if w.wall_clearance.weight > 0.0 else []
 
 
-def cost_of(  # the parts of a program
+def cost_of(  # noqa: PLR0917  # the parts of a program
     ca: Any,
     w: Terms,
     body: Footprint,
@@ -197,9 +196,7 @@ def barriers(
         if w.walls.gamma < 1.0:  # with γ = 1 each half-plane has rows of its own
             walls = [functools.reduce(ca.fmin, walls[j :: z.walls]) for j in range(len(body.discs))]
         grouped.append((w.walls, walls))
-    return [
-        (law, [ca.fmin(h, _SATURATED) for h in series]) for law, series in grouped if series
-    ]
+    return [(law, [ca.fmin(h, _SATURATED) for h in series]) for law, series in grouped if series]
 
 
 def _active(barrier: Barrier) -> bool:
@@ -211,8 +208,8 @@ def _wall_gaps(ca: Any, body: Footprint, p: dict[str, Any], poses: Any) -> list[
     out = []
     for ax, ay, radius in body.discs:
         cx, cy = _point(ca, poses, ax, ay)
-        for plane in ca.horzsplit(p["planes"]) if p["planes"].numel() else ():
-            out.append(plane[0] * cx + plane[1] * cy - plane[2] - radius)
+        planes = ca.horzsplit(p["planes"]) if p["planes"].numel() else ()
+        out += [plane[0] * cx + plane[1] * cy - plane[2] - radius for plane in planes]
     return out
 
 
@@ -240,7 +237,7 @@ def _point(ca: Any, poses: Any, x: float, y: float) -> tuple[Any, Any]:
 def _seen(
     ca: Any, body: Footprint, p: dict[str, Any], poses: Any, z: ProgramSize, q: int
 ) -> tuple[Any, Any, Any]:
-    """(gap to the body, extent of the person's space, extent of the robot's own) of hypothesis q."""
+    """(gap to the body, extent of the person's space, that of the robot's own) of hypothesis q."""
     x, y, heading = poses[0, :].T, poses[1, :].T, poses[2, :].T
     cos, sin = ca.cos(heading), ca.sin(heading)
     dx, dy = p["x"][:, q] - x, p["y"][:, q] - y

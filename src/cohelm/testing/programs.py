@@ -17,9 +17,10 @@ _ROWS = 8192
 
 
 class QuadraticProgram(NamedTuple):
-    """A complete program: minimise ½ xᵀHx + gᵀx + Σ l1·s + ½ l2·s² subject to
+    """A complete program.
 
-    low ≤ x ≤ high,  −margin ≤ J x + s ≤ upper,  s ≥ 0.
+    Minimise ½ xᵀHx + gᵀx + Σ l1·s + ½ l2·s² subject to low ≤ x ≤ high, s ≥ 0 and
+    −margin ≤ J x + s ≤ upper.
     """
 
     hessian: Floats
@@ -115,9 +116,7 @@ def minimise(
     return p.z[: len(program.gradient)], Duals(p.of_inputs, p.of_slacks, p.of_rows)
 
 
-def program_workspace(
-    program: QuadraticProgram, like: sqp.SolverWorkspace
-) -> sqp.SolverWorkspace:
+def program_workspace(program: QuadraticProgram, like: sqp.SolverWorkspace) -> sqp.SolverWorkspace:
     """The workspace that holds a program; ``like`` is any other, for the types of its arrays."""
     n, slacks, count = len(program.gradient), len(program.l1), len(program.margin)
     size, keys = n + slacks, int(program.key.max(initial=0)) + 1

@@ -59,9 +59,7 @@ def test_gamma_1_is_a_plain_distance(motions, chair):
     """Only a person nearer than the clearance needs slack, by the missing distance."""
     for x in (1.2, 1.5, 1.8, 4.0):
         problem = local_problem(steps=STEPS, step=0.2, people=walkers([[x, 0.0, 0.0, 0.0]]))
-        tables = motions.prepared(
-            problem, alone("bodies", Barrier(gamma=1.0)), clearance=AT_ONCE
-        )
+        tables = motions.prepared(problem, alone("bodies", Barrier(gamma=1.0)), clearance=AT_ONCE)
         gap = x - chair.capsule[2] - chair.capsule[4] - 0.25
         found = tables.evaluate(np.zeros((STEPS, 2)))
         assert found.slack == pytest.approx(max(0.3 - gap, 0.0), abs=1e-5)

@@ -81,13 +81,20 @@ def among(rng, moves, motions, shape=(CONTOUR, 0.125)):
     spaces = dataclasses.replace(
         problem.spaces, kind=shape[0], scale=shape[1], floor=0.1, robot=np.array([0.3, 0.2, 0.15])
     )
-    problem = grouped(dataclasses.replace(problem, spaces=spaces))
+    # a wall to the left, which the footprint's discs approach at an angle
+    angle = problem.pose[2] - 1.3
+    normal = np.array([np.cos(angle), np.sin(angle)])
+    plane = np.array([[*normal, normal @ problem.pose[:2] - 0.8]])
+    walls = field_of(plane, problem.pose)
+    problem = grouped(dataclasses.replace(problem, spaces=spaces, walls=walls))
     return problem if moves == MOVES[0] else motions.any_way(problem)
 
 
 def beyond_a_segment(tables, inputs):
-    """Check that some state is between two segments of the path: the arc length is constant there,
-    and the model keeps its slope."""
+    """Check that some state is between the normals of two segments of the path.
+
+    The arc length is constant there, and the model keeps its slope.
+    """
     samples, i, found = tables.scene.path.samples, 0, False
     for x, y, _ in tables.trajectory(inputs).poses.tolist():
         i, _, _ = project_on_path(samples, x, y, i)
@@ -159,9 +166,7 @@ def costs_of(motions):
         scene = {key: changes.pop(key) for key in ("people", "walls") if key in changes}
         problem = local_problem(steps=10, step=0.2, wanted=0.8, **scene)
         problem = dataclasses.replace(problem, **changes)
-        tables = motions.prepared(
-            problem, terms, np.array(now), clearance=clearance or Clearance()
-        )
+        tables = motions.prepared(problem, terms, np.array(now), clearance=clearance or Clearance())
         return tables.evaluate(np.tile(np.array(inputs, dtype=float), (10, 1))).costs
 
     return made
@@ -248,8 +253,7 @@ def test_unlikely_hypotheses_cost_less(costs_of):
     half = dataclasses.replace(problem.predictions, weight=np.array([[0.5]]))
     wide = Clearance(now=0.6, upper=1.0)
     whole, less = (
-        costs_of(people=people, clearance=wide, predictions=p)
-        for p in (problem.predictions, half)
+        costs_of(people=people, clearance=wide, predictions=p) for p in (problem.predictions, half)
     )
     for name in ("person_clearance", "personal_space"):
         assert less[name] == pytest.approx(0.5 * whole[name]) > 0.0
