@@ -48,7 +48,7 @@ def drive(planner: SsMpcDcbf, seconds: float = 10.0) -> tuple[Floats, float]:
         problem = local_problem(
             steps=planner.steps,
             step=planner.step,
-            people=walkers(person),
+            people=walkers(person, time=k * TICK),
             walls=walls,
             pose=(pose[0], WIDTH / 2, 0.0),
             wanted=0.7,
