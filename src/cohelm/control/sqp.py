@@ -8,7 +8,8 @@ one person, and all rows of the walls, share a slack:
 
 g and H are condensed backwards along the trajectory from the local models of the terms (Frison and
 Jørgensen 2013): with A and B the derivatives of a step, P_k = Aᵀ P_{k+1} A + Q_k and
-H_ij = B_iᵀ P_{i+1} ∂x_{i+1}/∂u_j. Most rows of a crowded problem never become active, so rows are
+H_ij = B_iᵀ P_{i+1} ∂x_{i+1}/∂u_j. Of the second derivatives of a step only the positive one by the
+heading is kept: a turn shortens the displacement. Most rows of a crowded problem never become active, so rows are
 added on demand: solve with the tightest, check the others, add the violated ones, solve again.
 """
 
@@ -218,7 +219,7 @@ def solve(  # noqa: PLR0917  # a kernel takes plain values
         count = linearise(scene, o, w, best)
         if count < 0:
             return FULL, solved, cost
-        flag = _minimise(daqp, w, count)
+        flag = minimise(daqp, w, count)
         if flag < 1:
             return flag, solved, cost
         solved += 1
@@ -357,6 +358,8 @@ def _condense(scene: Scene, w: SolverWorkspace, inputs: Floats) -> None:
         # back over step j: A = 1 but for ∂(x, y)/∂θ
         ax, ay = -(poses[k, 1] - poses[j, 1]), poses[k, 0] - poses[j, 0]
         la += ax * lx + ay * ly
+        # a turn shortens the displacement of its step: curvature where the cost pulls along it
+        aa += max(ax * ly - ay * lx, 0.0)
         aa += 2.0 * (ax * xa + ay * ya) + ax * ax * xx + 2.0 * ax * ay * xy + ay * ay * yy
         xa, ya = xa + ax * xx + ay * xy, ya + ax * xy + ay * yy
     for i in range(p.gradient.shape[0]):
@@ -527,7 +530,7 @@ def _wall_rows(scene: Scene, w: SolverWorkspace, at: int, first_key: int) -> int
 
 
 @njit(**KERNEL)
-def _minimise(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
+def minimise(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
     """Solve the program of ``count`` rows: DAQP's flag; the step is the beginning of z."""
     rows, multipliers = w.rows, w.program.of_rows
     tight = 0
