@@ -14,12 +14,14 @@ A term is a class with a ``name``, a ``residual`` made by :func:`residual`, and 
             return np.array([0.5, 0.4])
 
 Its cost is Δt·r² per step, in seconds. The derivatives are central differences, so r should be
-continuous; ``p`` are the numbers of ``table``, made once a tick, ``z`` the state by the names below.
+continuous; ``p`` are the numbers of ``table``, made once a tick, ``z`` the state by the names
+below.
 See ``examples/`` for a complete one.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -30,6 +32,7 @@ from numba.extending import intrinsic
 
 from cohelm.arrays import Floats, Integers
 from cohelm.control.api import LocalProblem
+from cohelm.control.kernels import KERNEL
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
 
@@ -39,7 +42,8 @@ and distance to the left on the path, m; direction of the path there, rad."""
 _SIZE = 9
 _NUDGE = 1e-4
 """Step of the differences, m, rad, m/s and rad/s."""
-_SIGNATURE = types.float64(types.CPointer(types.float64), types.CPointer(types.float64))
+_NUMBERS: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]  # numba
+_SIGNATURE = types.float64(_NUMBERS, _NUMBERS)
 
 
 def residual(function: Callable[[Any, Any], float]) -> Any:
@@ -68,6 +72,10 @@ class ExtraTable(NamedTuple):
     """(q, w) numbers of each, filled up with zeros."""
     step: float
     """s."""
+    state: Floats
+    """(9,) space for z: a kernel owns no array."""
+    slope: Floats
+    """(5,) space for the derivatives of a residual."""
 
 
 def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene) -> ExtraTable:
@@ -78,11 +86,10 @@ def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene)
     for row, given in zip(parameters, numbers, strict=True):
         row[: len(given)] = given
     address = np.array([term.residual.address for term in terms], dtype=np.int64)
-    return ExtraTable(address, parameters, scene.step)
+    return ExtraTable(address, parameters, scene.step, np.empty(_SIZE), np.empty(5))
 
 
-@intrinsic
-def _call(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
+def _call_residual(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
     """Call a residual by the addresses of it and of its arguments."""
     signature = types.float64(types.int64, types.int64, types.int64)
 
@@ -95,34 +102,38 @@ def _call(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
     return signature, generate
 
 
-@njit(cache=True)
+_call: Any = intrinsic(_call_residual)
+"""Without the typing context, which numba passes."""
+
+
+@njit(**KERNEL)
 def _fill(z: Floats, time: float, stage: Stage, turn: float, tangent: float) -> None:
     z[TIME], z[X], z[Y], z[HEADING] = time, stage.x, stage.y, stage.heading
     z[SPEED], z[TURN], z[S], z[D], z[TANGENT] = stage.speed, turn, stage.s, stage.d, tangent
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floats) -> float:
     """Cost of a stage, s; also added to ``by_term`` (q,)."""
-    total, z = 0.0, np.empty(_SIZE)
+    total, z = 0.0, t.state
     _fill(z, stage.k * t.step, stage, turn, tangent)
     for j in range(t.address.shape[0]):
-        r = _call(t.address[j], t.parameters[j].ctypes.data, z.ctypes.data)
+        r: float = _call(t.address[j], t.parameters[j].ctypes.data, z.ctypes.data)
         by_term[j] += t.step * r * r
         total += t.step * r * r
     return total
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def model(
     t: ExtraTable, stage: Stage, turn: float, tangent: float, sign: float, q: LocalModel
 ) -> None:
     """Add the model of a stage; sign: of the speed's input."""
-    z, last = np.empty(_SIZE), q.input_gradient.shape[1] - 1
-    cos, sin = np.cos(tangent), np.sin(tangent)
+    z, slope, last = t.state, t.slope, q.input_gradient.shape[1] - 1
+    cos, sin = math.cos(tangent), math.sin(tangent)
     for j in range(t.address.shape[0]):
         p = t.parameters[j].ctypes.data
-        slope = np.zeros(5)
+        slope[:] = 0.0
         for a in range(5):
             for side in (-0.5, 0.5):
                 _fill(z, stage.k * t.step, stage, turn, tangent)
@@ -133,9 +144,11 @@ def model(
                     z[D] += change * (-sin if a == 0 else cos)
                 else:
                     z[X + a] += change
-                slope[a] += np.sign(side) * _call(t.address[j], p, z.ctypes.data) / _NUDGE
+                slope[a] += (
+                    math.copysign(1.0, side) * _call(t.address[j], p, z.ctypes.data) / _NUDGE
+                )
         _fill(z, stage.k * t.step, stage, turn, tangent)
-        r = _call(t.address[j], p, z.ctypes.data)
+        r: float = _call(t.address[j], p, z.ctypes.data)
         add_square(q, stage.k, t.step, r, slope[0], slope[1], slope[2])
         q.input_gradient[stage.k - 1, 0] += 2.0 * t.step * r * sign * slope[3]
         q.input_curvature[stage.k - 1, 0] += 2.0 * t.step * slope[3] * slope[3]
