@@ -63,9 +63,7 @@ class Verification(Model):
         """Gap to a wall that counts as contact in a problem, m."""
         return self.stalled_wall_margin if problem.stalled else self.wall_margin
 
-    def passes(
-        self, problem: LocalProblem, trajectory: Trajectory, clearance: Clearance
-    ) -> bool:
+    def passes(self, problem: LocalProblem, trajectory: Trajectory, clearance: Clearance) -> bool:
         """Check that a trajectory is clear for a while, and so is braking after its first command.
 
         All trajectories are swept against walls and predicted people. The trajectory and comfort
@@ -159,9 +157,7 @@ class Verification(Model):
         )
 
 
-def _contact(
-    problem: LocalProblem, poses: Floats, step: float, margins: ContactMargins
-) -> float:
+def _contact(problem: LocalProblem, poses: Floats, step: float, margins: ContactMargins) -> float:
     """Time of the first contact of poses (k, 3), s; +inf: none."""
     return first_contact(
         problem.robot,

@@ -115,5 +115,7 @@ def limit_input(robot: RobotTable, max_speed: float, k: int, inputs: Floats) -> 
 def _most(robot: RobotTable, k: int, i: int, change: float) -> float:
     """Largest change of input i at step k in the direction of ``change``."""
     if k == 0:
-        return robot.first_rise[i] if change > 0.0 else robot.first_fall[i]
-    return robot.rise[i] if change > 0.0 else robot.fall[i]
+        first: float = robot.first_rise[i] if change > 0.0 else robot.first_fall[i]
+        return first
+    later: float = robot.rise[i] if change > 0.0 else robot.fall[i]
+    return later
