@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from cohelm.control import SsMpcDcbf, Trajectory
-from cohelm.control.sqp import with_inputs
 from cohelm.control.trajectories import limited_trajectory
 from cohelm.robots import Robot
 from cohelm.testing.problems import random_problem
@@ -28,6 +27,12 @@ def any_way(problem):
     """The same problem for a robot of the same build that moves any way."""
     build = problem.robot.model_dump() | {"kinematics": "holonomic", "max_reverse_speed": 1.0}
     return dataclasses.replace(problem, robot=Robot(**build))
+
+
+def with_inputs(problem, trajectory, inputs):
+    """The trajectory with other inputs (N, m)."""
+    poses = problem.robot.motion_model.rollout(problem.pose, inputs, trajectory.step)
+    return dataclasses.replace(trajectory, poses=poses, inputs=inputs)
 
 
 def slope(of, problem, trajectory):

@@ -41,7 +41,7 @@ def test_uncertain_people_have_a_wider_margin():
 
 
 def test_oncoming_people_have_a_wider_margin():
-    clearance = Clearance(now=0.1, growth=0.05, oncoming=0.2, upper=9.0)
+    clearance = Clearance(now=0.1, growth=0.05, oncoming=0.2, upper=3.0)
     [found] = margins(clearance, (-0.8, 0.0), oncoming=0.5)
     assert found == pytest.approx(0.1 + 0.15 * TIMES)
 
