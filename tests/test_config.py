@@ -168,3 +168,32 @@ def test_nearest_says_the_near_one_or_all():
     assert nearest("hospitl", ["hospital", "crossing"]) == "; did you mean 'hospital'?"
     assert nearest("zzz", ["b", "a"]) == "; known: a, b"
     assert nearest("zzz", []) == ""
+
+
+class Price(Model):
+    weight: float = 1.0
+    square: float = 2.0
+
+
+class Stack(Model):
+    near: Price = Price(weight=5.0)
+    far: Price = Price()
+
+
+class Controller(Model):
+    stack: Stack = Stack(far=Price(square=9.0))
+
+
+@pytest.mark.parametrize("build", [Controller.model_validate, lambda data: Controller(**data)])
+def test_what_a_nested_setting_does_not_name_keeps_the_fields_own_default(build):
+    found = build({"stack": {"near": {"square": 0.5}, "far": {"weight": 3.0}}})
+    assert found.stack.near == Price(weight=5.0, square=0.5)
+    assert found.stack.far == Price(weight=3.0, square=9.0)
+    assert build({}) == Controller()
+    assert build({"stack": Stack()}).stack == Stack()
+
+
+def test_a_misspelt_nested_key_is_named_in_full():
+    with pytest.raises(ConfigError, match="weight") as caught:
+        validate(Controller, {"stack": {"near": {"wieght": 0.5}}})
+    assert caught.value.key == "stack.near.wieght"

@@ -10,8 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from barrier_pictures import Barrier, draw_barriers
-from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory
-from cohelm.control.terms import GroupBarrier, PersonBarrier, SocialSpaceBarrier
+from cohelm.arrays import Floats
+from cohelm.control import LocalProblem, OptimalControl, SsMpcDcbf
+from cohelm.control.objective import advanced, body_value, first_stage, social_value
+from cohelm.control.optimal_control import PreparedControl
+from cohelm.control.terms.barrier import REACH
+from cohelm.control.terms.encounter import state_encounter
 from cohelm.messages import Groups, RiderProfile
 from cohelm.social import PersonalSpace
 from cohelm.testing.scenes import local_problem, walkers
@@ -38,6 +42,22 @@ def scene(planner: SsMpcDcbf) -> LocalProblem:
     return dataclasses.replace(problem, spaces=spaces)
 
 
+def values(prepared: PreparedControl, inputs: Floats) -> Floats:
+    """H of body and social space of each person along inputs (N, m), (n, 2, N+1), m."""
+    people, capsule = prepared.scene.people, prepared.scene.robot.capsule
+    out = np.empty((len(people.weight), 2, len(inputs) + 1))
+    stage = first_stage(prepared.scene)
+    for k in range(len(inputs) + 1):
+        for q in range(len(out)):
+            state = people.states[q, k]
+            e = state_encounter(people, capsule, q, stage)
+            out[q, 0, k] = body_value(prepared.scene, e, state, q, k, 2)
+            out[q, 1, k] = social_value(people, e, state)
+        if k < len(inputs):
+            stage = advanced(prepared.scene, stage, inputs[k])
+    return np.minimum(out, REACH)
+
+
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--plot", type=Path, default=Path("docs/images/barriers.png"))
@@ -46,25 +66,20 @@ def main() -> None:
     problem, plan = scene(planner), None
     for _ in range(ROUNDS):
         plan = planner.plan(problem, plan)
-    near = problem.truncated(len(plan.inputs))
-    trajectory = Trajectory(
-        step=plan.step,
-        poses=plan.poses,
-        inputs=plan.inputs,
-        current_input=problem.robot.motion_model.input(problem.twist),
-    )
-    barriers = []
-    for name, law in (
-        ("body of the oncoming person", PersonBarrier(planner.parameters.bodies)),
-        ("space of the oncoming person", SocialSpaceBarrier(planner.parameters.social_space)),
-        ("space of the group", GroupBarrier(planner.parameters.group_space)),
-    ):
-        found = law.values(near, trajectory)
-        barriers.append(Barrier(name, found.h[0], law.parameters.gamma))
-        print(f"{name:30} slack {found.slack.max():.3f} m, minimum h {found.h[0].min():.3f} m")
-    last = len(plan.inputs)
+    terms, last = planner.parameters.terms, len(plan.inputs)
+    now = problem.robot.motion_model.input(problem.twist)
+    prepared = OptimalControl(terms, planner.clearance).prepare(problem, now, planned=last)
+    h = values(prepared, plan.inputs)
+    barriers = [
+        Barrier("body of the oncoming person", h[0, 0], terms.bodies.gamma),
+        Barrier("space of the oncoming person", h[0, 1], terms.social_space.gamma),
+        Barrier("space of the first who talks", h[1, 1], terms.social_space.gamma),
+    ]
+    for each in barriers:
+        print(f"{each.name:30} minimum h {each.h.min():.3f} m")
+    print("costs, s:", {name: round(cost, 3) for name, cost in plan.costs.items() if cost > 0.0})
     shown = np.linspace(0, last, 5).astype(int).tolist()
-    draw_barriers(near, plan, barriers, chosen.plot, shown=shown)
+    draw_barriers(problem.truncated(last), plan, barriers, chosen.plot, shown=shown)
 
 
 if __name__ == "__main__":

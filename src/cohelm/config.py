@@ -20,11 +20,34 @@ from cohelm.errors import ConfigError
 
 
 class Model(pydantic.BaseModel):
-    """Base of every parameter set: frozen, without unknown keys."""
+    """Base of every parameter set: frozen, without unknown keys.
+
+    A mapping for a nested set changes only the values that it names: the others are those of the
+    field's own default, which may differ from the defaults of its type.
+    """
 
     model_config = pydantic.ConfigDict(
         extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False
     )
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _complete(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        fields = cls.model_fields
+        return {
+            key: _completed(fields[key].default, given) if key in fields else given
+            for key, given in data.items()
+        }
+
+
+def _completed(default: Any, given: Any) -> Any:
+    """The given values over those of a default."""
+    if not (isinstance(default, Model) and isinstance(given, Mapping)):
+        return given
+    known = dict(default)
+    return {**known, **{key: _completed(known.get(key), each) for key, each in given.items()}}
 
 
 _M = TypeVar("_M", bound=Model)

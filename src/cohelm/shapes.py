@@ -12,8 +12,8 @@ and never less than the floor. The printed front test, 0 < δ < π, distinguishe
 front is cos δ > 0, which makes l continuously differentiable at the side. A circle is
 σ_h = σ_s = σ_r. ``social`` chooses shapes, ``control`` evaluates them, ``plotting`` draws them.
 
-The sampled costs and ``control.terms.social_distance`` evaluate l from precomputed coefficients of
-q and the cosine of δ: their inner loops have no angles, and rounding differs from :func:`extent`.
+``control.terms.encounter`` evaluates l from precomputed coefficients of q and the cosine of δ: its
+loops have no angles, and rounding differs from :func:`extent`.
 
 A convex hull of such shapes is represented by its support function s, the maximum of p·u over the
 hull, for evenly spaced directions u. A point is outside where p·u > s for some u.

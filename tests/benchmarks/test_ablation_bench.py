@@ -56,10 +56,11 @@ def test_without_social_space_nobody_has_any():
 def test_a_short_horizon_is_as_long_as_a_plan():
     planner = part("short horizon", "local_planner")
     problem = local_problem(steps=planner.steps, step=planner.step)
-    found = planner.sampler.sample(problem, np.zeros(2))
-    stride = planner.parameters.sampling.stride
-    assert planner.steps <= found.inputs.shape[1] < planner.steps + stride
-    assert planner.steps == planner.parameters.steps
+    plan = planner.plan(problem, None)
+    p = planner.parameters
+    assert len(plan.inputs) == p.steps
+    assert p.steps <= planner.steps < p.steps + p.sampling.stride
+    assert len(plan.memory.tail) == planner.steps - p.steps
 
 
 def test_what_a_variant_is_compared_with_is_ridden_too():

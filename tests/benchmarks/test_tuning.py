@@ -77,8 +77,8 @@ def test_the_declared_spaces_hold_and_every_rival_has_one():
 
 def test_a_space_beyond_what_a_planner_allows_is_refused(tmp_path):
     file = tmp_path / "spaces.yaml"
-    file.write_text("planners: {ss_mpc_dcbf: {bodies.gamma: {low: 0.5, high: 1.5}}}")
-    with pytest.raises(ConfigError, match=r"ss_mpc_dcbf.bodies.gamma"):
+    file.write_text("planners: {ss_mpc_dcbf: {terms.bodies.gamma: {low: 0.5, high: 1.5}}}")
+    with pytest.raises(ConfigError, match=r"ss_mpc_dcbf.terms.bodies.gamma"):
         read_spaces(file)
     with pytest.raises(ConfigError, match="no space"):
         check_known({"dwa": {}}, ["dwb"])

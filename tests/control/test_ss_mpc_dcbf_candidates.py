@@ -12,6 +12,7 @@ from cohelm.control.trajectories import braking_trajectory, limited_trajectory
 from cohelm.control.verification import Verification
 from cohelm.messages import RiderProfile, Status
 from cohelm.robots import Robot, move
+from cohelm.robots.clearance import Clearance
 from cohelm.testing.problems import random_problem
 from cohelm.testing.scenes import local_problem, straight_on, walkers
 
@@ -67,6 +68,26 @@ def test_the_rider_says_on_which_side_to_pass(side, sign):
     """To keep right of somebody dead ahead leads to negative y."""
     poses, _ = ridden((3.5, 0.0, 0.0, 0.0), 50, profile=RiderProfile(passing_side=side))
     assert sign * poses[:, 1][np.abs(poses[:, 1]).argmax()] > 0.1
+
+
+def test_the_score_is_the_objective_and_the_terms_of_the_choice():
+    """Two ways round somebody ahead: the wrong side, another class and a new plan cost as told."""
+    plain = scene(people=walkers([[4.0, 0.0, -0.5, 0.0]]), speed=0.7)
+    problem = dataclasses.replace(plain, profile=RiderProfile(passing_side="left"))
+    choice = PLANNER.parameters.choice
+    first = PLANNER.plan(problem, None)
+    assert first.memory.person_sides.tolist() == [-1]
+    cycle = PLANNER._prepare(dataclasses.replace(problem, time=TICK), first)
+    candidates = cycle.sample(PLANNER.parameters.sampling, None)
+    assert {-1, 1} <= {int(each.passing_sides[1]) for each in candidates}
+    for each in candidates:
+        added = choice.replacing
+        added += (choice.passing_side + choice.switching) * (each.passing_sides[1] == 1)
+        assert each.score == pytest.approx(each.cost + added)
+        assert each.by_term.sum() == pytest.approx(each.score)
+        assert (each.by_term >= 0.0).all()
+    [kept] = cycle.evaluate([first.inputs], ["previous"])
+    assert kept.by_term[-1] == 0.0
 
 
 def test_class_changes_count_the_people_passed_on_the_other_side():
@@ -137,8 +158,8 @@ def who_may_turn(share):
 def test_probable_hypotheses_bind_emergency_braking(share, clear):
     problem = who_may_turn(share)
     ahead = limited_trajectory(problem, np.tile([0.8, 0.0], (25, 1)), np.array([0.8, 0.0]))
-    rules = Verification(people_acceleration=0.0, min_probability=0.1, people_margin=0.12)
-    assert rules.passes(problem, ahead) is clear
+    rules = Verification(people_acceleration=0.0, min_probability=0.1)
+    assert rules.passes(problem, ahead, Clearance(now=0.12, growth=0.0)) is clear
 
 
 def test_the_chair_waits_after_a_person_has_walked_into_it():

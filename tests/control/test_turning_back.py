@@ -14,7 +14,7 @@ from cohelm.robots.capsule import nearest_on_spine_in_map
 from cohelm.testing.scenes import local_problem, walkers
 
 PLANNER = SsMpcDcbf()
-RULES = PLANNER.parameters.verification
+RULES, CLEARANCE = PLANNER.parameters.verification, PLANNER.clearance
 FINE = 0.01
 TURN = 5.0
 """A little less than is reckoned with, m/s²."""
@@ -55,7 +55,7 @@ def test_who_turns_back_unseen_finds_the_chair_standing():
         way = rng.uniform(-2.2, 0.3)
         velocity = pace * np.array([np.cos(way), np.sin(way)])
         problem = scene(people=walkers([[*at, *velocity]]), speed=speed)
-        if not RULES.passes(problem, straight_on(problem, speed)):
+        if not RULES.passes(problem, straight_on(problem, speed), CLEARANCE):
             continue
         verified += 1
         robot, now = problem.robot, np.array([speed, 0.0])
@@ -81,14 +81,14 @@ def test_close_behind_somebody_the_chair_does_not_go_fast(turning, passes):
     """0.5 m behind somebody who walks as fast: on the way back he meets a chair that rolls."""
     problem = scene(people=walkers([[1.75, 0.0, 0.8, 0.0]]), speed=0.8)
     rules = RULES.model_copy(update={"turn_back_acceleration": turning})
-    assert rules.passes(problem, straight_on(problem, 0.8)) is passes
+    assert rules.passes(problem, straight_on(problem, 0.8), CLEARANCE) is passes
 
 
 def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
     """Nothing passes at more than half the speed; a plan that does is found all the same."""
 
     class Slow(Verification):
-        def passes(self, problem, trajectory):
+        def passes(self, problem, trajectory, clearance):
             return bool(trajectory.inputs[:, 0].max() < 0.6)
 
     planner = SsMpcDcbf(PLANNER.parameters.model_copy(update={"verification": Slow()}))
@@ -101,7 +101,8 @@ def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
 def test_hard_braking_is_asked_for_where_ordinary_braking_is_not_enough(gap, urgent):
     """At 0.8 m/s towards somebody who comes: ordinary braking takes 0.4 m, hard braking 0.2 m."""
     problem = scene(people=walkers([[0.8 + gap, 0.0, -1.1, 0.0]]), speed=0.8)
-    assert Verification().needs_emergency_braking(problem, np.array([0.8, 0.0])) is urgent
+    now = np.array([0.8, 0.0])
+    assert Verification().needs_emergency_braking(problem, now, CLEARANCE) is urgent
     if urgent:
         stop = PLANNER.plan(dataclasses.replace(problem), None)
         assert stop.status is Status.STOP

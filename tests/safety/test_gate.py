@@ -7,12 +7,14 @@ from hypothesis import strategies as st
 
 from cohelm.arrays import identical
 from cohelm.messages import Mode, Reason
+from cohelm.robots.clearance import Clearance
 from cohelm.safety import GateParameters, gate, stop
 from cohelm.testing.scenes import walkers
 
 from .scenes import request, sound, surroundings, wall_at
 
-EXACT = GateParameters(wall_margin=0.02, wall_margin_time=0.0, people_margin=0.05, reaction=0.15)
+EXACT = GateParameters(wall_margin=0.02, wall_margin_time=0.0, reaction=0.15)
+CLEARANCE = Clearance(now=0.05)
 """The figures that the distances below are derived for."""
 GATED = [Mode.AUTONOMOUS, Mode.SHARED, Mode.ASSISTED]
 
@@ -28,6 +30,7 @@ def ask(chair):
             asked or request(),
             chair,
             **surroundings(walls, people),
+            clearance=CLEARANCE,
             parameters=parameters,
         )
 
@@ -210,6 +213,7 @@ def test_the_tail_is_watched_where_the_chair_turns_on_the_spot(ask, chair):
         request(),
         chair,
         **surroundings(turned),
+        clearance=CLEARANCE,
         parameters=EXACT,
     )
     # how far it swings before it stands: 0.15 s at 1.2 rad/s and more; the side's discs reach out
@@ -339,6 +343,7 @@ def test_whatever_comes_in_what_goes_out_is_a_number_within_the_limits(
         request(mode, speed_limit=limit),
         chair,
         **surroundings(ahead(chair, gap), walkers([person])),
+        clearance=Clearance(),
         parameters=GateParameters(),
     )
     v, aside, turn = decision.twist

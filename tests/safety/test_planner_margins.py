@@ -1,12 +1,15 @@
 """The planner asks for no less than the gate, which would else overrule what is verified."""
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cohelm.control import SsMpcDcbf
-from cohelm.control.verification import Verification
+from cohelm.robots.clearance import Clearance
 from cohelm.safety import GateParameters
 
-PLANNER, GATE = Verification(), GateParameters()
+PLANNER, GATE = SsMpcDcbf.Parameters().verification, GateParameters()
 
 
 @pytest.mark.parametrize("margin", ["wall_margin", "stalled_wall_margin"])
@@ -14,20 +17,24 @@ def test_gaps_to_walls(margin):
     assert getattr(PLANNER, margin) >= GATE.wall_margin
 
 
-@pytest.mark.parametrize("margin", ["people_margin", "stalled_people_margin"])
-def test_gaps_to_people_who_walk_and_who_stand(margin):
-    asked = getattr(PLANNER, margin)
-    assert asked >= GATE.people_margin
-    assert PLANNER.standing_share * asked >= GATE.standing_share * GATE.people_margin
-
-
-def test_ways_and_plans_aim_at_no_less_than_is_verified_of_who_stands():
-    """Of who walks more is verified than is aimed at: there, time is on the planner's side."""
-    aims = SsMpcDcbf.Parameters()
-    asked = PLANNER.standing_share * PLANNER.people_margin
-    assert min(aims.sampling.margin, aims.bodies.margin) >= asked
-    squeezing = PLANNER.standing_share * PLANNER.stalled_people_margin
-    assert min(aims.sampling.stalled_margin, aims.bodies.stalled_margin) >= squeezing
+@given(
+    st.builds(
+        Clearance,
+        now=st.floats(0.0, 1.0),
+        growth=st.floats(0.0, 0.3),
+        upper=st.floats(0.0, 1.0),
+        standing=st.floats(0.0, 1.0),
+    ),
+    st.booleans(),
+    st.floats(0.0, 1.5),
+)
+def test_gaps_to_people_whatever_the_clearance(clearance, tight, extra):
+    """Both take the share of a standing person from the clearance, so these gaps decide."""
+    asked = clearance.after(0.0, extra=extra)
+    verified = clearance.after(PLANNER.horizon, tight=tight, extra=extra)
+    assert PLANNER.clearance_share * verified >= asked
+    gaps = [clearance.after(time, extra=extra) for time in np.linspace(0.0, 10.0, 30)]
+    assert (np.diff(gaps) >= 0.0).all()
 
 
 def test_whatever_future_the_gate_counts_the_planner_does():

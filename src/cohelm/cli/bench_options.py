@@ -249,7 +249,7 @@ OWN: Mapping[str, Option] = {
         ]
     ),
     "driver_settings": Option(
-        _settings("Parameter of the driver: planner.sampling.margin=0.3"), into=_as_settings
+        _settings("Parameter of the driver: planner.clearance.now=0.3"), into=_as_settings
     ),
     "map_file": Option(
         Annotated[

@@ -49,13 +49,10 @@ class DaqpArrays(NamedTuple):
 
 def daqp_arrays(rows: int) -> DaqpArrays:
     """Arrays for programs of at most ``rows`` rows, bounds included."""
-    return DaqpArrays(
-        np.zeros(11, np.int64), np.zeros(8, np.int64), np.zeros(rows, np.int32)
-    )
+    return DaqpArrays(np.zeros(11, np.int64), np.zeros(8, np.int64), np.zeros(rows, np.int32))
 
 
-@intrinsic
-def _call(typing_context: Any, function: Any, first: Any, second: Any, third: Any) -> Any:
+def _call_c(typing_context: Any, function: Any, first: Any, second: Any, third: Any) -> Any:
     """Call a C function with three pointers."""
     signature = types.void(types.int64, types.int64, types.int64, types.int64)
 
@@ -69,8 +66,12 @@ def _call(typing_context: Any, function: Any, first: Any, second: Any, third: An
     return signature, generate
 
 
+_call: Any = intrinsic(_call_c)
+"""Without the typing context, which numba passes."""
+
+
 @njit(**KERNEL)
-def solve_dense(  # noqa: PLR0917  # a kernel takes plain arrays
+def solve_dense(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     daqp: DaqpAddresses,
     arrays: DaqpArrays,
     hessian: Floats,
@@ -119,13 +120,11 @@ def daqp_addresses() -> DaqpAddresses:
     library = ctypes.CDLL(daqp.__file__)
     settings = np.zeros(_SETTINGS, np.uint8)
     library.daqp_default_settings(ctypes.c_void_p(settings.ctypes.data))
-    found = DaqpAddresses(
-        *(
-            int(ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0)
-            for name in ("daqp_quadprog", "daqp_dual_init_active")
-        ),
-        settings,
+    quadprog, dual_init = (
+        int(ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0)
+        for name in ("daqp_quadprog", "daqp_dual_init_active")
     )
+    found = DaqpAddresses(quadprog, dual_init, settings)
     x, multipliers, dual = np.zeros(2), np.zeros(3), np.zeros(3)
     flag = solve_dense(
         found, daqp_arrays(3), np.eye(2), np.array([-2.0, 0.0]), np.array([[1.0, 1.0]]),

@@ -35,6 +35,7 @@ from cohelm.control.terms import (
 from cohelm.control.terms.encounter import own_extent, person_extent, state_encounter
 from cohelm.control.terms.norms import norm_gap
 from cohelm.control.terms.stage import Encounter, LocalModel, Stage
+from cohelm.maps.distance import sample
 
 (PROGRESS, PATH, HEADING, EFFORT, CHANGE, TRACK, PERSON, SPACE, GROUP, WALL,
  BODIES, SOCIAL, WALLS) = range(13)  # fmt: skip
@@ -124,19 +125,18 @@ def start_values(scene: Scene, norm: int) -> Floats:
 
 
 @njit(**INNER)
-def body_value(
-    scene: Scene, e: Encounter, state: Floats, q: int, k: int, norm: int
-) -> float:
-    """H of a body, m."""
+def body_value(scene: Scene, e: Encounter, state: Floats, q: int, k: int, norm: int) -> float:
+    """Value h of a body, m."""
+    margin: float = state[MARGIN]
     if norm == 2:
-        return e.gap - state[MARGIN]
-    size = scene.robot.capsule[4] + scene.people.radius[q] + state[MARGIN]
+        return e.gap - margin
+    size = scene.robot.capsule[4] + scene.people.radius[q] + margin
     return norm_gap(e, scene.path.poses[k, 2], size, norm)
 
 
 @njit(**INNER)
 def social_value(people: PeopleTable, e: Encounter, state: Floats) -> float:
-    """H of a social space, m; Xu et al., eq. (8)."""
+    """Value h of a social space, m; Xu et al., eq. (8)."""
     return e.gap - person_extent(people, state, e) - own_extent(people, e)
 
 
@@ -170,9 +170,7 @@ def advanced(scene: Scene, stage: Stage, u: Floats) -> Stage:
         speed = math.hypot(u[0], u[1])
     heading = stage.heading + step * turn
     i, s, d = project_on_path(scene.path.samples, x, y, stage.i_path)
-    return Stage(
-        stage.k + 1, x, y, heading, math.cos(heading), math.sin(heading), s, d, i, speed
-    )
+    return Stage(stage.k + 1, x, y, heading, math.cos(heading), math.sin(heading), s, d, i, speed)
 
 
 @njit(**INNER)
@@ -244,7 +242,7 @@ def _wall_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> tup
     walls, robot, grid = scene.walls, scene.robot, scene.walls.grid
     wanted = max(o.wall.distance, walls.clearance)
     # the robot's circle first: where it is clear, all discs are
-    room = wall_clearance.sample(grid.distance, grid.resolution, grid.X_MG, stage.x, stage.y)[0]
+    room = sample(grid.distance, grid.resolution, grid.X_MG, stage.x, stage.y)[0]
     room -= robot.outer_radius + wanted
     if room > 0.0:
         work.free[1] = room

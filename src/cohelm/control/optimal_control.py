@@ -139,9 +139,7 @@ class OptimalControl:
 
     def evaluate(self, problem: LocalProblem, trajectory: Trajectory) -> TrajectoryEvaluation:
         """Evaluate the objective at a trajectory, over its own steps."""
-        prepared = self.prepare(
-            problem, trajectory.current_input, planned=len(trajectory.inputs)
-        )
+        prepared = self.prepare(problem, trajectory.current_input, planned=len(trajectory.inputs))
         return prepared.evaluate(trajectory.inputs)
 
     def space(self, scene: Scene, objective: Objective, rows: int = _ROWS) -> sqp.SolverWorkspace:
@@ -220,9 +218,7 @@ class PreparedControl:
 
     def slack(self) -> float:
         """Largest violation of a barrier in the last evaluation, m."""
-        return max(
-            float(self.work.violation.max(initial=0.0)), float(self.work.wall_violation[0])
-        )
+        return max(float(self.work.violation.max(initial=0.0)), float(self.work.wall_violation[0]))
 
     def barrier(self, inputs: Floats) -> float:
         """Smallest h of any barrier along inputs, m; 1 at most."""

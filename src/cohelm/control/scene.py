@@ -44,7 +44,7 @@ class PeopleTable(NamedTuple):
     """(P,) m/s, over all steps."""
     fade: Floats
     """(L+1,) weight of a prediction by its age."""
-    count: int
+    count: int  # type: ignore[assignment]  # tuple.count is never used
     """Number of people."""
     printed: bool
     """The extent of a space is c/q as printed, not √(c/q); see ``shapes``."""
@@ -255,7 +255,7 @@ def _people(problem: LocalProblem, settings: SceneSettings) -> PeopleTable:
 @functools.lru_cache(maxsize=64)
 def _fade(step: float, steps: int, decay: float) -> Floats:
     """exp(−t / decay), (L+1,)."""
-    return np.exp(-step * np.arange(steps + 1) / decay)
+    return np.asarray(np.exp(-step * np.arange(steps + 1) / decay))
 
 
 @functools.lru_cache(maxsize=64)
@@ -283,7 +283,7 @@ def _widest(front: Floats, side: Floats, rear: Floats) -> float:
 
 
 @njit(cache=True)
-def _person_states(  # noqa: PLR0917  # a kernel takes plain arrays
+def _person_states(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     mean: Floats,
     velocity: Floats,
     probability: Floats,
@@ -342,7 +342,7 @@ def _unit_vectors(directions: tuple[float, ...]) -> Floats:
 
 @njit(cache=True)
 def _hulls(known: Floats, normal: Floats, steps: int) -> tuple[Floats, Floats]:
-    """(support (g, L+1, m), discs (g, L+1, 3) that contain the hulls) of hulls known for some steps.
+    """(support (g, L+1, m), containing discs (g, L+1, 3)) of hulls known for some steps.
 
     Twice the mean of s(u) u is the centre of a disc, and lies inside any hull.
     """

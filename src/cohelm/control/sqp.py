@@ -46,6 +46,7 @@ from cohelm.control.terms.encounter import (
 )
 from cohelm.control.terms.norms import norm_gradient
 from cohelm.control.terms.stage import LocalModel, Stage
+from cohelm.maps.distance import sample
 
 _DAMPING = 1e-4
 """Added to the diagonal, so that every program has one solution."""
@@ -505,15 +506,13 @@ def _wall_rows(scene: Scene, w: SolverWorkspace, at: int, first_key: int) -> int
     walls, robot, grid = scene.walls, scene.robot, scene.walls.grid
     for k in range(1, scene.planned + 1):
         stage = _stage(w, k)
-        room = wall_clearance.sample(
-            grid.distance, grid.resolution, grid.X_MG, stage.x, stage.y
-        )[0]
+        room = sample(grid.distance, grid.resolution, grid.X_MG, stage.x, stage.y)[0]
         if room - robot.outer_radius - walls.clearance >= _NEAR_WALL:
             continue
         for j in range(robot.discs.shape[0]):
             x = stage.x + stage.cos * robot.discs[j, 0] - stage.sin * robot.discs[j, 1]
             y = stage.y + stage.sin * robot.discs[j, 0] + stage.cos * robot.discs[j, 1]
-            gap = wall_clearance.sample(grid.distance, grid.resolution, grid.X_MG, x, y)[0]
+            gap = sample(grid.distance, grid.resolution, grid.X_MG, x, y)[0]
             margin = gap - robot.discs[j, 2] - walls.clearance
             if margin >= _NEAR_WALL:
                 continue
@@ -559,7 +558,8 @@ def minimise(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
 @njit(**KERNEL)
 def _nth(values: Floats, n: int) -> float:
     """The value with n smaller ones, by bisection: sorting is dear to compile."""
-    low, high = values[0], values[0]
+    low: float = values[0]
+    high: float = values[0]
     for each in values:
         low, high = min(low, each), max(high, each)
     for _ in range(30):
@@ -574,7 +574,9 @@ def _nth(values: Floats, n: int) -> float:
 
 
 @njit(**KERNEL)
-def _solve_used(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
+def _solve_used(  # noqa: PLR0912  # one program from its parts
+    daqp: DaqpAddresses, w: SolverWorkspace, count: int
+) -> int:
     """Solve with the used rows only: DAQP's flag."""
     rows, p = w.rows, w.program
     x = p.gradient.shape[0]

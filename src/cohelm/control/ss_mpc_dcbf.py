@@ -1,8 +1,8 @@
 """SS-MPC-DCBF: nonlinear MPC with dynamic barriers on social spaces; Xu et al., eq. (11).
 
-One objective in seconds judges every trajectory, see ``objective``: sampled arcs, the last plan, what
-the SQP makes of them, and gentle stops. Its barriers are soft, and their price is no proof of
-safety: ``verification`` accepts or rejects.
+One objective in seconds judges every trajectory, see ``objective``: sampled arcs, the last plan,
+results of the SQP, and gentle stops. Its barriers are soft, and their price is no proof of safety:
+``verification`` accepts or rejects.
 """
 
 from __future__ import annotations
@@ -149,9 +149,7 @@ class SsMpcDcbf:
             cycle.mpc_problem, trajectory, self.clearance, cycle.person_speeds
         )
 
-    def _continue(
-        self, cycle: PlanningCycle, warm: Trajectory
-    ) -> tuple[list[Candidate], int]:
+    def _continue(self, cycle: PlanningCycle, warm: Trajectory) -> tuple[list[Candidate], int]:
         """Improve the last plan without sampling.
 
         Returns:
@@ -188,9 +186,7 @@ class SsMpcDcbf:
             return self._stop(cycle, iterations + programs)
         return self._as_plan(cycle, chosen, iterations + programs, resampled=True)
 
-    def _improve(
-        self, cycle: PlanningCycle, seeds: list[Candidate]
-    ) -> tuple[list[Candidate], int]:
+    def _improve(self, cycle: PlanningCycle, seeds: list[Candidate]) -> tuple[list[Candidate], int]:
         """Return (the seeds after the SQP, number of quadratic programs)."""
         iterations = 1 if self._is_late(cycle) else self.parameters.iterations
         inputs, programs = [], 0
@@ -200,9 +196,7 @@ class SsMpcDcbf:
             programs += count
         return cycle.evaluate(inputs, [seed.origin for seed in seeds]) if seeds else [], programs
 
-    def _first_verified(
-        self, cycle: PlanningCycle, ranked: list[Candidate]
-    ) -> Candidate | None:
+    def _first_verified(self, cycle: PlanningCycle, ranked: list[Candidate]) -> Candidate | None:
         """The cheapest candidate that verification accepts: a trajectory, or a gentle stop on it.
 
         If none is, the best one at reduced speed.

@@ -175,9 +175,7 @@ class Verification(Model):
         )
 
 
-def _contact(
-    problem: LocalProblem, poses: Floats, step: float, margins: ContactMargins
-) -> float:
+def _contact(problem: LocalProblem, poses: Floats, step: float, margins: ContactMargins) -> float:
     """Time of the first contact of poses (k, 3), s; +inf: none."""
     return first_contact(
         problem.robot,

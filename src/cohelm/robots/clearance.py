@@ -6,7 +6,8 @@ At prediction time t, a gap of
 
 is kept from a person who walks at v, where s grows from ``standing`` to 1 at 0.5 m/s, o is
 :func:`oncoming_share` and σ the standard deviation of the predicted position. Terms and barriers
-read m(t), verification demands m at the end of its horizon, the gate m(0).
+read m(t), verification demands m at the end of its horizon, the gate m(0). After the ride has
+stalled, m(0) applies to all.
 """
 
 from __future__ import annotations
@@ -41,21 +42,21 @@ class Clearance(Model):
     """Upper bound, m."""
     standing: float = Field(0.4, ge=0.0, le=1.0)
     """Share for a standing person."""
-    tight: float = Field(0.1, ge=0.0, le=2.0)
-    """Gap in a tight passage, after the ride has stalled, m; it does not grow."""
 
     def law(self, *, tight: bool = False, oncoming: float = 0.0, extra: float = 0.0) -> MarginLaw:
         """The law for compiled code.
 
         Args:
-            tight: the passage is tight.
+            tight: the ride has stalled: the gap does not grow, so that the robot may squeeze
+                past people as closely as the gate allows.
             oncoming: o, 0 to 1.
             extra: added to the gap, m; the minimum distance of a therapist.
         """
+        now = self.now + extra
         if tight:
-            return MarginLaw(self.tight, 0.0, 0.0, max(self.tight, 0.0), self.standing)
+            return MarginLaw(now, 0.0, 0.0, now, self.standing)
         return MarginLaw(
-            self.now + extra,
+            now,
             self.growth + self.oncoming * oncoming,
             self.deviations,
             max(self.upper, self.now) + extra,

@@ -67,7 +67,7 @@ class GateParameters(Model):
     planner weighs the others."""
 
 
-def gate(
+def gate(  # noqa: PLR0913  # everything that the last stage sees
     wanted: Floats,
     observation: Observation,
     request: Request,

@@ -28,7 +28,7 @@ def drawn(seed, people):
 
 def test_horizon_step_and_gamma_are_those_of_jian():
     p = PLANNER.parameters
-    assert (p.steps, p.step, p.barrier.gamma) == (25, 0.1, 0.3)
+    assert (p.steps, p.step, p.terms.social_space.gamma) == (25, 0.1, 0.3)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -67,7 +67,7 @@ def test_half_axes_by_hand():
 
 def test_the_barrier_holds_along_a_plan_that_needs_no_slack():
     """Eq. (9) for every person: h_{k+1} ≥ (1 − γ) h_k, h by its definition."""
-    gamma, checked = PLANNER.parameters.barrier.gamma, 0
+    gamma, checked = PLANNER.parameters.terms.social_space.gamma, 0
     for seed in range(30):
         problem = drawn(seed, 1 + seed % 3)
         plan = PLANNER.plan(problem, None)

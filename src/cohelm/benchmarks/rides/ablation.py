@@ -44,7 +44,6 @@ WHOLE, STEERED = "complete", "complete, with a rider"
 SCENES = ("crossing", "aggressive", "distracted", "talking", "hospital")
 COMPARED = ("reached", "person_collision", "time", "min_distance", "proxemics_intimate")
 ALL_SCENES = "all scenes"
-_MARGINS = ("wall", "people", "stalled_people", "stalled_wall")
 _RIDER = ("rider.use=ideal", "mode=shared")
 
 
@@ -63,9 +62,7 @@ VARIANTS: Mapping[str, Ablation] = {
     WHOLE: Ablation("nothing left out", ()),
     "γ = 1": Ablation(
         "barriers are plain distance constraints, without the rate at which they close",
-        tuple(
-            f"local_planner.{each}.gamma=1" for each in ("bodies", "social_space", "group_space")
-        ),
+        tuple(f"local_planner.terms.{each}.gamma=1" for each in ("bodies", "social_space")),
     ),
     "no social space": Ablation(
         "people are bodies without personal space",
@@ -84,6 +81,14 @@ VARIANTS: Mapping[str, Ablation] = {
     "five hypotheses": Ablation(
         "people may continue, stop, turn back or turn aside", ("predictor.use=hypotheses",)
     ),
+    "no barriers": Ablation(
+        "people are costs by distance only, in the search and in the program",
+        tuple(
+            f"local_planner.terms.{each}.{price}=0"
+            for each in ("bodies", "social_space")
+            for price in ("l1", "l2")
+        ),
+    ),
     "one candidate": Ablation(
         "the last plan continues; others are sampled only where it fails",
         ("local_planner.candidates=1",),
@@ -95,7 +100,9 @@ VARIANTS: Mapping[str, Ablation] = {
     "reduced verification": Ablation(
         "plans are verified without margins and for the present only",
         (
-            *(f"local_planner.verification.{each}_margin=0" for each in _MARGINS),
+            "local_planner.verification.wall_margin=0",
+            "local_planner.verification.stalled_wall_margin=0",
+            "local_planner.verification.clearance_share=0",
             "local_planner.verification.people_acceleration=0",
             "local_planner.verification.horizon=0.01",
         ),

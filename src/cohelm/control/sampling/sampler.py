@@ -138,9 +138,7 @@ def _of_different_classes(sides: Integers, order: Integers, count: int) -> Integ
     return chosen[:n]
 
 
-def _joined(
-    first: CandidateTrajectories, second: CandidateTrajectories
-) -> CandidateTrajectories:
+def _joined(first: CandidateTrajectories, second: CandidateTrajectories) -> CandidateTrajectories:
     """Some trajectories, then others."""
     return CandidateTrajectories(
         step=first.step,

@@ -158,7 +158,7 @@ def _search(  # noqa: PLR0917  # a kernel takes plain arrays
 
 
 @njit(**KERNEL)
-def evaluate_inputs(  # noqa: PLR0917  # a kernel takes plain arrays
+def evaluate_inputs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     scene: Scene,
     o: Objective,
     given: Floats,
@@ -183,9 +183,7 @@ def evaluate_inputs(  # noqa: PLR0917  # a kernel takes plain arrays
         work: workspace.
     """
     for j in range(given.shape[0]):
-        result = roll_out(
-            scene, o, given[j], no_perturbation, np.inf, limited[j], poses[j], work
-        )
+        result = roll_out(scene, o, given[j], no_perturbation, np.inf, limited[j], poses[j], work)
         for k in range(result.stopped + 1, scene.steps):  # the rest after contact with a wall
             _brake_step(scene, limited[j], poses[j], k)
         costs[j] = result.cost
@@ -224,7 +222,7 @@ def _roll_again(scene: Scene, o: Objective, s: _Search, n: int, work: Workspace)
         square = 0.0
         for i in range(max(scene.robot.n_linear, 1)):
             square += s.inputs[stopped, i] * s.inputs[stopped, i]
-        braking_steps = int(math.ceil(math.sqrt(square) / scene.robot.fall[0]))
+        braking_steps = math.ceil(math.sqrt(square) / scene.robot.fall[0])
         for k in range(max(stopped - braking_steps - 1, 0), s.inputs.shape[0]):
             for i in range(s.inputs.shape[1]):
                 s.inputs[k, i] = 0.0

@@ -68,9 +68,7 @@ class BarrierTable(NamedTuple):
 
 
 @njit(cache=True)
-def _binding(
-    weight: Floats, person: Integers, count: int, min_probability: float
-) -> Booleans:
+def _binding(weight: Floats, person: Integers, count: int, min_probability: float) -> Booleans:
     """Mask (P,) of the most likely hypothesis of each person, and of all above a probability."""
     likeliest = np.full(count, -1)
     for q in range(weight.shape[0]):

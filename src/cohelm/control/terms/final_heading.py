@@ -40,9 +40,7 @@ class FinalHeadingTable(NamedTuple):
 
 
 @njit(**INNER)
-def _error(
-    t: FinalHeadingTable, path: PathTable, stage: Stage
-) -> tuple[float, float, float]:
+def _error(t: FinalHeadingTable, path: PathTable, stage: Stage) -> tuple[float, float, float]:
     """(heading error, rad; its derivatives by x and y, rad/m); that by the heading is 1."""
     ahead = min(stage.i_path + _AIM, path.samples.shape[0] - 1)
     if t.holonomic:

@@ -1,4 +1,4 @@
-"""Intrusion into the spaces of groups: the robot does not pass between people who belong together."""
+"""Intrusion into the spaces of groups: no passage between people who belong together."""
 
 from __future__ import annotations
 
@@ -30,9 +30,7 @@ class GroupSpace(Model):
         """Weight of a step, and the robot as a disc."""
         capsule = scene.robot.capsule
         mx, my = 0.5 * (capsule[0] + capsule[2]), 0.5 * (capsule[1] + capsule[3])
-        return GroupSpaceTable(
-            self.weight * scene.step, float(mx), float(my), float(capsule[4])
-        )
+        return GroupSpaceTable(self.weight * scene.step, float(mx), float(my), float(capsule[4]))
 
 
 class GroupSpaceTable(NamedTuple):
@@ -62,7 +60,9 @@ def cost(t: GroupSpaceTable, groups: GroupTable, stage: Stage) -> float:
 
 
 @njit(**KERNEL)
-def model(t: GroupSpaceTable, groups: GroupTable, stage: Stage, share: float, q: LocalModel) -> None:
+def model(
+    t: GroupSpaceTable, groups: GroupTable, stage: Stage, share: float, q: LocalModel
+) -> None:
     """Add the model of ``share`` of the cost of a stage."""
     for g in range(groups.support.shape[0]):
         depth, j = _depth(t, groups.support[g, stage.k], groups.normal, stage)
@@ -75,9 +75,7 @@ def model(t: GroupSpaceTable, groups: GroupTable, stage: Stage, share: float, q:
 
 
 @njit(**INNER)
-def _depth(
-    t: GroupSpaceTable, support: Floats, normal: Floats, stage: Stage
-) -> tuple[float, int]:
+def _depth(t: GroupSpaceTable, support: Floats, normal: Floats, stage: Stage) -> tuple[float, int]:
     """(depth in a hull, ≥ 0: the shortest distance to its border; index of that normal)."""
     x = stage.x + stage.cos * t.x - stage.sin * t.y
     y = stage.y + stage.sin * t.x + stage.cos * t.y

@@ -66,7 +66,7 @@ def _residuals(
 def cost(t: InputEffortTable, path: PathTable, k: int, heading: float, u: Floats) -> float:
     """Cost of input u (m,) of the step from state k, where the robot has a heading; s."""
     turn = u[u.shape[0] - 1]
-    total = t.turn * turn * turn
+    total: float = t.turn * turn * turn
     if t.speed > 0.0:
         along, across, _ = _residuals(t, path, k, heading, u)
         total += t.speed * (along * along + across * across)

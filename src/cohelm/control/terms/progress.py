@@ -47,7 +47,8 @@ class ProgressTable(NamedTuple):
 @njit(**INNER)
 def cost(t: ProgressTable, path: PathTable, stage: Stage) -> float:
     """Cost of a stage, s."""
-    return t.mean * max(path.reference[stage.k] - stage.s, 0.0)
+    lag: float = max(path.reference[stage.k] - stage.s, 0.0)
+    return t.mean * lag
 
 
 @njit(**INNER)

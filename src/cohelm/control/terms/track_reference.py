@@ -52,7 +52,8 @@ def cost(t: TrackTable, path: PathTable, stage: Stage) -> float:
     duration = t.last if stage.k == t.steps else t.step
     dx, dy = stage.x - path.poses[stage.k, 0], stage.y - path.poses[stage.k, 1]
     turn = stage.heading - path.poses[stage.k, 2]
-    return duration * (t.position * (dx * dx + dy * dy) + t.heading * turn * turn)
+    square: float = t.position * (dx * dx + dy * dy) + t.heading * turn * turn
+    return duration * square
 
 
 @njit(**KERNEL)
