@@ -1,7 +1,8 @@
+import numpy as np
 import pytest
 from pydantic import Field
 
-from cohelm.config import Model, load, nearest, override, read_yaml, validate
+from cohelm.config import Model, load, nearest, number_record, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
 
 
@@ -168,3 +169,15 @@ def test_nearest_says_the_near_one_or_all():
     assert nearest("hospitl", ["hospital", "crossing"]) == "; did you mean 'hospital'?"
     assert nearest("zzz", ["b", "a"]) == "; known: a, b"
     assert nearest("zzz", []) == ""
+
+
+def test_a_number_record_has_the_numbers_of_a_model_by_name():
+    class Mixed(Model):
+        share: float = 0.5
+        hits: int = 3
+        on: bool = True
+        name: str = "tracker"
+
+    record = number_record(Mixed(share=0.25))
+    assert (record.dtype.names, record["share"], record["hits"]) == (("share", "hits"), 0.25, 3)
+    assert [record.dtype[name] for name in record.dtype.names] == [np.float64, np.int64]
