@@ -261,11 +261,11 @@ class SsMpcDcbf:
         """Braking, with the reason; the commitment of the last plan is kept."""
         candidate = cycle.braking()
         plan = self._as_plan(cycle, candidate, iterations)
-        memory = plan.memory
+        memory: PlannerMemory = plan.memory  # type: ignore[assignment]  # its own, see _as_plan
         if cycle.memory is not None:
             people, before = cycle.problem.people, cycle.memory
             memory = dataclasses.replace(
-                plan.memory,
+                memory,
                 time=before.time,
                 path_side=before.path_side,
                 person_sides=remembered(before, people, before.person_sides),
