@@ -251,7 +251,7 @@ def test_unlikely_hypotheses_cost_less(costs_of):
     people = walkers([[0.0, 1.0, 0.0, 0.0]])
     problem = local_problem(steps=10, step=0.2, people=people)
     half = dataclasses.replace(problem.predictions, weight=np.array([[0.5]]))
-    wide = Clearance(now=0.6, upper=1.0)
+    wide = Clearance(now=0.6, upper=1.0, standing=1.0)
     whole, less = (
         costs_of(people=people, clearance=wide, predictions=p) for p in (problem.predictions, half)
     )
