@@ -44,9 +44,9 @@ def check(found):
         # the same cost by both accounts, but for the 1e-8 by which IPOPT lets bounds yield
         assert c.there == pytest.approx(c.oracle, rel=1e-4, abs=1e-4)
         # and an optimum for us as well
-        assert c.kept >= 0.99 * c.oracle - 1e-3
+        assert c.kept >= 0.999 * c.oracle - 1e-4
     count = Counter(c.verdict for c in found)
-    assert count[OptimumVerdict.SAME] + count[OptimumVerdict.BETTER] > 0.5 * len(found), count
+    assert count[OptimumVerdict.SAME] + count[OptimumVerdict.BETTER] > 0.8 * len(found), count
 
 
 def test_twenty_problems_have_the_optima_that_ipopt_finds():

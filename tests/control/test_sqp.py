@@ -24,12 +24,23 @@ def test_the_cost_never_rises_with_the_budget(planner, crowded, motions, rng):
         assert (np.diff(costs) <= 1e-12).all()
 
 
+def test_programs_one_by_one_are_those_of_one_solve(planner, crowded, motions, rng):
+    """Each program is made about the present trajectory: nothing but multipliers is carried on."""
+    for problem in crowded[:8]:
+        seed = motions.wandering(problem, rng)
+        whole = planner.control.solve(problem, seed, iterations=3, tolerance=0.0)
+        step = seed
+        for _ in range(3):
+            step = planner.control.solve(problem, step, iterations=1).trajectory
+        assert np.abs(whole.trajectory.inputs - step.inputs).max() < 1e-5
+
+
 def test_a_solution_stays_a_solution(planner, crowded, motions, rng):
     for problem in crowded[:6]:
         seed = motions.wandering(problem, rng)
         first = planner.control.solve(problem, seed, iterations=60, tolerance=1e-6)
         again = planner.control.solve(problem, first.trajectory, iterations=60, tolerance=1e-6)
-        assert again.evaluation.cost == pytest.approx(first.evaluation.cost, rel=1e-2, abs=1e-4)
+        assert again.evaluation.cost == pytest.approx(first.evaluation.cost, rel=1e-3, abs=1e-5)
 
 
 def test_the_budget_is_kept(planner, crowded, motions, rng):
@@ -94,7 +105,7 @@ def test_a_reference_to_the_left_is_followed_to_the_left(planner):
 
 
 def test_at_an_optimum_no_step_lowers_its_program(planner, crowded, motions, rng):
-    """Karush, Kuhn, Tucker, but for the piecewise projection on the path."""
+    """Karush, Kuhn, Tucker; to 2 %, as distances have no gradient amid a person."""
     for problem in crowded[:6]:
         found = planner.control.solve(
             problem, motions.wandering(problem, rng), iterations=60, tolerance=1e-7

@@ -9,9 +9,10 @@ one person, and all rows of the walls, share a slack:
 g and H are condensed backwards along the trajectory from the local models of the terms (Frison and
 Jørgensen 2013): with A and B the derivatives of a step, P_k = Aᵀ P_{k+1} A + Q_k and
 H_ij = B_iᵀ P_{i+1} ∂x_{i+1}/∂u_j. Of the second derivatives of a step only the positive one by the
-heading is kept: a turn shortens the displacement. Most rows of a crowded problem never become
-active, so rows are added on demand: solve with the tightest, check the others, add the violated
-ones, solve again.
+heading is kept: a turn shortens the displacement.
+
+Most rows of a crowded problem never become active, so rows are added on demand: solve with the
+tightest, check the others, add the violated ones, solve again.
 """
 
 from __future__ import annotations
@@ -235,6 +236,7 @@ def solve(  # noqa: PLR0917  # a kernel takes plain values
             if cost_there < cost:
                 cost, taken = cost_there, length
                 _copy(trial, best)
+                _copy(w.poses[1], w.poses[0])  # the next program is made about these
                 break
             length *= 0.5
         change = taken * largest

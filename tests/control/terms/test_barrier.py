@@ -221,12 +221,22 @@ def test_rows_of_people_are_derivatives(norm, moves, motions):
     assert right >= 0.97 * count
 
 
+def beside_a_wall(problem):
+    """The problem with a wall to the left, which the robot approaches at an angle of 0.3 rad."""
+    angle = problem.pose[2] - 1.3
+    normal = np.array([np.cos(angle), np.sin(angle)])
+    plane = np.array([[*normal, normal @ problem.pose[:2] - 0.6]])
+    return dataclasses.replace(problem, walls=field_of(plane, problem.pose))
+
+
 def test_rows_of_social_spaces_and_walls_are_derivatives(motions):
     """But where a gradient is cut at the steep flank of a narrow space."""
     for name, share in (("social_space", 0.8), ("walls", 0.97)):
         rng, right, count = np.random.default_rng(3), 0, 0
         for _ in range(6):
             problem = random_problem(rng, 6, steps=8).problem
+            if name == "walls":
+                problem = beside_a_wall(problem)
             tables = motions.prepared(problem, alone(name, Barrier(gamma=0.3)))
             found = check_rows(motions, tables, motions.wandering(problem, rng).inputs)
             right, count = right + found[0], count + found[1]

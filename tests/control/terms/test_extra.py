@@ -112,8 +112,8 @@ def test_sampling_follows_it(planner, keeping_right):
         cycle = each._prepare(problem, None)
         best = cycle.sample(each.parameters.sampling, None)[0]
         aside.append(best.poses[: STEPS + 1, 1].mean())
-    assert abs(aside[0]) < 0.05
-    assert aside[1] < -0.1
+    assert abs(aside[0]) < 0.02
+    assert aside[1] < -0.04
 
 
 def test_the_choice_follows_it(planner, keeping_right):

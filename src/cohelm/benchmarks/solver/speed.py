@@ -20,7 +20,12 @@ from cohelm.stopwatch import Stopwatch, Timing
 from cohelm.testing import oracle
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
-from cohelm.testing.programs import QuadraticProgram, program_at, program_workspace
+from cohelm.testing.programs import (
+    QuadraticProgram,
+    minimise,
+    program_at,
+    program_workspace,
+)
 
 PLAN, PLAN_2 = "plan, 1 candidate", "plan, default"
 PLAN_6 = "plan, 3 hypotheses, 2 candidates"
@@ -161,6 +166,7 @@ def _programs(
         prepared = planner.control.prepare(problem, start.current_input)
         program = program_at(prepared, start.inputs)
         like = planner.control.space(prepared.scene, prepared.objective)
+        minimise(program, like)  # the first call from here loads the kernel
         space = program_workspace(program, like)
         watch = Stopwatch()
         failed += sqp.minimise(daqp_addresses(), space, len(program.margin)) < 1

@@ -15,8 +15,7 @@ A term is a class with a ``name``, a ``residual`` made by :func:`residual`, and 
 
 Its cost is Δt·r² per step, in seconds. The derivatives are central differences, so r should be
 continuous; ``p`` are the numbers of ``table``, made once a tick, ``z`` the state by the names
-below.
-See ``examples/`` for a complete one.
+below. ``examples/06_keep_right.py`` is a complete one.
 """
 
 from __future__ import annotations
