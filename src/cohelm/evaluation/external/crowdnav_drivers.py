@@ -230,6 +230,7 @@ def disc_robot(model: Model) -> Robot:
         max_deceleration=20.0,
         emergency_deceleration=20.0,
         max_turn_acceleration=50.0,
+        max_jerk=1000.0,
         source="CrowdNav's env.config; it limits no acceleration",
     )
 
