@@ -190,7 +190,7 @@ def test_kernels_of_a_wheel_are_used_only_where_they_match(
 def test_a_cache_is_complete_for_this_code_and_cpu(monkeypatch, tmp_path):
     monkeypatch.setattr(kernel_cache, "place", lambda: kernel_cache.Place(tmp_path / "cohelm"))
     assert not kernel_cache.is_complete()
-    kernel_cache.mark_complete()
+    kernel_cache.mark_complete(kernel_cache.state())
     assert kernel_cache.is_complete()
     monkeypatch.setenv(numba_setup.CPU_NAME, "another")
     assert not kernel_cache.is_complete()

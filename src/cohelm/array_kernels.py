@@ -11,6 +11,12 @@ from numba import njit
 
 from cohelm.arrays import Floats, Integers
 
+ZERO: int = np.int64(0)  # type: ignore[assignment] # an int for callers
+"""0 as a variable: for numba, the constant 0 is a type of its own, and a kernel that gets it as
+argument is compiled by itself."""
+NONE: int = np.int64(-1)  # type: ignore[assignment]
+"""−1, likewise: no index."""
+
 
 @njit(cache=True, inline="always")
 def copy_row(target: Floats | Integers, source: Floats | Integers) -> None:

@@ -10,7 +10,9 @@ them::
 
 A number is an exact length; a name has one length throughout the value; ``name+1`` is one more;
 ``...`` at the beginning stands for any leading axes; ``*`` is any length. Arrays are converted to
-the annotated type and become read-only; an array that the caller could still write to is copied.
+the annotated type, and become read-only and contiguous, so that compiled code needs one version for
+each declaration; an array that the caller could still write to is copied, unless it was
+:func:`sealed`.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ Bytes = NDArray[np.uint8]
 SignedBytes = NDArray[np.int8]
 
 _T = TypeVar("_T")
+_Table = TypeVar("_Table", bound=tuple[Any, ...])
 
 __all__ = [
     "Annotated",
@@ -50,6 +53,8 @@ __all__ = [
     "identical",
     "lazy_copy",
     "read_only",
+    "replace",
+    "sealed",
     "unchecked",
     "value",
 ]
@@ -84,6 +89,28 @@ def unchecked(of: _T, **changes: Any) -> _T:
         if isinstance(content, np.ndarray):
             content.flags.writeable = False
     return copy
+
+
+def replace(of: _T, **changes: Any) -> _T:
+    """Copy a value with changed fields, and check it: ``dataclasses.replace`` in half its time."""
+    copy = object.__new__(type(of))
+    for name in type(of).__slots__:  # type: ignore[attr-defined]  # every value has them
+        object.__setattr__(copy, name, changes.pop(name) if name in changes else getattr(of, name))
+    if changes:
+        raise TypeError(f"{type(of).__name__} has no field {', '.join(changes)}")
+    _check(copy)
+    return copy
+
+
+def sealed(table: _Table) -> _Table:
+    """Make the arrays of a named tuple read-only in place, so that a value need not copy them.
+
+    For results of compiled code, which nothing else holds.
+    """
+    for content in table:
+        if isinstance(content, np.ndarray):
+            content.flags.writeable = False
+    return table
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
@@ -199,26 +226,27 @@ def _length(axis: str) -> tuple[int, str]:
 def _check(self: Any) -> None:
     """Check and seal all arrays of a value; fast, because a tick makes some fifty values."""
     cls = type(self)
+    fields = _KNOWN.get(cls)
+    if fields is None:
+        fields = _fields(cls)
+    if not fields:
+        return
     shapes: list[tuple[int, ...] | None] = []
-    for field in _KNOWN.get(cls) or _fields(cls):
+    for field in fields:
         array = getattr(self, field.name)
-        if type(array) is not np.ndarray or array.dtype is not field.dtype or array.flags.writeable:
-            if array is None and field.optional:
-                shapes.append(None)
-                continue
-            array = _sealed(array, field.dtype)
+        if array is None and field.optional:
+            shapes.append(None)
+            continue
+        if type(array) is not np.ndarray or array.dtype is not field.dtype:
+            array = np.asarray(array, dtype=field.dtype)
+            object.__setattr__(self, field.name, array)
+        flags = array.flags
+        if flags.writeable or not flags.c_contiguous:
+            array = array.copy()
+            array.flags.writeable = False
             object.__setattr__(self, field.name, array)
         shapes.append(array.shape)
     _agree(cls, tuple(shapes))  # type: ignore[arg-type]  # taken for an instance, which may not hash
-
-
-def _sealed(given: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Convert to a read-only array; ``given`` itself if no other reference can write to it."""
-    array = np.asarray(given, dtype=dtype)
-    if array.flags.writeable:
-        array = array.copy() if array is given or array.base is not None else array
-        array.setflags(write=False)
-    return array
 
 
 @functools.lru_cache(maxsize=4096)

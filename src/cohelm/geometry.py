@@ -19,6 +19,8 @@ from cohelm.arrays import Booleans, Floats
 
 def wrap_angle(angle: Any) -> Any:
     """Wrap ``angle`` to (−π, π], elementwise."""
+    if isinstance(angle, float):
+        return _wrapped(angle)
     return -((-np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi)
 
 
@@ -83,7 +85,7 @@ def _transformed(x: float, y: float, cos: float, sin: float, p: Floats) -> Float
 
 
 def _wrapped(angle: float) -> float:
-    """:func:`wrap_angle` of one angle."""
+    """:func:`wrap_angle` of one angle, several times as fast."""
     return -((-angle + math.pi) % (2.0 * math.pi) - math.pi)
 
 

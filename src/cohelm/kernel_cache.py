@@ -100,21 +100,21 @@ def _with_kernels_of_wheel(folder: Path) -> Path:
 
 
 def is_complete() -> bool:
-    """Check that :func:`mark_complete` was called for this code, numba and CPU."""
+    """Check that :func:`mark_complete` was called with the present :func:`state`."""
     try:
-        return (place().folder / MANIFEST).read_text(encoding="utf-8") == _state()
+        return (place().folder / MANIFEST).read_text(encoding="utf-8") == state()
     except OSError:
         return False
 
 
-def mark_complete() -> None:
-    """Note that every kernel is in the cache that a ride needs."""
+def mark_complete(compiled: str) -> None:
+    """Note that every kernel is in the cache that a ride needs, in this :func:`state`."""
     place().folder.mkdir(parents=True, exist_ok=True)
-    (place().folder / MANIFEST).write_text(_state(), encoding="utf-8")
+    (place().folder / MANIFEST).write_text(compiled, encoding="utf-8")
 
 
-def _state() -> str:
-    """Return the manifest and a hash of all code."""
+def state() -> str:
+    """Return the manifest for which this process compiles, and a hash of all code."""
     hashed = hashlib.sha256()
     for file in sorted(SOURCE.rglob("*.py")):
         hashed.update(str(file.relative_to(SOURCE)).encode() + file.read_bytes())

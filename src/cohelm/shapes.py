@@ -22,10 +22,11 @@ hull, for evenly spaced directions u. A point is outside where p·u > s for some
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from cohelm.arrays import Floats
 
@@ -56,8 +57,9 @@ class RadialShape(NamedTuple):
     """Minimum extent, m."""
 
 
-def gaussian_deviations(speed: Floats) -> tuple[Floats, Floats, Floats]:
-    """(σ_h, σ_s, σ_r) of eq. (5), m: max(1/2, 2|v|), 2/3 σ_h and 1/2 σ_h."""
+@register_jitable
+def gaussian_deviations(speed: Any) -> tuple[Any, Any, Any]:
+    """(σ_h, σ_s, σ_r) of eq. (5), m: max(1/2, 2|v|), 2/3 σ_h and 1/2 σ_h; of one speed or many."""
     front = np.maximum(0.5, 2.0 * speed)
     return front, front * 2.0 / 3.0, front / 2.0
 

@@ -9,13 +9,13 @@ import pytest
 from cohelm.benchmarks.bench import Result
 from cohelm.benchmarks.claims import MET, MISSED
 from cohelm.benchmarks.solver import bench as solver
-from cohelm.benchmarks.solver.speed import PLAN, objective, piqp
+from cohelm.benchmarks.solver.speed import PLAN, piqp
 from cohelm.benchmarks.solver.states import FUTURES, later, ride, with_futures
 from cohelm.control import SsMpcDcbf
-from cohelm.control.qp import Multipliers, minimise
 from cohelm.errors import ConfigError
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
+from cohelm.testing.programs import minimise, program_at
 
 
 def test_its_parts_can_be_asked_for_alone():
@@ -105,10 +105,12 @@ def test_piqp_and_daqp_agree(people):
     for _ in range(3):
         problem = random_problem(rng, people).problem.truncated(25)
         seed = along(problem, problem.twist[[0, 2]])
-        program = planner.control.program(problem, seed, planner.control.evaluate(problem, seed))
-        ours, _ = minimise(program, Multipliers.none(program))
+        prepared = planner.control.prepare(problem, seed.current_input)
+        program = program_at(prepared, seed.inputs)
+        ours, _ = minimise(program, planner.control.space(prepared.scene, prepared.objective))
         _, theirs = piqp(program)
-        assert objective(program, ours) == pytest.approx(objective(program, theirs), rel=1e-4)
+        best = pytest.approx(program.objective(theirs), rel=1e-4, abs=1e-6)
+        assert program.objective(ours) == best
 
 
 def test_a_share_of_the_times_is_a_share_of_their_states():

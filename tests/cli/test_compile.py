@@ -1,9 +1,16 @@
-"""Whether code is compiled already: said before a ride that begins with a minute of compiling."""
+"""Compilation before a ride: the command, and the notice where a ride begins with it."""
+
+import os
+import subprocess
+import sys
 
 import pytest
 
 from cohelm import kernel_cache
-from cohelm.cli import progress
+from cohelm.cli import compile_kernels, progress
+from cohelm.live import compilation
+
+COMMAND = [sys.executable, "-m", "cohelm"]
 
 
 @pytest.fixture
@@ -30,3 +37,72 @@ def test_who_wants_quiet_has_it(capsys):
     with progress.RideProgress("a ride", 1.0, shown=False):
         pass
     assert capsys.readouterr().err == ""
+
+
+def parts():
+    yield "floor"
+    yield "world"
+
+
+@pytest.fixture
+def quick(cache, monkeypatch):
+    monkeypatch.setattr(compilation, "compile_kernels", parts)
+    return cache
+
+
+def test_compiling_ends_with_the_number_and_the_folder(quick, cohelm):
+    code, out, err = cohelm("compile")
+    assert (code, err) == (0, "")
+    assert out == f"nothing to compile, 0 s; cache: {quick}\n"
+    code, out, _ = cohelm("compile")
+    assert (code, out) == (0, f"nothing to compile; cache: {quick}\n")
+
+
+def test_compiling_again_after_a_change(quick, cohelm, monkeypatch):
+    cohelm("compile")
+    monkeypatch.setenv("NUMBA_CPU_NAME", "another")
+    assert "0 s" in cohelm("compile")[1]
+
+
+def test_another_folder_than_expected_is_named(quick, cohelm, monkeypatch):
+    note = "cannot write to the package: compiled code goes elsewhere"
+    monkeypatch.setattr(kernel_cache, "place", lambda: kernel_cache.Place(quick, note))
+    assert cohelm("compile")[2].strip() == note
+
+
+def test_nothing_is_compiled_for_a_folder_that_does_not_last(quick, cohelm, monkeypatch):
+    place = kernel_cache.Place(quick, "cannot write to A, B: compiled code goes to C", lasts=False)
+    monkeypatch.setattr(kernel_cache, "place", lambda: place)
+    code, out, err = cohelm("compile")
+    assert (code, out) == (2, "")
+    assert "NUMBA_CACHE_DIR" in err
+
+
+def test_progress_counts_new_kernels_where_there_is_no_terminal(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(compile_kernels, "INTERVAL", 0.0)
+    (tmp_path / "old.nbi").touch()
+    os.utime(tmp_path / "old.nbi", (0, 0))
+    with compile_kernels._Progress(tmp_path) as shown:
+        (tmp_path / "new.nbi").touch()
+        shown.enter("world")
+    assert "compiling 1 of about" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_ride_compiles_nothing_after_compiling(tmp_path):
+    script = f"""
+import numba.core.event as event
+from cohelm.cli.app import status
+{{}}
+with event.install_recorder("numba:compile") as recorder:
+    assert status(["run", "{compilation.RIDE}", "--quiet"]) == 0
+names = {{{{each.data["dispatcher"].py_func.__name__ for _, each in recorder.buffer}}}}
+print(len(names), sorted(names))
+"""
+    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    compiled = subprocess.run([*COMMAND, "compile"], env=env, check=True, capture_output=True)
+    assert b"compiled " in compiled.stdout
+    ride = [sys.executable, "-c", script.format("")]
+    done = subprocess.run(ride, env=env, check=True, capture_output=True, text=True)
+    number = int(done.stdout.splitlines()[-1].split()[0])
+    assert number <= 5, done.stdout

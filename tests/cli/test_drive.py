@@ -188,6 +188,21 @@ def test_a_wheel_without_the_page_is_refused(tmp_path, monkeypatch):
     hook.initialize("standard", {})
     assert len(said) == 1
 
+    monkeypatch.setenv(module.KERNELS, str(tmp_path / "kernels"))
+    with pytest.raises(RuntimeError, match="cohelm compile"):
+        hook.initialize("standard", {})
+    folder = tmp_path / "kernels" / "maps" / "__pycache__"
+    folder.mkdir(parents=True)
+    (tmp_path / "kernels" / "compiled.txt").touch()
+    (folder / "f.nbi").touch()
+    build = {"force_include": {}}
+    hook.initialize("standard", build)
+    assert set(build["force_include"].values()) == {
+        "cohelm/compiled.txt",
+        "cohelm/maps/__pycache__/f.nbi",
+    }
+    assert build["tag"].startswith("cp3")
+
 
 def test_a_blocked_start_on_your_own_map_names_the_nearest_free_point(cohelm, room):
     code, out, err = cohelm("drive", "hospital", "--map", room, "--start=-4.95,0")

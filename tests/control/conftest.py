@@ -4,16 +4,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cohelm.control import SsMpcDcbf, Trajectory
+from cohelm.control import OptimalControl, SsMpcDcbf, Trajectory, sqp
+from cohelm.control.objective import trajectory_cost
+from cohelm.control.stack import Terms
 from cohelm.control.trajectories import limited_trajectory
 from cohelm.robots import Robot
+from cohelm.robots.clearance import Clearance
 from cohelm.testing.problems import random_problem
 
-PUSH = 1e-6
+PUSH = 1e-5
 
 
 def wandering(problem, rng):
-    """A motion that obeys the limits and goes anywhere."""
+    """A random trajectory within the limits."""
     steps = len(problem.reference.speeds) - 1
     inputs = np.column_stack(
         [rng.uniform(-0.2, 1.0, steps), np.cumsum(rng.normal(0.0, 0.3, steps))]
@@ -24,38 +27,13 @@ def wandering(problem, rng):
 
 
 def any_way(problem):
-    """The same problem for a robot of the same build that moves any way."""
+    """The same problem for a holonomic robot."""
     build = problem.robot.model_dump() | {"kinematics": "holonomic", "max_reverse_speed": 1.0}
     return dataclasses.replace(problem, robot=Robot(**build))
 
 
-def with_inputs(problem, trajectory, inputs):
-    """The trajectory with other inputs (N, m)."""
-    poses = problem.robot.motion_model.rollout(problem.pose, inputs, trajectory.step)
-    return dataclasses.replace(trajectory, poses=poses, inputs=inputs)
-
-
-def slope(of, problem, trajectory):
-    """d of(motion)/du by central differences, (q, N·m)."""
-    columns = []
-    for column in range(trajectory.inputs.size):
-        push = np.zeros(trajectory.inputs.shape)
-        push.flat[column] = PUSH
-        ahead, behind = (
-            of(with_inputs(problem, trajectory, trajectory.inputs + s * push)) for s in (1.0, -1.0)
-        )
-        columns.append((ahead - behind) / (2.0 * PUSH))
-    return np.stack(columns, axis=-1)
-
-
-def sensitivity(problem, trajectory):
-    return problem.robot.motion_model.sensitivity(
-        trajectory.poses, trajectory.inputs, trajectory.step
-    )
-
-
 def standing(problem):
-    """The motion of a chair that stands."""
+    """The trajectory of a robot that stands."""
     steps, step = len(problem.reference.speeds) - 1, problem.reference.step
     m = problem.robot.motion_model.inputs
     return Trajectory(
@@ -66,15 +44,49 @@ def standing(problem):
     )
 
 
+def prepared(problem, terms=None, current_input=None, **control):
+    """The tables of a problem; by default with the terms and the clearance of the planner."""
+    solver = OptimalControl(terms or Terms(), control.pop("clearance", Clearance()), **control)
+    now = problem.robot.motion_model.input(problem.twist)
+    return solver.prepare(problem, now if current_input is None else current_input)
+
+
+def cost_of(tables, inputs):
+    """The objective at inputs, s."""
+    poses = np.empty((len(inputs) + 1, 3))
+    return trajectory_cost(tables.scene, tables.objective, inputs, poses, tables.work)
+
+
+def linearised(tables, inputs):
+    """(workspace, number of rows) of the program at inputs."""
+    space = tables.control.space(tables.scene, tables.objective, 4096)
+    space.inputs[0][:] = inputs
+    scene, objective = tables.scene, tables.objective
+    trajectory_cost(scene, objective, space.inputs[0], space.poses[0], space.work)
+    return space, sqp.linearise(scene, objective, space, space.inputs[0])
+
+
+def slope(of, inputs):
+    """d of(inputs)/du by central differences, (..., N·m)."""
+    columns = []
+    for column in range(inputs.size):
+        push = np.zeros(inputs.shape)
+        push.flat[column] = PUSH
+        columns.append((of(inputs + push) - of(inputs - push)) / (2.0 * PUSH))
+    return np.stack(columns, axis=-1)
+
+
 @pytest.fixture(scope="session")
 def motions():
-    """CandidateTrajectories to move, and to differentiate by the inputs."""
+    """Trajectories, and their costs with derivatives."""
     return SimpleNamespace(
         wandering=wandering,
-        slope=slope,
-        sensitivity=sensitivity,
         standing=standing,
         any_way=any_way,
+        prepared=prepared,
+        cost_of=cost_of,
+        linearised=linearised,
+        slope=slope,
     )
 
 

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohelm.messages import Reason
+from cohelm.navigation.recovery.parameters import RecoveryParameters
 from cohelm.navigation.recovery.progress_checker import ProgressParameters
 from cohelm.navigation.recovery.stages import (
     PeopleNearby,
     RecoveryContext,
-    RecoveryParameters,
     RecoveryStage,
     recovery_step,
 )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
+from typing import Self
 
 from rich.live import Live
 from rich.text import Text
@@ -31,33 +33,40 @@ def compile_all() -> int:
     if kernel_cache.is_complete():
         print_line(f"nothing to compile; cache: {place.folder}")
         return 0
-    from cohelm.live.compilation import Compilations, compile_kernels  # noqa: PLC0415 # takes seconds
+    from cohelm.live import compilation  # noqa: PLC0415 # takes seconds
 
-    began = time.monotonic()
-    with _Progress() as progress, Compilations(progress.count).listening() as compiled:
-        for part in compile_kernels():
+    state = kernel_cache.state()
+    with _Progress(place.folder) as progress:
+        for part in compilation.compile_kernels():
             progress.enter(part)
-    kernel_cache.mark_complete()
-    took = time.monotonic() - began
-    done = f"compiled {compiled.number} kernels" if compiled.number else "nothing to compile"
-    print_line(f"{done}, {took:.0f} s; cache: {place.folder}")
+    kernel_cache.mark_complete(state)
+    number = progress.number()
+    done = f"compiled {number} kernels" if number else "nothing to compile"
+    print_line(f"{done}, {progress.seconds():.0f} s; cache: {place.folder}")
     return 0
 
 
 class _Progress:
-    """Line on a terminal; elsewhere one line every ten seconds."""
+    """Line on a terminal; elsewhere one line every ten seconds.
 
-    def __init__(self) -> None:
-        self._began = self._last = time.monotonic()
-        self._number, self._part = 0, ""
+    Kernels are counted by their new files, because several processes compile.
+
+    Args:
+        folder: Folder of the cache.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._began = self._last = time.time()
+        self._part = ""
         self._live = Live(
             get_renderable=lambda: Text(self._text()),
             console=ERRORS,
-            refresh_per_second=4,
+            refresh_per_second=1,
             transient=True,
         )
 
-    def __enter__(self) -> _Progress:
+    def __enter__(self) -> Self:
         if ERRORS.is_terminal:
             self._live.start()
         return self
@@ -66,21 +75,26 @@ class _Progress:
         if ERRORS.is_terminal:
             self._live.stop()
 
+    def seconds(self) -> float:
+        """Time since the beginning, s."""
+        return time.time() - self._began
+
+    def number(self) -> int:
+        """Number of kernels that were compiled so far."""
+        times = [file.stat().st_mtime for file in self._folder.rglob("*.nbi")]
+        return sum(each >= self._began for each in times)
+
     def enter(self, part: str) -> None:
         """Show the part that is compiled now."""
         self._part = part
-
-    def count(self, number: int) -> None:
-        """Show the number of kernels so far."""
-        self._number = number
-        now = time.monotonic()
+        now = time.time()
         if not ERRORS.is_terminal and now - self._last > INTERVAL:
             self._last = now
             ERRORS.print(self._text(), markup=False, soft_wrap=True)
 
     def _text(self) -> str:
-        took = time.monotonic() - self._began
-        if not self._number:
-            return f"checking the compiled kernels ({self._part}), {took:.0f} s"
-        total = max(KERNELS, self._number)
-        return f"compiling {self._number} of about {total} kernels ({self._part}), {took:.0f} s"
+        number, waited = self.number(), f"({self._part}), {self.seconds():.0f} s"
+        if not number:
+            return f"waiting for: compiled kernels {waited}"
+        total = max(KERNELS, number)
+        return f"waiting for: compiling {number} of about {total} kernels {waited}"

@@ -18,7 +18,7 @@ from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.optimal_control import PreparedControl
 from cohelm.control.planner_memory import PlannerMemory, class_changes
 from cohelm.control.sampling import CandidateTrajectories, Sampling, evaluate, sample
-from cohelm.control.trajectories import braking_trajectory, limited_trajectory
+from cohelm.control.trajectories import braking_trajectory
 
 PREVIOUS, SAMPLED, STOPPING, SLOWER, BRAKING = (
     "previous", "sampled", "stopping", "slower", "braking",
@@ -76,6 +76,8 @@ class PlanningCycle:
     memory: PlannerMemory | None
     last_contact: float
     """Time when a walking person last touched the robot, s."""
+    person_speeds: Floats
+    """(n,) of people lately, m/s."""
     choice: Choice
 
     @property
@@ -125,15 +127,11 @@ class PlanningCycle:
         return slower
 
     def braking(self) -> Candidate:
-        """Comfort braking, which passes nobody on a side."""
+        """Comfort braking, at once and without a limit of jerk."""
         steps = self.prepared.scene.steps
         braking = braking_trajectory(self.problem, self.current_input, steps)
         [candidate] = self.evaluate([braking.inputs], [BRAKING])
-        return candidate
-
-    def limited(self, inputs: Floats) -> Trajectory:
-        """The trajectory of inputs within the limits."""
-        return limited_trajectory(self.problem, inputs, self.current_input)
+        return candidate._replace(inputs=braking.inputs, poses=braking.poses)
 
     def _candidates(
         self, trajectories: CandidateTrajectories, origins: list[str]

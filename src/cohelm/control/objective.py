@@ -208,7 +208,7 @@ def step_cost(  # noqa: PLR0917  # a kernel takes plain values
     total = c_progress + c_path + c_effort + c_change + c_track
     if o.extra.address.shape[0]:
         tangent = math.atan2(path.samples[stage.i_path, 3], path.samples[stage.i_path, 2])
-        total += extra.cost(o.extra, stage, u[u.shape[0] - 1], tangent, by_term[FIRST_EXTRA:])
+        total += extra.cost(o.extra, stage, u[u.shape[0] - 1], tangent, by_term)
     # walls, only after a distance in which none can be near
     touches = False
     work.free[1] -= stage.speed * scene.step

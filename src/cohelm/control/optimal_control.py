@@ -85,6 +85,7 @@ class OptimalControl:
         planned: int | None = None,
         steps: int | None = None,
         wall_margin: float = 0.0,
+        acceleration: float = 0.0,
     ) -> PreparedControl:
         """The tables of one problem.
 
@@ -94,10 +95,17 @@ class OptimalControl:
             planned: N, steps that the SQP changes; None: all of the reference.
             steps: L, horizon of the objective; None: N.
             wall_margin: gap to a wall that counts as contact, m.
+            acceleration: present linear acceleration, m/s².
         """
         planned = planned or len(problem.reference.speeds) - 1
         settings = SceneSettings(
-            steps or planned, planned, self.clearance, wall_margin, self.decay_time, self.tick
+            steps=steps or planned,
+            planned=planned,
+            clearance=self.clearance,
+            wall_margin=wall_margin,
+            decay_time=self.decay_time,
+            tick=self.tick,
+            acceleration=acceleration,
         )
         scene = make_scene(problem, current_input, settings)
         objective = self.terms.objective(scene, problem, self.extra_terms, norm=self.norm)

@@ -6,16 +6,22 @@ cost, in seconds of lost time. Otherwise the robot would alternate between two e
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.control.api import LocalProblem
 from cohelm.messages import LocalPlan, People
 from cohelm.robots.contact import WALKING, touching
 
+AnyArray = NDArray[Any]
+_LATELY = 1.0
+"""Time constant with which the recent speed of a person fades, s."""
 _EXPIRED = 1.0
 """A memory older than this is ignored, s."""
 
@@ -35,8 +41,14 @@ class PlannerMemory:
     """Identities of the people."""
     person_sides: Annotated[Integers, Shape("n")]
     """Side of each person."""
+    person_speeds: Annotated[Floats, Shape("n")]
+    """Recent speed of each person, m/s, see :func:`recent_speeds`."""
     tail: Annotated[Floats, Shape("L m")]
     """Inputs that continue the plan beyond its last step."""
+    input_time: float
+    """Time of the last plan or stop, s."""
+    current_input: Annotated[Floats, Shape("m")]
+    """u_{−1} at that time."""
     last_contact: float = -np.inf
     """Time when a walking person last touched the robot, s."""
     lowest_cost: float = -np.inf
@@ -51,6 +63,16 @@ def unexpired_memory(previous: LocalPlan | None, time: float) -> PlannerMemory |
     return memory
 
 
+def present_acceleration(
+    memory: PlannerMemory | None, time: float, current_input: Floats
+) -> float:
+    """Linear acceleration since the last plan, m/s²; 0 without one."""
+    elapsed = 0.0 if memory is None else time - memory.input_time
+    if memory is None or elapsed < 1e-6:
+        return 0.0
+    return float(current_input[0] - memory.current_input[0]) / elapsed
+
+
 def class_changes(
     passing_sides: Integers, people: People, memory: PlannerMemory | None
 ) -> Integers:
@@ -60,16 +82,33 @@ def class_changes(
     """
     if memory is None:
         return np.zeros(len(passing_sides), dtype=np.int64)
+    sides = remembered(memory, people, memory.person_sides)
+    return _opposed(passing_sides, memory.path_side, sides)
+
+
+def recent_speeds(people: People, memory: PlannerMemory | None, time: float) -> Floats:
+    """Highest speed of each person lately, (n,), m/s: it fades while somebody is slower.
+
+    A person who turns back is measured as slow, as one who stands is; only this tells them apart.
+    """
+    speeds = np.hypot(people.mean[:, 2], people.mean[:, 3])
+    if memory is None:
+        return speeds
+    faded = math.exp(-max(time - memory.input_time, 0.0) / _LATELY)
+    return np.maximum(speeds, faded * remembered(memory, people, memory.person_speeds))
+
+
+def remembered(memory: PlannerMemory, people: People, values: AnyArray) -> AnyArray:
+    """Remembered values of the present people, by identity; 0 for those who are new."""
     if memory.person_id is people.id or np.array_equal(memory.person_id, people.id):
-        return _opposed(passing_sides, memory.path_side, memory.person_sides)
-    # sides of the present people, by identity
-    sides = np.zeros(len(people), dtype=np.int64)
+        return values
+    out = np.zeros(len(people), dtype=values.dtype)
     if len(memory.person_id) and len(people):
         order = np.argsort(memory.person_id, kind="stable")
         position = np.searchsorted(memory.person_id, people.id, sorter=order)
         match = order[np.minimum(position, len(order) - 1)]
-        sides = np.where(memory.person_id[match] == people.id, memory.person_sides[match], 0)
-    return _opposed(passing_sides, memory.path_side, sides)
+        out = np.where(memory.person_id[match] == people.id, values[match], 0)
+    return out
 
 
 @njit(cache=True)
@@ -84,8 +123,15 @@ def _opposed(passing_sides: Integers, path_side: int, person_sides: Integers) ->
 
 
 def last_contact(problem: LocalProblem, memory: PlannerMemory | None) -> float:
-    """Time when a walking person last touched the robot, s; the present while it lasts."""
-    walks = np.hypot(problem.people.mean[:, 2], problem.people.mean[:, 3]) > WALKING
-    if (touching(problem.robot, problem.pose, problem.people) & walks).any():
+    """Time when a walking person last touched the robot, s; the present while it lasts.
+
+    Somebody behind a robot that drives on does not count.
+    """
+    people, pose = problem.people, problem.pose
+    walks = np.hypot(people.mean[:, 2], people.mean[:, 3]) > WALKING
+    ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
+    behind = (people.mean[:, :2] - pose[:2]) @ ahead < problem.robot.outline[:, 0].min()
+    leaves = problem.twist[0] > WALKING
+    if (touching(problem.robot, pose, people) & walks & ~(behind & leaves)).any():
         return problem.time
     return memory.last_contact if memory is not None else -np.inf

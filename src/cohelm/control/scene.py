@@ -24,6 +24,9 @@ from cohelm.shapes import ELLIPSE, PRINTED
 X, Y, AXIS_X, AXIS_Y, AHEAD, BEHIND, ASIDE, MARGIN = range(8)
 """Columns of ``PeopleTable.states``."""
 
+_PLANNED_BRAKING = 0.75
+"""Share of the comfort deceleration that is planned with; the rest is for what is not foreseen."""
+
 
 class PeopleTable(NamedTuple):
     """People in each of their hypotheses, P pairs of person and hypothesis."""
@@ -99,6 +102,12 @@ class RobotTable(NamedTuple):
     """(m,) largest increase until the next decision."""
     first_fall: Floats
     """(m,) largest decrease until the next decision."""
+    acceleration: float
+    """Present linear acceleration, m/s²."""
+    jerk: float
+    """Largest change of the linear acceleration, m/s³; +inf: no limit, as for a holonomic robot."""
+    tick: float
+    """Time until the next decision, s."""
     n_linear: int
     """Number of linear velocities in an input, see ``Kinematics.translating``; 2: holonomic."""
     top_speed: float
@@ -146,6 +155,8 @@ class SceneSettings(NamedTuple):
     """Time constant with which the weight of predictions decays, s."""
     tick: float
     """Time until the next decision, s."""
+    acceleration: float
+    """Present linear acceleration, m/s²."""
 
 
 def make_scene(problem: LocalProblem, current_input: Floats, settings: SceneSettings) -> Scene:
@@ -168,7 +179,7 @@ def make_scene(problem: LocalProblem, current_input: Floats, settings: SceneSett
         people=_people(problem, settings),
         groups=_groups(problem.spaces.groups, settings.steps),
         walls=_walls(problem, settings.wall_margin),
-        robot=_robot(problem, current_input, settings.tick),
+        robot=_robot(problem, current_input, settings),
     )
 
 
@@ -361,9 +372,11 @@ def _walls(problem: LocalProblem, margin: float) -> WallTable:
     return WallTable(grid, margins, problem.profile.clearance)
 
 
-def _robot(problem: LocalProblem, current_input: Floats, tick: float) -> RobotTable:
-    robot, step = problem.robot, problem.reference.step
+def _robot(problem: LocalProblem, current_input: Floats, settings: SceneSettings) -> RobotTable:
+    robot, step, tick = problem.robot, problem.reference.step, settings.tick
     low, high, rise, fall = problem.input_bounds()
+    if robot.motion_model.translating == 1:
+        fall = fall * np.array([_PLANNED_BRAKING, 1.0])
     discs = robot.discs
     return RobotTable(
         start=np.array(problem.pose, dtype=float),
@@ -374,6 +387,9 @@ def _robot(problem: LocalProblem, current_input: Floats, tick: float) -> RobotTa
         fall=fall * step,
         first_rise=rise * tick,
         first_fall=fall * tick,
+        acceleration=settings.acceleration,
+        jerk=robot.max_jerk if robot.motion_model.translating == 1 else math.inf,
+        tick=tick,
         n_linear=robot.motion_model.translating,
         top_speed=problem.top_speed,
         facets=np.array(robot.motion_model.facets, dtype=float),

@@ -8,7 +8,8 @@ one person, and all rows of the walls, share a slack:
 
 g and H are condensed backwards along the trajectory from the local models of the terms (Frison and
 Jørgensen 2013): with A and B the derivatives of a step, P_k = Aᵀ P_{k+1} A + Q_k and
-H_ij = B_iᵀ P_{i+1} ∂x_{i+1}/∂u_j. Most rows of a crowded problem never become active, so rows are
+H_ij = B_iᵀ P_{i+1} ∂x_{i+1}/∂u_j. Of the second derivatives of a step only the positive one by the
+heading is kept: a turn shortens the displacement. Most rows of a crowded problem never become active, so rows are
 added on demand: solve with the tightest, check the others, add the violated ones, solve again.
 """
 
@@ -219,7 +220,7 @@ def solve(  # noqa: PLR0917  # a kernel takes plain values
         count = linearise(scene, o, w, best)
         if count < 0:
             return FULL, solved, cost
-        flag = _minimise(daqp, w, count)
+        flag = minimise(daqp, w, count)
         if flag < 1:
             return flag, solved, cost
         solved += 1
@@ -358,6 +359,8 @@ def _condense(scene: Scene, w: SolverWorkspace, inputs: Floats) -> None:
         # back over step j: A = 1 but for ∂(x, y)/∂θ
         ax, ay = -(poses[k, 1] - poses[j, 1]), poses[k, 0] - poses[j, 0]
         la += ax * lx + ay * ly
+        # a turn shortens the displacement of its step: curvature where the cost pulls along it
+        aa += max(ax * ly - ay * lx, 0.0)
         aa += 2.0 * (ax * xa + ay * ya) + ax * ax * xx + 2.0 * ax * ay * xy + ay * ay * yy
         xa, ya = xa + ax * xx + ay * xy, ya + ax * xy + ay * yy
     for i in range(p.gradient.shape[0]):
@@ -381,6 +384,13 @@ def _limit_rows(scene: Scene, w: SolverWorkspace, inputs: Floats) -> int:
             rise, fall = robot.rise[i], robot.fall[i]
             if k == 0:
                 rise, fall = robot.first_rise[i], robot.first_fall[i]
+                if i == 0 and robot.jerk < np.inf:
+                    more = (robot.acceleration + robot.jerk * robot.tick) * robot.tick
+                    less = (robot.jerk * robot.tick - robot.acceleration) * robot.tick
+                    rise, fall = max(min(rise, more), -fall), max(min(fall, less), -rise)
+                    # a bound that is near comes first
+                    rise = max(rise, robot.low[0] - before)
+                    fall = max(fall, before - robot.high[0])
             change = inputs[k, i] - before
             rows.margin[at], rows.upper[at] = change + fall, rise - change
             rows.slack[at], rows.key[at] = -1, r
@@ -519,7 +529,7 @@ def _wall_rows(scene: Scene, w: SolverWorkspace, at: int, first_key: int) -> int
 
 
 @njit(**KERNEL)
-def _minimise(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
+def minimise(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
     """Solve the program of ``count`` rows: DAQP's flag; the step is the beginning of z."""
     rows, multipliers = w.rows, w.program.of_rows
     tight = 0

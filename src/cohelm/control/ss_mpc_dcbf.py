@@ -20,6 +20,7 @@ from cohelm.control.candidates import (
     PASSING_SIDE,
     PREVIOUS,
     REPLACING,
+    STOPPING,
     SWITCHING,
     Candidate,
     Choice,
@@ -27,7 +28,14 @@ from cohelm.control.candidates import (
     cheapest_of_different_classes,
 )
 from cohelm.control.optimal_control import RELAXED_SLACK, OptimalControl
-from cohelm.control.planner_memory import PlannerMemory, last_contact, unexpired_memory
+from cohelm.control.planner_memory import (
+    PlannerMemory,
+    last_contact,
+    present_acceleration,
+    recent_speeds,
+    remembered,
+    unexpired_memory,
+)
 from cohelm.control.sampling import Sampling
 from cohelm.control.stack import Terms
 from cohelm.control.terms import ExtraTerm
@@ -126,16 +134,20 @@ class SsMpcDcbf:
                 planned=min(p.steps, least),
                 steps=p.sampling.steps(problem.reference.step, least),
                 wall_margin=p.verification.wall_margin_of(problem),
+                acceleration=present_acceleration(memory, problem.time, current_input),
             ),
             current_input=current_input,
             memory=memory,
             last_contact=last_contact(problem, memory),
+            person_speeds=recent_speeds(problem.people, memory, problem.time),
             choice=p.choice,
         )
 
     def _passes(self, cycle: PlanningCycle, candidate: Candidate) -> bool:
         verification, trajectory = self.parameters.verification, cycle.trajectory(candidate)
-        return verification.passes(cycle.mpc_problem, trajectory, self.clearance)
+        return verification.passes(
+            cycle.mpc_problem, trajectory, self.clearance, cycle.person_speeds
+        )
 
     def _continue(self, cycle: PlanningCycle, warm: Trajectory) -> tuple[list[Candidate], int]:
         """Improve the last plan without sampling.
@@ -193,9 +205,9 @@ class SsMpcDcbf:
             if self._passes(cycle, candidate):
                 return candidate
         best = ranked[0] if ranked else None
-        stops = sorted(cycle.stops(best), key=lambda each: each.score)
         slower = [] if best is None else [cycle.slowed(best, share) for share in _SPEED_SHARES]
-        for candidate in (*slower, *stops):
+        gentle = sorted([*slower, *cycle.stops(best)], key=lambda each: each.score)
+        for candidate in (*gentle, cycle.braking()._replace(origin=STOPPING)):
             if self._passes(cycle, candidate):
                 return candidate
         return None
@@ -220,7 +232,10 @@ class SsMpcDcbf:
             path_side=int(chosen.passing_sides[0]),
             person_id=cycle.problem.people.id,
             person_sides=chosen.passing_sides[1:],
+            person_speeds=cycle.person_speeds,
             tail=chosen.inputs[cycle.steps :],
+            input_time=cycle.problem.time,
+            current_input=cycle.current_input,
             last_contact=cycle.last_contact,
             lowest_cost=min(chosen.cost, lowest),
         )
@@ -245,10 +260,13 @@ class SsMpcDcbf:
         plan = self._as_plan(cycle, candidate, iterations)
         memory = plan.memory
         if cycle.memory is not None:
+            people, before = cycle.problem.people, cycle.memory
             memory = dataclasses.replace(
-                cycle.memory,
-                tail=candidate.inputs[cycle.steps :],
-                last_contact=cycle.last_contact,
+                plan.memory,
+                time=before.time,
+                path_side=before.path_side,
+                person_sides=remembered(before, people, before.person_sides),
+                lowest_cost=before.lowest_cost,
             )
         verification, problem = self.parameters.verification, cycle.mpc_problem
         return dataclasses.replace(
@@ -256,7 +274,7 @@ class SsMpcDcbf:
             status=Status.STOP,
             reason=Reason.NO_SAFE_PLAN,
             urgent=verification.needs_emergency_braking(
-                problem, cycle.current_input, self.clearance
+                problem, cycle.current_input, self.clearance, cycle.person_speeds
             ),
             memory=memory,
         )

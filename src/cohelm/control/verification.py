@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats, unchecked
+from cohelm.arrays import Booleans, Floats, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.messages import Predictions
@@ -24,6 +24,8 @@ _FINE = 0.05
 """Time between the poses of a verified braking, s."""
 _FASTER = 4.0
 """Assumed return speed as a multiple of the measured speed, up to ``turn_back_speed``."""
+_WALKED = 0.5
+"""Who was slower than this lately does not turn back, m/s: tracking noise is up to 0.3 m/s."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -63,7 +65,13 @@ class Verification(Model):
         """Gap to a wall that counts as contact in a problem, m."""
         return self.stalled_wall_margin if problem.stalled else self.wall_margin
 
-    def passes(self, problem: LocalProblem, trajectory: Trajectory, clearance: Clearance) -> bool:
+    def passes(
+        self,
+        problem: LocalProblem,
+        trajectory: Trajectory,
+        clearance: Clearance,
+        speeds: Floats,
+    ) -> bool:
         """Check that a trajectory is clear for a while, and so is braking after its first command.
 
         All trajectories are swept against walls and predicted people. The trajectory and comfort
@@ -81,10 +89,14 @@ class Verification(Model):
             for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
         )
         clear = _contact(problem, comfort, _FINE, margins) == np.inf
-        return clear and self._escapes(problem, emergency, margins)
+        return clear and self._escapes(problem, emergency, margins, speeds)
 
     def needs_emergency_braking(
-        self, problem: LocalProblem, current_input: Floats, clearance: Clearance
+        self,
+        problem: LocalProblem,
+        current_input: Floats,
+        clearance: Clearance,
+        speeds: Floats,
     ) -> bool:
         """Check whether comfort braking violates the margins of emergency braking.
 
@@ -92,11 +104,12 @@ class Verification(Model):
             problem: the present problem.
             current_input: u_{−1}, (m,).
             clearance: from people.
+            speeds: (n,) of people lately, m/s.
         """
         comfort = self._braking(
             problem, current_input, np.zeros_like(current_input), problem.robot.max_deceleration
         )
-        return not self._escapes(problem, comfort, self._margins(problem, clearance))
+        return not self._escapes(problem, comfort, self._margins(problem, clearance), speeds)
 
     def _braking(
         self, problem: LocalProblem, current_input: Floats, command: Floats, deceleration: float
@@ -111,7 +124,9 @@ class Verification(Model):
             step=_FINE,
         )
 
-    def _escapes(self, problem: LocalProblem, poses: Floats, margins: ContactMargins) -> bool:
+    def _escapes(
+        self, problem: LocalProblem, poses: Floats, margins: ContactMargins, speeds: Floats
+    ) -> bool:
         """Check that braking, (k, 3), keeps clear of everything that people may do."""
         stricter = margins._replace(
             acceleration=self.people_acceleration, min_probability=self.min_probability
@@ -120,12 +135,14 @@ class Verification(Model):
             return False
         if self.turn_back_acceleration <= 0.0 or problem.stalled or len(problem.people) == 0:
             return True  # a robot that squeezes past is too slow to escape
-        returning = unchecked(problem, predictions=self._turned_back(problem))
+        returning = unchecked(problem, predictions=self._turned_back(problem, speeds))
         margins = margins._replace(people=self.turn_back_margin)
         return _contact(returning, poses, _FINE, margins) == np.inf
 
-    def _turned_back(self, problem: LocalProblem) -> Predictions:
+    def _turned_back(self, problem: LocalProblem, speeds: Floats) -> Predictions:
         """Predictions of all people walking back, since a turn that is not detected yet.
+
+        Who has stood for a while stays.
 
         The measured position is that of a person who walked on; the turn has taken them behind it.
         """
@@ -133,6 +150,7 @@ class Verification(Model):
         mean, velocity = _return(
             problem.people.mean,
             np.asarray(given.step * np.arange(given.mean.shape[2]), dtype=float),
+            speeds > _WALKED,
             self.turn_back_delay,
             self.turn_back_acceleration,
             self.turn_back_speed,
@@ -172,11 +190,16 @@ def _contact(problem: LocalProblem, poses: Floats, step: float, margins: Contact
 
 @njit(cache=True)
 def _return(
-    people: Floats, times: Floats, delay: float, acceleration: float, top_speed: float
+    people: Floats,
+    times: Floats,
+    walked: Booleans,
+    delay: float,
+    acceleration: float,
+    top_speed: float,
 ) -> tuple[Floats, Floats]:
     """(positions, velocities), (n, 1, N+1, 2) each, of people (n, 4) who turn back.
 
-    times: (N+1,) since the measurement, s.  See ``Verification._turned_back``.
+    times: (N+1,) since the measurement, s.  walked: (n,) people who have walked lately.  See ``Verification._turned_back``.
     """
     count, states = people.shape[0], times.shape[0]
     mean, velocity = np.empty((count, 1, states, 2)), np.empty((count, 1, states, 2))
@@ -191,6 +214,8 @@ def _return(
             s -= return_speed * (elapsed - turning)
             s -= speed * delay
             v = -return_speed if elapsed > turning else speed - acceleration * turning
+            if not walked[i]:
+                s, v = 0.0, 0.0
             for a in range(2):
                 unit = people[i, 2 + a] / max(speed, 1e-9)
                 mean[i, 0, k, a] = people[i, a] + s * unit

@@ -3,83 +3,99 @@
 from __future__ import annotations
 
 import gc
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import os
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
-from numba.core import event
+import numpy as np
 
+from cohelm import plugins
+from cohelm.control import LocalPlanner
 from cohelm.evaluation import measure, run
 from cohelm.live.control.navigator_process import warm_up
 from cohelm.live.control.world_factory import build_world
 from cohelm.live.page import preview_process
 from cohelm.live.page.floor_model import floor_model
-from cohelm.scenarios import load_scenario
+from cohelm.maps import distance_field
+from cohelm.perception import Detector
+from cohelm.processes import end_with_owner, leave_interrupts, spawn, without_interrupts
+from cohelm.scenarios import Scenario, load_scenario
+from cohelm.testing.scenes import BODY, local_problem, room, scan_of, walkers
 
 FLOOR, RIDE = "hospital", "crossing"
 """Scenarios of ``cohelm drive`` and of the examples of ``cohelm run``."""
+_POLL_PERIOD = 1.0  # s
 
 
 def compile_kernels() -> Iterator[str]:
     """Run everything that a ride with the default parts needs, so that it is compiled and cached.
 
+    A second process compiles the local planner and the detector at the same time, where there is a
+    second processor.
+
     Yields:
-        Name of the next part.
+        Name of the part that is compiled next, or still.
     """
     usual = gc.get_threshold()
     gc.set_threshold(200_000, 20, 100)  # most new objects stay: visiting them takes a tenth of it
+    helper = spawn.Process(target=_compile_beside, name="compiler", daemon=True)
     try:
+        if len(os.sched_getaffinity(0)) > 1:
+            with without_interrupts():
+                helper.start()
         yield "floor"
         scenario = load_scenario(FLOOR)
         floor_model(scenario, 0)
-        yield "world"
+        yield "world and route planning"
         world = build_world(scenario, 0)
-        for case in warm_up(world.ride_setup):
-            yield f"navigator, {case}"
         yield "route previews"
         preview_process.warm_up(world.ride_setup)
+        while helper.is_alive():
+            yield "local planner and detector"
+            helper.join(_POLL_PERIOD)
+        for case in warm_up(world.ride_setup):
+            yield f"navigator, {case}"
         yield "measures"
         measure(run(load_scenario(RIDE, ["time_limit=6"]), 0))
     finally:
         gc.set_threshold(*usual)
+        if helper.is_alive():
+            helper.terminate()
 
 
-class Compilations(event.Listener):
-    """Number of kernels of cohelm that were compiled rather than loaded, while it listens.
+def _compile_beside() -> None:
+    """Plan motions and detect people in scenes that need neither a route nor a simulation."""
+    leave_interrupts()
+    end_with_owner()
+    gc.set_threshold(200_000, 20, 100)
+    scenario = load_scenario(FLOOR)
+    _plan_motions(scenario)
+    _detect(scenario)
 
-    Args:
-        report: Called with the number before each compilation.
-    """
 
-    def __init__(self, report: Callable[[int], None] = lambda number: None) -> None:
-        self._report = report
-        self.number = 0
-        self.seconds = 0.0
-        """Total time of compilation, s."""
-        self._depth = 0
-        self._began = 0.0
+def _plan_motions(scenario: Scenario) -> None:
+    planner: LocalPlanner = _default_part("local_planners", scenario.local_planner["use"])
+    states = [[6.0, 4.6, -0.8, 0.0], [5.5, 2.5, 0.0, 0.6], [7.0, 5.5, 0.0, 0.0]]
+    problem = local_problem(
+        steps=planner.steps,
+        step=planner.step,
+        people=walkers(states),
+        walls=distance_field(room(boxes=[(8.0, 0.0, 8.4, 6.0)])),
+        pose=(4.0, 4.0, 0.0),
+        speed=0.5,
+    )
+    plan = planner.plan(problem, None)
+    planner.plan(replace(problem, time=0.05), plan)
 
-    def on_start(self, event: Any) -> None:
-        """Count a compilation; those of its callees lie within it."""
-        if self._depth == 0:
-            self._began = time.monotonic()
-        self._depth += 1
-        if event.data["dispatcher"].py_func.__module__.startswith("cohelm."):
-            self.number += 1
-            self._report(self.number)
 
-    def on_end(self, event: Any) -> None:
-        """Add the time."""
-        self._depth -= 1
-        if self._depth == 0:
-            self.seconds += time.monotonic() - self._began
+def _detect(scenario: Scenario) -> None:
+    detector: Detector = _default_part("detectors", scenario.detector["use"])
+    pose, bodies = np.array([3.0, 4.0, 0.4]), [[6.0, 4.5, BODY], [5.0, 2.0, BODY]]
+    scan = scan_of(pose=pose, discs=bodies, time=2.0)
+    detector.detect(scan, pose, distance_field(room()))
 
-    @contextmanager
-    def listening(self) -> Iterator[Compilations]:
-        """Listen within a block."""
-        event.register("numba:compile", self)  # type: ignore[no-untyped-call] # as below
-        try:
-            yield self
-        finally:
-            event.unregister("numba:compile", self)  # type: ignore[no-untyped-call] # numba's
+
+def _default_part(group: str, name: str) -> Any:
+    part = plugins.load(group, name)
+    return part(part.Parameters())

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import ZERO
 from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
 from cohelm.maps.grid import OccupancyGrid
 
@@ -91,7 +92,7 @@ def _signed_distance(blocked: Booleans, resolution: float, out: Floats32) -> Non
                 downward[c] = downward[c] + _STEP if same else _STEP
         for c in range(cols):
             height[c] = np.float64(min(downward[c], out[r, c])) ** 2
-        a = np.int64(0)  # a plain 0 would be a type of its own, and compiled by itself
+        a = ZERO
         while a < cols:
             b = a + 1
             while b < cols and blocked[r, b] == blocked[r, a]:

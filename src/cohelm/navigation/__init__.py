@@ -3,10 +3,10 @@
 from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.navigator import Navigator
 from cohelm.navigation.path_and_reference import planning_reason
+from cohelm.navigation.recovery.parameters import RecoveryParameters
 from cohelm.navigation.recovery.progress_checker import ProgressParameters
 from cohelm.navigation.recovery.stages import (
     RecoveryAction,
-    RecoveryParameters,
     RecoveryStage,
 )
 from cohelm.navigation.replanning.replanner import ReplanningParameters

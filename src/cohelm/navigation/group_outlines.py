@@ -23,6 +23,8 @@ def group_outlines(people: People, groups: Groups, standing_speed: float) -> tup
         groups: their membership.
         standing_speed: people slower than this stand, m/s.
     """
+    if not len(groups.id):
+        return ()
     stands = np.hypot(*people.mean[:, 2:].T) < standing_speed
     members = (people.mean[stands & (groups.member == k), :2] for k in range(len(groups.id)))
     return tuple(_hull(points) for points in members if len(points) > 1)

@@ -49,7 +49,7 @@ def update_obstacle_memory(
         now: the layer of this tick.
         parameters: of the layer.
     """
-    if before is None or np.array_equal(before.obstacles.corner, now.obstacles.corner):
+    if before is None or before.obstacles.corner.tolist() == now.obstacles.corner.tolist():
         return memory, now
     occupied = np.argwhere(before.obstacles.occupied) + before.obstacles.corner
     leaving = occupied[~_within(occupied, now.obstacles)]

@@ -7,8 +7,8 @@ from cohelm.control import LocalPlanner
 from cohelm.maps import CostmapFilter, OccupancyGrid
 from cohelm.messages import Crowding, Request
 from cohelm.navigation.crowding import CrowdingParameters
+from cohelm.navigation.recovery.parameters import RecoveryParameters
 from cohelm.navigation.recovery.progress_checker import ProgressParameters
-from cohelm.navigation.recovery.stages import RecoveryParameters
 from cohelm.navigation.replanning.replanner import ReplanningParameters
 from cohelm.navigation.zones import ZoneParameters
 from cohelm.perception import (

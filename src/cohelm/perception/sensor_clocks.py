@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, replace, value
 from cohelm.messages import Observation, PointCloud, Scan, Sensing
 
 CLOCK_RESET = 1.0
@@ -88,7 +87,7 @@ def check_clocks(observation: Observation, memory: Clocks) -> ClockCheck:
     for reading in sorted(near, key=lambda each: each.time):
         clocks = _updated(reading, clocks)
     if math.isfinite(observation.time):
-        clocks = replace(clocks, now=max(clocks.now, observation.time))
+        clocks = Clocks(now=max(clocks.now, observation.time), sensors=clocks.sensors)
     if len(usable) < len(readings):
         observation = replace(
             observation,
@@ -104,7 +103,7 @@ def _updated(reading: _Reading, clocks: Clocks) -> Clocks:
     time = last.time if last and behind else reading.time
     now = SensorClock(mount=reading.mount, range_max=reading.range_max, time=time, behind=behind)
     others = tuple(each for each in clocks.sensors if each is not last)
-    return replace(clocks, sensors=(now, *others)[:_MAX_SENSORS])
+    return Clocks(now=clocks.now, sensors=(now, *others)[:_MAX_SENSORS])
 
 
 def _sensor_of(reading: _Reading, clocks: Clocks) -> SensorClock | None:
@@ -114,7 +113,7 @@ def _sensor_of(reading: _Reading, clocks: Clocks) -> SensorClock | None:
 def _is_from(reading: _Reading, sensor: SensorClock) -> bool:
     if len(sensor.mount) != len(reading.mount) or sensor.range_max != reading.range_max:
         return False
-    # Exact equality first: the usual case, and several times as fast.
-    if np.array_equal(sensor.mount, reading.mount):
+    # Exact equality first: the usual case, and many times as fast.
+    if sensor.mount.tolist() == reading.mount.tolist():
         return True
     return np.allclose(sensor.mount, reading.mount, rtol=0.0, atol=_MOUNT_TOLERANCE, equal_nan=True)

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Booleans, Floats, Floats32
+from cohelm.arrays import Booleans, Floats, Floats32, Integers
 from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 from cohelm.messages import People, Predictions
 from cohelm.robots.braking import STANDING
-from cohelm.robots.capsule import gap_to_disc
+from cohelm.robots.capsule import gap_to_disc, nearest_on_spine_in_map
 from cohelm.robots.clearance import share_of
 from cohelm.robots.robot import Robot
 
@@ -34,6 +34,8 @@ _OVERLAP = -0.06
 """The robot waits for a person who overlaps the footprint by more than this, m."""
 _NO_WORSE = 0.01
 """A gap may be smaller by this than if the robot stood still, m."""
+_LEAVING = 0.5
+"""Cosine of the angle to the direction of motion from which on a person is behind the robot."""
 WALKING = 0.15
 """A person who touches the robot and is faster than this walks on, m/s."""
 
@@ -50,14 +52,16 @@ class WallGrid(NamedTuple):
 
 
 class _Bodies(NamedTuple):
-    """Predicted bodies for compiled code."""
+    """Predicted bodies for compiled code: n people in h hypotheses."""
 
     positions: Floats
-    """(p, N+1, 2) m."""
+    """(n, h, N+1, 2) m."""
     velocities: Floats
-    """(p, N+1, 2) m/s."""
+    """(n, h, N+1, 2) m/s."""
+    weight: Floats
+    """(n, h) probabilities."""
     radius: Floats
-    """(p,) m."""
+    """(n,) m."""
     step: float
     """s."""
 
@@ -69,7 +73,8 @@ class ContactMargins(NamedTuple):
     the robot had stood still − 1 cm, min(8 cm, gap now − 1 cm))), where s grows from
     ``standing_share`` to 1 with the person's speed. So a person who comes close does not block the
     robot, and a person who would walk into it even if it stood finds it standing. The robot waits
-    for a person who touches it and walks on, or who clearly overlaps it.
+    for a person who touches it and walks on, or who clearly overlaps it. Who follows behind a robot
+    that drives away is no contact: braking would not help.
     """
 
     wall: float
@@ -111,20 +116,15 @@ def first_contact(
         walls: distance to everything that is not a person.
         margins: gaps that count as contact.
     """
-    n, h, states = predictions.mean.shape[:3]
     bodies = _Bodies(
-        predictions.mean.reshape(n * h, states, 2),
-        # always a copy: a read-only array would be another type, compiled by itself
-        np.array(predictions.velocity, order="C").reshape(n * h, states, 2),
-        np.repeat(people.radius, h),
+        predictions.mean,
+        predictions.velocity,
+        predictions.weight,
+        people.radius,
         predictions.step,
     )
-    likely = predictions.weight.max(axis=1, initial=0.0, keepdims=True)
-    counts = np.ravel(predictions.weight >= np.minimum(margins.min_probability, likely))
-    return float(
-        _first_contact(
-            robot.capsule, robot.discs, poses, step, bodies, counts, wall_grid(walls), margins
-        )
+    return _first_contact(
+        robot.capsule, robot.discs, poses, step, bodies, wall_grid(walls), margins
     )
 
 
@@ -176,19 +176,20 @@ def _first_contact(  # noqa: PLR0917  # a kernel takes plain arrays
     poses: Floats,
     step: float,
     bodies: _Bodies,
-    counts: Booleans,
     walls: WallGrid,
     margins: ContactMargins,
 ) -> float:
     """Kernel of :func:`first_contact`: a circle about the robot skips what is surely clear."""
     pose = poses[0].copy()
     wall_margin = wall_margins(discs, pose, walls, margins.wall)
-    shares, floor = _people_margins(capsule, pose, bodies, margins.standing_share)
+    counted = _counted(bodies.weight, margins.min_probability)
+    shares, floor = _people_margins(capsule, pose, bodies, counted, margins.standing_share)
     around = circumscribed(discs)
     free = 0.0  # distance that the robot may travel before a wall can be near
     for k in range(poses.shape[0] - 1):
         # a robot that stands touches nothing
         moving = math.hypot(poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1])
+        turned = poses[k + 1, 2] - poses[k, 2]
         free -= moving
         if moving < STANDING * step and abs(poses[k + 1, 2] - poses[k, 2]) < STANDING * step:
             continue
@@ -206,49 +207,70 @@ def _first_contact(  # noqa: PLR0917  # a kernel takes plain arrays
                 if wall_gap(discs[j], pose, walls) < wall_margin[j]:
                     return time
             # people, compared with the gap that standing still would have kept
-            for i in range(bodies.positions.shape[0]):
-                if not counts[i]:
-                    continue
-                most = shares[i] * (margins.people + 0.5 * margins.acceleration * time * time)
-                x, y = _at(bodies, i, time)
+            for body in range(counted.shape[0]):
+                i, j = counted[body, 0], counted[body, 1]
+                most = shares[body] * (margins.people + 0.5 * margins.acceleration * time * time)
+                x, y = _at(bodies, i, j, time)
                 dx, dy = x - pose[0], y - pose[1]
                 far = around + bodies.radius[i] + most + _SAFE
                 if dx * dx + dy * dy > far * far:
                     continue
-                gap = gap_to_disc(capsule, pose, x, y, bodies.radius[i])
+                d, nx, ny, arm_x, arm_y, _ = nearest_on_spine_in_map(capsule, pose, x, y)
+                gap = d - capsule[4] - bodies.radius[i]
                 if gap >= most:
                     continue
+                # velocity of the robot's surface towards the person
+                vx = (poses[k + 1, 0] - poses[k, 0] + arm_x * turned) / step
+                vy = (poses[k + 1, 1] - poses[k, 1] + arm_y * turned) / step
+                if vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy):
+                    continue  # the robot drives away from somebody who follows
                 stood = gap_to_disc(capsule, poses[0], x, y, bodies.radius[i])
-                needed = min(most, max(stood - _NO_WORSE, floor[i]))
-                if gap < needed or floor[i] == np.inf:
+                needed = min(most, max(stood - _NO_WORSE, floor[body]))
+                if gap < needed or floor[body] == np.inf:
                     return time
     return np.inf
 
 
 @njit(cache=True)
+def _counted(weight: Floats, min_probability: float) -> Integers:
+    """(person, hypothesis) (p, 2) of the probable hypotheses, and of each person's most likely."""
+    n, h = weight.shape
+    out, count = np.empty((n * h, 2), dtype=np.int64), 0
+    for i in range(n):
+        likely = 0.0
+        for j in range(h):
+            likely = max(likely, weight[i, j])
+        for j in range(h):
+            if weight[i, j] >= min(min_probability, likely):
+                out[count, 0], out[count, 1] = i, j
+                count += 1
+    return out[:count]
+
+
+@njit(cache=True)
 def _people_margins(
-    capsule: Floats, pose: Floats, bodies: _Bodies, standing_share: float
+    capsule: Floats, pose: Floats, bodies: _Bodies, counted: Integers, standing_share: float
 ) -> tuple[Floats, Floats]:
-    """(share of the margin, smallest gap that is not contact) of each body, (p,) each."""
-    people = bodies.positions.shape[0]
-    floor, shares = np.empty(people), np.empty(people)
-    for i in range(people):
-        x, y = _at(bodies, i, 0.0)
+    """(share of the margin, smallest gap that is not contact) of each counted body, (p,) each."""
+    floor, shares = np.empty(len(counted)), np.empty(len(counted))
+    for body in range(len(counted)):
+        i, j = counted[body, 0], counted[body, 1]
+        x, y = _at(bodies, i, j, 0.0)
         now = gap_to_disc(capsule, pose, x, y, bodies.radius[i])
-        speed = math.hypot(bodies.velocities[i, 0, 0], bodies.velocities[i, 0, 1])
+        speed = math.hypot(bodies.velocities[i, j, 0, 0], bodies.velocities[i, j, 0, 1])
         walks = speed > WALKING
-        shares[i] = share_of(speed, standing_share)
-        floor[i] = min(_MIN_GAP, now - _NO_WORSE)
+        shares[body] = share_of(speed, standing_share)
+        floor[body] = min(_MIN_GAP, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
-            floor[i] = np.inf
+            floor[body] = np.inf
     return shares, floor
 
 
 @njit(cache=True, inline="always")
-def _at(bodies: _Bodies, i: int, time: float) -> tuple[float, float]:
+def _at(bodies: _Bodies, i: int, j: int, time: float) -> tuple[float, float]:
     """Position of a body at ``time`` of its prediction; beyond the end it keeps its velocity."""
-    m = min(int(time / bodies.step), bodies.positions.shape[1] - 1)
+    m = min(int(time / bodies.step), bodies.positions.shape[2] - 1)
     rest = time - m * bodies.step
-    x = bodies.positions[i, m, 0] + rest * bodies.velocities[i, m, 0]
-    y = bodies.positions[i, m, 1] + rest * bodies.velocities[i, m, 1]
+    x = bodies.positions[i, j, m, 0] + rest * bodies.velocities[i, j, m, 0]
+    y = bodies.positions[i, j, m, 1] + rest * bodies.velocities[i, j, m, 1]
     return x, y

@@ -84,28 +84,30 @@ def gate(  # noqa: PLR0913  # everything that the last stage sees
     It is the largest share after which comfort braking touches nothing; see ``robots.contact``.
     In ``Mode.MANUAL`` only numbers and limits are checked: distance is the rider's responsibility.
     """
-    if not np.isfinite(wanted).all():
+    requested: list[float] = wanted.tolist()
+    if not all(map(math.isfinite, requested)):
         return stop(Reason.NOT_FINITE)
     allowed = _within_limits(wanted, robot, request.speed_limit)
-    bounded = not bool((np.abs(allowed - wanted) <= 1e-6).all())
-    reason = Reason.OVER_LIMITS if bounded else None
+    kept = zip(allowed.tolist(), requested, strict=True)
+    reason = None if all(abs(a - b) <= 1e-6 for a, b in kept) else Reason.OVER_LIMITS
     now = robot.motion_model.input(observation.twist)
     stands = not (allowed.any() or now.any())
     if request.mode is Mode.MANUAL or not parameters.separation or stands:
         return Decision(twist=allowed, reason=reason)
     growth = parameters.wall_margin_time if request.mode is Mode.ASSISTED else 0.0
+    command, speed = robot.motion_model.input(allowed), _speed(allowed)
     for share in _SHARES:
         poses = braking(
             robot,
             observation.pose,
             now,
-            share * robot.motion_model.input(allowed),
+            share * command,
             hold=parameters.reaction,
             deceleration=robot.max_deceleration,
             step=_STEP,
         )
         margins = ContactMargins(
-            wall=parameters.wall_margin + growth * share * float(np.hypot(*allowed[:2])),
+            wall=parameters.wall_margin + growth * share * speed,
             people=clearance.after(0.0, extra=max(request.extra_clearance, 0.0)),
             min_probability=parameters.min_probability,
             standing_share=clearance.standing,
@@ -160,8 +162,14 @@ _GENTLE = frozenset(
 
 def _within_limits(wanted: Floats, robot: Robot, speed_limit: float) -> Floats:
     low, high, _, _ = robot.input_bounds
-    allowed = robot.motion_model.twist(np.clip(robot.motion_model.input(wanted), low, high))
-    speed, limit = float(np.hypot(*allowed[:2])), max(0.0, speed_limit)  # NaN allows nothing
+    inputs = np.minimum(np.maximum(robot.motion_model.input(wanted), low), high)
+    allowed = robot.motion_model.twist(inputs)
+    speed, limit = _speed(allowed), max(0.0, speed_limit)  # NaN allows nothing
     if speed > limit:
         allowed = allowed * (limit / speed)
     return allowed
+
+
+def _speed(twist: Floats) -> float:
+    """Speed over the floor, m/s."""
+    return float(np.hypot(twist[0], twist[1]))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, replace, value
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Mode, Observation, People, PointCloud, Reason, Request, Scan
 from cohelm.robots import Robot
@@ -56,8 +56,9 @@ def check_input(
     if observation.time < memory.time or _from_the_future(observation, parameters):
         return Reason.CLOCK, memory
     held_until = memory.held_until
-    largest = _plausible_twist(robot)
-    if _jumped(observation, np.clip(observation.twist, -largest, largest), memory, parameters):
+    largest, twist = _plausible_twist(robot), observation.twist.tolist()
+    plausible = [min(max(v, -most), most) for v, most in zip(twist, largest, strict=True)]
+    if _jumped(observation, plausible, memory, parameters):
         held_until = observation.time + parameters.jump_hold
     state = GateState(
         time=observation.time,
@@ -66,7 +67,7 @@ def check_input(
         pose_time=observation.pose_time,
         held_until=held_until,
     )
-    unknown = bool((np.abs(observation.twist) > largest).any())
+    unknown = any(abs(v) > most for v, most in zip(twist, largest, strict=True))
     return _stale(observation, request, state, parameters, unknown=unknown), state
 
 
@@ -89,7 +90,8 @@ def _not_finite(observation: Observation) -> bool:
 def _blinded(observation: Observation, p: GateParameters) -> bool:
     """Check for unusable scans: NaN is a dropout, −inf a blocked lens, +inf free (REP-117)."""
     scans = any(
-        len(s.ranges) == 0 or (~(s.ranges > -np.inf)).mean() >= p.blind_share
+        len(s.ranges) == 0
+        or (len(s.ranges) - np.count_nonzero(s.ranges > -np.inf)) / len(s.ranges) >= p.blind_share
         for s in observation.scans
     )
     # most rows of a LiDAR that points at the sky are NaN, so one finite point is enough
@@ -153,19 +155,22 @@ def _stale(
     return next((reason for holds, reason in rules if holds), None)
 
 
-def _plausible_twist(robot: Robot) -> Floats:
-    """Largest plausible twist (3,)."""
-    speed = max(robot.max_speed, robot.max_reverse_speed)
-    return _IMPOSSIBLE * np.array([speed, speed, robot.max_turn_rate])
+def _plausible_twist(robot: Robot) -> tuple[float, float, float]:
+    """Largest plausible twist."""
+    speed = _IMPOSSIBLE * max(robot.max_speed, robot.max_reverse_speed)
+    return speed, speed, _IMPOSSIBLE * robot.max_turn_rate
 
 
-def _jumped(observation: Observation, twist: Floats, memory: GateState, p: GateParameters) -> bool:
+def _jumped(
+    observation: Observation, twist: Sequence[float], memory: GateState, p: GateParameters
+) -> bool:
     """Check that the pose moved more than speed and time explain."""
     elapsed = max(observation.pose_time - memory.pose_time, 0.0)
-    moved = float(np.hypot(*(observation.pose[:2] - memory.pose[:2])))
-    turned = abs(float(wrap_angle(observation.pose[2] - memory.pose[2])))
-    speed, turn = float(np.hypot(*twist[:2])), abs(float(twist[2]))
-    return bool(
+    (x, y, heading), before = observation.pose.tolist(), memory.pose.tolist()
+    moved = float(np.hypot(x - before[0], y - before[1]))
+    turned = abs(float(wrap_angle(heading - before[2])))
+    speed, turn = float(np.hypot(twist[0], twist[1])), abs(twist[2])
+    return (
         moved > p.jump + _UNDERRATED * speed * elapsed
         or turned > p.jump_angle + _UNDERRATED * turn * elapsed
     )
@@ -195,8 +200,9 @@ def _last_messages(observation: Observation, robot: Robot, before: Floats) -> Fl
 
     A message belongs to the sensor of its kind whose mount is nearest to the one that it states.
     """
-    out = before.copy()
-    scanners = len(robot.lasers)
+    if not observation.scans and not observation.clouds:
+        return before
+    out, scanners = before.copy(), len(robot.lasers)
     for scan in observation.scans:
         _record(out[:scanners], scan, np.array([m.pose for m in robot.lasers]))
     for cloud in observation.clouds:

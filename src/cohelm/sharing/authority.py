@@ -7,19 +7,22 @@ Xu et al., eq. (13), prints η = 1 − eⁱ, which is never positive; it must be
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Integers, Shape, read_only, replace, value
 from cohelm.config import Model
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Authority, Observation, Reference, RiderProfile
 from cohelm.robots import Robot
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
+_CENTRED: Floats = read_only(np.zeros(2))
+"""Deflection of a released stick."""
 
 
 class AuthorityParameters(Model):
@@ -89,8 +92,8 @@ def authority(
         parameters: definition of an intent.
     """
     now = observation.time
-    raw = np.zeros(2) if observation.rider is None else observation.rider.deflection
-    memory = memory or AuthorityState(time=now, filtered=raw, counted=np.zeros(2))
+    raw = _CENTRED if observation.rider is None else observation.rider.deflection
+    memory = memory or AuthorityState(time=now, filtered=raw, counted=_CENTRED)
     filtered = _filtered(raw, memory, now, profile.tremor_filter)
     stick = _beyond_dead_zone(filtered, profile.dead_zone)
     intents, counted = _intents(stick, memory, now, parameters)
@@ -125,7 +128,7 @@ def limit_authority(
     remaining = max(remaining, 0.0)
     if remaining >= parameters.docking_distance:
         return given
-    return dataclasses.replace(given, eta=given.eta * remaining / parameters.docking_distance)
+    return replace(given, eta=given.eta * remaining / parameters.docking_distance)
 
 
 def shared_reference(path: Reference, authority: Authority) -> Reference:
@@ -164,10 +167,11 @@ def _filtered(raw: Floats, memory: AuthorityState, now: float, time_constant: fl
 
 def _beyond_dead_zone(stick: Floats, dead_zone: float) -> Floats:
     """The deflection, rescaled so that it starts from 0 at the edge of the dead zone."""
-    size = float(np.hypot(*stick))
+    size = float(np.hypot(stick[0], stick[1]))
     if not size > dead_zone:
-        return np.zeros(2)
-    return np.clip(stick * ((size - dead_zone) / ((1.0 - dead_zone) * size)), -1.0, 1.0)
+        return _CENTRED
+    scaled = stick * ((size - dead_zone) / ((1.0 - dead_zone) * size))
+    return np.minimum(np.maximum(scaled, -1.0), 1.0)
 
 
 def _intents(
@@ -176,8 +180,9 @@ def _intents(
     """(times of the intents in the window, deflection at the last of them)."""
     recent = tuple(t for t in memory.intents if now - t < p.window - _ROUNDING)
     if not stick.any():
-        return recent, np.zeros(2)
-    changed = float(np.hypot(*(stick - memory.counted))) >= p.change
+        return recent, _CENTRED
+    ahead, left = (stick - memory.counted).tolist()
+    changed = float(np.hypot(ahead, left)) >= p.change
     first = not memory.counted.any()
     held = bool(recent) and now - recent[-1] >= p.sustain - _ROUNDING
     if p.count == "messages" or changed or first or held or not recent:
@@ -202,8 +207,21 @@ def _rider_states(
     """Predicted states under the stick, from the present twist within the acceleration limits."""
     _, _, rise, fall = robot.input_bounds
     now, wanted = robot.motion_model.input(observation.twist), robot.motion_model.input(twist)
-    times = (np.arange(horizon.steps) + 1.0)[:, None] * horizon.step
-    inputs = now + np.clip(wanted - now, -fall * times, rise * times)
+    times = _times(horizon.steps, horizon.step)
+    change = np.minimum(np.maximum(wanted - now, -fall * times), rise * times)
+    inputs = now + change
     poses = robot.motion_model.rollout(observation.pose, inputs, horizon.step)
     speeds = robot.motion_model.twist(inputs)[:, 0]
-    return Reference(step=horizon.step, poses=poses, speeds=np.append(speeds, speeds[-1]))
+    return Reference(step=horizon.step, poses=poses, speeds=speeds[_held(horizon.steps)])
+
+
+@functools.lru_cache(maxsize=8)
+def _times(steps: int, step: float) -> Floats:
+    """Times of the ends of the steps (N, 1), s."""
+    return read_only((np.arange(steps) + 1.0)[:, None] * step)
+
+
+@functools.lru_cache(maxsize=8)
+def _held(steps: int) -> Integers:
+    """Index of the step of each of N + 1 states; the last step also has the last state."""
+    return read_only(np.minimum(np.arange(steps + 1), steps - 1))

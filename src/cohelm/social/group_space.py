@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Floats, Integers, read_only
 from cohelm.messages import Groups, GroupSpaces, People, Predictions, SocialSpaces
 from cohelm.shapes import RadialShape, support
 
 
 class _Members(NamedTuple):
-    """Spaces of n people in their most likely hypothesis over N + 1 steps."""
+    """Spaces of n people in h hypotheses over N + 1 steps."""
 
     group: Integers
     """(n,) −1: alone."""
+    weight: Floats
+    """(n, h) probabilities."""
     position: Floats
-    """(n, N+1, 2) m."""
+    """(n, h, N+1, 2) m."""
     axis: Floats
-    """(n, N+1) rad."""
+    """(n, h, N+1) rad."""
     front: Floats
     side: Floats
     rear: Floats
@@ -49,27 +52,28 @@ def group_spaces(
         directions: number of normals; the outline is too large by at most
             1 / cos(π / directions) − 1 of its radius of curvature, 0.5 % with 32.
     """
-    direction = 2.0 * np.pi * np.arange(directions) / directions
-    n = len(people)
-    likely = predictions.weight.argmax(axis=1) if n else np.empty(0, dtype=np.int64)
-    at = (np.arange(n), likely)
+    direction, cos, sin = _normals(directions)
     members = _Members(
         groups.member,
-        predictions.mean[at],
-        spaces.axis[at],
-        spaces.front[at],
-        spaces.side[at],
-        spaces.rear[at],
+        predictions.weight,
+        predictions.mean,
+        spaces.axis,
+        spaces.front,
+        spaces.side,
+        spaces.rear,
         people.radius,
     )
-    found = _supports(
-        members,
-        len(groups.id),
-        (spaces.kind, spaces.scale, spaces.floor),
-        np.cos(direction),
-        np.sin(direction),
-    )
+    form = (spaces.kind, spaces.scale, spaces.floor)
+    found = _supports(members, len(groups.id), form, cos, sin)
+    found.flags.writeable = False
     return GroupSpaces(id=groups.id, direction=direction, support=found)
+
+
+@lru_cache(maxsize=8)
+def _normals(directions: int) -> tuple[Floats, Floats, Floats]:
+    """(angle, rad, its cosine, its sine) of evenly spaced directions, (m,) each."""
+    angle = 2.0 * np.pi * np.arange(directions) / directions
+    return read_only(angle), read_only(np.cos(angle)), read_only(np.sin(angle))
 
 
 @njit(cache=True)
@@ -81,18 +85,17 @@ def _supports(
     form: (kind, scale, floor) of all shapes.
     """
     kind, scale, floor = form
-    steps, m = members.position.shape[1], cos.shape[0]
+    steps, m = members.position.shape[2], cos.shape[0]
     out = np.full((count, steps, m), -np.inf)
     for i in range(members.group.shape[0]):
         if members.group[i] < 0:
             continue
-        best, radius = out[members.group[i]], members.radius[i]
+        best, radius, h = out[members.group[i]], members.radius[i], members.weight[i].argmax()
         for k in range(steps):
-            x, y = members.position[i, k, 0], members.position[i, k, 1]
-            ahead, aside = np.cos(members.axis[i, k]), np.sin(members.axis[i, k])
-            shape = RadialShape(
-                kind, members.front[i, k], members.side[i, k], members.rear[i, k], scale, floor
-            )
+            x, y = members.position[i, h, k, 0], members.position[i, h, k, 1]
+            ahead, aside = np.cos(members.axis[i, h, k]), np.sin(members.axis[i, h, k])
+            sigmas = members.front[i, h, k], members.side[i, h, k], members.rear[i, h, k]
+            shape = RadialShape(kind, sigmas[0], sigmas[1], sigmas[2], scale, floor)
             for j in range(m):
                 far = support(
                     shape, ahead * cos[j] + aside * sin[j], ahead * sin[j] - aside * cos[j]

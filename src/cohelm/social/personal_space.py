@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Literal
+import math
+from typing import Literal, NamedTuple
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, sealed, unchecked
 from cohelm.config import Model
 from cohelm.messages import Groups, People, Predictions, RiderProfile, SocialSpaces
 from cohelm.shapes import KINDS, PRINTED, gaussian_deviations
@@ -59,30 +60,61 @@ class PersonalSpace:
     ) -> SocialSpaces:
         """See :meth:`SocialModel.spaces`."""
         p = self.parameters
-        velocity = predictions.velocity
-        speed = np.hypot(velocity[..., 0], velocity[..., 1])
-        heading = people.heading[:, None, None]
-        course = np.arctan2(velocity[..., 1], velocity[..., 0])
-        axis = np.where(speed > p.axis_speed, course, heading)
-        unknown = np.isnan(axis)
-        front, side, rear = gaussian_deviations(speed)
+        shapes = _shapes(people.heading, predictions.velocity, p.axis_speed, p.shape == "ellipse")
         spaces = SocialSpaces(
             kind=KINDS[p.shape],
             scale=p.printed_scale if p.shape == "printed" else p.contour_scale,
-            axis=np.where(unknown, 0.0, axis),
-            front=front,
-            side=np.where(unknown, front, side),
-            rear=np.where(unknown | (p.shape == "ellipse"), front, rear),
             floor=profile.social_distance,
             robot=self._robot(twist),
+            **sealed(shapes)._asdict(),
         )
         hulls = group_spaces(people, groups, predictions, spaces, p.directions)
-        return replace(spaces, groups=hulls)
+        return unchecked(spaces, groups=hulls)
 
     def _robot(self, twist: Floats) -> Floats:
         """(σ_h, σ_s, σ_r) of the robot; in reverse, the front is behind."""
         p = self.parameters
-        front = float(gaussian_deviations(np.hypot(twist[0], twist[1]))[0])
-        share = np.sqrt(p.robot_share) if KINDS[p.shape] == PRINTED else p.robot_share
-        sigmas = share * front * np.array([1.0, 2.0 / 3.0, 0.5])
-        return np.maximum(sigmas[::-1] if twist[0] < 0.0 else sigmas, _POINT)
+        front = gaussian_deviations(float(np.hypot(twist[0], twist[1])))[0]
+        share = math.sqrt(p.robot_share) if KINDS[p.shape] == PRINTED else p.robot_share
+        sigmas = [max(share * front * each, _POINT) for each in (1.0, 2.0 / 3.0, 0.5)]
+        return np.array(sigmas[::-1] if twist[0] < 0.0 else sigmas)
+
+
+class _Shapes(NamedTuple):
+    """Shapes of n people in h hypotheses at N + 1 steps: columns of ``SocialSpaces``."""
+
+    axis: Floats
+    front: Floats
+    side: Floats
+    rear: Floats
+
+
+@njit(cache=True)
+def _shapes(heading: Floats, velocity: Floats, axis_speed: float, symmetric: bool) -> _Shapes:
+    """Axes, rad, and deviations of eq. (5), m, (n, h, N+1) each.
+
+    Args:
+        heading: (n,) rad; NaN where unknown, which gives a circle at rest.
+        velocity: (n, h, N+1, 2) m/s.
+        axis_speed: least speed at which the axis follows the motion, m/s.
+        symmetric: True for equal extent behind and ahead.
+    """
+    n, h, steps = velocity.shape[:3]
+    out = _Shapes(
+        np.empty((n, h, steps)),
+        np.empty((n, h, steps)),
+        np.empty((n, h, steps)),
+        np.empty((n, h, steps)),
+    )
+    for i in range(n):
+        for j in range(h):
+            for k in range(steps):
+                vx, vy = velocity[i, j, k, 0], velocity[i, j, k, 1]
+                speed = math.hypot(vx, vy)
+                axis = math.atan2(vy, vx) if speed > axis_speed else heading[i]
+                front, side, rear = gaussian_deviations(speed)
+                if math.isnan(axis):
+                    axis, side, rear = 0.0, front, front
+                out.axis[i, j, k], out.front[i, j, k] = axis, front
+                out.side[i, j, k], out.rear[i, j, k] = side, front if symmetric else rear
+    return out

@@ -37,7 +37,7 @@ class OptimumVerdict(StrEnum):
 
 @value
 class SolverComparison:
-    """Costs of one problem, slack penalty included."""
+    """Costs of one problem, prices of the barriers included, s."""
 
     verdict: OptimumVerdict
     oracle: float
@@ -51,7 +51,8 @@ class SolverComparison:
     budget: float
     """Cost from our own start within the planner's number of iterations."""
     exact: bool
-    """True where the distance field equals the half-planes along IPOPT's solution, to 1e-4 m."""
+    """True where both have the same problem along IPOPT's solution: the distance field equals the
+    half-planes, to 1e-4 m, and each state lies on the segment of the path that IPOPT was given."""
 
 
 def compare(drawn: RandomProblem, planner: SsMpcDcbf) -> SolverComparison:
@@ -67,15 +68,15 @@ def compare(drawn: RandomProblem, planner: SsMpcDcbf) -> SolverComparison:
     seed = along(problem, there.current_input)
     ours = planner.control.solve(problem, seed, iterations=_ENOUGH, tolerance=_TIGHT)
     budget = planner.control.solve(problem, seed, iterations=p.iterations)
-    cost = ours.evaluation.merit
+    cost = ours.evaluation.cost
     return SolverComparison(
         verdict=_verdict(drawn, planner, found, ours.trajectory, cost),
         oracle=found.cost,
-        there=planner.control.evaluate(problem, there).merit,
-        kept=kept.evaluation.merit,
+        there=planner.control.evaluate(problem, there).cost,
+        kept=kept.evaluation.cost,
         ours=cost,
-        budget=budget.evaluation.merit,
-        exact=_exact(drawn, there.poses),
+        budget=budget.evaluation.cost,
+        exact=found.settled and _same_walls(drawn, there.poses),
     )
 
 
@@ -124,7 +125,7 @@ def first_command(
         budget=few.trajectory.inputs[0],
         converged=many.trajectory.inputs[0],
         oracle=found.inputs[0],
-        verdict=_by_cost(found, many.evaluation.merit) or OptimumVerdict.OTHER,
+        verdict=_by_cost(found, many.evaluation.cost) or OptimumVerdict.OTHER,
     )
 
 
@@ -156,7 +157,7 @@ def _by_cost(found: OracleSolution, cost: float) -> OptimumVerdict | None:
     return OptimumVerdict.SAME if cost <= found.cost + _SAME * found.cost + 1e-3 else None
 
 
-def _exact(drawn: RandomProblem, poses: Floats) -> bool:
+def _same_walls(drawn: RandomProblem, poses: Floats) -> bool:
     centres = transform(poses[:, None, :], drawn.problem.robot.discs[:, :2])
     planes = drawn.half_planes
     truth = (centres @ planes[:, :2].T - planes[:, 2]).min(axis=-1)

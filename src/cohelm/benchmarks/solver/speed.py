@@ -13,13 +13,14 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.benchmarks.solver.states import TICKS, RideState, ride, with_futures
-from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory
-from cohelm.control.qp import Multipliers, QuadraticProgram, minimise
+from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory, sqp
+from cohelm.control.daqp_call import daqp_addresses
 from cohelm.errors import ControlError
 from cohelm.stopwatch import Stopwatch, Timing
 from cohelm.testing import oracle
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
+from cohelm.testing.programs import QuadraticProgram, program_at, program_workspace
 
 PLAN, PLAN_2 = "plan, 1 candidate", "plan, default"
 PLAN_6 = "plan, 3 hypotheses, 2 candidates"
@@ -155,52 +156,44 @@ def _programs(
     planner: SsMpcDcbf, near: list[tuple[LocalProblem, Trajectory]], people: int, horizon: int
 ) -> Iterator[Any]:
     """Quadratic programs of first steps, cold, by both solvers; complete for PIQP."""
-    control = planner.control
-    programs = [control.program(p, m, control.evaluate(p, m)) for p, m in near]
-    best: list[Floats] = []
-
-    def daqp(k: int) -> None:
-        best.append(minimise(programs[k], Multipliers.none(programs[k]))[0])
-
-    yield _row(DAQP, people, horizon, *_timed(daqp, len(programs)))
-    if not find_spec("piqp"):
-        return
-    times, failed, agree = [], 0, 0
-    for program, x in zip(programs, best, strict=True):
-        seconds, theirs = piqp(program)
-        times.append(seconds)
-        failed += theirs is None
-        if theirs is not None:
-            ours, other = objective(program, x), objective(program, theirs)
-            agree += abs(ours - other) <= AGREE * (1.0 + abs(other))
-    yield {**_row(PIQP, people, horizon, np.array(times), failed), "agree": agree}
-
-
-def objective(program: QuadraticProgram, x: Floats) -> float:
-    """Objective at x, including the penalty of the slack it needs."""
-    soft = program.slack_index >= 0
-    slack = np.zeros(len(program.l1))
-    lack = -(program.jacobian @ x + program.margin)[soft]
-    np.maximum.at(slack, program.slack_index[soft], lack)
-    penalty = float(program.l1 @ slack + 0.5 * slack @ (program.l2 * slack))
-    return float(0.5 * x @ program.hessian @ x + program.gradient @ x) + penalty
+    daqp, failed, times, failed_piqp, agree = list[float](), 0, list[float](), 0, 0
+    for problem, start in near:
+        prepared = planner.control.prepare(problem, start.current_input)
+        program = program_at(prepared, start.inputs)
+        like = planner.control.space(prepared.scene, prepared.objective)
+        space = program_workspace(program, like)
+        watch = Stopwatch()
+        failed += sqp.minimise(daqp_addresses(), space, len(program.margin)) < 1
+        daqp.append(watch.elapsed())
+        if find_spec("piqp"):
+            seconds, theirs = piqp(program)
+            times.append(seconds)
+            failed_piqp += theirs is None
+            if theirs is not None:
+                ours = program.objective(space.program.z[: len(program.gradient)])
+                other = program.objective(theirs)
+                agree += abs(ours - other) <= AGREE * (1.0 + abs(other))
+    yield _row(DAQP, people, horizon, np.array(daqp), failed)
+    if times:
+        row = _row(PIQP, people, horizon, np.array(times), failed_piqp)
+        yield {**row, "agree": agree}
 
 
 def piqp(program: QuadraticProgram) -> tuple[float, Floats | None]:
     """Solve the complete program by PIQP, set-up included: (thread CPU time, s; x or None).
 
-    Its variables are x and all slacks, as ours.
+    Its variables are x and all slacks.
     """
     solver = importlib.import_module("piqp").DenseSolver()
-    n, groups = len(program.gradient), len(program.l1)
+    n, slacks = len(program.gradient), len(program.l1)
     watch = Stopwatch()
-    hessian = np.zeros((n + groups, n + groups), order="F")
+    hessian = np.zeros((n + slacks, n + slacks), order="F")
     hessian[:n, :n] = program.hessian
-    hessian[range(n, n + groups), range(n, n + groups)] = program.l2
-    rows_ = np.zeros((len(program.margin), n + groups), order="F")
+    hessian[range(n, n + slacks), range(n, n + slacks)] = program.l2
+    rows_ = np.zeros((len(program.margin), n + slacks), order="F")
     rows_[:, :n] = program.jacobian
-    soft = np.flatnonzero(program.slack_index >= 0)
-    rows_[soft, n + program.slack_index[soft]] = 1.0
+    soft = np.flatnonzero(program.slack >= 0)
+    rows_[soft, n + program.slack[soft]] = 1.0
     solver.setup(
         hessian,
         np.concatenate([program.gradient, program.l1]),
@@ -209,8 +202,8 @@ def piqp(program: QuadraticProgram) -> tuple[float, Floats | None]:
         rows_,
         -program.margin,
         np.where(program.upper < _NONE, program.upper, np.inf),
-        np.concatenate([program.low, np.zeros(groups)]),
-        np.concatenate([program.high, np.full(groups, np.inf)]),
+        np.concatenate([program.low, np.zeros(slacks)]),
+        np.concatenate([program.high, np.full(slacks, np.inf)]),
     )
     status = solver.solve()
     seconds = watch.elapsed()

@@ -77,11 +77,11 @@ def request_input(  # noqa: PLR0917  # a kernel takes plain arrays
 
 
 @njit(**INNER)
-def limit_input(robot: RobotTable, max_speed: float, k: int, inputs: Floats) -> None:
-    """Reduce the input at step k to the limits.
+def limit_input(robot: RobotTable, max_speed: float, step: float, k: int, inputs: Floats) -> None:
+    """Reduce the input at step k to the limits of speed, acceleration and jerk.
 
-    The first change must fit into the time until the next decision. A copy of
-    ``robots.kinematics.within_limits`` for one step.
+    The first change must fit into the time until the next decision. Apart from the jerk it is a
+    copy of ``robots.kinematics.within_limits`` for one step.
     """
     u, m = inputs[k], inputs.shape[1]
     joint = robot.n_linear if robot.n_linear > 1 else 0  # inputs that change in proportion
@@ -98,24 +98,46 @@ def limit_input(robot: RobotTable, max_speed: float, k: int, inputs: Floats) -> 
     for i in range(joint):
         u[i] *= shrink
         change = u[i] - (inputs[k - 1, i] if k > 0 else robot.current_input[i])
-        upper = _most(robot, k, i, change)
-        if abs(change) > upper:
-            share = min(share, upper / abs(change))
+        lower, upper = _change_limits(robot, step, k, i, inputs)
+        most = upper if change > 0.0 else -lower
+        if abs(change) > most:
+            share = min(share, most / abs(change))
     for i in range(m):
         before = inputs[k - 1, i] if k > 0 else robot.current_input[i]
         change = u[i] - before
         if i < joint:
             change *= share
         else:
-            change = min(max(change, -_most(robot, k, i, -1.0)), _most(robot, k, i, 1.0))
+            lower, upper = _change_limits(robot, step, k, i, inputs)
+            change = min(max(change, lower), upper)
         u[i] = before + change
 
 
 @njit(**INNER)
-def _most(robot: RobotTable, k: int, i: int, change: float) -> float:
-    """Largest change of input i at step k in the direction of ``change``."""
+def _change_limits(
+    robot: RobotTable, step: float, k: int, i: int, inputs: Floats
+) -> tuple[float, float]:
+    """(lowest, highest) change of input i at step k.
+
+    With a limit of jerk the acceleration changes by at most j·Δt, and it fades in time before the
+    robot stands or has its highest speed: a² ≤ 2 j |Δv|.
+    """
+    fall, rise = -robot.fall[i], robot.rise[i]
     if k == 0:
-        first: float = robot.first_rise[i] if change > 0.0 else robot.first_fall[i]
-        return first
-    later: float = robot.rise[i] if change > 0.0 else robot.fall[i]
-    return later
+        fall, rise = -robot.first_fall[i], robot.first_rise[i]
+    if i > 0 or robot.jerk == math.inf:
+        return fall, rise
+    duration = robot.tick if k == 0 else step
+    before, earlier = robot.current_input[0], robot.acceleration
+    if k > 0:
+        before = inputs[k - 1, 0]
+        since = robot.current_input[0] if k == 1 else inputs[k - 2, 0]
+        earlier = (before - since) / (robot.tick if k == 1 else step)
+    change = robot.jerk * duration
+    stopping = math.sqrt(2.0 * robot.jerk * abs(before)) + change
+    lower, upper = earlier - change, earlier + change
+    if before > 0.0:
+        lower = max(lower, -stopping)
+    else:
+        upper = min(upper, stopping)
+    return max(fall, min(lower * duration, rise)), min(rise, max(upper * duration, fall))

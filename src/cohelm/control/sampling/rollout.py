@@ -72,7 +72,7 @@ def roll_out(  # noqa: PLR0917  # a kernel takes plain arrays
         heading = stage.heading
         state = (stage.x, stage.y, heading, stage.s, tangent)
         request_input(scene, base, arc, k, state, stage.i_path, inputs[k])
-        limit_input(robot, path.max_speed, k, inputs)
+        limit_input(robot, path.max_speed, scene.step, k, inputs)
         stage = advanced(scene, stage, inputs[k])
         poses[k + 1, 0], poses[k + 1, 1], poses[k + 1, 2] = stage.x, stage.y, stage.heading
         before = inputs[k - 1] if k > 0 else robot.current_input

@@ -14,8 +14,7 @@ A term is a class with a ``name``, a ``residual`` made by :func:`residual`, and 
             return np.array([0.5, 0.4])
 
 Its cost is Δt·r² per step, in seconds. The derivatives are central differences, so r should be
-continuous; ``p`` are the numbers of ``table``, made once a tick, ``z`` the state by the names
-below.
+continuous; ``p`` are the numbers of ``table``, made once a tick, ``z`` the state by the names below.
 See ``examples/`` for a complete one.
 """
 
@@ -42,8 +41,7 @@ and distance to the left on the path, m; direction of the path there, rad."""
 _SIZE = 9
 _NUDGE = 1e-4
 """Step of the differences, m, rad, m/s and rad/s."""
-_NUMBERS: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]  # numba
-_SIGNATURE = types.float64(_NUMBERS, _NUMBERS)
+_SIGNATURE = types.float64(types.CPointer(types.float64), types.CPointer(types.float64))
 
 
 def residual(function: Callable[[Any, Any], float]) -> Any:
@@ -72,10 +70,10 @@ class ExtraTable(NamedTuple):
     """(q, w) numbers of each, filled up with zeros."""
     step: float
     """s."""
-    state: Floats
-    """(9,) space for z: a kernel owns no array."""
+    z: Floats
+    """Workspace: the state that residuals see."""
     slope: Floats
-    """(5,) space for the derivatives of a residual."""
+    """Workspace, (5,): ∂r/∂(x, y, θ, v, ω)."""
 
 
 def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene) -> ExtraTable:
@@ -86,10 +84,11 @@ def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene)
     for row, given in zip(parameters, numbers, strict=True):
         row[: len(given)] = given
     address = np.array([term.residual.address for term in terms], dtype=np.int64)
-    return ExtraTable(address, parameters, scene.step, np.empty(_SIZE), np.empty(5))
+    return ExtraTable(address, parameters, scene.step, np.zeros(_SIZE), np.zeros(5))
 
 
-def _call_residual(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
+@intrinsic
+def _call(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
     """Call a residual by the addresses of it and of its arguments."""
     signature = types.float64(types.int64, types.int64, types.int64)
 
@@ -102,8 +101,11 @@ def _call_residual(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
     return signature, generate
 
 
-_call: Any = intrinsic(_call_residual)
-"""Without the typing context, which numba passes."""
+@njit(**KERNEL)
+def _residual(t: ExtraTable, j: int, stage: Stage, turn: float, tangent: float) -> float:
+    """R of term j at a stage."""
+    _fill(t.z, stage.k * t.step, stage, turn, tangent)
+    return _call(t.address[j], t.parameters[j].ctypes.data, t.z.ctypes.data)
 
 
 @njit(**KERNEL)
@@ -114,12 +116,11 @@ def _fill(z: Floats, time: float, stage: Stage, turn: float, tangent: float) -> 
 
 @njit(**KERNEL)
 def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floats) -> float:
-    """Cost of a stage, s; also added to ``by_term`` (q,)."""
-    total, z = 0.0, t.state
-    _fill(z, stage.k * t.step, stage, turn, tangent)
+    """Cost of a stage, s; also added to the last entries of ``by_term`` (T,)."""
+    total, first = 0.0, by_term.shape[0] - t.address.shape[0]
     for j in range(t.address.shape[0]):
-        r: float = _call(t.address[j], t.parameters[j].ctypes.data, z.ctypes.data)
-        by_term[j] += t.step * r * r
+        r = _residual(t, j, stage, turn, tangent)
+        by_term[first + j] += t.step * r * r
         total += t.step * r * r
     return total
 
@@ -129,28 +130,23 @@ def model(
     t: ExtraTable, stage: Stage, turn: float, tangent: float, sign: float, q: LocalModel
 ) -> None:
     """Add the model of a stage; sign: of the speed's input."""
-    z, slope, last = t.state, t.slope, q.input_gradient.shape[1] - 1
+    z, slope, last, k = t.z, t.slope, q.input_gradient.shape[1] - 1, stage.k - 1
     cos, sin = math.cos(tangent), math.sin(tangent)
     for j in range(t.address.shape[0]):
         p = t.parameters[j].ctypes.data
-        slope[:] = 0.0
         for a in range(5):
-            for side in (-0.5, 0.5):
+            slope[a] = 0.0
+            for side in range(2):
+                change = (side - 0.5) * _NUDGE
                 _fill(z, stage.k * t.step, stage, turn, tangent)
-                change = side * _NUDGE
+                z[X + a] += change
                 if a < 2:  # the arc length and the distance move with the position
-                    z[X + a] += change
                     z[S] += change * (cos if a == 0 else sin)
                     z[D] += change * (-sin if a == 0 else cos)
-                else:
-                    z[X + a] += change
-                slope[a] += (
-                    math.copysign(1.0, side) * _call(t.address[j], p, z.ctypes.data) / _NUDGE
-                )
-        _fill(z, stage.k * t.step, stage, turn, tangent)
-        r: float = _call(t.address[j], p, z.ctypes.data)
+                slope[a] += (2.0 * side - 1.0) * _call(t.address[j], p, z.ctypes.data) / _NUDGE
+        r = _residual(t, j, stage, turn, tangent)
         add_square(q, stage.k, t.step, r, slope[0], slope[1], slope[2])
-        q.input_gradient[stage.k - 1, 0] += 2.0 * t.step * r * sign * slope[3]
-        q.input_curvature[stage.k - 1, 0] += 2.0 * t.step * slope[3] * slope[3]
-        q.input_gradient[stage.k - 1, last] += 2.0 * t.step * r * slope[4]
-        q.input_curvature[stage.k - 1, last] += 2.0 * t.step * slope[4] * slope[4]
+        q.input_gradient[k, 0] += 2.0 * t.step * r * sign * slope[3]
+        q.input_curvature[k, 0] += 2.0 * t.step * slope[3] * slope[3]
+        q.input_gradient[k, last] += 2.0 * t.step * r * slope[4]
+        q.input_curvature[k, last] += 2.0 * t.step * slope[4] * slope[4]

@@ -17,6 +17,8 @@ from cohelm.control.terms.stage import LocalModel, Stage, add_curvature, add_slo
 NAME = "progress"
 _SMOOTH = 1e-3
 """Distance from the end of the reference at which its norm is rounded, m."""
+_NEAR = 0.02
+"""Distance from the kink of a cost below which its parabola is not narrower, m."""
 
 
 class Progress(Model):
@@ -58,22 +60,26 @@ def final_cost(t: ProgressTable, path: PathTable, stage: Stage) -> float:
 
 @njit(**KERNEL)
 def model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
-    """Add the model of a stage: linear along the path."""
+    """Add the model of a stage: the parabola through it that lies above the hinge.
+
+    With a linear model the step overshoots the hinge, and the line search stalls. Outside a bend, between the normals of two segments, the arc length is constant; the model keeps
+    the slope of a smooth path there, or the robot would not know that going on is worth it.
+    """
     if path.reference[stage.k] > stage.s:
-        tangent = path.samples[stage.i_path]
-        add_slope(q, stage.k, -t.mean, tangent[2], tangent[3], 0.0)
+        tx, ty = path.samples[stage.i_path, 2], path.samples[stage.i_path, 3]
+        lag = path.reference[stage.k] - stage.s
+        add_slope(q, stage.k, -t.mean, tx, ty, 0.0)
+        add_curvature(q, stage.k, t.mean / max(lag, _NEAR), tx, ty, 0.0)
 
 
 @njit(**KERNEL)
 def final_model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
-    """Add the model of the last state: a norm is curved across its own direction."""
+    """Add the model of the last state: the parabola through it that lies above the norm."""
     lag = max(path.reference[stage.k] - stage.s, 0.0)
     norm = math.sqrt(lag * lag + stage.d * stage.d + _SMOOTH * _SMOOTH)
     tx, ty = path.samples[stage.i_path, 2], path.samples[stage.i_path, 3]
-    moving = 1.0 if lag > 0.0 else 0.0
-    # gradients of lag and of d
-    lx, ly, dx, dy = -moving * tx, -moving * ty, -ty, tx
-    add_slope(q, stage.k, t.final / norm, lag * lx + stage.d * dx, lag * ly + stage.d * dy, 0.0)
-    ax, ay = lag * dx - stage.d * lx, lag * dy - stage.d * ly
-    add_curvature(q, stage.k, t.final / (norm * norm * norm), ax, ay, 0.0)
-    add_curvature(q, stage.k, t.final * _SMOOTH * _SMOOTH / norm**3, 1.0, 0.0, 0.0)
+    slope, size = t.final / norm, t.final / max(norm, _NEAR)
+    add_slope(q, stage.k, slope, stage.d * -ty - lag * tx, stage.d * tx - lag * ty, 0.0)
+    add_curvature(q, stage.k, size, -ty, tx, 0.0)
+    if lag > 0.0:
+        add_curvature(q, stage.k, size, tx, ty, 0.0)

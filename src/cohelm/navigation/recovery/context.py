@@ -13,6 +13,7 @@ from cohelm.geometry import inverse, transform, wrap_angle
 from cohelm.messages import Authority, Decision, LocalPlan, Mode, People, Reason, Reference
 from cohelm.navigation.recovery.driven_track import extend_track, poses_along
 from cohelm.navigation.recovery.occupied_goal import waiting_place
+from cohelm.navigation.recovery.parameters import RecoveryParameters
 from cohelm.navigation.recovery.progress_checker import ProgressState
 from cohelm.navigation.recovery.rear_clearance import (
     RearMemory,
@@ -28,7 +29,6 @@ from cohelm.navigation.recovery.stages import (
     PeopleNearby,
     RecoveryAction,
     RecoveryContext,
-    RecoveryParameters,
     RecoveryStage,
     RecoveryState,
     recovery_step,
@@ -91,21 +91,22 @@ def update_recovery(
     waiting = _wait_at_goal(step, world, route)
     if waiting is not None:
         return RecoveryUpdate(*waiting, rear, track, None)
+    state = memory.recovery
+    if state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
+        state = None
 
     # A path that begins behind a chair that cannot turn: back up to where it can.
     action, reversing, rear = reverse_along_track(step, world, authority, route, rear, track)
     if reversing.active:
-        return RecoveryUpdate(action, None, rear, track, reversing)
+        return RecoveryUpdate(action, state, rear, track, reversing)
 
     # Rear clearance matters only once waiting did not help.
     clearance = curvature = 0.0
-    state = memory.recovery
-    if state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
-        state = None
     if state is not None and state.stage is not RecoveryStage.WAIT and p.back_up > 0.0:
         scene = RearScene(world.detections, world.walls, world.people)
         curvatures = _curvatures(observation.pose, route, state, p.back_up)
-        if not world.detections and is_recent(rear, observation.time):
+        arc = math.isfinite(rear.curvature)
+        if arc and not world.detections and is_recent(rear, observation.time):
             curvatures = (rear.curvature,)
         for curvature in curvatures:
             clearance, rear = rear_clearance(

@@ -35,10 +35,12 @@ def extend_track(track: Floats | None, pose: Floats) -> Floats:
     distance = float(np.hypot(*(track[-1, :2] - pose[:2])))
     if distance > _JUMP:
         return here
-    kept = track[: _count_behind(track, pose)]
-    if len(kept) == len(track) and distance >= _SPACING:
-        kept = np.concatenate([track, here])
-    return kept[-round(TRACK_LENGTH / _SPACING) :] if len(kept) else here
+    count = _count_behind(track, pose)
+    if count < len(track):
+        return track[:count] if count else here
+    if distance < _SPACING:
+        return track
+    return np.concatenate([track, here])[-round(TRACK_LENGTH / _SPACING) :]
 
 
 def way_back(track: Floats, pose: Floats, limit: float) -> Floats:

@@ -17,9 +17,9 @@ from cohelm.robots.capsule import gap_to_disc
 _NEAR = 3.0
 """Remaining length at which a goal counts as occupied, m: from farther away the person may be gone
 when the chair arrives."""
-_GAP, _KEPT_GAP = 0.1, 0.2
-"""Gap between the chair at its goal and a standing person that is too small to arrive, m: the local
-planner keeps 0.1 m; more while the chair waits."""
+_GAP, _KEPT_GAP = 0.05, 0.1
+"""Gap between the chair at its goal and a standing person that is too small to arrive, m: even a
+creeping chair keeps more; the second while it waits."""
 _SPACING = 0.1
 """Spacing of the places that are checked, m."""
 _APPROACH = 0.7

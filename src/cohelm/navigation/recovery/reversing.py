@@ -22,6 +22,8 @@ _ABREAST = math.radians(60.0)
 """Turn to a goal nearby below which the chair drives forward again, rad."""
 NEAR_GOAL = 1.5
 """Remaining length up to which reversing to the goal is shorter than turning twice, m."""
+_MIN_CLEARANCE = 0.1
+"""Free distance behind from which reversing begins, m; near the goal the chair waits for it."""
 _MIN_WAY = 0.3
 """Minimum length of the way back, m; less changes nothing."""
 _MAX_ATTEMPTS = 4
@@ -110,7 +112,8 @@ def update_reversing(
         memory = ReversingState(goal=now.goal.copy())
     if not memory.active:
         ready = now.time >= memory.paused_until - _ROUNDING and memory.attempts < _MAX_ATTEMPTS
-        if not (ready and may_begin(now)):
+        free = now.clearance >= _MIN_CLEARANCE or now.remaining <= NEAR_GOAL
+        if not (ready and free and is_caused(now)):
             return memory
         cause = ReversingCause.TURN if now.is_behind else ReversingCause.JAM
         return replace(memory, cause=cause, attempts=memory.attempts + 1)
@@ -124,8 +127,8 @@ def update_reversing(
     return replace(memory, cause=None, blocked_since=math.inf, paused_until=now.time + _PAUSE)
 
 
-def may_begin(now: ReversingContext) -> bool:
-    """Check for a reason to reverse, and for a way back."""
+def is_caused(now: ReversingContext) -> bool:
+    """Check for a cause of reversing, and for a way back."""
     caused = now.is_behind or now.jammed
     return now.allowed and caused and not now.has_room and now.way_back >= _MIN_WAY
 

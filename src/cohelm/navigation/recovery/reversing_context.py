@@ -18,13 +18,14 @@ from cohelm.navigation.recovery.rear_clearance import (
     rear_clearance,
 )
 from cohelm.navigation.recovery.reversing import (
+    NEAR_GOAL,
     ReversingCause,
     ReversingContext,
     ReversingState,
-    may_begin,
+    is_caused,
     update_reversing,
 )
-from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage, RecoveryState
+from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
 from cohelm.navigation.recovery.turning_room import can_turn
 from cohelm.navigation.replanning.replanner import RouteState
 from cohelm.navigation.tick import StepInput
@@ -35,6 +36,8 @@ _LOOKAHEAD = 0.5
 _WALL_MARGIN, _END_MARGIN = 0.02, 0.06
 """Gap to walls while turning, m: that of the planner's verification; more to end reversing."""
 
+_WAITING = frozenset({None, RecoveryStage.WAIT, RecoveryStage.WAIT_AT_GOAL})
+"""Stages of a chair that has not yet waited in vain."""
 _JAM_AHEAD, _JAM_BESIDE = 2.0, 1.0
 """Extent of the place ahead in which people block a corridor, m."""
 
@@ -59,7 +62,7 @@ def reverse_along_track(
     """
     memory, p = step.memory.reversing, step.setup.recovery
     now, back = _context(step, world, authority, route, track)
-    if (memory is not None and memory.active) or may_begin(now):
+    if (memory is not None and memory.active) or is_caused(now):
         clearance, rear = rear_clearance(
             rear,
             step.setup.robot,
@@ -70,7 +73,8 @@ def reverse_along_track(
             way_back=lambda travelled: poses_along(back, travelled),
         )
         now = dataclasses.replace(now, clearance=min(clearance, now.way_back))
-    state = update_reversing(now, memory, patience=p.wait_for_walking_people)
+    patience = p.wait_for_walking_people if now.remaining <= NEAR_GOAL else p.wait_for_people
+    state = update_reversing(now, memory, patience=patience)
     if not state.active:
         return RecoveryAction(), state, rear
     action = RecoveryAction(
@@ -90,14 +94,15 @@ def _context(
     """Facts of this tick, and the way back (k, 3); costly ones only where they matter."""
     pose, robot, memory = step.observation.pose, step.setup.robot, step.memory
     cause = memory.reversing.cause if memory.reversing else None
+    stage = memory.recovery.stage if memory.recovery else None
     turn = _turn_to_path(pose, route, step.request.goal)
     now = ReversingContext(
         time=step.observation.time,
         goal=step.request.goal,
         turn=abs(turn),
         has_room=True,
-        waited=memory.recovery is not None and memory.recovery.stage is not RecoveryStage.WAIT,
-        jammed=_is_jammed(memory.recovery, pose, world.people),
+        waited=stage not in _WAITING,
+        jammed=stage is RecoveryStage.ASK and _people_ahead(pose, world.people),
         remaining=route.path.length - route.progress,
         way_back=0.0,
         allowed=(
@@ -119,10 +124,8 @@ def _context(
     ), back
 
 
-def _is_jammed(state: RecoveryState | None, pose: Floats, people: People) -> bool:
-    """Check for people close ahead of a chair that has asked its rider in vain."""
-    if state is None or state.stage is not RecoveryStage.ASK:
-        return False
+def _people_ahead(pose: Floats, people: People) -> bool:
+    """Check for people who block a corridor close ahead."""
     ahead, left = transform(inverse(pose), people.mean[:, :2]).T
     return bool(((ahead > 0.0) & (ahead < _JAM_AHEAD) & (np.abs(left) < _JAM_BESIDE)).any())
 

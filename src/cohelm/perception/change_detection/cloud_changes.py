@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, read_only
 from cohelm.messages import Scan
 from cohelm.perception.api import ColumnHeights, Detections
 from cohelm.perception.change_detection.past_scans import (
@@ -58,12 +58,12 @@ def detect_cloud_changes(found: Detections, past: PastScans) -> Detections:
         compared = compared[found.heights.high[compared] > _UPRIGHT]
     detection = found.detection_of_return[compared]
     width = 2.0 * found.ellipse[found.cluster_of_return[compared], 2]
-    margin = np.array([_DEFAULTS.margin, _GROWTH])
+    places = read_only(found.points[compared])
     looks, empties = np.zeros(d), np.zeros(d)
     for each in past if len(compared) else ():
         if not _DEFAULTS.min_age <= found.time - each.scan.time <= _DEFAULTS.max_age:
             continue
-        was = compare_places(found.points[compared], width, past_beams(each), margin)
+        was = compare_places(places, width, past_beams(each), (_DEFAULTS.margin, _GROWTH))
         occupied = np.bincount(detection[was == PastState.OCCUPIED], minlength=d)
         empty = np.bincount(detection[was == PastState.FREE], minlength=d)
         looks += occupied + empty > 0

@@ -106,12 +106,12 @@ def remember_scan(
     A clock reset clears the past; a scan or a pose that is not finite leaves it unchanged.
     """
     p = parameters or ChangeDetectionParameters()
-    given = [scan.time, *X_MR, *scan.mount, scan.angle_min, scan.angle_increment]
-    if not np.isfinite(given).all() or scan.angle_increment == 0.0 or not len(scan.ranges):
+    mount = scan.mount.tolist()
+    given = [scan.time, *X_MR.tolist(), *mount, scan.angle_min, scan.angle_increment]
+    if not all(map(math.isfinite, given)) or scan.angle_increment == 0.0 or not len(scan.ranges):
         return past
     if past and scan.time < past[0].scan.time - CLOCK_RESET:
         past = ()
-    mount = scan.mount.tolist()
     others = [each for each in past if each.scan.mount.tolist() != mount]
     before = [each for each in past if each.scan.mount.tolist() == mount]
     number = before[0].number + 1 if before else 0
@@ -133,7 +133,9 @@ def past_beams(past: PastScan) -> PastBeams:
 
 
 @njit(cache=True)
-def compare_places(points: Floats, width: Floats, beams: PastBeams, margin: Floats) -> SignedBytes:
+def compare_places(
+    points: Floats, width: Floats, beams: PastBeams, margin: tuple[float, float]
+) -> SignedBytes:
     """State (p,) of the places of points in a past scan, a :class:`PastState` each.
 
     A place is occupied if a return lies within the margin. It is free if all of three beams about

@@ -7,13 +7,14 @@ sensor, so that the comparison works for a moving chair as well.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import NamedTuple
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
+from cohelm.config import number_record
 from cohelm.perception.api import Detections
 from cohelm.perception.change_detection.past_scans import (
     ChangeDetectionParameters,
@@ -31,19 +32,17 @@ _ARRIVED_BELOW, _NEUTRAL, _STATIC_ABOVE = 0.15, (0.35, 0.5), 0.8
 and above which its object is static; linear in between. Assumed."""
 
 
-class ScanComparison(NamedTuple):
-    """A past scan compared with the present detections."""
+class _Evidence(NamedTuple):
+    """Evidence about the places of d detections, from the youngest past scan backwards."""
 
-    new: int
-    """Returns of the surroundings (of no person) at places that were free."""
-    same: int
-    """Returns of the surroundings at places that were occupied."""
-    total: int
-    """Returns of the surroundings."""
+    present: Floats
+    """(d,) time for which each place has been occupied without interruption, s."""
     occupied: Floats
-    """(d,) share of each detection's place that was occupied, 0…1."""
-    known: Booleans
-    """(d,) True where that place was observed."""
+    """(d,) sum of its occupancy before that, 0…1 for each scan."""
+    looks: Floats
+    """(d,) number of observations before that."""
+    still_occupied: Booleans
+    """(d,) True as long as no free place was found."""
 
 
 def detect_changes(
@@ -60,29 +59,23 @@ def detect_changes(
         return replace(found, arrival_log_odds=np.zeros(d))
     detection = found.detection_of_return
     width = np.concatenate([2.0 * found.ellipse[:, 2], [0.0]])[found.cluster_of_return]
-    margin = np.array([p.margin, p.margin_growth])
-    present, occupied, looks = np.zeros(d), np.zeros(d), np.zeros(d)
-    still_occupied, consistent, inconsistent = None, 0, 0
+    evidence = _Evidence(np.zeros(d), np.zeros(d), np.zeros(d), np.zeros(d, dtype=np.bool_))
+    record, consistent, inconsistent, first = _record(p), 0, 0, True
     for each in past:
         age = found.time - each.scan.time
         if not p.min_age <= age <= p.max_age:
             continue
-        beams = past_beams(each)
-        before = _compare(found.points, width, detection, d, beams, margin, p.no_return_weight)
-        if not _is_consistent(before, age, p):
-            inconsistent += age <= p.arrival_time
-            continue
-        consistent += age <= p.arrival_time
-        if still_occupied is None:
+        if first:
             # After a pause longer than ``arrival_time``, all scans show the time before an arrival.
-            still_occupied = np.full(d, age <= p.arrival_time)
-        still_occupied &= ~before.known | (before.occupied > 0.5)
-        present[still_occupied & before.known] = age
-        occupied += before.known * ~still_occupied * before.occupied
-        looks += before.known & ~still_occupied
+            evidence.still_occupied[:] = age <= p.arrival_time
+        if _look_back(found.points, width, detection, past_beams(each), age, evidence, record):
+            consistent += age <= p.arrival_time
+            first = False
+        else:
+            inconsistent += age <= p.arrival_time
     if inconsistent > consistent:
         return replace(found, arrival_log_odds=np.full(d, p.mislocalised_log_odds))
-    arrival = _arrival_log_odds(present, occupied, looks, p)
+    arrival = _arrival_log_odds(evidence.present, evidence.occupied, evidence.looks, p)
     thin = np.bincount(detection[detection >= 0], minlength=d) < p.min_returns
     return replace(found, arrival_log_odds=np.where(thin, np.minimum(arrival, 0.0), arrival))
 
@@ -108,35 +101,27 @@ def _arrival_log_odds(
     return out
 
 
-def _is_consistent(before: ScanComparison, age: float, p: ChangeDetectionParameters) -> bool:
-    """Check that the surroundings are where they were, as far as the past scan shows them."""
-    if before.total < _MIN_SURROUNDINGS:
-        return True
-    least = max(p.min_same - p.same_decay * age, p.same_floor)
-    few_new = before.new <= p.max_changed * (before.new + before.same)
-    return few_new and before.same >= least * before.total
-
-
 @njit(cache=True)
-def _compare(  # noqa: PLR0917  # a kernel takes arrays and numbers
+def _look_back(  # noqa: PLR0917  # a kernel takes plain arrays
     points: Floats,
     width: Floats,
     detection: Integers,
-    d: int,
     beams: PastBeams,
-    margin: Floats,
-    no_return_weight: float,
-) -> ScanComparison:
-    """Compare returns with a past scan.
+    age: float,
+    evidence: _Evidence,
+    p: ChangeDetectionParameters,
+) -> bool:
+    """Add one past scan to the evidence, in place; False if the surroundings contradict it.
 
     Args:
-        points, width, beams, margin: as for :func:`compare_places`.
+        points, width, beams: as for :func:`compare_places`.
         detection: (p,) detection of each return, −1: surroundings.
-        d: number of detections.
-        no_return_weight: weight of a beam without a return as an observation.
+        age: of the past scan, s.
+        evidence: of the younger scans.
+        p: the parameters.
     """
-    was = compare_places(points, width, beams, margin)
-    new, same, total = 0, 0, 0
+    was = compare_places(points, width, beams, (p.margin, p.margin_growth))
+    d, new, same, total = len(evidence.looks), 0, 0, 0
     known, occupied = np.zeros(d), np.zeros(d)
     for i in range(len(was)):
         k = detection[i]
@@ -145,6 +130,26 @@ def _compare(  # noqa: PLR0917  # a kernel takes arrays and numbers
             new += was[i] == PastState.FREE
             same += was[i] == PastState.OCCUPIED
         elif was[i] != PastState.UNKNOWN:
-            known[k] += no_return_weight if was[i] == PastState.NO_RETURN else 1.0
+            known[k] += p.no_return_weight if was[i] == PastState.NO_RETURN else 1.0
             occupied[k] += was[i] == PastState.OCCUPIED
-    return ScanComparison(new, same, total, occupied / np.maximum(known, 1e-9), known > 0.0)
+    # Are the surroundings where they were, as far as the past scan shows them?
+    if total >= _MIN_SURROUNDINGS:
+        least = max(p.min_same - p.same_decay * age, p.same_floor)
+        if new > p.max_changed * (new + same) or same < least * total:
+            return False
+    for k in range(d):
+        if known[k] <= 0.0:
+            continue
+        share = occupied[k] / max(known[k], 1e-9)
+        evidence.still_occupied[k] = evidence.still_occupied[k] and share > 0.5
+        if evidence.still_occupied[k]:
+            evidence.present[k] = age
+        else:
+            evidence.occupied[k] += share
+            evidence.looks[k] += 1.0
+    return True
+
+
+@lru_cache(maxsize=8)
+def _record(parameters: ChangeDetectionParameters) -> Any:
+    return number_record(parameters)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats
 
 CLUTTER_SCALE = 4.0
@@ -129,10 +130,9 @@ def flat_evidence(points: Floats, noise: float) -> float:
         sums[i + 1, 3] = sums[i, 3] + x * y
         sums[i + 1, 4] = sums[i, 4] + y * y
     log_m, w = math.log(m), 1.0 / noise**2
-    start = np.int64(0)  # a plain 0 would be a type of its own, and compiled by itself
-    best = w * _line(sums, start, m)[0] + 2.0 * log_m
+    best = w * _line(sums, ZERO, m)[0] + 2.0 * log_m
     for cut in range(2, m - 1):
-        left, right = _line(sums, start, cut), _line(sums, cut, m)
+        left, right = _line(sums, ZERO, cut), _line(sums, cut, m)
         turn = left[1] - right[1]
         off = (turn - math.pi * math.floor(turn / math.pi) - 0.5 * math.pi) / math.radians(10.0)
         corner = w * (left[0] + right[0]) + off * off + 4.0 * log_m

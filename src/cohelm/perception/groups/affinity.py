@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Floats, Integers, Shape, replace, sealed, value
 from cohelm.config import Model
 from cohelm.messages import Groups, People
 from cohelm.perception.groups.agglomerative_clustering import cluster_people, inherit_ids
@@ -131,48 +131,171 @@ class Affinity:
     def group(self, people: People, memory: AffinityState | None) -> tuple[Groups, AffinityState]:
         """See :meth:`GroupDetector.group`; the ids of ``people`` must differ."""
         p = self.parameters
-        order = np.argsort(people.id, kind="stable")
-        before = _recalled(memory, people.time, people.id[order], p.memory_time)
-        here = np.searchsorted(before.id, people.id[order])
-        all_here = len(here) == len(before.id)
-        block: Any = np.s_[:, :] if all_here else np.ix_(here, here)
+        ids = np.sort(people.id)
+        before = _recalled(memory, people.time, ids, p.memory_time)
         since = people.time - memory.time if memory else 0.0
-        velocity = people.covariance[order, 2:, 2:]
-        evidence = update_pair_evidence(
-            people.mean[order],
-            0.5 * (velocity[:, 0, 0] + velocity[:, 1, 1]),
-            people.heading[order],
-            min(max(since, 0.0), p.longest_look),
-            PairEvidence(
-                np.array(before.log_odds[block]),
-                np.array(before.relative_velocity[block]),
-                np.array(before.weight[block]),
-            ),
-            self._pair_parameters,
+        time = max(people.time, before.time)
+        updated = sealed(
+            _regroup(
+                _People(people.id, people.mean, people.covariance, people.heading),
+                _Past(*(getattr(before, name) for name in _Past._fields)),
+                (float(time), min(max(float(since), 0.0), p.longest_look)),
+                before.next_id,
+                (p.membership_bonus, p.join_log_odds, p.linkage),
+                self._pair_parameters,
+            )
         )
-        old = before.group[here]
-        together = (old[:, None] == old) & (old[:, None] >= 0)
-        label = cluster_people(
-            evidence.log_odds + p.membership_bonus * together - p.join_log_odds, p.linkage
-        )
-        group, next_id = inherit_ids(label, old, before.next_id)
-        kept = group
-        if not all_here:  # the other members of a group may only be out of view
-            waits = (group < 0) & np.isin(old, np.delete(before.group, here)) & (old >= 0)
-            kept = np.where(waits, old, group)
-        state = replace(
-            _with_evidence(before, here, evidence),
-            time=max(people.time, before.time),
-            next_id=next_id,
-            seen=_with_rows(before.seen, here, max(people.time, before.time)),
-            group=_with_rows(before.group, here, kept),
-        )
-        grouped = group >= 0
-        member = np.full(len(people), -1)
-        ids = group[grouped]
-        if len(ids):
-            ids, member[order[grouped]] = np.unique(ids, return_inverse=True)
-        return Groups(id=ids, member=member), state
+        columns = {name: getattr(updated, name) for name in _Past._fields}
+        state = AffinityState(time=time, next_id=updated.next_id, **columns)
+        return Groups(id=updated.group_id, member=updated.member), state
+
+
+class _People(NamedTuple):
+    """Columns of ``People``."""
+
+    id: Integers
+    mean: Floats
+    covariance: Floats
+    heading: Floats
+
+
+class _Past(NamedTuple):
+    """Columns of ``AffinityState``."""
+
+    id: Integers
+    seen: Floats
+    group: Integers
+    log_odds: Floats
+    relative_velocity: Floats
+    weight: Floats
+
+
+class _Update(NamedTuple):
+    """Columns of the next ``AffinityState``, and of ``Groups``."""
+
+    id: Integers
+    seen: Floats
+    group: Integers
+    log_odds: Floats
+    relative_velocity: Floats
+    weight: Floats
+    next_id: int
+    group_id: Integers
+    member: Integers
+
+
+@njit(cache=True)
+def _regroup(
+    people: _People,
+    past: _Past,
+    times: tuple[float, float],
+    next_id: int,
+    joining: tuple[float, float, float],
+    w: PairEvidenceParameters,
+) -> _Update:
+    """Update evidence and groups with n people, who all have a row in the past.
+
+    Args:
+        people: in any order.
+        past: m ≥ n rows by growing id.
+        times: (now, time since the last observation), s.
+        next_id: next unused id of a group.
+        joining: (membership bonus, log-odds of joining, linkage).
+        w: parameters of the evidence.
+    """
+    (bonus, join_log_odds, linkage), n = joining, len(people.id)
+    who, row = _matched_rows(people.id, past.id)
+    # People and evidence by growing id, without those out of view.
+    mean, variance, heading = np.empty((n, 4)), np.empty(n), np.empty(n)
+    before = PairEvidence(np.empty((n, n)), np.empty((n, n, 2)), np.empty((n, n)))
+    for i in range(n):
+        mean[i], heading[i] = people.mean[who[i]], people.heading[who[i]]
+        P = people.covariance[who[i]]
+        variance[i] = 0.5 * (P[2, 2] + P[3, 3])
+        for j in range(n):
+            before.log_odds[i, j] = past.log_odds[row[i], row[j]]
+            before.relative_velocity[i, j] = past.relative_velocity[row[i], row[j]]
+            before.weight[i, j] = past.weight[row[i], row[j]]
+    evidence = update_pair_evidence(mean, variance, heading, times[1], before, w)
+    # Clusters, with a bonus for members of one group.
+    old, links = past.group[row], np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            together = old[i] == old[j] and old[i] >= 0
+            links[i, j] = evidence.log_odds[i, j] + (bonus if together else 0.0) - join_log_odds
+    group, next_id = inherit_ids(cluster_people(links, linkage), old, next_id)
+    # The next state: rows of people out of view stay.
+    log_odds, weight = past.log_odds.copy(), past.weight.copy()
+    relative, kept, seen = past.relative_velocity.copy(), past.group.copy(), past.seen.copy()
+    for i in range(n):
+        seen[row[i]] = times[0]
+        if group[i] >= 0 or not _waits(old[i], past.group, row):
+            kept[row[i]] = group[i]
+        for j in range(n):
+            log_odds[row[i], row[j]] = evidence.log_odds[i, j]
+            relative[row[i], row[j]] = evidence.relative_velocity[i, j]
+            weight[row[i], row[j]] = evidence.weight[i, j]
+    group_id, member = _members(group, who)
+    return _Update(
+        past.id.copy(), seen, kept, log_odds, relative, weight, next_id, group_id, member
+    )
+
+
+@njit(cache=True)
+def _matched_rows(ids: Integers, known: Integers) -> tuple[Integers, Integers]:
+    """(index in ``ids`` (n,) by growing id, row of each of these in ``known``, which grow)."""
+    who, row = np.empty(len(ids), dtype=np.int64), np.empty(len(ids), dtype=np.int64)
+    n = 0
+    for k in range(len(known)):
+        for i in range(len(ids)):
+            if ids[i] == known[k]:
+                who[n], row[n] = i, k
+                n += 1
+    return who, row
+
+
+@njit(cache=True)
+def _waits(group: int, groups: Integers, here: Integers) -> bool:
+    """Check that a former member of ``group`` is out of view, so that the group may still exist.
+
+    Args:
+        group: id of the group, −1: none.
+        groups: (m,) group of everyone.
+        here: (n,) rows of the people in view, growing.
+    """
+    k = 0
+    for other in range(len(groups)):
+        if k < len(here) and here[k] == other:
+            k += 1
+        elif groups[other] == group and group >= 0:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _members(group: Integers, who: Integers) -> tuple[Integers, Integers]:
+    """(ids of the groups (g,), growing; index of each person's group (n,), −1: alone).
+
+    Args:
+        group: (n,) id of each person's group, −1: alone.
+        who: (n,) index of each of these people.
+    """
+    ids, member, count = np.empty(len(group), dtype=np.int64), np.full(len(group), -1), 0
+    for i in range(len(group)):
+        if group[i] < 0:
+            continue
+        k = 0
+        while k < count and ids[k] < group[i]:
+            k += 1
+        if k == count or ids[k] != group[i]:
+            ids[k + 1 : count + 1] = ids[k:count].copy()
+            ids[k] = group[i]
+            count += 1
+    for i in range(len(group)):
+        for k in range(count):
+            if ids[k] == group[i]:
+                member[who[i]] = k
+    return ids[:count], member
 
 
 def _recalled(
@@ -187,11 +310,14 @@ def _recalled(
     kept = np.isin(memory.id, ids) | (memory.seen >= time - memory_time)
     state = _blank(time, memory.next_id, np.union1d(ids, memory.id[kept]))
     at, old = np.searchsorted(state.id, memory.id[kept]), np.ix_(kept, kept)
-    evidence = PairEvidence(memory.log_odds[old], memory.relative_velocity[old], memory.weight[old])
+    new = np.ix_(at, at)
     return replace(
-        _with_evidence(state, at, evidence),
+        state,
         seen=_with_rows(state.seen, at, memory.seen[kept]),
         group=_with_rows(state.group, at, memory.group[kept]),
+        log_odds=_with_rows(state.log_odds, new, memory.log_odds[old]),
+        relative_velocity=_with_rows(state.relative_velocity, new, memory.relative_velocity[old]),
+        weight=_with_rows(state.weight, new, memory.weight[old]),
     )
 
 
@@ -215,12 +341,3 @@ def _with_rows(rows: Any, at: Any, new: Any) -> Any:
     out = rows.copy()
     out[at] = new
     return out
-
-
-def _with_evidence(state: AffinityState, at: Integers, evidence: PairEvidence) -> AffinityState:
-    """``state`` with the evidence of the pairs among the rows ``at``."""
-    if len(at) < len(state.id):
-        block = np.ix_(at, at)
-        new = evidence._asdict().items()
-        evidence = PairEvidence(*(_with_rows(getattr(state, k), block, rows) for k, rows in new))
-    return replace(state, **evidence._asdict())

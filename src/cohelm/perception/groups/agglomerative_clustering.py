@@ -64,26 +64,39 @@ def inherit_ids(label: Integers, before: Integers, next_id: int) -> tuple[Intege
         next_id: larger than any id used so far.
     """
     n = label.shape[0]
-    size = np.bincount(label, minlength=n)
-    group = np.full(n, -1)
-    open_claim = (before >= 0) & (size[label] > 1)
-    while open_claim.any():
+    size, group, open_claim = np.zeros(n, dtype=np.int64), np.full(n, -1), np.zeros(n, np.bool_)
+    for i in range(n):
+        size[label[i]] += 1
+    for i in range(n):
+        open_claim[i] = before[i] >= 0 and size[label[i]] > 1
+    while True:
         heir, kept = _strongest(label, before, open_claim)
-        group[label == heir] = kept
-        open_claim &= (label != heir) & (before != kept)
+        if heir < 0:
+            break
+        for i in range(n):
+            if label[i] == heir:
+                group[i] = kept
+            if label[i] == heir or before[i] == kept:
+                open_claim[i] = False
     for k in range(n):
         if size[k] > 1 and group[k] < 0:
-            group[label == k] = next_id
+            for i in range(n):
+                if label[i] == k:
+                    group[i] = next_id
             next_id += 1
     return group, next_id
 
 
 @njit(cache=True)
 def _strongest(label: Integers, before: Integers, open_claim: Booleans) -> tuple[int, int]:
-    """(cluster, id) that share the most people; the oldest id among equals."""
+    """(cluster, id) that share the most people; the oldest id among equals, −1 without a claim."""
     most, heir, kept = 0, -1, -1
-    for k in np.flatnonzero(open_claim):
-        common = ((label == label[k]) & (before == before[k])).sum()
+    for k in range(len(label)):
+        if not open_claim[k]:
+            continue
+        common = 0
+        for i in range(len(label)):
+            common += label[i] == label[k] and before[i] == before[k]
         if common > most or (common == most and before[k] < kept):
             most, heir, kept = common, label[k], before[k]
     return heir, kept

@@ -12,7 +12,6 @@ cloud's beams clear the objects they pass through, not those below them (see ``c
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -27,6 +26,7 @@ from cohelm.arrays import (
     Integers,
     Shape,
     SignedBytes,
+    replace,
     value,
 )
 from cohelm.config import Model
@@ -120,6 +120,8 @@ def update_obstacle_layer(
         none = LiveObstacles(corner=corner, occupied=np.zeros((n, n), dtype=np.uint8), version=0)
         layer = ObstacleLayerState(evidence=np.zeros((n, n), dtype=np.int8), obstacles=none)
     rolled = _rolled(layer, corner)
+    if not detections:
+        return rolled
     body = people.radius + p.person_margin
     unexplained = [
         find_unexplained_returns(
@@ -168,9 +170,7 @@ def update_obstacle_layer(
 
 
 def _clears_nothing(layer: ObstacleLayerState, detections: tuple[Detections, ...]) -> bool:
-    """Check that beams have nothing to take: no scan, or no evidence and no heights."""
-    if not detections:
-        return True
+    """Check that beams have nothing to take: no evidence and no heights."""
     spatial = layer.span is not None or any(found.heights is not None for found in detections)
     return (
         not spatial
@@ -245,7 +245,7 @@ def _corner(grid: OccupancyGrid, position: Floats, side: float) -> Integers:
 def _rolled(layer: ObstacleLayerState, corner: Integers) -> ObstacleLayerState:
     """Move the window to ``corner``; cells that leave it are dropped."""
     known = layer.obstacles
-    if np.array_equal(corner, known.corner):
+    if corner.tolist() == known.corner.tolist():
         return layer
     shift = corner - known.corner
     obstacles = replace(

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, read_only, sealed
 from cohelm.config import Model
 from cohelm.messages import People, Predictions
-from cohelm.perception.tracking.kalman import larger_deviation
+from cohelm.perception.tracking.kalman import larger_axis
 
 
 class ConstantVelocity:
@@ -45,46 +49,73 @@ class ConstantVelocity:
     ) -> tuple[Predictions, None]:
         """See :meth:`Predictor.predict`; there is no memory."""
         p = self.parameters
-        n = len(people)
-        t = step * np.arange(steps + 1, dtype=np.float64)
-        share = p.velocity_share * _walking_share(people.mean[:, 2:], p.standing_speed)
-        velocity = np.broadcast_to((share * people.mean[:, 2:])[:, None], (n, steps + 1, 2))
-        mean = people.mean[:, None, :2] + t[:, None] * velocity
-        spread = _spread(people.covariance, t, p.process_noise * t**3 / 3.0)
-        deviation = larger_deviation(spread).reshape(n, steps + 1)
-        predictions = Predictions(
-            step=step,
-            names=("keeps_going",),
-            weight=np.ones((n, 1)),
-            mean=mean[:, None],
-            velocity=velocity[:, None],
-            deviation=np.minimum(deviation, p.max_deviation)[:, None],
+        times, drift = _horizon(steps, step, p.process_noise)
+        ahead = _predicted(
+            people.mean,
+            people.covariance,
+            times,
+            drift,
+            (p.velocity_share, p.standing_speed, p.max_deviation),
         )
+        predictions = Predictions(step=step, names=("keeps_going",), **sealed(ahead)._asdict())
         return predictions, None
 
 
+class _Horizon(NamedTuple):
+    """Prediction of n people over K times: the columns of ``Predictions``, h = 1."""
+
+    weight: Floats
+    mean: Floats
+    velocity: Floats
+    deviation: Floats
+
+
+@lru_cache(maxsize=8)
+def _horizon(steps: int, step: float, process_noise: float) -> tuple[Floats, Floats]:
+    """(times from now, s; variances by the drift of the velocity, m²), (steps + 1,) each."""
+    t = step * np.arange(steps + 1, dtype=np.float64)
+    return read_only(t), read_only(process_noise * t**3 / 3.0)
+
+
 @njit(cache=True)
-def _spread(covariance: Floats, times: Floats, drift: Floats) -> Floats:
-    """Covariance (n·k, 2, 2) of n positions at k times: P_pp + t (P_pv + P_vp) + t² P_vv.
+def _predicted(
+    mean: Floats,
+    covariance: Floats,
+    times: Floats,
+    drift: Floats,
+    limits: tuple[float, float, float],
+) -> _Horizon:
+    """Predict people at all times.
 
-    drift: added to the variances, (k,) m².
+    Args:
+        mean: (n, 4).
+        covariance: (n, 4, 4); of a position after t, P_pp + t (P_pv + P_vp) + t² P_vv.
+        times: (K,) from now, s.
+        drift: added to the variances, (K,) m².
+        limits: (share of the velocity that is kept, standing speed, largest deviation).
     """
-    count = len(times)
-    out = np.empty((covariance.shape[0] * count, 2, 2))
-    for i in range(covariance.shape[0]):
-        C = covariance[i]
+    (n, _), count = mean.shape, len(times)
+    kept, standing_speed, max_deviation = limits
+    out = _Horizon(
+        np.ones((n, 1)),
+        np.empty((n, 1, count, 2)),
+        np.empty((n, 1, count, 2)),
+        np.empty((n, 1, count)),
+    )
+    for i in range(n):
+        # The velocity of a standing person is noise.
+        share, C = kept, covariance[i]
+        if standing_speed != 0.0:
+            speed = math.hypot(mean[i, 2], mean[i, 3])
+            share *= min(max(speed / standing_speed - 1.0, 0.0), 1.0)
         for k in range(count):
-            t = times[k]
-            for a in range(2):
-                for b in range(2):
-                    each = C[a, b] + t * (C[a, b + 2] + C[a + 2, b]) + t * t * C[a + 2, b + 2]
-                    out[i * count + k, a, b] = each + (drift[k] if a == b else 0.0)
+            t, square = times[k], times[k] * times[k]
+            for axis in range(2):
+                velocity = share * mean[i, axis + 2]
+                out.velocity[i, 0, k, axis] = velocity
+                out.mean[i, 0, k, axis] = mean[i, axis] + t * velocity
+            xx = C[0, 0] + t * (C[0, 2] + C[2, 0]) + square * C[2, 2] + drift[k]
+            xy = C[0, 1] + t * (C[0, 3] + C[2, 1]) + square * C[2, 3]
+            yy = C[1, 1] + t * (C[1, 3] + C[3, 1]) + square * C[3, 3] + drift[k]
+            out.deviation[i, 0, k] = min(larger_axis(xx, xy, yy), max_deviation)
     return out
-
-
-def _walking_share(velocity: Floats, standing_speed: float) -> Floats:
-    """Share (n, 1) of velocities (n, 2) that is not noise of a standing person."""
-    speed = np.hypot(velocity[:, :1], velocity[:, 1:])
-    if standing_speed == 0.0:
-        return np.ones_like(speed)
-    return np.asarray(np.clip(speed / standing_speed - 1.0, 0.0, 1.0))

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from typing import NamedTuple
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Annotated, Floats, Shape, sealed, value
 from cohelm.geometry import compose
 from cohelm.messages import Scan
 
@@ -33,30 +37,46 @@ def scan_returns(scan: Scan, X_MR: Floats) -> ScanReturns:
     NaN, −inf, ranges ≤ 0 and ranges beyond ``range_max`` are no returns; +inf means that the beam
     is free up to ``range_max`` (REP-117). A scan or a pose that is not finite has no returns.
     """
-    given = [*X_MR, *scan.mount, scan.angle_min, scan.angle_increment, scan.range_max]
-    if not np.isfinite(given).all():
+    beams = float(scan.angle_min), float(scan.angle_increment), float(scan.range_max)
+    given = [*X_MR.tolist(), *scan.mount.tolist(), *beams]
+    if not all(map(math.isfinite, given)):
         none = np.empty(0)
         pairs, zero = none.reshape(0, 2), np.zeros(2)
         return ScanReturns(
             origin=zero, increment=0.0, bearing=none, range=none, points=pairs, free_ends=pairs
         )
     X_MS = compose(X_MR, scan.mount)
-    angles = X_MS[2] + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-    ranges = scan.ranges
-    if scan.angle_increment < 0.0:
-        angles, ranges = angles[::-1], ranges[::-1]
-    hit = (ranges > 0.0) & (ranges <= scan.range_max)
-    free = np.isposinf(ranges)
-    origin = X_MS[:2]
-    return ScanReturns(
-        origin=origin,
-        increment=abs(scan.angle_increment),
-        bearing=angles[hit],
-        range=ranges[hit],
-        points=origin + _at(angles[hit], ranges[hit]),
-        free_ends=origin + _at(angles[free], np.full(int(free.sum()), scan.range_max)),
-    )
+    found = sealed(_ends(scan.ranges, X_MS, *beams))
+    return ScanReturns(origin=X_MS[:2], increment=abs(beams[1]), **found._asdict())
 
 
-def _at(angle: Floats, distance: Floats) -> Floats:
-    return np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1)
+class _Ends(NamedTuple):
+    """Columns of ``ScanReturns``."""
+
+    bearing: Floats
+    range: Floats
+    points: Floats
+    free_ends: Floats
+
+
+@njit(cache=True)
+def _ends(
+    ranges: Floats, X_MS: Floats, angle_min: float, increment: float, range_max: float
+) -> _Ends:
+    """Ends of the beams of a scan, (b,) ranges in m, from the sensor's pose (3,)."""
+    b, hits, free = len(ranges), 0, 0
+    out = _Ends(np.empty(b), np.empty(b), np.empty((b, 2)), np.empty((b, 2)))
+    for i in range(b):
+        # Counter-clockwise, whatever the direction of the scan.
+        k = i if increment >= 0.0 else b - 1 - i
+        angle, r = X_MS[2] + angle_min + increment * k, ranges[k]
+        if 0.0 < r <= range_max:
+            out.bearing[hits], out.range[hits] = angle, r
+            out.points[hits, 0] = X_MS[0] + r * math.cos(angle)
+            out.points[hits, 1] = X_MS[1] + r * math.sin(angle)
+            hits += 1
+        elif r == np.inf:
+            out.free_ends[free, 0] = X_MS[0] + range_max * math.cos(angle)
+            out.free_ends[free, 1] = X_MS[1] + range_max * math.sin(angle)
+            free += 1
+    return _Ends(out.bearing[:hits], out.range[:hits], out.points[:hits], out.free_ends[:free])

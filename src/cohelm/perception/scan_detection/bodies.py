@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats, Integers
 from cohelm.perception.clustering.shape_fits import (
     DiscPrior,
@@ -105,7 +106,7 @@ def find_bodies(
         np.full((n, 2), -1),
         np.full(n, -1, dtype=np.int64),
     )
-    count = singles = np.int64(0)  # a plain 0 would be a type of its own, and compiled by itself
+    count = singles = ZERO
     todo = np.empty((n + 1, 2), dtype=np.int64)
     for cluster in range(beams.cluster.max() + 1 if n else 0):
         members = _in_beam_order(beams, cluster)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import ZERO
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.perception.scan_detection.body_candidates import (
     Body,
@@ -175,7 +176,7 @@ def pair_legs_into_people(
     pairs, odds = pair_legs(centre, found.log_odds, model.stride, model.single_log_odds)
     person = np.full(centre.shape[0], -1, dtype=np.int64)
     bodies = empty_candidates(odds.size)
-    count = np.int64(0)  # see find_bodies
+    count = ZERO
     for k in range(odds.size):
         a, b = pairs[k]
         if odds[k] <= MIN_LOG_ODDS:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, sealed
 from cohelm.config import number_record
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
@@ -93,7 +93,7 @@ class KalmanTracker:
             tracks.flags.writeable = False
             state = TrackerState(time=time, next_id=next_id, tracks=tracks)
         found = report_people(state.tracks, state.time, now, self._record)
-        return People(time=now, **found._asdict()), state
+        return People(time=now, **sealed(found)._asdict()), state
 
 
 class PersonTable(NamedTuple):

@@ -119,7 +119,7 @@ def _update_motion(
     walks = far and changed and _is_faster(track, p.walking_speed)
     loss = p.motion_loss if track.has_walked else p.arrival_loss
     motion = track.motion_log_odds + (p.motion_gain * credit if walks else -loss)
-    track.motion_log_odds = min(max(motion, arrival * credit, 0.0), _MAX_MOTION)
+    track.motion_log_odds = min(max(0.0, motion, arrival * credit), _MAX_MOTION)
     return bool(walks)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats, Integers
 
 SLACK = 1e-10
@@ -19,10 +20,6 @@ SLACK = 1e-10
 smaller; the error of a path's cost is below 1e-9."""
 
 _MAX_BUCKETS = 1 << 16
-FIRST = np.int64(0)
-"""First slot, or first entry; a plain 0 would be a type of its own, and compiled by itself."""
-NONE = np.int64(-1)
-"""No entry."""
 
 
 @njit(cache=True)
@@ -42,7 +39,7 @@ def bucket_ring(width: float, span: float) -> tuple[Integers, float]:
 def double_rows(array: Any) -> Any:
     """Copy of an array with twice the capacity along its first axis."""
     larger = np.empty((2 * array.shape[0], *array.shape[1:]), dtype=array.dtype)
-    larger[: array.shape[0]] = array
+    copy_row(larger.reshape(-1), array.reshape(-1))
     return larger
 
 

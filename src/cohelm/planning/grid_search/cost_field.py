@@ -11,10 +11,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import NONE, ZERO
 from cohelm.arrays import Floats, Floats32
 from cohelm.planning.grid_search.bucket_queue import (
-    FIRST,
-    NONE,
     SLACK,
     bucket_ring,
     pop,
@@ -72,13 +71,13 @@ def _flood(  # noqa: PLR0917  # one hot loop over plain arrays
     # The open list: buckets narrower than the cheapest step, and the start in the first one.
     heads, step = bucket_ring(0.99 * lightest, SQRT2 * heaviest)
     entries, costs = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
-    lists = (NONE, FIRST)
+    lists = (NONE, ZERO)
     mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
     offset, _, _ = neighbours(stride)
     ahead, counts = successors()
     free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
     field[start] = 0.0
-    lists = push(heads, entries, costs, lists, FIRST, 16 * start + ANY_STEP, 0.0)
+    lists = push(heads, entries, costs, lists, ZERO, 16 * start + ANY_STEP, 0.0)
     now, waiting = 0, 1
     while waiting > 0:
         # Take the newest entry of the lowest bucket, unless it is stale.

@@ -26,10 +26,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import NONE, ZERO
 from cohelm.arrays import Floats, Floats32
 from cohelm.planning.grid_search.bucket_queue import (
-    FIRST,
-    NONE,
     SLACK,
     bucket_ring,
     pop,
@@ -156,7 +155,7 @@ def propagate(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop over plain arr
     # Create the open list, whose keys start at the lowest value.
     heads, step = bucket_ring(0.5 * lightest * side, high - low + SQRT2 * heaviest * side)
     entries, costs = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
-    lists = (NONE, FIRST)
+    lists = (NONE, ZERO)
     mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
     # Queue the finite nodes.
     for node in range(values.shape[0]):

@@ -26,11 +26,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import NONE, ZERO
 from cohelm.arrays import Bytes, Floats, Floats32, Integers
 from cohelm.errors import PlanningTimeout
 from cohelm.planning.grid_search.bucket_queue import (
-    FIRST,
-    NONE,
     SLACK,
     bucket_ring,
     pop,
@@ -173,14 +172,14 @@ def _search(  # noqa: PLR0913, PLR0917  # one hot loop over plain arrays
     # The open list, with the start in the first bucket; its key is f, the cost over this cell.
     heads, step = bucket_ring(_WIDTH * lightest, 2.0 * SQRT2 * heaviest)
     entries, costs = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
-    lists = (NONE, FIRST)
+    lists = (NONE, ZERO)
     mask, inverse, slack = heads.shape[0] - 1, 1.0 / step, SLACK * lightest
     offset, rows, cols = neighbours(stride)
     ahead, counts = successors()
     free, wide, page = np.zeros(4, dtype=np.bool_), np.uint64(stride), np.uint64(_PAGE)
     base = bound_at(values, width, start // stride, start % stride, shift)
     reached[start], used[start >> _PAGE] = _AT_START, 1
-    lists = push(heads, entries, costs, lists, FIRST, 16 * start + ANY_STEP, _AT_START)
+    lists = push(heads, entries, costs, lists, ZERO, 16 * start + ANY_STEP, _AT_START)
     now, last, best, waiting, expansions = 0, 1 << 62, np.inf, 1, 0
     while waiting > 0 and now <= last:
         # Take the newest entry of the lowest bucket, unless it is stale.

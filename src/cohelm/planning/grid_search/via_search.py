@@ -28,10 +28,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import NONE, ZERO
 from cohelm.arrays import Floats, Floats32, Integers
 from cohelm.planning.grid_search.bucket_queue import (
-    FIRST,
-    NONE,
     SLACK,
     double_rows,
     pop,
@@ -106,12 +105,12 @@ def search_layers(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop o
     heads = np.full(int(max(bound - base, 0.0) * inverse) + 3, -1, dtype=np.int64)
     capacity = 1 << 14
     entries, costs = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
-    lists = (NONE, FIRST)
+    lists = (NONE, ZERO)
     offset, rows, cols = neighbours(stride)
     ahead, counts = successors()
     free, wide = np.zeros(4, dtype=np.bool_), np.uint64(stride)
     reached[start] = _AT_START
-    lists = push(heads, entries, costs, lists, FIRST, 16 * start + ANY_STEP, _AT_START)
+    lists = push(heads, entries, costs, lists, ZERO, 16 * start + ANY_STEP, _AT_START)
     now, last, best, waiting, expansions = 0, 1 << 62, bound, 1, 0
     while waiting > 0 and now <= last:
         # Take the newest entry of the lowest bucket, unless it is stale.
@@ -243,7 +242,7 @@ def layer_bounds(
         most: highest value that must be correct.
     """
     edges_from, edges, points = graph
-    shift = np.int64(COARSE_SHIFT)  # not a constant, which would be compiled by itself
+    shift = ZERO + COARSE_SHIFT
     squares, blanks = empty_nodes(weights, shift)
     layers = edges_from.shape[0] - 1
     nodes = np.full((layers, *blanks.shape), np.inf)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cohelm.array_kernels import copy_row
+from cohelm.array_kernels import NONE, ZERO, copy_row
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.planning.grid_search.cost_field import cost_field
 from cohelm.planning.grid_search.weights import Weights
@@ -126,8 +126,7 @@ def _search(  # noqa: PLR0917  # one hot loop over plain arrays
     nodes = empty_nodes(_MOTIONS * budget + seeds.shape[0] + 1, 24 * budget)
     heap = [(0.0, -1)]
     heap.pop()
-    # np.int64: a plain constant would be a type of its own, and compiled by itself
-    count, no_parent = np.int64(0), np.int64(-1)
+    count = ZERO
     # Queue the free seeds.
     for s in range(seeds.shape[0]):
         ahead = _ahead(space, guide, corner, seeds[s, 0], seeds[s, 1])
@@ -135,7 +134,7 @@ def _search(  # noqa: PLR0917  # one hot loop over plain arrays
             space.grown, seeds[s, 0], seeds[s, 1], seeds[s, 2], 0.0
         ):
             continue
-        add_node(nodes, count, slot_of(nodes, seeds[s]), seeds[s], 0.0, no_parent, 0.0)
+        add_node(nodes, count, slot_of(nodes, seeds[s]), seeds[s], 0.0, NONE, 0.0)
         heapq.heappush(heap, (_EAGER * ahead, count))
         count += 1
     best, best_node, best_word = np.inf, -1, np.zeros((3, 2))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats, Floats32
 from cohelm.maps.distance import sample
 from cohelm.planning.grid_search.weights import Weights
@@ -76,7 +77,7 @@ def shorten(points: Floats, grid: LineGrid, wanted: float) -> Floats:
         if i > 0:
             cost, _ = _segment(points[i - 1], points[i], grid)
             along[i] = along[i - 1] + cost
-    i = np.int64(0)  # a plain 0 would be a type of its own, and compiled by itself
+    i = ZERO
     kept = [i]
     while i < n - 1:
         good, step = i + 1, 2

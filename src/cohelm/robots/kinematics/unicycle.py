@@ -38,7 +38,7 @@ class Unicycle:
 
     def input(self, twist: Floats) -> Floats:
         """(v_x, ω); the sideways velocity is dropped."""
-        return np.asarray(twist)[..., [0, 2]]
+        return np.asarray(twist)[..., ::2].copy()
 
     def bounds(self, limits: Floats) -> InputBounds:
         """See :meth:`Kinematics.bounds`."""

@@ -17,7 +17,8 @@ from cohelm.arrays import Floats
 
 _PARALLEL = 1e-5
 """Cross product of two directions below which they count as parallel, as in RVO2."""
-_ALONG, _NEAR = np.bool_(True), np.bool_(False)
+_NEAR: bool = np.bool_(False)  # type: ignore[assignment]
+_ALONG: bool = np.bool_(True)  # type: ignore[assignment]
 """Goals of :func:`_nearest`; plain constants would be types of their own, each compiled."""
 
 

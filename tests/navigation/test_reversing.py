@@ -1,0 +1,204 @@
+"""Reversing along the driven track: the track, the room to turn, beginning and end."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohelm.messages import Reason
+from cohelm.navigation.recovery.driven_track import (
+    TRACK_LENGTH,
+    extend_track,
+    poses_along,
+    way_back,
+)
+from cohelm.navigation.recovery.reversing import (
+    NEAR_GOAL,
+    ReversingCause,
+    ReversingContext,
+    is_caused,
+    update_reversing,
+)
+from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
+from cohelm.navigation.recovery.turning_room import can_turn
+from cohelm.robots import load_robot
+from cohelm.testing.scenes import room, walls_of
+
+CHAIR = load_robot("quantum_q6_edge")
+GOAL = np.array([4.0, 0.0])
+
+
+def driven(poses):
+    track = None
+    for pose in poses:
+        track = extend_track(track, np.array(pose, dtype=float))
+    return track
+
+
+def straight(end, step=0.04):
+    return [(x, 0.0, 0.0) for x in np.arange(0.0, end + 1e-9, step)]
+
+
+def context(**changes):
+    """A chair in a corridor that has driven 0.6 m past its goal."""
+    plain = ReversingContext(
+        time=10.0, goal=GOAL, turn=math.pi, has_room=False, remaining=0.0, way_back=5.0
+    )
+    return replace(plain, **changes)
+
+
+# ------------------------------------------------------------------ the driven track
+
+
+def test_the_track_is_evenly_spaced_and_bounded():
+    track = driven(straight(15.0))
+    gaps = np.diff(track[:, 0])
+    assert gaps.min() >= 0.1 - 1e-9
+    assert gaps.max() < 0.15
+    assert np.ptp(track[:, 0]) <= 1.5 * TRACK_LENGTH
+    assert len(track) == round(TRACK_LENGTH / 0.1)
+
+
+def test_backing_over_the_track_removes_it():
+    poses = straight(3.0)
+    track = driven([*poses, *reversed(poses[25:])])
+    assert track[-1, 0] == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_chair_that_stands_keeps_the_same_track():
+    track = driven(straight(1.0))
+    assert extend_track(track, track[-1] + np.array([0.01, 0.01, 0.02])) is track
+
+
+def test_after_a_jump_of_the_pose_the_track_begins_again():
+    assert len(extend_track(driven(straight(1.0)), np.array([5.0, 0.0, 0.0]))) == 1
+
+
+def test_the_way_back_begins_at_the_chair_and_joins_the_track():
+    pose = np.array([3.05, 0.1, 0.1])
+    back = way_back(driven(straight(3.0)), pose, 2.0)
+    assert back[0] == pytest.approx(pose)
+    assert np.diff(back[:, 0]).max() < 0.0
+    assert back[2:, 1] == pytest.approx(0.0)
+    assert poses_along(back, np.array([0.0, 1.0]))[1, 0] == pytest.approx(2.05, abs=0.02)
+
+
+def test_the_way_back_ends_where_the_chair_turned_on_the_spot():
+    first = [(0.0, y, math.pi / 2) for y in np.arange(-2.0, 0.0, 0.05)]
+    back = way_back(driven([*first, *straight(2.0)]), np.array([2.0, 0.0, 0.0]), 10.0)
+    assert back[:, 0].min() == pytest.approx(0.0, abs=0.15)
+    assert np.abs(back[:, 1]).max() < 0.15
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_the_way_back_is_continuous_wherever_the_chair_drove(seed):
+    rng = np.random.default_rng(seed)
+    pose, poses = np.zeros(3), []
+    for _ in range(200):
+        speed, turn = rng.uniform(-0.2, 0.8), rng.uniform(-1.2, 1.2)
+        pose = pose + 0.05 * np.array([speed * np.cos(pose[2]), speed * np.sin(pose[2]), turn])
+        poses.append(pose)
+    back = way_back(driven(poses), pose, 3.0)
+    assert back[0] == pytest.approx(pose)
+    assert np.abs(np.diff(back[:, 2])).max(initial=0.0) <= 0.6
+    assert np.hypot(*np.diff(back[:, :2], axis=0).T).max(initial=0.0) <= 0.61
+
+
+# ------------------------------------------------------------------ room to turn
+
+
+@pytest.mark.parametrize(("width", "fits"), [(1.2, False), (1.5, False), (1.75, True), (3.0, True)])
+def test_a_half_turn_needs_the_length_of_the_chair(width, fits):
+    """The discs of the footprint reach 0.79 m from the axle, its corners 0.72 m."""
+    half = 0.5 * width
+    walls = walls_of(room(boxes=[(0.0, 0.0, 12.0, 4.0 - half), (0.0, 4.0 + half, 12.0, 8.0)]))
+    pose = np.array([6.0, 4.0, 0.0])
+    assert can_turn(CHAIR, pose, math.pi, walls, margin=0.02) is fits
+    assert can_turn(CHAIR, pose, 0.02, walls, margin=0.02)
+
+
+def test_the_other_direction_of_turn_counts_as_well():
+    walls = walls_of(room(boxes=[(0.0, 0.0, 12.0, 3.5)]))
+    pose = np.array([6.0, 4.0, 0.0])  # 0.5 m to the wall on its right
+    assert not can_turn(CHAIR, pose, -math.pi, walls, margin=0.02)  # the rear swings as well
+    assert can_turn(CHAIR, pose + np.array([0.0, 0.3, 0.0]), -math.pi, walls, margin=0.02)
+
+
+# ------------------------------------------------------------------ beginning and end
+
+
+def test_a_chair_past_its_goal_reverses_at_once_if_it_cannot_turn():
+    assert update_reversing(context(), None, patience=8.0).cause is ReversingCause.TURN
+    for changes in (
+        {"has_room": True},
+        {"turn": 1.0},
+        {"way_back": 0.2},
+        {"allowed": False},
+        {"remaining": 5.0},
+    ):
+        assert not update_reversing(context(**changes), None, patience=8.0).active
+
+
+def test_far_from_the_goal_waiting_comes_first():
+    assert not is_caused(context(remaining=5.0))
+    assert is_caused(context(remaining=5.0, waited=True))
+
+
+def test_far_from_the_goal_a_blocked_way_back_is_not_waited_for():
+    far = context(remaining=5.0, waited=True)
+    assert update_reversing(far, None, patience=2.0).active
+    assert not update_reversing(replace(far, clearance=0.05), None, patience=2.0).active
+    assert update_reversing(context(clearance=0.0), None, patience=2.0).active
+
+
+def test_near_the_goal_it_reverses_until_the_goal_is_ahead_elsewhere_until_it_can_turn():
+    state = update_reversing(context(), None, patience=8.0)
+    assert update_reversing(context(has_room=True), state, patience=8.0).active
+    ended = update_reversing(context(has_room=True, turn=0.5, time=12.0), state, patience=8.0)
+    assert (ended.active, ended.ended_at) == (False, 12.0)
+    far = context(has_room=True, remaining=NEAR_GOAL + 0.1)
+    assert not update_reversing(far, state, patience=8.0).active
+
+
+def test_a_jam_is_left_backwards_to_a_place_where_the_chair_can_turn_about():
+    jam = context(turn=0.1, remaining=9.0, jammed=True)
+    state = update_reversing(jam, None, patience=8.0)
+    assert state.cause is ReversingCause.JAM
+    assert update_reversing(replace(jam, jammed=False), state, patience=8.0).active
+    wide = replace(jam, jammed=False, has_room=True)
+    assert not update_reversing(wide, state, patience=8.0).active
+
+
+def test_a_blocked_way_back_is_waited_for_and_then_left_to_the_recovery():
+    state, active = None, []
+    for k in range(400):
+        now = context(time=0.05 * k, clearance=0.0)
+        state = update_reversing(now, state, patience=8.0)
+        active.append(state.active)
+    changes = np.flatnonzero(np.diff(active)) * 0.05
+    assert active[0]
+    assert changes[:2] == pytest.approx([8.0, 13.0], abs=0.11)
+
+
+def test_the_attempts_on_the_way_to_one_goal_are_limited():
+    state, begun = None, 0
+    for k in range(40):
+        was = state is not None and state.active
+        turn = math.pi if k % 2 == 0 else 0.1
+        now = context(time=float(k), turn=turn, has_room=turn < 1.0)
+        state = update_reversing(now, state, patience=8.0)
+        begun += state.active and not was
+    assert begun == 4
+    other = context(time=50.0, goal=np.array([9.0, 0.0]))
+    assert update_reversing(other, state, patience=8.0).active
+
+
+def test_the_reason_tells_why_the_chair_backs_up_or_waits():
+    action = RecoveryAction(stage=RecoveryStage.REVERSE, reverses=True, turns=True)
+    assert action.reason(stands=False) is Reason.REVERSING
+    assert replace(action, turns=False).reason(stands=False) is Reason.BACKING_UP
+    assert replace(action, reverses=False).reason(stands=True) is Reason.WAITING
