@@ -63,9 +63,7 @@ def unexpired_memory(previous: LocalPlan | None, time: float) -> PlannerMemory |
     return memory
 
 
-def present_acceleration(
-    memory: PlannerMemory | None, time: float, current_input: Floats
-) -> float:
+def present_acceleration(memory: PlannerMemory | None, time: float, current_input: Floats) -> float:
     """Linear acceleration since the last plan, m/s²; 0 without one."""
     elapsed = 0.0 if memory is None else time - memory.input_time
     if memory is None or elapsed < 1e-6:

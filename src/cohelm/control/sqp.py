@@ -9,8 +9,9 @@ one person, and all rows of the walls, share a slack:
 g and H are condensed backwards along the trajectory from the local models of the terms (Frison and
 Jørgensen 2013): with A and B the derivatives of a step, P_k = Aᵀ P_{k+1} A + Q_k and
 H_ij = B_iᵀ P_{i+1} ∂x_{i+1}/∂u_j. Of the second derivatives of a step only the positive one by the
-heading is kept: a turn shortens the displacement. Most rows of a crowded problem never become active, so rows are
-added on demand: solve with the tightest, check the others, add the violated ones, solve again.
+heading is kept: a turn shortens the displacement. Most rows of a crowded problem never become
+active, so rows are added on demand: solve with the tightest, check the others, add the violated
+ones, solve again.
 """
 
 from __future__ import annotations

@@ -199,7 +199,8 @@ def _return(
 ) -> tuple[Floats, Floats]:
     """(positions, velocities), (n, 1, N+1, 2) each, of people (n, 4) who turn back.
 
-    times: (N+1,) since the measurement, s.  walked: (n,) people who have walked lately.  See ``Verification._turned_back``.
+    times: (N+1,) since the measurement, s.  walked: (n,) people who have walked lately.  See
+    ``Verification._turned_back``.
     """
     count, states = people.shape[0], times.shape[0]
     mean, velocity = np.empty((count, 1, states, 2)), np.empty((count, 1, states, 2))

@@ -14,7 +14,8 @@ A term is a class with a ``name``, a ``residual`` made by :func:`residual`, and 
             return np.array([0.5, 0.4])
 
 Its cost is Δt·r² per step, in seconds. The derivatives are central differences, so r should be
-continuous; ``p`` are the numbers of ``table``, made once a tick, ``z`` the state by the names below.
+continuous; ``p`` are the numbers of ``table``, made once a tick, ``z`` the state by the names
+below.
 See ``examples/`` for a complete one.
 """
 

@@ -62,8 +62,9 @@ def final_cost(t: ProgressTable, path: PathTable, stage: Stage) -> float:
 def model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
     """Add the model of a stage: the parabola through it that lies above the hinge.
 
-    With a linear model the step overshoots the hinge, and the line search stalls. Outside a bend, between the normals of two segments, the arc length is constant; the model keeps
-    the slope of a smooth path there, or the robot would not know that going on is worth it.
+    With a linear model the step overshoots the hinge, and the line search stalls. Outside a bend,
+    between the normals of two segments, the arc length is constant; the model keeps the slope of a
+    smooth path there, or the robot would not know that going on is worth it.
     """
     if path.reference[stage.k] > stage.s:
         tx, ty = path.samples[stage.i_path, 2], path.samples[stage.i_path, 3]
