@@ -235,7 +235,7 @@ def _margins(problem: LocalProblem, control: OptimalControl) -> Floats:
     speed = np.hypot(*np.moveaxis(predictions.velocity[:, :, :1], -1, 0))
     walks = c.standing + (1.0 - c.standing) * np.minimum(speed / _BRISK, 1.0)
     if problem.stalled:
-        return np.asarray(walks * np.full_like(predictions.deviation, c.tight))
+        return np.asarray(walks * np.full_like(predictions.deviation, c.now + extra))
     growth = c.growth + c.oncoming * _oncoming(problem)
     gap = c.now + extra + growth * age + c.deviations * predictions.deviation
     return np.asarray(walks * np.minimum(gap, max(c.upper, c.now) + extra))
