@@ -38,7 +38,9 @@ SAYS = {
     "03_add_a_part": r"contract satisfied.*\ncontract violated: the deviation must not decrease",
     "04_wishes": r"soft_via .*\nnot through .*\nalong a line .*\nroutes .*:\n  .* room\n  .* room",
     "05_detect_people": r"told: 6 people, 6 are there\n.*: 0\.[01]\d m\n(together: .*\n){2}",
-    "06_keep_right": r"without the term.* [-+]0\.[01]\d m to(.*\n)+keeping right.* \+0\.[2-6]\d m to",
+    "06_keep_right": (
+        r"without the term.* [-+]0\.[01]\d m to(.*\n)+keeping right.* \+0\.[2-6]\d m to"
+    ),
 }
 
 

@@ -42,7 +42,8 @@ and distance to the left on the path, m; direction of the path there, rad."""
 _SIZE = 9
 _NUDGE = 1e-4
 """Step of the differences, m, rad, m/s and rad/s."""
-_SIGNATURE = types.float64(types.CPointer(types.float64), types.CPointer(types.float64))
+_NUMBERS: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]  # of numba
+_SIGNATURE = types.float64(_NUMBERS, _NUMBERS)
 
 
 def residual(function: Callable[[Any, Any], float]) -> Any:
@@ -88,8 +89,7 @@ def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene)
     return ExtraTable(address, parameters, scene.step, np.zeros(_SIZE), np.zeros(5))
 
 
-@intrinsic
-def _call(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
+def _call_residual(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
     """Call a residual by the addresses of it and of its arguments."""
     signature = types.float64(types.int64, types.int64, types.int64)
 
@@ -102,11 +102,16 @@ def _call(typing_context: Any, address: Any, p: Any, z: Any) -> Any:
     return signature, generate
 
 
+_call: Any = intrinsic(_call_residual)
+"""Without the typing context, which numba passes."""
+
+
 @njit(**KERNEL)
 def _residual(t: ExtraTable, j: int, stage: Stage, turn: float, tangent: float) -> float:
     """R of term j at a stage."""
     _fill(t.z, stage.k * t.step, stage, turn, tangent)
-    return _call(t.address[j], t.parameters[j].ctypes.data, t.z.ctypes.data)
+    r: float = _call(t.address[j], t.parameters[j].ctypes.data, t.z.ctypes.data)
+    return r
 
 
 @njit(**KERNEL)
