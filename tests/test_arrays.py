@@ -1,6 +1,7 @@
 import dataclasses
 import gc
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from cohelm.arrays import (
     identical,
     lazy_copy,
     read_only,
+    replace,
+    sealed,
     value,
 )
 
@@ -92,6 +95,51 @@ def test_read_only_leaves_the_original_alone():
     mine[0] = 1.0
     assert frozen[0] == 0.0
     assert not frozen.flags.writeable
+
+
+@pytest.mark.parametrize(
+    "mean", [np.zeros((4, 3)).T, np.broadcast_to(np.zeros(4), (3, 4)), np.zeros((3, 8))[:, ::2]]
+)
+def test_arrays_are_contiguous_so_that_kernels_need_one_version(mean):
+    kept = replace(tracks(3), mean=read_only(mean))
+    assert kept.mean.flags.c_contiguous
+    assert not kept.mean.flags.writeable
+    assert np.array_equal(kept.mean, mean)
+
+
+def test_sealed_tables_are_shared_and_not_copied():
+    class Rows(NamedTuple):
+        id: Integers
+        mean: Floats
+        count: int
+
+    rows = sealed(Rows(np.arange(2), np.ones((2, 4)), 2))
+    made = Tracks(id=rows.id, mean=rows.mean)
+    assert made.mean is rows.mean
+    assert made.id is rows.id
+
+
+def test_replace_is_that_of_dataclasses_and_checks():
+    before = tracks(name="before")
+    for changes in ({}, {"name": "after"}, {"id": np.arange(2) + 7, "mean": np.ones((2, 4))}):
+        after = replace(before, **changes)
+        assert identical(after, dataclasses.replace(before, **changes))
+        assert type(after) is Tracks
+    with pytest.raises(ValueError, match=r"Tracks\.mean has shape"):
+        replace(before, mean=np.zeros((2, 3)))
+    with pytest.raises(TypeError, match="has no field colour"):
+        replace(before, colour="red")
+
+
+def test_tables_are_identical_by_column_whatever_lies_between_them():
+    kind = np.dtype([("flag", np.bool_), ("number", np.float64)], align=True)
+    one, other = np.zeros(2, kind), np.full(2 * kind.itemsize, 255, np.uint8).view(kind)
+    for name in kind.names:
+        other[name] = 0
+    assert identical(one, other)
+    other["number"][1] = np.nan
+    assert not identical(one, other)
+    assert identical(other, other.copy())
 
 
 def test_values_are_records_by_keyword_only():

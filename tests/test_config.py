@@ -1,7 +1,8 @@
+import numpy as np
 import pytest
 from pydantic import Field
 
-from cohelm.config import Model, load, nearest, override, read_yaml, validate
+from cohelm.config import Model, load, nearest, number_record, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
 
 
@@ -197,3 +198,15 @@ def test_a_misspelt_nested_key_is_named_in_full():
     with pytest.raises(ConfigError, match="weight") as caught:
         validate(Controller, {"stack": {"near": {"wieght": 0.5}}})
     assert caught.value.key == "stack.near.wieght"
+
+
+def test_a_number_record_has_the_numbers_of_a_model_by_name():
+    class Mixed(Model):
+        share: float = 0.5
+        hits: int = 3
+        on: bool = True
+        name: str = "tracker"
+
+    record = number_record(Mixed(share=0.25))
+    assert (record.dtype.names, record["share"], record["hits"]) == (("share", "hits"), 0.25, 3)
+    assert [record.dtype[name] for name in record.dtype.names] == [np.float64, np.int64]

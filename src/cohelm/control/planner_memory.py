@@ -49,6 +49,8 @@ class PlannerMemory:
     """Time of the last plan or stop, s."""
     current_input: Annotated[Floats, Shape("m")]
     """u_{−1} at that time."""
+    refused_since: float = np.inf
+    """Time since when no plan has been accepted, s; +inf: one is."""
     last_contact: float = -np.inf
     """Time when a walking person last touched the robot, s."""
     lowest_cost: float = -np.inf

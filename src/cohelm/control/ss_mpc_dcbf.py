@@ -49,6 +49,9 @@ from cohelm.robots.clearance import Clearance
 _SPEED_SHARES = (0.6, 0.3)
 """Shares of its speed at which the best trajectory is tried if none is verified."""
 
+_FELT = 0.3
+"""Braking for less than this is not felt as a stop, and has no reason, s."""
+
 
 class SsMpcDcbf:
     """The paper's local planner: people and walls are barriers of a predictive controller.
@@ -270,12 +273,18 @@ class SsMpcDcbf:
                 lowest_cost=before.lowest_cost,
             )
         verification, problem = self.parameters.verification, cycle.mpc_problem
+        urgent = verification.needs_emergency_braking(
+            problem, cycle.current_input, self.clearance, cycle.person_speeds
+        )
+        # a refusal that lasts for some ticks only is a gentle slowing down, and no stop
+        since = problem.time
+        if cycle.memory is not None:
+            since = min(since, cycle.memory.refused_since)
+        told = urgent or problem.time - since >= _FELT or not cycle.current_input.any()
         return dataclasses.replace(
             plan,
-            status=Status.STOP,
-            reason=Reason.NO_SAFE_PLAN,
-            urgent=verification.needs_emergency_braking(
-                problem, cycle.current_input, self.clearance, cycle.person_speeds
-            ),
-            memory=memory,
+            status=Status.STOP if told else plan.status,
+            reason=Reason.NO_SAFE_PLAN if told else None,
+            urgent=urgent,
+            memory=dataclasses.replace(memory, refused_since=since),
         )

@@ -6,10 +6,15 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.robots import Robot
 from cohelm.robots.kinematics import within_limits
 
 TICK = 0.05
 """Time between two decisions, s."""
+
+
+_GENTLE = 0.6
+"""Share of the comfort deceleration with which the robot stops at its goal."""
 
 
 def limited_trajectory(problem: LocalProblem, inputs: Floats, current_input: Floats) -> Trajectory:
@@ -46,3 +51,12 @@ def braking_trajectory(problem: LocalProblem, current_input: Floats, steps: int)
     times = (np.arange(steps) + 0.5) * step
     remaining = np.clip(1.0 - times / duration, 0.0, 1.0)
     return limited_trajectory(problem, remaining[:, None] * current_input, current_input)
+
+
+def gentle_stop(robot: Robot, twist: Floats) -> Floats:
+    """The next twist (3,) of a stop at a part of the comfort deceleration; 0 at rest."""
+    inputs = robot.motion_model.input(twist)
+    fading = float(np.linalg.norm(inputs[:-1])) / (_GENTLE * robot.max_deceleration)
+    if fading <= TICK:
+        return np.zeros(3)
+    return robot.motion_model.twist((1.0 - TICK / fading) * inputs)

@@ -98,7 +98,9 @@ class Verification(Model):
         clearance: Clearance,
         speeds: Floats,
     ) -> bool:
-        """Check whether comfort braking violates the margins of emergency braking.
+        """Check whether emergency braking keeps clear where comfort braking does not.
+
+        Where neither does, as beside somebody who walks into the robot, it would be no help.
 
         Args:
             problem: the present problem.
@@ -106,10 +108,15 @@ class Verification(Model):
             clearance: from people.
             speeds: (n,) of people lately, m/s.
         """
-        comfort = self._braking(
-            problem, current_input, np.zeros_like(current_input), problem.robot.max_deceleration
+        margins, stand = self._margins(problem, clearance), np.zeros_like(current_input)
+        robot = problem.robot
+        comfort, emergency = (
+            self._braking(problem, current_input, stand, deceleration)
+            for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
         )
-        return not self._escapes(problem, comfort, self._margins(problem, clearance), speeds)
+        return not self._escapes(problem, comfort, margins, speeds) and self._escapes(
+            problem, emergency, margins, speeds
+        )
 
     def _braking(
         self, problem: LocalProblem, current_input: Floats, command: Floats, deceleration: float

@@ -10,6 +10,7 @@ import numpy as np
 from cohelm import sharing
 from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
+from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
@@ -187,7 +188,8 @@ class Navigator:
         if authority.wants_stop:
             return None, _Command(reason=Reason.RIDER_STOP)
         if arrived:
-            return None, _Command(reason=Reason.ARRIVED)
+            twist = gentle_stop(setup.robot, step.observation.twist)
+            return None, _Command(twist=twist, reason=Reason.ARRIVED)
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
             return None, _Command(reason=reason)

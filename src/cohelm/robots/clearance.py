@@ -32,13 +32,13 @@ class Clearance(Model):
 
     now: float = Field(0.12, ge=0.0, le=2.0)
     """Gap to a walking person now, m."""
-    growth: float = Field(0.065, ge=0.0, le=1.0)
+    growth: float = Field(0.12, ge=0.0, le=1.0)
     """Growth with prediction time, m/s."""
     oncoming: float = Field(0.0, ge=0.0, le=1.0)
     """Additional growth for oncoming people, m/s."""
     deviations: float = Field(0.0, ge=0.0, le=5.0)
     """Standard deviations of the predicted position that are added."""
-    upper: float = Field(0.4, ge=0.0, le=3.0)
+    upper: float = Field(0.6, ge=0.0, le=3.0)
     """Upper bound, m."""
     standing: float = Field(0.4, ge=0.0, le=1.0)
     """Share for a standing person."""

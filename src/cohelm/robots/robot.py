@@ -48,7 +48,7 @@ class Robot(Model):
     """Emergency braking that still keeps the rider seated, m/s²."""
     max_turn_acceleration: float = Field(ge=0.05, le=50.0)
     """rad/s²."""
-    max_jerk: float = Field(2.5, gt=0.0, le=1000.0)
+    max_jerk: float = Field(1.5, gt=0.0, le=1000.0)
     """Comfortable change of the linear acceleration, m/s³; emergency braking ignores it."""
     actuation_lag: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant from command to wheels, s."""

@@ -35,11 +35,12 @@ _LOOKAHEAD = 0.5
 """Distance ahead on the path at which its direction is taken, m."""
 _WALL_MARGIN, _END_MARGIN = 0.02, 0.06
 """Gap to walls while turning, m: that of the planner's verification; more to end reversing."""
-
 _WAITING = frozenset({None, RecoveryStage.WAIT, RecoveryStage.WAIT_AT_GOAL})
 """Stages of a chair that has not yet waited in vain."""
 _JAM_AHEAD, _JAM_BESIDE = 2.0, 1.0
 """Extent of the place ahead in which people block a corridor, m."""
+_DRIVES = 0.05
+"""Speed above which the chair gets on and is not in a jam, m/s: odometry below is noise."""
 
 
 def reverse_along_track(
@@ -102,7 +103,11 @@ def _context(
         turn=abs(turn),
         has_room=True,
         waited=stage not in _WAITING,
-        jammed=stage is RecoveryStage.ASK and _people_ahead(pose, world.people),
+        jammed=(
+            stage is RecoveryStage.ASK
+            and not step.observation.twist[0] > _DRIVES
+            and _people_ahead(pose, world.people)
+        ),
         remaining=route.path.length - route.progress,
         way_back=0.0,
         allowed=(
