@@ -99,6 +99,9 @@ def test_class_changes_count_the_people_passed_on_the_other_side():
         person_id=np.array([9, 3]),
         person_sides=np.array([-1, 1]),
         tail=np.zeros((0, 2)),
+        person_speeds=np.zeros(2),
+        input_time=0.0,
+        current_input=np.zeros(2),
     )
     ways = np.array([[1, 0, 1, 1], [0, -1, -1, 1], [-1, 1, 1, -1], [1, 1, 1, -1]])
     assert class_changes(ways, who, memory).tolist() == [0, 0, 2, 1]
