@@ -99,6 +99,9 @@ def test_class_changes_count_the_people_passed_on_the_other_side():
         person_id=np.array([9, 3]),
         person_sides=np.array([-1, 1]),
         tail=np.zeros((0, 2)),
+        person_speeds=np.zeros(2),
+        input_time=0.0,
+        current_input=np.zeros(2),
     )
     ways = np.array([[1, 0, 1, 1], [0, -1, -1, 1], [-1, 1, 1, -1], [1, 1, 1, -1]])
     assert class_changes(ways, who, memory).tolist() == [0, 0, 2, 1]
@@ -159,7 +162,8 @@ def test_probable_hypotheses_bind_emergency_braking(share, clear):
     problem = who_may_turn(share)
     ahead = limited_trajectory(problem, np.tile([0.8, 0.0], (25, 1)), np.array([0.8, 0.0]))
     rules = Verification(people_acceleration=0.0, min_probability=0.1)
-    assert rules.passes(problem, ahead, Clearance(now=0.12, growth=0.0)) is clear
+    clearance = Clearance(now=0.12, growth=0.0)
+    assert rules.passes(problem, ahead, clearance, np.zeros(1)) is clear
 
 
 def test_the_chair_waits_after_a_person_has_walked_into_it():

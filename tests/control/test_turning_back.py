@@ -24,6 +24,11 @@ def scene(**given):
     return local_problem(steps=PLANNER.steps, step=PLANNER.step, **given)
 
 
+def lately(problem):
+    """Speeds of people who have walked as they do now, (n,)."""
+    return np.hypot(*problem.people.mean[:, 2:].T)
+
+
 def straight_on(problem, speed):
     inputs = np.tile([speed, 0.0], (PLANNER.parameters.steps, 1))
     return limited_trajectory(
@@ -55,7 +60,7 @@ def test_who_turns_back_unseen_finds_the_chair_standing():
         way = rng.uniform(-2.2, 0.3)
         velocity = pace * np.array([np.cos(way), np.sin(way)])
         problem = scene(people=walkers([[*at, *velocity]]), speed=speed)
-        if not RULES.passes(problem, straight_on(problem, speed), CLEARANCE):
+        if not RULES.passes(problem, straight_on(problem, speed), CLEARANCE, lately(problem)):
             continue
         verified += 1
         robot, now = problem.robot, np.array([speed, 0.0])
@@ -81,14 +86,22 @@ def test_close_behind_somebody_the_chair_does_not_go_fast(turning, passes):
     """0.5 m behind somebody who walks as fast: on the way back he meets a chair that rolls."""
     problem = scene(people=walkers([[1.75, 0.0, 0.8, 0.0]]), speed=0.8)
     rules = RULES.model_copy(update={"turn_back_acceleration": turning})
-    assert rules.passes(problem, straight_on(problem, 0.8), CLEARANCE) is passes
+    assert rules.passes(problem, straight_on(problem, 0.8), CLEARANCE, lately(problem)) is passes
+
+
+def test_who_has_stood_for_a_while_does_not_turn_back():
+    """0.45 m/s measured where nobody has walked: noise of the tracker."""
+    problem = scene(people=walkers([[1.45, 0.0, 0.45, 0.0], [1.0, 2.0, 0.0, 0.8]]))
+    found = RULES._turned_back(problem, np.array([0.2, 0.8]))
+    assert np.ptp(found.mean[0], axis=1).max() == 0.0
+    assert found.mean[1, 0, -1, 1] < 2.0 - 1.0
 
 
 def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
     """Nothing passes at more than half the speed; a plan that does is found all the same."""
 
     class Slow(Verification):
-        def passes(self, problem, trajectory, clearance):
+        def passes(self, problem, trajectory, clearance, speeds):
             return bool(trajectory.inputs[:, 0].max() < 0.6)
 
     planner = SsMpcDcbf(PLANNER.parameters.model_copy(update={"verification": Slow()}))
@@ -102,7 +115,8 @@ def test_hard_braking_is_asked_for_where_ordinary_braking_is_not_enough(gap, urg
     """At 0.8 m/s towards somebody who comes: ordinary braking takes 0.4 m, hard braking 0.2 m."""
     problem = scene(people=walkers([[0.8 + gap, 0.0, -1.1, 0.0]]), speed=0.8)
     now = np.array([0.8, 0.0])
-    assert Verification().needs_emergency_braking(problem, now, CLEARANCE) is urgent
+    rules = Verification()
+    assert rules.needs_emergency_braking(problem, now, CLEARANCE, lately(problem)) is urgent
     if urgent:
         stop = PLANNER.plan(dataclasses.replace(problem), None)
         assert stop.status is Status.STOP

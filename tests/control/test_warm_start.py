@@ -71,6 +71,6 @@ def test_a_command_that_was_overruled_is_not():
 def test_wild_inputs_are_tamed():
     problem = local_problem(steps=4, step=0.5)
     trajectory = limited_trajectory(problem, np.tile([9.0, -9.0], (4, 1)), np.zeros(2))
-    # 0.8 m/s² and 2.5 rad/s², half a step for the first; up to the problem's 1 m/s and 1.2 rad/s
-    assert trajectory.inputs[:, 0] == pytest.approx([0.2, 0.6, 1.0, 1.0])
-    assert trajectory.inputs[:, 1] == pytest.approx([-0.625, -1.2, -1.2, -1.2])
+    # 0.8 m/s² and 2.5 rad/s², 0.05 s for the first; up to the problem's 1 m/s and 1.2 rad/s
+    assert trajectory.inputs[:, 0] == pytest.approx([0.04, 0.44, 0.84, 1.0])
+    assert trajectory.inputs[:, 1] == pytest.approx([-0.125, -1.2, -1.2, -1.2])

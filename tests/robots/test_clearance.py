@@ -49,9 +49,10 @@ def test_a_therapist_adds_to_all_of_it():
     assert margins(law, extra=0.3) == pytest.approx(0.3 + margins(law))
 
 
-def test_a_tight_passage_has_a_gap_of_its_own_that_does_not_grow():
-    law = Clearance(now=0.1, growth=0.1, upper=0.2, tight=0.05)
-    assert margins(law, tight=True, extra=0.3) == pytest.approx(np.full(5, 0.05))
+def test_in_a_tight_passage_the_gap_is_that_of_the_gate_and_does_not_grow():
+    law = Clearance(now=0.1, growth=0.1, upper=0.2)
+    assert margins(law, tight=True, extra=0.3) == pytest.approx(np.full(5, 0.4))
+    assert law.after(2.0, tight=True, extra=0.3) == law.after(0.0, extra=0.3)
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 2.0), st.booleans())

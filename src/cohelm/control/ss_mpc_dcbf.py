@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -261,7 +262,7 @@ class SsMpcDcbf:
         """Braking, with the reason; the commitment of the last plan is kept."""
         candidate = cycle.braking()
         plan = self._as_plan(cycle, candidate, iterations)
-        memory: PlannerMemory = plan.memory  # type: ignore[assignment]  # its own, see _as_plan
+        memory: Any = plan.memory
         if cycle.memory is not None:
             people, before = cycle.problem.people, cycle.memory
             memory = dataclasses.replace(

@@ -222,7 +222,8 @@ def _first_contact(  # noqa: PLR0917  # a kernel takes plain arrays
                 # velocity of the robot's surface towards the person
                 vx = (poses[k + 1, 0] - poses[k, 0] + arm_x * turned) / step
                 vy = (poses[k + 1, 1] - poses[k, 1] + arm_y * turned) / step
-                if vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy):
+                leaving = vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy)
+                if leaving and floor[body] < np.inf:
                     continue  # the robot drives away from somebody who follows
                 stood = gap_to_disc(capsule, poses[0], x, y, bodies.radius[i])
                 needed = min(most, max(stood - _NO_WORSE, floor[body]))

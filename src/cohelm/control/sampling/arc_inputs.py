@@ -111,6 +111,9 @@ def limit_input(robot: RobotTable, max_speed: float, step: float, k: int, inputs
             lower, upper = _change_limits(robot, step, k, i, inputs)
             change = min(max(change, lower), upper)
         u[i] = before + change
+        if i >= joint:  # the jerk is exceeded rather than a limit of speed
+            highest = min(robot.high[i], max_speed) if i == 0 else robot.high[i]
+            u[i] = min(max(u[i], min(robot.low[i], before)), max(highest, before))
 
 
 @njit(**INNER)

@@ -22,9 +22,8 @@ _ROUNDING = 1e-9
 class GroupSpace(Model):
     """Squared depth of the robot in the hull of a group; assumed."""
 
-    weight: float = Field(25.0, ge=0.0)
-    """1/m²: high enough for a detour where there is one, and low enough for a robot inside a group
-    to leave it."""
+    weight: float = Field(60.0, ge=0.0)
+    """1/m²: driving between people 1.8 m apart costs more than waiting for the whole horizon."""
 
     def table(self, scene: Scene) -> GroupSpaceTable:
         """Weight of a step, and the robot as a disc."""

@@ -54,7 +54,7 @@ _PAGE = 9  # a page of the workspace is 2⁹ cells
 
 
 @dataclass(frozen=True)
-class Workspace:
+class SearchWorkspace:
     """Costs so far of all cells; zero wherever no page is marked as used."""
 
     reached: Floats
@@ -63,7 +63,7 @@ class Workspace:
     """Pages of ``reached`` that may not be zero, ((n >> _PAGE) + 1,)."""
 
 
-_CACHE: deque[Workspace] = deque(maxlen=1)
+_CACHE: deque[SearchWorkspace] = deque(maxlen=1)
 
 
 def shortest_path(
@@ -127,7 +127,7 @@ def forget_workspace() -> None:
     _CACHE.clear()
 
 
-def _acquire(cells: int) -> Workspace:
+def _acquire(cells: int) -> SearchWorkspace:
     """Take a workspace for that many cells; the cached one if it has the size."""
     try:
         cached = _CACHE.pop()
@@ -136,7 +136,9 @@ def _acquire(cells: int) -> Workspace:
     else:
         if cached.reached.size == cells:
             return cached
-    return Workspace(reached=np.zeros(cells), used=np.zeros((cells >> _PAGE) + 1, dtype=np.uint8))
+    return SearchWorkspace(
+        reached=np.zeros(cells), used=np.zeros((cells >> _PAGE) + 1, dtype=np.uint8)
+    )
 
 
 @njit(cache=True)
