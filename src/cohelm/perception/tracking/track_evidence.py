@@ -119,7 +119,9 @@ def _update_motion(
     walks = far and changed and _is_faster(track, p.walking_speed)
     loss = p.motion_loss if track.has_walked else p.arrival_loss
     motion = track.motion_log_odds + (p.motion_gain * credit if walks else -loss)
-    track.motion_log_odds = min(max(0.0, motion, arrival * credit), _MAX_MOTION)
+    motion = max(motion, arrival * credit)
+    # Not max(): a lower bound without a sign, −0 becomes 0.
+    track.motion_log_odds = min(motion, _MAX_MOTION) if motion > 0.0 else 0.0
     return bool(walks)
 
 

@@ -299,7 +299,8 @@ def start_track(
     track.heading = np.nan
     track.radius = found.radius[j]
     track.shape_log_odds, track.shape_looks = found.log_odds[j], found.shape_weight[j]
-    track.motion_log_odds = max(found.arrival_log_odds[j], 0.0)
+    arrival = found.arrival_log_odds[j]
+    track.motion_log_odds = arrival if arrival > 0.0 else 0.0
     track.detection_history = 1
     track.birth_time = track.last_seen = scan.time
     track.nis = INITIAL_NIS
