@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cohelm.control import SsMpcDcbf
-from cohelm.control.objective import TERMS
+from cohelm.control.objective_tables import TERMS
 
 PAGE = Path(__file__).parents[2] / "docs" / "local-planning.md"
 PARAMETERS = SsMpcDcbf.Parameters()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.control import OptimalControl, SsMpcDcbf
-from cohelm.control.objective import TERMS
+from cohelm.control.objective_tables import TERMS
 from cohelm.control.stack import Terms
 from cohelm.control.terms import Barrier, InputEffort, Progress, TrackReference
 from cohelm.robots.clearance import Clearance

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from cohelm.arrays import identical
 from cohelm.control import SsMpcDcbf, without_people
 from cohelm.control.candidates import PASSING_SIDE, REPLACING, SWITCHING
-from cohelm.control.objective import TERMS
+from cohelm.control.objective_tables import TERMS
 from cohelm.control.terms.barrier import REACH
 from cohelm.control.warm_start import estimate_current_input
 from cohelm.geometry import transform

@@ -9,15 +9,32 @@ summands; each is a module of ``terms``. To add one, write its module and one li
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.kernels import INNER, KERNEL
+from cohelm.control.objective_tables import (
+    BODIES,
+    CHANGE,
+    EFFORT,
+    FIRST_EXTRA,
+    GROUP,
+    HEADING,
+    PATH,
+    PERSON,
+    PROGRESS,
+    SPACE,
+    TRACK,
+    WALL,
+    WALLS,
+    Objective,
+    Workspace,
+)
 from cohelm.control.path import project_on_path
-from cohelm.control.scene import MARGIN, PeopleTable, Scene
+from cohelm.control.people_table import MARGIN, PeopleTable
+from cohelm.control.scene import Scene
 from cohelm.control.terms import (
     barrier,
     extra,
@@ -37,70 +54,8 @@ from cohelm.control.terms.norms import norm_gap
 from cohelm.control.terms.stage import Encounter, LocalModel, Stage
 from cohelm.maps.distance import sample
 
-(PROGRESS, PATH, HEADING, EFFORT, CHANGE, TRACK, PERSON, SPACE, GROUP, WALL,
- BODIES, SOCIAL, WALLS) = range(13)  # fmt: skip
-TERMS = (
-    progress.NAME, path_distance.NAME, final_heading.NAME, input_effort.NAME, input_change.NAME,
-    track_reference.NAME, person_clearance.NAME, personal_space.NAME, group_space.NAME,
-    wall_clearance.NAME, "bodies", "social_space", "walls",
-)  # fmt: skip
-"""Names of all summands; the last three are the prices of barriers. Terms of one's own follow."""
-FIRST_EXTRA = 13
-NEVER = 1e9
 _BODY, _SPACE = 0, 1
-
-
-class Objective(NamedTuple):
-    """Tables of all terms and barriers for one scene."""
-
-    progress: progress.ProgressTable
-    path: path_distance.PathDistanceTable
-    heading: final_heading.FinalHeadingTable
-    effort: input_effort.InputEffortTable
-    change: input_change.InputChangeTable
-    track: track_reference.TrackTable
-    person: person_clearance.PersonClearanceTable
-    space: personal_space.PersonalSpaceTable
-    group: group_space.GroupSpaceTable
-    wall: wall_clearance.WallClearanceTable
-    bodies: barrier.BarrierTable
-    social: barrier.BarrierTable
-    walls: barrier.BarrierTable
-    extra: extra.ExtraTable
-    start: Floats
-    """(P, 2) h of bodies and of social spaces now, saturated."""
-    widest: float
-    """A person farther away than this has no cost, m."""
-
-
-class Workspace(NamedTuple):
-    """Arrays of one evaluation; what they hold is only valid during it."""
-
-    by_term: Floats
-    """(T,) cost of each summand, s."""
-    due: Floats
-    """(P,) step before which each person cannot be near."""
-    before: Floats
-    """(P, 2) h of bodies and of social spaces at the state before."""
-    violation: Floats
-    """(2, n) largest violation of each person."""
-    wall_violation: Floats
-    """(1,) largest violation of any disc of the footprint."""
-    free: Floats
-    """(2,): step when a person is due again, distance to go before a wall can be near."""
-
-
-def workspace(scene: Scene, objective: Objective) -> Workspace:
-    """A workspace for a scene."""
-    count = len(scene.people.weight)
-    return Workspace(
-        np.zeros(FIRST_EXTRA + len(objective.extra.address)),
-        np.zeros(count),
-        np.zeros((count, 2)),
-        np.zeros((2, scene.people.count)),
-        np.zeros(1),
-        np.zeros(2),
-    )
+"""Columns of ``Objective.start`` and of ``Workspace.before``."""
 
 
 @njit(**INNER)
@@ -208,7 +163,7 @@ def step_cost(  # noqa: PLR0917  # a kernel takes plain values
     total = c_progress + c_path + c_effort + c_change + c_track
     if o.extra.address.shape[0]:
         tangent = math.atan2(path.samples[stage.i_path, 3], path.samples[stage.i_path, 2])
-        total += extra.cost(o.extra, stage, u[u.shape[0] - 1], tangent, by_term)
+        total += extra.cost(o.extra, stage, u[u.shape[0] - 1], tangent, by_term[FIRST_EXTRA:])
     # walls, only after a distance in which none can be near
     touches = False
     work.free[1] -= stage.speed * scene.step

@@ -11,9 +11,12 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.control import sqp
 from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.constraint_rows import smallest_barrier
 from cohelm.control.daqp_call import daqp_addresses
-from cohelm.control.objective import TERMS, Objective, Workspace, trajectory_cost, workspace
+from cohelm.control.objective import trajectory_cost
+from cohelm.control.objective_tables import TERMS, Objective, Workspace, workspace
 from cohelm.control.scene import Scene, SceneSettings, coarser, make_scene
+from cohelm.control.solver_tables import SolverWorkspace, solver_workspace
 from cohelm.control.stack import Terms
 from cohelm.control.terms import ExtraTerm
 from cohelm.errors import SolverFailed
@@ -75,7 +78,7 @@ class OptimalControl:
         self.extra_terms = tuple(extra_terms)
         self.decay_time, self.tick, self.norm = decay_time, tick, norm
         self.names = (*TERMS, *(term.name for term in extra_terms))
-        self._workspaces: dict[tuple[int, ...], sqp.SolverWorkspace] = {}
+        self._workspaces: dict[tuple[int, ...], SolverWorkspace] = {}
 
     def prepare(
         self,
@@ -142,7 +145,7 @@ class OptimalControl:
         prepared = self.prepare(problem, trajectory.current_input, planned=len(trajectory.inputs))
         return prepared.evaluate(trajectory.inputs)
 
-    def space(self, scene: Scene, objective: Objective, rows: int = _ROWS) -> sqp.SolverWorkspace:
+    def space(self, scene: Scene, objective: Objective, rows: int = _ROWS) -> SolverWorkspace:
         """A workspace for the size of a problem, made once and used again."""
         key = (
             scene.steps, scene.planned, len(scene.robot.current_input), scene.people.count,
@@ -150,7 +153,7 @@ class OptimalControl:
         )  # fmt: skip
         known = self._workspaces.get(key)
         if known is None or len(known.rows.margin) < rows:
-            known = sqp.solver_workspace(scene, objective, rows)
+            known = solver_workspace(scene, objective, rows)
             self._workspaces[key] = known
         return known
 
@@ -223,4 +226,4 @@ class PreparedControl:
     def barrier(self, inputs: Floats) -> float:
         """Smallest h of any barrier along inputs, m; 1 at most."""
         space = self.control.space(self.scene, self.objective)
-        return float(sqp.smallest_barrier(self.scene, self.objective, space, inputs))
+        return float(smallest_barrier(self.scene, self.objective, space, inputs))

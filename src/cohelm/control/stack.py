@@ -7,7 +7,8 @@ from typing import Literal
 
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem
-from cohelm.control.objective import Objective, start_values
+from cohelm.control.objective import start_values
+from cohelm.control.objective_tables import Objective
 from cohelm.control.scene import Scene
 from cohelm.control.terms import (
     Barrier,

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from cohelm.arrays import Floats, Integers
-from cohelm.control import sqp
+from cohelm.control import qp, sqp
 from cohelm.control.daqp_call import daqp_addresses, daqp_arrays
 from cohelm.control.objective import trajectory_cost
 from cohelm.control.optimal_control import PreparedControl
+from cohelm.control.solver_tables import Program, Rows, SolverWorkspace, solver_workspace
 from cohelm.errors import SolverFailed
 
 _ROWS = 8192
@@ -77,7 +78,7 @@ def program_at(prepared: PreparedControl, inputs: Floats) -> QuadraticProgram:
         SolverFailed: if it has too many rows.
     """
     scene, o = prepared.scene, prepared.objective
-    space = sqp.solver_workspace(scene, o, _ROWS)
+    space = solver_workspace(scene, o, _ROWS)
     space.inputs[0][:] = inputs
     trajectory_cost(scene, o, space.inputs[0], space.poses[0], space.work)
     count = sqp.linearise(scene, o, space, space.inputs[0])
@@ -92,7 +93,7 @@ def program_at(prepared: PreparedControl, inputs: Floats) -> QuadraticProgram:
 
 
 def minimise(
-    program: QuadraticProgram, like: sqp.SolverWorkspace, start: Duals | None = None
+    program: QuadraticProgram, like: SolverWorkspace, start: Duals | None = None
 ) -> tuple[Floats, Duals]:
     """(x, multipliers) by the planner's solver, which adds rows on demand.
 
@@ -109,14 +110,14 @@ def minimise(
         space.program.of_inputs[:] = start.inputs
         space.program.of_slacks[:] = start.slacks
         space.program.of_rows[:] = start.rows
-    flag = sqp.minimise(daqp_addresses(), space, len(program.margin))
+    flag = qp.minimise(daqp_addresses(), space, len(program.margin))
     if flag < 1:
         raise SolverFailed(f"the quadratic program has no solution (exit flag {flag})")
     p = space.program
     return p.z[: len(program.gradient)], Duals(p.of_inputs, p.of_slacks, p.of_rows)
 
 
-def program_workspace(program: QuadraticProgram, like: sqp.SolverWorkspace) -> sqp.SolverWorkspace:
+def program_workspace(program: QuadraticProgram, like: SolverWorkspace) -> SolverWorkspace:
     """The workspace that holds a program; ``like`` is any other, for the types of its arrays."""
     n, slacks, count = len(program.gradient), len(program.l1), len(program.margin)
     size, keys = n + slacks, int(program.key.max(initial=0)) + 1
@@ -127,12 +128,12 @@ def program_workspace(program: QuadraticProgram, like: sqp.SolverWorkspace) -> s
     def whole(length: int) -> Integers:
         return np.zeros(length, np.int64)
 
-    rows = sqp.Rows(
+    rows = Rows(
         program.margin.copy(), program.upper.copy(), np.ascontiguousarray(program.jacobian),
         program.slack.copy(), program.key.copy(), np.zeros(count, np.bool_), whole(count),
         zeros(count),
     )  # fmt: skip
-    made = sqp.Program(
+    made = Program(
         np.ascontiguousarray(program.hessian), program.gradient.copy(), program.low.copy(),
         program.high.copy(), program.l1.copy(), program.l2.copy(), whole(slacks), whole(slacks),
         zeros(size * size), zeros(size), zeros(size + count), zeros(size + count),

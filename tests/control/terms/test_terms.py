@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from cohelm.control.objective import TERMS
+from cohelm.control.objective_tables import TERMS
 from cohelm.control.path import project_on_path
 from cohelm.control.stack import Terms
 from cohelm.control.terms import (

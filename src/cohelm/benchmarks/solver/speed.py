@@ -13,7 +13,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.benchmarks.solver.states import TICKS, RideState, ride, with_futures
-from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory, sqp
+from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory, qp
 from cohelm.control.daqp_call import daqp_addresses
 from cohelm.errors import ControlError
 from cohelm.stopwatch import Stopwatch, Timing
@@ -169,7 +169,7 @@ def _programs(
         minimise(program, like)  # the first call from here loads the kernel
         space = program_workspace(program, like)
         watch = Stopwatch()
-        failed += sqp.minimise(daqp_addresses(), space, len(program.margin)) < 1
+        failed += qp.minimise(daqp_addresses(), space, len(program.margin)) < 1
         daqp.append(watch.elapsed())
         if find_spec("piqp"):
             seconds, theirs = piqp(program)

@@ -13,7 +13,7 @@ from numba import njit
 from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.baselines.steering import Steering, advance, steering_of
-from cohelm.control.objective import BODIES, TERMS
+from cohelm.control.objective_tables import BODIES, TERMS
 from cohelm.control.optimal_control import (
     RELAXED_SLACK,
     OptimalControl,

@@ -14,15 +14,8 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.kernels import INNER, KERNEL
-from cohelm.control.objective import (
-    PROGRESS,
-    Objective,
-    Workspace,
-    advanced,
-    begin,
-    final_cost,
-    step_cost,
-)
+from cohelm.control.objective import advanced, begin, final_cost, step_cost
+from cohelm.control.objective_tables import PROGRESS, Objective, Workspace
 from cohelm.control.sampling.arc_inputs import limit_input, request_input
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import Stage

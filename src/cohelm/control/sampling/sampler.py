@@ -14,7 +14,7 @@ from pydantic import Field
 from cohelm.arrays import Floats, Integers
 from cohelm.config import Model
 from cohelm.control.api import Trajectory
-from cohelm.control.objective import workspace
+from cohelm.control.objective_tables import workspace
 from cohelm.control.optimal_control import PreparedControl
 from cohelm.control.sampling.arc_table import NO_PERTURBATION, arc_table, perturbations
 from cohelm.control.sampling.candidates import CandidateTrajectories, passing_sides

@@ -10,7 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.control.kernels import KERNEL
-from cohelm.control.objective import Objective, Workspace
+from cohelm.control.objective_tables import Objective, Workspace
 from cohelm.control.sampling.arc_table import NO_PERTURBATION
 from cohelm.control.sampling.rollout import roll_out
 from cohelm.control.scene import Scene
