@@ -89,7 +89,7 @@ def people_table(
         printed=printed,
         floor=s.floor,
         extent=max(extent, s.floor) if len(problem.people) else 0.0,
-        largest_margin=law.upper,
+        largest_margin=law.upper + law.extra,
         own=own,
         own_floor=s.robot_floor,
         own_extent=own_extent,

@@ -23,6 +23,8 @@ from cohelm.robots.contact import WallGrid, wall_margins
 
 _PLANNED_BRAKING = 0.75
 """Share of the comfort deceleration that is planned with; the rest is for what is not foreseen."""
+_ROUNDING = 1e-6
+"""m/s."""
 
 
 class GroupTable(NamedTuple):
@@ -223,8 +225,9 @@ def _walls(problem: LocalProblem, margin: float) -> WallTable:
 def _robot(problem: LocalProblem, current_input: Floats, settings: SceneSettings) -> RobotTable:
     robot, step, tick = problem.robot, problem.reference.step, settings.tick
     low, high, rise, fall = problem.input_bounds()
-    if robot.motion_model.translating == 1:
-        fall = fall * np.array([_PLANNED_BRAKING, 1.0])
+    jerk, too_fast = math.inf, bool(current_input[0] > high[0] + _ROUNDING)
+    if robot.motion_model.translating == 1 and not too_fast:  # a lowered limit holds at once
+        fall, jerk = fall * np.array([_PLANNED_BRAKING, 1.0]), robot.max_jerk
     discs = robot.discs
     return RobotTable(
         start=np.array(problem.pose, dtype=float),
@@ -236,7 +239,7 @@ def _robot(problem: LocalProblem, current_input: Floats, settings: SceneSettings
         first_rise=rise * tick,
         first_fall=fall * tick,
         acceleration=settings.acceleration,
-        jerk=robot.max_jerk if robot.motion_model.translating == 1 else math.inf,
+        jerk=jerk,
         tick=tick,
         n_linear=robot.motion_model.translating,
         top_speed=problem.top_speed,

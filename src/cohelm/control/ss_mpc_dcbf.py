@@ -50,7 +50,7 @@ _SPEED_SHARES = (0.6, 0.3)
 """Shares of its speed at which the best trajectory is tried if none is verified."""
 
 _FELT = 0.3
-"""Braking for less than this is not felt as a stop, and has no reason, s."""
+"""Braking for less than this is not felt as a stop, s."""
 
 
 class SsMpcDcbf:
@@ -280,11 +280,12 @@ class SsMpcDcbf:
         since = problem.time
         if cycle.memory is not None:
             since = min(since, cycle.memory.refused_since)
-        told = urgent or problem.time - since >= _FELT or not cycle.current_input.any()
+        felt = urgent or problem.time - since >= _FELT or not cycle.current_input.any()
         return dataclasses.replace(
             plan,
-            status=Status.STOP if told else plan.status,
-            reason=Reason.NO_SAFE_PLAN if told else None,
+            status=Status.STOP,
+            reason=Reason.NO_SAFE_PLAN,
+            brief=not felt,
             urgent=urgent,
             memory=dataclasses.replace(memory, refused_since=since),
         )

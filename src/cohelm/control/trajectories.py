@@ -13,7 +13,7 @@ TICK = 0.05
 """Time between two decisions, s."""
 
 
-_GENTLE = 0.6
+_GENTLE = 0.75
 """Share of the comfort deceleration with which the robot stops at its goal."""
 
 
@@ -48,13 +48,16 @@ def braking_trajectory(problem: LocalProblem, current_input: Floats, steps: int)
     step = problem.reference.step
     linear, angular = current_input[:-1], current_input[-1:]
     duration = max(np.linalg.norm(linear) / fall[0], np.abs(angular).max() / fall[-1], 1e-9)
-    times = (np.arange(steps) + 0.5) * step
+    times = TICK + np.arange(steps) * step
     remaining = np.clip(1.0 - times / duration, 0.0, 1.0)
     return limited_trajectory(problem, remaining[:, None] * current_input, current_input)
 
 
 def gentle_stop(robot: Robot, twist: Floats) -> Floats:
-    """The next twist (3,) of a stop at a part of the comfort deceleration; 0 at rest."""
+    """The command (3,) after ``twist`` in a stop at a part of the comfort deceleration; 0 at rest.
+
+    It follows from the last command and not from odometry, which lags behind it.
+    """
     inputs = robot.motion_model.input(twist)
     fading = float(np.linalg.norm(inputs[:-1])) / (_GENTLE * robot.max_deceleration)
     if fading <= TICK:

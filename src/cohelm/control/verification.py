@@ -173,11 +173,12 @@ class Verification(Model):
 
     def _margins(self, problem: LocalProblem, clearance: Clearance) -> ContactMargins:
         """Margins of ordinary driving."""
-        gap = clearance.after(self.horizon, tight=problem.stalled, extra=problem.extra_clearance)
+        gap = clearance.after(self.horizon, tight=problem.stalled)
         return ContactMargins(
             wall=self.wall_margin_of(problem),
             people=self.clearance_share * gap,
             min_probability=_CERTAIN,
+            extra=problem.extra_clearance,
             standing_share=clearance.standing,
         )
 

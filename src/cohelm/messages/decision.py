@@ -41,6 +41,8 @@ class LocalPlan:
     status: Status
     reason: Reason | None = None
     """Given with ``Status.STOP``."""
+    brief: bool = False
+    """The stop is too short to be felt so far; the rider is not told of it yet."""
     urgent: bool = False
     """Comfort braking may not be enough: use the robot's maximum deceleration."""
     costs: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))

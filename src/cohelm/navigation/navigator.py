@@ -188,7 +188,8 @@ class Navigator:
         if authority.wants_stop:
             return None, _Command(reason=Reason.RIDER_STOP)
         if arrived:
-            twist = gentle_stop(setup.robot, step.observation.twist)
+            begin = step.observation.twist if last is None else last.decision.twist
+            twist = gentle_stop(setup.robot, begin)
             return None, _Command(twist=twist, reason=Reason.ARRIVED)
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
@@ -200,7 +201,8 @@ class Navigator:
             plan = setup.local_planner.plan(problem, last.plan if last else None)
         except ControlError:
             return None, _Command(reason=Reason.SOLVER_FAILED)
-        return plan, _Command(twist=plan.command, reason=plan.reason, urgent=plan.urgent)
+        told = None if plan.brief else plan.reason
+        return plan, _Command(twist=plan.command, reason=told, urgent=plan.urgent)
 
     def _local_problem(
         self,

@@ -2,10 +2,11 @@
 
 At prediction time t, a gap of
 
-    m(t, v) = s(v) · min(now + (growth + oncoming · o) · t + deviations · σ, upper)
+    m(t, v) = s(v) · min(now + (growth + oncoming · o) · t + deviations · σ, upper) + extra
 
 is kept from a person who walks at v, where s grows from ``standing`` to 1 at 0.5 m/s, o is
-:func:`oncoming_share` and σ the standard deviation of the predicted position. Terms and barriers
+:func:`oncoming_share`, σ the standard deviation of the predicted position, and ``extra`` a
+therapist's addition, which holds in full for standing people too. Terms and barriers
 read m(t), verification demands m at the end of its horizon, the gate m(0). After the ride has
 stalled, m(0) applies to all.
 """
@@ -52,20 +53,23 @@ class Clearance(Model):
             oncoming: o, 0 to 1.
             extra: added to the gap, m; the minimum distance of a therapist.
         """
-        now = self.now + extra
         if tight:
-            return MarginLaw(now, 0.0, 0.0, now, self.standing)
+            return MarginLaw(self.now, 0.0, 0.0, self.now, self.standing, extra)
         return MarginLaw(
-            now,
+            self.now,
             self.growth + self.oncoming * oncoming,
             self.deviations,
-            max(self.upper, self.now) + extra,
+            max(self.upper, self.now),
             self.standing,
+            extra,
         )
 
-    def after(self, time: float, *, tight: bool = False, extra: float = 0.0) -> float:
-        """Gap to a walking person at prediction time ``time``, s, without oncoming people; m."""
-        law = self.law(tight=tight, extra=extra)
+    def after(self, time: float, *, tight: bool = False) -> float:
+        """Gap to a walking person at prediction time ``time``, s, without oncoming people; m.
+
+        A therapist's addition is not contained.
+        """
+        law = self.law(tight=tight)
         return min(law.now + law.growth * time, law.upper)
 
 
@@ -80,6 +84,8 @@ class MarginLaw(NamedTuple):
     upper: float
     """m."""
     standing: float
+    extra: float
+    """m."""
 
 
 @njit(cache=True)
@@ -103,7 +109,7 @@ def people_margins(
             for k in range(steps + 1):
                 gap = law.now + law.growth * k * step
                 gap += law.deviations * deviation[i, j, min(k, known - 1)]
-                out[i * h + j, k] = share * min(gap, law.upper)
+                out[i * h + j, k] = share * min(gap, law.upper) + law.extra
     return out
 
 

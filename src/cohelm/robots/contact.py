@@ -86,6 +86,8 @@ class ContactMargins(NamedTuple):
     """Possible change of people's velocity, m/s²."""
     min_probability: float = 0.0
     """Hypotheses below this are ignored, except the most likely one of each person."""
+    extra: float = 0.0
+    """Added to the gap to a person whatever its speed, m; the minimum distance of a therapist."""
     standing_share: float = 1.0
     """s of a standing person; s is 1 from 0.5 m/s on."""
 
@@ -210,6 +212,7 @@ def _first_contact(  # noqa: PLR0917  # a kernel takes plain arrays
             for body in range(counted.shape[0]):
                 i, j = counted[body, 0], counted[body, 1]
                 most = shares[body] * (margins.people + 0.5 * margins.acceleration * time * time)
+                most += margins.extra
                 x, y = _at(bodies, i, j, time)
                 dx, dy = x - pose[0], y - pose[1]
                 far = around + bodies.radius[i] + most + _SAFE

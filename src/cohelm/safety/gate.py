@@ -108,7 +108,8 @@ def gate(  # noqa: PLR0913  # everything that the last stage sees
         )
         margins = ContactMargins(
             wall=parameters.wall_margin + growth * share * speed,
-            people=clearance.after(0.0, extra=max(request.extra_clearance, 0.0)),
+            people=clearance.now,
+            extra=max(request.extra_clearance, 0.0),
             min_probability=parameters.min_probability,
             standing_share=clearance.standing,
         )

@@ -229,16 +229,16 @@ def _values(
 
 
 def _margins(problem: LocalProblem, control: OptimalControl) -> Floats:
-    """m(t) = s(v)·min(now + (growth + oncoming·o)·t + deviations·σ, upper), (n, h, N+1)."""
+    """m(t) = s(v)·min(now + (growth + oncoming·o)·t + deviations·σ, upper) + extra, (n, h, N+1)."""
     c, predictions, extra = control.clearance, problem.predictions, problem.extra_clearance
     age = problem.reference.step * np.arange(predictions.mean.shape[2])
     speed = np.hypot(*np.moveaxis(predictions.velocity[:, :, :1], -1, 0))
     walks = c.standing + (1.0 - c.standing) * np.minimum(speed / _BRISK, 1.0)
     if problem.stalled:
-        return np.asarray(walks * np.full_like(predictions.deviation, c.now + extra))
+        return np.asarray(walks * np.full_like(predictions.deviation, c.now) + extra)
     growth = c.growth + c.oncoming * _oncoming(problem)
-    gap = c.now + extra + growth * age + c.deviations * predictions.deviation
-    return np.asarray(walks * np.minimum(gap, max(c.upper, c.now) + extra))
+    gap = c.now + growth * age + c.deviations * predictions.deviation
+    return np.asarray(walks * np.minimum(gap, max(c.upper, c.now)) + extra)
 
 
 def _oncoming(problem: LocalProblem) -> float:

@@ -268,7 +268,7 @@ def test_group_space_by_hand(costs_of, chair):
     middle = 0.5 * (chair.capsule[0] + chair.capsule[2])
     depth = middle + chair.capsule[4] - 0.3
     found = costs_of(spaces=problem.spaces)["group_space"]
-    assert found == pytest.approx(0.4 * 25.0 * 0.2 * fading(depth**2 * np.ones(10)))
+    assert found == pytest.approx(0.4 * 60.0 * 0.2 * fading(depth**2 * np.ones(10)))
 
 
 def test_wall_clearance_by_hand(costs_of, chair):
