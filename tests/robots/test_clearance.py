@@ -64,9 +64,7 @@ def test_a_therapists_addition_holds_in_full_for_standing_people():
 def test_the_gap_after_a_time_is_that_of_the_law(time, tight):
     law = Clearance()
     bound = law.law(tight=tight)
-    assert law.after(time, tight=tight) == min(
-        bound.now + bound.growth * time, bound.upper
-    )
+    assert law.after(time, tight=tight) == min(bound.now + bound.growth * time, bound.upper)
 
 
 def test_a_bound_below_the_gap_now_is_raised_to_it():

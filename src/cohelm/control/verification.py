@@ -89,7 +89,7 @@ class Verification(Model):
             for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
         )
         clear = _contact(problem, comfort, _FINE, margins) == np.inf
-        return clear and self._escapes(problem, emergency, margins, speeds)
+        return clear and self._escape(problem, emergency, margins, speeds) == np.inf
 
     def needs_emergency_braking(
         self,
@@ -98,9 +98,10 @@ class Verification(Model):
         clearance: Clearance,
         speeds: Floats,
     ) -> bool:
-        """Check whether emergency braking keeps clear where comfort braking does not.
+        """Check whether comfort braking is not enough, and emergency braking helps.
 
-        Where neither does, as beside somebody who walks into the robot, it would be no help.
+        It helps where it avoids or delays a contact. Beside somebody who walks into the robot it
+        would not.
 
         Args:
             problem: the present problem.
@@ -114,9 +115,8 @@ class Verification(Model):
             self._braking(problem, current_input, stand, deceleration)
             for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
         )
-        return not self._escapes(problem, comfort, margins, speeds) and self._escapes(
-            problem, emergency, margins, speeds
-        )
+        sooner = self._escape(problem, comfort, margins, speeds)
+        return sooner < self._escape(problem, emergency, margins, speeds)
 
     def _braking(
         self, problem: LocalProblem, current_input: Floats, command: Floats, deceleration: float
@@ -131,20 +131,19 @@ class Verification(Model):
             step=_FINE,
         )
 
-    def _escapes(
+    def _escape(
         self, problem: LocalProblem, poses: Floats, margins: ContactMargins, speeds: Floats
-    ) -> bool:
-        """Check that braking, (k, 3), keeps clear of everything that people may do."""
+    ) -> float:
+        """Time of braking's (k, 3) first contact with all that people may do, s; +inf: none."""
         stricter = margins._replace(
             acceleration=self.people_acceleration, min_probability=self.min_probability
         )
-        if _contact(problem, poses, _FINE, stricter) < np.inf:
-            return False
+        soonest = _contact(problem, poses, _FINE, stricter)
         if self.turn_back_acceleration <= 0.0 or problem.stalled or len(problem.people) == 0:
-            return True  # a robot that squeezes past is too slow to escape
+            return soonest  # a robot that squeezes past is too slow to escape
         returning = unchecked(problem, predictions=self._turned_back(problem, speeds))
         margins = margins._replace(people=self.turn_back_margin)
-        return _contact(returning, poses, _FINE, margins) == np.inf
+        return min(soonest, _contact(returning, poses, _FINE, margins))
 
     def _turned_back(self, problem: LocalProblem, speeds: Floats) -> Predictions:
         """Predictions of all people walking back, since a turn that is not detected yet.

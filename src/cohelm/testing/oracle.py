@@ -31,6 +31,7 @@ from cohelm.stopwatch import Stopwatch
 from cohelm.testing.oracle_terms import Footprint, Hinges, ProgramSize, barriers, cost_of, hinged
 
 _FREE = np.inf
+_ROUNDING = 1e-6
 _ROUNDS = 3
 """Maximum number of programs with other segments of the path."""
 _BRISK = 0.5
@@ -161,7 +162,9 @@ def _limits(
 ) -> dict[str, Floats]:
     """Bounds of the variables and of the constraints; the first Δu must fit within a tick.
 
-    An input beyond a bound may return to it as fast as the acceleration limits allow.
+    An input beyond a bound may return to it as fast as the acceleration limits allow. Else the plan
+    brakes with three quarters of the comfort deceleration, and the acceleration begins at 0 and
+    grows with the limit of jerk in the first tick, unless a bound of the speed is in the way.
     """
     robot, n = problem.robot, len(problem.reference.speeds) - 1
     durations = np.full((n, 1), problem.reference.step)
@@ -170,14 +173,21 @@ def _limits(
     faster = np.array([robot.max_acceleration, robot.max_turn_acceleration])
     slower = np.array([robot.max_deceleration, robot.max_turn_acceleration])
     bottom, top, _, _ = problem.input_bounds()
+    calm = current_input[0] <= top[0] + _ROUNDING
+    slower *= [0.75 if calm else 1.0, 1.0]
+    rise, fall = faster * durations, slower * durations
+    if calm:
+        first, now = robot.max_jerk * tick**2, current_input[0]
+        rise[0, 0] = max(min(rise[0, 0], first), bottom[0] - now)
+        fall[0, 0] = max(min(fall[0, 0], first), now - top[0])
     low = np.minimum(bottom, current_input + since * faster)
     high = np.maximum(top, current_input - since * slower)
     free, none = np.full(3 * n, _FREE), np.zeros(3 * n)
     return {
         "lbx": np.concatenate([-free, low.ravel(), np.zeros(program.slacks)]),
         "ubx": np.concatenate([free, high.ravel(), np.full(program.slacks, _FREE)]),
-        "lbg": np.concatenate([none, (-slower * durations).ravel(), np.zeros(program.soft)]),
-        "ubg": np.concatenate([none, (faster * durations).ravel(), np.full(program.soft, _FREE)]),
+        "lbg": np.concatenate([none, -fall.ravel(), np.zeros(program.soft)]),
+        "ubg": np.concatenate([none, rise.ravel(), np.full(program.soft, _FREE)]),
     }
 
 
