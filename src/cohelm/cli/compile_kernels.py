@@ -17,6 +17,8 @@ KERNELS = 300
 """Number of kernels that are compiled, roughly."""
 INTERVAL = 10.0
 """Interval of progress lines where there is no terminal, s."""
+_CLOCK = 0.05
+"""Delay of the clock that stamps files, s."""
 
 
 def compile_all() -> int:
@@ -82,7 +84,7 @@ class _Progress:
     def number(self) -> int:
         """Number of kernels that were compiled so far."""
         times = [file.stat().st_mtime for file in self._folder.rglob("*.nbi")]
-        return sum(each >= self._began for each in times)
+        return sum(each >= self._began - _CLOCK for each in times)
 
     def enter(self, part: str) -> None:
         """Show the part that is compiled now."""

@@ -26,6 +26,8 @@ _FASTER = 4.0
 """Assumed return speed as a multiple of the measured speed, up to ``turn_back_speed``."""
 _WALKED = 0.5
 """Who was slower than this lately does not turn back, m/s: tracking noise is up to 0.3 m/s."""
+_NEAR = 2.0
+"""Distance up to which a person ahead is near, m."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -100,8 +102,8 @@ class Verification(Model):
     ) -> bool:
         """Check whether comfort braking is not enough, and emergency braking helps.
 
-        It helps where it avoids or delays a contact. Beside somebody who walks into the robot it
-        would not.
+        It helps where it avoids or delays a contact, and towards somebody ahead, who is at least
+        met slowly. It does not help beside somebody who walks into the robot.
 
         Args:
             problem: the present problem.
@@ -116,7 +118,8 @@ class Verification(Model):
             for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
         )
         sooner = self._escape(problem, comfort, margins, speeds)
-        return sooner < self._escape(problem, emergency, margins, speeds)
+        later = self._escape(problem, emergency, margins, speeds)
+        return sooner < later or (sooner < np.inf and _somebody_ahead(problem))
 
     def _braking(
         self, problem: LocalProblem, current_input: Floats, command: Floats, deceleration: float
@@ -180,6 +183,15 @@ class Verification(Model):
             extra=problem.extra_clearance,
             standing_share=clearance.standing,
         )
+
+
+def _somebody_ahead(problem: LocalProblem) -> bool:
+    """Check whether there is somebody near in the direction of motion."""
+    away = problem.people.mean[:, :2] - problem.pose[:2]
+    distance = np.hypot(away[:, 0], away[:, 1])
+    course = math.copysign(1.0, problem.twist[0])
+    ahead = course * (away @ np.array([math.cos(problem.pose[2]), math.sin(problem.pose[2])]))
+    return bool(((ahead > 0.5 * distance) & (distance < _NEAR)).any())
 
 
 def _contact(problem: LocalProblem, poses: Floats, step: float, margins: ContactMargins) -> float:
