@@ -19,16 +19,20 @@ import yaml
 from cohelm.errors import ConfigError
 
 
-class Model(pydantic.BaseModel):
+class FrozenModel(pydantic.BaseModel):
+    """Frozen model without unknown keys."""
+
+    model_config = pydantic.ConfigDict(
+        extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False
+    )
+
+
+class Model(FrozenModel):
     """Base of every parameter set: frozen, without unknown keys.
 
     A mapping for a nested set changes only the values that it names: the others are those of the
     field's own default, which may differ from the defaults of its type.
     """
-
-    model_config = pydantic.ConfigDict(
-        extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False
-    )
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cohelm.config import Model
+from cohelm.config import FrozenModel
 
 VERSION = 2
 """Version of the messages; grows with every change that an older page would not understand."""
@@ -24,5 +24,5 @@ Pace = Literal["slow", "normal", "brisk"]
 WishKind = Literal["attract", "avoid", "stroke"]
 
 
-class WireMessage(Model):
+class WireMessage(FrozenModel):
     """Base of all messages: frozen, without undeclared fields."""
