@@ -163,7 +163,8 @@ def test_probable_hypotheses_bind_emergency_braking(share, clear):
     ahead = limited_trajectory(problem, np.tile([0.8, 0.0], (25, 1)), np.array([0.8, 0.0]))
     rules = Verification(people_acceleration=0.0, min_probability=0.1)
     clearance = Clearance(now=0.12, growth=0.0)
-    assert rules.passes(problem, ahead, clearance, np.zeros(1)) is clear
+    checks = rules.verifier(problem, clearance, np.array([0.8, 0.0]), np.zeros(1))
+    assert checks.accepts(ahead) is clear
 
 
 def test_the_chair_waits_after_a_person_has_walked_into_it():

@@ -1,13 +1,11 @@
 """Who turns back finds the chair standing; and the chair brakes as hard as that takes."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from cohelm.control import SsMpcDcbf
 from cohelm.control.trajectories import limited_trajectory
-from cohelm.control.verification import Verification
+from cohelm.control.verification import Verification, Verifier
 from cohelm.messages import Status
 from cohelm.robots.braking import STANDING, braking
 from cohelm.robots.capsule import nearest_on_spine_in_map
@@ -49,36 +47,48 @@ def turned(position, velocity, count):
     return np.array(out)
 
 
+def verifier(problem, rules=RULES):
+    now = np.array([problem.twist[0], problem.twist[2]])
+    return rules.verifier(problem, CLEARANCE, now, lately(problem))
+
+
+def touch_at(problem, command, where):
+    """When the chair, moving, is touched if it brakes hard after a command, s; +inf: never."""
+    robot, now = problem.robot, np.array([problem.twist[0], problem.twist[2]])
+    hard = robot.emergency_deceleration
+    poses = braking(
+        robot, problem.pose, now, command, hold=RULES.reaction, deceleration=hard, step=FINE
+    )
+    moving = np.hypot(*np.diff(poses[:, :2], axis=0).T) > STANDING * FINE
+    gaps = [
+        nearest_on_spine_in_map(robot.capsule, pose, *spot)[0]
+        for pose, spot in zip(poses[1:], where, strict=False)
+    ]
+    gaps = np.array(gaps) - robot.capsule[4] - problem.people.radius[0]
+    touched = np.flatnonzero(moving[: len(gaps)] & (gaps <= 0.0))
+    return FINE * touched[0] if len(touched) else np.inf
+
+
 def test_who_turns_back_unseen_finds_the_chair_standing():
     """Crossing before the chair or walking ahead of it: where driving on is verified, the brakes do
-    the rest."""
+    the rest, or would not if they began at once."""
     rng = np.random.default_rng(5)
-    verified = 0
+    verified, clear = 0, 0
     for _ in range(150):
         speed = rng.uniform(0.1, 1.0)
         at, pace = rng.uniform([0.8, -1.6], [2.5, 0.2]), rng.uniform(1.0, 1.3)
         way = rng.uniform(-2.2, 0.3)
         velocity = pace * np.array([np.cos(way), np.sin(way)])
         problem = scene(people=walkers([[*at, *velocity]]), speed=speed)
-        if not RULES.passes(problem, straight_on(problem, speed), CLEARANCE, lately(problem)):
+        if not verifier(problem).accepts(straight_on(problem, speed)):
             continue
         verified += 1
-        robot, now = problem.robot, np.array([speed, 0.0])
-        hard = robot.emergency_deceleration
-        poses = braking(
-            robot, problem.pose, now, now, hold=RULES.reaction, deceleration=hard, step=FINE
-        )
-        moving = np.hypot(*np.diff(poses[:, :2], axis=0).T) > STANDING * FINE
-        where = turned(at, velocity, len(poses))
-        gaps = np.array(
-            [
-                nearest_on_spine_in_map(robot.capsule, pose, *spot)[0]
-                for pose, spot in zip(poses[1:], where, strict=False)
-            ]
-        )
-        gaps = gaps[: len(moving)] - robot.capsule[4] - problem.people.radius[0]
-        assert (gaps[moving[: len(gaps)]] > 0.0).all()
+        where = turned(at, velocity, 400)
+        later = touch_at(problem, np.array([speed, 0.0]), where)
+        clear += later == np.inf
+        assert later == np.inf or touch_at(problem, np.zeros(2), where) <= later + 0.05
     assert 20 < verified < 140
+    assert clear > 0.9 * verified
 
 
 @pytest.mark.parametrize(("turning", "passes"), [(6.0, False), (0.0, True)])
@@ -86,7 +96,7 @@ def test_close_behind_somebody_the_chair_does_not_go_fast(turning, passes):
     """0.5 m behind somebody who walks as fast: on the way back he meets a chair that rolls."""
     problem = scene(people=walkers([[1.75, 0.0, 0.8, 0.0]]), speed=0.8)
     rules = RULES.model_copy(update={"turn_back_acceleration": turning})
-    assert rules.passes(problem, straight_on(problem, 0.8), CLEARANCE, lately(problem)) is passes
+    assert verifier(problem, rules).accepts(straight_on(problem, 0.8)) is passes
 
 
 def test_who_has_stood_for_a_while_does_not_turn_back():
@@ -100,9 +110,14 @@ def test_who_has_stood_for_a_while_does_not_turn_back():
 def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
     """Nothing passes at more than half the speed; a plan that does is found all the same."""
 
-    class Slow(Verification):
-        def passes(self, problem, trajectory, clearance, speeds):
+    class Checks(Verifier):
+        def accepts(self, trajectory):
             return bool(trajectory.inputs[:, 0].max() < 0.6)
+
+    class Slow(Verification):
+        def verifier(self, *given):
+            same = super().verifier(*given)
+            return Checks(self, same.problem, same.current_input, same.margins, same.returning)
 
     planner = SsMpcDcbf(PLANNER.parameters.model_copy(update={"verification": Slow()}))
     plan = planner.plan(scene(speed=0.5, wanted=1.0), None)
@@ -114,10 +129,35 @@ def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
 def test_hard_braking_is_asked_for_where_ordinary_braking_is_not_enough(gap, urgent):
     """At 0.8 m/s towards somebody who comes: ordinary braking takes 0.4 m, hard braking 0.2 m."""
     problem = scene(people=walkers([[0.8 + gap, 0.0, -1.1, 0.0]]), speed=0.8)
-    now = np.array([0.8, 0.0])
-    rules = Verification()
-    assert rules.needs_emergency_braking(problem, now, CLEARANCE, lately(problem)) is urgent
+    plan = PLANNER.plan(problem, None)
+    assert plan.urgent is urgent
     if urgent:
-        stop = PLANNER.plan(dataclasses.replace(problem), None)
-        assert stop.status is Status.STOP
-        assert stop.urgent
+        assert plan.status is Status.STOP
+        assert not plan.brief
+
+
+def test_the_closer_somebody_is_the_harder_it_brakes():
+    """Somebody comes: first it slows down, then it brakes, then it brakes hard."""
+    given = []
+    for gap in np.arange(2.2, 0.2, -0.2):
+        problem = scene(people=walkers([[0.8 + gap, 0.0, -1.1, 0.0]]), speed=0.8)
+        plan = PLANNER.plan(problem, None)
+        given.append((0.8 - plan.command[0]) / 0.05 + plan.urgent)
+    assert given == sorted(given)
+    comfort = problem.robot.max_deceleration
+    assert given[0] < 0.2 * comfort
+    assert comfort + 1e-9 > min(g for g in given if g > 0.5 * comfort)
+    assert given[-1] > comfort
+
+
+@pytest.mark.parametrize("at", [(-1.2, 0.0, 0.8, 0.0), (-0.9, 0.75, 0.75, -0.1)])
+def test_nobody_brakes_for_who_follows(at):
+    """He walks on behind a chair that drives as fast: braking would bring him closer."""
+    problem = scene(people=walkers([at]), speed=0.8)
+    assert verifier(problem).brakes_help(straight_on(problem, 0.8))
+    assert PLANNER.plan(problem, None).status is not Status.STOP
+
+
+def test_who_crosses_behind_the_chair_does_not_stop_it():
+    problem = scene(people=walkers([[-0.35, 1.15, 0.1, -0.6]]), speed=0.8)
+    assert PLANNER.plan(problem, None).status is not Status.STOP

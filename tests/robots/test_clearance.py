@@ -52,19 +52,11 @@ def test_a_therapist_adds_to_all_of_it():
 def test_in_a_tight_passage_the_gap_is_that_of_the_gate_and_does_not_grow():
     law = Clearance(now=0.1, growth=0.1, upper=0.2)
     assert margins(law, tight=True, extra=0.3) == pytest.approx(np.full(5, 0.4))
-    assert law.after(2.0, tight=True) == law.after(0.0)
 
 
 def test_a_therapists_addition_holds_in_full_for_standing_people():
     law = Clearance(now=0.1, growth=0.0, standing=0.4)
     assert margins(law, 0.0, extra=0.3) == pytest.approx(np.full(5, 0.34))
-
-
-@given(st.floats(0.0, 10.0), st.booleans())
-def test_the_gap_after_a_time_is_that_of_the_law(time, tight):
-    law = Clearance()
-    bound = law.law(tight=tight)
-    assert law.after(time, tight=tight) == min(bound.now + bound.growth * time, bound.upper)
 
 
 def test_a_bound_below_the_gap_now_is_raised_to_it():

@@ -8,7 +8,8 @@ import pytest
 from cohelm.maps import DistanceField
 from cohelm.robots import load_robot, robot_names
 from cohelm.robots.braking import STANDING, braking
-from cohelm.robots.contact import TOUCHING, ContactMargins, first_contact
+from cohelm.robots.contact import first_contact
+from cohelm.robots.contact_kernel import TOUCHING, ContactMargins
 from cohelm.testing.scenes import BODY, open_floor, straight_on, walkers
 
 STEP = 0.1

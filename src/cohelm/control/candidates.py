@@ -19,6 +19,8 @@ from cohelm.control.optimal_control import PreparedControl
 from cohelm.control.planner_memory import PlannerMemory, class_changes
 from cohelm.control.sampling import CandidateTrajectories, Sampling, evaluate, sample
 from cohelm.control.trajectories import braking_trajectory
+from cohelm.control.verification import Verifier
+from cohelm.robots.braking import STANDING
 
 PREVIOUS, SAMPLED, STOPPING, SLOWER, BRAKING = (
     "previous", "sampled", "stopping", "slower", "braking",
@@ -78,12 +80,26 @@ class PlanningCycle:
     """Time when a walking person last touched the robot, s."""
     person_speeds: Floats
     """(n,) of people lately, m/s."""
+    verifier: Verifier
     choice: Choice
 
     @property
     def steps(self) -> int:
         """N."""
         return self.prepared.scene.planned
+
+    @property
+    def stands(self) -> bool:
+        """The robot stands."""
+        return _is_standing(self.current_input)
+
+    @property
+    def stands_since(self) -> float:
+        """Time when the robot came to a stand, s; +inf: it moves, or has not moved before."""
+        if not self.stands or self.memory is None:
+            return np.inf
+        moved = not _is_standing(self.memory.current_input)
+        return self.problem.time if moved else self.memory.stands_since
 
     def trajectory(self, candidate: Candidate) -> Trajectory:
         """The first N steps of a candidate."""
@@ -94,6 +110,10 @@ class PlanningCycle:
             inputs=candidate.inputs[:n],
             current_input=self.current_input,
         )
+
+    def accepts(self, candidate: Candidate) -> bool:
+        """Check a candidate, see ``verification``."""
+        return self.verifier.accepts(self.trajectory(candidate))
 
     def sample(self, budget: Sampling, warm: Trajectory | None) -> list[Candidate]:
         """New candidates, cheapest first; ``warm``: the last plan, perturbed as well."""
@@ -126,10 +146,10 @@ class PlanningCycle:
         [slower] = self.evaluate([share * candidate.inputs], [SLOWER])
         return slower
 
-    def braking(self) -> Candidate:
-        """Comfort braking, at once and without a limit of jerk."""
+    def braking(self, share: float = 1.0) -> Candidate:
+        """Braking at a share of the comfort deceleration, at once and without a limit of jerk."""
         steps = self.prepared.scene.steps
-        braking = braking_trajectory(self.problem, self.current_input, steps)
+        braking = braking_trajectory(self.problem, self.current_input, steps, share=share)
         [candidate] = self.evaluate([braking.inputs], [BRAKING])
         return candidate._replace(inputs=braking.inputs, poses=braking.poses)
 
@@ -163,6 +183,10 @@ class PlanningCycle:
             )
             for k, origin in enumerate(origins)
         ]
+
+
+def _is_standing(inputs: Floats) -> bool:
+    return float(np.linalg.norm(inputs)) < STANDING
 
 
 def cheapest_of_different_classes(candidates: list[Candidate], count: int) -> list[Candidate]:

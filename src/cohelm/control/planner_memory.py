@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.control.api import LocalProblem
 from cohelm.messages import LocalPlan, People
-from cohelm.robots.contact import WALKING, touching
+from cohelm.robots.contact import touching
+from cohelm.robots.contact_kernel import WALKING
 
 AnyArray = NDArray[Any]
 _LATELY = 1.0
@@ -51,6 +52,8 @@ class PlannerMemory:
     """u_{−1} at that time."""
     refused_since: float = np.inf
     """Time since when no plan has been accepted, s; +inf: one is."""
+    stands_since: float = np.inf
+    """Time when the robot came to a stand, s; +inf: it moves, or has not moved before."""
     last_contact: float = -np.inf
     """Time when a walking person last touched the robot, s."""
     lowest_cost: float = -np.inf

@@ -17,12 +17,11 @@ from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem
 from cohelm.control.path import PathTable, path_table
 from cohelm.control.people_table import PeopleTable, people_table
+from cohelm.control.trajectories import PLANNED_BRAKING
 from cohelm.messages import GroupSpaces
 from cohelm.robots.clearance import Clearance
-from cohelm.robots.contact import WallGrid, wall_margins
+from cohelm.robots.wall_contact import WallGrid, wall_margins
 
-_PLANNED_BRAKING = 0.75
-"""Share of the comfort deceleration that is planned with; the rest is for what is not foreseen."""
 _ROUNDING = 1e-6
 """m/s."""
 
@@ -227,7 +226,7 @@ def _robot(problem: LocalProblem, current_input: Floats, settings: SceneSettings
     low, high, rise, fall = problem.input_bounds()
     jerk, too_fast = math.inf, bool(current_input[0] > high[0] + _ROUNDING)
     if robot.motion_model.translating == 1 and not too_fast:  # a lowered limit holds at once
-        fall, jerk = fall * np.array([_PLANNED_BRAKING, 1.0]), robot.max_jerk
+        fall, jerk = fall * np.array([PLANNED_BRAKING, 1.0]), robot.max_jerk
     discs = robot.discs
     return RobotTable(
         start=np.array(problem.pose, dtype=float),

@@ -18,6 +18,7 @@ from pydantic import Field
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.candidates import (
+    BRAKING,
     PASSING_SIDE,
     PREVIOUS,
     REPLACING,
@@ -49,8 +50,10 @@ from cohelm.robots.clearance import Clearance
 _SPEED_SHARES = (0.6, 0.3)
 """Shares of its speed at which the best trajectory is tried if none is verified."""
 
-_FELT = 0.3
-"""Braking for less than this is not felt as a stop, s."""
+_FELT = 1.0
+"""Slowing down for less than this is not felt as a stop, s."""
+_STAND = 0.4
+"""Shortest stand, s: a shorter one is felt as a jolt."""
 
 
 class SsMpcDcbf:
@@ -111,7 +114,10 @@ class SsMpcDcbf:
         check_problem(problem)
         cycle = self._prepare(problem, previous)
         if problem.time - cycle.last_contact < p.contact_wait:
-            return self._stop(cycle, 0)
+            return self._stop(cycle, cycle.braking(), 0)
+        stood = problem.time - cycle.stands_since
+        if 0.0 <= stood < _STAND and not problem.stalled:
+            return dataclasses.replace(self._stop(cycle, cycle.braking(), 0), brief=True)
         tail = None if cycle.memory is None else cycle.memory.tail
         warm = shifted_plan(cycle.mpc_problem, previous, cycle.current_input, tail=tail)
         trusted = previous is not None and previous.status is not Status.STOP
@@ -119,7 +125,7 @@ class SsMpcDcbf:
         if p.candidates == 1 and warm is not None and trusted and not problem.stalled:
             candidates, iterations = self._continue(cycle, warm)
             for candidate in candidates:
-                if self._passes(cycle, candidate):
+                if cycle.accepts(candidate):
                     return self._as_plan(cycle, candidate, iterations)
         return self._resample(cycle, warm, trusted=trusted, iterations=iterations)
 
@@ -129,9 +135,10 @@ class SsMpcDcbf:
         memory = unexpired_memory(previous, problem.time)
         current_input = estimate_current_input(problem, previous)
         least = len(problem.reference.speeds) - 1
+        mpc_problem = problem.truncated(p.steps)
+        speeds = recent_speeds(problem.people, memory, problem.time)
         return PlanningCycle(
             problem=problem,
-            mpc_problem=problem.truncated(p.steps),
             prepared=self.control.prepare(
                 problem,
                 current_input,
@@ -141,16 +148,12 @@ class SsMpcDcbf:
                 acceleration=present_acceleration(memory, problem.time, current_input),
             ),
             current_input=current_input,
+            mpc_problem=mpc_problem,
             memory=memory,
             last_contact=last_contact(problem, memory),
-            person_speeds=recent_speeds(problem.people, memory, problem.time),
+            person_speeds=speeds,
+            verifier=p.verification.verifier(mpc_problem, self.clearance, current_input, speeds),
             choice=p.choice,
-        )
-
-    def _passes(self, cycle: PlanningCycle, candidate: Candidate) -> bool:
-        verification, trajectory = self.parameters.verification, cycle.trajectory(candidate)
-        return verification.passes(
-            cycle.mpc_problem, trajectory, self.clearance, cycle.person_speeds
         )
 
     def _continue(self, cycle: PlanningCycle, warm: Trajectory) -> tuple[list[Candidate], int]:
@@ -187,7 +190,9 @@ class SsMpcDcbf:
         )
         chosen = self._first_verified(cycle, ranked)
         if chosen is None:
-            return self._stop(cycle, iterations + programs)
+            return self._stop(cycle, cycle.braking(), iterations + programs, urgent=True)
+        if chosen.origin in {STOPPING, BRAKING}:
+            return self._stop(cycle, chosen, iterations + programs)
         return self._as_plan(cycle, chosen, iterations + programs, resampled=True)
 
     def _improve(self, cycle: PlanningCycle, seeds: list[Candidate]) -> tuple[list[Candidate], int]:
@@ -203,16 +208,20 @@ class SsMpcDcbf:
     def _first_verified(self, cycle: PlanningCycle, ranked: list[Candidate]) -> Candidate | None:
         """The cheapest candidate that verification accepts: a trajectory, or a gentle stop on it.
 
-        If none is, the best one at reduced speed.
+        If none is, the best one at reduced speed, then stops, the gentlest first.
         """
         for candidate in ranked:
-            if self._passes(cycle, candidate):
+            if cycle.accepts(candidate):
                 return candidate
         best = ranked[0] if ranked else None
-        slower = [] if best is None else [cycle.slowed(best, share) for share in _SPEED_SHARES]
-        gentle = sorted([*slower, *cycle.stops(best)], key=lambda each: each.score)
-        for candidate in (*gentle, cycle.braking()._replace(origin=STOPPING)):
-            if self._passes(cycle, candidate):
+        for share in _SPEED_SHARES if best is not None else ():
+            candidate = cycle.slowed(best, share)
+            if cycle.accepts(candidate):
+                return candidate
+        # the closer it is, the harder the stop
+        stops = [*cycle.stops(best), cycle.braking()]
+        for candidate, kept in zip(stops, np.linspace(1.0, 0.0, len(stops)), strict=True):
+            if cycle.verifier.brakes_help(cycle.trajectory(candidate), float(kept)):
                 return candidate
         return None
 
@@ -241,6 +250,7 @@ class SsMpcDcbf:
             input_time=cycle.problem.time,
             current_input=cycle.current_input,
             last_contact=cycle.last_contact,
+            stands_since=cycle.stands_since,
             lowest_cost=min(chosen.cost, lowest),
         )
         return LocalPlan(
@@ -258,11 +268,13 @@ class SsMpcDcbf:
             memory=memory,
         )
 
-    def _stop(self, cycle: PlanningCycle, iterations: int) -> LocalPlan:
-        """Braking, with the reason; the commitment of the last plan is kept."""
-        candidate = cycle.braking()
-        plan = self._as_plan(cycle, candidate, iterations)
+    def _stop(
+        self, cycle: PlanningCycle, stop: Candidate, iterations: int, *, urgent: bool = False
+    ) -> LocalPlan:
+        """A stop, with the reason; the commitment of the last plan is kept."""
+        plan = self._as_plan(cycle, stop, iterations)
         memory: Any = plan.memory
+        since = cycle.problem.time
         if cycle.memory is not None:
             people, before = cycle.problem.people, cycle.memory
             memory = dataclasses.replace(
@@ -272,20 +284,15 @@ class SsMpcDcbf:
                 person_sides=remembered(before, people, before.person_sides),
                 lowest_cost=before.lowest_cost,
             )
-        verification, problem = self.parameters.verification, cycle.mpc_problem
-        urgent = verification.needs_emergency_braking(
-            problem, cycle.current_input, self.clearance, cycle.person_speeds
-        )
-        # a refusal that lasts for some ticks only is a gentle slowing down, and no stop
-        since = problem.time
-        if cycle.memory is not None:
-            since = min(since, cycle.memory.refused_since)
-        felt = urgent or problem.time - since >= _FELT or not cycle.current_input.any()
+            since = min(since, before.refused_since)
+        # a chair that rolls on after a while has slowed down, and not stopped
+        stands, elapsed = cycle.stands, cycle.problem.time - since
+        felt = (urgent and not stands) or elapsed >= (_STAND if stands else _FELT)
         return dataclasses.replace(
             plan,
             status=Status.STOP,
             reason=Reason.NO_SAFE_PLAN,
             brief=not felt,
-            urgent=urgent,
+            urgent=urgent and not stands,
             memory=dataclasses.replace(memory, refused_since=since),
         )

@@ -11,7 +11,8 @@ from cohelm.robots.kinematics import within_limits
 
 TICK = 0.05
 """Time between two decisions, s."""
-
+PLANNED_BRAKING = 0.75
+"""Share of the comfort deceleration that is planned with; the rest is for what is not foreseen."""
 
 _GENTLE = 0.75
 """Share of the comfort deceleration with which the robot stops at its goal."""
@@ -39,12 +40,19 @@ def limited_trajectory(problem: LocalProblem, inputs: Floats, current_input: Flo
     return Trajectory(step=step, poses=poses, inputs=allowed, current_input=current_input)
 
 
-def braking_trajectory(problem: LocalProblem, current_input: Floats, steps: int) -> Trajectory:
+def braking_trajectory(
+    problem: LocalProblem, current_input: Floats, steps: int, *, share: float = 1.0
+) -> Trajectory:
     """Comfort braking over N = ``steps``, all inputs in proportion, so the curvature is constant.
 
-    current_input: u_{−1}, (m,).
+    Args:
+        problem: the present problem.
+        current_input: u_{−1}, (m,).
+        steps: N.
+        share: of the comfort deceleration.
     """
     _, _, _, fall = problem.robot.input_bounds
+    fall = fall * np.append(np.full(len(current_input) - 1, share), 1.0)
     step = problem.reference.step
     linear, angular = current_input[:-1], current_input[-1:]
     duration = max(np.linalg.norm(linear) / fall[0], np.abs(angular).max() / fall[-1], 1e-9)

@@ -7,6 +7,7 @@ steps, and if braking after its first command touches nothing.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -17,8 +18,9 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.messages import Predictions
 from cohelm.robots.braking import braking
-from cohelm.robots.clearance import Clearance
-from cohelm.robots.contact import ContactMargins, first_contact
+from cohelm.robots.clearance import CLOSEST, Clearance
+from cohelm.robots.contact import contact_times, first_contact
+from cohelm.robots.contact_kernel import ContactMargins
 
 _FINE = 0.05
 """Time between the poses of a verified braking, s."""
@@ -67,86 +69,31 @@ class Verification(Model):
         """Gap to a wall that counts as contact in a problem, m."""
         return self.stalled_wall_margin if problem.stalled else self.wall_margin
 
-    def passes(
-        self,
-        problem: LocalProblem,
-        trajectory: Trajectory,
-        clearance: Clearance,
-        speeds: Floats,
-    ) -> bool:
-        """Check that a trajectory is clear for a while, and so is braking after its first command.
-
-        All trajectories are swept against walls and predicted people. The trajectory and comfort
-        braking must keep clear of the most likely hypothesis of each person. Emergency braking must
-        also keep clear of every hypothesis above a probability, of people who accelerate, and of
-        all who turn back.
-        """
-        margins = self._margins(problem, clearance)
-        swept = _contact(problem, trajectory.poses, trajectory.step, margins)
-        if swept < self.horizon:
-            return False
-        command, robot = trajectory.inputs[0], problem.robot
-        comfort, emergency = (
-            self._braking(problem, trajectory.current_input, command, deceleration)
-            for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
-        )
-        clear = _contact(problem, comfort, _FINE, margins) == np.inf
-        return clear and self._escape(problem, emergency, margins, speeds) == np.inf
-
-    def needs_emergency_braking(
-        self,
-        problem: LocalProblem,
-        current_input: Floats,
-        clearance: Clearance,
-        speeds: Floats,
-    ) -> bool:
-        """Check whether comfort braking is not enough, and emergency braking helps.
-
-        It helps where it avoids or delays a contact, and towards somebody ahead, who is at least
-        met slowly. It does not help beside somebody who walks into the robot.
+    def verifier(
+        self, problem: LocalProblem, clearance: Clearance, current_input: Floats, speeds: Floats
+    ) -> Verifier:
+        """What the checks of all trajectories of one problem share.
 
         Args:
             problem: the present problem.
-            current_input: u_{−1}, (m,).
             clearance: from people.
+            current_input: u_{−1}, (m,).
             speeds: (n,) of people lately, m/s.
         """
-        margins, stand = self._margins(problem, clearance), np.zeros_like(current_input)
-        robot = problem.robot
-        comfort, emergency = (
-            self._braking(problem, current_input, stand, deceleration)
-            for deceleration in (robot.max_deceleration, robot.emergency_deceleration)
+        law = clearance.law(tight=problem.stalled)
+        margins = ContactMargins(
+            wall=self.wall_margin_of(problem),
+            people=self.clearance_share * law.now,
+            growth=self.clearance_share * law.growth,
+            min_probability=_CERTAIN,
+            extra=problem.extra_clearance,
+            standing_share=clearance.standing,
         )
-        sooner = self._escape(problem, comfort, margins, speeds)
-        later = self._escape(problem, emergency, margins, speeds)
-        return sooner < later or (sooner < np.inf and _somebody_ahead(problem))
-
-    def _braking(
-        self, problem: LocalProblem, current_input: Floats, command: Floats, deceleration: float
-    ) -> Floats:
-        return braking(
-            problem.robot,
-            problem.pose,
-            current_input,
-            command,
-            hold=self.reaction,
-            deceleration=deceleration,
-            step=_FINE,
-        )
-
-    def _escape(
-        self, problem: LocalProblem, poses: Floats, margins: ContactMargins, speeds: Floats
-    ) -> float:
-        """Time of braking's (k, 3) first contact with all that people may do, s; +inf: none."""
-        stricter = margins._replace(
-            acceleration=self.people_acceleration, min_probability=self.min_probability
-        )
-        soonest = _contact(problem, poses, _FINE, stricter)
-        if self.turn_back_acceleration <= 0.0 or problem.stalled or len(problem.people) == 0:
-            return soonest  # a robot that squeezes past is too slow to escape
-        returning = unchecked(problem, predictions=self._turned_back(problem, speeds))
-        margins = margins._replace(people=self.turn_back_margin)
-        return min(soonest, _contact(returning, poses, _FINE, margins))
+        returning = None
+        if self.turn_back_acceleration > 0.0 and not problem.stalled and len(problem.people):
+            # a robot that squeezes past is too slow to escape
+            returning = self._turned_back(problem, speeds)
+        return Verifier(self, problem, current_input, margins, returning)
 
     def _turned_back(self, problem: LocalProblem, speeds: Floats) -> Predictions:
         """Predictions of all people walking back, since a turn that is not detected yet.
@@ -173,38 +120,131 @@ class Verification(Model):
             deviation=np.zeros(mean.shape[:3]),
         )
 
-    def _margins(self, problem: LocalProblem, clearance: Clearance) -> ContactMargins:
-        """Margins of ordinary driving."""
-        gap = clearance.after(self.horizon, tight=problem.stalled)
-        return ContactMargins(
-            wall=self.wall_margin_of(problem),
-            people=self.clearance_share * gap,
-            min_probability=_CERTAIN,
-            extra=problem.extra_clearance,
-            standing_share=clearance.standing,
+
+class Verifier:
+    """Checks of the trajectories of one problem.
+
+    A trajectory may be used if it is swept clear of walls and of the most likely hypothesis of each
+    person for a while, and if after its first command the brakes still help as much as now: the
+    robot, braking hard, touches nothing that people may do (accelerate, take a less likely way,
+    turn back), or touches it no sooner than if it brakes hard at once. So who follows, and whom no
+    braking avoids, vetoes nothing. A stop need not be clear, but must leave the brakes their use.
+    """
+
+    def __init__(
+        self,
+        rules: Verification,
+        problem: LocalProblem,
+        current_input: Floats,
+        margins: ContactMargins,
+        returning: Predictions | None,
+    ) -> None:
+        self.rules, self.problem, self.current_input = rules, problem, current_input
+        self.margins, self.returning = margins, returning
+        self._now: dict[float, Floats] = {}
+
+    def accepts(self, trajectory: Trajectory) -> bool:
+        """Check a trajectory."""
+        problem = self.problem
+        contact = first_contact(
+            problem.robot,
+            trajectory.poses,
+            trajectory.step,
+            people=problem.people,
+            predictions=problem.predictions,
+            walls=problem.walls,
+            margins=self.margins,
+        )
+        return (
+            contact >= self.rules.horizon
+            and self.brakes_help(trajectory)
+            and self._may_brake(trajectory.inputs[0])
         )
 
+    def _may_brake(self, command: Floats) -> bool:
+        """Check that comfort braking after ``command`` (m,) touches nothing, as the gate does."""
+        poses = self._braking(command, self.problem.robot.max_deceleration)
+        closest = CLOSEST * self.margins.people
+        margins = self.margins._replace(people=closest, growth=0.0, followers=False)
+        return bool((self._contacts(poses, self.problem.predictions, margins) == np.inf).all())
 
-def _somebody_ahead(problem: LocalProblem) -> bool:
-    """Check whether there is somebody near in the direction of motion."""
-    away = problem.people.mean[:, :2] - problem.pose[:2]
-    distance = np.hypot(away[:, 0], away[:, 1])
-    course = math.copysign(1.0, problem.twist[0])
-    ahead = course * (away @ np.array([math.cos(problem.pose[2]), math.sin(problem.pose[2])]))
-    return bool(((ahead > 0.5 * distance) & (distance < _NEAR)).any())
+    def brakes_help(self, trajectory: Trajectory, share: float = 1.0) -> bool:
+        """Check that hard braking after the first command is as good as at once.
 
+        Args:
+            trajectory: its first command counts.
+            share: of the gap to people that is kept: what is too close to drive on need not be
+                braked for hard.
+        """
+        command = trajectory.inputs[0]
+        later = self._escape(command, share)
+        if (later == np.inf).all():
+            return True
+        if share not in self._now:
+            self._now[share] = self._escape(np.zeros_like(command), share)
+        now = self._now[share]
+        return bool(((later > now) | (later == np.inf) | ((later == now) & ~self._ahead)).all())
 
-def _contact(problem: LocalProblem, poses: Floats, step: float, margins: ContactMargins) -> float:
-    """Time of the first contact of poses (k, 3), s; +inf: none."""
-    return first_contact(
-        problem.robot,
-        poses,
-        step,
-        people=problem.people,
-        predictions=problem.predictions,
-        walls=problem.walls,
-        margins=margins,
-    )
+    def _escape(self, command: Floats, share: float) -> Floats:
+        """Times (1 + n,) of the contacts if the robot brakes hard after ``command`` (m,), s."""
+        problem, rules = self.problem, self.rules
+        poses = self._braking(command, problem.robot.emergency_deceleration)
+        margins = self.margins._replace(
+            people=share * self.margins.people,
+            growth=share * self.margins.growth,
+            followers=False,
+        )
+        soonest = self._contacts(
+            poses,
+            problem.predictions,
+            margins._replace(
+                acceleration=rules.people_acceleration, min_probability=rules.min_probability
+            ),
+        )
+        if self.returning is None or share <= 0.0:
+            return soonest  # what is possible but not expected needs no hard braking
+        turned = margins._replace(people=share * rules.turn_back_margin, growth=0.0)
+        return np.minimum(soonest, self._contacts(poses, self.returning, turned))
+
+    def _braking(self, command: Floats, deceleration: float) -> Floats:
+        """Poses (k, 3) of braking after ``command`` (m,)."""
+        problem = self.problem
+        return braking(
+            problem.robot,
+            problem.pose,
+            self.current_input,
+            command,
+            hold=self.rules.reaction,
+            deceleration=deceleration,
+            step=_FINE,
+        )
+
+    def _contacts(self, poses: Floats, predictions: Predictions, margins: ContactMargins) -> Floats:
+        """Times (1 + n,) of the contacts of poses (k, 3), s; +inf: none."""
+        problem = self.problem
+        return contact_times(
+            problem.robot,
+            poses,
+            _FINE,
+            people=problem.people,
+            predictions=predictions,
+            walls=problem.walls,
+            margins=margins,
+        )
+
+    @cached_property
+    def _ahead(self) -> Booleans:
+        """Mask (1 + n,) of walls and people near in the direction of motion.
+
+        Even where a contact cannot be avoided, they are at least met slowly.
+        """
+        problem = self.problem
+        away = problem.people.mean[:, :2] - problem.pose[:2]
+        distance = np.hypot(away[:, 0], away[:, 1])
+        course = math.copysign(1.0, problem.twist[0])
+        heading = np.array([math.cos(problem.pose[2]), math.sin(problem.pose[2])])
+        ahead = (course * (away @ heading) > 0.5 * distance) & (distance < _NEAR)
+        return np.concatenate([[True], ahead])
 
 
 @njit(cache=True)

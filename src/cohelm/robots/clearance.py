@@ -6,9 +6,9 @@ At prediction time t, a gap of
 
 is kept from a person who walks at v, where s grows from ``standing`` to 1 at 0.5 m/s, o is
 :func:`oncoming_share`, σ the standard deviation of the predicted position, and ``extra`` a
-therapist's addition, which holds in full for standing people too. Terms and barriers
-read m(t), verification demands m at the end of its horizon, the gate m(0). After the ride has
-stalled, m(0) applies to all.
+therapist's addition, which holds in full for standing people too. Terms, barriers and verification
+read m(t); comfort braking and the gate, which act last, keep ``CLOSEST`` of m(0). After the ride
+has stalled, the gap does not grow.
 """
 
 from __future__ import annotations
@@ -26,6 +26,10 @@ from cohelm.messages import People
 
 BRISK = 0.5
 """Clearance counts in full from this speed of a person on, m/s."""
+
+
+CLOSEST = 0.25
+"""Share of the gap now that is left to the last moment."""
 
 
 class Clearance(Model):
@@ -63,14 +67,6 @@ class Clearance(Model):
             self.standing,
             extra,
         )
-
-    def after(self, time: float, *, tight: bool = False) -> float:
-        """Gap to a walking person at prediction time ``time``, s, without oncoming people; m.
-
-        A therapist's addition is not contained.
-        """
-        law = self.law(tight=tight)
-        return min(law.now + law.growth * time, law.upper)
 
 
 class MarginLaw(NamedTuple):

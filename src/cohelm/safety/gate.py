@@ -11,6 +11,7 @@ observation, the obstacles of map and sensors, the people, and the requested twi
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -22,8 +23,9 @@ from cohelm.maps import DistanceField
 from cohelm.messages import Decision, Mode, Observation, People, Predictions, Reason, Request
 from cohelm.robots import Robot
 from cohelm.robots.braking import braking
-from cohelm.robots.clearance import Clearance
-from cohelm.robots.contact import ContactMargins, first_contact
+from cohelm.robots.clearance import CLOSEST, Clearance
+from cohelm.robots.contact import first_contact
+from cohelm.robots.contact_kernel import ContactMargins
 
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Shares of the requested twist; the first one that allows braking without contact is used."""
@@ -94,39 +96,66 @@ def gate(  # noqa: PLR0913  # everything that the last stage sees
     stands = not (allowed.any() or now.any())
     if request.mode is Mode.MANUAL or not parameters.separation or stands:
         return Decision(twist=allowed, reason=reason)
-    growth = parameters.wall_margin_time if request.mode is Mode.ASSISTED else 0.0
-    command, speed = robot.motion_model.input(allowed), _speed(allowed)
+    contact = functools.partial(
+        _contact,
+        observation=observation,
+        request=request,
+        robot=robot,
+        walls=walls,
+        people=people,
+        predictions=predictions,
+        clearance=clearance,
+        parameters=parameters,
+    )
+    latest, best = 0.0, 0.0
     for share in _SHARES:
-        poses = braking(
-            robot,
-            observation.pose,
-            now,
-            share * command,
-            hold=parameters.reaction,
-            deceleration=robot.max_deceleration,
-            step=_STEP,
-        )
-        margins = ContactMargins(
-            wall=parameters.wall_margin + growth * share * speed,
-            people=clearance.now,
-            extra=max(request.extra_clearance, 0.0),
-            min_probability=parameters.min_probability,
-            standing_share=clearance.standing,
-        )
-        contact = first_contact(
-            robot,
-            poses,
-            _STEP,
-            people=people,
-            predictions=predictions,
-            walls=walls,
-            margins=margins,
-        )
-        if contact == math.inf:
+        time = contact(share * allowed, robot.max_deceleration)
+        if time > latest:
+            latest, best = time, share
+        if time == math.inf:
             if share < 1.0:
                 reason = Reason.TOO_CLOSE if share > 0.0 else Reason.BLOCKED
             return Decision(twist=share * allowed, reason=reason)
+    if best > 0.0 and latest > contact(np.zeros(3), robot.emergency_deceleration):
+        return Decision(twist=best * allowed, reason=reason if best == 1.0 else Reason.TOO_CLOSE)
     return stop(Reason.BLOCKED)
+
+
+def _contact(  # noqa: PLR0913  # everything that the last stage sees
+    allowed: Floats,
+    deceleration: float,
+    *,
+    observation: Observation,
+    request: Request,
+    robot: Robot,
+    walls: DistanceField,
+    people: People,
+    predictions: Predictions,
+    clearance: Clearance,
+    parameters: GateParameters,
+) -> float:
+    """Time of the first contact if the robot brakes after a twist, s; +inf: none."""
+    growth = parameters.wall_margin_time if request.mode is Mode.ASSISTED else 0.0
+    poses = braking(
+        robot,
+        observation.pose,
+        robot.motion_model.input(observation.twist),
+        robot.motion_model.input(allowed),
+        hold=parameters.reaction,
+        deceleration=deceleration,
+        step=_STEP,
+    )
+    margins = ContactMargins(
+        wall=parameters.wall_margin + growth * _speed(allowed),
+        people=CLOSEST * clearance.now,
+        extra=max(request.extra_clearance, 0.0),
+        min_probability=parameters.min_probability,
+        standing_share=clearance.standing,
+        followers=False,
+    )
+    return first_contact(
+        robot, poses, _STEP, people=people, predictions=predictions, walls=walls, margins=margins
+    )
 
 
 def stop(reason: Reason) -> Decision:

@@ -9,7 +9,7 @@ from cohelm.control.baselines.apf import PotentialField, people_force, repulsion
 from cohelm.maps import distance_field
 from cohelm.messages import Authority, Status
 from cohelm.robots import load_robot
-from cohelm.robots.contact import wall_grid
+from cohelm.robots.wall_contact import wall_grid
 from cohelm.testing.problems import field_of, mirrored, random_problem, turned
 from cohelm.testing.scenes import local_problem, open_floor, room, straight_on, walkers
 

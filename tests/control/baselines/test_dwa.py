@@ -16,7 +16,7 @@ from cohelm.control.baselines.polyline import nearest_on_polyline
 from cohelm.maps import distance_field
 from cohelm.messages import Reason, Status
 from cohelm.robots import load_robot
-from cohelm.robots.contact import wall_grid
+from cohelm.robots.wall_contact import wall_grid
 from cohelm.testing.scenes import local_problem, room, walkers
 
 PLANNER = Dwa()

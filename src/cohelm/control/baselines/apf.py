@@ -23,7 +23,7 @@ from cohelm.control.warm_start import estimate_current_input
 from cohelm.maps.distance import sample
 from cohelm.messages import LocalPlan, Status
 from cohelm.robots.capsule import nearest_on_spine_in_map
-from cohelm.robots.contact import WallGrid, wall_grid
+from cohelm.robots.wall_contact import WallGrid, wall_grid
 
 _FORCES = ("path", "rider", "walls", "people")
 _BALANCED = 0.02

@@ -26,7 +26,7 @@ from cohelm.control.trajectories import braking_trajectory, limited_trajectory
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input
 from cohelm.messages import LocalPlan, Status
-from cohelm.robots.contact import wall_grid
+from cohelm.robots.wall_contact import wall_grid
 
 _STOPPED = 0.02
 """A reference that is always slower than this needs no motion, m/s."""

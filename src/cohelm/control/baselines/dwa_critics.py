@@ -13,7 +13,7 @@ from cohelm.control.baselines.polyline import nearest_on_polyline
 from cohelm.maps.distance import sample
 from cohelm.robots.braking import STANDING
 from cohelm.robots.capsule import gap_to_disc
-from cohelm.robots.contact import WallGrid, circumscribed, wall_gap, wall_margins
+from cohelm.robots.wall_contact import WallGrid, circumscribed, wall_gap, wall_margins
 
 AT_REST = 1e-6
 """Inputs up to this do not move the robot, m/s and rad/s."""

@@ -11,7 +11,7 @@ from cohelm.arrays import Floats
 from cohelm.control.baselines.steering import wrapped
 from cohelm.maps.distance import sample
 from cohelm.robots.capsule import nearest_on_spine_in_map
-from cohelm.robots.contact import WallGrid, wall_gap
+from cohelm.robots.wall_contact import WallGrid, wall_gap
 
 _SLOW = 0.05
 """A person slower than this stands, m/s: front and rear are equal."""

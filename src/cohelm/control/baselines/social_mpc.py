@@ -18,7 +18,7 @@ from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input
 from cohelm.geometry import wrap_angle
 from cohelm.messages import LocalPlan, Status
-from cohelm.robots.contact import wall_grid
+from cohelm.robots.wall_contact import wall_grid
 
 _TIE = 1e-9
 """Costs within this are equal."""

@@ -33,7 +33,9 @@ from cohelm.control.trajectories import braking_trajectory, limited_trajectory
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input
 from cohelm.messages import LocalPlan, Status
-from cohelm.robots.contact import ContactMargins, first_contact, wall_grid
+from cohelm.robots.contact import first_contact
+from cohelm.robots.contact_kernel import ContactMargins
+from cohelm.robots.wall_contact import wall_grid
 
 _SIDES = (1.0, -1.0)
 """Left and right of the person in the way."""

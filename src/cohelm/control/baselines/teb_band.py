@@ -10,7 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.control.api import LocalProblem
-from cohelm.robots.contact import WallGrid
+from cohelm.robots.wall_contact import WallGrid
 
 _STALE = 0.5
 """A band older than this is dropped, s."""

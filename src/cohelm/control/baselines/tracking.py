@@ -36,7 +36,7 @@ from cohelm.control.terms import (
 )
 from cohelm.control.trajectories import braking_trajectory
 from cohelm.messages import LocalPlan, Reason, Status
-from cohelm.robots.contact import WallGrid, wall_gap, wall_grid
+from cohelm.robots.wall_contact import WallGrid, wall_gap, wall_grid
 
 _MAX_DEPTH = 0.01
 """A plan that enters a wall deeper than this is rejected, m."""

@@ -84,7 +84,8 @@ def stop_intervals(ride: Ride) -> Floats:
 
     The chair stops where it comes to a stand, or stands or brakes for a reason (``Ride.stops``).
     Stops less than a second apart are one. A ride begins at a stand and ends at the goal: stops
-    before the chair first moves, and those that begin within 0.2 m of the goal, do not count.
+    before the chair first moves, and those that begin within 0.2 m of the goal, do not count. Nor
+    does a stand of less than a second between driving forward and backward.
     """
     moving = np.flatnonzero(~ride.standing)
     if not len(moving):
@@ -93,7 +94,8 @@ def stop_intervals(ride: Ride) -> Floats:
     away = distance_to_goal(ride) > GOAL_RADIUS
     begun = ride.time >= ride.time[moving[0]]
     stops: list[tuple[float, float]] = []
-    for begin, end in sorted([*reasons, *_runs(ride.time, ride.standing & away)]):
+    stands = [run for run in _runs(ride.time, ride.standing & away) if not _turns(ride, *run)]
+    for begin, end in sorted([*reasons, *stands]):
         # A reason is logged with the time of a tick.
         tick = min(int(np.searchsorted(ride.time, begin - _ROUNDING)), len(ride.time) - 1)
         if not (away[tick] and begun[tick]):
@@ -103,6 +105,14 @@ def stop_intervals(ride: Ride) -> Floats:
         else:
             stops.append((begin, end))
     return np.array(stops).reshape(-1, 2)
+
+
+def _turns(ride: Ride, begin: float, end: float) -> bool:
+    """Check whether the chair changes between forward and backward during a short stand."""
+    first, last = np.searchsorted(ride.time, (begin - _ROUNDING, end - _ROUNDING))
+    if end - begin > ONE_STOP or first == 0 or last + 1 >= len(ride.time):
+        return False
+    return bool(ride.twist[first - 1, 0] * ride.twist[last + 1, 0] < 0.0)
 
 
 def _runs(time: Floats, mask: Booleans) -> list[tuple[float, float]]:
