@@ -41,6 +41,7 @@ from cohelm.control.planner_memory import (
 from cohelm.control.sampling import Sampling
 from cohelm.control.stack import Terms
 from cohelm.control.terms import ExtraTerm
+from cohelm.control.trajectories import PLANNED_BRAKING
 from cohelm.control.validation import check_problem
 from cohelm.control.verification import Verification
 from cohelm.control.warm_start import estimate_current_input, shifted_plan
@@ -219,7 +220,7 @@ class SsMpcDcbf:
             if cycle.accepts(candidate):
                 return candidate
         # the closer it is, the harder the stop
-        stops = [*cycle.stops(best), cycle.braking()]
+        stops = [*cycle.stops(best), cycle.braking(PLANNED_BRAKING)]
         for candidate, kept in zip(stops, np.linspace(1.0, 0.0, len(stops)), strict=True):
             if cycle.verifier.brakes_help(cycle.trajectory(candidate), float(kept)):
                 return candidate

@@ -31,6 +31,7 @@ from cohelm.navigation.recovery.stages import (
     RecoveryContext,
     RecoveryStage,
     RecoveryState,
+    after_waiting_at_goal,
     recovery_step,
 )
 from cohelm.navigation.replanning.remaining_path import remaining_path
@@ -87,12 +88,15 @@ def update_recovery(
     if hold or progress is None or route is None:
         return RecoveryUpdate(RecoveryAction(), None, rear, track, None)
 
-    # A person at the goal: nothing but waiting helps.
+    # A person at the goal: waiting helps, for a while.
+    state = memory.recovery
     waiting = _wait_at_goal(step, world, route)
     if waiting is not None:
-        return RecoveryUpdate(*waiting, rear, track, None)
-    state = memory.recovery
-    if state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
+        action, at_goal = waiting
+        if observation.time - at_goal.since < p.wait_at_goal:
+            return RecoveryUpdate(action, at_goal, rear, track, None)
+        state = after_waiting_at_goal(at_goal, observation.time)
+    elif state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
         state = None
 
     # A path that begins behind a chair that cannot turn: back up to where it can.
@@ -127,8 +131,10 @@ def update_recovery(
 def _wait_at_goal(
     step: StepInput, world: WorldModel, route: RouteState
 ) -> tuple[RecoveryAction, RecoveryState] | None:
-    """Wait near a goal that a person occupies; None if none does."""
+    """Wait near a goal that a person occupies; None if none does, or waiting did not help."""
     observation, state = step.observation, step.memory.recovery
+    if state is not None and state.has_waited_at_goal:
+        return None
     if state is None or state.stage is not RecoveryStage.WAIT_AT_GOAL:
         state = RecoveryState(
             stage=RecoveryStage.WAIT_AT_GOAL,

@@ -16,6 +16,9 @@ class RecoveryParameters(Model):
     """Waiting time if a person stands near, s."""
     wait_for_walking_people: float = Field(8.0, ge=0.0, le=120.0)
     """Waiting time while a person walks near, who will soon be gone, s."""
+    wait_at_goal: float = Field(10.0, ge=0.0, le=600.0)
+    """Waiting time for a person who stands at the goal, s; then the chair tries to come closer, and
+    asks the rider."""
     people_radius: float = Field(3.0, ge=0.0, le=20.0)
     """Distance within which people are waited for, m."""
     walking_speed: float = Field(0.3, ge=0.0, le=3.0)

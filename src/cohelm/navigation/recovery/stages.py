@@ -157,6 +157,20 @@ class RecoveryState:
     back_up_from: Annotated[Floats, Shape("2")] | None = None
     """Position when backing up began, m."""
     side: Side = "none"
+    has_waited_at_goal: bool = False
+    """A person stayed at the goal longer than the chair waits."""
+
+
+def after_waiting_at_goal(state: RecoveryState, time: float) -> RecoveryState:
+    """The stage after a wait at the goal that did not help: look for another way, then creep."""
+    return replace(
+        state,
+        stage=RecoveryStage.REPLAN,
+        since=time,
+        began=time,
+        search_from=time,
+        has_waited_at_goal=True,
+    )
 
 
 def recovery_step(
