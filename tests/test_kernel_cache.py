@@ -145,6 +145,7 @@ def test_the_cache_lies_where_it_can_be_written(monkeypatch, tmp_path, fresh_pla
 
     fresh_place.cache_clear()
     user = tmp_path / "cohelm"
+    user.mkdir()
     monkeypatch.setattr(kernel_cache, "_is_writable", lambda folder: folder == user)
     assert fresh_place().folder.parent == user
     assert str(kernel_cache.SOURCE) in fresh_place().note

@@ -61,9 +61,9 @@ class SsMpcDcbf:
     """The paper's local planner: people and walls are barriers of a predictive controller.
 
     In each cycle: sample trajectories; let the SQP improve a few of different homotopy classes, the
-    last plan among them; take the cheapest one that verification accepts, unimproved ones and
-    gentle stops included. Leaving the committed class has a cost (see ``planner_memory``). If none
-    is accepted, try the best one at reduced speed, and finally brake with a reason. With
+    last plan among them; take the cheapest one that verification accepts, unimproved ones
+    included. Leaving the committed class has a cost (see ``planner_memory``). If none
+    is accepted, try the best one at reduced speed, then stops, the gentlest first. With
     ``candidates = 1`` only the last plan is improved, and others are sampled only if it fails
     verification or becomes expensive.
 

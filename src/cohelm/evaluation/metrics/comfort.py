@@ -85,7 +85,7 @@ def stop_intervals(ride: Ride) -> Floats:
     The chair stops where it comes to a stand, or stands or brakes for a reason (``Ride.stops``).
     Stops less than a second apart are one. A ride begins at a stand and ends at the goal: stops
     before the chair first moves, and those that begin within 0.2 m of the goal, do not count. Nor
-    does a stand of less than a second between driving forward and backward.
+    does a stand of up to a second at which the chair changes between driving forward and backward.
     """
     moving = np.flatnonzero(~ride.standing)
     if not len(moving):
