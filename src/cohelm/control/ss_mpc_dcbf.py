@@ -215,10 +215,11 @@ class SsMpcDcbf:
             if cycle.accepts(candidate):
                 return candidate
         best = ranked[0] if ranked else None
-        for share in _SPEED_SHARES if best is not None else ():
-            candidate = cycle.slowed(best, share)
-            if cycle.accepts(candidate):
-                return candidate
+        if best is not None:
+            for share in _SPEED_SHARES:
+                slower = cycle.slowed(best, share)
+                if cycle.accepts(slower):
+                    return slower
         # the closer it is, the harder the stop
         stops = [*cycle.stops(best), cycle.braking(PLANNED_BRAKING)]
         for candidate, kept in zip(stops, np.linspace(1.0, 0.0, len(stops)), strict=True):

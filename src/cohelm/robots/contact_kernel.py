@@ -229,8 +229,10 @@ def _needs_no_braking(  # noqa: PLR0917  # a kernel takes plain arrays
     x, y = _at(bodies, i, j, 0.0)
     dx, dy = x - pose[0], y - pose[1]
     ahead = (vx * dx + vy * dy) / max(speed * math.hypot(dx, dy), 1e-9)
-    if ahead < -_LEAVING or ahead > _BESIDE:
-        return ahead < -_LEAVING
+    if ahead < -_LEAVING:
+        return True
+    if ahead > _BESIDE:
+        return False
     at = pose.copy()
     for k in range(1, _GOING_ON + 1):
         time = _SOON * k / _GOING_ON
