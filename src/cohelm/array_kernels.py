@@ -14,7 +14,7 @@ from cohelm.arrays import Floats, Integers
 ZERO: int = np.int64(0)  # type: ignore[assignment] # an int for callers
 """0 as a variable: for numba, the constant 0 is a type of its own, and a kernel that gets it as
 argument is compiled by itself."""
-NONE: int = np.int64(-1)  # type: ignore[assignment]
+NONE: int = np.int64(-1)  # type: ignore[assignment] # an int for callers
 """−1, likewise: no index."""
 
 

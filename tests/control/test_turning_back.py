@@ -1,5 +1,7 @@
 """Who turns back finds the chair standing; and the chair brakes as hard as that takes."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -161,3 +163,19 @@ def test_nobody_brakes_for_who_follows(at):
 def test_who_crosses_behind_the_chair_does_not_stop_it():
     problem = scene(people=walkers([[-0.35, 1.15, 0.1, -0.6]]), speed=0.8)
     assert PLANNER.plan(problem, None).status is not Status.STOP
+
+
+def test_a_stand_is_not_shorter_than_is_felt():
+    """A chair that has come to a stand goes on after 0.4 s, though its way is free."""
+    problem = scene(speed=0.03, wanted=0.8)
+    plan = PLANNER.plan(problem, None)
+    memory = dataclasses.replace(plan.memory, current_input=np.array([0.03, 0.0]))
+    plan = dataclasses.replace(plan, command=np.zeros(3), memory=memory)
+    commands = []
+    for k in range(1, 13):
+        now = dataclasses.replace(problem, time=0.05 * k, twist=np.zeros(3))
+        plan = PLANNER.plan(now, plan)
+        commands.append(plan.command[0])
+        assert plan.reason is None or plan.brief
+    assert max(commands[:8]) == 0.0
+    assert commands[-1] > 0.0

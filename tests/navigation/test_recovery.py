@@ -14,6 +14,8 @@ from cohelm.navigation.recovery.stages import (
     PeopleNearby,
     RecoveryContext,
     RecoveryStage,
+    RecoveryState,
+    after_waiting_at_goal,
     recovery_step,
 )
 
@@ -269,3 +271,13 @@ def test_whatever_happens_it_ends_with_the_rider_and_goes_back_only_into_room(se
         assert place >= before or pushes
         assert not pushes or place in {-1, ORDER.index(RecoveryStage.CREEP)}
         before = place
+
+
+def test_after_a_wait_for_a_place_that_stays_taken_it_looks_for_another_way():
+    state = RecoveryState(
+        stage=RecoveryStage.WAIT_AT_GOAL, since=3.0, began=3.0, position=np.zeros(2)
+    )
+    after = after_waiting_at_goal(state, 13.0)
+    assert after.stage is RecoveryStage.REPLAN
+    assert after.has_waited_at_goal
+    assert after.search_from == after.since == 13.0

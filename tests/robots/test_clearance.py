@@ -49,7 +49,7 @@ def test_a_therapist_adds_to_all_of_it():
     assert margins(law, extra=0.3) == pytest.approx(0.3 + margins(law))
 
 
-def test_in_a_tight_passage_the_gap_is_that_of_the_gate_and_does_not_grow():
+def test_in_a_tight_passage_the_gap_does_not_grow():
     law = Clearance(now=0.1, growth=0.1, upper=0.2)
     assert margins(law, tight=True, extra=0.3) == pytest.approx(np.full(5, 0.4))
 

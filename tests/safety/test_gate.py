@@ -247,6 +247,13 @@ def test_people_are_met_where_they_will_be(ask, chair):
     assert ask((0.8, 0.0), speed=0.8, people=somebody(chair, 0.4, speed=1.2)).reason is None
 
 
+@pytest.mark.parametrize("state", [(-1.2, 0.0, 1.1, 0.0), (-0.35, 1.15, 0.1, -0.6)])
+def test_who_follows_or_passes_behind_does_not_stop_a_chair_that_drives_on(ask, state):
+    """Braking would bring them closer; ahead of a chair that backs up somebody there counts."""
+    assert ask((0.8, 0.0), speed=0.8, people=walkers([state])).reason is None
+    assert ask((-0.3, 0.0), speed=-0.3, people=walkers([(-0.9, 0.0, 0.5, 0.0)])).reason is not None
+
+
 def test_nobody_who_walks_into_a_standing_chair_is_the_chairs_doing(ask, chair):
     still = ask((0.0, 0.0), people=somebody(chair, 0.2, speed=-1.2))
     assert still.reason is None

@@ -207,7 +207,7 @@ class SsMpcDcbf:
         return cycle.evaluate(inputs, [seed.origin for seed in seeds]) if seeds else [], programs
 
     def _first_verified(self, cycle: PlanningCycle, ranked: list[Candidate]) -> Candidate | None:
-        """The cheapest candidate that verification accepts: a trajectory, or a gentle stop on it.
+        """The cheapest candidate that verification accepts.
 
         If none is, the best one at reduced speed, then stops, the gentlest first.
         """

@@ -1,7 +1,7 @@
 """Verification of a trajectory before it is used: slack in the optimisation is not safety.
 
 A trajectory is used only if it stays clear of people and walls for a while, swept between its
-steps, and if braking after its first command touches nothing.
+steps, and if braking after its first command helps as much as braking at once.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Verification(Model):
     stalled_wall_margin: float = Field(0.012, ge=0.0)
     """Gap to a wall that counts as contact while the ride is stalled, m."""
     clearance_share: float = Field(1.0, ge=0.0, le=2.0)
-    """Share of the clearance at the end of the horizon that a trajectory must keep from people."""
+    """Share of the clearance that a trajectory must keep from people."""
     people_acceleration: float = Field(0.5, ge=0.0)
     """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
     that they can reach, so the robot is slow near people."""
@@ -72,7 +72,7 @@ class Verification(Model):
     def verifier(
         self, problem: LocalProblem, clearance: Clearance, current_input: Floats, speeds: Floats
     ) -> Verifier:
-        """What the checks of all trajectories of one problem share.
+        """Create the checks of the trajectories of one problem.
 
         Args:
             problem: the present problem.
@@ -85,6 +85,7 @@ class Verification(Model):
             wall=self.wall_margin_of(problem),
             people=self.clearance_share * law.now,
             growth=self.clearance_share * law.growth,
+            upper=self.clearance_share * law.upper,
             min_probability=_CERTAIN,
             extra=problem.extra_clearance,
             standing_share=clearance.standing,
@@ -192,6 +193,7 @@ class Verifier:
         margins = self.margins._replace(
             people=share * self.margins.people,
             growth=share * self.margins.growth,
+            upper=share * self.margins.upper,
             followers=False,
         )
         soonest = self._contacts(

@@ -58,12 +58,12 @@ class Bodies(NamedTuple):
 class ContactMargins(NamedTuple):
     """Gaps that count as contact.
 
-    At time t, contact with a person is a gap below min(s·(people + growth·t + ½·acceleration·t²) +
-    extra, max(gap if the robot had stood still − 1 cm, min(8 cm, gap now − 1 cm))), where s grows
-    from ``standing_share`` to 1 with the person's speed. So a person who comes close does not block
-    the robot, and a person who would walk into it even if it stood finds it standing. The robot
-    waits for a person who touches it and walks on, or who clearly overlaps it. Who follows behind a
-    robot that drives away is no contact: braking would not help.
+    At time t, contact with a person is a gap below min(s·(min(people + growth·t, upper) +
+    ½·acceleration·t²) + extra, max(gap if the robot had stood still − 1 cm, min(8 cm, gap now −
+    1 cm))), where s grows from ``standing_share`` to 1 with the person's speed. So a person who
+    comes close does not block the robot, and a person who would walk into it even if it stood finds
+    it standing. The robot waits for a person who touches it and walks on, or who clearly overlaps
+    it. Who follows behind a robot that drives away is no contact: braking would not help.
     """
 
     wall: float
@@ -73,6 +73,8 @@ class ContactMargins(NamedTuple):
     """Gap to a person now, m."""
     growth: float = 0.0
     """Growth of that gap with time, m/s."""
+    upper: float = math.inf
+    """Upper bound of that gap, m."""
     acceleration: float = 0.0
     """Possible change of people's velocity, m/s²."""
     min_probability: float = 0.0
@@ -127,7 +129,7 @@ def contact_kernel(  # noqa: PLR0917  # a kernel takes plain arrays
                 free -= (1.0 - share) * moving
             if free <= 0.0 and out[0] == np.inf and _touches_wall(discs, pose, walls, wall_margin):
                 out[0] = time
-            wanted = margins.people + margins.growth * time
+            wanted = min(margins.people + margins.growth * time, margins.upper)
             wanted += 0.5 * margins.acceleration * time * time
             for body in range(counted.shape[0]):
                 i = counted[body, 0]

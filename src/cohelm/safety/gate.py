@@ -83,7 +83,8 @@ def gate(  # noqa: PLR0913  # everything that the last stage sees
 ) -> Decision:
     """Decide which part of the requested twist (3,) goes to the wheels; the observation is usable.
 
-    It is the largest share after which comfort braking touches nothing; see ``robots.contact``.
+    It is the largest share after which comfort braking touches nothing, see ``robots.contact``; if
+    there is none, hard braking, unless a share delays the contact more than that.
     In ``Mode.MANUAL`` only numbers and limits are checked: distance is the rider's responsibility.
     """
     requested: list[float] = wanted.tolist()
