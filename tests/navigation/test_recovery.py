@@ -245,7 +245,7 @@ def test_each_stage_has_its_reason_and_a_chair_that_moves_early_needs_none():
         RecoveryStage.REPLAN: (Reason.REPLANNING, None),
         RecoveryStage.BACK_UP: (Reason.BACKING_UP, Reason.BACKING_UP),
         RecoveryStage.CREEP: (Reason.CREEPING, Reason.CREEPING),
-        RecoveryStage.ASK: (Reason.ASK_RIDER, Reason.CREEPING),
+        RecoveryStage.ASK: (Reason.ASK_RIDER, Reason.ASK_RIDER),
     }
 
 

@@ -130,8 +130,6 @@ class RecoveryAction:
         if self.stage is RecoveryStage.REVERSE:
             moving = Reason.REVERSING if self.turns else Reason.BACKING_UP
             return moving if self.reverses or not stands else Reason.WAITING
-        if self.stage is RecoveryStage.ASK and not stands:
-            return Reason.CREEPING  # while it comes along there is nothing to ask
         return None if self.stage is None or (early and not stands) else _REASONS[self.stage]
 
 
