@@ -15,7 +15,14 @@ from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps.executors import Executor, in_processes
 from cohelm.evaluation.sweeps.identity import task_keys
 from cohelm.evaluation.sweeps.ride_task import failed_rides, rides_in
-from cohelm.evaluation.sweeps.store import EPISODES, ROWS, Record, SweepSize, SweepStore
+from cohelm.evaluation.sweeps.store import (
+    EPISODES,
+    ROWS,
+    Record,
+    SweepSize,
+    SweepStore,
+    read_records,
+)
 from cohelm.evaluation.sweeps.tasks import CompletedTask, Result, SweepState, Task, TaskError
 
 Watch = Callable[[SweepState], None]
@@ -92,7 +99,7 @@ def sweep(
         WorkersFailed: if there are no workers, or not the right ones.
     """
     keys = task_keys(tasks) if store else []
-    records = _known(keys, store)
+    records = _known(keys, store.records if store else {})
     missing = [(i, task) for i, task in enumerate(tasks) if _is_open(records.get(i), store)]
     if missing and store and store.changed:
         raise ConfigError(
@@ -114,7 +121,9 @@ def sweep(
             file.write_now_and_then(records)
             watch(tally.progress())
     except KeyboardInterrupt:
-        pass
+        with suppress(ConfigError):  # a record may have been stored and not counted yet
+            records |= _known(keys, read_records(store.folder) if store else {})
+        (folder / EPISODES).unlink(missing_ok=True)
     except BaseException:
         with suppress(OSError):  # the first error is reported
             file.write(records)
@@ -157,8 +166,7 @@ def write_rows(rows: Sequence[Mapping[str, Any]], file: Path) -> None:
         part.unlink(missing_ok=True)
 
 
-def _known(keys: Sequence[str], store: SweepStore | None) -> dict[int, Record]:
-    there = store.records if store else {}
+def _known(keys: Sequence[str], there: Mapping[str, Record]) -> dict[int, Record]:
     return {i: there[key] for i, key in enumerate(keys) if key in there}
 
 
