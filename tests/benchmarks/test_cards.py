@@ -341,8 +341,8 @@ def test_every_scenario_is_drawn_and_ridden_without_touching_anybody(name, tmp_p
     draw_scenario(staged(name), tmp_path / f"{name}.png")
     ride = run(load_scenario(name), 0)
     assert ride.outcome is Outcome.REACHED
-    assert not ride.person_collision.any()
-    assert not ride.wall_collision.any()
+    assert not ride.hit_moving.any()
+    assert not ride.hit_wall.any()
 
 
 @pytest.mark.slow
