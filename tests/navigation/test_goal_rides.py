@@ -15,6 +15,9 @@ from cohelm.testing.scenes import room, walkers
 CORRIDOR = [(4.0, 0.0, 9.0, 3.4), (4.0, 4.6, 9.0, 8.0)]
 """Of 1.2 m about y = 4: the chair, 1.11 m long and 0.61 m wide, cannot turn in it."""
 
+BLIND_ALLEY = [(4.0, 0.0, 12.0, 3.4), (4.0, 4.6, 12.0, 8.0)]
+"""The same up to the end of the room, where it cannot turn either."""
+
 
 @pytest.fixture
 def drive(tmp_path):
@@ -69,12 +72,23 @@ def stages(ticks):
 @pytest.mark.slow
 def test_a_goal_metres_behind_in_a_corridor_is_backed_up_to_along_the_track(drive):
     """The goal changes once the chair is at x = 7.5, from the end of the room to 2.5 m behind."""
-    ticks, truths = drive(60.0, goal=goal_change(7.5, (10.5, 4.0), (5.0, 4.0)))
+    ticks, truths = drive(60.0, goal=goal_change(7.5, (10.5, 4.0), (5.0, 4.0)), boxes=BLIND_ALLEY)
     assert ticks[-1].arrived
     assert RecoveryStage.REVERSE in stages(ticks)
     assert Reason.REVERSING in {tick.decision.reason for tick in ticks}
-    assert max(truth.pose[0] for truth in truths) < 9.0
+    assert max(truth.pose[0] for truth in truths) < 10.0
     assert all(abs(truth.pose[2]) < 0.5 for truth in truths)  # it never turned about
+
+
+@pytest.mark.slow
+def test_where_there_is_room_to_turn_ahead_the_chair_turns_there(drive):
+    """The corridor ends 1.5 m ahead: turning there is quicker than 2.5 m backwards."""
+    ticks, truths = drive(60.0, goal=goal_change(7.5, (10.5, 4.0), (5.0, 4.0)))
+    assert ticks[-1].arrived
+    assert abs(truths[-1].pose[2]) > 2.5
+    assert max(truth.pose[0] for truth in truths) < 10.0
+    changed = next(truth.time for truth in truths if truth.pose[0] > 7.5)
+    assert truths[-1].time < changed + 20.0
 
 
 @pytest.mark.slow

@@ -302,6 +302,19 @@ def test_a_new_path_starts_anew_and_going_back_is_no_progress():
     assert (longer.remaining, longer.since) == (6.0, 1.0)
 
 
+def test_turning_towards_the_path_is_progress_and_turning_to_and_fro_is_not():
+    rules, memory, since = ProgressParameters(min_turn=0.5), None, []
+    # it turns away to give way, then about on the spot, and away and back once more
+    for t, turn in enumerate([0.1, 1.5, 3.0, 2.2, 1.4, 0.2, 2.0, 0.2]):
+        memory = check_progress(5.0, float(t), 0.0, memory, rules, position=HERE, turn=turn)
+        since.append(memory.since)
+    assert since == [0.0, 0.0, 0.0, 3.0, 4.0, 5.0, 5.0, 5.0]
+    # the path has become shorter: a turn counts again
+    for t, (left, turn) in enumerate([(4.0, 0.1), (4.0, 2.0), (4.0, 1.0)], 8):
+        memory = check_progress(left, float(t), 0.0, memory, rules, position=HERE, turn=turn)
+    assert memory.since == 10.0
+
+
 def test_a_chair_that_stands_while_the_path_follows_the_hand_loses_time():
     """Each half second there is a new path: were each a fresh start, the ride never stalled."""
     rules, memory = ProgressParameters(min_progress=0.3), None

@@ -9,6 +9,7 @@ import numpy as np
 
 from cohelm.arrays import identical
 from cohelm.errors import GoalBlocked, PlanningError
+from cohelm.geometry import wrap_angle
 from cohelm.messages import Authority, Mode, Reason, Reference
 from cohelm.navigation.final_approach import approach_limit, final_approach, path_up_to
 from cohelm.navigation.group_outlines import group_outlines
@@ -82,7 +83,7 @@ def plan_path_and_reference(
         reference=along,
         shared=_reference_to_track(step, along, authority, recovery),
         speed_limit=np.inf if reverses else limit,
-        progress=_check_progress(step, route, progress, hold=hold or waits),
+        progress=_check_progress(step, route, progress, along, hold=hold or waits),
     )
 
 
@@ -191,9 +192,10 @@ def _reference_to_track(
 
 
 def _check_progress(
-    step: StepInput, route: RouteState, progress: float, *, hold: bool
+    step: StepInput, route: RouteState, progress: float, along: Reference, *, hold: bool
 ) -> ProgressState:
-    """Update the progress checker with the remaining length of the path."""
+    """Update the progress checker with the remaining length of the path and the turn to it."""
+    turn = wrap_angle(along.poses[0, 2] - step.observation.pose[2])
     return check_progress(
         route.path.length - progress,
         step.observation.time,
@@ -201,6 +203,7 @@ def _check_progress(
         step.memory.progress,
         step.setup.progress,
         position=step.observation.pose[:2],
+        turn=abs(float(turn)),
         follows_rider=route.reason is PlanReason.STEERING,
         hold=hold,
     )

@@ -1,4 +1,4 @@
-"""Progress checker: time since the remaining path last became shorter."""
+"""Progress checker: time since the chair last got on along its path, or turned towards it."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ class ProgressParameters(Model):
 
     min_progress: float = Field(0.3, gt=0.0, le=10.0)
     """Shortening of the remaining path that counts as progress, m."""
+    min_turn: float = Field(0.5, gt=0.0, le=3.2)
+    """Turn towards the path that counts as progress, rad."""
     time_allowance: float = Field(3.0, ge=0.0, le=120.0)
     """Time without progress after which the ride is stalled, s."""
     creep_speed: float = Field(0.3, gt=0.0, le=3.0)
@@ -29,20 +31,25 @@ class ProgressState:
     remaining: float
     """Shortest remaining length on this path so far, m."""
     since: float
-    """Time at which it was reached, s."""
+    """Time of the last progress, s."""
     path_time: float
     """Time at which the path was planned, s."""
     time: float
     """Time of the last call, s."""
     position: Annotated[Floats, Shape("2")]
     """Position of the chair at ``since``, m."""
+    turn: float = 0.0
+    """Largest angle between heading and path since then; once the chair turns back, the smallest,
+    so that turning to and fro is no progress; rad."""
+    has_turned: bool = False
+    """The chair has turned towards the path since the path last became shorter."""
 
 
 _GAP = 1.5
 """Maximum time between two calls, s; a longer gap without observations is not counted."""
 
 
-def check_progress(
+def check_progress(  # noqa: PLR0913  # facts of one tick
     remaining: float,
     time: float,
     path_time: float,
@@ -50,6 +57,7 @@ def check_progress(
     parameters: ProgressParameters,
     *,
     position: Floats,
+    turn: float = 0.0,
     follows_rider: bool = False,
     hold: bool = False,
 ) -> ProgressState:
@@ -62,21 +70,34 @@ def check_progress(
         memory: of the last call, None at first.
         parameters: definition of progress.
         position: of the chair (2,), m.
+        turn: angle between the heading and the path beside the chair, ≥ 0, rad.
         follows_rider: the path follows the rider's input and is therefore replanned all the time;
             a chair that has not moved meanwhile has made no progress.
         hold: the chair need not make progress: it has arrived, or the rider drives or stops it.
     """
     reset = ProgressState(
-        remaining=remaining, since=time, path_time=path_time, time=time, position=position.copy()
+        remaining=remaining,
+        since=time,
+        path_time=path_time,
+        time=time,
+        position=position.copy(),
+        turn=turn,
     )
     if memory is None or hold:
         return reset
     elapsed = time - memory.time
+    least_or_most = min if memory.has_turned else max
+    turned = replace(memory, turn=least_or_most(memory.turn, turn))
     since = memory.since if 0.0 <= elapsed <= _GAP else time
     if path_time > memory.path_time:
         moved = float(np.hypot(*(position - memory.position)))
         stays = follows_rider and moved < parameters.min_progress
-        return replace(reset, since=since, position=memory.position) if stays else reset
+        kept = replace(turned, remaining=remaining, since=since, path_time=path_time, time=time)
+        return kept if stays else reset
     if remaining < memory.remaining - parameters.min_progress:
         return reset
-    return replace(memory, since=since, time=time)
+    if turn < memory.turn - parameters.min_turn:
+        return replace(
+            memory, since=time, time=time, position=position.copy(), turn=turn, has_turned=True
+        )
+    return replace(turned, since=since, time=time)

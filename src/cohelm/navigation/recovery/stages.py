@@ -241,7 +241,9 @@ def _after_wait(now: RecoveryContext, state: RecoveryState, p: RecoveryParameter
         PeopleNearby.STANDING: max(p.wait, p.wait_for_people),
         PeopleNearby.WALKING: max(p.wait, p.wait_for_people, p.wait_for_walking_people),
     }
-    if _lasted(now, state) < durations[now.people]:
+    progressed = now.progress_at > now.planned_at  # a new path is no progress
+    since = max(state.since, now.progress_at) if progressed else state.since
+    if now.time - since + _ROUNDING < durations[now.people]:
         return state
     return replace(_enter(state, RecoveryStage.REPLAN, now), search_from=now.time)
 
