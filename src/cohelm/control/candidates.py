@@ -30,8 +30,11 @@ _GENTLE = (0.35, 0.6, 1.0)
 """Shares of the comfort deceleration at which the chair may plan to stop."""
 _SIDES = {"right": 1, "left": -1, "none": 0}
 """Turn of the bearing to a person passed on that side."""
+_SEED_WINDOW = 1.5
+"""A seed that costs more than the best one by this is not improved, s: it rarely wins."""
 PASSING_SIDE, SWITCHING, REPLACING = "passing_side", "switching", "replacing"
 """Names of the terms of the choice."""
+_CHOICES = 3
 
 
 class Choice(Model):
@@ -60,6 +63,8 @@ class Candidate(NamedTuple):
     """The objective alone, s."""
     by_term: Floats
     """(T + 3,) summands of the score."""
+    slack: float
+    """Largest violation of a barrier, m."""
     passing_sides: Integers
     """(1 + n,) row of ``CandidateTrajectories.passing_sides``."""
 
@@ -116,9 +121,10 @@ class PlanningCycle:
         return self.verifier.accepts(self.trajectory(candidate))
 
     def sample(self, budget: Sampling, warm: Trajectory | None) -> list[Candidate]:
-        """New candidates, cheapest first; ``warm``: the last plan, perturbed as well."""
-        sampled = sample(self.prepared, budget, warm)
-        return self._candidates(sampled, [SAMPLED] * len(sampled))
+        """The last plan ``warm``, if there is one, then new candidates, cheapest first."""
+        found = sample(self.prepared, budget, warm)
+        last = [] if warm is None else [PREVIOUS]
+        return self._candidates(found, last + [SAMPLED] * (len(found) - len(last)))
 
     def evaluate(self, inputs: list[Floats], origins: list[str]) -> list[Candidate]:
         """Candidates of given inputs (K, m) each, in the same order."""
@@ -151,7 +157,17 @@ class PlanningCycle:
         steps = self.prepared.scene.steps
         braking = braking_trajectory(self.problem, self.current_input, steps, share=share)
         [candidate] = self.evaluate([braking.inputs], [BRAKING])
-        return candidate._replace(inputs=braking.inputs, poses=braking.poses)
+        # the candidate is limited in jerk, and braking is not
+        braked = self.prepared.evaluate(braking.inputs)
+        by_term = np.concatenate([list(braked.costs.values()), candidate.by_term[-_CHOICES:]])
+        return candidate._replace(
+            inputs=braking.inputs,
+            poses=braking.poses,
+            score=float(by_term.sum()),
+            cost=braked.cost,
+            by_term=by_term,
+            slack=braked.slack,
+        )
 
     def _candidates(
         self, trajectories: CandidateTrajectories, origins: list[str]
@@ -179,6 +195,7 @@ class PlanningCycle:
                 score=float(trajectories.cost[k] + added[k].sum()),
                 cost=float(trajectories.cost[k]),
                 by_term=by_term[k],
+                slack=float(trajectories.slack[k]),
                 passing_sides=sides[k],
             )
             for k, origin in enumerate(origins)
@@ -190,11 +207,14 @@ def _is_standing(inputs: Floats) -> bool:
 
 
 def cheapest_of_different_classes(candidates: list[Candidate], count: int) -> list[Candidate]:
-    """At most ``count`` candidates, cheapest first, no two of which pass on the same sides."""
+    """At most ``count`` candidates, cheapest first, no two of which pass on the same sides.
+
+    Those that cost much more than the first are left out.
+    """
     out: list[Candidate] = []
     for candidate in sorted(candidates, key=lambda each: each.score):
-        if len(out) < count and not any(
-            np.array_equal(candidate.passing_sides, other.passing_sides) for other in out
-        ):
+        if len(out) == count or (out and candidate.score > out[0].score + _SEED_WINDOW):
+            break
+        if not any(np.array_equal(candidate.passing_sides, other.passing_sides) for other in out):
             out.append(candidate)
     return out

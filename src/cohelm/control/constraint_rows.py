@@ -10,7 +10,6 @@ from cohelm.arrays import Floats
 from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.objective import advanced, body_value, first_stage, social_value
 from cohelm.control.objective_tables import Objective
-from cohelm.control.people_table import MARGIN
 from cohelm.control.scene import Scene
 from cohelm.control.solver_tables import SolverWorkspace
 from cohelm.control.terms import wall_clearance
@@ -38,10 +37,12 @@ def keep_stages(scene: Scene, w: SolverWorkspace, inputs: Floats) -> None:
     for k in range(scene.planned + 1):
         if k > 0:
             stage = advanced(scene, stage, inputs[k - 1])
-        row = w.stages[k]
+        row, turn = w.stages[k], inputs[k, inputs.shape[1] - 1] if k < inputs.shape[0] else 0.0
         row[0], row[1], row[2], row[3], row[4] = (
             stage.x, stage.y, stage.heading, stage.cos, stage.sin,
         )  # fmt: skip
+        angle = stage.heading + scene.heading_lead * turn
+        row[5], row[6] = math.cos(angle), math.sin(angle)
 
 
 @njit(**INNER)
@@ -70,10 +71,9 @@ def step_sensitivity(
 
 
 @njit(**INNER)
-def step_course(scene: Scene, poses: Floats, inputs: Floats, j: int) -> tuple[float, float]:
+def step_course(w: SolverWorkspace, j: int) -> tuple[float, float]:
     """(cos, sin) of the translation of step j."""
-    angle = poses[j, 2] + scene.heading_lead * inputs[j, inputs.shape[1] - 1]
-    return math.cos(angle), math.sin(angle)
+    return w.stages[j, 5], w.stages[j, 6]
 
 
 @njit(**KERNEL)
@@ -202,7 +202,7 @@ def _add_row(
     poses, inputs = w.poses[0], w.inputs[0]
     m, row = inputs.shape[1], w.rows.jacobian[at]
     for j in range(min(k, scene.planned)):
-        course = step_course(scene, poses, inputs, j)
+        course = step_course(w, j)
         for i in range(m):
             sx, sy, sa = step_sensitivity(scene, poses, k, j, i, course)
             row[j * m + i] += g[0] * sx + g[1] * sy + g[2] * sa
@@ -247,9 +247,10 @@ def smallest_barrier(scene: Scene, o: Objective, w: SolverWorkspace, inputs: Flo
             state = people.states[q, k]
             e = state_encounter(people, scene.robot.capsule, q, stage)
             if o.bodies.active and o.bodies.binds[q]:
-                smallest = min(smallest, e.gap - state[MARGIN])
+                smallest = min(smallest, body_value(scene, e, state, q, k, o.bodies.norm))
             if o.social.active and o.social.binds[q]:
                 smallest = min(smallest, social_value(people, e, state))
-        gap = wall_clearance.nearest_wall(scene.walls, scene.robot, stage).gap
-        smallest = min(smallest, gap - scene.walls.clearance)
+        if o.walls.active:
+            gap = wall_clearance.nearest_wall(scene.walls, scene.robot, stage).gap
+            smallest = min(smallest, gap - scene.walls.clearance)
     return smallest

@@ -1,8 +1,7 @@
 """The one objective: a sum of terms under a stack of barriers, in seconds.
 
-Sampling, polishing, choice and report all evaluate it by the functions below. ``TERMS`` names its
-summands; each is a module of ``terms``. To add one, write its module and one line in
-:func:`step_cost` and :func:`add_models`; a term outside the package needs neither, see
+Search, SQP, choice and report all evaluate it by the functions below. ``TERMS`` names its summands;
+each is a module of ``terms``. A term outside the package needs no change here, see
 ``terms.extra``.
 """
 
@@ -208,7 +207,7 @@ def _wall_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> tup
     work.by_term[WALL] += cost
     violation = walls.clearance - nearest.gap
     worst = work.wall_violation[0]
-    if violation > worst and stage.k <= scene.planned:
+    if o.walls.active and violation > worst and stage.k <= scene.planned:
         more = barrier.price(o.walls, violation) - barrier.price(o.walls, worst)
         work.wall_violation[0] = violation
         work.by_term[WALLS] += more

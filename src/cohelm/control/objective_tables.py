@@ -31,7 +31,7 @@ TERMS = (
     wall_clearance.NAME, "bodies", "social_space", "walls",
 )  # fmt: skip
 """Names of all summands; the last three are the prices of barriers. Terms of one's own follow."""
-FIRST_EXTRA = 13
+FIRST_EXTRA = len(TERMS)
 
 
 class Objective(NamedTuple):

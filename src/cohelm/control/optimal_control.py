@@ -174,8 +174,8 @@ class PreparedControl:
             return self.scene, self.objective
         scene = coarser(self.scene, stride)
         control = self.control
-        objective = control.terms.objective(
-            scene, self.problem, control.extra_terms, stride=stride, norm=control.norm
+        objective = control.terms.coarser(
+            self.objective, scene, self.problem, control.extra_terms, stride=stride
         )
         return scene, objective
 

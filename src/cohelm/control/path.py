@@ -63,7 +63,7 @@ def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, 
     stride: distance per step beyond the reference's end, m.
     """
     # corners of the path, without repetitions
-    given = poses.shape[0]
+    given = min(poses.shape[0], steps + 1)
     s, x, y = np.empty(given + 1), np.empty(given + 1), np.empty(given + 1)
     theta, progress = np.empty(given + 1), np.empty(steps + 1)
     length, n = 0.0, 0

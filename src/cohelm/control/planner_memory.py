@@ -23,7 +23,7 @@ from cohelm.robots.contact_kernel import WALKING
 AnyArray = NDArray[Any]
 _LATELY = 1.0
 """Time constant with which the recent speed of a person fades, s."""
-_EXPIRED = 1.0
+EXPIRED = 1.0
 """A memory older than this is ignored, s."""
 
 
@@ -63,7 +63,7 @@ class PlannerMemory:
 def unexpired_memory(previous: LocalPlan | None, time: float) -> PlannerMemory | None:
     """The memory in the last plan; None if there is none, or it has expired."""
     memory = previous.memory if previous is not None else None
-    if not isinstance(memory, PlannerMemory) or not 0.0 <= time - memory.time <= _EXPIRED:
+    if not isinstance(memory, PlannerMemory) or not 0.0 <= time - memory.input_time <= EXPIRED:
         return None
     return memory
 

@@ -81,7 +81,8 @@ class SolverWorkspace(NamedTuple):
     h: Floats
     """(N+1,) barrier along the trajectory."""
     stages: Floats
-    """(N+1, 6): x, y, heading, cos, sin and path sample of the linearised trajectory."""
+    """(N+1, 7): x, y, heading, cos, sin of the linearised trajectory, and (cos, sin) of the
+    translation of the step that begins there."""
     multipliers: Floats
     """(n,) λ of the condensation."""
 
@@ -122,6 +123,6 @@ def solver_workspace(scene: Scene, objective: Objective, rows: int) -> SolverWor
         inputs=zeros(2, scene.steps, m),
         poses=zeros(2, states, 3),
         h=zeros(scene.planned + 1),
-        stages=zeros(scene.planned + 1, 6),
+        stages=zeros(scene.planned + 1, 7),
         multipliers=zeros(3),
     )  # fmt: skip

@@ -154,7 +154,7 @@ def _condense(scene: Scene, w: SolverWorkspace, inputs: Floats) -> None:
         yy, ya, aa = yy + row[3], ya + row[4], aa + row[5]
         j = k - 1
         if j < scene.planned:
-            course = step_course(scene, poses, inputs, j)
+            course = step_course(w, j)
             for i in range(m):
                 bx, by, ba = step_sensitivity(scene, poses, k, j, i, course)
                 at = j * m + i
@@ -163,7 +163,7 @@ def _condense(scene: Scene, w: SolverWorkspace, inputs: Floats) -> None:
                 vx, vy = xx * bx + xy * by + xa * ba, xy * bx + yy * by + ya * ba
                 va = xa * bx + ya * by + aa * ba
                 for o in range(j + 1):
-                    earlier = step_course(scene, poses, inputs, o) if o < j else course
+                    earlier = step_course(w, o) if o < j else course
                     for r in range(m if o < j else i + 1):
                         sx, sy, sa = step_sensitivity(scene, poses, k, o, r, earlier)
                         p.hessian[at, o * m + r] = vx * sx + vy * sy + va * sa

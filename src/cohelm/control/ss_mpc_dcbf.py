@@ -31,6 +31,7 @@ from cohelm.control.candidates import (
 )
 from cohelm.control.optimal_control import RELAXED_SLACK, OptimalControl
 from cohelm.control.planner_memory import (
+    EXPIRED,
     PlannerMemory,
     last_contact,
     present_acceleration,
@@ -60,8 +61,8 @@ _STAND = 0.4
 class SsMpcDcbf:
     """The paper's local planner: people and walls are barriers of a predictive controller.
 
-    In each cycle: sample trajectories; let the SQP improve a few of different homotopy classes, the
-    last plan among them; take the cheapest one that verification accepts, unimproved ones
+    In each cycle: sample trajectories; let the SQP improve the cheapest ones of different homotopy
+    classes; take the cheapest one that verification accepts, unimproved ones
     included. Leaving the committed class has a cost (see ``planner_memory``). If none
     is accepted, try the best one at reduced speed, then stops, the gentlest first. With
     ``candidates = 1`` only the last plan is improved, and others are sampled only if it fails
@@ -181,14 +182,11 @@ class SsMpcDcbf:
             trusted: use it unimproved as well; a stop is only improved.
             iterations: quadratic programs solved before.
         """
-        sampled = cycle.sample(self.parameters.sampling, warm)
-        previous = [] if warm is None else cycle.evaluate([warm.inputs], [PREVIOUS])
+        found = cycle.sample(self.parameters.sampling, warm)
         count = 1 if self._is_late(cycle) else self.parameters.candidates
-        seeds = cheapest_of_different_classes([*previous, *sampled], count)
-        improved, programs = self._improve(cycle, seeds)
-        ranked = sorted(
-            [*improved, *(previous if trusted else []), *sampled], key=lambda each: each.score
-        )
+        improved, programs = self._improve(cycle, cheapest_of_different_classes(found, count))
+        usable = found if trusted else [each for each in found if each.origin != PREVIOUS]
+        ranked = sorted([*improved, *usable], key=lambda each: each.score)
         chosen = self._first_verified(cycle, ranked)
         if chosen is None:
             return self._stop(cycle, cycle.braking(), iterations + programs, urgent=True)
@@ -221,11 +219,15 @@ class SsMpcDcbf:
                 if cycle.accepts(slower):
                     return slower
         # the closer it is, the harder the stop
-        stops = [*cycle.stops(best), cycle.braking(PLANNED_BRAKING)]
+        verifier, stops = cycle.verifier, [*cycle.stops(best), cycle.braking(PLANNED_BRAKING)]
+        helpful = []
         for candidate, kept in zip(stops, np.linspace(1.0, 0.0, len(stops)), strict=True):
-            if cycle.verifier.brakes_help(cycle.trajectory(candidate), float(kept)):
-                return candidate
-        return None
+            trajectory = cycle.trajectory(candidate)
+            if verifier.brakes_help(trajectory, float(kept)):
+                if verifier.stands_in_time(trajectory):
+                    return candidate
+                helpful.append(candidate)
+        return helpful[-1] if helpful else None
 
     def _is_late(self, cycle: PlanningCycle) -> bool:
         return cycle.problem.late > self.parameters.late
@@ -240,7 +242,6 @@ class SsMpcDcbf:
     ) -> LocalPlan:
         trajectory, prepared = cycle.trajectory(chosen), cycle.prepared
         names = (*self.control.names, PASSING_SIDE, SWITCHING, REPLACING)
-        evaluation = prepared.evaluate(chosen.inputs)
         lowest = np.inf if resampled or cycle.memory is None else cycle.memory.lowest_cost
         memory = PlannerMemory(
             time=cycle.problem.time,
@@ -261,10 +262,10 @@ class SsMpcDcbf:
             command=cycle.problem.robot.motion_model.twist(trajectory.inputs[0]),
             poses=trajectory.poses,
             inputs=trajectory.inputs,
-            status=Status.RELAXED if evaluation.slack > RELAXED_SLACK else Status.OK,
+            status=Status.RELAXED if chosen.slack > RELAXED_SLACK else Status.OK,
             costs=MappingProxyType(dict(zip(names, chosen.by_term.tolist(), strict=True))),
-            smallest_barrier=evaluation.barrier,
-            slack=evaluation.slack,
+            smallest_barrier=prepared.barrier(chosen.inputs),
+            slack=chosen.slack,
             iterations=iterations,
             candidate=chosen.origin,
             memory=memory,
@@ -279,11 +280,12 @@ class SsMpcDcbf:
         since = cycle.problem.time
         if cycle.memory is not None:
             people, before = cycle.problem.people, cycle.memory
+            committed = int(cycle.problem.time - before.time <= EXPIRED)
             memory = dataclasses.replace(
                 memory,
                 time=before.time,
-                path_side=before.path_side,
-                person_sides=remembered(before, people, before.person_sides),
+                path_side=committed * before.path_side,
+                person_sides=committed * remembered(before, people, before.person_sides),
                 lowest_cost=before.lowest_cost,
             )
             since = min(since, before.refused_since)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem
 from cohelm.control.objective import start_values
 from cohelm.control.objective_tables import Objective
+from cohelm.control.people_table import PeopleTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms import (
     Barrier,
@@ -53,7 +54,6 @@ class Terms(Model):
         problem: LocalProblem,
         extra_terms: Sequence[ExtraTerm] = (),
         *,
-        stride: int = 1,
         norm: Literal[1, 2, "inf"] = 2,
     ) -> Objective:
         """The tables of all terms for one scene.
@@ -62,31 +62,60 @@ class Terms(Model):
             scene: the scene.
             problem: from which the scene was made.
             extra_terms: terms of one's own.
-            stride: steps of the plan in one step of the scene.
             norm: of distances to bodies.
         """
-        people, kind = scene.people, _NORMS[norm]
-        spaces = people.extent if self.personal_space.weight > 0.0 else 0.0
-        widest = max(people.largest_margin, spaces)
-        if self.bodies.l1 > 0.0 or self.bodies.l2 > 0.0:
-            widest = max(widest, people.largest_margin + REACH)
-        if self.social_space.l1 > 0.0 or self.social_space.l2 > 0.0:
-            widest = max(widest, people.extent + people.own_extent + REACH)
+        kind = _NORMS[norm]
         return Objective(
-            progress=self.progress.table(scene),
-            path=self.path_distance.table(scene),
-            heading=self.final_heading.table(scene),
-            effort=self.input_effort.table(scene),
-            change=self.input_change.table(scene),
-            track=self.track_reference.table(scene),
-            person=self.person_clearance.table(scene),
-            space=self.personal_space.table(scene),
-            group=self.group_space.table(scene),
-            wall=self.wall_clearance.table(scene),
-            bodies=self.bodies.table(scene, stride, kind),
-            social=self.social_space.table(scene, stride),
-            walls=self.walls.table(scene, stride),
-            extra=extra_table(extra_terms, problem, scene),
+            **self._terms(scene, problem, extra_terms),
+            bodies=self.bodies.table(scene, kind),
+            social=self.social_space.table(scene),
+            walls=self.walls.table(scene),
             start=start_values(scene, kind),
-            widest=widest,
+            widest=self._widest(scene.people),
         )
+
+    def coarser(
+        self,
+        objective: Objective,
+        scene: Scene,
+        problem: LocalProblem,
+        extra_terms: Sequence[ExtraTerm] = (),
+        *,
+        stride: int,
+    ) -> Objective:
+        """The objective for a scene with ``stride`` steps in one; people are where they are."""
+        return objective._replace(
+            **self._terms(scene, problem, extra_terms),
+            bodies=self.bodies.coarser(objective.bodies, stride),
+            social=self.social_space.coarser(objective.social, stride),
+            walls=self.walls.coarser(objective.walls, stride),
+        )
+
+    def _terms(
+        self, scene: Scene, problem: LocalProblem, extra_terms: Sequence[ExtraTerm]
+    ) -> dict[str, Any]:
+        """The tables that depend on the steps of the scene, by their name in ``Objective``."""
+        return {
+            "progress": self.progress.table(scene),
+            "path": self.path_distance.table(scene),
+            "heading": self.final_heading.table(scene),
+            "effort": self.input_effort.table(scene),
+            "change": self.input_change.table(scene),
+            "track": self.track_reference.table(scene),
+            "person": self.person_clearance.table(scene),
+            "space": self.personal_space.table(scene),
+            "group": self.group_space.table(scene),
+            "wall": self.wall_clearance.table(scene),
+            "extra": extra_table(extra_terms, problem, scene),
+        }
+
+    def _widest(self, people: PeopleTable) -> float:
+        """A person farther away than this has no cost, m."""
+        widest = people.largest_margin
+        if self.personal_space.weight > 0.0:
+            widest = max(widest, people.extent)
+        if self.bodies.is_active:
+            widest = max(widest, people.largest_margin + REACH)
+        if self.social_space.is_active:
+            widest = max(widest, people.extent + people.own_extent + REACH)
+        return widest

@@ -27,9 +27,13 @@ _FINE = 0.05
 _FASTER = 4.0
 """Assumed return speed as a multiple of the measured speed, up to ``turn_back_speed``."""
 _WALKED = 0.5
-"""Who was slower than this lately does not turn back, m/s: tracking noise is up to 0.3 m/s."""
+"""People who have been slower than this lately are assumed not to turn back, m/s: tracking noise is
+up to 0.3 m/s."""
 _NEAR = 2.0
 """Distance up to which a person ahead is near, m."""
+_STALLED_SHARE = 0.5
+"""Share of the horizon while the ride is stalled: a creeping robot stops within 0.12 m, and sees
+the gap to a person only when it is there."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -68,6 +72,10 @@ class Verification(Model):
     def wall_margin_of(self, problem: LocalProblem) -> float:
         """Gap to a wall that counts as contact in a problem, m."""
         return self.stalled_wall_margin if problem.stalled else self.wall_margin
+
+    def horizon_of(self, problem: LocalProblem) -> float:
+        """Time for which a trajectory must be free of contact in a problem, s."""
+        return self.horizon * (_STALLED_SHARE if problem.stalled else 1.0)
 
     def verifier(
         self, problem: LocalProblem, clearance: Clearance, current_input: Floats, speeds: Floats
@@ -128,8 +136,9 @@ class Verifier:
     A trajectory may be used if it is swept clear of walls and of the most likely hypothesis of each
     person for a while, and if after its first command the brakes still help as much as now: the
     robot, braking hard, touches nothing that people may do (accelerate, take a less likely way,
-    turn back), or touches it no sooner than if it brakes hard at once. So who follows, and whom no
-    braking avoids, vetoes nothing. A stop need not be clear, but must leave the brakes their use.
+    turn back), or touches it no sooner than if it brakes hard at once. People who
+    follow, or whom no braking avoids, do not veto a trajectory. A stop need not be clear, but
+    braking must still help.
     """
 
     def __init__(
@@ -157,7 +166,7 @@ class Verifier:
             margins=self.margins,
         )
         return (
-            contact >= self.rules.horizon
+            contact >= self.rules.horizon_of(problem)
             and self.brakes_help(trajectory)
             and self._may_brake(trajectory.inputs[0])
         )
@@ -168,6 +177,23 @@ class Verifier:
         closest = CLOSEST * self.margins.people
         margins = self.margins._replace(people=closest, growth=0.0, followers=False)
         return bool((self._contacts(poses, self.problem.predictions, margins) == np.inf).all())
+
+    def stands_in_time(self, trajectory: Trajectory) -> bool:
+        """Check that a stop ends before a wall, and before anybody touches the robot.
+
+        This includes people who catch up from behind: a robot that stands hurts nobody.
+        """
+        problem = self.problem
+        contact = first_contact(
+            problem.robot,
+            trajectory.poses,
+            trajectory.step,
+            people=problem.people,
+            predictions=problem.predictions,
+            walls=problem.walls,
+            margins=self.margins._replace(people=0.0, growth=0.0, leaving=True),
+        )
+        return contact == np.inf
 
     def brakes_help(self, trajectory: Trajectory, share: float = 1.0) -> bool:
         """Check that hard braking after the first command is as good as at once.
@@ -196,6 +222,8 @@ class Verifier:
             upper=share * self.margins.upper,
             followers=False,
         )
+        if share <= 0.0:  # what is possible but not expected needs no hard braking
+            return self._contacts(poses, problem.predictions, margins)
         soonest = self._contacts(
             poses,
             problem.predictions,
@@ -203,8 +231,8 @@ class Verifier:
                 acceleration=rules.people_acceleration, min_probability=rules.min_probability
             ),
         )
-        if self.returning is None or share <= 0.0:
-            return soonest  # what is possible but not expected needs no hard braking
+        if self.returning is None:
+            return soonest
         turned = margins._replace(people=share * rules.turn_back_margin, growth=0.0)
         return np.minimum(soonest, self._contacts(poses, self.returning, turned))
 
@@ -243,9 +271,10 @@ class Verifier:
         problem = self.problem
         away = problem.people.mean[:, :2] - problem.pose[:2]
         distance = np.hypot(away[:, 0], away[:, 1])
-        course = math.copysign(1.0, problem.twist[0])
-        heading = np.array([math.cos(problem.pose[2]), math.sin(problem.pose[2])])
-        ahead = (course * (away @ heading) > 0.5 * distance) & (distance < _NEAR)
+        vx, vy, heading = problem.twist[0], problem.twist[1], problem.pose[2]
+        cos, sin = math.cos(heading), math.sin(heading)
+        along = away @ np.array([cos * vx - sin * vy, sin * vx + cos * vy])
+        ahead = (along > 0.5 * distance * math.hypot(vx, vy)) & (distance < _NEAR)
         return np.concatenate([[True], ahead])
 
 

@@ -83,6 +83,8 @@ class ContactMargins(NamedTuple):
     """Added to the gap to a person whatever its speed, m; the minimum distance of a therapist."""
     standing_share: float = 1.0
     """s of a standing person; s is 1 from 0.5 m/s on."""
+    leaving: bool = False
+    """Count people from whom the robot drives away, too."""
     followers: bool = True
     """Count people behind the robot, and people beside it who pass behind it if it goes on: braking
     brings them closer."""
@@ -140,8 +142,9 @@ def contact_kernel(  # noqa: PLR0917  # a kernel takes plain arrays
                 dx, dy = x - pose[0], y - pose[1]
                 far = around + bodies.radius[i] + most + _SAFE
                 if dx * dx + dy * dy <= far * far and _touches(
-                    capsule, poses, k, pose, x, y, bodies.radius[i], most, floor[body]
-                ):
+                    capsule, poses, k, pose, x, y, bodies.radius[i], most, floor[body],
+                    margins.leaving,
+                ):  # fmt: skip
                     out[1 + i] = time
             if first and out.min() < np.inf:
                 return out
@@ -168,6 +171,7 @@ def _touches(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     radius: float,
     most: float,
     floor: float,
+    leaving: bool,
 ) -> bool:
     """Check a robot at ``pose`` in step k, and a body: its gap and that of standing still."""
     d, nx, ny, arm_x, arm_y, _ = nearest_on_spine_in_map(capsule, pose, x, y)
@@ -178,7 +182,8 @@ def _touches(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     turned = poses[k + 1, 2] - poses[k, 2]
     vx = poses[k + 1, 0] - poses[k, 0] + arm_x * turned
     vy = poses[k + 1, 1] - poses[k, 1] + arm_y * turned
-    if vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy) and floor < np.inf:
+    leaves = vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy)
+    if leaves and floor < np.inf and not leaving:
         return False  # the robot drives away from somebody who follows
     stood = gap_to_disc(capsule, poses[0], x, y, radius)
     return gap < min(most, max(stood - _NO_WORSE, floor)) or floor == np.inf

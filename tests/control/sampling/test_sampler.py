@@ -158,6 +158,7 @@ def test_search_and_solver_evaluate_one_objective(seed, kinematics):
         assert again.cost == pytest.approx(found.cost[k])
         assert list(again.costs.values()) == pytest.approx(found.by_term[k])
         assert sum(again.costs.values()) == pytest.approx(again.cost)
+        assert again.slack == pytest.approx(found.slack[k])
 
 
 def test_the_order_of_trajectories_does_not_matter():

@@ -25,7 +25,7 @@ _BESIDE = 0.35
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CandidateTrajectories:
-    """Sampled trajectories over the whole horizon, best first; a record of the inner loop."""
+    """Trajectories over the whole horizon, in the order of their source; unchecked."""
 
     step: float
     """Between states, s."""
@@ -35,6 +35,8 @@ class CandidateTrajectories:
     """Objective, s: lost time, and all other costs in the same unit."""
     by_term: Annotated[Floats, Shape("k T")]
     """Summands of the cost, ``objective.TERMS`` and terms of one's own."""
+    slack: Annotated[Floats, Shape("k")]
+    """Largest violation of a barrier, m."""
     passing_sides: Annotated[Integers, Shape("k passed")]
     """Signs: first the side of the path (1 left, −1 right, 0 along), then the turn of the bearing
     to each person during the passage (1 counter-clockwise: the robot stays to the right of the
@@ -52,6 +54,7 @@ class CandidateTrajectories:
             poses=self.poses[chosen],
             cost=self.cost[chosen],
             by_term=self.by_term[chosen],
+            slack=self.slack[chosen],
             passing_sides=self.passing_sides[chosen],
         )
 

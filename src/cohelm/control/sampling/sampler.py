@@ -60,7 +60,8 @@ def sample(
     Args:
         prepared: the problem.
         budget: of the search.
-        warm: the last plan from now on, which is perturbed as well.
+        warm: the last plan from now on, which is perturbed as well; if given it is the first row,
+            before the sampled ones.
     """
     scene, objective = prepared.coarser(budget.stride)
     m = len(scene.robot.current_input)
@@ -74,37 +75,46 @@ def sample(
         SearchBudget(budget.rounds, _ELITE, _WINDOW, _EXAMINED),
         workspace(scene, objective),
     )
-    inputs = np.repeat(arcs, budget.stride, axis=1)
-    found = evaluate(prepared, inputs)
-    if len(previous):
-        found = _joined(evaluate(prepared, previous[None]), found)
-    order = np.argsort(found.cost, kind="stable")
-    return found[_of_different_classes(found.passing_sides, order, _CLASSES)]
+    sampled = np.repeat(arcs, budget.stride, axis=1)
+    if warm is None:
+        found = evaluate(prepared, sampled)
+    else:
+        found = evaluate(prepared, previous[None], sampled)
+    first = len(found) - len(arcs)
+    order = first + np.argsort(found.cost[first:], kind="stable")
+    chosen = _of_different_classes(found.passing_sides, order, _CLASSES)
+    return found[np.concatenate([np.arange(first), chosen])]
 
 
-def evaluate(prepared: PreparedControl, inputs: Floats) -> CandidateTrajectories:
+def evaluate(prepared: PreparedControl, *inputs: Floats) -> CandidateTrajectories:
     """Any trajectories with their costs, in the given order.
 
     Args:
         prepared: the problem.
-        inputs: (k, K, m); beyond K steps a trajectory leads back to the path.
+        inputs: (k, K, m) each; beyond K steps a trajectory leads back to the path.
     """
     scene, work = prepared.scene, prepared.work
-    given = np.ascontiguousarray(inputs[:, : scene.steps], dtype=float)
-    count, m = len(given), given.shape[2]
+    count, m = sum(map(len, inputs)), inputs[0].shape[2]
     limited = np.empty((count, scene.steps, m))
     poses = np.empty((count, scene.steps + 1, 3))
     by_term = np.empty((count, len(work.by_term)))
-    cost = np.empty(count)
-    evaluate_inputs(
-        scene, prepared.objective, given, _NO_PERTURBATION, limited, poses, by_term, cost, work
-    )
+    cost, slack = np.empty(count), np.empty(count)
+    begin = 0
+    for each in inputs:
+        given = np.ascontiguousarray(each[:, : scene.steps], dtype=float)
+        rows = slice(begin, begin + len(given))
+        evaluate_inputs(
+            scene, prepared.objective, given, _NO_PERTURBATION, limited[rows], poses[rows],
+            by_term[rows], cost[rows], slack[rows], work,
+        )  # fmt: skip
+        begin += len(given)
     return CandidateTrajectories(
         step=scene.step,
         inputs=limited,
         poses=poses,
         cost=cost,
         by_term=by_term,
+        slack=slack,
         passing_sides=passing_sides(poses, likeliest(prepared), scene.path),
     )
 
@@ -136,18 +146,6 @@ def _of_different_classes(sides: Integers, order: Integers, count: int) -> Integ
             chosen[n] = candidate
             n += 1
     return chosen[:n]
-
-
-def _joined(first: CandidateTrajectories, second: CandidateTrajectories) -> CandidateTrajectories:
-    """Some trajectories, then others."""
-    return CandidateTrajectories(
-        step=first.step,
-        inputs=np.concatenate([first.inputs, second.inputs]),
-        poses=np.concatenate([first.poses, second.poses]),
-        cost=np.concatenate([first.cost, second.cost]),
-        by_term=np.concatenate([first.by_term, second.by_term]),
-        passing_sides=np.concatenate([first.passing_sides, second.passing_sides]),
-    )
 
 
 def _averaged(inputs: Floats, stride: int) -> Floats:

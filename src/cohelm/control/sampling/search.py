@@ -138,6 +138,8 @@ def _search(  # noqa: PLR0917  # a kernel takes plain arrays
         first = filled if i_round > 0 or not num_warm else 0
         for j in range(_cheapest_apart(s, n, budget.elite, best + budget.window)):
             c = s.chosen[j]
+            if c < num_warm:
+                continue  # the last plan is a base already
             _roll_again(scene, o, s, c, work)
             _copy(s.inputs, s.bases[filled])
             s.base_steps[filled], s.base_costs[filled] = s.inputs.shape[0], s.costs[c]
@@ -167,6 +169,7 @@ def evaluate_inputs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     poses: Floats,
     by_term: Floats,
     costs: Floats,
+    slack: Floats,
     work: Workspace,
 ) -> None:
     """Evaluate inputs (j, K, m), and fill the resulting trajectories and their costs.
@@ -180,6 +183,7 @@ def evaluate_inputs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         poses: (j, L+1, 3), filled.
         by_term: (j, T), filled with the summands of the cost.
         costs: (j,), filled, s.
+        slack: (j,), filled with the largest violation of a barrier, m.
         work: workspace.
     """
     for j in range(given.shape[0]):
@@ -189,6 +193,10 @@ def evaluate_inputs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         costs[j] = result.cost
         for t in range(by_term.shape[1]):
             by_term[j, t] = work.by_term[t]
+        slack[j] = work.wall_violation[0]
+        for kind in range(work.violation.shape[0]):
+            for i in range(work.violation.shape[1]):
+                slack[j] = max(slack[j], work.violation[kind, i])
 
 
 @njit(**KERNEL)

@@ -39,18 +39,25 @@ class Barrier(Model):
     min_probability: float = Field(1.0, ge=0.0, le=1.0)
     """Probability from which a hypothesis counts; a person's most likely one always does."""
 
-    def table(self, scene: Scene, stride: int = 1, norm: int = 2) -> BarrierTable:
+    @property
+    def is_active(self) -> bool:
+        """A violation has a price."""
+        return self.l1 > 0.0 or self.l2 > 0.0
+
+    def table(self, scene: Scene, norm: int = 2) -> BarrierTable:
         """The barrier for people.
 
         Args:
             scene: with the people.
-            stride: steps of the plan in one step of the scene.
             norm: of the distance: 2, 1, or 0 for the largest component.
         """
         people = scene.people
         binds = _binding(people.weight, people.person, people.count, self.min_probability)
-        active = self.l1 > 0.0 or self.l2 > 0.0
-        return BarrierTable((1.0 - self.gamma) ** stride, self.l1, self.l2, binds, active, norm)
+        return BarrierTable(1.0 - self.gamma, self.l1, self.l2, binds, self.is_active, norm)
+
+    def coarser(self, table: BarrierTable, stride: int) -> BarrierTable:
+        """The table for ``stride`` steps of the plan in one."""
+        return table._replace(keep=(1.0 - self.gamma) ** stride)
 
 
 class BarrierTable(NamedTuple):
