@@ -181,6 +181,44 @@ def test_the_chair_waits_after_a_person_has_walked_into_it():
     assert later.status is not Status.STOP
 
 
+def test_a_long_contact_is_not_forgotten():
+    """Somebody walks against the chair for 2.5 s; it stands until a second after that."""
+    robot, ends = scene().robot, 2.5
+    gap = robot.capsule[2] + robot.capsule[4] + 0.25
+    touches = scene(people=walkers([[gap + 0.01, 0.0, -0.4, 0.0]]))
+    gone = scene(people=walkers([[-3.0, 3.0, -0.4, 0.0]]))
+    plan, told, goes_on = None, [], None
+    for k in range(100):
+        time = 0.05 * k
+        problem = dataclasses.replace(touches if time <= ends else gone, time=time)
+        plan = PLANNER.plan(problem, plan)
+        if plan.status is not Status.STOP:
+            goes_on = time
+            break
+        told.append(not plan.brief)
+    assert goes_on == pytest.approx(ends + PLANNER.parameters.contact_wait, abs=0.11)
+    assert told == sorted(told)  # once told, the reason stays
+    assert told[-1]
+
+
+def test_the_report_of_a_hard_stop_is_that_of_its_own_trajectory():
+    problem = scene(people=walkers([[1.5, 0.0, -0.8, 0.0]]), speed=0.9)
+    plan = PLANNER.plan(problem, None)
+    assert plan.candidate == "braking"
+    prepared = PLANNER.control.prepare(
+        problem, np.array([0.9, 0.0]), wall_margin=PLANNER.parameters.verification.wall_margin
+    )
+    assert plan.slack == pytest.approx(prepared.evaluate(plan.inputs).slack, abs=1e-6)
+
+
+def test_a_trajectory_may_be_shorter_than_the_reference():
+    problem, inputs = scene(speed=0.8), np.tile([0.8, 0.1], (9, 1))
+    short = dataclasses.replace(problem, reference=problem.truncated(9).reference)
+    made = PLANNER.control.prepare(short, np.array([0.8, 0.0])).trajectory(inputs)
+    costs = [PLANNER.control.evaluate(each, made).cost for each in (problem, short)]
+    assert costs[0] == pytest.approx(costs[1])
+
+
 def test_braking_ends_a_turn_on_the_spot_no_faster_than_the_drive_does():
     problem = dataclasses.replace(scene(), twist=np.array([0.0, 0.0, 1.0]))
     trajectory = braking_trajectory(problem, np.array([0.0, 1.0]), 25)

@@ -15,6 +15,7 @@ from cohelm.testing.scenes import local_problem, walkers
 
 PLANNER = SsMpcDcbf()
 RULES, CLEARANCE = PLANNER.parameters.verification, PLANNER.clearance
+STEP_TIMES = PLANNER.step * np.arange(PLANNER.parameters.steps)
 FINE = 0.01
 TURN = 5.0
 """A little less than is reckoned with, m/s²."""
@@ -163,6 +164,18 @@ def test_nobody_brakes_for_who_follows(at):
 def test_who_crosses_behind_the_chair_does_not_stop_it():
     problem = scene(people=walkers([[-0.35, 1.15, 0.1, -0.6]]), speed=0.8)
     assert PLANNER.plan(problem, None).status is not Status.STOP
+
+
+@pytest.mark.parametrize(("behind", "in_time"), [(1.2, False), (4.0, True)])
+def test_a_stop_should_end_before_somebody_runs_into_the_back(behind, in_time):
+    """He walks at 1.2 m/s behind a chair that stops from 0.6 m/s within 1.5 s."""
+    problem = scene(people=walkers([[-behind, 0.0, 1.2, 0.0]]), speed=0.6)
+    speeds = np.maximum(0.6 - 0.4 * STEP_TIMES, 0.0)
+    inputs = np.stack([speeds, np.zeros_like(speeds)], axis=-1)
+    stop = limited_trajectory(
+        problem.truncated(PLANNER.parameters.steps), inputs, np.array([0.6, 0.0])
+    )
+    assert verifier(problem).stands_in_time(stop) is in_time
 
 
 def test_a_stand_is_not_shorter_than_is_felt():

@@ -127,6 +127,16 @@ def test_people_are_waited_for_and_those_who_walk_longest(people, seconds):
     assert (replan - wait) * TICK == pytest.approx(seconds)
 
 
+def test_a_new_path_does_not_start_the_waiting_anew():
+    def planned(k):
+        at = 7.5 * (k * TICK // 7.5)
+        return {"people": PeopleNearby.WALKING, "planned_at": at, "progress_at": at}
+
+    chair = Chair().run(400, planned)
+    (_, wait), (_, replan) = chair.stages[1:3]
+    assert (replan - wait) * TICK == pytest.approx(8.0)
+
+
 def test_another_way_is_looked_for_once_a_stage_and_again_while_asking():
     chair = Chair().run(700, lambda k: {"rear_clearance": 0.4})
     ask = chair.stages[-1][1]
