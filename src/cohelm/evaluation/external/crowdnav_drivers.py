@@ -192,12 +192,13 @@ class BestArc:
         prepared = self.control.prepare(problem, current_input)
         warm = shifted_plan(problem, previous, current_input, steps)
         found = sample(prepared, self.parameters.sampling, warm)
+        best = int(found.cost.argmin())
         return LocalPlan(
             time=problem.time,
             step=found.step,
-            command=problem.robot.motion_model.twist(found.inputs[0, 0]),
-            poses=found.poses[0],
-            inputs=found.inputs[0],
+            command=problem.robot.motion_model.twist(found.inputs[best, 0]),
+            poses=found.poses[best],
+            inputs=found.inputs[best],
             status=Status.OK,
         )
 
