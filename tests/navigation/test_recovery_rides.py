@@ -132,11 +132,11 @@ def test_somebody_in_a_corridor_is_waited_for_and_the_ride_goes_on_when_they_lea
 
 @pytest.mark.slow
 def test_somebody_who_comes_out_of_the_corridor_is_only_waited_for(drive):
-    """They walk towards the chair for 6 s, step aside before it and are gone."""
+    """They walk towards the chair for 6 s, which moves to the right; step to the left; are gone."""
 
     def people(t):
-        x, y = 8.5 - 0.8 * min(t, 6.0), 4.0 - min(max(t - 6.0, 0.0), 3.0)
-        return [(x, y, *((-0.8, 0.0) if t < 6.0 else (0.0, -1.0 if t < 9.0 else 0.0)))]
+        x, y = 8.5 - 0.8 * min(t, 6.0), 4.0 + min(max(t - 6.0, 0.0), 3.0)
+        return [(x, y, *((-0.8, 0.0) if t < 6.0 else (0.0, 1.0 if t < 9.0 else 0.0)))]
 
     log = drive(60.0, boxes=CORRIDOR, people=people, start=(1.2, 4.0, 0))
     assert log.ticks[-1].arrived
@@ -150,7 +150,7 @@ def test_a_goal_close_behind_is_backed_up_to(drive):
     log = drive(30.0, boxes=CORRIDOR, start=(6.5, 4.0, 0), goal=[5.95, 4.0])
     assert log.ticks[-1].arrived
     assert not log.touched
-    assert RecoveryStage.BACK_UP in log.stages
+    assert RecoveryStage.REVERSE in log.stages
     assert log.backwards() > 0.1
 
 
@@ -181,7 +181,7 @@ def test_before_a_box_across_the_rider_is_asked_till_the_end(drive):
 def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, sign):
     """Somebody in the middle of 2.1 m leaves 0.8 m on both sides of him; the chair has 0.61 m."""
     boxes = [(4.0, 0.0, 9.0, 2.95), (4.0, 5.05, 9.0, 8.0)]
-    pushed = 10.0
+    pushed = 14.0
 
     def stick(t):
         return (0.8, 0.6 * sign) if pushed <= t < pushed + 1.5 else (0.0, 0.0)

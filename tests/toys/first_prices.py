@@ -52,7 +52,7 @@ def things_and_people(ride_setup):
 def priced():
     """(prices as (length, trouble), kernels that the first of them had to compile) once warm."""
     ride_setup = build_scenario(load_scenario("hospital"), 0)
-    previews._warm_up(ride_setup)
+    previews.warm_up(ride_setup)
     before, start = compiled(), ride_setup.route.points[0]
     far = max((place.point for place in ride_setup.places), key=lambda at: np.hypot(*(at - start)))
     middle = ride_setup.route.points[len(ride_setup.route.points) // 2]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.geometry import inverse, transform, wrap_angle
+from cohelm.geometry import wrap_angle
 from cohelm.messages import Authority, Decision, LocalPlan, Mode, People, Reason, Reference
 from cohelm.navigation.recovery.driven_track import extend_track, poses_along
 from cohelm.navigation.recovery.occupied_goal import waiting_place
@@ -24,7 +24,7 @@ from cohelm.navigation.recovery.rear_clearance import (
     reverse_poses,
 )
 from cohelm.navigation.recovery.reversing import ReversingState
-from cohelm.navigation.recovery.reversing_context import reverse_along_track
+from cohelm.navigation.recovery.reversing_context import distance_behind, reverse_along_track
 from cohelm.navigation.recovery.stages import (
     PeopleNearby,
     RecoveryAction,
@@ -42,8 +42,6 @@ from cohelm.navigation.world_model import WorldModel
 
 _STANDING_SPEED, _STANDING_TURN_RATE = 0.05, 0.1
 """Odometry below this is noise or standstill, m/s and rad/s."""
-_GOAL_OFFSET = 0.15
-"""Maximum lateral offset of a goal that counts as straight behind the chair, m."""
 _DIRECTION_POINTS = 8
 """Number of path points over which its direction is computed."""
 _MAX_CURVATURE = 1.5
@@ -171,7 +169,7 @@ def _context(
         searched_at=max(route.planned_at, route.attempted_at),
         requested_at=route.planned_at if route.reason in _REQUESTED else -np.inf,
         deflection=authority.deflection if shares else np.zeros(2),
-        goal_behind=_distance_behind(observation.pose, request.goal),
+        goal_behind=distance_behind(observation.pose, request.goal),
     )
 
 
@@ -193,12 +191,6 @@ def _people_nearby(pose: Floats, people: People, p: RecoveryParameters) -> Peopl
         return PeopleNearby.NONE
     walks = np.hypot(*people.mean[near, 2:].T) >= p.walking_speed
     return PeopleNearby.WALKING if walks.any() else PeopleNearby.STANDING
-
-
-def _distance_behind(pose: Floats, goal: Floats) -> float:
-    """Distance to back up until the goal is abreast, m; ∞: it is not straight behind."""
-    x, y = transform(inverse(pose), goal)
-    return float(-x) if x < 0.0 and abs(y) <= _GOAL_OFFSET else float("inf")
 
 
 def reverse_reference(

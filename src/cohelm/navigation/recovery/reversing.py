@@ -24,7 +24,7 @@ NEAR_GOAL = 1.5
 """Remaining length up to which reversing to the goal is shorter than turning twice, m."""
 _MIN_CLEARANCE = 0.1
 """Free distance behind from which reversing begins, m; near the goal the chair waits for it."""
-_MIN_WAY = 0.3
+MIN_WAY = 0.3
 """Minimum length of the way back, m; less changes nothing."""
 _MAX_ATTEMPTS = 4
 """Attempts on the way to one goal; a chair that needs more is not helped by another one."""
@@ -130,11 +130,11 @@ def update_reversing(
 def is_caused(now: ReversingContext) -> bool:
     """Check for a cause of reversing, and for a way back."""
     caused = now.is_behind or now.jammed
-    return now.allowed and caused and not now.has_room and now.way_back >= _MIN_WAY
+    return now.allowed and caused and not now.has_room and now.way_back >= MIN_WAY
 
 
 def _ends(now: ReversingContext, cause: ReversingCause | None) -> bool:
     """Check for turning room; near the goal the chair goes on until the goal is ahead."""
     near = cause is ReversingCause.TURN and now.remaining <= NEAR_GOAL
     turns = now.has_room and (now.turn <= _ABREAST or not near)
-    return turns or not now.allowed or now.way_back < _MIN_WAY
+    return turns or not now.allowed or now.way_back < MIN_WAY

@@ -16,8 +16,10 @@ from cohelm.navigation.recovery.rear_clearance import (
     RearMemory,
     RearScene,
     rear_clearance,
+    reverse_poses,
 )
 from cohelm.navigation.recovery.reversing import (
+    MIN_WAY,
     NEAR_GOAL,
     ReversingCause,
     ReversingContext,
@@ -35,6 +37,10 @@ _LOOKAHEAD = 0.5
 """Distance ahead on the path at which its direction is taken, m."""
 _WALL_MARGIN, _END_MARGIN = 0.02, 0.06
 """Gap to walls while turning, m: that of the planner's verification; more to end reversing."""
+_GOAL_OFFSET = 0.15
+"""Maximum lateral offset of a goal that counts as straight behind the chair, m."""
+_WAY_STEP = 0.1
+"""Distance between the poses on which the way back goes on to the goal, m."""
 _WAITING = frozenset({None, RecoveryStage.WAIT, RecoveryStage.WAIT_AT_GOAL})
 """Stages of a chair that has not yet waited in vain."""
 _JAM_AHEAD, _JAM_BESIDE = 2.0, 1.0
@@ -121,12 +127,30 @@ def _context(
         return now, pose[None]
     jam = cause is ReversingCause.JAM or (cause is None and not now.is_behind)
     margin = _WALL_MARGIN if cause is None else _END_MARGIN
-    back = way_back(track, pose, TRACK_LENGTH)
+    back = _on_to_goal(way_back(track, pose, TRACK_LENGTH), step.request.goal)
     return dataclasses.replace(
         now,
         has_room=can_turn(robot, pose, math.pi if jam else turn, world.walls, margin=margin),
         way_back=float(arc_length(back[:, :2])[-1]),
     ), back
+
+
+def distance_behind(pose: Floats, goal: Floats) -> float:
+    """Distance to back up until the goal is abreast, m; ∞: it is not straight behind."""
+    x, y = transform(inverse(pose), goal)
+    return float(-x) if x < 0.0 and abs(y) <= _GOAL_OFFSET else float("inf")
+
+
+def _on_to_goal(back: Floats, goal: Floats) -> Floats:
+    """Lead the way back (k, 3) straight on to a goal close behind the driven track.
+
+    ``rear_clearance`` then decides how much of it is observed to be free.
+    """
+    distance = distance_behind(back[-1], goal)
+    if distance > NEAR_GOAL:
+        return back
+    travelled = np.arange(_WAY_STEP, distance + MIN_WAY, _WAY_STEP)
+    return np.concatenate([back, reverse_poses(back[-1], 0.0, travelled)])
 
 
 def _people_ahead(pose: Floats, people: People) -> bool:

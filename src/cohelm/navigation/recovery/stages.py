@@ -206,9 +206,15 @@ def recovery_step(
 def _has_recovered(
     now: RecoveryContext, state: RecoveryState, p: RecoveryParameters, progress: ProgressParameters
 ) -> bool:
-    """Check for progress; a chair that crept or backed up must get clear of the place."""
+    """Check for progress; a chair that crept or backed up must get clear of the place.
+
+    Beside people who stand it takes twice the distance: a chair that changes the side has moved,
+    but has not yet passed them.
+    """
     distance = float(np.hypot(*(now.position - state.position)))
-    if distance >= p.clear_distance or now.requested_at > state.began:
+    passes = state.stage is RecoveryStage.CREEP and now.people is PeopleNearby.STANDING
+    clear = p.clear_distance * (2.0 if passes else 1.0)
+    if distance >= clear or now.requested_at > state.began:
         return True
     progressed = now.progress_at > max(state.began, now.planned_at)
     early = state.stage in {RecoveryStage.WAIT, RecoveryStage.REPLAN}
