@@ -8,7 +8,8 @@ export type Pace = ChairState["pace"];
 export const MODES: Readonly<Record<Mode, { name: string; about: string }>> = {
   shared: { name: "Shared", about: "The chair follows the route; your steering bends it." },
   autonomous: { name: "Autonomous", about: "The chair drives the route by itself." },
-  assisted: { name: "Assisted", about: "You steer; the chair stops before people and walls." },
+  assisted: { name: "Assisted", about: "You steer; the chair helps round people and things. Release the stick and it stops." },
+  stop_only: { name: "Stop only", about: "You steer; the chair only slows and stops before people and walls." },
   manual: { name: "Manual", about: "Only you steer. The chair does not stop by itself: it can collide." },
 };
 

@@ -170,7 +170,7 @@ def test_the_rider_alone_behind_the_gate_is_slowed_and_stopped_before_a_box(chai
     made = stage(
         "empty",
         BOX,
-        "mode=assisted",
+        "mode=stop_only",
         "rider={use: nudge, at: 0, duration: 60, forward: 1.0, lateral: 0}",
     )
     log = follow(made, 12.0)
@@ -202,9 +202,22 @@ def test_a_person_who_steps_before_the_rider_alone_is_not_driven_into():
     made = stage(
         "empty",
         "people={pedestrians: [{points: [[7, 7]]}], see_robot: false, jitter: 0}",
-        "mode=assisted",
+        "mode=stop_only",
         "rider={use: nudge, at: 0, duration: 60, forward: 1.0, lateral: 0}",
     )
     log = follow(made, 12.0)
     assert not any(truth.hit_moving.any() for truth in log.truths)
     assert log.reasons[-1] is Reason.BLOCKED
+
+
+def test_a_rider_who_is_helped_is_led_round_a_person_and_never_into_them():
+    made = stage(
+        "empty",
+        "people={pedestrians: [{points: [[7, 7]]}], see_robot: false, jitter: 0}",
+        "mode=assisted",
+        "rider={use: nudge, at: 0, duration: 60, forward: 1.0, lateral: 0}",
+    )
+    log = follow(made, 10.0)
+    assert not any(truth.hit_moving.any() for truth in log.truths)
+    assert log.truths[-1].pose[0] > 8.0
+    assert abs(log.truths[-1].pose[2]) < 0.3  # back in the direction of the push

@@ -104,9 +104,11 @@ def test_a_time_is_that_of_who_arrives_and_a_touch_that_of_anything():
 
 def test_a_soft_contact_is_allowed_and_a_hard_one_is_named_with_its_ride():
     soft = row("assisted", 20, outcome="collision", collision_speed_wall=0.19)
-    assert verdicts(modes.REQUIREMENTS, [*every(), soft], MISSED) == []
+    missed = verdicts(modes.REQUIREMENTS, [*every(), soft], MISSED)
+    assert [each for each in missed if "contacts" in each.claim] == []
     hard = row("assisted", 21, outcome="collision", rider="tremor")
-    whole, by_rider = verdicts(modes.REQUIREMENTS, [*every(), soft, hard], MISSED)
+    missed = verdicts(modes.REQUIREMENTS, [*every(), soft, hard], MISSED)
+    whole, by_rider = (each for each in missed if "contacts" in each.claim)
     assert (whole.subject, whole.found) == (f"{ALL_RIDES}, assisted", "1 of 22")
     assert whole.claim == "contacts above 0.2 m/s"
     assert by_rider.subject == "rider tremor, assisted"
@@ -121,11 +123,12 @@ def test_where_rides_broke_off_contacts_are_unknown():
 
 def test_nineteen_of_twenty_shared_rides_are_enough():
     rides = every()
-    rides[2 * 20] = row("shared", 0, outcome="stopped")
-    (reached,) = verdicts(modes.REQUIREMENTS, rides, "goal reached")
+    shared = modes.MODES.index("shared") * 20
+    rides[shared] = row("shared", 0, outcome="stopped")
+    _, reached = verdicts(modes.REQUIREMENTS, rides, "goal reached")
     assert (reached.found, reached.required, reached.result) == ("19 of 20", "≥ 95 %", MET)
-    rides[2 * 20 + 1] = row("shared", 1, outcome="timeout")
-    whole, by_rider = verdicts(modes.REQUIREMENTS, rides, "goal reached")
+    rides[shared + 1] = row("shared", 1, outcome="timeout")
+    _, whole, by_rider = verdicts(modes.REQUIREMENTS, rides, "goal reached")
     assert whole.result == MISSED
     assert (by_rider.subject, by_rider.found) == ("rider ideal, shared", "18 of 20")
 

@@ -24,7 +24,7 @@ def asked(mission, *, moves=True):
 def test_with_nowhere_to_go_the_rider_steers(mode):
     request = asked(Mission(mode=mode))
     assert np.isnan(request.goal).all()
-    assert request.mode is (Mode.MANUAL if mode is Mode.MANUAL else Mode.ASSISTED)
+    assert request.mode is (mode if mode.rider_drives else Mode.ASSISTED)
     assert asked(Mission(mode=mode).with_goal(WARD)).mode is mode
 
 
@@ -32,7 +32,7 @@ def test_with_nowhere_to_go_the_rider_steers(mode):
 def test_a_chair_that_must_stand_is_asked_for_no_speed_and_needs_no_stick(mode):
     request = asked(Mission(mode=mode), moves=False)
     assert request.speed_limit == 0.0
-    assert request.mode not in {Mode.MANUAL, Mode.ASSISTED}
+    assert not request.mode.rider_drives
 
 
 def test_a_chair_is_under_way_where_it_goes_on_by_itself():

@@ -292,8 +292,7 @@ def test_a_cloud_from_the_future_cannot_keep_a_dead_sensor_fresh(check, seer):
 
 @pytest.mark.parametrize("mode", list(Mode))
 def test_no_device_is_a_fault_where_the_rider_alone_drives(check, mode):
-    alone = mode in {Mode.MANUAL, Mode.ASSISTED}
-    expected = Reason.STALE_RIDER_COMMAND if alone else None
+    expected = Reason.STALE_RIDER_COMMAND if mode.rider_drives else None
     assert check(sound(rider=None), asked=request(mode))[0] is expected
 
 

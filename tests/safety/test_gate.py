@@ -16,7 +16,7 @@ from .scenes import request, sound, surroundings, wall_at
 EXACT = GateParameters(wall_margin=0.02, wall_margin_time=0.0, reaction=0.15)
 CLEARANCE = Clearance(now=0.05)
 """The figures that the distances below are derived for."""
-GATED = [Mode.AUTONOMOUS, Mode.SHARED, Mode.ASSISTED]
+GATED = [Mode.AUTONOMOUS, Mode.SHARED, Mode.ASSISTED, Mode.STOP_ONLY]
 
 
 @pytest.fixture

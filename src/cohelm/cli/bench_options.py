@@ -152,7 +152,9 @@ OWN: Mapping[str, Option] = {
     "modes": Option(
         Annotated[
             str | None,
-            typer.Option(metavar="A,B", help="manual, assisted, shared, autonomous; default: all."),
+            typer.Option(
+                metavar="A,B", help="manual, stop_only, assisted, shared, autonomous; default: all."
+            ),
         ]
     ),
     "ride_modes": Option(
@@ -161,7 +163,7 @@ OWN: Mapping[str, Option] = {
             typer.Option(
                 "--modes",
                 metavar="A,B",
-                help="autonomous, shared, assisted, manual; default: those of each part.",
+                help="autonomous, shared, assisted, stop_only, manual; default: by part.",
             ),
         ],
         into=lambda given: {"modes": given},

@@ -56,7 +56,8 @@ class RunRequest:
     robot: Robot = None
     rider: Annotated[str | None, typer.Option(metavar="NAME", help="Simulated rider.")] = None
     mode: Annotated[
-        str | None, typer.Option(metavar="autonomous|shared|assisted|manual", help="Driving mode.")
+        str | None,
+        typer.Option(metavar="autonomous|shared|assisted|stop_only|manual", help="Driving mode."),
     ] = None
     seed: Seed = None
     settings: ScenarioSettings = ()

@@ -52,6 +52,9 @@ class LocalProblem:
     """Reversing is requested, and the rear clearance is known."""
     extra_clearance: float = 0.0
     """Added to the clearance from people, m: the minimum distance of a therapist."""
+    max_deviation: float = np.inf
+    """Largest angle between the headings of a trajectory and of the reference in the first seconds,
+    rad, or the angle now if it is larger."""
     late: float = 0.0
     """Delay of this tick, s: an input, so that a replay gives the same plan."""
 

@@ -16,6 +16,7 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.geometry import wrap_angle
 from cohelm.messages import Predictions
 from cohelm.robots.braking import braking
 from cohelm.robots.clearance import CLOSEST, Clearance
@@ -34,6 +35,11 @@ _NEAR = 2.0
 _STALLED_SHARE = 0.5
 """Share of the horizon while the ride is stalled: a creeping robot stops within 0.12 m, and sees
 the gap to a person only when it is there."""
+_DEVIATION_TIME = 2.5
+"""Time for which the heading of a trajectory must be that of the reference, s; later it may lead
+round a corner."""
+_DEVIATION_NOW = 0.02
+"""Increase of a deviation that is too large already, rad."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -156,6 +162,8 @@ class Verifier:
     def accepts(self, trajectory: Trajectory) -> bool:
         """Check a trajectory."""
         problem = self.problem
+        if self._deviates(trajectory):
+            return False
         contact = first_contact(
             problem.robot,
             trajectory.poses,
@@ -170,6 +178,20 @@ class Verifier:
             and self.brakes_help(trajectory)
             and self._may_brake(trajectory.inputs[0])
         )
+
+    def _deviates(self, trajectory: Trajectory) -> bool:
+        """Check for a turn farther from the reference than allowed."""
+        limit = self.problem.max_deviation
+        if limit == math.inf:
+            return False
+        reference = self.problem.reference
+        count = min(
+            1 + round(_DEVIATION_TIME / trajectory.step),
+            len(trajectory.poses),
+            len(reference.poses),
+        )
+        off = np.abs(wrap_angle(trajectory.poses[:count, 2] - reference.poses[:count, 2]))
+        return bool(off.max() > max(limit, float(off[0]) + _DEVIATION_NOW))
 
     def _may_brake(self, command: Floats) -> bool:
         """Check that comfort braking after ``command`` (m,) touches nothing, as the gate does."""

@@ -13,16 +13,27 @@ from cohelm.config import Model
 
 
 class Mode(StrEnum):
-    """Division of control between rider and chair; independent of the local planner."""
+    """Division of control between rider and chair; independent of the local planner.
+
+    Without a destination ``shared`` is ``assisted``.
+    """
 
     AUTONOMOUS = "autonomous"
     """The chair drives alone."""
     SHARED = "shared"
     """The reference blends the path and the rider's input by η."""
     ASSISTED = "assisted"
-    """The rider drives; the whole safety gate applies, separation included."""
+    """The rider drives, helped with steering: round people and things, along walls, through doors;
+    see ``navigation.steering_help``."""
+    STOP_ONLY = "stop_only"
+    """The rider drives; the whole safety gate applies, separation included, and only slows."""
     MANUAL = "manual"
     """The rider drives; the gate checks freshness, NaN and limits only, so it can collide."""
+
+    @property
+    def rider_drives(self) -> bool:
+        """The chair does not move while the stick is centred."""
+        return self in {Mode.ASSISTED, Mode.STOP_ONLY, Mode.MANUAL}
 
 
 Side = Literal["left", "right", "none"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from cohelm.messages import (
     Reference,
     Request,
 )
+from cohelm.navigation.command import Allowance, Command, local_problem
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
 from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
@@ -30,14 +30,13 @@ from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.stage_results import StageResults, stopped_by_input, tick_of
 from cohelm.navigation.static_people import with_closed_side
+from cohelm.navigation.steering_help import intent_of, steer
 from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import WorldModel, update_world_model
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import check_input, gate, stop
 from cohelm.sharing import AuthorityState
 from cohelm.stopwatch import Stopwatch
-
-_RIDER_DRIVES = frozenset({Mode.MANUAL, Mode.ASSISTED})
 
 
 class Navigator:
@@ -76,7 +75,7 @@ class Navigator:
         if fault is not None:
             return stopped_by_input(observation, request, fault, gate_state, last)
 
-        step = self._step_input(observation, request, memory)
+        step = self._step_input(observation, _with_mode(request), memory)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
         authority, authority_state = self._rider_authority(step)
         stopwatch.lap("sharing")
@@ -90,13 +89,26 @@ class Navigator:
 
         course = plan_path_and_reference(step, world, authority, recovery, hold=hold)
         stopwatch.lap("planning")
-        plan, command = self._plan(
-            step, world, authority, course, recovery=recovery, last=last, arrived=arrived
-        )
+        steering = None
+        if step.request.mode is Mode.ASSISTED:
+            intent, steering = intent_of(step, authority)
+            course = dataclasses.replace(course, shared=intent.reference)
+            plan, command = steer(
+                step,
+                world,
+                authority,
+                intent,
+                last.plan if last else None,
+                lambda twist: self._gate(twist, step, world, world.walls),
+            )
+        else:
+            plan, command = self._plan(
+                step, world, authority, course, recovery=recovery, last=last, arrived=arrived
+            )
         stopwatch.lap("control")
 
         # The gate has the last word.
-        decision = self._decide(step, world, command)
+        decision = self._decide(step, world, command, planned=plan is not None)
         decision = with_recovery_reason(decision, plan, observation.twist, recovery)
         stopwatch.lap("safety")
         results = StageResults(
@@ -109,6 +121,7 @@ class Navigator:
             course=course,
             plan=plan,
             decision=decision,
+            steering=steering,
         )
         return tick_of(observation, request, results, stopwatch.laps)
 
@@ -152,8 +165,11 @@ class Navigator:
 
     def _holds(self, request: Request, authority: Authority) -> bool:
         """Check that the chair need not make progress: the rider drives or requests a stop."""
-        drives = request.mode in _RIDER_DRIVES
-        return drives or authority.wants_stop or self.setup.speed_limit(request) <= 0.0
+        return (
+            request.mode.rider_drives
+            or authority.wants_stop
+            or self.setup.speed_limit(request) <= 0.0
+        )
 
     def _limit_authority(
         self, step: StepInput, authority: Authority, recovery: RecoveryAction
@@ -180,64 +196,47 @@ class Navigator:
         recovery: RecoveryAction,
         last: Tick | None,
         arrived: bool,
-    ) -> tuple[LocalPlan | None, _Command]:
+    ) -> tuple[LocalPlan | None, Command]:
         """Compute the command of rider or local planner, or the reason to stop."""
         setup, request = step.setup, step.request
-        if request.mode in _RIDER_DRIVES:
-            return None, _Command(twist=authority.twist)
+        if request.mode.rider_drives:
+            return None, Command(twist=authority.twist)
         if authority.wants_stop:
-            return None, _Command(reason=Reason.RIDER_STOP)
+            return None, Command(reason=Reason.RIDER_STOP)
         if arrived:
             begin = step.observation.twist if last is None else last.decision.twist
             twist = gentle_stop(setup.robot, begin)
-            return None, _Command(twist=twist, reason=Reason.ARRIVED)
+            return None, Command(twist=twist, reason=Reason.ARRIVED)
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
-            return None, _Command(reason=reason)
-        problem = self._local_problem(
-            step, world, authority, course.shared, recovery, speed_limit=course.speed_limit
-        )
+            return None, Command(reason=reason)
+        problem = self._local_problem(step, world, authority, course, course.shared, recovery)
         try:
             plan = setup.local_planner.plan(problem, last.plan if last else None)
         except ControlError:
-            return None, _Command(reason=Reason.SOLVER_FAILED)
+            return None, Command(reason=Reason.SOLVER_FAILED)
         told = None if plan.brief else plan.reason
-        return plan, _Command(twist=plan.command, reason=told, urgent=plan.urgent)
+        return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
 
     def _local_problem(
         self,
         step: StepInput,
         world: WorldModel,
         authority: Authority,
+        course: PathAndReference,
         reference: Reference,
         recovery: RecoveryAction,
-        *,
-        speed_limit: float,
     ) -> LocalProblem:
         """Problem of the local planner, with the limits and the passing side of a recovery."""
-        setup, observation, request = step.setup, step.observation, step.request
-        limit = min(setup.speed_limit(request), speed_limit)
-        profile, walls = request.profile, world.walls
+        profile, walls = step.request.profile, world.walls
         if recovery.side != "none":
             profile = profile.model_copy(update={"passing_side": recovery.side})
-            walls = self._walls_with_closed_side(observation.pose, world, recovery)
-        return LocalProblem(
-            time=observation.time,
-            robot=setup.robot,
-            pose=observation.pose,
-            twist=observation.twist,
-            reference=reference,
-            people=world.people,
-            predictions=world.predictions,
-            spaces=world.spaces,
-            walls=walls,
-            authority=authority,
-            profile=profile,
-            speed_limit=min(limit, setup.progress.creep_speed) if recovery.creeps else limit,
-            stalled=recovery.creeps,
-            reverses=recovery.reverses,
-            extra_clearance=max(request.extra_clearance, 0.0),
-            late=observation.late,
+            walls = self._walls_with_closed_side(step.observation.pose, world, recovery)
+        allowance = Allowance(
+            speed_limit=course.speed_limit, stalled=recovery.creeps, reverses=recovery.reverses
+        )
+        return local_problem(
+            step, world, authority, reference, allowance, profile=profile, walls=walls
         )
 
     def _walls_with_closed_side(
@@ -248,8 +247,16 @@ class Navigator:
         live = with_closed_side(recovery.side, world.live, setup.grid, world.people, pose, speed)
         return local_walls(setup.grid, self.barriers, live, pose[:2], setup.window)
 
-    def _decide(self, step: StepInput, world: WorldModel, command: _Command) -> Decision:
-        """Pass the command through the gate; keep its own reason where the gate gives none."""
+    def _decide(
+        self, step: StepInput, world: WorldModel, command: Command, *, planned: bool
+    ) -> Decision:
+        """Pass the command through the gate; keep its own reason where the gate gives none.
+
+        A plan keeps clear of walls by itself, also if the rider drives.
+        """
+        if planned and step.request.mode is Mode.ASSISTED:
+            shared = dataclasses.replace(step.request, mode=Mode.SHARED)
+            step = dataclasses.replace(step, request=shared)
         if command.twist is None:
             return stop(command.reason or Reason.PLANNING)
         decision = self._gate(command.twist, step, world, world.walls)
@@ -285,11 +292,8 @@ class Navigator:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Command:
-    """Command to the gate: a twist, or None and the reason to stop."""
-
-    twist: Floats | None = None
-    reason: Reason | None = None
-    urgent: bool = False
-    """Brake with maximum deceleration."""
+def _with_mode(request: Request) -> Request:
+    """Shared control without a destination is help with steering."""
+    if request.mode is Mode.SHARED and np.isnan(request.goal).any():
+        return dataclasses.replace(request, mode=Mode.ASSISTED)
+    return request

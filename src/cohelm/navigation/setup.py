@@ -25,7 +25,7 @@ from cohelm.planning import ComfortLimits, GlobalPlanner
 from cohelm.robots import Robot
 from cohelm.robots.clearance import Clearance
 from cohelm.safety import GateParameters
-from cohelm.sharing import AuthorityParameters
+from cohelm.sharing import AuthorityParameters, SteeringParameters
 from cohelm.social import SocialModel
 
 
@@ -52,6 +52,7 @@ class NavigatorSetup:
     change_detection: ChangeDetectionParameters = ChangeDetectionParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
+    steering: SteeringParameters = SteeringParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
     recovery: RecoveryParameters = RecoveryParameters()

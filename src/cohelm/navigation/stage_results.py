@@ -13,7 +13,7 @@ from cohelm.navigation.recovery.context import RecoveryUpdate
 from cohelm.navigation.tick import Memory, Tick
 from cohelm.navigation.world_model import WorldModel
 from cohelm.safety import GateState, stop
-from cohelm.sharing import AuthorityState
+from cohelm.sharing import AuthorityState, SteeringState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +30,7 @@ class StageResults:
     course: PathAndReference
     plan: LocalPlan | None
     decision: Decision
+    steering: SteeringState | None = None
 
 
 def tick_of(
@@ -80,6 +81,7 @@ def _memory(results: StageResults) -> Memory:
         reversing=results.recovery.reversing,
         recovery=results.recovery.state,
         authority=results.authority_state,
+        steering=results.steering,
     )
 
 

@@ -37,7 +37,7 @@ from cohelm.navigation.replanning.route_query import PlanningFailure
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.perception import ObstacleLayerState, PerceptionMemory
 from cohelm.safety import GateState
-from cohelm.sharing import AuthorityState
+from cohelm.sharing import AuthorityState, SteeringState
 
 
 @value
@@ -60,6 +60,7 @@ class Memory:
     reversing: ReversingState | None = None
     recovery: RecoveryState | None = None
     authority: AuthorityState | None = None
+    steering: SteeringState | None = None
 
 
 @value

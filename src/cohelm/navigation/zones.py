@@ -18,7 +18,7 @@ from cohelm.config import Model
 from cohelm.geometry import resample, transform
 from cohelm.maps import OCCUPIED, CostmapFilter, OccupancyGrid
 from cohelm.maps.masks import closed_cells, speed_limit_at
-from cohelm.messages import Mode, Observation, Request
+from cohelm.messages import Observation, Request
 from cohelm.navigation.replanning.remaining_path import remaining_path
 from cohelm.navigation.replanning.replanner import RouteState
 from cohelm.robots import Robot
@@ -92,7 +92,7 @@ def _ahead(
     steps = np.arange(0.0, extent + _SPACING, _SPACING)
     travelled = -steps if backwards else steps
     straight = transform(pose, np.stack([travelled, np.zeros(len(steps))], axis=-1))
-    if route is None or request.mode in {Mode.MANUAL, Mode.ASSISTED}:
+    if route is None or request.mode.rider_drives:
         return steps, straight
     line = resample(remaining_path(route.path, route.progress), _SPACING)[: len(steps)]
     along = _SPACING * np.arange(len(line))

@@ -62,7 +62,7 @@ class GateParameters(Model):
     wall_margin: float = Field(0.01, ge=0.0, le=1.0)
     """Gap to a wall that counts as contact, m."""
     wall_margin_time: float = Field(0.1, ge=0.0, le=1.0)
-    """Growth of that gap with the commanded speed, s, in assisted mode, where no planner keeps
+    """Growth of that gap with the commanded speed, s, in the modes in which no planner keeps
     clear of walls: pose and map are wrong by centimetres."""
     min_probability: float = Field(0.5, ge=0.0, le=1.0)
     """Probability from which a hypothesis counts that is not a person's most likely one; the
@@ -136,7 +136,7 @@ def _contact(  # noqa: PLR0913  # everything that the last stage sees
     parameters: GateParameters,
 ) -> float:
     """Time of the first contact if the robot brakes after a twist, s; +inf: none."""
-    growth = parameters.wall_margin_time if request.mode is Mode.ASSISTED else 0.0
+    growth = parameters.wall_margin_time if request.mode.rider_drives else 0.0
     poses = braking(
         robot,
         observation.pose,

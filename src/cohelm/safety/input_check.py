@@ -9,7 +9,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, replace, value
 from cohelm.geometry import wrap_angle
-from cohelm.messages import Mode, Observation, People, PointCloud, Reason, Request, Scan
+from cohelm.messages import Observation, People, PointCloud, Reason, Request, Scan
 from cohelm.robots import Robot
 from cohelm.safety.gate import GateParameters
 
@@ -133,7 +133,7 @@ def _stale(
 ) -> Reason | None:
     """The first violated rule, or None. unknown: the twist is implausible."""
     now, rider = observation.time, observation.rider
-    needs_rider = request.mode in {Mode.MANUAL, Mode.ASSISTED}
+    needs_rider = request.mode.rider_drives
     uses_scans = observation.people is None
     oldest = state.last_message.min(initial=np.inf)
     rules = (

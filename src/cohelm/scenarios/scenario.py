@@ -38,7 +38,7 @@ from cohelm.safety import GateParameters
 from cohelm.scenarios.collection import Collection
 from cohelm.scenarios.objects import Mask, Obstacle, Preferred, ScheduledDoor, Storey, Zone
 from cohelm.scenarios.pedestrian_spec import PEDESTRIAN_MODEL, CrowdSpec, Point, part_field
-from cohelm.sharing import AuthorityParameters
+from cohelm.sharing import AuthorityParameters, SteeringParameters
 from cohelm.simulation import Fault, Localisation, Odometry
 
 PARTS = {
@@ -59,6 +59,7 @@ NAVIGATOR_PARAMETERS = (
     "change_detection",
     "obstacle_layer",
     "authority",
+    "steering",
     "replanning",
     "progress",
     "recovery",
@@ -136,6 +137,7 @@ class Scenario(Model):
     change_detection: ChangeDetectionParameters = ChangeDetectionParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
+    steering: SteeringParameters = SteeringParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
     recovery: RecoveryParameters = RecoveryParameters()

@@ -1,8 +1,9 @@
 """Riders in all modes on the same seeds: ``paper-static`` and ``riders``.
 
 In the paper people rode the corridors (Xu et al., Fig. 13); here simulated riders do. The paper's
-shared control is ``shared``; ``assisted`` is the rider behind the safety gate. Satisfaction was not
-measured with people: effort and agreement are reported as proxies.
+shared control is ``shared``; ``assisted`` helps the rider with steering, ``stop_only`` is the rider
+behind the safety gate. Satisfaction was not measured with people: effort and agreement are reported
+as proxies.
 """
 
 from __future__ import annotations
@@ -43,7 +44,10 @@ from cohelm.evaluation.report.statistics import bootstrap_mean
 from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.messages import Mode
 
-MODES = tuple(each.value for each in (Mode.MANUAL, Mode.ASSISTED, Mode.SHARED, Mode.AUTONOMOUS))
+MODES = tuple(
+    each.value
+    for each in (Mode.MANUAL, Mode.STOP_ONLY, Mode.ASSISTED, Mode.SHARED, Mode.AUTONOMOUS)
+)
 WITHOUT_DESTINATION = ("none", "idle", "nudge", "watchful")
 """Riders that do not steer to a destination."""
 BY = ("scene", "rider", "mode")
@@ -60,6 +64,7 @@ LIMITATIONS = (
 REQUIREMENTS = (
     Requirement("fast_contacts", NONE, (ALL_RIDES,), "assisted"),
     Requirement("fast_contacts", NONE, (ALL_RIDES,), "shared"),
+    Requirement("reached", Bound(low=0.95), (ALL_RIDES,), "assisted"),
     Requirement("reached", Bound(low=0.95), (ALL_RIDES,), "shared"),
     Requirement("time_ratio", Bound(high=1.4), (ALL_RIDES,), "shared"),
     Requirement("fast_contacts", NONE, ("rider *",), "assisted", only_missed=True),

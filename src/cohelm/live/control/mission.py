@@ -26,7 +26,6 @@ MAX_LENGTH = 300.0
 """Maximum length of a drawn line, m; scribbles are longer than they look."""
 MARGIN = 2.0
 """Distance by which a wish may exceed the map, m."""
-_RIDER_STEERS = frozenset({Mode.MANUAL, Mode.ASSISTED})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,12 +43,12 @@ class Mission:
     @property
     def active_mode(self) -> Mode:
         """Mode in which the chair drives: without a destination the rider steers."""
-        return self.mode if self.goal is not None or self.mode in _RIDER_STEERS else Mode.ASSISTED
+        return self.mode if self.goal is not None or self.mode.rider_drives else Mode.ASSISTED
 
     @property
     def under_way(self) -> bool:
         """True if the chair would drive with the stick released."""
-        return self.goal is not None and self.mode not in _RIDER_STEERS
+        return self.goal is not None and not self.mode.rider_drives
 
     def with_goal(self, goal: Destination | None) -> Mission:
         """Return the mission with another destination, or with none."""
@@ -129,7 +128,7 @@ def request_of(
         moves: True if the chair may move.
     """
     mode = mission.active_mode
-    if not moves and mode in _RIDER_STEERS:
+    if not moves and mode.rider_drives:
         mode = Mode.SHARED  # needs no stick in order to look around
     goal = mission.goal
     return Request(

@@ -209,5 +209,5 @@ def _warm_up_cases(ride_setup: RideSetup) -> Iterator[_WarmUpCase]:
         yield _WarmUpCase(wish.kind, replace(request, wishes=(wish,)))
     yield _WarmUpCase("autonomous", replace(request, mode=Mode.AUTONOMOUS))
     yield _WarmUpCase("standing", replace(request, speed_limit=0.0))
-    for mode in (Mode.ASSISTED, Mode.MANUAL):
+    for mode in (Mode.ASSISTED, Mode.STOP_ONLY, Mode.MANUAL):
         yield _WarmUpCase(mode.value, replace(request, goal=no_goal, mode=mode), (0.4, -0.3))

@@ -20,7 +20,7 @@ SHOWN_SPACING = 0.1
 
 def rider_authority_of(tick: Tick) -> float:
     """Return the rider's share of control: 1 if they steer alone, 0 if the chair does."""
-    if tick.request.mode in {Mode.MANUAL, Mode.ASSISTED}:
+    if tick.request.mode.rider_drives:
         return 1.0
     if tick.request.mode is Mode.AUTONOMOUS or tick.authority is None:
         return 0.0

@@ -18,7 +18,7 @@ from cohelm.scenarios import Scenario
 from cohelm.scenarios.build import floor_of
 from cohelm.scenarios.scenario import robot_of
 
-MODES = (Mode.SHARED, Mode.AUTONOMOUS, Mode.ASSISTED, Mode.MANUAL)
+MODES = (Mode.SHARED, Mode.AUTONOMOUS, Mode.ASSISTED, Mode.STOP_ONLY, Mode.MANUAL)
 """Modes in the order in which a page offers them."""
 _OCCUPIED, _UNKNOWN, _FREE = 0, 128, 255
 

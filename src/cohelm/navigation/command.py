@@ -1,0 +1,80 @@
+"""What rider or planner ask of the gate, and the problem that a local planner is given."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from cohelm.arrays import Floats
+from cohelm.control import LocalProblem
+from cohelm.maps import DistanceField
+from cohelm.messages import Authority, Reason, Reference, RiderProfile
+from cohelm.navigation.tick import StepInput
+from cohelm.navigation.world_model import WorldModel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """Command to the gate: a twist, or None and the reason to stop."""
+
+    twist: Floats | None = None
+    reason: Reason | None = None
+    urgent: bool = False
+    """Brake with maximum deceleration."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Allowance:
+    """What the local planner may do in this step."""
+
+    speed_limit: float
+    """m/s."""
+    stalled: bool = False
+    """Squeeze past people slowly."""
+    reverses: bool = False
+    max_deviation: float = math.inf
+    """See ``LocalProblem.max_deviation``, rad."""
+
+
+def local_problem(
+    step: StepInput,
+    world: WorldModel,
+    authority: Authority,
+    reference: Reference,
+    allowance: Allowance,
+    *,
+    profile: RiderProfile,
+    walls: DistanceField,
+) -> LocalProblem:
+    """Problem of the local planner in this step; a stalled chair creeps.
+
+    Args:
+        step: input of the step.
+        world: people and their predictions.
+        authority: of the rider.
+        reference: to track.
+        allowance: limits of this step.
+        profile: of the rider, with the passing side.
+        walls: distance to everything that is not a person.
+    """
+    setup, observation = step.setup, step.observation
+    limit = min(setup.speed_limit(step.request), allowance.speed_limit)
+    return LocalProblem(
+        time=observation.time,
+        robot=setup.robot,
+        pose=observation.pose,
+        twist=observation.twist,
+        reference=reference,
+        people=world.people,
+        predictions=world.predictions,
+        spaces=world.spaces,
+        walls=walls,
+        authority=authority,
+        profile=profile,
+        speed_limit=min(limit, setup.progress.creep_speed) if allowance.stalled else limit,
+        stalled=allowance.stalled,
+        reverses=allowance.reverses,
+        extra_clearance=max(step.request.extra_clearance, 0.0),
+        max_deviation=allowance.max_deviation,
+        late=observation.late,
+    )

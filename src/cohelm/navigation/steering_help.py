@@ -1,0 +1,151 @@
+"""Steering help: the rider's own motion where it is clear, else the nearest one that is.
+
+1. Without a forward push the wheels get what the rider asks, behind the gate: the chair turns on
+   the spot, backs up or stands.
+2. A motion that is clear of walls and people for some seconds is left as it is, but that a chair
+   that was led aside turns back to the direction of the push.
+3. Where only people who walk are in its way, the chair goes the rider's way more slowly.
+4. Otherwise the local planner tracks where the stick leads: it slides along walls, rounds people
+   and things, and goes through doors, never faster than the stick asks, and never farther from its
+   direction than ``SteeringParameters.max_deviation``.
+5. If the planner finds nothing, the rider's motion is tried slowly; the gate decides, and says what
+   is in the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.errors import ControlError
+from cohelm.messages import Authority, Decision, LocalPlan, Reason
+from cohelm.navigation.command import Allowance, Command, local_problem
+from cohelm.navigation.recovery.context import is_standing_still
+from cohelm.navigation.tick import StepInput
+from cohelm.navigation.world_model import WorldModel
+from cohelm.robots.contact import contact_times
+from cohelm.robots.contact_kernel import ContactMargins
+from cohelm.sharing import InputHorizon, RiderIntent, SteeringState, rider_intent
+
+_SHARES = (0.75, 0.5, 0.25, 0.0)
+"""Shares of the rider's speed at which people who walk may pass."""
+_SLOWEST = 0.1
+"""Speed that the planner may always use, m/s."""
+
+
+def intent_of(step: StepInput, authority: Authority) -> tuple[RiderIntent, SteeringState]:
+    """The motion that the rider's stick asks for in this step."""
+    setup = step.setup
+    return rider_intent(
+        step.observation,
+        authority,
+        setup.robot,
+        horizon=InputHorizon(steps=setup.local_planner.steps, step=setup.local_planner.step),
+        speed_limit=setup.speed_limit(step.request),
+        memory=step.memory.steering,
+        parameters=setup.steering,
+    )
+
+
+def steer(
+    step: StepInput,
+    world: WorldModel,
+    authority: Authority,
+    intent: RiderIntent,
+    previous: LocalPlan | None,
+    gate: Callable[[Floats], Decision],
+) -> tuple[LocalPlan | None, Command]:
+    """Compute the command of a rider who is helped with steering.
+
+    Args:
+        step: input of the step.
+        world: people and obstacles.
+        authority: of the rider, with the twist that the stick asks for.
+        intent: where that leads.
+        previous: plan of the last tick, if any.
+        gate: decision on a twist (3,).
+
+    Returns:
+        The plan, None where the rider's own motion is taken, and the command for the gate.
+    """
+    twist = authority.twist
+    if not intent.forward:
+        return None, Command(twist=twist)
+    if not intent.squeezes:
+        share = _clear_share(step, world, intent)
+        if share is not None:
+            own = share * (twist + np.array([0.0, 0.0, intent.return_rate]))
+            return None, Command(twist=own, reason=_slowed(share))
+    problem = local_problem(
+        step,
+        world,
+        authority,
+        intent.reference,
+        Allowance(
+            speed_limit=max(intent.speed, _SLOWEST),
+            stalled=intent.squeezes,
+            max_deviation=step.setup.steering.max_deviation,
+        ),
+        profile=step.request.profile,
+        walls=world.walls,
+    )
+    try:
+        plan = step.setup.local_planner.plan(problem, previous)
+    except ControlError:
+        return None, Command(reason=Reason.SOLVER_FAILED)
+    if plan.reason is not None and not plan.urgent:
+        creep = step.setup.progress.creep_speed
+        slow = twist * min(1.0, creep / max(abs(float(twist[0])), 1e-6))
+        blocked = gate(slow).reason is Reason.BLOCKED
+        if not blocked or is_standing_still(step.observation.twist):
+            return None, Command(twist=slow, reason=None if blocked else Reason.TOO_CLOSE)
+    told = None if plan.brief else plan.reason
+    return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
+
+
+def _slowed(share: float) -> Reason | None:
+    if share == 1.0:
+        return None
+    return Reason.TOO_CLOSE if share > 0.0 else Reason.BLOCKED
+
+
+def _clear_share(step: StepInput, world: WorldModel, intent: RiderIntent) -> float | None:
+    """Share of the rider's speed at which the way is clear; None: something is in the way.
+
+    Only people who walk, and will be gone, are waited for.
+    """
+    blocked = _contacts(step, world, intent.inputs)
+    if not blocked.any():
+        return 1.0
+    walks = np.hypot(*world.people.mean[:, 2:].T) >= step.setup.recovery.walking_speed
+    if blocked[0] or (blocked[1:] & ~walks).any():
+        return None
+    for share in _SHARES:
+        if share == 0.0 or not _contacts(step, world, share * intent.inputs).any():
+            return share
+    return 0.0
+
+
+def _contacts(step: StepInput, world: WorldModel, inputs: Floats) -> Floats:
+    """Mask (1 + n,) of walls and each person that the motion meets within ``clear_time``."""
+    setup, p = step.setup, step.setup.steering
+    dt = setup.local_planner.step
+    count = max(round(p.clear_time / dt), 1)
+    poses = setup.robot.motion_model.rollout(step.observation.pose, inputs[:count], dt)
+    times = contact_times(
+        setup.robot,
+        poses,
+        dt,
+        people=world.people,
+        predictions=world.predictions,
+        walls=world.walls,
+        margins=ContactMargins(
+            wall=p.wall_gap,
+            people=p.people_gap,
+            extra=max(step.request.extra_clearance, 0.0),
+            standing_share=setup.clearance.standing,
+        ),
+    )
+    return np.asarray(times < np.inf)

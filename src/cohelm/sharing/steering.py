@@ -1,0 +1,228 @@
+"""Where the rider's stick leads over the horizon, with a destination or without one.
+
+Forward is a speed. Aside is a turn that is meant for a moment, and then straight on: nobody who
+steers round a corner means a circle. A stick without a turn means the direction that the chair had
+when the stick was straightened, turned as the stick has turned it since, so that a chair that was
+led round something comes back to it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydantic import Field
+
+from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.config import Model
+from cohelm.geometry import wrap_angle
+from cohelm.messages import Authority, Observation, Reference
+from cohelm.robots import Robot
+from cohelm.sharing.authority import InputHorizon, stick_twist
+
+_ROUNDING = 1e-9  # s; times are sums of float steps
+_FORWARD = 0.02
+"""Deflection above which the rider pushes forward, share of full."""
+_PUSHED, _MOVES = 0.15, 0.05
+"""A deflection above the first moves a free chair faster than the second; share of full, m/s."""
+_RETURN_TIME = 1.0
+"""Time in which the chair turns back to a kept direction, s."""
+_RETURN_RATE = 0.6
+"""Largest turn rate of doing so, share of the robot's."""
+_LED_ASIDE = 0.06
+"""Angle to the kept direction from which the chair was led aside, rad: less is noise."""
+_LONGEST_GAP = 0.5
+"""Time between two calls up to which a direction is kept, s."""
+
+
+class SteeringParameters(Model):
+    """What a stick means, and how far the chair may differ from it; assumed."""
+
+    smoothing: float = Field(0.25, ge=0.0, le=2.0)
+    """Time constant of the low-pass on the stick, s."""
+    turn_time: float = Field(0.8, ge=0.0, le=5.0)
+    """Time for which a turn is meant, s."""
+    turn_fade: float = Field(0.6, gt=0.0, le=5.0)
+    """Time in which it then fades, s."""
+    straight: float = Field(0.12, ge=0.0, le=1.0)
+    """Lateral deflection up to which the direction is kept, share of full."""
+    keep_time: float = Field(3.0, gt=0.0, le=60.0)
+    """Time constant with which a kept direction gives way to that of the chair, s."""
+    max_deviation: float = Field(1.05, gt=0.0, le=3.2)
+    """Largest angle between the motion of the chair and where the stick leads, rad."""
+    clear_time: float = Field(3.0, gt=0.0, le=10.0)
+    """The wheels follow the stick itself while this leads nowhere near anything, s …"""
+    wall_gap: float = Field(0.05, ge=0.0, le=0.5)
+    """… than this to walls, m …"""
+    people_gap: float = Field(0.15, ge=0.0, le=1.0)
+    """… and this to people, m."""
+    stuck_time: float = Field(1.0, gt=0.0, le=30.0)
+    """Time of pushing without motion after which the chair squeezes through, s …"""
+    squeeze_time: float = Field(4.0, ge=0.0, le=60.0)
+    """… for this time, slowly and closer to people and walls than otherwise, s."""
+
+
+@value
+class SteeringState:
+    """Memory of the rider's intent."""
+
+    time: float
+    """s."""
+    stick: Annotated[Floats, Shape("2")]
+    """Deflection after the low-pass."""
+    heading: float = math.nan
+    """Direction in the map that a straight stick keeps, rad; NaN: none."""
+    pushed_since: float = math.inf
+    """Time since which a push has moved nothing, s."""
+    squeezes_until: float = -math.inf
+    """s."""
+
+
+@value
+class RiderIntent:
+    """Motion that the rider's stick asks for."""
+
+    reference: Reference
+    """Poses and speeds, N + 1 each."""
+    inputs: Annotated[Floats, Shape("N m")]
+    """Inputs that lead along it."""
+    speed: float
+    """Speed of the stick, m/s."""
+    return_rate: float
+    """Turn rate back to the direction of the push for a chair that was led aside, rad/s."""
+    forward: bool
+    """The rider pushes forward; otherwise the chair turns on the spot, backs up or stands."""
+    squeezes: bool
+    """A push has moved nothing for a while."""
+
+
+def rider_intent(
+    observation: Observation,
+    authority: Authority,
+    robot: Robot,
+    *,
+    horizon: InputHorizon,
+    speed_limit: float,
+    memory: SteeringState | None,
+    parameters: SteeringParameters,
+) -> tuple[RiderIntent, SteeringState]:
+    """The motion that the stick asks for now.
+
+    Args:
+        observation: time, pose and twist.
+        authority: the rider's, with the deflection.
+        robot: full deflection requests its limits.
+        horizon: steps of the reference.
+        speed_limit: speed of a full deflection where the robot can reach it, m/s.
+        memory: result of the last call, None at first.
+        parameters: what a stick means.
+    """
+    p, raw, heading = parameters, authority.deflection, float(observation.pose[2])
+    memory = memory or SteeringState(time=observation.time, stick=raw)
+    elapsed = observation.time - memory.time
+    stick = _smoothed(raw, memory.stick, elapsed, p.smoothing)
+    turn = float(raw[1]) * robot.max_turn_rate
+    kept = _kept_heading(raw, stick, heading, memory.heading + turn * elapsed, elapsed, p)
+    pushed, until = _squeezing(observation, raw, memory, p)
+    twist = stick_twist(np.array([max(stick[0], 0.0), stick[1]]), robot, speed_limit)
+    # states are half a step into each input, so that the rollout ends where the input ends
+    times = np.asarray((np.arange(horizon.steps) + 0.5) * horizon.step, dtype=float)
+    off = float(wrap_angle(kept - heading))  # NaN stays NaN
+    back = _return_rate(off, robot.max_turn_rate)
+    turns = _turn_rates(float(twist[2]), off, back, times, p)
+    inputs = _reachable(observation.twist, twist, turns, times, robot)
+    speeds = robot.motion_model.twist(inputs)[:, 0]
+    reference = Reference(
+        step=horizon.step,
+        poses=robot.motion_model.rollout(observation.pose, inputs, horizon.step),
+        speeds=np.append(speeds, speeds[-1]),
+    )
+    intent = RiderIntent(
+        reference=reference,
+        inputs=inputs,
+        speed=float(twist[0]),
+        return_rate=back if abs(off) > _LED_ASIDE else 0.0,
+        forward=bool(raw[0] > _FORWARD and stick[0] > _FORWARD),
+        squeezes=observation.time < until,
+    )
+    state = SteeringState(
+        time=observation.time,
+        stick=stick,
+        heading=kept,
+        pushed_since=pushed,
+        squeezes_until=until,
+    )
+    return intent, state
+
+
+def _smoothed(raw: Floats, last: Floats, elapsed: float, time_constant: float) -> Floats:
+    """Deflection after a low-pass; a released stick is released at once."""
+    if not raw.any():
+        return np.zeros(2)
+    if time_constant <= 0.0:
+        return raw
+    share = 1.0 - math.exp(-max(elapsed, 0.0) / time_constant)
+    smoothed: Floats = last + share * (raw - last)
+    return smoothed
+
+
+def _kept_heading(
+    raw: Floats, stick: Floats, heading: float, kept: float, elapsed: float, p: SteeringParameters
+) -> float:
+    """Direction that a straight stick keeps, rad; NaN if the rider turns or has let go."""
+    if not raw.any() or abs(float(stick[1])) >= p.straight:
+        return math.nan
+    if math.isnan(kept) or not 0.0 <= elapsed <= _LONGEST_GAP:
+        return heading
+    off = float(wrap_angle(kept - heading)) * math.exp(-elapsed / p.keep_time)
+    return heading + min(max(off, -p.max_deviation), p.max_deviation)
+
+
+def _squeezing(
+    observation: Observation, raw: Floats, memory: SteeringState, p: SteeringParameters
+) -> tuple[float, float]:
+    """(time since which a push has moved nothing, time until which the chair squeezes), s."""
+    if not raw[0] > _PUSHED:
+        return math.inf, -math.inf
+    now, moves = observation.time, abs(float(observation.twist[0])) > _MOVES
+    since = math.inf if moves else min(memory.pushed_since, now)
+    stuck = now - since >= p.stuck_time - _ROUNDING
+    return since, now + p.squeeze_time if stuck else memory.squeezes_until
+
+
+def _return_rate(off: float, limit: float) -> float:
+    """Turn rate back to a kept direction, rad/s; ``limit`` is that of the robot."""
+    if math.isnan(off):
+        return 0.0
+    return math.copysign(min(abs(off) / _RETURN_TIME, _RETURN_RATE * limit), off)
+
+
+def _turn_rates(
+    asked: float, off: float, rate: float, times: Floats, p: SteeringParameters
+) -> Floats:
+    """Turn rates (N,) of the stick: for a while, or back to the kept direction, rad/s.
+
+    Args:
+        asked: turn rate of the stick, rad/s.
+        off: angle to the kept direction, rad; NaN: none is kept.
+        rate: turn rate back to it, rad/s.
+        times: of the steps (N,), s.
+        p: parameters.
+    """
+    if math.isnan(off):
+        rates: Floats = asked * np.clip(1.0 - (times - p.turn_time) / p.turn_fade, 0.0, 1.0)
+        return rates
+    lasts = abs(off) / abs(rate) if rate else 0.0
+    return np.where(times < lasts, rate, 0.0)
+
+
+def _reachable(now: Floats, asked: Floats, turns: Floats, times: Floats, robot: Robot) -> Floats:
+    """Inputs (N, m) from the present twist towards the asked one, within the accelerations."""
+    _, _, rise, fall = robot.input_bounds
+    wanted = np.tile(asked, (len(times), 1))
+    wanted[:, 2] = turns
+    model = robot.motion_model
+    start, wanted = model.input(now), model.input(wanted)
+    steps = times[:, None]
+    inputs: Floats = start + np.minimum(np.maximum(wanted - start, -fall * steps), rise * steps)
+    return inputs
