@@ -180,9 +180,10 @@ def _touches(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
         return False
     # motion of the robot's surface towards the person
     turned = poses[k + 1, 2] - poses[k, 2]
-    vx = poses[k + 1, 0] - poses[k, 0] + arm_x * turned
-    vy = poses[k + 1, 1] - poses[k, 1] + arm_y * turned
+    x_moved, y_moved = poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1]
+    moved, vx, vy = math.hypot(x_moved, y_moved), x_moved + arm_x * turned, y_moved + arm_y * turned
     leaves = vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy)
+    leaves &= moved >= abs(turned) * math.hypot(arm_x, arm_y)  # nobody is escaped by turning
     if leaves and floor < np.inf and not leaving:
         return False  # the robot drives away from somebody who follows
     stood = gap_to_disc(capsule, poses[0], x, y, radius)
