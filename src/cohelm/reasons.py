@@ -1,4 +1,4 @@
-"""Reasons why the chair stops or deviates from its command: stable codes, rider's sentences."""
+"""Reasons for what the chair does or offers: stable codes, rider's sentences."""
 
 from __future__ import annotations
 
@@ -62,3 +62,22 @@ class Reason(StrEnum):
     COLLISION = "collision", "The chair touched something. Stopped."
     PAUSED = "paused", "The simulation is paused."
     STARTING = "starting", "Starting up. Please wait."
+
+
+class OfferReason(StrEnum):
+    """Stable code of a reason to offer a destination; ``sentence`` has a field ``{metres}``."""
+
+    sentence: str
+
+    def __new__(cls, code: str, sentence: str) -> OfferReason:
+        """Attach the sentence to the code."""
+        reason = str.__new__(cls, code)
+        reason._value_ = code
+        reason.sentence = sentence
+        return reason
+
+    CLOSER_AND_STEERING = "closer_and_steering", "{metres} m closer, and you steer towards it"
+    CLOSER = "closer", "You have come {metres} m closer"
+    STEERING = "steering", "You steer towards it"
+    HABIT = "habit", "You often go there"
+    STILL_POSSIBLE = "still_possible", "Still possible"

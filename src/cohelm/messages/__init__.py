@@ -12,23 +12,27 @@ values of one step; it lives there because it also holds the memory of each stag
 """
 
 from cohelm.messages.decision import Decision, LocalPlan, Status
+from cohelm.messages.destinations import DestinationBelief, DestinationOffer
 from cohelm.messages.environment import Crowding, LiveObstacles, Sensing
 from cohelm.messages.observation import Observation, PointCloud, RiderCommand, Scan
 from cohelm.messages.people import Groups, GroupSpaces, People, Predictions, SocialSpaces
 from cohelm.messages.plan import Authority, Path, Reference, WishReport
 from cohelm.messages.request import Mode, Request, RiderProfile, Side, Wish
-from cohelm.reasons import Reason
+from cohelm.reasons import OfferReason, Reason
 
 __all__ = [
     "Authority",
     "Crowding",
     "Decision",
+    "DestinationBelief",
+    "DestinationOffer",
     "GroupSpaces",
     "Groups",
     "LiveObstacles",
     "LocalPlan",
     "Mode",
     "Observation",
+    "OfferReason",
     "Path",
     "People",
     "PointCloud",

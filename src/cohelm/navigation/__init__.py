@@ -1,6 +1,7 @@
 """The navigator: the package in which all stages meet."""
 
 from cohelm.navigation.crowding import CrowdingParameters
+from cohelm.navigation.destination_inference import DestinationInference, DestinationParameters
 from cohelm.navigation.navigator import Navigator
 from cohelm.navigation.path_and_reference import planning_reason
 from cohelm.navigation.recovery.parameters import RecoveryParameters
@@ -16,6 +17,8 @@ from cohelm.navigation.tick import Memory, Tick
 
 __all__ = [
     "CrowdingParameters",
+    "DestinationInference",
+    "DestinationParameters",
     "Memory",
     "Navigator",
     "NavigatorSetup",

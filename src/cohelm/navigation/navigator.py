@@ -15,6 +15,7 @@ from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
     Decision,
+    DestinationBelief,
     LocalPlan,
     Mode,
     Observation,
@@ -23,6 +24,7 @@ from cohelm.messages import (
     Request,
 )
 from cohelm.navigation.command import Allowance, Command, local_problem
+from cohelm.navigation.destination_inference import DestinationState, destination_inference
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
 from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
@@ -53,6 +55,13 @@ class Navigator:
         self.walls = distance_field(setup.grid)
         closed = with_keepout_walls(setup.grid, setup.filters)
         self.barriers = self.walls if closed is setup.grid else distance_field(closed)
+        self.destinations = destination_inference(
+            setup.grid,
+            setup.filters,
+            setup.places,
+            setup.robot.inscribed_radius,
+            setup.destinations,
+        )
 
     def step(self, observation: Observation, request: Request, last: Tick | None) -> Tick:
         """Compute one tick.
@@ -78,6 +87,7 @@ class Navigator:
         step = self._step_input(observation, _with_mode(request), memory)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
         authority, authority_state = self._rider_authority(step)
+        destinations, destination_state = self._destinations(step, authority)
         stopwatch.lap("sharing")
 
         # Recovery, if the ride makes no progress although it should.
@@ -122,6 +132,8 @@ class Navigator:
             plan=plan,
             decision=decision,
             steering=steering,
+            destinations=destinations,
+            destination_state=destination_state,
         )
         return tick_of(observation, request, results, stopwatch.laps)
 
@@ -147,6 +159,15 @@ class Navigator:
             memory=step.memory.authority,
             parameters=setup.authority,
         )
+
+    def _destinations(
+        self, step: StepInput, authority: Authority
+    ) -> tuple[DestinationBelief | None, DestinationState | None]:
+        """Infer destinations while the rider has chosen none."""
+        if self.destinations is None or not np.isnan(step.request.goal).any():
+            return None, None
+        turn_rate, memory = self.setup.robot.max_turn_rate, step.memory.destinations
+        return self.destinations.update(step.observation, authority, turn_rate, memory)
 
     def _has_arrived(self, step: StepInput, last: Tick | None) -> bool:
         """Check the distance to the goal, with hysteresis.

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from cohelm.arrays import value
 from cohelm.control import LocalPlanner
-from cohelm.maps import CostmapFilter, OccupancyGrid
+from cohelm.maps import CostmapFilter, OccupancyGrid, Places
 from cohelm.messages import Crowding, Request
 from cohelm.navigation.crowding import CrowdingParameters
+from cohelm.navigation.destination_inference import DestinationParameters
 from cohelm.navigation.recovery.parameters import RecoveryParameters
 from cohelm.navigation.recovery.progress_checker import ProgressParameters
 from cohelm.navigation.replanning.replanner import ReplanningParameters
@@ -45,6 +46,8 @@ class NavigatorSetup:
     social_model: SocialModel
     filters: tuple[CostmapFilter, ...] = ()
     """Masks over the map: keepout zones and speed limits."""
+    places: Places = Places()
+    """Named places, which are offered to a rider without a destination."""
     heat: Crowding | None = None
     """Heat map of known crowding."""
     crowding: CrowdingParameters = CrowdingParameters()
@@ -53,6 +56,7 @@ class NavigatorSetup:
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     steering: SteeringParameters = SteeringParameters()
+    destinations: DestinationParameters = DestinationParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
     recovery: RecoveryParameters = RecoveryParameters()

@@ -7,7 +7,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from cohelm.messages import Authority, Decision, LocalPlan, Observation, People, Reason, Request
+from cohelm.messages import (
+    Authority,
+    Decision,
+    DestinationBelief,
+    LocalPlan,
+    Observation,
+    People,
+    Reason,
+    Request,
+)
+from cohelm.navigation.destination_inference import DestinationState
 from cohelm.navigation.path_and_reference import PathAndReference
 from cohelm.navigation.recovery.context import RecoveryUpdate
 from cohelm.navigation.tick import Memory, Tick
@@ -31,6 +41,8 @@ class StageResults:
     plan: LocalPlan | None
     decision: Decision
     steering: SteeringState | None = None
+    destinations: DestinationBelief | None = None
+    destination_state: DestinationState | None = None
 
 
 def tick_of(
@@ -58,6 +70,7 @@ def tick_of(
         shared=course.shared,
         plan=results.plan,
         planning_error=course.failure.detail if course.failure else "",
+        destinations=results.destinations,
         arrived=results.arrived,
         durations=MappingProxyType(durations),
     )
@@ -82,6 +95,7 @@ def _memory(results: StageResults) -> Memory:
         recovery=results.recovery.state,
         authority=results.authority_state,
         steering=results.steering,
+        destinations=results.destination_state,
     )
 
 

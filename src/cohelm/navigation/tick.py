@@ -15,6 +15,7 @@ from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.messages import (
     Authority,
     Decision,
+    DestinationBelief,
     Groups,
     LocalPlan,
     Observation,
@@ -27,6 +28,7 @@ from cohelm.messages import (
     SocialSpaces,
 )
 from cohelm.navigation.crowding import CrowdingState
+from cohelm.navigation.destination_inference import DestinationState
 from cohelm.navigation.obstacle_memory import ObstacleMemory
 from cohelm.navigation.recovery.progress_checker import ProgressState
 from cohelm.navigation.recovery.rear_clearance import RearMemory
@@ -61,6 +63,7 @@ class Memory:
     recovery: RecoveryState | None = None
     authority: AuthorityState | None = None
     steering: SteeringState | None = None
+    destinations: DestinationState | None = None
 
 
 @value
@@ -87,6 +90,8 @@ class Tick:
     plan: LocalPlan | None = None
     planning_error: str = ""
     """Text of the planning error, with places and widths; empty if there is a path."""
+    destinations: DestinationBelief | None = None
+    """Inferred destinations; None with a chosen destination, and on a map without places."""
     arrived: bool = False
     """At the goal, where the chair should stand still."""
     durations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))

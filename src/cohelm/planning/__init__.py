@@ -43,6 +43,7 @@ from cohelm.planning.alternatives.alternatives import (
 from cohelm.planning.alternatives.features import FeatureParameters, RouteFeatures, route_features
 from cohelm.planning.alternatives.proposal import Proposal, propose
 from cohelm.planning.api import GlobalPlanner, RouteProblem
+from cohelm.planning.cost_to_go import CostToGo, cost_to_go
 from cohelm.planning.costmap.costmap import Costmap, build_costmap, combine
 from cohelm.planning.costmap.layers.inflation import Inflation
 from cohelm.planning.planners.astar import AStar
@@ -57,6 +58,7 @@ __all__ = [
     "Alternative",
     "AlternativeCriteria",
     "ComfortLimits",
+    "CostToGo",
     "Costmap",
     "FeatureParameters",
     "GlobalPlanner",
@@ -71,6 +73,7 @@ __all__ = [
     "UserPreferenceField",
     "build_costmap",
     "combine",
+    "cost_to_go",
     "costmap_for",
     "find_alternatives",
     "make_reference",

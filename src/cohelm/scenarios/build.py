@@ -100,7 +100,7 @@ def build_scenario(scenario: Scenario, seed: int) -> RideSetup:
         mode=scenario.mode,
         profile=scenario.profile,
     )
-    navigator = _navigator(scenario, floor.grid, robot, parts)
+    navigator = _navigator(scenario, floor, robot, parts)
     problem = _problem(navigator, start, request)
     planner = navigator.global_planner
     route = planner.plan(problem)
@@ -155,10 +155,11 @@ def _filters(scenario: Scenario) -> tuple[CostmapFilter, ...]:
 
 
 def _navigator(
-    scenario: Scenario, grid: OccupancyGrid, robot: Robot, parts: Mapping[str, Any]
+    scenario: Scenario, floor: Floor, robot: Robot, parts: Mapping[str, Any]
 ) -> NavigatorSetup:
     return NavigatorSetup(
-        grid=grid,
+        grid=floor.grid,
+        places=floor.places,
         robot=robot,
         filters=_filters(scenario),
         heat=read_crowding(scenario.beside(scenario.crowding)) if scenario.crowding else None,

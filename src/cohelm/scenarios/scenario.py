@@ -29,7 +29,12 @@ from cohelm.config import Model, nearest, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
 from cohelm.maps import MAX_COORDINATE
 from cohelm.messages import Mode, RiderProfile
-from cohelm.navigation import ProgressParameters, RecoveryParameters, ReplanningParameters
+from cohelm.navigation import (
+    DestinationParameters,
+    ProgressParameters,
+    RecoveryParameters,
+    ReplanningParameters,
+)
 from cohelm.perception import ChangeDetectionParameters, ObstacleLayerParameters
 from cohelm.planning import ComfortLimits
 from cohelm.plugins import Spec, spelt_out
@@ -60,6 +65,7 @@ NAVIGATOR_PARAMETERS = (
     "obstacle_layer",
     "authority",
     "steering",
+    "destinations",
     "replanning",
     "progress",
     "recovery",
@@ -138,6 +144,7 @@ class Scenario(Model):
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     steering: SteeringParameters = SteeringParameters()
+    destinations: DestinationParameters = DestinationParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()
     recovery: RecoveryParameters = RecoveryParameters()

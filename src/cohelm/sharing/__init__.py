@@ -9,6 +9,15 @@ from cohelm.sharing.authority import (
     shared_reference,
     stick_twist,
 )
+from cohelm.sharing.destinations import (
+    InferenceParameters,
+    InferenceState,
+    StickLine,
+    belief,
+    prior_of,
+    update_inference,
+)
+from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
 from cohelm.sharing.steering import (
     RiderIntent,
     SteeringParameters,
@@ -17,15 +26,25 @@ from cohelm.sharing.steering import (
 )
 
 __all__ = [
+    "EMPTY",
     "AuthorityParameters",
     "AuthorityState",
+    "InferenceParameters",
+    "InferenceState",
     "InputHorizon",
+    "OfferParameters",
+    "OfferState",
     "RiderIntent",
     "SteeringParameters",
     "SteeringState",
+    "StickLine",
     "authority",
+    "belief",
     "limit_authority",
+    "prior_of",
     "rider_intent",
     "shared_reference",
     "stick_twist",
+    "update_inference",
+    "update_offers",
 ]
