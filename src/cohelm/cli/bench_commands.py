@@ -35,6 +35,10 @@ BENCHES = {
         "cohelm.benchmarks.rides.crowds",
         "All local planners across filmed crowds, which do not react.",
     ),
+    "destinations": (
+        "cohelm.benchmarks.destinations",
+        "Inference of the destination of a rider who has named none, and the offers.",
+    ),
     "paper-dynamic": (
         "cohelm.benchmarks.paper.dynamic",
         "All local planners in the paper's dynamic scenes (Xu et al., Table 3).",
@@ -88,6 +92,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
         "driver_settings",
     ),
     "crowds": ("planners", "films", "true_people", "settings"),
+    "destinations": ("places_floors", "goals", "destination_settings"),
     "paper-dynamic": ("planners", "settings"),
     "paper-global": ("global_planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),

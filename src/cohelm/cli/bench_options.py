@@ -197,6 +197,31 @@ OWN: Mapping[str, Option] = {
     "solver_settings": Option(
         _settings("Parameter of the planner: local_planner.iterations=5"), into=_as_settings
     ),
+    "places_floors": Option(
+        Annotated[
+            str | None,
+            typer.Option(
+                "--floors",
+                metavar="A,B",
+                help="Floors of cohelm or of ros_maps in COHELM_DATA; default: hospital, and "
+                "utexas_gdc_3ne where there is COHELM_DATA.",
+            ),
+        ],
+        into=lambda given: {"floors": given},
+    ),
+    "goals": Option(
+        Annotated[
+            str | None,
+            typer.Option(
+                metavar="A,B",
+                help="uniform, habits, elsewhere (a point without a name); default: all.",
+            ),
+        ]
+    ),
+    "destination_settings": Option(
+        _settings("Parameter of the inference: inference.beta=2 or offers.show=0.1"),
+        into=_as_settings,
+    ),
     "worlds": Option(
         Annotated[
             str | None,

@@ -14,10 +14,8 @@ from cohelm.arrays import Floats, value
 from cohelm.config import Model
 from cohelm.maps import CostmapFilter, OccupancyGrid, Places
 from cohelm.messages import (
-    Authority,
     DestinationBelief,
     DestinationOffer,
-    Observation,
     OfferReason,
 )
 from cohelm.planning import CostToGo, cost_to_go
@@ -76,31 +74,33 @@ class DestinationInference:
 
     def update(
         self,
-        observation: Observation,
-        authority: Authority,
+        time: float,
+        pose: Floats,
+        deflection: Floats,
         max_turn_rate: float,
         memory: DestinationState | None,
     ) -> tuple[DestinationBelief, DestinationState]:
-        """Update belief and offers by one observation.
+        """Update belief and offers.
 
         Args:
-            observation: time and pose.
-            authority: of the rider, with the deflection.
+            time: s.
+            pose: (3,), X_MR.
+            deflection: (forward, left) of the stick, 0 where it counts as centred.
             max_turn_rate: of a full deflection, rad/s.
             memory: result of the last call; None at first.
         """
-        p, pose = self.parameters.inference, observation.pose
+        p = self.parameters.inference
         cost = self.fields.at(pose[:2])
-        line = self._stick_line(pose, authority.deflection, max_turn_rate)
+        line = self._stick_line(pose, deflection, max_turn_rate)
         before = memory.inference if memory else None
-        state = update_inference(observation.time, pose[:2], cost, line, before, p)
+        state = update_inference(time, pose[:2], cost, line, before, p)
         probability = belief(state, cost, self.prior, p)
         shown = memory.offers if memory else None
         still = memory is not None and state is before
         offers = (
             memory.offers
             if memory is not None and still
-            else update_offers(observation.time, probability, cost, shown, self.parameters.offers)
+            else update_offers(time, probability, cost, shown, self.parameters.offers)
         )
         result = DestinationBelief(
             places=probability[:-1],

@@ -166,8 +166,13 @@ class Navigator:
         """Infer destinations while the rider has chosen none."""
         if self.destinations is None or not np.isnan(step.request.goal).any():
             return None, None
-        turn_rate, memory = self.setup.robot.max_turn_rate, step.memory.destinations
-        return self.destinations.update(step.observation, authority, turn_rate, memory)
+        return self.destinations.update(
+            step.observation.time,
+            step.observation.pose,
+            authority.deflection,
+            self.setup.robot.max_turn_rate,
+            step.memory.destinations,
+        )
 
     def _has_arrived(self, step: StepInput, last: Tick | None) -> bool:
         """Check the distance to the goal, with hysteresis.

@@ -47,11 +47,11 @@ class InferenceParameters(Model):
     """Distance ahead that a deflected stick speaks for, m."""
     stick_turn_time: float = Field(0.8, ge=0.0, le=5.0)
     """Time for which a turn of the stick is meant, s; as in steering help."""
-    stick_smoothing: float = Field(0.5, ge=0.0, le=10.0)
+    stick_smoothing: float = Field(1.0, ge=0.0, le=10.0)
     """Time constant of the low-pass on the detour that the stick asks for, s."""
-    elsewhere_prior: float = Field(0.1, gt=0.0, lt=1.0)
+    elsewhere_prior: float = Field(0.15, gt=0.0, lt=1.0)
     """Prior probability of a destination without a name."""
-    elsewhere_detour: float = Field(0.35, ge=0.0, le=2.0)
+    elsewhere_detour: float = Field(0.25, ge=0.0, le=2.0)
     """Detour of such a destination, share of the driven distance."""
     habits: dict[str, int] = Field(default_factory=dict)
     """Number of earlier rides to a place, by its name; empty: all places are equally likely."""

@@ -21,15 +21,15 @@ EMPTY = -1
 
 
 class OfferParameters(Model):
-    """Thresholds of the offers, as probabilities; assumed."""
+    """Thresholds of the offers, as probabilities; chosen with ``cohelm bench destinations``."""
 
-    show: float = Field(0.06, ge=0.0, le=1.0)
+    show: float = Field(0.05, ge=0.0, le=1.0)
     """A place is offered from this belief on …"""
-    hide: float = Field(0.03, ge=0.0, le=1.0)
+    hide: float = Field(0.02, ge=0.0, le=1.0)
     """… down to this one."""
-    replace_ratio: float = Field(1.5, ge=1.0, le=100.0)
+    replace_ratio: float = Field(2.0, ge=1.0, le=100.0)
     """A place takes the slot of another if it is believed this many times as much."""
-    shown_time: float = Field(2.0, ge=0.0, le=60.0)
+    shown_time: float = Field(3.0, ge=0.0, le=60.0)
     """Time for which an offer stays at least, s."""
     highlight: float = Field(0.9, gt=0.5, le=1.0)
     """The offer is highlighted above this belief …"""
