@@ -28,6 +28,7 @@ from cohelm.benchmarks.destination_rides import (
     GOALS,
     MAPS,
     RIDERS,
+    SHORTEST,
     draw_goal,
     drive,
     floor_exists,
@@ -96,6 +97,11 @@ class DestinationsBench:
         notes = [
             "Riders pursue a planned path with a disturbed stick, alone on the floor: "
             f"{', '.join(RIDERS)} in turn."
+        ]
+        notes += [
+            f"{floor}: no two places are {SHORTEST:g} m apart"
+            for floor in self.floors
+            if floor not in {row["floor"] for row in rows}
         ]
         if lost:
             notes.append(f"{lost} of {len(rows)} rides did not arrive; they are scored as well.")

@@ -12,6 +12,8 @@ class DestinationOffer:
 
     name: str
     """Name of the place."""
+    slot: int
+    """Position among the offers, 0…2; an offer keeps it while it is shown."""
     belief: float
     """Probability that the rider wants to go there."""
     highlighted: bool
@@ -36,4 +38,4 @@ class DestinationBelief:
     elsewhere: float
     """Probability of any other destination; with ``places`` they sum to 1."""
     offers: tuple[DestinationOffer, ...] = ()
-    """At most three, in an order that does not change while they are shown."""
+    """At most three, by slot."""

@@ -129,12 +129,13 @@ class DestinationInference:
         return tuple(
             DestinationOffer(
                 name=self.names[k],
+                slot=slot,
                 belief=float(probability[k]),
                 highlighted=k == shown.highlighted,
                 reason=self._reason(k, state),
                 progress=float(state.progress[k]),
             )
-            for k in shown.slots
+            for slot, k in enumerate(shown.slots)
             if k != EMPTY
         )
 

@@ -107,5 +107,7 @@ def _slot_for(
 def _highlighted(believed: Floats, slots: list[int], before: int, p: OfferParameters) -> int:
     if before in slots and before != EMPTY and believed[before] >= p.highlight_end:
         return before
-    best = int(np.argmax(believed)) if len(believed) else EMPTY
+    if not len(believed):
+        return EMPTY
+    best = int(np.argmax(believed))
     return best if best in slots and believed[best] > p.highlight else EMPTY

@@ -96,6 +96,17 @@ class PersonRow(NamedTuple):
     """Id of the person's group; −1: none."""
 
 
+class OfferRow(NamedTuple):
+    """Destination that the rider may choose by one press."""
+
+    name: str
+    slot: int
+    """Position among the offers, 0…2."""
+    highlighted: bool
+    why: str
+    """Why it is believed, in the rider's words."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepAnswer:
     """Result of one step: the decision, and values for the page."""
@@ -119,6 +130,8 @@ class StepAnswer:
     people: tuple[PersonRow, ...] = ()
     groups: tuple[Points, ...] = ()
     """Outlines of the groups' spaces."""
+    offers: tuple[OfferRow, ...] = ()
+    """Destinations that the rider may want; empty with a destination."""
     log: RideLog | None = None
     """Log of the ride that ended with an earlier request."""
     paused: bool = False

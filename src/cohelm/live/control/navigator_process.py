@@ -27,6 +27,7 @@ from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
 from cohelm.live.control.view_model import (
     groups_of,
+    offers_of,
     people_of,
     plan_of,
     remaining_of,
@@ -117,6 +118,7 @@ class NavigatorServer:
             plan=plan_of(tick),
             people=people_of(tick),
             groups=groups_of(tick),
+            offers=offers_of(tick),
             log=log,
             planning_context=(
                 planning_context_of(tick, step.request) if step.planning_context else None

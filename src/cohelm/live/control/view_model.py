@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.live.control.ipc import PersonRow, Points, Poses, RouteView
+from cohelm.live.control.ipc import OfferRow, PersonRow, Points, Poses, RouteView
 from cohelm.messages import Mode, Path, SocialSpaces
 from cohelm.navigation import Tick
 from cohelm.shapes import extent, hull_outline
@@ -82,6 +82,16 @@ def groups_of(tick: Tick) -> tuple[Points, ...]:
     hulls = spaces.groups
     lines = (hull_outline(hulls.direction, hulls.support[k, 0]) for k in range(len(hulls.id)))
     return tuple(points_of(line) for line in lines if np.isfinite(line).all())
+
+
+def offers_of(tick: Tick) -> tuple[OfferRow, ...]:
+    """Return the destinations to offer; none while the rider has one."""
+    if tick.destinations is None:
+        return ()
+    return tuple(
+        OfferRow(name=each.name, slot=each.slot, highlighted=each.highlighted, why=each.sentence)
+        for each in tick.destinations.offers
+    )
 
 
 def route_view(path: Path) -> RouteView:

@@ -80,6 +80,17 @@ class Destination(WireMessage):
     y: float
 
 
+class OfferInfo(WireMessage):
+    """Place that the rider may want to go to; ``SetGoal`` chooses it, nothing else does."""
+
+    name: str
+    slot: int
+    """Position among the offers, 0…2; an offer keeps it while it is shown."""
+    highlighted: bool
+    why: str
+    """Why it is believed, in the rider's words."""
+
+
 class ChairState(WireMessage):
     """State of chair, link and route; sent 20 times a second."""
 
@@ -119,6 +130,8 @@ class ChairState(WireMessage):
     people: tuple[PersonInfo, ...] = ()
     groups: tuple[tuple[tuple[float, float], ...], ...] = ()
     """Outlines of standing and walking groups, m."""
+    offers: tuple[OfferInfo, ...] = ()
+    """Destinations that the rider may want, at most three; empty with a destination."""
     true_people: tuple[tuple[float, float, float], ...] = ()
     """Ground truth of all people, (x, y, radius), m; in simulation only."""
     closed_doors: tuple[int, ...] = ()

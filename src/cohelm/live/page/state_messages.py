@@ -8,10 +8,17 @@ from typing import Any
 from cohelm.arrays import Floats
 from cohelm.live.control import driver_link
 from cohelm.live.control.driver_state import DriverState
-from cohelm.live.control.ipc import PersonRow, Points, Poses, RouteView, StepAnswer
+from cohelm.live.control.ipc import OfferRow, PersonRow, Points, Poses, RouteView, StepAnswer
 from cohelm.live.control.mission import Mission
 from cohelm.live.control.world_factory import LiveWorld
-from cohelm.live.messages import ActiveWish, ChairState, PersonInfo, ReasonText, RouteUpdate
+from cohelm.live.messages import (
+    ActiveWish,
+    ChairState,
+    OfferInfo,
+    PersonInfo,
+    ReasonText,
+    RouteUpdate,
+)
 from cohelm.messages import Decision
 from cohelm.reasons import Reason
 from cohelm.simulation import GroundTruth
@@ -27,6 +34,7 @@ class PageView:
     plan: Poses = ()
     people: tuple[PersonInfo, ...] = ()
     groups: tuple[Points, ...] = ()
+    offers: tuple[OfferInfo, ...] = ()
     route: RouteView | None = None
     """None: no answer yet."""
     route_error: str = ""
@@ -52,6 +60,7 @@ class PageView:
             plan=answer.plan,
             people=tuple(_person(row) for row in answer.people),
             groups=answer.groups,
+            offers=tuple(_offer(row) for row in answer.offers),
             route=route,
             route_error=answer.route_error,
             wishes=wishes,
@@ -129,6 +138,7 @@ def state_message(
         plan=view.plan,
         people=view.people,
         groups=view.groups,
+        offers=view.offers if mission.goal is None else (),
         **_world_fields(world),
     )
 
@@ -182,6 +192,10 @@ def _world_fields(world: LiveWorld | None) -> dict[str, Any]:
         "true_people": true_people(truth),
         "closed_doors": tuple(sorted(simulation.shut)),
     }
+
+
+def _offer(row: OfferRow) -> OfferInfo:
+    return OfferInfo.model_construct(**row._asdict())
 
 
 def _person(row: PersonRow) -> PersonInfo:
