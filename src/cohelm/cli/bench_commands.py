@@ -92,7 +92,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
         "driver_settings",
     ),
     "crowds": ("planners", "films", "true_people", "settings"),
-    "destinations": ("places_floors", "goals", "destination_settings"),
+    "destinations": ("floors", "goals", "destination_settings"),
     "paper-dynamic": ("planners", "settings"),
     "paper-global": ("global_planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),

@@ -78,6 +78,10 @@ COMMON: Mapping[str, Option] = {
 """Options of every benchmark; they are not arguments of its ``create``."""
 
 
+def _names(text: str) -> Any:
+    return Annotated[str | None, typer.Option(metavar="A,B", help=text)]
+
+
 def _settings(text: str) -> Any:
     return Annotated[
         list[str] | None,
@@ -128,12 +132,7 @@ OWN: Mapping[str, Option] = {
             ),
         ]
     ),
-    "cards": Option(
-        Annotated[
-            str | None,
-            typer.Option(metavar="A,B", help="Cards by name or file; default: all."),
-        ]
-    ),
+    "cards": Option(_names("Cards by name or file; default: all.")),
     "vary": Option(
         Annotated[
             list[str] | None,
@@ -143,12 +142,7 @@ OWN: Mapping[str, Option] = {
             ),
         ]
     ),
-    "riders": Option(
-        Annotated[
-            str | None,
-            typer.Option(metavar="A,B", help="Riders; default: all with a destination."),
-        ]
-    ),
+    "riders": Option(_names("Riders; default: all with a destination.")),
     "modes": Option(
         Annotated[
             str | None,
@@ -168,14 +162,7 @@ OWN: Mapping[str, Option] = {
         ],
         into=lambda given: {"modes": given},
     ),
-    "films": Option(
-        Annotated[
-            str | None,
-            typer.Option(
-                metavar="A,B", help="zara01, eth, or files of trajectories; default: both films."
-            ),
-        ]
-    ),
+    "films": Option(_names("zara01, eth, or files of trajectories; default: both films.")),
     "blind": Option(_flag("--blind", "People do not see the chair."), False),
     "both": Option(_flag("--both", "Ride every scenario unchanged and with --blind."), False),
     "seeing": Option(
@@ -197,27 +184,13 @@ OWN: Mapping[str, Option] = {
     "solver_settings": Option(
         _settings("Parameter of the planner: local_planner.iterations=5"), into=_as_settings
     ),
-    "places_floors": Option(
-        Annotated[
-            str | None,
-            typer.Option(
-                "--floors",
-                metavar="A,B",
-                help="Floors of cohelm or of ros_maps in COHELM_DATA; default: hospital, and "
-                "utexas_gdc_3ne where there is COHELM_DATA.",
-            ),
-        ],
-        into=lambda given: {"floors": given},
+    "floors": Option(
+        _names(
+            "Floors of cohelm or of ros_maps in COHELM_DATA; default: hospital, and "
+            "utexas_gdc_3ne where there is COHELM_DATA."
+        )
     ),
-    "goals": Option(
-        Annotated[
-            str | None,
-            typer.Option(
-                metavar="A,B",
-                help="uniform, habits, elsewhere (a point without a name); default: all.",
-            ),
-        ]
-    ),
+    "goals": Option(_names("uniform, habits, elsewhere (a point without a name); default: all.")),
     "destination_settings": Option(
         _settings("Parameter of the inference: inference.beta=2 or offers.show=0.1"),
         into=_as_settings,
