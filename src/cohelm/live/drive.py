@@ -50,6 +50,7 @@ from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import AuditLog
 from cohelm.live.sessions.files import lock_folder
+from cohelm.live.sessions.habits import with_habits
 from cohelm.live.sessions.store import SessionStore
 from cohelm.scenarios import Scenario
 
@@ -119,7 +120,9 @@ class Drive:
         )
         self._listeners: tuple[Send, ...] = ()
         self._announcing = threading.Lock()
-        process_setup = ProcessSetup(scenario=setup.scenario, seed=setup.seed, record=setup.record)
+        # Only the navigator infers; the world stays the same whatever the rider's habits.
+        known = with_habits(setup.scenario, self._sessions.list())
+        process_setup = ProcessSetup(scenario=known, seed=setup.seed, record=setup.record)
         self._services = services = Services(
             navigator=NavigatorClient(process_setup),
             route_preview=RoutePreview(process_setup, self._send),
