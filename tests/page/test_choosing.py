@@ -47,6 +47,23 @@ def test_the_chair_drives_nowhere_while_nobody_drives(rider):
     rider.holds(held, 1.0)
 
 
+def test_a_destination_is_offered_for_the_stick_and_chosen_by_one_key_press(rider):
+    rider.take()
+    rider.hold("ArrowUp", lambda state: state["offers"])
+    rider.let_go("ArrowUp")
+    state = rider.until(lambda state: state["offers"] and stands(state))
+    assert state["goal"] is None  # an offer alone is no destination
+    rider.go_on()
+    card = rider.page.get_by_role("group", name="Suggested destinations")
+    first = card.get_by_role("button").first
+    name, why = re.match(r"To (.+)\? (.+)", " ".join(first.inner_text().split())).groups()
+    assert why in {each["why"] for each in rider.chair.state["offers"]}
+    first.focus()
+    rider.page.keyboard.press("Enter")
+    rider.until(lambda state: state["goal"] and state["goal"]["name"] == name)
+    expect(card).to_have_count(0)
+
+
 def nearest(points, place):
     return min(math.dist(point, place) for point in points)
 
