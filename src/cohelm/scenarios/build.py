@@ -26,13 +26,8 @@ from cohelm.navigation import NavigatorSetup
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
 from cohelm.scenarios.crowd import make_crowd
-from cohelm.scenarios.floor import (
-    doorways,
-    floor_plan,
-    grid_changes,
-    with_heights,
-    with_obstacles,
-)
+from cohelm.scenarios.floor import doorways, floor_plan
+from cohelm.scenarios.rider_plan import goal_change, route_past
 from cohelm.scenarios.scenario import (
     NAVIGATOR_PARAMETERS,
     NAVIGATOR_PARTS,
@@ -40,7 +35,8 @@ from cohelm.scenarios.scenario import (
     Scenario,
     robot_of,
 )
-from cohelm.simulation import ManualDoor, WorldSetup, generator, prepare_crowd
+from cohelm.scenarios.true_world import TrueWorld, true_world
+from cohelm.simulation import GoalChange, ManualDoor, WorldSetup, generator, prepare_crowd
 
 
 class Floor(NamedTuple):
@@ -54,11 +50,12 @@ class Floor(NamedTuple):
 
 
 class _Routes(NamedTuple):
-    """Start pose, planned route, and the rider's own route (k, 2), m."""
+    """Start pose, planned route, the rider's own route (k, 2), m, and its change on the way."""
 
     start: Floats
     route: Path
     rider: Floats
+    change: GoalChange | None
 
 
 @value
@@ -81,6 +78,12 @@ class RideSetup:
     """First route, planned on the map alone."""
     world: WorldSetup
     navigator: NavigatorSetup
+
+    @property
+    def arrival(self) -> Floats:
+        """Point (2,) at which the ride is over, m: the rider's, where the rider has a plan."""
+        has_plan = self.scenario.rider_plan is not None
+        return self.world.last_goal if has_plan else self.request.goal
 
 
 def build_scenario(scenario: Scenario, seed: int) -> RideSetup:
@@ -106,7 +109,12 @@ def build_scenario(scenario: Scenario, seed: int) -> RideSetup:
     route = planner.plan(problem)
     if math.isnan(start[2]):
         start = np.array([*start[:2], _heading(route.points)])
-    routes = _Routes(start, route, _rider_route(scenario, problem, planner, floor.places, route))
+    world = true_world(scenario, floor.grid, floor.heights)
+    routes = _Routes(
+        start, route, *_rider_routes(scenario, problem, planner, floor.places, world, route)
+    )
+    if scenario.rider_plan is not None and not scenario.rider_plan.goal_told:
+        request = replace(request, goal=np.full(2, np.nan))
     return RideSetup(
         scenario=scenario,
         seed=seed,
@@ -117,7 +125,7 @@ def build_scenario(scenario: Scenario, seed: int) -> RideSetup:
         request=request,
         prefer=np.array([point for each in scenario.prefer for point in each]).reshape(-1, 2),
         route=route,
-        world=_world(scenario, seed, floor, robot, routes, parts["rider"]),
+        world=_world(scenario, seed, world, floor.doors, robot, routes, parts["rider"]),
         navigator=navigator,
     )
 
@@ -214,22 +222,30 @@ def _heading(points: Floats) -> float:
     return math.atan2(ahead[1] - points[0, 1], ahead[0] - points[0, 0])
 
 
-def _rider_route(
+def _rider_routes(  # noqa: PLR0913 # parts of one build
     scenario: Scenario,
     problem: RouteProblem,
     planner: GlobalPlanner,
     places: Places,
+    world: TrueWorld,
     route: Path,
-) -> Floats:
-    """Route (k, 2) from the start to the rider's goal, m."""
-    if scenario.rider_goal is None and not scenario.rider_route:
-        return route.points
+) -> tuple[Floats, GoalChange | None]:
+    """Route (k, 2) from the start to the rider's goal, m, and its change on the way."""
+    plan, known = scenario.rider_plan, world.known_to_rider
+    change = None
+    if plan is not None:
+        change = goal_change(plan, problem, known, lambda given: planner.plan(given).points)
+    if scenario.rider_goal is None and not scenario.rider_route and plan is None:
+        return route.points, None
     goal = problem.goal
     if scenario.rider_goal is not None:
         goal = _point(scenario, "rider_goal", places)[:2]
     if scenario.rider_route:
-        return np.vstack([problem.start, np.array(scenario.rider_route), goal])
-    return planner.plan(replace(problem, goal=goal, wishes=())).points
+        return np.vstack([problem.start, np.array(scenario.rider_route), goal]), change
+    wanted = replace(problem, goal=goal, wishes=())
+    if plan is None:
+        return planner.plan(wanted).points, None
+    return route_past(plan, wanted, known, lambda given: planner.plan(given).points), change
 
 
 def _pedestrian_model(scenario: Scenario) -> Any:
@@ -240,21 +256,25 @@ def _pedestrian_model(scenario: Scenario) -> Any:
     return _built(scenario, "pedestrian_models", spec, "people.model")
 
 
-def _world(
-    scenario: Scenario, seed: int, floor: Floor, robot: Robot, routes: _Routes, rider: Any
+def _world(  # noqa: PLR0913 # parts of one build
+    scenario: Scenario,
+    seed: int,
+    world: TrueWorld,
+    doors: tuple[ManualDoor, ...],
+    robot: Robot,
+    routes: _Routes,
+    rider: Any,
 ) -> WorldSetup:
     """True world of the ride."""
-    grid = floor.grid
-    first, *later = grid_changes(with_obstacles(grid, scenario.obstacles), scenario.doors)
     model = _pedestrian_model(scenario)
-    crowd = make_crowd(scenario.people, first.grid, routes.route.points, generator(seed, "crowd"))
+    crowd = make_crowd(scenario.people, world.grid, routes.route.points, generator(seed, "crowd"))
     if scenario.people.count != 0:
         crowd = prepare_crowd(model, crowd)
     storey, stature = scenario.storey, scenario.people.stature
     return WorldSetup(
-        grid=first.grid,
-        changes=tuple(later),
-        heights=with_heights(floor.heights, grid, scenario.obstacles),
+        grid=world.grid,
+        changes=world.changes,
+        heights=world.heights,
         wall_height=storey.wall_height,
         ceiling=storey.wall_height if storey.ceiling else math.inf,
         robot=robot,
@@ -265,9 +285,11 @@ def _world(
         rider=rider,
         rider_goal=routes.rider[-1],
         rider_route=routes.rider,
+        goal_change=routes.change,
+        split=world.split,
         localisation=scenario.localisation,
         odometry=scenario.odometry,
         give_people=scenario.tracker["use"] == "given",
         faults=scenario.faults,
-        doors=floor.doors,
+        doors=doors,
     )

@@ -18,6 +18,7 @@ class Collection(StrEnum):
     CROWDS = "crowds"
     RIDER = "rider"
     CHANGING = "changing"
+    SHARING = "sharing"
 
     @property
     def heading(self) -> str:
@@ -35,4 +36,5 @@ _HEADINGS = {
     Collection.CROWDS: "Other crowds",
     Collection.RIDER: "Rider and chair together",
     Collection.CHANGING: "Obstacles and doors that are not on the map",
+    Collection.SHARING: "Knowledge split between rider and chair",
 }

@@ -20,8 +20,12 @@ WIDEST = 2.5
 """Greatest width of an opening that has a door, m."""
 
 
-def floor_plan(scenario: Scenario) -> FloorPlan:
+def floor_plan(scenario: Scenario, *, of_world: bool = False) -> FloorPlan:
     """Floor plan of a scenario, with the scenario's ``floor_plan`` merged into it.
+
+    Args:
+        scenario: names the floor.
+        of_world: merge ``world_plan`` too: the floor as it is, not as the map has it.
 
     Raises:
         ScenarioError: if the floor does not exist, or a change does not fit it.
@@ -32,7 +36,9 @@ def floor_plan(scenario: Scenario) -> FloorPlan:
         )
     file = floor_file(scenario.floor)
     data = _merged(read_yaml(file, error=ScenarioError), scenario.floor_plan, scenario)
-    named = scenario.file if scenario.floor_plan else file
+    if of_world:
+        data = _merged(data, scenario.world_plan, scenario, "world_plan")
+    named = scenario.file if scenario.floor_plan or of_world else file
     plan = validate(FloorPlan, data, file=named, prefix="floor_plan", error=ScenarioError)
     return plan.model_copy(update={"source": str(named)})
 
@@ -42,6 +48,14 @@ def doorways(plan: FloorPlan) -> tuple[ManualDoor, ...]:
     has_door = [door.width <= WIDEST for door in plan.doors]
     ends = plan.openings[np.array(has_door, dtype=bool)]
     return tuple(ManualDoor(a=a, b=b, depth=plan.wall) for a, b in ends)
+
+
+def covered_by(grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]) -> Booleans:
+    """Cells (rows, cols) that some obstacle covers."""
+    out = np.zeros(grid.shape, dtype=bool)
+    for _, covered in _covered(grid, obstacles):
+        out |= covered
+    return out
 
 
 def with_obstacles(grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]) -> OccupancyGrid:

@@ -26,6 +26,10 @@ class Obstacle(Model):
     height: Length | None = None
     """Height above the floor for 3-D sensors, m; None: as high as the walls. A planar scanner sees
     obstacles of any height."""
+    sensed: bool = True
+    """False: only the rider sees it, and no sensor: glass, or what hangs over a scanner's plane."""
+    solid: bool = True
+    """False: floor that the rider avoids, as a wet one; it is not sensed and stops nobody."""
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:

@@ -34,7 +34,7 @@ def picture_of(setup: RideSetup) -> ScenarioPicture:
     doors = tuple(door.leaf for door in scenario.doors)
     return ScenarioPicture(
         grid=setup.grid,
-        world=with_obstacles(setup.grid, (*scenario.obstacles, *doors)),
+        world=with_obstacles(setup.world.grid, (*scenario.obstacles, *doors)),
         robot=setup.robot,
         start=setup.start,
         route=setup.route,

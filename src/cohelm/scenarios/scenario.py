@@ -8,6 +8,8 @@
     people: {count: 12}         and explicit routes, speeds, whether they see the robot
     obstacles: [{at: [5, 3], radius: 0.3, height: 0.9}]           in the world, not on the map
     doors: [{at: [13, 3], size: [0.1, 2.6], closed: [[6, 60]]}]   in the world, not on the map
+    world_plan: {doors: {0: {at: [8, 3]}}}     what the world's drawing has and the map's lacks
+    rider_plan: {past: [[7, 12]]}              what the rider knows and wants, and the chair does not
     filters: [{type: keepout, file: mask.yaml}]                   and speed limits
     floor_plan: {corridors: {Hallway: {width: 1.5}}}              changes to the floor's drawing
     local_planner: ss_mpc_dcbf  or {use: ss_mpc_dcbf, steps: 30}; so for every part
@@ -43,6 +45,7 @@ from cohelm.safety import GateParameters
 from cohelm.scenarios.collection import Collection
 from cohelm.scenarios.objects import Mask, Obstacle, Preferred, ScheduledDoor, Storey, Zone
 from cohelm.scenarios.pedestrian_spec import PEDESTRIAN_MODEL, CrowdSpec, Point, part_field
+from cohelm.scenarios.rider_plan import RiderPlan
 from cohelm.sharing import AuthorityParameters, SteeringParameters
 from cohelm.simulation import Fault, Localisation, Odometry
 
@@ -102,6 +105,8 @@ class Scenario(Model):
     """A map_server YAML file, relative to the scenario's folder."""
     floor_plan: dict[str, Any] = Field(default_factory=dict)
     """Changes to the floor's drawing, with the keys of its file; a number is an index of a list."""
+    world_plan: dict[str, Any] = Field(default_factory=dict)
+    """Changes to the drawing in the world alone, as ``floor_plan``: the map lacks them."""
     start: PoseOrPlace
     goal: PoseOrPlace
     prefer: tuple[Preferred, ...] = ()
@@ -119,6 +124,9 @@ class Scenario(Model):
     rider_route: tuple[Point, ...] = ()
     """Waypoints of the rider's own route, m; empty: the route of the chair where both have the same
     destination, else a route planned without wishes."""
+    rider_plan: RiderPlan | None = None
+    """Knowledge and wishes of the rider that the chair lacks; arriving then counts where the rider
+    wants to be."""
     profile: RiderProfile = RiderProfile()
     people: CrowdSpec = CrowdSpec()
     companion: int | None = Field(None, ge=0)
@@ -165,6 +173,8 @@ class Scenario(Model):
     def _one_floor_and_whole_strokes(self) -> Self:
         if (self.floor is None) == (self.map is None):
             raise ValueError("give either floor: NAME or map: FILE.yaml")
+        if self.world_plan and self.floor is None:
+            raise ValueError("world_plan needs floor: NAME")
         if len(self.stroke) == 1:
             raise ValueError("a stroke needs two points or more")
         return self

@@ -17,9 +17,11 @@ from cohelm.simulation.riders import (
     Biased,
     Delayed,
     Dropout,
+    EightDirections,
     Ideal,
     Idle,
     Laggy,
+    LookingAway,
     Noisy,
     NoRider,
     Nudge,
@@ -31,6 +33,7 @@ from cohelm.simulation.riders import (
 )
 from cohelm.simulation.sensors import Localisation, Odometry
 from cohelm.simulation.spawning import NewPedestrian
+from cohelm.simulation.split_knowledge import GoalChange, SplitCells, with_cells
 from cohelm.simulation.world import World
 from cohelm.simulation.world_setup import WorldSetup
 
@@ -42,13 +45,16 @@ __all__ = [
     "Delayed",
     "Distracted",
     "Dropout",
+    "EightDirections",
     "Fault",
+    "GoalChange",
     "GroundTruth",
     "Ideal",
     "Idle",
     "Inattentive",
     "Laggy",
     "Localisation",
+    "LookingAway",
     "ManualDoor",
     "MapChange",
     "NewPedestrian",
@@ -64,6 +70,7 @@ __all__ = [
     "RiderAct",
     "RiderView",
     "SocialForce",
+    "SplitCells",
     "Tremor",
     "Uncooperative",
     "Watchful",
@@ -72,4 +79,5 @@ __all__ = [
     "generator",
     "is_standing",
     "prepare_crowd",
+    "with_cells",
 ]

@@ -28,20 +28,25 @@ DIRECTIONS = np.linspace(-FIELD, FIELD, 45)
 _NO_DISCS = np.empty((0, 3))
 
 
-def view_from(grid: OccupancyGrid, pose: Floats, crowd: Crowd) -> tuple[Floats, Floats]:
+def view_from(
+    grid: OccupancyGrid, pose: Floats, crowd: Crowd, kept_clear: OccupancyGrid | None = None
+) -> tuple[Floats, Floats]:
     """Compute the view from the origin of a chair at ``pose`` (3,), X_MR.
 
     Args:
         grid: true obstacles.
         pose: of the chair.
         crowd: true people.
+        kept_clear: obstacles and floor that the rider avoids, which end a free distance but hide
+            nobody; None: the true obstacles alone.
 
     Returns:
         People in sight, (n, 5) as (x, y, v_x, v_y, radius) in the chair's frame; and the free
         distance along ``DIRECTIONS``, (b,), m, +inf beyond ``OBSTACLE_RANGE``.
     """
     blocked = walls_of(grid, unknown=False).solid
-    free = cast(blocked, grid.resolution, grid.X_MG, _NO_DISCS, pose, DIRECTIONS, OBSTACLE_RANGE)
+    ends = walls_of(kept_clear or grid, unknown=False).solid
+    free = cast(ends, grid.resolution, grid.X_MG, _NO_DISCS, pose, DIRECTIONS, OBSTACLE_RANGE)
     position = transform(inverse(pose), crowd.position)
     visible = np.hypot(*position.T) <= PEOPLE_RANGE
     visible &= np.abs(np.arctan2(position[:, 1], position[:, 0])) <= FIELD

@@ -38,6 +38,7 @@ from cohelm.simulation.sensors.human_bodies import STEP_LENGTH, HumanBodies
 from cohelm.simulation.sensors.localisation import with_error
 from cohelm.simulation.sensors.static_scene import StaticScene
 from cohelm.simulation.spawning import NewPedestrian, with_pedestrian
+from cohelm.simulation.split_knowledge import grid_views
 from cohelm.simulation.world_setup import WorldSetup
 
 STATURE = 1.7
@@ -61,8 +62,10 @@ class World:
         self._ticks = 0
         self._shut: frozenset[int] = frozenset()
         self._open = setup.grid
+        self._views = grid_views(setup.grid, setup.split)
+        self._goal_changed = False
         self._scene = StaticScene(
-            grid=setup.grid,
+            grid=self._views.sensed,
             heights=setup.heights,
             wall_height=setup.wall_height,
             ceiling=setup.ceiling,
@@ -88,7 +91,7 @@ class World:
     @property
     def grid(self) -> OccupancyGrid:
         """True obstacles now; not for the navigator."""
-        return self._scene.grid
+        return self._views.truth
 
     @property
     def shut(self) -> frozenset[int]:
@@ -108,7 +111,8 @@ class World:
         before, old_grid = self._truth.crowd, self.grid
         grid = self._update_grid()
         if grid is not old_grid:
-            self._scene = replace(self._scene, grid=grid)
+            self._views = grid_views(grid, setup.split)
+            self._scene = replace(self._scene, grid=self._views.sensed)
         steps = max(round(setup.control_step / setup.physics_step), 1)
         dt = setup.control_step / steps
         start = self._ticks * setup.control_step
@@ -275,18 +279,21 @@ class World:
         return with_faults(observation, setup.faults, last)
 
     def _rider_view(self) -> RiderView:
-        setup, truth = self.setup, self._truth
+        setup, truth, change = self.setup, self._truth, self.setup.goal_change
+        if change is not None and not self._goal_changed:
+            self._goal_changed = change.is_due(truth.pose[:2])
+        changed = change if self._goal_changed else None
         view = RiderView(
             time=truth.time,
             pose=truth.pose,
             twist=truth.twist,
-            goal=setup.rider_goal,
-            route=setup.rider_route,
+            goal=changed.goal if changed else setup.rider_goal,
+            route=changed.route if changed else setup.rider_route,
             outline=setup.robot.outline,
         )
         if not getattr(setup.rider, "needs_view", True):
             return view
-        people, free = view_from(self.grid, truth.pose, truth.crowd)
+        people, free = view_from(self.grid, truth.pose, truth.crowd, self._views.rider)
         return replace(view, people=people, bearings=DIRECTIONS, free=free)
 
 

@@ -11,6 +11,7 @@ from cohelm.simulation.api import Crowd, PedestrianModel, Rider
 from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
 from cohelm.simulation.faults import Fault
 from cohelm.simulation.sensors.localisation import Localisation, Odometry
+from cohelm.simulation.split_knowledge import GoalChange, SplitCells
 
 
 @value
@@ -40,6 +41,10 @@ class WorldSetup:
     """Destination of the rider, m."""
     rider_route: Annotated[Floats, Shape("k 2")]
     """Desired route of the rider, m; empty: straight to the destination."""
+    goal_change: GoalChange | None = None
+    """Destination that the rider decides for on the way."""
+    split: SplitCells | None = None
+    """Cells that rider and chair see differently; None: none."""
     localisation: Localisation = Localisation()
     odometry: Odometry = Odometry()
     control_step: float = 0.05
@@ -51,3 +56,8 @@ class WorldSetup:
     faults: tuple[Fault, ...] = ()
     doors: tuple[ManualDoor, ...] = ()
     """Doors for :meth:`.world.World.set_door`; open at first."""
+
+    @property
+    def last_goal(self) -> Floats:
+        """Destination (2,) of the rider in the end, m."""
+        return self.rider_goal if self.goal_change is None else self.goal_change.goal

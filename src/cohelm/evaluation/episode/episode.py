@@ -110,7 +110,7 @@ class _Record:
         truth = self.truths[-1]
         if truth.hit_moving.any() or truth.hit_wall:
             return Outcome.COLLISION
-        if np.hypot(*(truth.pose[:2] - setup.request.goal)) > GOAL_RADIUS:
+        if np.hypot(*(truth.pose[:2] - setup.arrival)) > GOAL_RADIUS:
             self._entered = None
         else:
             self._entered = truth.time if self._entered is None else self._entered
@@ -136,7 +136,7 @@ class _Record:
             grid=setup.grid,
             world=setup.world.grid,
             places=setup.places,
-            goal=setup.request.goal,
+            goal=setup.arrival,
             prefer=setup.prefer,
             step=setup.world.control_step,
             time=np.array([t.time for t in truths]),

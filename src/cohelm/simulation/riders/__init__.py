@@ -10,6 +10,7 @@ from cohelm.simulation.riders.disturbances import (
     Uncooperative,
 )
 from cohelm.simulation.riders.ideal import Ideal
+from cohelm.simulation.riders.limited import EightDirections, LookingAway
 from cohelm.simulation.riders.one_switch import OneSwitch
 from cohelm.simulation.riders.passive import Idle, NoRider, Nudge
 from cohelm.simulation.riders.supervision import Reluctant, Watchful
@@ -18,9 +19,11 @@ __all__ = [
     "Biased",
     "Delayed",
     "Dropout",
+    "EightDirections",
     "Ideal",
     "Idle",
     "Laggy",
+    "LookingAway",
     "NoRider",
     "Noisy",
     "Nudge",

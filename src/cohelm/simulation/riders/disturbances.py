@@ -27,14 +27,14 @@ from cohelm.simulation.riders.rider_input import (
 _ROUNDING = 1e-9  # s; times are sums of float steps
 
 
-class _Disturbance(Model):
+class Disturbance(Model):
     """Rider whose input is disturbed."""
 
     base: BaseRider = Field(default_factory=lambda: dict(IDEAL))
     """Base rider."""
 
 
-class _IntervalDisturbance(_Disturbance):
+class IntervalDisturbance(Disturbance):
     """Base rider, and random intervals in which its input is disturbed."""
 
     mean_gap: float = Field(gt=0.0, le=600.0)
@@ -52,7 +52,7 @@ class _IntervalDisturbance(_Disturbance):
 class Delayed:
     """Input with a constant delay; the stick is centred at first."""
 
-    class Parameters(_Disturbance):
+    class Parameters(Disturbance):
         """Delay and base rider."""
 
         delay: float = Field(0.3, ge=0.0, le=3.0)
@@ -91,7 +91,7 @@ class _DelayMemory:
 class Laggy:
     """Input that often repeats the last one; after the pilots of Reddy et al. (2018)."""
 
-    class Parameters(_Disturbance):
+    class Parameters(Disturbance):
         """Probability and base rider."""
 
         repeat_probability: float = Field(0.8, ge=0.0, lt=1.0)
@@ -122,7 +122,7 @@ class _RepeatMemory:
 class Dropout:
     """A device that falls silent from time to time; its last message stays in effect."""
 
-    class Parameters(_IntervalDisturbance):
+    class Parameters(IntervalDisturbance):
         """Frequency, duration and base rider; assumed."""
 
         mean_gap: float = Field(8.0, gt=0.0, le=600.0)
@@ -163,7 +163,7 @@ class _DropoutMemory:
 class Noisy:
     """Input with one random axis from time to time; after the pilots of Reddy et al. (2018)."""
 
-    class Parameters(_Disturbance):
+    class Parameters(Disturbance):
         """Probability and base rider."""
 
         noise_probability: float = Field(0.15, ge=0.0, le=1.0)
@@ -192,7 +192,7 @@ class Tremor:
     The stick is read 20 times a second: a tremor above 10 Hz is aliased.
     """
 
-    class Parameters(_Disturbance):
+    class Parameters(Disturbance):
         """Frequency, amplitude and base rider."""
 
         frequency: tuple[float, float] = (3.0, 12.0)
@@ -252,7 +252,7 @@ class _TremorMemory:
 class Biased:
     """A rider with a wrong sense of the heading, who therefore steers to one side."""
 
-    class Parameters(_Disturbance):
+    class Parameters(Disturbance):
         """Offset and base rider."""
 
         offset: float = Field(0.26, ge=-1.0, le=1.0)
@@ -274,7 +274,7 @@ class Uncooperative:
     For a rider with another destination, set the scenario's ``rider_goal``.
     """
 
-    class Parameters(_IntervalDisturbance):
+    class Parameters(IntervalDisturbance):
         """Frequency, duration, angle and base rider; assumed."""
 
         mean_gap: float = Field(6.0, gt=0.0, le=600.0)
