@@ -49,6 +49,10 @@ class SceneRecord(Protocol):
         """Planned on the map alone."""
 
     @property
+    def rider_routes(self) -> Sequence[Floats]:
+        """Routes (k, 2) that the rider has in mind and the chair does not know."""
+
+    @property
     def wishes(self) -> Sequence[Wish]:
         """The rider's, of the route."""
 
@@ -64,12 +68,14 @@ def draw_scene(scene: SceneRecord, file: Path, title: str = "") -> None:
         ConfigError: if the file cannot be written as a picture.
     """
     canvas.check_picture(file)
-    points = [scene.route.points, scene.start[None, :2], *paths_of(scene.crowd)]
+    points = [scene.route.points, *scene.rider_routes, scene.start[None, :2], *paths_of(scene.crowd)]
     window = canvas.around(np.concatenate(points), scene.grid, margin=1.5)
     figure, axes = canvas.sheet(window, title)
     canvas.draw_floor(axes, scene.grid, scene.world)
     draw_zones(axes, scene.wishes)
     draw_strokes(axes, scene.wishes)
+    for line in scene.rider_routes:
+        axes.plot(*line.T, color=canvas.PLAIN_ROUTE, linewidth=1.4, zorder=4)
     canvas.draw_route(axes, scene.route.points, scene.route.without_wishes)
     _draw_paths(axes, scene.crowd)
     attract = [wish.points for wish in scene.wishes if wish.kind == "attract"]

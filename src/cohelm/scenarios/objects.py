@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_serializer, model_validator
 
 from cohelm.config import Model
 from cohelm.maps import FilterType
@@ -30,6 +30,13 @@ class Obstacle(Model):
     """False: only the rider sees it, and no sensor: glass, or what hangs over a scanner's plane."""
     solid: bool = True
     """False: floor that the rider avoids, as a wet one; it is not sensed and stops nobody."""
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, serialize: Any) -> dict[str, Any]:
+        """Omit the two flags where they hold: their presence must not change a configuration hash."""
+        out: dict[str, Any] = serialize(self)
+        flags = ("sensed", "solid")
+        return {key: each for key, each in out.items() if key not in flags or not each}
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:

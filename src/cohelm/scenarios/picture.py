@@ -24,6 +24,8 @@ class ScenarioPicture:
     robot: Robot
     start: Annotated[Floats, Shape("3")]
     route: Route
+    rider_routes: tuple[Floats, ...]
+    """Routes (k, 2) of a rider's plan, which the chair does not know."""
     wishes: tuple[Wish, ...]
     crowd: Crowd
 
@@ -38,9 +40,17 @@ def picture_of(setup: RideSetup) -> ScenarioPicture:
         robot=setup.robot,
         start=setup.start,
         route=setup.route,
+        rider_routes=_rider_routes(setup),
         wishes=tuple(setup.request.wishes),
         crowd=setup.world.crowd,
     )
+
+
+def _rider_routes(setup: RideSetup) -> tuple[Floats, ...]:
+    if setup.scenario.rider_plan is None:
+        return ()
+    change = setup.world.goal_change
+    return (setup.world.rider_route, *((change.route,) if change is not None else ()))
 
 
 def draw_scenario(setup: RideSetup, file: Path) -> None:

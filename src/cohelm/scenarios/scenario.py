@@ -25,7 +25,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, model_serializer, model_validator
 
 from cohelm.config import Model, nearest, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
@@ -168,6 +168,13 @@ class Scenario(Model):
     """Default seed."""
 
     _file: Path | None = PrivateAttr(default=None)
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, serialize: Any) -> dict[str, Any]:
+        """Omit keys without content: their presence must not change a configuration hash."""
+        out: dict[str, Any] = serialize(self)
+        absent = {"world_plan": {}, "rider_plan": None}
+        return {k: each for k, each in out.items() if k not in absent or each != absent[k]}
 
     @model_validator(mode="after")
     def _one_floor_and_whole_strokes(self) -> Self:
