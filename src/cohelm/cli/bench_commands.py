@@ -67,6 +67,10 @@ BENCHES = {
         "cohelm.benchmarks.rides.rides",
         "All local planners in the same scenes with people (Xu et al., Table 3).",
     ),
+    "sharing": (
+        "cohelm.benchmarks.rides.sharing",
+        "All driving modes where rider and chair know different things.",
+    ),
     "simulation": (
         "cohelm.benchmarks.simulation",
         "Simulated people compared with RVO2; computing time of crowds and 3-D sensors.",
@@ -100,6 +104,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "planning": ("map_file", "size", "plan_settings"),
     "riders": ("riders", "modes", "scenes", "true_people", "settings"),
     "rides": ("planners", "scenes", "blind", "both", "true_people", "tuned", "settings"),
+    "sharing": ("families", "modes", "settings"),
     "solver": ("part", "share", "solver_settings"),
     "speed": ("planners", "scenes", "settings"),
 }

@@ -151,6 +151,12 @@ OWN: Mapping[str, Option] = {
             ),
         ]
     ),
+    "families": Option(
+        Annotated[
+            str | None,
+            typer.Option(metavar="A,B", help="unseen, old-map, goal, way, hands; default: all."),
+        ]
+    ),
     "ride_modes": Option(
         Annotated[
             str | None,

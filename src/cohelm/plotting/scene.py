@@ -68,7 +68,12 @@ def draw_scene(scene: SceneRecord, file: Path, title: str = "") -> None:
         ConfigError: if the file cannot be written as a picture.
     """
     canvas.check_picture(file)
-    points = [scene.route.points, *scene.rider_routes, scene.start[None, :2], *paths_of(scene.crowd)]
+    points = [
+        scene.route.points,
+        *scene.rider_routes,
+        scene.start[None, :2],
+        *paths_of(scene.crowd),
+    ]
     window = canvas.around(np.concatenate(points), scene.grid, margin=1.5)
     figure, axes = canvas.sheet(window, title)
     canvas.draw_floor(axes, scene.grid, scene.world)

@@ -32,8 +32,8 @@ class TrueWorld(NamedTuple):
     @property
     def known_to_rider(self) -> OccupancyGrid:
         """Obstacles at time 0, and floor that the rider avoids."""
-        return self.grid if self.split is None else with_cells(
-            self.grid, self.split.avoided, OCCUPIED
+        return (
+            self.grid if self.split is None else with_cells(self.grid, self.split.avoided, OCCUPIED)
         )
 
 

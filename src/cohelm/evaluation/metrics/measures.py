@@ -84,6 +84,7 @@ MEASURES: Mapping[str, RideMeasure] = {
         "success", "", 1, Family.OUTCOME, 0, lambda ride: ride.outcome is Outcome.REACHED
     ),
     "reached": _rides("goal reached", 1),
+    "as_wanted": _rides("arrived as the rider wanted", 1),
     "person_collision": _rides("collision with a person", -1),
     "standing_contact": _rides("contact while standing", -1),
     "wall_collision": _rides("collision with a wall", -1),

@@ -10,7 +10,7 @@ import hashlib
 import json
 import math
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -87,11 +87,17 @@ def config_hash(scenario: Scenario) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def ride_row(task: RideTask, *, empty_floor: bool = True) -> Result:
+def ride_row(
+    task: RideTask,
+    *,
+    empty_floor: bool = True,
+    more: Callable[[Ride], Mapping[str, Any]] | None = None,
+) -> Result:
     """Ride once; equal tasks give equal rows and curves, except for ``TIMINGS``.
 
     An exception gives a row with its traceback and the command that repeats the ride. With
     ``empty_floor`` the ride is repeated without people, for the column ``time_empty_floor``.
+    ``more`` gives columns of one benchmark.
     """
     row = _empty(task)
     try:
@@ -99,6 +105,7 @@ def ride_row(task: RideTask, *, empty_floor: bool = True) -> Result:
         row["config"] = config_hash(scenario)
         ride = run(scenario, task.seed)
         row |= ride_figures(ride)
+        row |= more(ride) if more is not None else {}
         if empty_floor:
             row["time_empty_floor"] = time_empty_floor(task)
     except Exception as failure:  # the other rides go on
