@@ -109,7 +109,7 @@ def build_scenario(scenario: Scenario, seed: int) -> RideSetup:
     route = planner.plan(problem)
     if math.isnan(start[2]):
         start = np.array([*start[:2], _heading(route.points)])
-    world = true_world(scenario, floor.grid, floor.heights)
+    world = true_world(scenario, floor.grid, floor.heights, floor.doors)
     routes = _Routes(
         start, route, *_rider_routes(scenario, problem, planner, floor.places, world, route)
     )
@@ -125,7 +125,7 @@ def build_scenario(scenario: Scenario, seed: int) -> RideSetup:
         request=request,
         prefer=np.array([point for each in scenario.prefer for point in each]).reshape(-1, 2),
         route=route,
-        world=_world(scenario, seed, world, floor.doors, robot, routes, parts["rider"]),
+        world=_world(scenario, seed, world, robot, routes, parts["rider"]),
         navigator=navigator,
     )
 
@@ -222,7 +222,7 @@ def _heading(points: Floats) -> float:
     return math.atan2(ahead[1] - points[0, 1], ahead[0] - points[0, 0])
 
 
-def _rider_routes(  # noqa: PLR0913 # parts of one build
+def _rider_routes(
     scenario: Scenario,
     problem: RouteProblem,
     planner: GlobalPlanner,
@@ -256,11 +256,10 @@ def _pedestrian_model(scenario: Scenario) -> Any:
     return _built(scenario, "pedestrian_models", spec, "people.model")
 
 
-def _world(  # noqa: PLR0913 # parts of one build
+def _world(
     scenario: Scenario,
     seed: int,
     world: TrueWorld,
-    doors: tuple[ManualDoor, ...],
     robot: Robot,
     routes: _Routes,
     rider: Any,
@@ -291,5 +290,5 @@ def _world(  # noqa: PLR0913 # parts of one build
         odometry=scenario.odometry,
         give_people=scenario.tracker["use"] == "given",
         faults=scenario.faults,
-        doors=doors,
+        doors=world.doors,
     )

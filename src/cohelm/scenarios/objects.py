@@ -33,7 +33,7 @@ class Obstacle(Model):
 
     @model_serializer(mode="wrap")
     def _without_defaults(self, serialize: Any) -> dict[str, Any]:
-        """Omit the two flags where they hold: their presence must not change a configuration hash."""
+        """Omit flags that hold: their presence must not change a configuration hash."""
         out: dict[str, Any] = serialize(self)
         flags = ("sensed", "solid")
         return {key: each for key, each in out.items() if key not in flags or not each}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -61,7 +62,7 @@ def route_past(plan: RiderPlan, problem: RouteProblem, world: OccupancyGrid, by:
     stops = [problem.start, *(np.array(point) for point in plan.past), problem.goal]
     legs = [
         by(replace(problem, grid=world, start=a, goal=b, wishes=()))
-        for a, b in zip(stops[:-1], stops[1:], strict=True)
+        for a, b in itertools.pairwise(stops)
     ]
     return np.vstack([legs[0], *(leg[1:] for leg in legs[1:])])
 

@@ -9,7 +9,7 @@
     obstacles: [{at: [5, 3], radius: 0.3, height: 0.9}]           in the world, not on the map
     doors: [{at: [13, 3], size: [0.1, 2.6], closed: [[6, 60]]}]   in the world, not on the map
     world_plan: {doors: {0: {at: [8, 3]}}}     what the world's drawing has and the map's lacks
-    rider_plan: {past: [[7, 12]]}              what the rider knows and wants, and the chair does not
+    rider_plan: {past: [[7, 12]]}              what the rider wants and the chair does not know
     filters: [{type: keepout, file: mask.yaml}]                   and speed limits
     floor_plan: {corridors: {Hallway: {width: 1.5}}}              changes to the floor's drawing
     local_planner: ss_mpc_dcbf  or {use: ss_mpc_dcbf, steps: 30}; so for every part

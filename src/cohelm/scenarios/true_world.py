@@ -8,13 +8,14 @@ from cohelm.arrays import Floats32
 from cohelm.maps import OCCUPIED, OccupancyGrid
 from cohelm.scenarios.floor import (
     covered_by,
+    doorways,
     floor_plan,
     grid_changes,
     with_heights,
     with_obstacles,
 )
 from cohelm.scenarios.scenario import Scenario
-from cohelm.simulation import MapChange, SplitCells, with_cells
+from cohelm.simulation import ManualDoor, MapChange, SplitCells, with_cells
 
 
 class TrueWorld(NamedTuple):
@@ -26,6 +27,8 @@ class TrueWorld(NamedTuple):
     """Later ones."""
     heights: Floats32 | None
     """Heights of occupied cells, m; None: wall height everywhere."""
+    doors: tuple[ManualDoor, ...]
+    """Doors that can be closed."""
     split: SplitCells | None
     """Cells that rider and chair see differently; None: none."""
 
@@ -37,23 +40,30 @@ class TrueWorld(NamedTuple):
         )
 
 
-def true_world(scenario: Scenario, grid: OccupancyGrid, heights: Floats32 | None) -> TrueWorld:
+def true_world(
+    scenario: Scenario,
+    grid: OccupancyGrid,
+    heights: Floats32 | None,
+    doors: tuple[ManualDoor, ...],
+) -> TrueWorld:
     """Build the true obstacles of a scenario.
 
     Args:
         scenario: with obstacles, doors and changes of the drawing.
         grid: map of the chair.
         heights: heights of its cells, m; None: not known.
+        doors: doors of the map.
     """
     if scenario.world_plan:
         plan = floor_plan(scenario, of_world=True)
-        grid, heights = plan.draw()[0], plan.heights()
+        grid, heights, doors = plan.draw()[0], plan.heights(), doorways(plan)
     solid = tuple(each for each in scenario.obstacles if each.solid)
     first, *later = grid_changes(with_obstacles(grid, solid), scenario.doors)
     return TrueWorld(
         grid=first.grid,
         changes=tuple(later),
         heights=with_heights(heights, grid, solid),
+        doors=doors,
         split=_split(scenario, grid),
     )
 

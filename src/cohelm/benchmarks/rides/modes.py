@@ -50,6 +50,8 @@ MODES = tuple(
 )
 WITHOUT_DESTINATION = ("none", "idle", "nudge", "watchful")
 """Riders that do not steer to a destination."""
+LATER = ("eight_directions", "looks_away")
+"""Riders of the study of sharing; left out by default, so that older tables stay comparable."""
 BY = ("scene", "rider", "mode")
 ALL_RIDES = "all rides"
 _FIGURES = ("time", "path_length", "heading_change", "rider_effort", "agreement", "conflict_share")
@@ -231,8 +233,9 @@ def modes_report(results: Sequence[Result], folder: Path, experiment: Experiment
 
 
 def known_riders() -> tuple[str, ...]:
-    """Installed riders with a destination; ``ideal`` first."""
-    names = [name for name in plugins.names("riders") if name not in WITHOUT_DESTINATION]
+    """Installed riders with a destination but the later ones; ``ideal`` first."""
+    left_out = {*WITHOUT_DESTINATION, *LATER}
+    names = [name for name in plugins.names("riders") if name not in left_out]
     return tuple(sorted(names, key=lambda name: (name != "ideal", name)))
 
 
