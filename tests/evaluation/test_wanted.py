@@ -53,7 +53,7 @@ def test_the_footprint_must_keep_off_floor_to_avoid(made_ride, y, enters):
     split = SplitCells(unsensed=np.zeros_like(wet), avoided=wet)
     setup = build_scenario(load_scenario("empty"), 0).world
     setup = dataclasses.replace(setup, split=split)
-    ride = made_ride(LINE + [0.0, y, 0.0], setup=setup)
+    ride = made_ride(LINE + np.array([0.0, y, 0.0]), setup=setup)
     assert entered_avoided_floor(ride) is enters
     assert as_wanted(ride) is not enters
     assert not entered_avoided_floor(dataclasses.replace(ride, setup=None))

@@ -27,7 +27,9 @@ def test_every_scenario_that_comes_along_can_be_set_on_stage(name):
     assert stage.scenario.name == name
     assert stage.scenario.description
     assert np.allclose(stage.route.points[0], stage.start[:2])
-    assert np.allclose(stage.route.points[-1], stage.request.goal)
+    plan = stage.scenario.rider_plan
+    if plan is None or plan.goal_told:
+        assert np.allclose(stage.route.points[-1], stage.request.goal)
 
 
 @pytest.mark.parametrize("name", ["crossing", "aggressive", "distracted", "empty"])

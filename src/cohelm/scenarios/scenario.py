@@ -173,7 +173,7 @@ class Scenario(Model):
     def _without_defaults(self, serialize: Any) -> dict[str, Any]:
         """Omit keys without content: their presence must not change a configuration hash."""
         out: dict[str, Any] = serialize(self)
-        absent = {"world_plan": {}, "rider_plan": None}
+        absent: dict[str, Any] = {"world_plan": {}, "rider_plan": None}
         return {k: each for k, each in out.items() if k not in absent or each != absent[k]}
 
     @model_validator(mode="after")
