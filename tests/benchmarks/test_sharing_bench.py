@@ -72,6 +72,7 @@ def test_equal_rides_are_ridden_once(monkeypatch, tmp_path):
     task = bench.tasks(range(1))[0]
     rows = [each.row for each in bench.work(task, tmp_path)]
     assert len(ridden) == 4 * 4 + 1
+    assert {each["as_wanted"] for each in rows} == {0.0}
     assert [(r["rider"], r["mode"]) for r in rows] == [
         (columns(ride)["rider"], columns(ride)["mode"]) for ride in task
     ]

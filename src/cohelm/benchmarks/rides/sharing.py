@@ -55,7 +55,9 @@ class SharingBench:
             if key not in done:
                 done[key] = ride_row(ride, empty_floor=False, more=wanted_columns)
             found = done[key]
-            out.append(Result({**found.row, **dict(ride.columns)}, found.arrays))
+            # A ride that a program error ended did not arrive.
+            row = {"as_wanted": 0.0, **found.row, **dict(ride.columns)}
+            out.append(Result(row, found.arrays))
         return out
 
     def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
