@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import textwrap
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -46,7 +47,7 @@ def main() -> None:
         axes.bar(at, mean, WIDTH * 0.9, color=colour, label=mode)
         spread = np.clip([mean - low, high - mean], 0.0, None)
         axes.errorbar(at, mean, spread, fmt="none", ecolor="0.15", elinewidth=1.0, capsize=2)
-    titles = [f"{name}\n{FAMILIES[name].title}" for name in families]
+    titles = [f"{name}\n{textwrap.fill(FAMILIES[name].title, 22)}" for name in families]
     axes.set_xticks(np.arange(len(families)), titles, fontsize=7.5)
     axes.set(ylim=(0, 103), ylabel="arrived as the rider wanted, %")
     axes.spines[["top", "right"]].set_visible(False)
