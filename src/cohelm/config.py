@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_origin
 
@@ -57,6 +57,8 @@ def _completed(default: Any, given: Any) -> Any:
 _M = TypeVar("_M", bound=Model)
 
 _MERGE = "tag:yaml.org,2002:merge"
+_LEAST, _MOST = 1e-9, 1e9
+"""Bounds of the size of a real number other than 0: in SI units nothing here is beyond them."""
 _SHORT = 80
 """Maximum length of a value in an error, characters."""
 
@@ -132,8 +134,14 @@ def validate(
         error: the type to raise.
 
     Raises:
-        ConfigError: (or ``error``) naming file, dotted key and remedy; the first problem only.
+        ConfigError: (or ``error``) naming file, dotted key and remedy; the first problem only. A
+            number that no unit makes sense of, as 1e-300, is one.
     """
+    absurd = next(_absurd(data), None)
+    if absurd is not None:
+        where, number = absurd
+        key = ".".join([*([prefix] if prefix else []), *where])
+        raise error(f"{number:g} is beyond all sense", file=file, key=key)
     try:
         return model.model_validate(dict(data))
     except pydantic.ValidationError as cause:
@@ -189,6 +197,18 @@ def nearest(word: str, known: Iterable[str]) -> str:
     if close:
         return f"; did you mean {close[0]!r}?"
     return f"; known: {', '.join(choices)}" if choices else ""
+
+
+def _absurd(data: Any, where: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Keys and values of numbers that are finite, not 0, and too small or too large to be meant."""
+    if isinstance(data, float) and data and not _LEAST <= abs(data) <= _MOST and np.isfinite(data):
+        yield where, data
+    elif isinstance(data, Mapping):
+        for key, below in data.items():
+            yield from _absurd(below, (*where, str(key)))
+    elif isinstance(data, list | tuple):
+        for number, below in enumerate(data):
+            yield from _absurd(below, (*where, str(number)))
 
 
 def _explain(model: type[Model], fault: Any, location: list[str]) -> str:

@@ -7,53 +7,13 @@ from cohelm.errors import RecordingError
 from cohelm.messages import Observation
 from cohelm.recordings import open_recording
 
-from .bags import ROS1, ROS2, write
-from .clouds import pcd
-
-
-def everything(author):
-    """A bag with all that is read."""
-    still = (0.0, 0.0, 0.0)
-    moved = author.transforms(
-        (1.0, "map", "odom", still, still), (1.0, "odom", "base_link", still, still)
-    )
-    held = author.transforms((0.0, "base_link", "laser", (0.3, 0.0, 0.2), still))
-    messages = [("/tf_static", 1.0, held), ("/tf", 1.0, moved)]
-    for k in range(3):
-        t = 1.0 + 0.1 * k
-        messages += [
-            ("/odom", t, author.odometry(t, (0.1 * k, 0.0, 0.0), (1.0, 0.0, 0.0))),
-            ("/leg_cluster_positions", t, author.poses(0.0, [(1.0, 0.0)])),
-            ("/scan", t, author.scan(t, [1.0, 2.0, 3.0])),
-            ("/points", t, author.plain_cloud(t, [[1, 2, 3], [4, 5, 6]])),
-        ]
-    return messages
+from .sound_files import NAMES, sound_files
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """The bytes of a sound file of each kind, by its name."""
-    folder = tmp_path_factory.mktemp("whole")
-    points = np.arange(90.0).reshape(30, 3)
-    files = {
-        f"{encoding}.pcd": pcd(points, encoding, "xyzi")
-        for encoding in ("ascii", "binary", "binary_compressed")
-    }
-    files["kitti.bin"] = np.tile(np.arange(4.0, dtype="<f4"), 30).tobytes()
-    files["nuscenes.pcd.bin"] = np.tile(np.arange(5.0, dtype="<f4"), 30).tobytes()
-    for compression in (None, "BZ2", "LZ4"):
-        file = write(folder / f"{compression}.bag", everything(ROS1), "bag", compression)
-        files[file.name] = file.read_bytes()
-    for kind, compression in (("mcap", None), ("mcap", "STORAGE"), ("db3", None)):
-        path = write(folder / f"{kind}{compression}", everything(ROS2), kind, compression)
-        files[f"{compression}.{kind}"] = (path / f"{path.name}.{kind}").read_bytes()
-    return files
-
-
-NAMES = [
-    "ascii.pcd", "binary.pcd", "binary_compressed.pcd", "kitti.bin", "nuscenes.pcd.bin",
-    "None.bag", "BZ2.bag", "LZ4.bag", "None.mcap", "STORAGE.mcap", "None.db3",
-]  # fmt: skip
+    return sound_files(tmp_path_factory.mktemp("whole"))
 
 
 def read_whole(name):

@@ -14,7 +14,7 @@ from cohelm.recordings.bags.compression import unpack_zstd
 from cohelm.recordings.bags.ros1 import MAGIC
 
 from .bags import ROS2, write
-from .test_damaged_files import everything
+from .sound_files import everything
 
 SOON = 2.0
 """s; without bounds each takes from half a minute to for ever."""

@@ -63,6 +63,33 @@ def natural_order(file: Path) -> list[tuple[int, str]]:
     return [(int(part), "") if k % 2 else (-1, part) for k, part in enumerate(parts)]
 
 
+FARTHEST = 1e4
+"""Coordinate beyond the range of any sensor, m; assumed. Aerial LiDAR reaches half of it."""
+
+
+def without_far_points(points: Floats32) -> tuple[Floats32, int]:
+    """Replace points that no sensor can see by NaN, which is no return.
+
+    A damaged exponent of a float gives such coordinates, up to 3e38 m.
+
+    Args:
+        points: (p, 3), sensor's frame, m; unchanged.
+
+    Returns:
+        (p, 3) points, and the number of those with a finite coordinate beyond :data:`FARTHEST`.
+    """
+    with np.errstate(invalid="ignore"):
+        far = ((np.abs(points) > FARTHEST) & np.isfinite(points)).any(axis=1)
+    if not far.any():
+        return points, 0
+    return np.where(far[:, None], np.float32(np.nan), points), int(far.sum())
+
+
+def far_points_problem(count: int, total: int) -> str:
+    """Description of points that :func:`without_far_points` has removed."""
+    return f"{count} of {total} points are more than {FARTHEST:g} m away and are not read"
+
+
 def max_range(points: Floats32) -> float:
     """Distance of the farthest finite point of (p, 3) from the sensor, m; 0 without points."""
     with np.errstate(over="ignore", invalid="ignore"):

@@ -162,8 +162,8 @@ class Scenario(Model):
     odometry: Odometry = Odometry()
     faults: tuple[Fault, ...] = ()
     """Faults to inject, with their times."""
-    time_limit: float = Field(180.0, gt=0.0, le=3600.0)
-    """Longest simulated time, s."""
+    time_limit: float = Field(180.0, ge=0.05, le=3600.0)
+    """Longest simulated time, s; at least one control step."""
     seed: int = Field(0, ge=0)
     """Default seed."""
 

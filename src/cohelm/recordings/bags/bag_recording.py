@@ -14,8 +14,8 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.errors import RecordingError
 from cohelm.geometry import compose, transform
-from cohelm.messages import Observation
-from cohelm.recordings.api import Frame, Labels
+from cohelm.messages import Observation, PointCloud, Scan
+from cohelm.recordings.api import Frame, Labels, far_points_problem
 from cohelm.recordings.bags import ros_messages as ros
 from cohelm.recordings.bags.records import BagMessage
 from cohelm.recordings.bags.sensor_poses import POSE_TYPES, SensorPose, SensorPoses
@@ -69,8 +69,14 @@ class BagRecording:
             RecordingError: if no reading can be decoded.
         """
         seen = False
+        newest = -np.inf
         for frame in _in_order(self._frames()):
             seen = True
+            time = frame.observation.time
+            if time < newest:
+                text = f"the time goes back from {newest:.3f} to {time:.3f} s"
+                self._add_warning(str(RecordingError(text, file=self._path)))
+            newest = time
             yield frame
         if not seen:
             raise RecordingError("none of its scans and clouds can be read", file=self._path)
@@ -134,7 +140,15 @@ class BagRecording:
         place = self._poses.at(reading.header.frame_id, time)
         for text in self._poses.warnings:
             self._add_warning(f"{self._path}: {text}")
-        is_scan = message.type == ros.SCAN
+        scans: tuple[Scan, ...] = ()
+        clouds: tuple[PointCloud, ...] = ()
+        if message.type == ros.SCAN:
+            scans = (ros.scan(reading, time, place.mount),)
+        else:
+            cloud, far = ros.cloud(reading, time, place.mount)
+            clouds = (cloud,)
+            if far:
+                self._report(far_points_problem(far, len(cloud.points)), message)
         return Frame(
             observation=Observation(
                 time=time,
@@ -142,8 +156,8 @@ class BagRecording:
                 pose_time=time,
                 twist=place.twist,
                 twist_time=time,
-                scans=(ros.scan(reading, time, place.mount),) if is_scan else (),
-                clouds=() if is_scan else (ros.cloud(reading, time, place.mount),),
+                scans=scans,
+                clouds=clouds,
             ),
             labels=None if labels is None else _labels(labels, time, place),
             posed=place.known,
@@ -158,7 +172,10 @@ class BagRecording:
             return None
 
     def _warn(self, problem: str, message: BagMessage) -> None:
-        text = f"a message on {message.topic} at {message.time:.3f} s is skipped: {problem[:200]}"
+        self._report(f"skipped: {problem[:200]}", message)
+
+    def _report(self, problem: str, message: BagMessage) -> None:
+        text = f"a message on {message.topic} at {message.time:.3f} s: {problem}"
         self._add_warning(str(RecordingError(text, file=self._path, offset=message.offset)))
 
     def _add_warning(self, text: str) -> None:

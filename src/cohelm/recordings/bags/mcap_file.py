@@ -10,14 +10,15 @@ from __future__ import annotations
 import io
 import os
 import struct
+import zlib
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Message, Schema
+from mcap.records import Channel, Chunk, Message, Schema, Statistics
 
 from cohelm.errors import RecordingError
 from cohelm.recordings.bags.records import BagMessage, BrokenRecord, RecordStream, unpack_chunk
@@ -30,11 +31,13 @@ _DAMAGED = (McapError, struct.error, ValueError, OverflowError)
 _HEAD = struct.Struct("<BQ")
 
 
-class _Channels(NamedTuple):
-    """Schemas and channels met so far, by id."""
+@dataclass(slots=True)
+class _Met:
+    """Schemas and channels met so far, by id, and the number of messages."""
 
-    types: dict[int, str]
-    topics: dict[int, tuple[str, str]]
+    types: dict[int, str] = field(default_factory=dict)
+    topics: dict[int, tuple[str, str]] = field(default_factory=dict)
+    messages: int = 0
 
 
 def read_mcap(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage]:
@@ -57,7 +60,7 @@ def read_mcap(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage]:
 def _records(
     records: RecordStream, file: Path, damage: list[RecordingError]
 ) -> Iterator[BagMessage]:
-    channels = _Channels({}, {})
+    met = _Met()
     while records.begin():
         if records.length - records.at == len(MAGIC):
             if records.take(len(MAGIC)) == MAGIC:
@@ -70,19 +73,21 @@ def _records(
         if opcode == Opcode.CHUNK:
             there = records.take(min(length, records.length - records.stream.tell()))
             try:
-                yield from _chunk(there, channels, records.at)
+                yield from _chunk(there, met, records.at)
             except BrokenRecord as fault:
                 if end <= records.length:
                     damage.append(RecordingError(fault.problem, file=file, offset=fault.offset))
         elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE}:
-            yield from _record(opcode, records.take(length), channels, records.at)
+            yield from _record(opcode, records.take(length), met, records.at)
+        elif opcode == Opcode.STATISTICS and not damage:
+            _check_count(records.take(length), met.messages, records)
         if end > records.length:
             raise records.broken("the file is cut off within this record")
         records.stream.seek(end)
     raise records.broken("the file is cut off here: its end is missing")
 
 
-def _chunk(data: bytes, channels: _Channels, offset: int) -> Iterator[BagMessage]:
+def _chunk(data: bytes, met: _Met, offset: int) -> Iterator[BagMessage]:
     """Read the messages of a chunk up to its first fault."""
     try:
         chunk = Chunk.read(ReadDataStream(io.BytesIO(data)))
@@ -90,32 +95,47 @@ def _chunk(data: bytes, channels: _Channels, offset: int) -> Iterator[BagMessage
         raise BrokenRecord("the head of this chunk is damaged", offset) from None
     size = chunk.uncompressed_size
     plain = unpack_chunk(chunk.data, chunk.compression, size, offset)
+    # 0: the writer computed none. A chunk that is cut has no checksum either.
+    checked = chunk.uncompressed_crc != 0 and len(plain) == size
+    if checked and zlib.crc32(plain) != chunk.uncompressed_crc:
+        raise BrokenRecord("the checksum of this chunk is wrong; it is not read", offset)
     inside = RecordStream.of(plain, offset)
     while inside.begin():
         opcode, length = inside.unpack(_HEAD)
         if opcode == 0:
             raise inside.broken("no record begins here; the chunk is read up to there")
-        yield from _record(opcode, inside.take(length), channels, offset)
+        yield from _record(opcode, inside.take(length), met, offset)
     if len(plain) < size:
         raise BrokenRecord("this chunk is damaged, and read up to there", offset)
 
 
-def _record(opcode: int, data: bytes, channels: _Channels, offset: int) -> Iterator[BagMessage]:
+def _record(opcode: int, data: bytes, met: _Met, offset: int) -> Iterator[BagMessage]:
     """The message of a record; schemas and channels are remembered instead."""
     stream = ReadDataStream(io.BytesIO(data))
     try:
         if opcode == Opcode.SCHEMA:
             schema = Schema.read(stream)
-            channels.types[schema.id] = schema.name
+            met.types[schema.id] = schema.name
         elif opcode == Opcode.CHANNEL:
             channel = Channel.read(stream)
-            type_ = channels.types.get(channel.schema_id, "")
-            channels.topics[channel.id] = channel.topic, type_
+            type_ = met.types.get(channel.schema_id, "")
+            met.topics[channel.id] = channel.topic, type_
         elif opcode == Opcode.MESSAGE:
             message = Message.read(stream, len(data))
-            topic, type_ = channels.topics[message.channel_id]
+            topic, type_ = met.topics[message.channel_id]
+            met.messages += 1
             yield BagMessage(topic, type_, 1e-9 * message.log_time, message.data, offset)
     except KeyError:
         raise BrokenRecord("a message belongs to no topic", offset) from None
     except _DAMAGED:
         raise BrokenRecord("is cut off or damaged within this record", offset) from None
+
+
+def _check_count(data: bytes, count: int, records: RecordStream) -> None:
+    """Compare the number of messages with that of the summary."""
+    try:
+        declared = Statistics.read(ReadDataStream(io.BytesIO(data))).message_count
+    except _DAMAGED:
+        raise records.broken("the statistics are damaged") from None
+    if declared != count:
+        raise records.broken(f"{declared} messages are declared, {count} were found")

@@ -155,6 +155,9 @@ def read_sqlite(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage
         damage: Takes the fault that ends the reading.
     """
     uri = f"{file.absolute().as_uri()}?mode=ro&immutable=1"
+    missing = _missing_bytes(file)
+    if missing > 0:
+        damage.append(RecordingError(f"is cut: {missing} bytes are missing", file=file))
     try:
         with closing(sqlite3.connect(uri, uri=True)) as database:
             # Without it, a file that lacks its end is refused as a whole.
@@ -176,6 +179,21 @@ def read_sqlite(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage
         damage.append(
             RecordingError(f"the database cannot be read from here on: {error}", file=file)
         )
+
+
+def _missing_bytes(file: Path) -> int:
+    """Number of bytes that a database lacks by its own header; SQLite does not report it.
+
+    Bytes 16 to 18 are the size of a page, 28 to 32 the number of pages, which is valid if the
+    change counter (24) equals that of the writing (92); https://sqlite.org/fileformat2.html.
+    """
+    with file.open("rb") as stream:
+        head = stream.read(100)
+    if len(head) < 100 or head[24:28] != head[92:96]:
+        return 0
+    page = int.from_bytes(head[16:18], "big")
+    pages = int.from_bytes(head[28:32], "big")
+    return pages * (65536 if page == 1 else page) - file.stat().st_size
 
 
 class _StepLimit:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.messages import PointCloud, Scan
-from cohelm.recordings.api import max_range
+from cohelm.recordings.api import max_range, without_far_points
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -115,17 +115,21 @@ def scan(message: Any, time: float, X_RS: Floats) -> Scan:
     )
 
 
-def cloud(message: Any, time: float, X_RS: Floats) -> PointCloud:
+def cloud(message: Any, time: float, X_RS: Floats) -> tuple[PointCloud, int]:
     """Convert a PointCloud2 of a sensor mounted at ``X_RS`` (6,); the range is the farthest return.
 
     A point at (0, 0, 0) is no return, as many drivers write it.
+
+    Returns:
+        The cloud, and the number of points that are too far away for any sensor: no returns.
 
     Raises:
         ValueError: if its fields do not match its data, or x, y or z is missing.
     """
     points = _points(message)
     points[~points.any(axis=1)] = np.nan
-    return PointCloud(time=time, mount=X_RS, points=points, range_max=max_range(points))
+    points, far = without_far_points(points)
+    return PointCloud(time=time, mount=X_RS, points=points, range_max=max_range(points)), far
 
 
 def _points(message: Any) -> Floats32:
@@ -134,7 +138,9 @@ def _points(message: Any) -> Floats32:
     if height * width == 0:
         return np.empty((0, 3), dtype=np.float32)
     row, step = int(message.row_step), int(message.point_step)
-    if width * step > row or (height - 1) * row + width * step > len(message.data):
+    # The last row may lack its padding, but no point may be missing or left over.
+    least, most = (height - 1) * row + width * step, height * row
+    if width * step > row or not least <= len(message.data) <= most:
         raise ValueError(
             f"a PointCloud2 of {height} × {width} points of {step} bytes in {len(message.data)}"
         )

@@ -39,7 +39,7 @@ def read_kitti(file: Path) -> CloudSweep:
     Raises:
         RecordingError: if the file cannot be read or holds no points.
     """
-    rows, damage = read_rows(file, 4)
+    points, damage = read_rows(file, 4)
     people = None
     label, calibration = _beside(file, "label", "label_2"), _beside(file, "calib", "calib")
     if label is not None:
@@ -50,7 +50,7 @@ def read_kitti(file: Path) -> CloudSweep:
         except RecordingError as error:
             damage = (*damage, error)
     return CloudSweep(
-        points=rows[:, :3],
+        points=points,
         range_max=REACH,
         mount=np.array([0.0, 0.0, HEIGHT, 0.0, 0.0, 0.0]),
         pose=AT_REST,

@@ -27,9 +27,9 @@ def read_nuscenes(file: Path) -> CloudSweep:
     Raises:
         RecordingError: if the file cannot be read or holds no points.
     """
-    rows, damage = read_rows(file, COLUMNS)
+    points, damage = read_rows(file, COLUMNS)
     return CloudSweep(
-        points=rows[:, :3],
+        points=points,
         range_max=REACH,
         mount=np.array([0.0, 0.0, HEIGHT, 0.0, 0.0, -math.pi / 2.0]),
         pose=AT_REST,

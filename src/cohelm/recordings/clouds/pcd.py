@@ -23,49 +23,23 @@ from numpy.typing import NDArray
 
 from cohelm.arrays import Bytes, Floats, Floats32
 from cohelm.errors import RecordingError
+from cohelm.maps import MAX_COORDINATE
 from cohelm.recordings.api import max_range
+from cohelm.recordings.clouds.pcd_header import Field, Header, Malformed, read_header
 from cohelm.recordings.clouds.sweep import (
     AT_REST,
-    POINT_LIMIT,
     UNKNOWN_MOUNT,
     CloudSweep,
+    checked_points,
     read_bytes,
 )
 from cohelm.recordings.transforms import fixed_axes, matrix, planar
 
 _MAX_FILE = 1 << 31
-_MAX_HEADER = 1 << 16
 _LZF_RATIO = 265 / 3
 """Maximum number of bytes per compressed byte: three can copy 7 + 255 + 2 and one more."""
-_TYPES = {
-    *(("F", size) for size in (4, 8)),
-    *((kind, size) for kind in "IU" for size in (1, 2, 4, 8)),
-}
-
-
-class _Field(NamedTuple):
-    """Position of x, y or z within a point."""
-
-    type: np.dtype[Any]
-    before: int
-    """Offset within a point, bytes."""
-    stride: int
-    """Distance between its numbers in field-by-field storage, bytes."""
-    column: int
-    """Index of its word in a line."""
-
-
-class _Header(NamedTuple):
-    points: int
-    step: int
-    """Size of a point, bytes."""
-    columns: int
-    """Number of words in a line."""
-    axes: tuple[_Field, _Field, _Field]
-    viewpoint: tuple[float, ...]
-    encoding: str
-    start: int
-    """Offset of the points, bytes."""
+_UNIT = 0.01
+"""Maximum deviation of the norm of VIEWPOINT's quaternion from 1."""
 
 
 class _Cut(NamedTuple):
@@ -89,89 +63,41 @@ def read_pcd(file: Path) -> CloudSweep:
     """
     data = read_bytes(file, _MAX_FILE)
     try:
-        header = _header(data)
+        header = read_header(data)
         points, cut = _DECODERS[header.encoding](data, header)
-    except _Malformed as error:
+    except Malformed as error:
         raise RecordingError(error.problem, file=file, offset=error.offset) from None
     if len(points) == 0 and cut is not None:
         raise RecordingError(cut.problem, file=file, offset=cut.offset)
-    damage = [RecordingError(cut.problem, file=file, offset=cut.offset)] if cut else []
+    damage = [RecordingError(doubt, file=file) for doubt in header.doubts]
+    damage += [RecordingError(cut.problem, file=file, offset=cut.offset)] if cut else []
     pose, mount = AT_REST, UNKNOWN_MOUNT
     v = header.viewpoint
-    if v and np.isfinite(v).all() and 1e-3 < np.linalg.norm(v[3:]) < 1e3:
+    if v and _is_pose(v):
         X_MS = matrix((*v[:3], *v[4:], v[3]))
         pose = planar(X_MS)
         mount = np.array([0.0, 0.0, np.nan, *fixed_axes(X_MS)[3:5], 0.0])
         points = _seen_from(X_MS, points)
     elif v:
         damage.append(RecordingError("VIEWPOINT is not a pose, ignored", file=file))
+    points, far = checked_points(points, file)
     return CloudSweep(
-        points=points, range_max=max_range(points), mount=mount, pose=pose, damage=tuple(damage)
-    )
-
-
-class _Malformed(Exception):
-    def __init__(self, problem: str, offset: int = 0) -> None:
-        self.problem = problem
-        self.offset = offset
-        super().__init__(problem)
-
-
-def _header(data: bytes) -> _Header:
-    words: dict[str, list[str]] = {}
-    at = 0
-    while "DATA" not in words:
-        end = data.find(b"\n", at, _MAX_HEADER)
-        if end < 0:
-            raise _Malformed("is not a PCD file, or cut within its header: DATA is missing", at)
-        line = data[at:end].decode("latin-1").split("#")[0].split()
-        at = end + 1
-        if line:
-            words[line[0].upper()] = line[1:]
-    try:
-        names = words["FIELDS"] if "FIELDS" in words else words["COLUMNS"]
-        sizes = [int(word) for word in words["SIZE"]]
-        counts = [int(word) for word in words.get("COUNT", ["1"] * len(names))]
-        kinds = [word.upper() for word in words["TYPE"]]
-        points = int(words["WIDTH"][0]) * int(words.get("HEIGHT", ["1"])[0])
-        points = min(points, int(words["POINTS"][0])) if "POINTS" in words else points
-        viewpoint = tuple(float(word) for word in words.get("VIEWPOINT", []))
-        encoding = words["DATA"][0].lower()
-    except (KeyError, ValueError, IndexError) as error:
-        raise _Malformed(f"the header is incomplete or damaged: {error}") from None
-    if not len(names) == len(sizes) == len(kinds) == len(counts) or min(counts, default=0) < 0:
-        raise _Malformed("FIELDS, SIZE, TYPE and COUNT have different lengths")
-    if not set(zip(kinds, sizes, strict=True)) <= _TYPES:
-        raise _Malformed("has a field whose TYPE and SIZE do not match")
-    if not 0 <= points <= POINT_LIMIT:
-        raise _Malformed(f"claims {points} points; up to {POINT_LIMIT} are read")
-    if encoding not in _DECODERS:
-        raise _Malformed(f"DATA {encoding[:20]!r} is unknown")
-    if len(viewpoint) not in {0, 7}:
-        raise _Malformed("VIEWPOINT needs seven numbers")
-    fields = list(zip(names, kinds, sizes, counts, strict=True))
-    return _Header(
         points=points,
-        step=sum(size * count for _, _, size, count in fields),
-        columns=sum(counts),
-        axes=(_axis("x", fields), _axis("y", fields), _axis("z", fields)),
-        viewpoint=viewpoint,
-        encoding=encoding,
-        start=at,
+        range_max=max_range(points),
+        mount=mount,
+        pose=pose,
+        damage=(*damage, *far),
     )
 
 
-def _axis(name: str, fields: list[tuple[str, str, int, int]]) -> _Field:
-    before = column = 0
-    for called, kind, size, count in fields:
-        if called == name and count > 0:
-            return _Field(np.dtype(f"<{kind.lower()}{size}"), before, size * count, column)
-        before += size * count
-        column += count
-    raise _Malformed(f"has no field {name}")
+def _is_pose(viewpoint: tuple[float, ...]) -> bool:
+    position, turn = np.abs(viewpoint[:3]), np.abs(viewpoint[3:])
+    # A large finite number overflows in the norm.
+    within = bool(np.all(position <= MAX_COORDINATE) and np.all(turn <= 1.0 + _UNIT))
+    return within and abs(float(np.linalg.norm(turn)) - 1.0) < _UNIT
 
 
-def _ascii(data: bytes, header: _Header) -> tuple[Floats32, _Cut | None]:
+def _ascii(data: bytes, header: Header) -> tuple[Floats32, _Cut | None]:
     columns = [field.column for field in header.axes]
     rows: list[tuple[float, ...]] = []
     at = header.start
@@ -192,33 +118,35 @@ def _ascii(data: bytes, header: _Header) -> tuple[Floats32, _Cut | None]:
                 return _table(rows), _Cut(
                     f"a word is not a number; {len(rows)} points are read", at
                 )
+        at = end + 1 if end >= 0 else len(data)
         if end < 0:
             break
-        at = end + 1
-    return _table(rows), _missing(len(rows), header, len(data))
+    rest = len(data[at:].strip())
+    return _table(rows), _missing(len(rows), header, len(data)) or _left(rest, header, at)
 
 
 def _table(rows: list[tuple[float, ...]]) -> Floats32:
-    with np.errstate(over="ignore"):
-        return np.array(rows, dtype=np.float64).reshape(-1, 3).astype(np.float32)
+    return _single(np.array(rows, dtype=np.float64).reshape(-1, 3))
 
 
-def _binary(data: bytes, header: _Header) -> tuple[Floats32, _Cut | None]:
+def _binary(data: bytes, header: Header) -> tuple[Floats32, _Cut | None]:
     there = min((len(data) - header.start) // header.step, header.points)
     block = np.frombuffer(data, dtype=np.uint8, count=there * header.step, offset=header.start)
     points = np.empty((there, 3), dtype=np.float32)
     for k, field in enumerate(header.axes):
         points[:, k] = _numbers(block, field, there, field.before, header.step)
-    return points, _missing(there, header, header.start + there * header.step)
+    end = header.start + there * header.step
+    # Text editors add a line break.
+    return points, _missing(there, header, end) or _left(len(data[end:].strip()), header, end)
 
 
-def _compressed(data: bytes, header: _Header) -> tuple[Floats32, _Cut | None]:
+def _compressed(data: bytes, header: Header) -> tuple[Floats32, _Cut | None]:
     if len(data) < header.start + 8:
-        raise _Malformed("is cut before its points", len(data))
+        raise Malformed("is cut before its points", len(data))
     packed, size = struct.unpack_from("<II", data, header.start)
     begin = header.start + 8
-    if size < header.points * header.step or size > _LZF_RATIO * packed + 1:
-        raise _Malformed(
+    if size != header.points * header.step or size > _LZF_RATIO * packed + 1:
+        raise Malformed(
             f"{packed} bytes cannot be {header.points} points of {header.step}", header.start
         )
     block = decompress_lzf(data[begin : begin + packed], size)
@@ -229,10 +157,11 @@ def _compressed(data: bytes, header: _Header) -> tuple[Floats32, _Cut | None]:
     points = np.empty((there, 3), dtype=np.float32)
     for k, field in enumerate(header.axes):
         points[:, k] = _numbers(block, field, there, field.before * header.points, field.stride)
-    return points, _missing(there, header, min(begin + packed, len(data)))
+    end = min(begin + packed, len(data))
+    return points, _missing(there, header, end) or _left(len(data[end:].strip()), header, end)
 
 
-_DECODERS: dict[str, Callable[[bytes, _Header], tuple[Floats32, _Cut | None]]] = {
+_DECODERS: dict[str, Callable[[bytes, Header], tuple[Floats32, _Cut | None]]] = {
     "ascii": _ascii,
     "binary": _binary,
     "binary_compressed": _compressed,
@@ -240,21 +169,34 @@ _DECODERS: dict[str, Callable[[bytes, _Header], tuple[Floats32, _Cut | None]]] =
 
 
 def _numbers(
-    block: NDArray[np.uint8], field: _Field, count: int, first: int, stride: int
+    block: NDArray[np.uint8], field: Field, count: int, first: int, stride: int
 ) -> NDArray[Any]:
     if count == 0:
         return np.empty(0)
     column: NDArray[Any] = np.ndarray(
         count, dtype=field.type, buffer=block, offset=first, strides=(stride,)
     )
+    return _single(column)
+
+
+def _single(numbers: NDArray[Any]) -> Floats32:
+    """Single precision of numbers; finite ones stay finite, so that absurd ones are detected."""
+    largest = np.finfo(np.float32).max
     with np.errstate(over="ignore", invalid="ignore"):
-        return column.astype(np.float32)
+        single = numbers.astype(np.float32)
+        return np.where(np.isinf(single) & np.isfinite(numbers), largest, single)
 
 
-def _missing(there: int, header: _Header, offset: int) -> _Cut | None:
+def _missing(there: int, header: Header, offset: int) -> _Cut | None:
     if there == header.points:
         return None
     return _Cut(f"ends or is damaged after {there} of {header.points} points", offset)
+
+
+def _left(rest: int, header: Header, offset: int) -> _Cut | None:
+    if rest == 0:
+        return None
+    return _Cut(f"has {rest} more bytes than {header.points} points: its header may be wrong", offset)
 
 
 def _seen_from(X_MS: Floats, points: Floats32) -> Floats32:

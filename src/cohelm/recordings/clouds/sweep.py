@@ -11,7 +11,13 @@ from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Shape, value
 from cohelm.errors import RecordingError
 from cohelm.geometry import compose, transform
 from cohelm.messages import Observation, PointCloud
-from cohelm.recordings.api import Frame, Labels
+from cohelm.recordings.api import (
+    FARTHEST,
+    Frame,
+    Labels,
+    far_points_problem,
+    without_far_points,
+)
 
 POINT_LIMIT = 20_000_000
 """Maximum number of points of a sweep."""
@@ -120,7 +126,7 @@ def _frame(sweep: CloudSweep, time: float) -> Frame:
 
 
 def read_rows(file: Path, columns: int) -> tuple[Floats32, tuple[RecordingError, ...]]:
-    """Read (p, columns) little-endian float32, and the damage at the end of the file.
+    """Read points (p, 3) from rows of ``columns`` little-endian float32, and the damage.
 
     Raises:
         RecordingError: if the file cannot be read, is empty, too large, or holds no points.
@@ -131,15 +137,33 @@ def read_rows(file: Path, columns: int) -> tuple[Floats32, tuple[RecordingError,
     if whole == 0:
         problem = f"is empty or cut within its first point of {size} bytes"
         raise RecordingError(problem, file=file, offset=0)
-    rows = np.frombuffer(data, dtype="<f4", count=whole * columns).reshape(whole, columns)
-    if np.mean(_absurd(rows[:, :3])) > 0.5:
+    rows = np.frombuffer(data, dtype="<f4", count=whole * columns).reshape(whole, columns)[:, :3]
+    if np.mean(_absurd(rows)) > 0.5:
         problem = "holds no points: most of its numbers are not distances in metres"
         raise RecordingError(problem, file=file, offset=0)
     damage = []
     if len(data) % size:
         problem = f"ends within a point: {whole} whole points are read"
         damage.append(RecordingError(problem, file=file, offset=whole * size))
-    return rows, tuple(damage)
+    points, far = checked_points(rows, file)
+    return points, (*damage, *far)
+
+
+def checked_points(
+    points: Floats32, file: Path
+) -> tuple[Floats32, tuple[RecordingError, ...]]:
+    """Return points (p, 3) with NaN for those that no sensor can see, and the damage.
+
+    Raises:
+        RecordingError: if these are most of the points.
+    """
+    plausible, far = without_far_points(points)
+    if not far:
+        return points, ()
+    problem = far_points_problem(far, len(points))
+    if far > 0.5 * len(points):
+        raise RecordingError(f"holds no points: {problem}", file=file)
+    return plausible, (RecordingError(problem, file=file),)
 
 
 def read_bytes(file: Path, max_size: int) -> bytes:
@@ -164,5 +188,5 @@ def _absurd(points: Floats32) -> Booleans:
     """Mask of rows with a number beyond any sensor's range, or too close to 0 to be a distance."""
     with np.errstate(invalid="ignore"):
         size = np.abs(points)
-        absurd: Booleans = ((size > 1e4) & np.isfinite(size)) | ((size > 0.0) & (size < 1e-6))
+        absurd: Booleans = ((size > FARTHEST) & np.isfinite(size)) | ((size > 0.0) & (size < 1e-6))
     return np.asarray(absurd.any(axis=1))
