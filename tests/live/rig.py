@@ -75,6 +75,14 @@ class Kept:
         self.count += 1
         return f"session-r{self.count}", Path("rows")
 
+    error = ""
+
+    def checkpoint(self, record, ride_setup=None):
+        pass
+
+    def retry(self, further=None):
+        pass
+
     def keep(self, record, log, ride_setup):
         self.kept.append((record, log))
 

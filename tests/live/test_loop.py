@@ -48,7 +48,10 @@ def made_loop(cycle, driver, send=lambda *_: None, world_factory=None):
         start=lambda seed, when: None, finished=lambda: None, busy=False
     )
     rides = SimpleNamespace(
-        navigator_lost=lambda: None, end=lambda outcome: None, waits_for_log=False
+        navigator_lost=lambda: None,
+        retry=lambda: None,
+        end=lambda outcome: None,
+        waits_for_log=False,
     )
     services = SimpleNamespace(
         navigator=navigator, route_preview=route_preview, world_factory=world_factory, rides=rides

@@ -9,6 +9,7 @@ t + T   next step
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,6 +21,7 @@ from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import StepAnswer, StepRequest
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.step_requests import UnsentReadings, step_request
+from cohelm.live.control.time_rate import ABSORBED_LATENESS, TimeRate
 from cohelm.live.control.watchdog import (
     CONFIRM_AFTER,
     MAX_ANSWER_LATENCY,
@@ -50,6 +52,7 @@ class ControlCycle:
         profile: Profile of the scenario's rider.
         services: Helpers.
         send: Sends messages to pages.
+        unstored: Returns what cannot be stored, and why; empty: everything is.
         clock: Monotonic clock, s.
     """
 
@@ -61,12 +64,18 @@ class ControlCycle:
         services: Services,
         *,
         send: Send,
+        unstored: Callable[[], str] = lambda: "",
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._driver, self._settings, self._profile = driver, settings, profile
         self._navigator, self._rides = services.navigator, services.rides
         self._route_preview = services.route_preview
-        self._send, self._clock = send, clock
+        self._send, self._clock, self._unstored = send, clock, unstored
+        self._unstored_by_navigator = ""
+        self.time_rate = TimeRate()
+        """Rate of simulated time."""
+        self._requested_time = -math.inf
+        """Time of the last observation that was sent, s of the simulation."""
         self.world: LiveWorld | None = None
         self._starting = True
         """True until the navigator has made a decision in this world."""
@@ -104,6 +113,11 @@ class ControlCycle:
         truth = self.world.simulation.truth
         return bool(self.command.twist.any()) or not bool(is_standing(truth.twist))
 
+    @property
+    def unstored(self) -> str:
+        """What cannot be stored, and why; empty: everything is."""
+        return " ".join(filter(None, (self._unstored(), self._unstored_by_navigator)))
+
     def enter(self, world: LiveWorld) -> None:
         """Put the chair into another world, where it stands without a destination.
 
@@ -112,6 +126,7 @@ class ControlCycle:
         restarted = self.world is not None
         self.world, self.paused, self.awaits_world = world, False, False
         self._restart, self._first_step_id = True, self.ticks
+        self._requested_time, self.time_rate = -math.inf, self.time_rate.resumed()
         version = self.view.route_version + 1
         self._watchdog, self.view = Watchdog(), PageView(route_version=version)
         self._unsent.clear()
@@ -128,6 +143,7 @@ class ControlCycle:
             self._driver.require_centring()
             # Else the last decision would count as too old, and the driver had to confirm.
             self._watchdog = replace(self._watchdog, at=self._clock())
+            self.time_rate = self.time_rate.resumed()
         self.paused = on
 
     def navigator_restarted(self) -> None:
@@ -151,6 +167,7 @@ class ControlCycle:
         if world is not None and self.paused:
             self._step_paused(world)
         elif world is not None:
+            self.time_rate = self.time_rate.stepped(STEP, self._clock())
             # A step that is already lost gets its full time.
             until = due + ANSWER_TIME + (late if late >= STEP else 0.0)
             self._request_step(world, late)
@@ -180,14 +197,18 @@ class ControlCycle:
 
     def _request_step(self, world: LiveWorld, late: float) -> None:
         """Send the newest observation if the navigator is free."""
-        if not self._navigator.free:
-            return
+        time = world.simulation.truth.time
+        if not self._navigator.free or time <= self._requested_time:
+            return  # an observation is sent once: simulated time may be slower than the steps
+        self._requested_time = time
         now, link = self._clock(), self._driver.link
         request = self._step_request(world, now, moves=driver_link.status(link, now) == "ready")
         marks = self._rides.take_marks()
         request = replace(
             request,
-            observation=replace(self._unsent.take(request.observation), late=late),
+            observation=replace(
+                self._unsent.take(request.observation), late=max(late - ABSORBED_LATENESS, 0.0)
+            ),
             restart=self._restart,
             end=marks.end,
             begin=marks.begin,
@@ -226,7 +247,8 @@ class ControlCycle:
         if pending is not None and pending.step_id == self.ticks:
             return
         # The navigator did not get this observation: keep its scans for the next request.
-        if pending is not None or not self._navigator.ready:
+        busy = pending is not None or not self._navigator.ready
+        if busy and self.time_rate.advances:
             self._unsent.keep(world.simulation.observe())
 
     def _take_answer(self, world: LiveWorld, answer: StepAnswer) -> None:
@@ -239,9 +261,16 @@ class ControlCycle:
             self._route_preview.set_planning_context(answer.planning_context)
         if answer.paused:
             return
-        if now - self._navigator.requested_at <= MAX_ANSWER_LATENCY:
-            self._watchdog = self._watchdog.updated(
-                answer.decision, answer.heartbeat_seq, now, self._requested_epoch
+        self._unstored_by_navigator = answer.unstored
+        self.time_rate = self.time_rate.answered(now - self._navigator.requested_at, now)
+        time = world.simulation.truth.time
+        if time - self._requested_time <= MAX_ANSWER_LATENCY + 1e-6:
+            self._watchdog = Watchdog(
+                decision=answer.decision,
+                heartbeat_seq=answer.heartbeat_seq,
+                at=now,
+                time=time,
+                epoch=self._requested_epoch,
             )
         self.answered_mission = answer.mission_version
         self.view = self.view.updated(answer, driver.mission)
@@ -270,7 +299,8 @@ class ControlCycle:
             hold_reason = Reason.STARTING
         elif watchdog.decision is None or now - watchdog.at > CONFIRM_AFTER:
             self.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
-        selected = watchdog.select_command(now, hold_reason)
+        time = self.world.simulation.truth.time if self.world is not None else 0.0
+        selected = watchdog.select_command(time, hold_reason)
         self._heartbeat_seq = (
             watchdog.heartbeat_seq
             if hold_reason is None
@@ -279,7 +309,8 @@ class ControlCycle:
         if selected.reason is Reason.NAVIGATOR_TIMEOUT and self.command.twist.any():
             self.stops += 1
         limit = self._settings.limits.max_acceleration
-        self.command = limit_acceleration(selected, self.command.twist, limit, STEP)
+        passes = STEP * self.time_rate.advances
+        self.command = limit_acceleration(selected, self.command.twist, limit, passes)
 
     def _set_starting(self, starting: bool) -> None:
         """Require confirmation if a destination was chosen before the chair was ready."""
@@ -290,6 +321,8 @@ class ControlCycle:
 
     def _advance(self, world: LiveWorld) -> None:
         """Advance the world one step, and react to contacts."""
+        if not self.time_rate.advances:
+            return
         driver, simulation = self._driver, world.simulation
         before = simulation.truth
         simulation.advance(self.command)
@@ -334,5 +367,10 @@ class ControlCycle:
             paused=self.paused,
             ride=self._rides.ride,
             starting_text=self.starting_text,
+            rate=self.time_rate.measured,
+            unstored=self.unstored,
         )
+        if self.time_rate.notice:
+            text = "This computer is too slow for real time; the simulation runs slower."
+            self._send(Notice(code="slow", text=text), None)
         self._send(state_message(world, self._driver, self.view, step), None)

@@ -28,6 +28,8 @@ NO_PAUSE_BELOW = 0.002
 """Duration of a slow call up to which the next one follows at once, s."""
 PAUSE_FACTOR = 9.0
 """Pause after a longer slow call, as a multiple of its duration: the loop keeps its deadlines."""
+RETRY_PERIOD = 5.0
+"""Time between two attempts to store what could not be stored, s."""
 LOG_TIMEOUT = 1.0
 """Time for the navigator to deliver the log of the last ride when the drive is closed, s."""
 Call = Callable[[], None]
@@ -89,6 +91,7 @@ class ControlLoop:
         self._seed, self._send, self._log_event = seed, send, log_event
         self._calls: queue.SimpleQueue[Call] = queue.SimpleQueue()
         self._slow_calls: queue.Queue[Call] = queue.Queue(MAX_SLOW_CALLS)
+        self._next_retry = time.monotonic() + RETRY_PERIOD
         self._next_slow_call = -math.inf
         """Time before which no slow call begins, s."""
         self._closing = threading.Event()
@@ -234,6 +237,9 @@ class ControlLoop:
                 self.cycle.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
                 self._announce("navigator_ready", "The navigator is ready again.")
         self._handle_lost_navigator()
+        if now >= self._next_retry:
+            self._next_retry = now + RETRY_PERIOD
+            self._services.rides.retry()
         if self._compiled():
             self._services.route_preview.start()
         self._services.route_preview.poll()

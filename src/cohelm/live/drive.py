@@ -91,6 +91,10 @@ class DriveHealth:
     """Stops by the watchdog."""
     restarts: int
     """Restarts of the navigator."""
+    rate: float = 1.0
+    """Speed of simulated time, 1: real time."""
+    unstored: str = ""
+    """What cannot be stored, and why; empty: everything is."""
 
 
 class Drive:
@@ -130,7 +134,14 @@ class Drive:
             rides=RideTracker(self._sessions, self._settings, self._send, STEP),
         )
         driver, log_event = DriverState(), self._audit.log_event
-        cycle = ControlCycle(driver, self._settings, profile, services, send=self._send)
+        cycle = ControlCycle(
+            driver,
+            self._settings,
+            profile,
+            services,
+            send=self._send,
+            unstored=lambda: self.unstored,
+        )
         self._loop = ControlLoop(
             cycle,
             driver,
@@ -246,7 +257,8 @@ class Drive:
 
         Raises:
             LimitsLoosened: A limit would become looser while the chair moves.
-            StoreError: The limits cannot be stored; the previous ones stay in force.
+            StoreError: Looser limits cannot be stored; the previous ones stay in force. Tighter
+                ones take effect all the same, and :attr:`unstored` says so.
         """
         try:
             before = self._settings.set_limits(limits, lambda: not self._loop.cycle.moves)
@@ -295,7 +307,20 @@ class Drive:
             longest_streak=loop.deadlines.longest,
             stops=loop.cycle.stops,
             restarts=max(self._services.navigator.starts - 1, 0),
+            rate=round(loop.cycle.time_rate.measured, 2),
+            unstored=loop.cycle.unstored,
         )
+
+    @property
+    def unstored(self) -> str:
+        """What this process cannot store, and why, in sentences; empty: everything is stored."""
+        rides, limits, audit = self._services.rides, self._settings, self._audit
+        found = (
+            (limits.error, "The limits in force are not stored, and end with the program"),
+            (rides.error, "Rides are not stored"),
+            (audit.error, "The audit log is not stored"),
+        )
+        return " ".join(f"{what}: it {problem}." for problem, what in found if problem)
 
     @property
     def failure(self) -> CohelmError | None:

@@ -23,6 +23,8 @@ from cohelm.scenarios import RideSetup
 
 _log = logging.getLogger(__name__)
 _K = TypeVar("_K")
+CHECKPOINT_PERIOD = 1.0
+"""Time between two stored summaries of a ride that goes on, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,6 +154,9 @@ class RideTracker:
         """Marks that no request has taken yet, the oldest first."""
         self._store_fails = False
         """True from a failure of the store until the chair stands."""
+        self._error = ""
+        self._saved_at = 0.0
+        """Duration of the ride at its last checkpoint, s."""
 
     @property
     def ride(self) -> str:
@@ -162,6 +167,16 @@ class RideTracker:
     def waits_for_log(self) -> bool:
         """True while the navigator's process owes the log of an ended ride."""
         return bool(self._ended)
+
+    @property
+    def error(self) -> str:
+        """Reason why rides are not stored; empty if they are."""
+        return self._error or self._store.error
+
+    def retry(self) -> None:
+        """Store again what could not be stored, without waiting for it."""
+        if self._store.error or self._settings.error:
+            self._store.retry(self._settings.retry)
 
     def enter(self, ride_setup: RideSetup) -> None:
         """End the current ride; further rides take place in this world."""
@@ -191,6 +206,9 @@ class RideTracker:
         if self._ride is not None:
             limits = LimitsAt(time=self._ride.time, limits=self._settings.limits)
             self._ride = self._ride.after(self._step, length, mission, device, limits)
+            if self._ride.time - self._saved_at >= CHECKPOINT_PERIOD:
+                self._saved_at = self._ride.time
+                self._store.checkpoint(self._ride.summary("cancelled", None))
 
     def end(self, outcome: RideOutcome) -> None:
         """End the current ride, if there is one."""
@@ -252,13 +270,15 @@ class RideTracker:
             ride, rows = self._store.begin_ride()
         except StoreError as error:
             _log.error("a ride is not stored: %s", error)
-            self._store_fails = True
+            self._store_fails, self._error = True, error.problem
             return
+        self._error, self._saved_at = "", 0.0
         self._ride = LiveRide(
             id=ride,
             started=datetime.now(UTC).isoformat(timespec="seconds"),
             seed=self._ride_setup.seed,
         )
+        self._store.checkpoint(self._ride.summary("cancelled", None), self._ride_setup)
         # One request can carry an end and the beginning after it, but not the other order.
         end = None
         if self._marks and self._marks[-1].begin is None:

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Floats32, Integers, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
 from cohelm.messages import Observation
 
 
@@ -79,7 +79,8 @@ def without_far_points(points: Floats32) -> tuple[Floats32, int]:
         (p, 3) points, and the number of those with a finite coordinate beyond :data:`FARTHEST`.
     """
     with np.errstate(invalid="ignore"):
-        far = ((np.abs(points) > FARTHEST) & np.isfinite(points)).any(axis=1)
+        beyond = (np.abs(points) > FARTHEST) & np.isfinite(points)
+        far: Booleans = np.asarray(beyond.any(axis=1))
     if not far.any():
         return points, 0
     return np.where(far[:, None], np.float32(np.nan), points), int(far.sum())

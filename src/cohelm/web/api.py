@@ -50,13 +50,17 @@ class SignInResponse(Model):
 class HealthResponse(Model):
     """Answer of the server with the condition of the ride; see ``DriveHealth``."""
 
-    status: Literal["ok"] = "ok"
+    status: Literal["ok", "degraded", "failed"]
+    """``degraded``: something cannot be stored; ``failed``: the chair cannot drive any more."""
+    problem: str
+    """Reason of both; empty with ``ok``."""
     ready: bool
     ticks: int
     missed: int
     longest_streak: int
     stops: int
     restarts: int
+    rate: float
 
 
 class DeletedSessions(Model):
@@ -100,7 +104,11 @@ SessionId = Annotated[str, Path(pattern=r"^[0-9A-Za-z-]{1,60}$")]
 async def health(here: Here) -> HealthResponse:
     """Return the condition of the server and the ride."""
     found = here.drive.health
+    problem = found.error or found.unstored
     return HealthResponse(
+        status="failed" if found.error else "degraded" if problem else "ok",
+        problem=problem,
+        rate=found.rate,
         ready=found.ready,
         ticks=found.ticks,
         missed=found.missed,

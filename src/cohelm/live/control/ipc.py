@@ -134,6 +134,8 @@ class StepAnswer:
     """Destinations that the rider may want; empty with a destination."""
     log: RideLog | None = None
     """Log of the ride that ended with an earlier request."""
+    unstored: str = ""
+    """Reason why rows or recording are not stored; empty if they are."""
     paused: bool = False
     """No decision was made; see ``StepRequest.paused``."""
     planning_context: bytes | None = None

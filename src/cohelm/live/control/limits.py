@@ -1,12 +1,14 @@
 """Limits and rider's settings in force, which only the therapist changes.
 
 A limit may be tightened at any time and loosened only while the chair stands: more speed, more
-acceleration and less distance from people are looser. They are stored on disk; a file that cannot
-be read is never silently replaced by looser defaults.
+acceleration and less distance from people are looser. A tighter limit takes effect before it is
+stored, and also if it cannot be; a looser one only once it is on disk. A file that cannot be read
+is never silently replaced by looser defaults.
 """
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -41,7 +43,7 @@ class StoredSettings(Model):
 
 
 class ActiveSettings:
-    """Settings in force. Reading never waits; a change is on disk before it applies.
+    """Settings in force. Reading never waits, and tightening a limit does not wait for the disk.
 
     Args:
         folder: Folder of ``settings.json``; None: nothing is stored.
@@ -64,12 +66,15 @@ class ActiveSettings:
     ) -> None:
         self._robot = robot
         self._file = make_private_folder(folder) / "settings.json" if folder is not None else None
-        self._lock = threading.Lock()
+        self._lock, self._disk = threading.Lock(), threading.Lock()
+        self._error = ""
         stored = _read(self._file) if self._file is not None else None
         first = stored or defaults(robot, profile or RiderProfile())
         self._current = StoredSettings(
             limits=bounded(limits or first.limits, robot), rider=rider or first.rider
         )
+        self._stored: StoredSettings | None = stored
+        """Content of the file; None: there is none yet, and none is needed for the defaults."""
 
     @property
     def limits(self) -> Limits:
@@ -81,8 +86,16 @@ class ActiveSettings:
         """Rider's settings in force."""
         return self._current.rider
 
+    @property
+    def error(self) -> str:
+        """Reason why the limits in force are not stored; empty if they are."""
+        return self._error
+
     def set_limits(self, limits: Limits, standing: Callable[[], bool]) -> Limits:
         """Change the limits, bounded by the robot's, and return the previous ones.
+
+        What is tighter takes effect at once. If it cannot be stored, :attr:`error` says so, and
+        :meth:`retry` tries again.
 
         Args:
             limits: Requested limits.
@@ -90,17 +103,32 @@ class ActiveSettings:
 
         Raises:
             LimitsLoosened: A limit would be loosened while the chair moves; names it.
-            StoreError: The limits cannot be stored; the previous ones stay in force.
+            StoreError: Looser limits cannot be stored; the previous ones stay in force.
         """
         with self._lock:
             before, requested = self._current.limits, bounded(limits, self._robot)
-            looser = loosened(before, requested)
-            if looser and not standing():
-                raise LimitsLoosened(
-                    f"{' and '.join(looser)} can be loosened only while the chair stands"
-                )
-            self._store(self._current.model_copy(update={"limits": requested}))
+            _check_standing(before, requested, standing)
+            tight = tightest(before, requested)
+            self._current = self._current.model_copy(update={"limits": tight})
+        try:
+            self._store(requested)
+        except StoreError as error:
+            self._error = error.problem
+            if tight == before:
+                raise
             return before
+        with self._lock:
+            if self._current.limits == tight:  # else somebody has tightened them meanwhile
+                _check_standing(tight, requested, standing)
+                self._current = self._current.model_copy(update={"limits": requested})
+        return before
+
+    def retry(self) -> None:
+        """Store the settings in force if that has failed before; may wait for the disk."""
+        if not self._error:
+            return
+        with contextlib.suppress(StoreError):
+            self._store(self.limits)
 
     def set_rider(self, rider: RiderSettings) -> RiderSettings:
         """Change the rider's settings and return the previous ones.
@@ -110,13 +138,18 @@ class ActiveSettings:
         """
         with self._lock:
             before = self._current.rider
-            self._store(self._current.model_copy(update={"rider": rider}))
-            return before
+        self._store(self.limits, rider)
+        with self._lock:
+            self._current = self._current.model_copy(update={"rider": rider})
+        return before
 
-    def _store(self, settings: StoredSettings) -> None:
-        if self._file is not None:
-            write_atomically(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
-        self._current = settings
+    def _store(self, limits: Limits, rider: RiderSettings | None = None) -> None:
+        """Write the file, unless it has this content already."""
+        with self._disk:
+            settings = StoredSettings(limits=limits, rider=rider or self.rider)
+            if self._file is not None and settings != self._stored:
+                write_atomically(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
+            self._stored, self._error = settings, ""
 
 
 def defaults(robot: Robot, profile: RiderProfile) -> StoredSettings:
@@ -155,6 +188,21 @@ def loosened(before: Limits, after: Limits) -> tuple[str, ...]:
         )
         if looser
     )
+
+
+def tightest(one: Limits, other: Limits) -> Limits:
+    """Return the tighter one of each limit."""
+    return Limits(
+        max_speed=min(one.max_speed, other.max_speed),
+        max_acceleration=min(one.max_acceleration, other.max_acceleration),
+        min_distance=max(one.min_distance, other.min_distance),
+    )
+
+
+def _check_standing(before: Limits, after: Limits, standing: Callable[[], bool]) -> None:
+    looser = loosened(before, after)
+    if looser and not standing():
+        raise LimitsLoosened(f"{' and '.join(looser)} can be loosened only while the chair stands")
 
 
 def limited_profile(

@@ -95,6 +95,7 @@ class NavigatorServer:
         self._path: Path | None = None
         self._ride_log = RideLogWriter()
         self._finished_log: RideLog | None = None
+        self._unstored = ""
 
     def answer(self, step: StepRequest) -> StepAnswer:
         """Compute one step; during a pause, the planning context only."""
@@ -120,6 +121,7 @@ class NavigatorServer:
             groups=groups_of(tick),
             offers=offers_of(tick),
             log=log,
+            unstored=self._unstored,
             planning_context=(
                 planning_context_of(tick, step.request) if step.planning_context else None
             ),
@@ -139,6 +141,8 @@ class NavigatorServer:
             return
         self._ride_log.add(self._last, step.truth)
         recording.add(self._last, step.truth)
+        rows, ticks = self._ride_log.error, recording.error
+        self._unstored = f"Rows of this ride {rows}." if rows else ticks
 
     def _paused_answer(self, step: StepRequest) -> StepAnswer:
         context = planning_context_of(self._last, step.request) if self._last is not None else b""

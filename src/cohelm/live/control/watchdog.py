@@ -16,11 +16,14 @@ from cohelm.reasons import Reason
 from cohelm.safety import stop
 
 MAX_ANSWER_AGE = 0.15
-"""Time for which a decision stays at the wheels, s; then the chair stops."""
+"""Time for which a decision stays at the wheels, s of simulated time; then the chair stops."""
 MAX_ANSWER_LATENCY = 0.15
-"""Maximum time from a request to its answer, s; the decision of a later answer is not used."""
-CONFIRM_AFTER = 1.0
-"""Silence of the navigator after which the driver must confirm, s."""
+"""Maximum time from a request to its answer, s of simulated time; the decision of a later answer is
+not used."""
+CONFIRM_AFTER = 5.0
+"""Silence of the navigator after which the driver must confirm, s; assumed. A shorter stop, as of a
+busy computer, ends by itself."""
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,29 +36,25 @@ class Watchdog:
     """``Heartbeat.seq`` that it is based on; −1: none."""
     at: float = -math.inf
     """Arrival time, s of a monotonic clock."""
+    time: float = -math.inf
+    """Arrival time, s of the simulation."""
     epoch: int = 0
     """``LinkState.epoch`` at the time of the request."""
 
-    def updated(
-        self, decision: Decision, heartbeat_seq: int, at: float, epoch: int = 0
-    ) -> Watchdog:
-        """Return the watchdog with a new decision."""
-        return replace(self, decision=decision, heartbeat_seq=heartbeat_seq, at=at, epoch=epoch)
+    def expired(self, time: float) -> bool:
+        """Check that the last decision is too old to be used at a time of the simulation, s."""
+        return self.decision is None or not time - self.time <= MAX_ANSWER_AGE + _ROUNDING
 
-    def expired(self, now: float) -> bool:
-        """Check that the last decision is too old to be used."""
-        return self.decision is None or not now - self.at <= MAX_ANSWER_AGE
-
-    def select_command(self, now: float, hold_reason: Reason | None) -> Decision:
+    def select_command(self, time: float, hold_reason: Reason | None) -> Decision:
         """Return the decision for the wheels: the navigator's, or a stop.
 
         Args:
-            now: s of the same clock.
+            time: s of the simulation.
             hold_reason: Reason for a stop whatever the navigator decides; None: there is none.
         """
         if hold_reason is not None:
             return stop(hold_reason)
-        if self.decision is None or self.expired(now):
+        if self.decision is None or self.expired(time):
             return stop(Reason.NAVIGATOR_TIMEOUT)
         if not np.isfinite(self.decision.twist).all():
             return stop(Reason.NOT_FINITE)

@@ -138,6 +138,10 @@ class ChairState(WireMessage):
     """Ids of closed doors."""
     lateness: float = 0.0
     """Delay of the start of this step after its deadline, ms."""
+    rate: float = 1.0
+    """Speed of simulated time, 1: real time; below, this computer is too slow."""
+    unstored: str = ""
+    """What cannot be stored, and why; empty: everything is."""
     clock: float = 0.0
     """Time just before the command was selected, by the chair's monotonic clock, s."""
 

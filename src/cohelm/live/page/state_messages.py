@@ -100,6 +100,9 @@ class StepStatus:
     ride: str
     starting_text: str
     """Additional text while the chair starts."""
+    rate: float = 1.0
+    """See ``ChairState``, as the next one."""
+    unstored: str = ""
 
 
 def state_message(
@@ -123,6 +126,8 @@ def state_message(
         clock=round(step.now, 4),
         arrived=step.arrived,
         paused=step.paused,
+        rate=round(step.rate, 2),
+        unstored=step.unstored,
         ride=step.ride,
         command=(round(float(twist[0]), 4), round(float(twist[2]), 4)),
         driver=link.driver,

@@ -158,7 +158,7 @@ class AuditLog:
             except StoreError as error:
                 if not self._error:  # once, not at every attempt
                     _log.error("the audit log cannot be written: %s", error)
-                self._error = str(error)
+                self._error = error.problem
                 with self._lock:
                     self._dropped_count += sum(each is not None for each in batch)
             finally:

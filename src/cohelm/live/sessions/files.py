@@ -15,6 +15,9 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]  # tested below
 
+_PROBE_SIZE = 65_536
+"""Size of a file that must fit on the disk, bytes: a ride of some ten seconds."""
+
 
 def make_private_folder(folder: Path) -> Path:
     """Create a missing folder, and restrict it to its owner (0700).
@@ -76,6 +79,18 @@ def write_atomically(file: Path, content: bytes) -> None:
     finally:
         with contextlib.suppress(OSError):
             Path(name).unlink()
+
+
+def check_writable(folder: Path) -> None:
+    """Check that a folder takes a file of some size.
+
+    Raises:
+        StoreError: It is missing or read-only, or the disk is full.
+    """
+    file = folder / ".probe"
+    write_atomically(file, bytes(_PROBE_SIZE))
+    with contextlib.suppress(OSError):
+        file.unlink()
 
 
 def unwritable(file: Path, cause: OSError) -> StoreError:

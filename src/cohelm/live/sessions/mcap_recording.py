@@ -29,6 +29,8 @@ class DriveRecording:
         self._file, self._ride_setup = file, ride_setup
         self._recorder: RideRecorder | None = None
         self._empty = True
+        self.error = ""
+        """Reason why the recording has ended; empty: it goes on, or there is none."""
 
     def __enter__(self) -> Self:
         """Open the first file; a failure is logged."""
@@ -58,7 +60,7 @@ class DriveRecording:
         try:
             self._recorder(tick, truth)
         except RecordingError as error:
-            _log.error("recording ends: %s", error)
+            self._report("The recording has ended", error)
             self._close()
 
     def _open(self) -> None:
@@ -68,7 +70,7 @@ class DriveRecording:
         try:
             self._recorder = RideRecorder(_free(self._file), facts_of(self._ride_setup)).__enter__()
         except RecordingError as error:
-            _log.error("nothing is recorded: %s", error)
+            self._report("Nothing is recorded", error)
 
     def _close(self) -> None:
         recorder, self._recorder = self._recorder, None
@@ -77,7 +79,11 @@ class DriveRecording:
         try:
             recorder.__exit__(None, None, None)
         except RecordingError as error:
-            _log.error("recording ends: %s", error)
+            self._report("The recording has ended", error)
+
+    def _report(self, what: str, error: RecordingError) -> None:
+        _log.error("%s: %s", what, error)
+        self.error = f"{what}: {error.problem}."
 
 
 def _free(file: Path) -> Path:

@@ -106,5 +106,7 @@ class RideLog:
     stops: tuple[RideStop, ...]
     path: Path | None
     """First route; None: there was none."""
+    lost_rows: int = 0
+    """Number of ticks that could not be written."""
     prefer: Annotated[Floats, Shape("w 2")]
     """Points that attracted the first route, m."""

@@ -1,16 +1,18 @@
 """Log of a live ride, written to disk tick by tick, so that memory stays constant.
 
-It belongs to the navigator's process. Each tick is one row in a file, see :mod:`.ride_rows`; memory
-holds the stops, the first route and the last request. ``RideTracker`` decides when a ride begins
-and ends, ``measuring`` reads the rows.
+It belongs to the navigator's process. Each tick is one row in a file, see :mod:`.ride_rows`, which
+the operating system has at once: a killed program loses none. Memory holds the stops, the first
+route and the last request. ``RideTracker`` decides when a ride begins and ends, ``measuring`` reads
+the rows.
 """
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import logging
 import os
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -33,24 +35,22 @@ class RideLogWriter:
 
     def __init__(self) -> None:
         self._ride: _Ride | None = None
+        self.error = ""
+        """Reason why the rows of this ride are not stored; empty if they are."""
 
     def begin(self, ride: str, file: Path) -> None:
-        """Begin a ride with the next tick; an unfinished one is discarded.
+        """Begin a ride with the next tick; an unfinished one keeps its rows.
 
-        If the disk is full, the ride goes on without rows, and an error is logged.
+        If the disk is full, the ride goes on without rows until there is space; :attr:`error`
+        says so.
 
         Args:
             ride: Id of the ride.
             file: File for its rows; overwritten.
         """
         self._discard()
-        try:
-            handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-        except OSError as cause:
-            _log_lost_rows(file, cause)
-            self._ride = _Ride(ride, file, None)
-        else:
-            self._ride = _Ride(ride, file, os.fdopen(handle, "wb"))
+        self._ride, self.error = _Ride(ride, file), ""
+        self._write(self._ride, b"")
 
     def add(self, tick: Tick, truth: GroundTruth) -> None:
         """Add a tick to the current ride, if there is one."""
@@ -58,12 +58,20 @@ class RideLogWriter:
         if ride is None:
             return
         ride.add(tick, truth)
-        if ride.rows is not None:
-            try:
-                ride.rows.write(row_of_tick(tick, truth, ride.first_time).tobytes())
-            except OSError as cause:
-                _log_lost_rows(ride.file, cause)
-                ride.rows = None
+        self._write(ride, row_of_tick(tick, truth, ride.first_time).tobytes())
+
+    def _write(self, ride: _Ride, row: bytes) -> None:
+        """Write a row as a whole or not at all; after a failure the next one is tried again."""
+        try:
+            ride.write(row)
+        except OSError as cause:
+            ride.lost += bool(row)
+            error = unwritable(ride.file, cause)
+            if not self.error:  # once, not at every row
+                _log.error("rows of a ride are lost: %s", error)
+            self.error = error.problem
+        else:
+            self.error = ""
 
     def end(self, outcome: RideOutcome) -> RideLog | None:
         """End the ride and return its log; None without a ride or without ticks."""
@@ -78,14 +86,21 @@ class RideLogWriter:
         ride, self._ride = self._ride, None
         if ride is not None:
             ride.close()
-            ride.file.unlink(missing_ok=True)
+            if ride.ticks == 0:
+                with contextlib.suppress(OSError):  # it is empty
+                    ride.file.unlink(missing_ok=True)
 
 
 class _Ride:
     """Ride in progress; its memory does not grow with every tick."""
 
-    def __init__(self, ride: str, file: Path, rows: BinaryIO | None) -> None:
-        self.id, self.file, self.rows = ride, file, rows
+    def __init__(self, ride: str, file: Path) -> None:
+        self.id, self.file = ride, file
+        self.lost = 0
+        """Number of rows that could not be written."""
+        self._handle: int | None = None
+        self._size = 0
+        """Size of the complete rows, bytes."""
         self.ticks = 0
         self.first_time = self._now = 0.0
         self._first: Tick | None = None
@@ -103,12 +118,27 @@ class _Ride:
             self._stops.all[:] = _longest([*self._stops.all[:-1]]) + self._stops.all[-1:]
         self.ticks += 1
 
+    def write(self, row: bytes) -> None:
+        if self._handle is None:
+            flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC
+            self._handle = os.open(self.file, flags, 0o600)
+        try:
+            written = os.pwrite(self._handle, row, self._size)
+        except OSError:
+            written = 0
+            raise
+        finally:
+            if written < len(row):
+                os.ftruncate(self._handle, self._size)
+        if written < len(row):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        self._size += len(row)
+
     def close(self) -> None:
-        if self.rows is not None:
-            try:
-                self.rows.close()
-            except OSError as cause:
-                _log_lost_rows(self.file, cause)
+        handle, self._handle = self._handle, None
+        if handle is not None:
+            with contextlib.suppress(OSError):  # all rows are written
+                os.close(handle)
 
     def log(self, outcome: RideOutcome) -> RideLog:
         request = self._last.request if self._last is not None else None
@@ -122,6 +152,7 @@ class _Ride:
             outcome=outcome,
             step=(self._now - self.first_time) / max(self.ticks - 1, 1),
             goal=np.full(2, np.nan) if request is None else request.goal,
+            lost_rows=self.lost,
             stops=tuple(
                 RideStop(
                     time=each.time - self.first_time,
@@ -134,10 +165,6 @@ class _Ride:
             path=self._first.path if self._first is not None else None,
             prefer=np.vstack(prefer) if prefer else np.empty((0, 2)),
         )
-
-
-def _log_lost_rows(file: Path, cause: OSError) -> None:
-    _log.error("rows of a ride are lost: %s", unwritable(file, cause))
 
 
 def _longest(stops: list[StopEvent]) -> list[StopEvent]:

@@ -87,13 +87,35 @@ def remove_deleted(root: Path) -> None:
 
 
 def rides_in(folder: Path) -> Iterator[RideSummary]:
-    """Yield the readable rides of a session, the oldest first; an unreadable one is logged."""
+    """Yield the rides of a session, the oldest first; one whose record is damaged says so."""
     files = [f for f in folder.glob("*.json") if RIDE.fullmatch(f.stem)]
     for file in sorted(files, key=lambda f: int(f.stem.rpartition("-r")[2])):
         try:
             yield read(RideSummary, file)
         except StoreError as error:
-            _log.error("sessions: a ride is not shown: %s", error)
+            _log.error("sessions: a ride is damaged: %s", error)
+            yield unknown_ride(file.stem, f"The record of this ride ({file.name}) cannot be read.")
+
+
+def unknown_ride(ride: str, error: str) -> RideSummary:
+    """Return the summary of a ride of which only the id can be read."""
+    return RideSummary(
+        id=ride,
+        session=session_of(ride),
+        started=_started(ride),
+        seed=0,
+        destination="",
+        outcome="cancelled",
+        duration=0.0,
+        length=0.0,
+        error=error,
+    )
+
+
+def unknown_session(session: str) -> SessionInfo:
+    """Return the properties of a session of which only the id can be read."""
+    scene = "unknown (session.json cannot be read)"
+    return SessionInfo(id=session, started=_started(session), scene=scene, robot="unknown")
 
 
 def read(kind: type[_T], file: Path) -> _T:
@@ -114,7 +136,7 @@ def as_json(model: SessionInfo | RideSummary) -> bytes:
 
 
 def sweep(folder: Path) -> None:
-    """Remove files that a killed program left unfinished.
+    """Remove temporary files that a killed program left; logs of rides are never removed.
 
     Sessions being deleted are removed at once, other files when they are a day old.
     """
@@ -123,11 +145,8 @@ def sweep(folder: Path) -> None:
             _remove(deleted)
         except StoreError as error:
             _log.error("sessions: %s", error)
-    for pattern in ("*/*.rows", "*/*.task", "*/.*", "*/*.measures.*"):
+    for pattern in ("*/.*", "*/*.measures.*"):
         for file in folder.glob(pattern):
-            complete = all(file.with_suffix(each).is_file() for each in (".rows", ".task", ".json"))
-            if complete:
-                continue  # it will be measured now
             with contextlib.suppress(OSError):
                 if time.time() - file.stat().st_mtime > _DAY:
                     file.unlink()
@@ -148,3 +167,8 @@ def _remove(folder: Path) -> None:
         shutil.rmtree(folder)
     except OSError as cause:
         raise not_deleted(folder, cause) from None
+
+
+def _started(id_: str) -> str:
+    """Time in an id, ISO 8601."""
+    return datetime.strptime(id_[:15], "%Y%m%d-%H%M%S").astimezone().isoformat(timespec="seconds")

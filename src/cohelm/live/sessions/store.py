@@ -6,14 +6,15 @@
       20260131-142530/         a session
         session.json
         20260131-142530-r1.json   summary of a ride; .png its map; .rows and .task its log, until
-                                  it is measured: now, or at the next start
+                                  it is measured: now, or at the next start. A log that cannot be
+                                  measured stays. .begun: summary of a ride that goes on
       .deleted-…/              session being deleted, now or at the next start
 
 Every method may be called from any thread. A writer thread keeps the order of all writes but those
 of :meth:`SessionStore.begin`, which makes a folder with one small file and flushes both to disk in
 the calling thread: some ms, once for each drive, and once more after its session was deleted. The
-control loop calls it while the chair stands or begins to move. :attr:`SessionStore.error` holds the
-last failure.
+control loop calls it while the chair stands or begins to move. :attr:`SessionStore.error` says what
+could not be written; it is tried again with every further write, and by :meth:`SessionStore.retry`.
 """
 
 from __future__ import annotations
@@ -23,24 +24,29 @@ import functools
 import logging
 import shutil
 import threading
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from cohelm.errors import StoreError
-from cohelm.live.sessions import report
-from cohelm.live.sessions.files import make_private_folder, write_atomically
+from cohelm.live.sessions.archive import SessionArchive
+from cohelm.live.sessions.background import Background
+from cohelm.live.sessions.files import check_writable, write_atomically
 from cohelm.live.sessions.measuring import (
     MeasuringPostponed,
     log_without_navigator,
     measure_in_subprocess,
     task_of,
 )
-from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo, SessionSummary
+from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo
+from cohelm.live.sessions.recovery import (
+    BEGUN,
+    interrupted_ride,
+    unfinished_rides,
+)
 from cohelm.live.sessions.session_files import (
     RIDE,
-    SESSION,
     as_json,
     create_session_folder,
     mark_deleted,
@@ -50,11 +56,12 @@ from cohelm.live.sessions.session_files import (
     remove_deleted,
     rides_in,
     session_of,
-    session_sort_key,
     sweep,
 )
 from cohelm.scenarios.build import RideSetup
 
+FAILED = ".failed"
+"""Suffix of a task that could not be measured."""
 LOST = "The navigator was lost before it delivered stops, route and destination."
 """Error of a ride without a log."""
 CLOSE_TIMEOUT = 4.0
@@ -62,8 +69,8 @@ CLOSE_TIMEOUT = 4.0
 _log = logging.getLogger(__name__)
 
 
-class SessionStore:
-    """Sessions and rides in a folder.
+class SessionStore(SessionArchive):
+    """Sessions and rides in a folder, to read and to write.
 
     Args:
         folder: Created if it is missing.
@@ -73,10 +80,7 @@ class SessionStore:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = make_private_folder(folder)
-        self._writer = ThreadPoolExecutor(1, thread_name_prefix="sessions")
-        self._measurer = ThreadPoolExecutor(1, thread_name_prefix="measuring")
-        self._pending: set[Future[Any]] = set()
+        super().__init__(folder)
         self._closing = threading.Event()
         self._lock = threading.Lock()
         self._current: SessionInfo | None = None
@@ -86,11 +90,16 @@ class SessionStore:
         """Sessions that this program has begun, deleted ones included."""
         self._ride_count = 0
         """Rides of the current session so far."""
-        self._error = ""
+        self._background = Background(lambda: not self._unwritten)
+        self._unwritten: dict[str, tuple[RideSummary, Callable[[], bytes]]] = {}
+        """Ended rides that the disk did not take yet, with their tasks; of the writer thread."""
+        self._checkpoint: Future[Any] | None = None
         sweep(self.folder)
+        for ride in unfinished_rides(self.folder):
+            self._background.write(functools.partial(self._finish, ride))
         for task in sorted(self.folder.glob("*/*.task")):
             if RIDE.fullmatch(task.stem):
-                self._submit(self._measurer, functools.partial(self._measure, task.stem))
+                self._measure_later(task.stem)
 
     def begin(self, ride_setup: RideSetup, *, simulation: bool = True) -> SessionInfo:
         """Begin a session, to which all further rides belong.
@@ -129,6 +138,31 @@ class SessionStore:
             ride = f"{self._current.id}-r{self._ride_count}"
             return ride, self.folder / self._current.id / f"{ride}.rows"
 
+    def checkpoint(self, record: RideSummary, ride_setup: RideSetup | None = None) -> None:
+        """Store the summary so far of a ride that goes on, unless the last one still waits.
+
+        Args:
+            record: Summary with an id of :meth:`begin_ride`.
+            ride_setup: World of the ride, in the first call; with it a ride can be measured whose
+                program is killed.
+        """
+        if self._checkpoint is not None and not self._checkpoint.done():
+            return
+        begun = self._file(record.id, BEGUN)
+
+        def write() -> None:
+            if not begun.parent.is_dir():  # deleted while it went on
+                return
+            if ride_setup is not None:
+                log = log_without_navigator(
+                    record, self._file(record.id, ".rows"), ride_setup.world.control_step
+                )
+                task = task_of(log, ride_setup.scenario, ride_setup.robot, ride_setup.grid)
+                write_atomically(begun.with_suffix(".task"), task)
+            write_atomically(begun, as_json(record))
+
+        self._checkpoint = self._background.write(write)
+
     def keep(self, record: RideSummary, log: RideLog | None, ride_setup: RideSetup) -> None:
         """Store a ride that has ended; another process computes its measures and its map.
 
@@ -140,20 +174,34 @@ class SessionStore:
                 destination, and the measures come from the rows on disk.
             ride_setup: World of the ride.
         """
-        error = "" if log is not None else LOST
+        error = LOST if log is None else _lost_rows(log)
         session = session_of(record.id)
         record = record.model_copy(update={"session": session, "error": error})
         self._stored_rides.add(record.id)
         period = ride_setup.world.control_step
-        log = log or log_without_navigator(record, self._file(record.id, ".rows"), period)
-        task = task_of(log, ride_setup.scenario, ride_setup.robot, ride_setup.grid)
-        written = self._submit(self._writer, lambda: self._write_ride(record, task))
+        kept = log or log_without_navigator(record, self._file(record.id, ".rows"), period)
 
-        def measure() -> None:
-            wait([written])
-            self._measure(record.id)
+        def task() -> bytes:
+            return task_of(kept, ride_setup.scenario, ride_setup.robot, ride_setup.grid)
 
-        self._submit(self._measurer, measure)
+        def write() -> None:
+            self._unwritten[record.id] = record, task
+            self._write_rides()
+
+        self._background.write(write)
+
+    def retry(self, further: Callable[[], None] = lambda: None) -> None:
+        """Write again what could not be written, and run ``further``, in the writer thread."""
+        if not self._background.idle:
+            return
+
+        def write() -> None:
+            further()
+            if self._background.error:
+                check_writable(self.folder)
+            self._write_rides()
+
+        self._background.write(write)
 
     def rate(self, ride: str, rating: int) -> None:
         """Store a rating, 1 to 5; it replaces an earlier one.
@@ -163,54 +211,7 @@ class SessionStore:
         """
         if ride not in self._stored_rides:
             self._ride(ride)
-        self._submit(self._writer, lambda: self._update_ride(ride, rating=rating))
-
-    def list(self) -> tuple[SessionSummary, ...]:
-        """Return all sessions with a ride, the newest first."""
-        found = []
-        for each in sorted(self._folders(), key=lambda f: session_sort_key(f.name), reverse=True):
-            with contextlib.suppress(StoreError):  # deleted meanwhile, or damaged
-                found.append(self.summary(each.name))
-        return tuple(each for each in found if each.rides)
-
-    def summary(self, session: str) -> SessionSummary:
-        """Return one session.
-
-        Raises:
-            StoreError: There is no such session.
-        """
-        folder = self._session(session)
-        facts = read(SessionInfo, folder / "session.json")
-        return SessionSummary(session=facts, rides=tuple(rides_in(folder)))
-
-    def html(self, session: str) -> str:
-        """Return the HTML report of a session; errors as in :meth:`summary`."""
-        summary = self.summary(session)
-        maps = {}
-        for ride in summary.rides:
-            with contextlib.suppress(StoreError):
-                maps[ride.id] = self.png(ride.id)
-        return report.session_html(summary, maps)
-
-    def csv(self, session: str) -> str:
-        """Return the CSV table of a session; errors as in :meth:`summary`."""
-        return report.session_csv(self.summary(session))
-
-    def png(self, id_: str) -> bytes:
-        """Return the map of a ride, or of a session's last ride that has one.
-
-        Raises:
-            StoreError: There is no map, or not yet.
-        """
-        if RIDE.fullmatch(id_):
-            file = self._file(id_, ".png")
-        else:
-            maps = [self._file(ride.id, ".png") for ride in self.summary(id_).rides]
-            file = next((each for each in reversed(maps) if each.is_file()), None) or maps[-1]
-        try:
-            return file.read_bytes()
-        except OSError:
-            raise StoreError(f"there is no map of {id_}, or not yet") from None
+        self._background.write(lambda: self._update_ride(ride, rating=rating))
 
     def delete_all(self) -> int:
         """Delete all sessions, the current one included, and return their number.
@@ -220,38 +221,30 @@ class SessionStore:
         Raises:
             StoreError: Something could not be deleted; names it.
         """
-        count: int = self._submit(self._writer, self._delete_all).result()
+        count: int = self._background.write(self._delete_all).result()
         return count
 
     def wait_until_idle(self) -> None:
         """Wait for all pending writes and measurements."""
-        while True:
-            with self._lock:
-                pending = set(self._pending)
-            if not pending:
-                return
-            wait(pending)
+        self._background.wait_until_idle()
 
     def close(self) -> None:
         """Finish pending work for some seconds, then close; a session without a ride is removed.
 
         A ride that is not measured by then is measured at the next start.
         """
-        with self._lock:
-            pending = set(self._pending)
-        wait(pending, CLOSE_TIMEOUT)
+        self._background.wait(CLOSE_TIMEOUT)
         self._closing.set()
         self.wait_until_idle()
-        self._measurer.shutdown()
-        self._writer.shutdown()
+        self._background.close()
         facts, self._current = self._current, None
-        if facts is not None and not any(rides_in(self.folder / facts.id)):
+        if facts is not None and {*_names(self.folder / facts.id)} <= {"session.json"}:
             shutil.rmtree(self.folder / facts.id, ignore_errors=True)
 
     @property
     def error(self) -> str:
-        """Last failure of a write; empty if there was none."""
-        return self._error
+        """Reason why something is not stored; empty if everything is."""
+        return self._background.error
 
     def _open_session(self, info: SessionInfo) -> SessionInfo:
         """Give the session an id and a folder of its own."""
@@ -261,28 +254,27 @@ class SessionStore:
         write_atomically(self.folder / id_ / "session.json", as_json(opened))
         return opened
 
-    def _submit(self, executor: ThreadPoolExecutor, task: Callable[[], Any]) -> Future[Any]:
-        """Run a task in another thread; a failure is logged, and stays in ``error``."""
-        future = executor.submit(self._run_logged, task)
-        with self._lock:
-            self._pending.add(future)
-        future.add_done_callback(self._pending.discard)
-        return future
+    def _write_rides(self) -> None:
+        """Write all rides that have ended, in the writer thread."""
+        for ride, (record, task) in list(self._unwritten.items()):
+            self._write_ride(record, task)
+            del self._unwritten[ride]
+            self._measure_later(ride)
 
-    def _run_logged(self, task: Callable[[], Any]) -> Any:
-        try:
-            return task()
-        except StoreError as error:
-            _log.error("sessions: %s", error)
-            self._error = str(error)
-            raise
-
-    def _write_ride(self, record: RideSummary, task: bytes) -> None:
-        """Write a ride, in the writer thread."""
+    def _write_ride(self, record: RideSummary, task: Callable[[], bytes]) -> None:
         file = self._file(record.id, ".json")
         if file.parent.is_dir():  # else deleted while it went on
+            # The summary is last: it says that the ride has ended.
+            write_atomically(file.with_suffix(".task"), task())
             write_atomically(file, as_json(record))
-            write_atomically(file.with_suffix(".task"), task)
+            file.with_suffix(BEGUN).unlink(missing_ok=True)
+
+    def _finish(self, ride: str) -> None:
+        """Finish a ride of a program that was killed, in the writer thread."""
+        file = self._file(ride, ".json")
+        write_atomically(file, as_json(interrupted_ride(self.folder, ride)))
+        with contextlib.suppress(OSError):
+            file.with_suffix(BEGUN).unlink(missing_ok=True)
 
     def _update_ride(self, ride: str, **changes: Any) -> None:
         """Change a stored ride, in the writer thread; a deleted ride stays deleted."""
@@ -290,28 +282,38 @@ class SessionStore:
         if file.is_file():
             write_atomically(file, as_json(read(RideSummary, file).model_copy(update=changes)))
 
+    def _measure_later(self, ride: str) -> None:
+        self._background.measure(lambda: self._measure(ride))
+
     def _measure(self, ride: str) -> None:
         """Measure a ride, in the measuring thread."""
         task, rows = self._file(ride, ".task"), self._file(ride, ".rows")
         if self._closing.is_set() or not (task.is_file() and rows.is_file()):
             return
         into = self._file(ride, ".measures.json")
-        changes: dict[str, Any]
         try:
             measures = measure_in_subprocess(task, into, self._closing)
             into.with_suffix(".png").replace(self._file(ride, ".png"))
-            changes = {"measures": measures}
         except MeasuringPostponed:
             return
         except (StoreError, OSError) as error:
-            changes = {"error": str(error)}
-        self._submit(self._writer, lambda: self._store_measures(ride, **changes))
+            problem = f"{error}; its rows are kept in {rows.name}"
+            self._background.write(lambda: self._set_aside(ride, problem))
+            return
+        self._background.write(lambda: self._store_measures(ride, measures))
 
-    def _store_measures(self, ride: str, **changes: Any) -> None:
-        """Store the measures of a ride, in the writer thread."""
-        self._update_ride(ride, **changes)
+    def _store_measures(self, ride: str, measures: dict[str, float]) -> None:
+        """Store the measures of a ride, in the writer thread; then its log is not needed."""
+        self._update_ride(ride, measures=measures)
         for done in (".task", ".rows"):
             self._file(ride, done).unlink(missing_ok=True)
+
+    def _set_aside(self, ride: str, problem: str) -> None:
+        """Keep the log of a ride that cannot be measured, and do not try again."""
+        self._update_ride(ride, error=problem)
+        task = self._file(ride, ".task")
+        if task.is_file():
+            task.replace(task.with_suffix(FAILED))
 
     def _delete_all(self) -> int:
         """Delete all sessions, in the writer thread; an open measurement finds its folder gone."""
@@ -325,20 +327,14 @@ class SessionStore:
         remove_deleted(self.folder)
         return count
 
-    def _folders(self) -> tuple[Path, ...]:
-        """Return the folders of all sessions, unordered."""
-        return tuple(f for f in self.folder.iterdir() if SESSION.fullmatch(f.name))
 
-    def _session(self, session: str) -> Path:
-        folder = self.folder / session
-        if not SESSION.fullmatch(session) or not folder.is_dir():
-            raise StoreError("there is no such session")
-        return folder
+def _names(folder: Path) -> Iterator[str]:
+    """Yield the names of all files in a folder; none if it is missing."""
+    with contextlib.suppress(OSError):
+        yield from (file.name for file in folder.iterdir())
 
-    def _ride(self, ride: str) -> Path:
-        if not RIDE.fullmatch(ride) or not self._file(ride, ".json").is_file():
-            raise StoreError("there is no such ride")
-        return self._file(ride, ".json")
 
-    def _file(self, ride: str, suffix: str) -> Path:
-        return self.folder / session_of(ride) / f"{ride}{suffix}"
+def _lost_rows(log: RideLog) -> str:
+    if not log.lost_rows:
+        return ""
+    return f"{log.lost_rows} ticks of this ride, {log.lost_rows * log.step:.1f} s, are not stored."

@@ -196,7 +196,9 @@ def _missing(there: int, header: Header, offset: int) -> _Cut | None:
 def _left(rest: int, header: Header, offset: int) -> _Cut | None:
     if rest == 0:
         return None
-    return _Cut(f"has {rest} more bytes than {header.points} points: its header may be wrong", offset)
+    return _Cut(
+        f"has {rest} more bytes than {header.points} points: its header may be wrong", offset
+    )
 
 
 def _seen_from(X_MS: Floats, points: Floats32) -> Floats32:

@@ -11,8 +11,9 @@ from cohelm.recordings.clouds.sweep import POINT_LIMIT
 ENCODINGS = ("ascii", "binary", "binary_compressed")
 _MAX_HEADER = 1 << 16
 _KEYS = frozenset(
-    "VERSION FIELDS COLUMNS SIZE TYPE COUNT WIDTH HEIGHT VIEWPOINT POINTS DATA".split()
-)
+    ("VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT",
+     "POINTS", "DATA")
+)  # fmt: skip
 _TYPES = {
     *(("F", size) for size in (4, 8)),
     *((kind, size) for kind in "IU" for size in (1, 2, 4, 8)),
@@ -143,5 +144,3 @@ def _axis(name: str, fields: list[tuple[str, str, int, int]]) -> Field:
         before += size * count
         column += count
     raise Malformed(f"has no field {name}")
-
-

@@ -149,9 +149,7 @@ def read_rows(file: Path, columns: int) -> tuple[Floats32, tuple[RecordingError,
     return points, (*damage, *far)
 
 
-def checked_points(
-    points: Floats32, file: Path
-) -> tuple[Floats32, tuple[RecordingError, ...]]:
+def checked_points(points: Floats32, file: Path) -> tuple[Floats32, tuple[RecordingError, ...]]:
     """Return points (p, 3) with NaN for those that no sensor can see, and the damage.
 
     Raises:
