@@ -9,7 +9,8 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.errors import StoreError
 from cohelm.live.control.driver_link import HEARTBEAT_TIMEOUT
-from cohelm.live.control.watchdog import MAX_ANSWER_AGE
+from cohelm.live.control.time_rate import ABSORBED_LATENESS
+from cohelm.live.control.watchdog import CONFIRM_AFTER, MAX_ANSWER_AGE
 from cohelm.live.control_cycle import STEP
 from cohelm.live.messages import (
     AddWish,
@@ -339,7 +340,7 @@ def test_who_goes_elsewhere_is_on_another_ride(rig):
 def test_after_a_long_silence_of_the_navigator_the_driver_confirms(rig):
     rig.steps(10, 0.8)
     rig.navigator.frozen = True
-    rig.steps(30, 0.8)
+    rig.steps(round((CONFIRM_AFTER + 0.5) / STEP), 0.8)
     rig.navigator.frozen = False
     states = rig.steps(10, 0.8)
     assert all(stands(state) for state in states)
@@ -363,10 +364,11 @@ def test_answers_that_take_longer_than_a_step_still_drive(rig):
 def test_a_chair_that_itself_was_late_says_so_to_the_navigator(rig):
     rig.steps(10, 0.5)
     rig.beat(0.5)
-    rig.clock.now = rig.due + 0.2
+    rig.clock.now = rig.due + 0.22
     state = rig.step()
-    assert rig.navigator.requests[-1].observation.late == pytest.approx(0.2, abs=0.01)
-    assert state.lateness == pytest.approx(200.0, abs=10.0)
+    late = 0.22 - ABSORBED_LATENESS
+    assert rig.navigator.requests[-1].observation.late == pytest.approx(late, abs=0.01)
+    assert state.lateness == pytest.approx(220.0, abs=10.0)
     assert stands(state)
     assert state.reason.code == "late"
 

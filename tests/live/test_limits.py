@@ -1,6 +1,8 @@
 """Limits: tighter at any time, looser only while the chair stands, and never lost in silence."""
 
 import stat
+import threading
+import time
 
 import pytest
 from hypothesis import given
@@ -90,13 +92,95 @@ def test_a_file_that_does_not_read_is_refused_and_not_replaced_by_looser_limits(
     assert (tmp_path / "settings.json").read_text() == damage
 
 
-def test_what_cannot_be_kept_does_not_count(tmp_path, monkeypatch):
+@pytest.fixture
+def full(tmp_path, monkeypatch):
+    """Settings on a disk that takes nothing until its ``undo``."""
     settings = ActiveSettings(tmp_path, ROBOT, limits=CALM)
     monkeypatch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
-    with pytest.raises(StoreError, match="cannot be written"):
-        settings.set_limits(CALM.model_copy(update={"max_speed": 0.2}), moving)
-    assert settings.limits == CALM
+    return settings, monkeypatch
+
+
+def test_tighter_limits_take_effect_whatever_the_disk_does_and_are_stored_later(full, tmp_path):
+    settings, disk = full
+    slower = Limits(max_speed=0.2, max_acceleration=0.3, min_distance=1.0)
+    assert settings.set_limits(slower, moving) == CALM
+    assert settings.limits == slower
+    assert "full" in settings.error
     assert list(tmp_path.iterdir()) == []
+    settings.retry()
+    assert settings.error
+    disk.undo()
+    settings.retry()
+    assert settings.error == ""
+    assert ActiveSettings(tmp_path, ROBOT).limits == slower
+
+
+def test_of_a_mixed_change_on_a_full_disk_the_tighter_part_counts(full):
+    settings, _ = full
+    mixed = Limits(max_speed=0.2, max_acceleration=0.6, min_distance=0.8)
+    settings.set_limits(mixed, standing)
+    assert settings.limits == CALM.model_copy(update={"max_speed": 0.2})
+
+
+def test_looser_limits_count_only_once_they_are_stored(full, tmp_path):
+    settings, disk = full
+    faster = CALM.model_copy(update={"max_speed": 0.6})
+    with pytest.raises(StoreError, match="cannot be written"):
+        settings.set_limits(faster, standing)
+    assert settings.limits == CALM
+    disk.undo()
+    settings.set_limits(faster, standing)
+    assert ActiveSettings(tmp_path, ROBOT).limits == faster
+
+
+def test_a_disk_that_hangs_delays_no_tighter_limit(tmp_path, monkeypatch):
+    """The first change waits for the disk; the second one, from another thread, does not."""
+    settings = ActiveSettings(tmp_path, ROBOT, limits=CALM)
+    hangs, goes_on = threading.Event(), threading.Event()
+
+    def hang(_):
+        hangs.set()
+        assert goes_on.wait(10.0)
+
+    monkeypatch.setattr("os.fsync", hang)
+    threads = [
+        threading.Thread(
+            target=settings.set_limits,
+            args=(CALM.model_copy(update={"max_speed": speed}), moving),
+        )
+        for speed in (0.4, 0.3)
+    ]
+    threads[0].start()
+    assert hangs.wait(10.0)
+    assert settings.limits.max_speed == 0.4
+    threads[1].start()
+    end = time.monotonic() + 5.0
+    while settings.limits.max_speed > 0.3 and time.monotonic() < end:
+        time.sleep(0.01)
+    assert settings.limits.max_speed == 0.3
+    goes_on.set()
+    for thread in threads:
+        thread.join()
+    assert ActiveSettings(tmp_path, ROBOT).limits.max_speed == 0.3
+
+
+def test_a_looser_change_that_waited_for_the_disk_undoes_no_tighter_one(tmp_path, monkeypatch):
+    settings = ActiveSettings(tmp_path, ROBOT, limits=CALM)
+    slower, faster = (CALM.model_copy(update={"max_speed": speed}) for speed in (0.2, 0.6))
+    others = []
+
+    def meanwhile(_):
+        monkeypatch.undo()
+        others.append(threading.Thread(target=settings.set_limits, args=(slower, moving)))
+        others[0].start()
+        while settings.limits != slower:
+            time.sleep(0.001)
+
+    monkeypatch.setattr("os.fsync", meanwhile)
+    settings.set_limits(faster, standing)
+    others[0].join()
+    assert settings.limits == slower
+    assert ActiveSettings(tmp_path, ROBOT).limits == slower
 
 
 def test_the_chair_s_own_limits_are_where_they_begin():

@@ -12,6 +12,7 @@ from cohelm.evaluation.metrics import measure
 from cohelm.live.sessions import ride_log as module
 from cohelm.live.sessions.measuring import measures_of, ride_of
 from cohelm.live.sessions.ride_log import RideLogWriter
+from cohelm.live.sessions.ride_rows import read_rows
 from cohelm.messages import Decision, Reason
 from cohelm.safety import stop
 from cohelm.scenarios import load_scenario
@@ -143,9 +144,8 @@ def test_outside_of_a_ride_nothing_is_kept(ridden, tmp_path):
     book.begin("a", tmp_path / "a.rows")
     book.add(tick, truth)
     book.begin("b", tmp_path / "b.rows")
-    assert not (tmp_path / "a.rows").exists()
     assert book.end("cancelled") is None
-    assert list(tmp_path.iterdir()) == []
+    assert [file.name for file in tmp_path.iterdir()] == ["a.rows"]  # what was driven stays
 
 
 def test_a_disk_that_takes_nothing_does_not_end_the_ride(ridden, tmp_path, caplog):
@@ -159,3 +159,49 @@ def test_a_disk_that_takes_nothing_does_not_end_the_ride(ridden, tmp_path, caplo
 
 def test_nobody_else_reads_the_rows(ridden):
     assert ridden[2].file.stat().st_mode & 0o077 == 0
+
+
+class SmallDisk:
+    """A disk with so many bytes left, for the rows of a ride."""
+
+    def __init__(self, left):
+        self.left, self.os = left, module.os
+
+    def __getattr__(self, name):
+        return getattr(self.os, name)
+
+    def pwrite(self, handle, row, at):
+        some = row[: max(self.left, 0)]
+        self.left -= len(row)
+        if row and not some:
+            raise OSError(28, "No space left on device")
+        return self.os.pwrite(handle, some, at)
+
+
+def test_rows_go_on_after_a_full_disk_and_none_is_cut(ridden, tmp_path, monkeypatch):
+    """The disk is full for some ticks, in the middle of a row; they are missing and counted."""
+    ticks = ridden[3][:40]
+    disk = SmallDisk(10 * len(module.row_of_tick(*ticks[0], 0.0).tobytes()) + 100)
+    monkeypatch.setattr(module, "os", disk)
+    book = RideLogWriter()
+    book.begin("a", tmp_path / "a.rows")
+    for k, (tick, truth) in enumerate(ticks):
+        if k == 30:
+            assert "No space left" in book.error
+            disk.left = 10**9
+        book.add(tick, truth)
+    assert book.error == ""
+    log = book.end("arrived")
+    assert log.lost_rows == 20
+    chair, _ = read_rows(tmp_path / "a.rows")
+    times = [truth.time - ticks[0][1].time for _, truth in (*ticks[:10], *ticks[30:])]
+    assert chair[:, 0] == pytest.approx(times, abs=1e-4)
+
+
+def test_a_killed_process_loses_no_row(ridden, tmp_path):
+    """Rows are with the operating system after each tick: another reader sees them at once."""
+    book = RideLogWriter()
+    book.begin("a", tmp_path / "a.rows")
+    for count, (tick, truth) in enumerate(ridden[3][:5], 1):
+        book.add(tick, truth)
+        assert len(read_rows(tmp_path / "a.rows")[0]) == count

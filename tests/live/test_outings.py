@@ -25,6 +25,11 @@ class Kept:
         self.count += 1
         return f"s-r{self.count}", None
 
+    error = ""
+
+    def checkpoint(self, record, ride_setup=None):
+        self.begun = record.id
+
     def keep(self, record, log, ride_setup):
         self.rides.append(record.id)
 

@@ -311,7 +311,8 @@ def test_rows_that_cannot_be_measured_leave_the_ride_and_say_why(
     store.wait_until_idle()
     (kept,) = store.summary(facts.id).rides
     assert "holds no tick" in kept.error
-    assert not file.exists()
+    assert file.name in kept.error
+    assert file.exists()
 
 
 def test_a_full_disk_is_said_and_what_was_there_stays(store, ride_setup, monkeypatch):
@@ -328,13 +329,27 @@ def test_a_full_disk_is_said_and_what_was_there_stays(store, ride_setup, monkeyp
     assert not [f for f in (store.folder / facts.id).iterdir() if f.name.startswith(".")]
 
 
-def test_a_damaged_ride_does_not_hide_the_others_and_is_logged(store, ride_setup, caplog):
+def test_a_damaged_ride_hides_no_other_one_and_says_so(store, ride_setup, caplog):
     facts = store.begin(ride_setup)
     one, two = driven(store, ride_setup), driven(store, ride_setup)
     store.wait_until_idle()
     (store.folder / facts.id / f"{one}.json").write_text("{")
-    assert [ride.id for ride in store.summary(facts.id).rides] == [two]
+    damaged, sound = store.summary(facts.id).rides
+    assert (damaged.id, sound.id) == (one, two)
+    assert f"{one}.json" in damaged.error
     assert f"{one}.json" in caplog.text
+    assert f"{one}.json" in store.html(facts.id)
+
+
+def test_a_session_whose_file_is_damaged_is_still_shown_with_its_rides(store, ride_setup):
+    facts = store.begin(ride_setup)
+    ride = driven(store, ride_setup)
+    store.wait_until_idle()
+    (store.folder / facts.id / "session.json").write_bytes(b"\x00\xff")
+    (session,) = store.list()
+    assert [each.id for each in session.rides] == [ride]
+    assert "cannot be read" in session.session.scene
+    assert ride in store.csv(facts.id)
 
 
 @pytest.mark.slow
@@ -360,27 +375,134 @@ def test_what_takes_too_long_at_the_end_is_measured_at_the_next_start(
     again.close()
 
 
-def test_a_task_of_another_version_spoils_nothing(store, ride_setup, ticks, monkeypatch):
+@pytest.mark.parametrize("garbage", [b"of another time", b"", b"\x80\x05N.", bytes(5000)])
+def test_a_task_that_cannot_be_used_deletes_no_raw_data(store, ride_setup, ticks, garbage):
+    """Neither now nor at the next start, and it is tried once."""
     facts = store.begin(ride_setup)
-    monkeypatch.setattr(module, "task_of", lambda *_: b"of another time")
-    driven(store, ride_setup, ticks)
-    store.wait_until_idle()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "task_of", lambda *_: garbage)
+        ride = driven(store, ride_setup, ticks)
+        store.wait_until_idle()
     (kept,) = store.summary(facts.id).rides
     assert "not measured" in kept.error
+    rows = store.folder / facts.id / f"{ride}.rows"
+    before = rows.read_bytes()
+    assert f"{ride}.rows" in kept.error
+    again = SessionStore(store.folder)
+    again.wait_until_idle()
+    again.close()
+    assert rows.read_bytes() == before
+    assert rows.with_suffix(".failed").read_bytes() == garbage
 
 
-def test_what_a_killed_program_left_is_swept_after_a_day(tmp_path, ride_setup, monkeypatch):
+def killed(store, ride_setup, ticks, **changes):
+    """A ride whose program was killed: begun, with rows, and never ended."""
+    store.begin(ride_setup)
+    ride, file = store.begin_ride()
+    store.checkpoint(record(ride, outcome="cancelled", **changes), ride_setup)
+    store.wait_until_idle()
+    book = RideLogWriter()
+    book.begin(ride, file)
+    for tick, truth in ticks:
+        book.add(tick, truth)
+    return ride
+
+
+def test_a_ride_of_a_killed_program_is_finished_and_measured_at_the_next_start(
+    store, ride_setup, ticks
+):
+    ride = killed(store, ride_setup, ticks, duration=1.0, length=0.1)
+    again = SessionStore(store.folder)
+    again.wait_until_idle()
+    (session,) = again.list()
+    (kept,) = session.rides
+    assert kept.id == ride
+    assert kept.destination == "Ward 4"
+    assert kept.duration == pytest.approx(ticks[-1][1].time - ticks[0][1].time, abs=0.01)
+    assert "interrupted" in kept.error
+    assert kept.measures["path_length"] == pytest.approx(kept.length, abs=0.05)
+    assert not [*store.folder.glob("*/*.begun"), *store.folder.glob("*/*.rows")]
+    again.close()
+
+
+@pytest.mark.parametrize("suffix", [".begun", ".task", ".rows"])
+def test_a_ride_of_a_killed_program_whose_files_are_damaged_is_shown_and_loses_none(
+    store, ride_setup, ticks, suffix
+):
+    ride = killed(store, ride_setup, ticks)
+    folder = store.folder / ride.rpartition("-r")[0]
+    rows = (folder / f"{ride}.rows").read_bytes()
+    (folder / f"{ride}{suffix}").write_bytes(b"garbage")
+    again = SessionStore(store.folder)
+    again.wait_until_idle()
+    ((kept,),) = [session.rides for session in again.list()]
+    assert kept.id == ride
+    assert kept.error
+    if suffix == ".task":
+        assert (folder / f"{ride}.rows").read_bytes() == rows
+    elif suffix == ".begun":
+        assert kept.measures["path_length"] > 0.0
+    again.close()
+
+
+def test_rows_of_a_killed_program_are_never_swept(store, ride_setup, monkeypatch):
+    """Even if nothing else of the ride is there, and however old they are."""
+    store.begin(ride_setup)
+    ride, file = store.begin_ride()
+    file.write_bytes(b"rows")
+    late = file.stat().st_mtime + 90_000.0
+    monkeypatch.setattr(session_files.time, "time", lambda: late)
+    again = SessionStore(store.folder)
+    again.wait_until_idle()
+    ((kept,),) = [session.rides for session in again.list()]
+    again.close()
+    assert kept.id == ride
+    assert file.read_bytes() == b"rows"
+
+
+def test_a_ride_that_a_full_disk_refused_is_stored_once_there_is_space(
+    store, ride_setup, ticks, monkeypatch
+):
+    facts = store.begin(ride_setup)
+    with monkeypatch.context() as broken:
+        broken.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
+        ride = driven(store, ride_setup, ticks)
+        store.wait_until_idle()
+        assert "cannot be written" in store.error
+        store.retry()
+        store.wait_until_idle()
+        assert store.error
+    store.retry()
+    store.wait_until_idle()
+    assert store.error == ""
+    (kept,) = store.summary(facts.id).rides
+    assert kept.id == ride
+    assert kept.measures["path_length"] > 0.0
+
+
+def test_an_error_does_not_end_before_the_disk_takes_something(store, ride_setup, monkeypatch):
+    store.begin(ride_setup)
+    ride = driven(store, ride_setup)
+    store.wait_until_idle()
+    with monkeypatch.context() as broken:
+        broken.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
+        store.rate(ride, 1)
+        store.wait_until_idle()
+        store.retry()
+        store.wait_until_idle()
+        assert store.error
+    store.retry()
+    store.wait_until_idle()
+    assert not store.error
+
+
+def test_a_session_with_nothing_but_rows_is_not_removed_when_the_program_ends(tmp_path, ride_setup):
     store = SessionStore(tmp_path)
     store.begin(ride_setup)
     _, file = store.begin_ride()
     file.write_bytes(b"rows")
-    store.close = None  # it was killed
-    SessionStore(tmp_path).close()
+    store.close()
     assert file.exists()
-    now = file.stat().st_mtime
-    monkeypatch.setattr(session_files.time, "time", lambda: now + 90_000.0)
-    SessionStore(tmp_path).close()
-    assert not file.exists()
 
 
 class _Page(HTMLParser):

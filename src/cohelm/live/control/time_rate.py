@@ -17,9 +17,11 @@ PROMPT = 0.1
 """Latency of an answer up to which time runs at full rate, s: two steps."""
 MIN_RATE = 0.1
 """Minimum rate: answers of up to 1 s still drive, and the chair crawls."""
-RISE = 0.25
+STALL = PROMPT / MIN_RATE
+"""Latency beyond which a single answer is a stall, not the speed of the computer, s."""
+RISE = 1.0
 """Maximum rise of the rate, 1/s; assumed. A fall takes effect at once, a stop would be worse."""
-ABSORBED_LATENESS = 0.1
+ABSORBED_LATENESS = 0.05
 """Lateness of a control step that only slows simulated time, s; beyond it STOP would come late."""
 _MEAN_TIME = 1.0
 """Time constant of the measured rate, s."""
@@ -43,6 +45,7 @@ class TimeRate:
     """True during overload."""
     notice: bool = False
     """True in the step in which overload is to be announced."""
+    _stalled: bool = False
     _credit: float = 0.0
     _stepped_at: float = -math.inf
     _answered_at: float = -math.inf
@@ -55,9 +58,12 @@ class TimeRate:
             latency: Time from the request to the answer, s.
             now: s.
         """
+        stalled = latency > STALL
+        if stalled and not self._stalled:
+            return replace(self, _stalled=True, _answered_at=now)
         allowed = min(max(PROMPT / max(latency, 1e-3), MIN_RATE), 1.0)
         rise = self.rate + RISE * max(now - self._answered_at, 0.0)
-        return replace(self, rate=min(allowed, rise), _answered_at=now)
+        return replace(self, rate=min(allowed, rise), _stalled=stalled, _answered_at=now)
 
     def stepped(self, step: float, now: float) -> TimeRate:
         """Return the rate in the next control step.
