@@ -1,7 +1,9 @@
 """Bounds on connections before sign-in: number, time and frames.
 
 A silent or very slow client must not block others, who may want to press STOP; nor may a page that
-floods the server with frames that are no messages.
+floods the server with frames that are no messages. Beyond the maximum number of connections, the
+one that owes its request for the longest time makes room for the new one: whoever sends a request
+at once is served, however many connections are half open.
 """
 
 from __future__ import annotations
@@ -33,14 +35,27 @@ class HttpConnection(H11Protocol):
     """Connection that speaks HTTP, or begins a socket."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as its own
-        """Accept it, or abort it if there are too many."""
+        """Accept it; if there are too many, abort the oldest one without a request, or this one."""
         super().connection_made(transport)
         self._since = self.loop.time()
-        here = [_host(each) for each in self.connections].count(_host(self))
-        if len(self.connections) > MAX_CONNECTIONS or here > MAX_CONNECTIONS_PER_ADDRESS:
-            transport.abort()
-            return
+        all_ = [each for each in self.connections if not each.transport.is_closing()]
+        here = [each for each in all_ if _host(each) == _host(self)]
+        crowd = here if len(here) > MAX_CONNECTIONS_PER_ADDRESS else all_
+        if crowd is here or len(all_) > MAX_CONNECTIONS:
+            waiting = [
+                each for each in crowd if isinstance(each, HttpConnection) and each.owes_request
+            ]
+            oldest = min(waiting, key=lambda each: each._since)
+            # Where all others get their answers, this one may stay: it may bring STOP.
+            if oldest is not self or len(all_) > MAX_CONNECTIONS:
+                oldest.transport.abort()
         self.loop.call_later(_CHECK_PERIOD, self._check)
+
+    @property
+    def owes_request(self) -> bool:
+        """True until a whole request has come, and after its answer."""
+        cycle: RequestResponseCycle | None = self.cycle
+        return cycle is None or cycle.response_complete or cycle.more_body
 
     def on_response_complete(self) -> None:
         """Begin the time of the next request."""

@@ -30,6 +30,10 @@ from cohelm.web.signin import SignIns
 
 _SEND_BUFFER = 65_536
 """Maximum number of bytes sent ahead of the reader of a connection; older states are useless."""
+_ACCEPTED_AT_ONCE = 16
+"""Maximum number of connections accepted before those already open are read again."""
+_BACKLOG = 2048
+"""Maximum number of connections that wait to be accepted; a client beyond it waits for a second."""
 _HANDSHAKE_TIMEOUT = 5.0
 """Maximum time for a TLS handshake, s; before it a connection is not counted."""
 
@@ -149,6 +153,7 @@ def server(
         proxy_headers=False,
         server_header=False,
         limit_concurrency=2 * MAX_CONNECTIONS,  # never reached: HttpConnection accepts no more
+        backlog=_ACCEPTED_AT_ONCE,  # asyncio takes it for both; see startup
         timeout_keep_alive=15,
         timeout_graceful_shutdown=3,
         ssl_certfile=None if tls is None else str(tls.certificate),
@@ -170,6 +175,8 @@ class _Server(uvicorn.Server):
             hasty = functools.partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE_TIMEOUT)
             setattr(loop, "create_server", hasty)  # noqa: B010 # a method of the loop's own
         await super().startup(sockets)
+        for each in sockets or ():
+            each.listen(_BACKLOG)
         self._then()
 
     @contextlib.contextmanager

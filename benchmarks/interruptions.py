@@ -1,0 +1,220 @@
+"""Kill and freeze the processes of a live ride again and again, and measure when the chair stands.
+
+    python benchmarks/interruptions.py --times 50
+
+The chair is driven by its stick. In turn the navigator is killed, the navigator frozen, the
+previews' process killed, and frozen. For the navigator the time to the first command of zero at the
+wheels is measured, by the clock of the chair; then it must drive again, after at most one
+confirmation where the process was replaced. The previews must not stop the chair, and answer again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from cohelm.live import Drive, DriveSetup
+from cohelm.live.messages import (
+    AddWish,
+    ChairState,
+    Heartbeat,
+    ResumeCommand,
+    SetGoal,
+    SetMode,
+    TakeControl,
+    ToPage,
+)
+from cohelm.messages import Mode
+from cohelm.scenarios import load_scenario
+
+PATIENCE = 120.0
+"""Maximum time to get ready again, s."""
+FROZEN = 1.0
+"""Time for which a process is suspended, s."""
+AWAY = 3.5
+"""Distance from the start at which the chair turns back, m."""
+
+
+class Rider:
+    """Page without a screen: heartbeats, and a stick that goes forward and back."""
+
+    def __init__(self, drive: Drive) -> None:
+        self.drive, self.stick = drive, 0.0
+        self.states: list[ChairState] = []
+        self.messages: list[Any] = []
+        self._seq, self._ends = 0, threading.Event()
+        drive.listen(self._hear)
+        drive.connect("rider", "driver")
+        self._thread = threading.Thread(target=self._beat, daemon=True)
+        self._thread.start()
+
+    def _hear(self, message: ToPage, client: str | None) -> None:
+        (self.states if isinstance(message, ChairState) else self.messages).append(message)
+
+    def _beat(self) -> None:
+        while not self._ends.wait(0.05):
+            self._seq += 1
+            beat = Heartbeat(
+                seq=self._seq,
+                sent=1e3 * time.monotonic(),
+                forward=self.stick,
+                device="keys" if self.stick else "none",
+            )
+            self.say(beat)
+
+    def say(self, message: Any) -> None:
+        """Send a message."""
+        self.drive.receive("rider", message, time.monotonic())
+
+    def until(self, holds: Callable[[ChairState], bool], since: int = -1) -> ChairState:
+        """Wait for a state in which something holds, from state number ``since`` on."""
+        at = len(self.states) if since < 0 else since
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            for state in self.states[at:]:
+                at += 1
+                if holds(state):
+                    return state
+            time.sleep(0.005)
+        raise TimeoutError(f"it never came; now {self.states[-1]}")
+
+    def moves(self) -> int:
+        """Drive; returns the number of confirmations that were needed."""
+        confirmed = 0
+        self.stick = 0.0
+        self.until(lambda s: s.link in {"ready", "confirm"})
+        end = time.monotonic() + PATIENCE
+        while self.states[-1].link != "ready" and time.monotonic() < end:
+            self.say(ResumeCommand())
+            confirmed += 1
+            time.sleep(0.4)
+        ahead = self.states[-1].pose[0] < AWAY
+        self.stick = 0.6 if ahead else -0.6
+        self.until(lambda s: abs(s.speed) > 0.15)
+        return confirmed
+
+    def close(self) -> None:
+        """Stop the heartbeats."""
+        self._ends.set()
+        self._thread.join()
+
+
+def stands(state: ChairState) -> bool:
+    """Check that the command at the wheels is zero."""
+    return state.command == (0.0, 0.0)
+
+
+def interrupt_navigator(rider: Rider, how: str) -> tuple[float, int]:
+    """Return the time to zero at the wheels, s, and the number of confirmations afterwards."""
+    rider.moves()
+    pid, since, number = rider.drive.navigator_pid, time.monotonic(), len(rider.states)
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL if how == "killed" else signal.SIGSTOP)
+    state = rider.until(stands, number)
+    took = state.clock - since
+    if how == "frozen":
+        time.sleep(FROZEN)
+        os.kill(pid, signal.SIGCONT)
+    else:
+        until = time.monotonic() + PATIENCE
+        while not rider.drive.health.ready and time.monotonic() < until:
+            time.sleep(0.05)
+        rider.until(lambda s: s.link in {"confirm", "centre_stick"})
+    return took, rider.moves()
+
+
+def interrupt_previews(rider: Rider, how: str) -> tuple[int, float]:
+    """Return the stops of the chair that the navigator did not cause, and the time to an answer."""
+    rider.moves()
+    process = previews()
+    number = len(rider.states)
+    os.kill(process, signal.SIGKILL if how == "killed" else signal.SIGSTOP)
+    time.sleep(FROZEN)
+    held = sum(stands(state) for state in rider.states[number:])
+    if how == "frozen":
+        os.kill(process, signal.SIGCONT)
+    rider.stick = 0.0
+    asked, before = time.monotonic(), len(rider.messages)
+    rider.say(SetGoal(id=1, point=(11.0, 7.0)))
+    answered = False
+    while not answered and time.monotonic() - asked < PATIENCE:
+        rider.say(AddWish(id=2, kind="attract", points=((6.0, 9.0),), preview=True))
+        time.sleep(0.5)
+        answered = any(m.type == "wish_preview" for m in rider.messages[before:])
+    rider.say(SetGoal(id=3))
+    assert answered
+    return held, time.monotonic() - asked
+
+
+def previews() -> int:
+    """Return the id of the previews' process."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        for each in multiprocessing.active_children():
+            if each.name == "cohelm-previews" and each.pid is not None:
+                return each.pid
+        time.sleep(0.1)
+    raise TimeoutError
+
+
+def main() -> int:
+    """Interrupt and print the figures; 1 if the chair did not stand in time."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--times", type=int, default=50)
+    options.add_argument("--seconds", type=float, default=1e9, help="end earlier")
+    chosen = options.parse_args()
+    drive = Drive(DriveSetup(scenario=load_scenario("empty")))
+    drive.start()
+    rider = Rider(drive)
+    began = time.monotonic()
+    took: dict[str, list[float]] = {"killed": [], "frozen": []}
+    confirmed: dict[str, list[int]] = {"killed": [], "frozen": []}
+    held: dict[str, list[int]] = {"killed": [], "frozen": []}
+    again: dict[str, list[float]] = {"killed": [], "frozen": []}
+    try:
+        while not drive.health.ready:
+            time.sleep(0.1)
+        rider.say(TakeControl())
+        rider.say(SetMode(id=9, mode=Mode.STOP_ONLY))
+        for number in range(chosen.times):
+            for how in ("killed", "frozen"):
+                if time.monotonic() - began > chosen.seconds:
+                    break
+                seconds, count = interrupt_navigator(rider, how)
+                took[how].append(seconds)
+                confirmed[how].append(count)
+                # After the fifth lost process of previews no more are started.
+                if how == "frozen" or number < 3:
+                    stops, answer = interrupt_previews(rider, how)
+                    held[how].append(stops)
+                    again[how].append(answer)
+    finally:
+        health = drive.health
+        rider.close()
+        drive.close()
+    for how in ("killed", "frozen"):
+        times = np.array(took[how])
+        print(
+            f"navigator {how} {len(times)} times: zero after median {np.median(times):.3f} s, "
+            f"max {times.max():.3f} s; confirmations afterwards: max {max(confirmed[how])}"
+        )
+        print(
+            f"previews {how} {len(held[how])} times: {sum(held[how])} of "
+            f"{round(len(held[how]) * FROZEN * 20)} steps stood; answer after max "
+            f"{max(again[how]):.1f} s"
+        )
+    print(json.dumps({"restarts": health.restarts, "missed": health.missed, "rate": health.rate}))
+    return int(max(map(max, took.values())) > 0.4)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

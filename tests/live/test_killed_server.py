@@ -1,0 +1,102 @@
+"""A program that is killed in mid-ride, or whose disk is full: no ride is lost without a word."""
+
+import multiprocessing
+import os
+import resource
+import signal
+import time
+
+import pytest
+
+from cohelm.live import Drive, DriveSetup
+from cohelm.live.sessions.store import SessionStore
+from cohelm.scenarios import load_scenario
+
+from .test_drive import Page
+
+pytestmark = pytest.mark.slow
+
+RIDE = 4.0
+"""Duration of the ride before the program is killed, s."""
+spawn = multiprocessing.get_context("spawn")
+
+
+def driving(folder, pipe, largest):
+    """Drive; report the time of the simulation at the first motion, and then in every state.
+
+    ``largest``: maximum size of a file from the first motion on, bytes: the disk is full beyond.
+    """
+    drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=folder))
+    drive.start()
+    while not drive.health.ready:
+        time.sleep(0.05)
+    page = Page(drive, "a")
+    page.drives()
+    if largest is not None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.prlimit(drive.navigator_pid, resource.RLIMIT_FSIZE, (largest, largest))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest, resource.RLIM_INFINITY))
+    page.moves()
+    while True:
+        health = drive.health
+        pipe.send((page.state.time, page.state.speed, page.state.unstored, health.unstored))
+        time.sleep(0.1)
+
+
+def reports_of(folder, until, largest=None):
+    """Reports of a program that drives until something holds, and is then killed."""
+    ours, theirs = spawn.Pipe()
+    process = spawn.Process(target=driving, args=(folder, theirs, largest))
+    process.start()
+    reports = []
+    try:
+        while not until(reports):
+            assert ours.poll(240.0)
+            reports.append(ours.recv())
+    finally:
+        os.kill(process.pid, signal.SIGKILL)
+        process.join()
+    return reports
+
+
+def kept_in(folder):
+    """Rides after the next start of the program."""
+    end = time.monotonic() + 30.0
+    while True:  # the processes of the killed program end within some seconds
+        try:
+            store = SessionStore(folder)
+            break
+        except Exception:
+            assert time.monotonic() < end
+            time.sleep(0.5)
+    store.wait_until_idle()
+    rides = [ride for session in store.list() for ride in session.rides]
+    store.close()
+    return rides
+
+
+def test_the_ride_of_a_killed_program_is_kept_up_to_its_last_second(tmp_path):
+    reports = reports_of(tmp_path, lambda seen: seen and seen[-1][0] - seen[0][0] > RIDE)
+    assert not any(report[3] for report in reports)
+    (ride,) = kept_in(tmp_path)
+    driven = reports[-1][0] - reports[0][0]
+    assert ride.duration >= driven - 1.0
+    assert ride.measures["path_length"] == pytest.approx(ride.length, abs=0.1)
+    assert "interrupted" in ride.error
+    # And the program starts again in this folder.
+    Drive(DriveSetup(scenario=load_scenario("empty"), folder=tmp_path)).close()
+
+
+def test_a_full_disk_in_mid_ride_is_said_at_once_and_the_chair_drives_on(tmp_path):
+    """No file may grow beyond 2 kB from the first motion on: after some twenty rows."""
+
+    def said(seen):
+        return seen and seen[-1][2] and seen[-1][3] and seen[-1][0] - seen[0][0] > RIDE
+
+    reports = reports_of(tmp_path, said, largest=2000)
+    told = [report[2] for report in reports if report[2]]
+    assert "not stored" in told[-1] or "Rows" in told[-1]
+    assert "Traceback" not in "".join(told)
+    assert reports[-1][1] > 0.1
+    (ride,) = kept_in(tmp_path)
+    assert ride.error
