@@ -89,18 +89,21 @@ class Rider:
 
     def moves(self) -> int:
         """Drive; returns the number of confirmations that were needed."""
-        confirmed = 0
-        self.stick = 0.0
-        self.until(lambda s: s.link in {"ready", "confirm"})
-        end = time.monotonic() + PATIENCE
-        while self.states[-1].link != "ready" and time.monotonic() < end:
-            self.say(ResumeCommand())
-            confirmed += 1
-            time.sleep(0.4)
-        ahead = self.states[-1].pose[0] < AWAY
-        self.stick = 0.6 if ahead else -0.6
-        self.until(lambda s: abs(s.speed) > 0.15)
-        return confirmed
+        confirmed, end = 0, time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            state = self.states[-1]
+            if abs(state.speed) > 0.15 and state.link == "ready":
+                return confirmed
+            if state.link == "ready":
+                self.stick = 0.6 if state.pose[0] < AWAY else -0.6
+                time.sleep(0.1)
+                continue
+            self.stick = 0.0
+            if state.link == "confirm":
+                self.say(ResumeCommand())
+                confirmed += 1
+            time.sleep(0.3)
+        raise TimeoutError(f"it does not drive; now {self.states[-1]}")
 
     def close(self) -> None:
         """Stop the heartbeats."""
@@ -128,7 +131,6 @@ def interrupt_navigator(rider: Rider, how: str) -> tuple[float, int]:
         until = time.monotonic() + PATIENCE
         while not rider.drive.health.ready and time.monotonic() < until:
             time.sleep(0.05)
-        rider.until(lambda s: s.link in {"confirm", "centre_stick"})
     return took, rider.moves()
 
 
@@ -148,8 +150,11 @@ def interrupt_previews(rider: Rider, how: str) -> tuple[int, float]:
     answered = False
     while not answered and time.monotonic() - asked < PATIENCE:
         rider.say(AddWish(id=2, kind="attract", points=((6.0, 9.0),), preview=True))
-        time.sleep(0.5)
-        answered = any(m.type == "wish_preview" for m in rider.messages[before:])
+        # A further request of the page would replace one that still waits.
+        until = time.monotonic() + 10.0
+        while not answered and time.monotonic() < until:
+            time.sleep(0.05)
+            answered = any(m.type == "wish_preview" for m in rider.messages[before:])
     rider.say(SetGoal(id=3))
     assert answered
     return held, time.monotonic() - asked

@@ -5,7 +5,6 @@ The floods run on this machine, for a second or two, with a bounded number of co
 
 import contextlib
 import errno
-import json
 import multiprocessing
 import socket
 import time
@@ -102,7 +101,6 @@ def test_stop_gets_through_a_flood_of_connections_from_the_same_address(
     quiet = measured(open_server, drive)
     with flooded(open_server, kind, held):
         took = measured(open_server, drive)
-    print(json.dumps({"flood": kind, "held": held, "quiet": quiet.max(), "flooded": took.max()}))
     assert np.median(took) < WITHIN
     assert took.max() < WITHIN + quiet.max()  # what other work on this machine adds
 

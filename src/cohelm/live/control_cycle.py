@@ -30,7 +30,7 @@ from cohelm.live.control.watchdog import (
 )
 from cohelm.live.control.world_factory import LiveWorld
 from cohelm.live.messages import Notice, Send
-from cohelm.live.page.state_messages import PageView, StepStatus, state_message
+from cohelm.live.page.state_messages import SLOW_NOTICE, PageView, StepStatus, state_message
 from cohelm.live.services import Services
 from cohelm.messages import RiderProfile
 from cohelm.reasons import Reason
@@ -71,7 +71,8 @@ class ControlCycle:
         self._navigator, self._rides = services.navigator, services.rides
         self._route_preview = services.route_preview
         self._send, self._clock, self._unstored = send, clock, unstored
-        self._unstored_by_navigator = ""
+        self.unstored_rows = ""
+        """Reason why the navigator's process cannot store rows; empty: it can."""
         self.time_rate = TimeRate()
         """Rate of simulated time."""
         self._requested_time = -math.inf
@@ -112,11 +113,6 @@ class ControlCycle:
             return False
         truth = self.world.simulation.truth
         return bool(self.command.twist.any()) or not bool(is_standing(truth.twist))
-
-    @property
-    def unstored(self) -> str:
-        """What cannot be stored, and why; empty: everything is."""
-        return " ".join(filter(None, (self._unstored(), self._unstored_by_navigator)))
 
     def enter(self, world: LiveWorld) -> None:
         """Put the chair into another world, where it stands without a destination.
@@ -261,27 +257,18 @@ class ControlCycle:
             self._route_preview.set_planning_context(answer.planning_context)
         if answer.paused:
             return
-        self._unstored_by_navigator = answer.unstored
+        self.unstored_rows = answer.unstored
         self.time_rate = self.time_rate.answered(now - self._navigator.requested_at, now)
         time = world.simulation.truth.time
         if time - self._requested_time <= MAX_ANSWER_LATENCY + 1e-6:
-            self._watchdog = Watchdog(
-                decision=answer.decision,
-                heartbeat_seq=answer.heartbeat_seq,
-                at=now,
-                time=time,
-                epoch=self._requested_epoch,
-            )
+            self._watchdog = Watchdog.of(answer, now, time, self._requested_epoch)
         self.answered_mission = answer.mission_version
         self.view = self.view.updated(answer, driver.mission)
         current = answer.mission_version == driver.mission.version
         has_goal = driver.mission.goal is not None
-        if answer.arrived and current and has_goal and self._stands(world):
+        stands = is_standing(world.simulation.truth.twist)
+        if answer.arrived and current and has_goal and stands:
             self._arrive()
-
-    @staticmethod
-    def _stands(world: LiveWorld) -> bool:
-        return bool(is_standing(world.simulation.truth.twist))
 
     def _select_command(self, now: float) -> None:
         """Set the decision at the wheels."""
@@ -309,8 +296,8 @@ class ControlCycle:
         if selected.reason is Reason.NAVIGATOR_TIMEOUT and self.command.twist.any():
             self.stops += 1
         limit = self._settings.limits.max_acceleration
-        passes = STEP * self.time_rate.advances
-        self.command = limit_acceleration(selected, self.command.twist, limit, passes)
+        dt = STEP * self.time_rate.advances
+        self.command = limit_acceleration(selected, self.command.twist, limit, dt)
 
     def _set_starting(self, starting: bool) -> None:
         """Require confirmation if a destination was chosen before the chair was ready."""
@@ -344,14 +331,9 @@ class ControlCycle:
             self._rides.end("cancelled")
 
     def _arrive(self) -> None:
-        driver = self._driver
-        goal = driver.mission.goal
-        text = f"You have arrived: {goal.name}." if goal and goal.name else Reason.ARRIVED.sentence
-        driver.mission = driver.mission.with_goal(None)
-        driver.require_centring()
         self.arrived = True
         self._rides.end("arrived")
-        self._send(Notice(code="arrived", text=text), None)
+        self._send(Notice(code="arrived", text=self._driver.arrive()), None)
 
     def _send_state(self, world: LiveWorld | None, now: float, late: float) -> None:
         if self.view.route_version != self._sent_route:
@@ -368,9 +350,8 @@ class ControlCycle:
             ride=self._rides.ride,
             starting_text=self.starting_text,
             rate=self.time_rate.measured,
-            unstored=self.unstored,
+            unstored=self._unstored(),
         )
         if self.time_rate.notice:
-            text = "This computer is too slow for real time; the simulation runs slower."
-            self._send(Notice(code="slow", text=text), None)
+            self._send(SLOW_NOTICE, None)
         self._send(state_message(world, self._driver, self.view, step), None)

@@ -308,19 +308,20 @@ class Drive:
             stops=loop.cycle.stops,
             restarts=max(self._services.navigator.starts - 1, 0),
             rate=round(loop.cycle.time_rate.measured, 2),
-            unstored=loop.cycle.unstored,
+            unstored=self.unstored,
         )
 
     @property
     def unstored(self) -> str:
-        """What this process cannot store, and why, in sentences; empty: everything is stored."""
+        """What cannot be stored, and why, in sentences; empty: everything is stored."""
         rides, limits, audit = self._services.rides, self._settings, self._audit
         found = (
             (limits.error, "The limits in force are not stored, and end with the program"),
             (rides.error, "Rides are not stored"),
             (audit.error, "The audit log is not stored"),
         )
-        return " ".join(f"{what}: it {problem}." for problem, what in found if problem)
+        here = [f"{what}: it {problem}." for problem, what in found if problem]
+        return " ".join(filter(None, [*here, self._loop.cycle.unstored_rows]))
 
     @property
     def failure(self) -> CohelmError | None:

@@ -25,6 +25,13 @@ class DriverState:
         """Ignore the stick until it has been centred once."""
         self.link = driver_link.require_centring(self.link)
 
+    def arrive(self) -> str:
+        """End the trip at its destination; returns what the rider is told."""
+        goal = self.mission.goal
+        self.mission = self.mission.with_goal(None)
+        self.require_centring()
+        return f"You have arrived: {goal.name}." if goal and goal.name else Reason.ARRIVED.sentence
+
     def clear_mission(self) -> None:
         """Remove destination and wishes; mode and pace stay."""
         self.mission = self.mission.with_goal(None).without_wish(None, every=True)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cohelm.arrays import Floats
+from cohelm.live.control.ipc import StepAnswer
 from cohelm.messages import Decision
 from cohelm.reasons import Reason
 from cohelm.safety import stop
@@ -40,6 +41,12 @@ class Watchdog:
     """Arrival time, s of the simulation."""
     epoch: int = 0
     """``LinkState.epoch`` at the time of the request."""
+
+    @classmethod
+    def of(cls, answer: StepAnswer, at: float, time: float, epoch: int) -> Watchdog:
+        """Return the watchdog after an answer; arguments as the fields."""
+        seq = answer.heartbeat_seq
+        return cls(decision=answer.decision, heartbeat_seq=seq, at=at, time=time, epoch=epoch)
 
     def expired(self, time: float) -> bool:
         """Check that the last decision is too old to be used at a time of the simulation, s."""

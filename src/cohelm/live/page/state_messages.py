@@ -14,6 +14,7 @@ from cohelm.live.control.world_factory import LiveWorld
 from cohelm.live.messages import (
     ActiveWish,
     ChairState,
+    Notice,
     OfferInfo,
     PersonInfo,
     ReasonText,
@@ -22,6 +23,11 @@ from cohelm.live.messages import (
 from cohelm.messages import Decision
 from cohelm.reasons import Reason
 from cohelm.simulation import GroundTruth
+
+SLOW_NOTICE = Notice(
+    code="slow", text="This computer is too slow for real time; the simulation runs slower."
+)
+"""Notice of overload."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -30,12 +30,6 @@ class Background:
         self.error = ""
         """Reason why something could not be written; empty if everything is."""
 
-    @property
-    def idle(self) -> bool:
-        """True if no task waits or runs."""
-        with self._lock:
-            return not self._pending
-
     def write(self, task: Callable[[], Any]) -> Future[Any]:
         """Run a task in the writer thread, after all earlier ones."""
         return self._submit(self._writer, task)

@@ -26,7 +26,12 @@ INTERRUPTED = "The program was interrupted during this ride; its last second may
 
 def unfinished_rides(root: Path) -> list[str]:
     """Return the ids of all rides without a summary, the oldest first."""
-    left = {file.stem for suffix in (BEGUN, ".rows") for file in root.glob(f"*/*{suffix}")}
+    left = {
+        file.stem
+        for suffix in (BEGUN, ".rows")
+        for file in root.glob(f"*/*{suffix}")
+        if file.parent.name == session_of(file.stem)
+    }
     return sorted(
         ride
         for ride in left

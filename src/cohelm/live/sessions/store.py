@@ -94,6 +94,7 @@ class SessionStore(SessionArchive):
         self._unwritten: dict[str, tuple[RideSummary, Callable[[], bytes]]] = {}
         """Ended rides that the disk did not take yet, with their tasks; of the writer thread."""
         self._checkpoint: Future[Any] | None = None
+        self._retry: Future[Any] | None = None
         sweep(self.folder)
         for ride in unfinished_rides(self.folder):
             self._background.write(functools.partial(self._finish, ride))
@@ -146,7 +147,8 @@ class SessionStore(SessionArchive):
             ride_setup: World of the ride, in the first call; with it a ride can be measured whose
                 program is killed.
         """
-        if self._checkpoint is not None and not self._checkpoint.done():
+        waits = self._checkpoint is not None and not self._checkpoint.done()
+        if waits and ride_setup is None:
             return
         begun = self._file(record.id, BEGUN)
 
@@ -192,7 +194,7 @@ class SessionStore(SessionArchive):
 
     def retry(self, further: Callable[[], None] = lambda: None) -> None:
         """Write again what could not be written, and run ``further``, in the writer thread."""
-        if not self._background.idle:
+        if self._retry is not None and not self._retry.done():
             return
 
         def write() -> None:
@@ -201,7 +203,7 @@ class SessionStore(SessionArchive):
                 check_writable(self.folder)
             self._write_rides()
 
-        self._background.write(write)
+        self._retry = self._background.write(write)
 
     def rate(self, ride: str, rating: int) -> None:
         """Store a rating, 1 to 5; it replaces an earlier one.
@@ -267,7 +269,8 @@ class SessionStore(SessionArchive):
             # The summary is last: it says that the ride has ended.
             write_atomically(file.with_suffix(".task"), task())
             write_atomically(file, as_json(record))
-            file.with_suffix(BEGUN).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                file.with_suffix(BEGUN).unlink(missing_ok=True)
 
     def _finish(self, ride: str) -> None:
         """Finish a ride of a program that was killed, in the writer thread."""
@@ -276,11 +279,13 @@ class SessionStore(SessionArchive):
         with contextlib.suppress(OSError):
             file.with_suffix(BEGUN).unlink(missing_ok=True)
 
-    def _update_ride(self, ride: str, **changes: Any) -> None:
-        """Change a stored ride, in the writer thread; a deleted ride stays deleted."""
+    def _update_ride(self, ride: str, **changes: Any) -> bool:
+        """Change a ride, in the writer thread; returns False if it is not stored, or deleted."""
         file = self._file(ride, ".json")
-        if file.is_file():
+        stored = file.is_file()
+        if stored:
             write_atomically(file, as_json(read(RideSummary, file).model_copy(update=changes)))
+        return stored
 
     def _measure_later(self, ride: str) -> None:
         self._background.measure(lambda: self._measure(ride))
@@ -304,7 +309,8 @@ class SessionStore(SessionArchive):
 
     def _store_measures(self, ride: str, measures: dict[str, float]) -> None:
         """Store the measures of a ride, in the writer thread; then its log is not needed."""
-        self._update_ride(ride, measures=measures)
+        if not self._update_ride(ride, measures=measures):
+            return  # deleted, or the disk did not take it yet
         for done in (".task", ".rows"):
             self._file(ride, done).unlink(missing_ok=True)
 
