@@ -18,7 +18,7 @@ import numpy as np
 
 from cohelm.live.control import driver_link
 from cohelm.live.control.driver_state import DriverState
-from cohelm.live.control.ipc import StepAnswer, StepRequest
+from cohelm.live.control.ipc import StepAnswer
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.step_requests import UnsentReadings, step_request
 from cohelm.live.control.time_rate import ABSORBED_LATENESS, TimeRate
@@ -67,14 +67,13 @@ class ControlCycle:
         unstored: Callable[[], str] = lambda: "",
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._driver, self._settings, self._profile = driver, settings, profile
+        self._driver, self._settings = driver, settings
+        self._given = driver, settings, profile
         self._navigator, self._rides = services.navigator, services.rides
         self._route_preview = services.route_preview
         self._send, self._clock, self._unstored = send, clock, unstored
-        self.unstored_rows = ""
-        """Reason why the navigator's process cannot store rows; empty: it can."""
+        self.unstored_rows = ""  # reason why the navigator's process stores no rows
         self.time_rate = TimeRate()
-        """Rate of simulated time."""
         self._requested_time = -math.inf
         """Time of the last observation that was sent, s of the simulation."""
         self.world: LiveWorld | None = None
@@ -198,13 +197,12 @@ class ControlCycle:
             return  # an observation is sent once: simulated time may be slower than the steps
         self._requested_time = time
         now, link = self._clock(), self._driver.link
-        request = self._step_request(world, now, moves=driver_link.status(link, now) == "ready")
-        marks = self._rides.take_marks()
+        moves = driver_link.status(link, now) == "ready"
+        request = step_request(self.ticks, world, *self._given, now=now, moves=moves)
+        marks, seen = self._rides.take_marks(), self._unsent.take(request.observation)
         request = replace(
             request,
-            observation=replace(
-                self._unsent.take(request.observation), late=max(late - ABSORBED_LATENESS, 0.0)
-            ),
+            observation=replace(seen, late=max(late - ABSORBED_LATENESS, 0.0)),
             restart=self._restart,
             end=marks.end,
             begin=marks.begin,
@@ -221,12 +219,8 @@ class ControlCycle:
         if answer is not None:
             self._take_answer(world, answer)
         if self._route_preview.needs_context and self._navigator.free:
-            request = self._step_request(world, now, moves=False)
+            request = step_request(self.ticks, world, *self._given, now=now, moves=False)
             self._navigator.request(replace(request, paused=True, planning_context=True), now)
-
-    def _step_request(self, world: LiveWorld, now: float, *, moves: bool) -> StepRequest:
-        driver, settings, profile = self._driver, self._settings, self._profile
-        return step_request(self.ticks, world, driver, settings, profile, now=now, moves=moves)
 
     def _await_answer(self, world: LiveWorld, until: float, late: float) -> None:
         """Take answers until ``until``, s, or until that of this step has come."""
@@ -266,8 +260,7 @@ class ControlCycle:
         self.view = self.view.updated(answer, driver.mission)
         current = answer.mission_version == driver.mission.version
         has_goal = driver.mission.goal is not None
-        stands = is_standing(world.simulation.truth.twist)
-        if answer.arrived and current and has_goal and stands:
+        if answer.arrived and current and has_goal and is_standing(world.simulation.truth.twist):
             self._arrive()
 
     def _select_command(self, now: float) -> None:

@@ -316,7 +316,9 @@ class SessionStore(SessionArchive):
 
     def _set_aside(self, ride: str, problem: str) -> None:
         """Keep the log of a ride that cannot be measured, and do not try again."""
-        self._update_ride(ride, error=problem)
+        file = self._file(ride, ".json")
+        before = read(RideSummary, file).error if file.is_file() else ""
+        self._update_ride(ride, error=f"{before} {problem}".strip())
         task = self._file(ride, ".task")
         if task.is_file():
             task.replace(task.with_suffix(FAILED))
