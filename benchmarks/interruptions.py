@@ -156,7 +156,7 @@ def interrupt_previews(rider: Rider, how: str) -> tuple[int, float]:
             time.sleep(0.05)
             answered = any(m.type == "wish_preview" for m in rider.messages[before:])
     rider.say(SetGoal(id=3))
-    assert answered
+    # Without an answer the whole patience counts.
     return held, time.monotonic() - asked
 
 
