@@ -27,7 +27,7 @@ from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 from cohelm.robots.contact import contact_times
 from cohelm.robots.contact_kernel import ContactMargins
-from cohelm.sharing import InputHorizon, RiderIntent, SteeringState, rider_intent
+from cohelm.sharing import InputHorizon, RiderIntent, SteeringState, Surroundings, rider_intent
 
 _SHARES = (0.75, 0.5, 0.25, 0.0)
 """Shares of the rider's speed at which people who walk may pass."""
@@ -35,15 +35,20 @@ _SLOWEST = 0.1
 """Speed that the planner may always use, m/s."""
 
 
-def intent_of(step: StepInput, authority: Authority) -> tuple[RiderIntent, SteeringState]:
+def intent_of(
+    step: StepInput, world: WorldModel, authority: Authority
+) -> tuple[RiderIntent, SteeringState]:
     """The motion that the rider's stick asks for in this step."""
-    setup = step.setup
+    setup, people = step.setup, world.people
+    stand = np.hypot(*people.mean[:, 2:].T) < setup.recovery.walking_speed
+    standing = np.column_stack([people.mean[stand, :2], people.radius[stand]])
     return rider_intent(
         step.observation,
         authority,
         setup.robot,
         horizon=InputHorizon(steps=setup.local_planner.steps, step=setup.local_planner.step),
         speed_limit=setup.speed_limit(step.request),
+        surroundings=Surroundings(walls=world.walls, standing=standing),
         memory=step.memory.steering,
         parameters=setup.steering,
     )
@@ -72,7 +77,7 @@ def steer(
     """
     twist = authority.twist
     if not intent.forward:
-        return None, Command(twist=twist)
+        return None, Command(twist=twist * np.array([1.0, 1.0, intent.turn_share]))
     if not intent.squeezes:
         share = _clear_share(step, world, intent)
         if share is not None:

@@ -17,11 +17,13 @@ from cohelm.sharing.destinations import (
     prior_of,
     update_inference,
 )
+from cohelm.sharing.hand import HandState
 from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
 from cohelm.sharing.steering import (
     RiderIntent,
     SteeringParameters,
     SteeringState,
+    Surroundings,
     rider_intent,
 )
 
@@ -29,6 +31,7 @@ __all__ = [
     "EMPTY",
     "AuthorityParameters",
     "AuthorityState",
+    "HandState",
     "InferenceParameters",
     "InferenceState",
     "InputHorizon",
@@ -38,6 +41,7 @@ __all__ = [
     "SteeringParameters",
     "SteeringState",
     "StickLine",
+    "Surroundings",
     "authority",
     "belief",
     "limit_authority",
