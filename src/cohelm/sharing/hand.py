@@ -25,14 +25,16 @@ _ON_GRID = 0.01
 _ALIKE = 0.02
 """Difference of two deflections that are alike, share of full."""
 _CHANGES = 2
-"""Number of presses and changes of direction after which a grid is believed."""
+"""Number of presses and changes of direction after which a grid is believed …"""
+_HELD = 0.5
+"""… or the time for which one direction is held exactly, s: no hand on a free stick does that."""
 _MEMORY_TIME = 2.0
 """Time constant of the unsteadiness, s."""
 _PUSHED = 0.1
 """Deflection from which the direction of a stick is measured, share of full."""
-_WIDEST = math.pi / 8.0
-"""Largest width of a free stick, rad: as of eight directions."""
-_WIDTHS = {"eight_directions": math.pi / 8.0, "one_switch": math.pi / 4.0}
+COARSE = math.pi / 8.0
+"""Width of eight directions, and the largest one of a free stick, rad."""
+_WIDTHS = {"eight_directions": COARSE, "one_switch": math.pi / 4.0}
 
 
 @value
@@ -48,6 +50,8 @@ class HandState:
     """Last direction in eighths of a turn; −1: released."""
     changes: int = 0
     """Presses and changes of direction since the stick last left the grid."""
+    held: float = 0.0
+    """Longest time for which a direction was held since then, s."""
     mean: float = 0.0
     """Mean angle of the stick from its low-pass, rad …"""
     square: float = 0.0
@@ -79,13 +83,13 @@ def update_hand(
         memory: result of the last call.
         given: kind that is known; None: it is recognised.
     """
-    state = _measured(raw, smoothed, elapsed, _on_grid(raw, memory))
+    state = _measured(raw, smoothed, elapsed, _on_grid(raw, elapsed, memory))
     kind = given or _kind(state)
-    width = _WIDTHS.get(kind, min(2.0 * state.unsteadiness, _WIDEST))
+    width = _WIDTHS.get(kind, min(2.0 * state.unsteadiness, COARSE))
     return replace(state, kind=kind, width=width)
 
 
-def _on_grid(raw: Floats, memory: HandState) -> HandState:
+def _on_grid(raw: Floats, elapsed: float, memory: HandState) -> HandState:
     """Compare a deflection with the grid of directions; one that is off it begins anew."""
     if not raw.any():
         return memory if memory.direction < 0 else replace(memory, direction=-1)
@@ -96,9 +100,10 @@ def _on_grid(raw: Floats, memory: HandState) -> HandState:
     off = abs(eighths - round(eighths)) * math.pi / 4.0 > _ON_GRID
     if off or abs(size - before) > _ALIKE:
         sizes = _with_size((math.nan, math.nan, math.nan), axis, math.nan if off else size)
-        return replace(memory, deflections=sizes, direction=direction, changes=0)
+        return replace(memory, deflections=sizes, direction=direction, changes=0, held=0.0)
     if direction == memory.direction and not math.isnan(before):
-        return memory
+        held = memory.held + max(elapsed, 0.0)
+        return memory if memory.held > _HELD else replace(memory, held=held)
     sizes = _with_size(memory.deflections, axis, size)
     changes = min(memory.changes + 1, _CHANGES)
     return replace(memory, deflections=sizes, direction=direction, changes=changes)
@@ -113,7 +118,7 @@ def _with_size(
 
 
 def _kind(state: HandState) -> HandKind:
-    if state.changes < _CHANGES:
+    if state.changes < _CHANGES and state.held < _HELD:
         return "stick"
     return "one_switch" if math.isnan(state.deflections[2]) else "eight_directions"
 

@@ -26,7 +26,7 @@ from cohelm.messages import Authority, Observation, Reference
 from cohelm.robots import Robot
 from cohelm.sharing.affordances import aim, is_open
 from cohelm.sharing.authority import InputHorizon, stick_twist
-from cohelm.sharing.hand import FREE_STICK, HandState, update_hand
+from cohelm.sharing.hand import COARSE, FREE_STICK, HandState, update_hand
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
 _FORWARD = 0.02
@@ -60,6 +60,9 @@ class SteeringParameters(Model):
     """Time constant with which a kept direction gives way to that of the chair, s."""
     lean: float = Field(0.04, ge=0.0, le=1.0)
     """Angle of the stick from which it closes the other side, rad; its unsteadiness is added."""
+    late_time: float = Field(0.8, gt=0.0, le=10.0)
+    """A steady or leaning stick is overruled no more than keeps this time clear, s; twice the time
+    for a coarse hand."""
     hand: Literal["auto", "stick", "eight_directions", "one_switch"] = "auto"
     """Hand on the stick; ``auto``: recognised by what it sends."""
     attraction: float = Field(1.0, ge=0.0, le=1.0)
@@ -70,7 +73,11 @@ class SteeringParameters(Model):
     max_deviation: float = Field(1.05, gt=0.0, le=3.2)
     """Largest angle between the motion of the chair and where the stick leads, rad."""
     clear_time: float = Field(3.0, gt=0.0, le=10.0)
-    """The wheels follow the stick itself while this leads nowhere near anything, s …"""
+    """The wheels follow the stick itself while this leads nowhere near anything, s; for things that
+    stand this is the time of a coarse or unsteady hand …"""
+    steady_clear_time: float = Field(0.8, gt=0.0, le=10.0)
+    """… and this the one of a steady hand, which is taken at its word for longer, s; near means
+    closer …"""
     wall_gap: float = Field(0.05, ge=0.0, le=0.5)
     """… than this to walls, m …"""
     people_gap: float = Field(0.15, ge=0.0, le=1.0)
@@ -121,6 +128,10 @@ class RiderIntent:
     """Side to which the stick leans: 1 left, −1 right, 0 neither."""
     forward: bool
     """The rider pushes forward; otherwise the chair turns on the spot, backs up or stands."""
+    late_time: float
+    """The stick is overruled no more than keeps this time clear, s; 0: no such limit."""
+    clear_time: float
+    """The rider's own motion is taken while no thing that stands is closer than this, s."""
     squeezes: bool
     """A push has moved nothing for a while."""
 
@@ -188,6 +199,8 @@ def rider_intent(  # noqa: PLR0913  # the stick, and all that it is read with
         turn_share=_turn_share(observation, robot, surroundings, hand, turned_since, p),
         lean=lean,
         forward=bool(raw[0] > _FORWARD and stick[0] > _FORWARD),
+        late_time=_late_time(hand, lean, p),
+        clear_time=_clear_time(hand, p),
         squeezes=observation.time < until,
     )
     state = SteeringState(
@@ -221,7 +234,23 @@ def _lean(raw: Floats, stick: Floats, hand: HandState, p: SteeringParameters) ->
     if not raw[0] > 0.0 or raw[1] * stick[1] <= 0.0:
         return 0
     angle = math.atan2(abs(float(stick[1])), max(float(stick[0]), 0.0))
-    return int(np.sign(raw[1])) if angle > p.lean + hand.unsteadiness else 0
+    noise = hand.unsteadiness if hand.kind == "stick" else 0.0
+    return int(np.sign(raw[1])) if angle > p.lean + noise else 0
+
+
+def _clear_time(hand: HandState, p: SteeringParameters) -> float:
+    """Time for which the rider's own motion must be clear of things that stand, s."""
+    coarse = min(hand.width / COARSE, 1.0)
+    steady = min(p.steady_clear_time, p.clear_time)
+    return steady + coarse * (p.clear_time - steady)
+
+
+def _late_time(hand: HandState, lean: int, p: SteeringParameters) -> float:
+    """Time that the chair keeps clear by turning otherwise than the stick, s."""
+    if lean:
+        return p.late_time
+    # A switch that is held says "on", and leaves the direction to the chair.
+    return 0.0 if hand.kind == "one_switch" else p.late_time * (1.0 + hand.width / COARSE)
 
 
 def _on_open_side(direction: float, heading: float, lean: int) -> float:
