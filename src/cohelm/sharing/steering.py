@@ -68,7 +68,7 @@ class SteeringParameters(Model):
     attraction: float = Field(1.0, ge=0.0, le=1.0)
     """Share of the width of the rider's direction in which doors, passages and free space attract;
     0: off."""
-    reach: float = Field(3.0, gt=0.0, le=10.0)
+    reach: float = Field(4.0, gt=0.0, le=10.0)
     """Distance ahead that should be free, m."""
     max_deviation: float = Field(1.05, gt=0.0, le=3.2)
     """Largest angle between the motion of the chair and where the stick leads, rad."""
