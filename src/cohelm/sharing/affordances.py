@@ -35,6 +35,10 @@ _SAME = 0.1
 """Share of the reach by which another lane must be better than the last one."""
 _NEAR = 0.12
 """Angle up to which a lane is the last one, rad."""
+_LEADS, _FEW = 0.9, 0.4
+"""Share of the longest lane from which a lane leads on, and share of all lanes that is few."""
+_FACES = math.radians(20.0)
+"""Angle from a lane that about faces it, rad."""
 _NARROW = 1.3
 """Width of a passage up to which the chair is led onto its axis, m."""
 _TILT = math.radians(40.0)
@@ -120,6 +124,18 @@ def is_open(
     radius = robot.inscribed_radius + _GAP
     lengths = free_lengths(wall_grid(walls), standing, pose[:2], headings, radius, reach)
     return bool(lengths.min() >= reach)
+
+
+def faces_passage(
+    pose: Floats, walls: DistanceField, robot: Robot, reach: float, standing: Floats = _NOBODY
+) -> bool:
+    """Check that the chair about faces one of few lanes that lead on; arguments as of :func:`aim`."""
+    offsets = np.radians(np.arange(-45.0, 46.0, 1.5))
+    radius = robot.inscribed_radius + _GAP
+    lengths = free_lengths(wall_grid(walls), standing, pose[:2], pose[2] + offsets, radius, reach)
+    leads = lengths > _LEADS * lengths.max()
+    few = leads.mean() < _FEW
+    return bool(few and np.abs(offsets[leads]).min() < _FACES)
 
 
 @njit(cache=True)

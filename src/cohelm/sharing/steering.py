@@ -24,7 +24,7 @@ from cohelm.geometry import wrap_angle
 from cohelm.maps import DistanceField
 from cohelm.messages import Authority, Observation, Reference
 from cohelm.robots import Robot
-from cohelm.sharing.affordances import aim, is_open
+from cohelm.sharing.affordances import aim, faces_passage, is_open
 from cohelm.sharing.authority import InputHorizon, stick_twist
 from cohelm.sharing.hand import COARSE, FREE_STICK, HandState, update_hand
 
@@ -301,12 +301,16 @@ def _turn_share(
     """Share of a turn on the spot.
 
     Between the wish to stop and a switch that is released lie some tenths of a second, so that
-    a turn at full rate cannot be small. Where something is near, it begins slowly.
+    a turn at full rate cannot be small. Where something is near, it begins slowly, and it is slow
+    past a door or a passage, so that it ends there.
     """
     if hand.kind != "one_switch" or math.isinf(since) or surroundings is None:
         return 1.0
-    if p.attraction <= 0.0 or is_open(observation.pose, surroundings.walls, robot, p.reach, surroundings.standing):
+    place = (observation.pose, surroundings.walls, robot, p.reach, surroundings.standing)
+    if p.attraction <= 0.0 or is_open(*place):
         return 1.0
+    if faces_passage(*place):
+        return _FINE_SHARE
     over = (observation.time - since - _FINE_TIME) / _FINE_TIME
     return min(max(_FINE_SHARE + (1.0 - _FINE_SHARE) * over, _FINE_SHARE), 1.0)
 
