@@ -35,6 +35,8 @@ _SAME = 0.1
 """Share of the reach by which another lane must be better than the last one."""
 _NEAR = 0.12
 """Angle up to which a lane is the last one, rad."""
+_OPEN = 2.5
+"""Length of lanes up to which something is near, m."""
 _LEADS, _FEW = 0.9, 0.4
 """Share of the longest lane from which a lane leads on, and share of all lanes that is few."""
 _FACES = math.radians(20.0)
@@ -116,14 +118,12 @@ def aim(
     return centre + min(max(off, -width), width)
 
 
-def is_open(
-    pose: Floats, walls: DistanceField, robot: Robot, reach: float, standing: Floats = _NOBODY
-) -> bool:
-    """Check that nothing is within reach in the directions ahead; arguments as of :func:`aim`."""
+def is_open(pose: Floats, walls: DistanceField, robot: Robot, standing: Floats = _NOBODY) -> bool:
+    """Check that nothing is near in the directions ahead; arguments as of :func:`aim`."""
     headings = pose[2] + np.radians(np.arange(-60.0, 61.0, 4.0))
     radius = robot.inscribed_radius + _GAP
-    lengths = free_lengths(wall_grid(walls), standing, pose[:2], headings, radius, reach)
-    return bool(lengths.min() >= reach)
+    lengths = free_lengths(wall_grid(walls), standing, pose[:2], headings, radius, _OPEN)
+    return bool(lengths.min() >= _OPEN)
 
 
 def faces_passage(

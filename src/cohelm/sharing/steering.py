@@ -306,10 +306,10 @@ def _turn_share(
     """
     if hand.kind != "one_switch" or math.isinf(since) or surroundings is None:
         return 1.0
-    place = (observation.pose, surroundings.walls, robot, p.reach, surroundings.standing)
-    if p.attraction <= 0.0 or is_open(*place):
+    pose, walls, standing = observation.pose, surroundings.walls, surroundings.standing
+    if p.attraction <= 0.0 or is_open(pose, walls, robot, standing):
         return 1.0
-    if faces_passage(*place):
+    if faces_passage(pose, walls, robot, p.reach, standing):
         return _FINE_SHARE
     over = (observation.time - since - _FINE_TIME) / _FINE_TIME
     return min(max(_FINE_SHARE + (1.0 - _FINE_SHARE) * over, _FINE_SHARE), 1.0)
