@@ -45,9 +45,9 @@ _NARROW = 1.3
 """Width of a passage up to which the chair is led onto its axis, m."""
 _TILT = math.radians(40.0)
 """Largest angle between a lane and the axis of the passage that it leads through."""
-_LOOKAHEAD = 0.5
-"""Distance along an axis to the point that the chair is led to, share of that to the passage, and
-in m at least."""
+_LOOKAHEAD, _NEAREST = 0.65, 0.5
+"""Distance along an axis to the point that the chair is led to: share of that to the passage, and
+at least this, m."""
 _PEOPLE_GAP = 0.1
 """Additional gap to people, m."""
 _STEP = 0.02
@@ -188,17 +188,20 @@ def find_passage(walls: WallGrid, position: Floats, heading: float, length: floa
     # The middle of what is about as narrow as the narrowest: inside the wall, not before it.
     narrow = np.flatnonzero(gaps < gaps.min() + _STEP)
     at = _STEP * narrow[narrow.size // 2]
-    x, y = position[0] + at * cos, position[1] + at * sin
-    best = Passage(x, y, heading, np.inf)
-    for k in range(-8, 9):
-        axis = heading + k * _TILT / 8.0
-        left = _to_wall(walls, x, y, axis + 0.5 * math.pi)
-        right = _to_wall(walls, x, y, axis - 0.5 * math.pi)
-        if left + right < best.width - 1e-3:
-            side = 0.5 * (left - right)
-            best = Passage(
-                x - side * math.sin(axis), y + side * math.cos(axis), axis, left + right
-            )
+    best = Passage(position[0] + at * cos, position[1] + at * sin, heading, np.inf)
+    # A lane that enters obliquely is closest to a corner, before or behind the narrowest place.
+    for j in range(-2, 5):
+        x = position[0] + (at + 0.05 * j) * cos
+        y = position[1] + (at + 0.05 * j) * sin
+        for k in range(-8, 9):
+            axis = heading + k * _TILT / 8.0
+            left = _to_wall(walls, x, y, axis + 0.5 * math.pi)
+            right = _to_wall(walls, x, y, axis - 0.5 * math.pi)
+            if left + right < best.width - 1e-3:
+                side = 0.5 * (left - right)
+                best = Passage(
+                    x - side * math.sin(axis), y + side * math.cos(axis), axis, left + right
+                )
     return best
 
 
@@ -219,5 +222,5 @@ def _onto_axis(pose: Floats, passage: Passage) -> float:
     cos, sin = math.cos(passage.axis), math.sin(passage.axis)
     dx, dy = pose[0] - passage.x, pose[1] - passage.y
     before, beside = -(cos * dx + sin * dy), -sin * dx + cos * dy
-    ahead = max(_LOOKAHEAD * before, _LOOKAHEAD)
+    ahead = max(_LOOKAHEAD * before, _NEAREST)
     return passage.axis + math.atan2(-beside, ahead)
