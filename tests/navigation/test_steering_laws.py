@@ -91,9 +91,7 @@ def test_a_released_stick_means_zero_at_once_and_rest_after_braking(
 @few
 @given(left=st.floats(0.1, 1.0), side=st.sampled_from([-1, 1]), y=st.floats(3.0, 5.5))
 def test_the_chair_turns_against_the_stick_only_before_what_it_detects(drive, left, side, y):
-    ticks, _ = drive(
-        4.0, held((0.6, side * left)), boxes=DOOR, start=(3.8, y, -side * 0.5)
-    )
+    ticks, _ = drive(4.0, held((0.6, side * left)), boxes=DOOR, start=(3.8, y, -side * 0.5))
     late = 0.8
     for tick in ticks:
         if side * tick.decision.twist[2] < -0.02:
@@ -117,10 +115,12 @@ def contact_straight_on(tick):
 
 
 def test_a_stick_that_leans_is_not_turned_back_to_where_it_was(drive):
-    # Straight on for two seconds, then a little to the left: less than ``straight``, so that the
+    # Straight on, a turn, then a little to the left: less than ``straight``, so that the
     # direction is kept; the chair must not turn right to come back to it.
     def stick(t):
-        return (0.6, 0.0005 * math.sin(9 * t)) if t < 1.0 else (0.6, 0.5) if t < 1.6 else (0.6, 0.09)
+        return (
+            (0.6, 0.0005 * math.sin(9 * t)) if t < 1.0 else (0.6, 0.5) if t < 1.6 else (0.6, 0.09)
+        )
 
     ticks, _ = drive(5.0, stick, start=(1.5, 3.0, 0.0))
     later = [k for k in ticks if k.observation.time > 1.6]

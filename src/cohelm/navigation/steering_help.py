@@ -2,12 +2,16 @@
 
 1. Without a forward push the wheels get what the rider asks, behind the gate: the chair turns on
    the spot, backs up or stands.
-2. A motion that is clear of walls and people for some seconds is left as it is, but that a chair
-   that was led aside turns back to the direction of the push.
+   A switch turns slowly at first and past a door, where something is near.
+2. A motion that is clear of walls and people is left as it is, but that a chair that was led aside
+   turns back to the direction of the push. Clear means for 0.8 s to a steady hand, for 3 s to a
+   coarse or unsteady one.
 3. Where only people who walk are in its way, the chair goes the rider's way more slowly.
 4. Otherwise the local planner tracks where the stick leads: it slides along walls, rounds people
    and things, and goes through doors, never faster than the stick asks, and never farther from its
    direction than ``SteeringParameters.max_deviation``.
+   Of its turn the chair takes no more than keeps the way clear for a moment: a steady stick, or one
+   that leans to a side, is not turned against for what lies farther ahead.
 5. If the planner finds nothing, the rider's motion is tried slowly; the gate decides, and says what
    is in the way.
 """
@@ -81,7 +85,8 @@ def steer(
     """
     twist = authority.twist
     if not intent.forward:
-        return None, Command(twist=twist * np.array([1.0, 1.0, _turn_share(step, world, intent, twist)]))
+        turn = _turn_share(step, world, intent, twist)
+        return None, Command(twist=twist * np.array([1.0, 1.0, turn]))
     if not intent.squeezes:
         share = _clear_share(step, world, intent)
         if share is not None:

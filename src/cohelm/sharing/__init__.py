@@ -18,14 +18,14 @@ from cohelm.sharing.destinations import (
     update_inference,
 )
 from cohelm.sharing.hand import HandState
-from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
-from cohelm.sharing.steering import (
+from cohelm.sharing.intent import (
     RiderIntent,
     SteeringParameters,
     SteeringState,
     Surroundings,
-    rider_intent,
 )
+from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
+from cohelm.sharing.steering import rider_intent
 
 __all__ = [
     "EMPTY",

@@ -101,9 +101,10 @@ def aim(
     count = int(width / _SPACING)
     if count == 0:
         return centre
-    offsets = np.arange(-count, count + 1) * _SPACING
+    offsets: Floats = np.arange(-float(count), count + 1.0) * _SPACING
     grid, radius = wall_grid(walls), robot.inscribed_radius + _GAP
-    lengths = free_lengths(grid, standing, pose[:2], centre + offsets, radius, reach)
+    headings: Floats = centre + offsets
+    lengths = free_lengths(grid, standing, pose[:2], headings, radius, reach)
     score = lengths / reach - _OFF_CENTRE * np.abs(offsets) / width
     if not math.isnan(last):
         score += _SAME * (np.abs(wrap_angle(centre + offsets - last)) < _NEAR)
@@ -129,7 +130,7 @@ def is_open(pose: Floats, walls: DistanceField, robot: Robot, standing: Floats =
 def faces_passage(
     pose: Floats, walls: DistanceField, robot: Robot, reach: float, standing: Floats = _NOBODY
 ) -> bool:
-    """Check that the chair about faces one of few lanes that lead on; arguments as of :func:`aim`."""
+    """Check that the chair about faces one of few lanes that lead on; arguments as :func:`aim`."""
     offsets = np.radians(np.arange(-45.0, 46.0, 1.5))
     radius = robot.inscribed_radius + _GAP
     lengths = free_lengths(wall_grid(walls), standing, pose[:2], pose[2] + offsets, radius, reach)

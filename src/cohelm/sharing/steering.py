@@ -6,27 +6,24 @@ when the stick was straightened, turned as the stick has turned it since, so tha
 led round something comes back to it.
 
 This direction is the middle of an interval, as wide as the hand is coarse or unsteady
-(``sharing.hand``). Within it, what lies ahead attracts (``sharing.affordances``). A stick that leans
-to one side closes the other one: the chair never turns back against it.
+(``sharing.hand``). Within it, what lies ahead attracts (``sharing.affordances``). A stick that
+leans to one side closes the other one: the chair never turns back against it.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
-from cohelm.arrays import Annotated, Floats, Shape, value
-from cohelm.config import Model
+from cohelm.arrays import Floats
 from cohelm.geometry import wrap_angle
-from cohelm.maps import DistanceField
 from cohelm.messages import Authority, Observation, Reference
 from cohelm.robots import Robot
 from cohelm.sharing.affordances import aim, faces_passage, is_open
 from cohelm.sharing.authority import InputHorizon, stick_twist
-from cohelm.sharing.hand import COARSE, FREE_STICK, HandState, update_hand
+from cohelm.sharing.hand import COARSE, HandState, update_hand
+from cohelm.sharing.intent import RiderIntent, SteeringParameters, SteeringState, Surroundings
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
 _FORWARD = 0.02
@@ -45,108 +42,7 @@ _LONGEST_GAP = 0.5
 """Time between two calls up to which a direction is kept, s."""
 
 
-class SteeringParameters(Model):
-    """What a stick means, and how far the chair may differ from it; assumed."""
-
-    smoothing: float = Field(0.25, ge=0.0, le=2.0)
-    """Time constant of the low-pass on the stick, s."""
-    turn_time: float = Field(0.8, ge=0.0, le=5.0)
-    """Time for which a turn is meant, s."""
-    turn_fade: float = Field(0.6, gt=0.0, le=5.0)
-    """Time in which it then fades, s."""
-    straight: float = Field(0.12, ge=0.0, le=1.0)
-    """Lateral deflection up to which the direction is kept, share of full."""
-    keep_time: float = Field(3.0, gt=0.0, le=60.0)
-    """Time constant with which a kept direction gives way to that of the chair, s."""
-    lean: float = Field(0.04, ge=0.0, le=1.0)
-    """Angle of the stick from which it closes the other side, rad; its unsteadiness is added."""
-    late_time: float = Field(0.8, gt=0.0, le=10.0)
-    """A steady or leaning stick is overruled no more than keeps this time clear, s; twice the time
-    for a coarse hand."""
-    hand: Literal["auto", "stick", "eight_directions", "one_switch"] = "auto"
-    """Hand on the stick; ``auto``: recognised by what it sends."""
-    attraction: float = Field(1.0, ge=0.0, le=1.0)
-    """Share of the width of the rider's direction in which doors, passages and free space attract;
-    0: off."""
-    reach: float = Field(4.0, gt=0.0, le=10.0)
-    """Distance ahead that should be free, m."""
-    max_deviation: float = Field(1.05, gt=0.0, le=3.2)
-    """Largest angle between the motion of the chair and where the stick leads, rad."""
-    clear_time: float = Field(3.0, gt=0.0, le=10.0)
-    """The wheels follow the stick itself while this leads nowhere near anything, s; for things that
-    stand this is the time of a coarse or unsteady hand …"""
-    steady_clear_time: float = Field(0.8, gt=0.0, le=10.0)
-    """… and this the one of a steady hand, which is taken at its word for longer, s; near means
-    closer …"""
-    wall_gap: float = Field(0.05, ge=0.0, le=0.5)
-    """… than this to walls, m …"""
-    people_gap: float = Field(0.15, ge=0.0, le=1.0)
-    """… and this to people, m."""
-    stuck_time: float = Field(1.0, gt=0.0, le=30.0)
-    """Time of pushing without motion after which the chair squeezes through, s …"""
-    squeeze_time: float = Field(4.0, ge=0.0, le=60.0)
-    """… for this time, slowly and closer to people and walls than otherwise, s."""
-
-
-@value
-class SteeringState:
-    """Memory of the rider's intent."""
-
-    time: float
-    """s."""
-    stick: Annotated[Floats, Shape("2")]
-    """Deflection after the low-pass."""
-    hand: HandState = FREE_STICK
-    """With the width of the rider's direction."""
-    heading: float = math.nan
-    """Direction in the map that a straight stick keeps, rad; NaN: none."""
-    aim: float = math.nan
-    """Heading within the interval about it that the chair is led to, rad; NaN: none."""
-    turned_since: float = math.inf
-    """Time since which the stick turns the chair on the spot, s."""
-    pushed_since: float = math.inf
-    """Time since which a push has moved nothing, s."""
-    squeezes_until: float = -math.inf
-    """s."""
-
-
-@value
-class RiderIntent:
-    """Motion that the rider's stick asks for."""
-
-    inputs: Annotated[Floats, Shape("N m")]
-    """Inputs of the rider's own motion."""
-    reference: Reference
-    """Poses and speeds, N + 1 each, of the motion that is led to what lies ahead."""
-    speed: float
-    """Speed of the stick, m/s."""
-    return_rate: float
-    """Turn rate back to the direction of the push for a chair that was led aside, rad/s."""
-    turn_share: float
-    """Share of the turn rate of a turn on the spot: less where a switch begins one."""
-    lean: int
-    """Side to which the stick leans: 1 left, −1 right, 0 neither."""
-    forward: bool
-    """The rider pushes forward; otherwise the chair turns on the spot, backs up or stands."""
-    late_time: float
-    """The stick is overruled no more than keeps this time clear, s; 0: no such limit."""
-    clear_time: float
-    """The rider's own motion is taken while no thing that stands is closer than this, s."""
-    squeezes: bool
-    """A push has moved nothing for a while."""
-
-
-@value
-class Surroundings:
-    """Things about the chair that do not walk."""
-
-    walls: DistanceField
-    """Of map and live obstacles."""
-    standing: Annotated[Floats, Shape("n 3")]
-    """People who stand, as x, y and radius, m."""
-
-
-def rider_intent(  # noqa: PLR0913  # the stick, and all that it is read with
+def rider_intent(
     observation: Observation,
     authority: Authority,
     robot: Robot,
@@ -169,51 +65,64 @@ def rider_intent(  # noqa: PLR0913  # the stick, and all that it is read with
         memory: result of the last call, None at first.
         parameters: what a stick means.
     """
-    p, raw, heading = parameters, authority.deflection, float(observation.pose[2])
-    memory = memory or SteeringState(time=observation.time, stick=raw)
-    elapsed = observation.time - memory.time
-    stick = _smoothed(raw, memory.stick, elapsed, p.smoothing)
-    hand = _hand(observation, stick, elapsed, memory.hand, p)
-    lean = _lean(raw, stick, hand, p)
-    turn = float(raw[1]) * robot.max_turn_rate
-    kept = _kept_heading(raw, stick, heading, memory.heading + turn * elapsed, elapsed, p)
-    kept = _on_open_side(kept, heading, lean)
-    aimed = _aimed(observation.pose, robot, surroundings, kept, hand.width, memory.aim, p)
-    aimed = _on_open_side(aimed, heading, lean)
-    turned_since = _turned_since(observation.time, raw, memory)
-    pushed, until = _squeezing(observation, raw, memory, p)
+    memory = memory or SteeringState(time=observation.time, stick=authority.deflection)
+    state, lean = _updated(
+        observation, authority.deflection, robot, surroundings, memory, parameters
+    )
+    p, raw, stick, hand = parameters, authority.deflection, state.stick, state.hand
+    heading = float(observation.pose[2])
     twist = stick_twist(np.array([max(stick[0], 0.0), stick[1]]), robot, speed_limit)
     # A switch says no more than "on": it is led wherever something attracts.
-    own = aimed if hand.kind == "one_switch" else kept
+    own = state.aim if hand.kind == "one_switch" else state.heading
     off = float(wrap_angle(own - heading))  # NaN stays NaN
-    inputs, _ = _motion(observation, robot, twist, off, horizon, p)
-    _, reference = _motion(
-        observation, robot, twist, float(wrap_angle(aimed - heading)), horizon, p
-    )
-    rate = _return_rate(off, robot.max_turn_rate) if abs(off) > _LED_ASIDE else 0.0
+    inputs, reference = _motion(observation, robot, twist, off, horizon, p)
+    if own is not state.aim:
+        led = float(wrap_angle(state.aim - heading))
+        _, reference = _motion(observation, robot, twist, led, horizon, p)
     intent = RiderIntent(
         inputs=inputs,
         reference=reference,
         speed=float(twist[0]),
-        return_rate=rate,
-        turn_share=_turn_share(observation, robot, surroundings, hand, turned_since, p),
+        return_rate=_return_rate(off, robot.max_turn_rate) if abs(off) > _LED_ASIDE else 0.0,
+        turn_share=_turn_share(observation, robot, surroundings, hand, state.turned_since, p),
         lean=lean,
         forward=bool(raw[0] > _FORWARD and stick[0] > _FORWARD),
         late_time=_late_time(hand, lean, p),
         clear_time=_clear_time(hand, p),
-        squeezes=observation.time < until,
+        squeezes=observation.time < state.squeezes_until,
     )
+    return intent, state
+
+
+def _updated(
+    observation: Observation,
+    raw: Floats,
+    robot: Robot,
+    surroundings: Surroundings | None,
+    memory: SteeringState,
+    p: SteeringParameters,
+) -> tuple[SteeringState, int]:
+    """(memory after the newest deflection, side to which the stick leans)."""
+    heading, elapsed = float(observation.pose[2]), observation.time - memory.time
+    stick = _smoothed(raw, memory.stick, elapsed, p.smoothing)
+    hand = _hand(observation, stick, elapsed, memory.hand, p)
+    lean = _lean(raw, stick, hand, p)
+    before = memory.heading + float(raw[1]) * robot.max_turn_rate * elapsed
+    kept = _kept_heading(raw, stick, heading, before, elapsed, p)
+    kept = _on_open_side(kept, heading, lean)
+    aimed = _aimed(observation.pose, robot, surroundings, (kept, hand.width), memory.aim, p)
+    pushed, until = _squeezing(observation, raw, memory, p)
     state = SteeringState(
         time=observation.time,
         stick=stick,
         hand=hand,
         heading=kept,
-        aim=aimed,
-        turned_since=turned_since,
+        aim=_on_open_side(aimed, heading, lean),
+        turned_since=_turned_since(observation.time, raw, memory),
         pushed_since=pushed,
         squeezes_until=until,
     )
-    return intent, state
+    return state, lean
 
 
 def _hand(
@@ -262,13 +171,12 @@ def _aimed(
     pose: Floats,
     robot: Robot,
     surroundings: Surroundings | None,
-    kept: float,
-    width: float,
+    interval: tuple[float, float],
     last: float,
     p: SteeringParameters,
 ) -> float:
-    """Heading that leads on within the interval about the kept direction, rad."""
-    width = min(width * p.attraction, p.max_deviation)
+    """Heading that leads on within an interval, rad, given as its middle and half its width."""
+    kept, width = interval[0], min(interval[1] * p.attraction, p.max_deviation)
     if surroundings is None or math.isnan(kept):
         return kept
     return aim(
@@ -323,7 +231,7 @@ def _motion(
     horizon: InputHorizon,
     p: SteeringParameters,
 ) -> tuple[Floats, Reference]:
-    """(inputs (N, m), reference) of a stick, towards a direction ``off`` rad to the left, if any."""
+    """(inputs (N, m), reference) of a stick, towards a direction ``off`` rad to the left or NaN."""
     # states are half a step into each input, so that the rollout ends where the input ends
     times = np.asarray((np.arange(horizon.steps) + 0.5) * horizon.step, dtype=float)
     back = _return_rate(off, robot.max_turn_rate)

@@ -42,7 +42,7 @@ COMPARED = {
     "rider": "--riders",
     "mode": "--modes",
     "start": "the seed",
-    "floor_plan.doors": "the widths",
+    "floor_plan.doors.0.width": "the benchmark, which rides several widths",
 }
 """Keys that cannot be set for all rides → what sets them."""
 
