@@ -57,7 +57,7 @@ _STEP = 0.02
 _NOBODY: Floats = read_only(np.empty((0, 3)))
 
 
-class Passage(NamedTuple):
+class NarrowPassage(NamedTuple):
     """Narrowest place of a lane, from wall to wall."""
 
     x: float
@@ -178,7 +178,7 @@ def _gap(walls: WallGrid, standing: Floats, x: float, y: float) -> float:
 
 
 @njit(cache=True)
-def find_passage(walls: WallGrid, position: Floats, heading: float, length: float) -> Passage:
+def find_passage(walls: WallGrid, position: Floats, heading: float, length: float) -> NarrowPassage:
     """Narrowest place of a lane, laid out from wall to wall across the direction of least width."""
     cos, sin = math.cos(heading), math.sin(heading)
     count = int(length / _STEP) + 1
@@ -189,7 +189,7 @@ def find_passage(walls: WallGrid, position: Floats, heading: float, length: floa
     # The middle of what is about as narrow as the narrowest: inside the wall, not before it.
     narrow = np.flatnonzero(gaps < gaps.min() + _STEP)
     at = _STEP * narrow[narrow.size // 2]
-    best = Passage(position[0] + at * cos, position[1] + at * sin, heading, np.inf)
+    best = NarrowPassage(position[0] + at * cos, position[1] + at * sin, heading, np.inf)
     # A lane that enters obliquely is closest to a corner, before or behind the narrowest place.
     for j in range(-2, 5):
         x = position[0] + (at + 0.05 * j) * cos
@@ -200,7 +200,7 @@ def find_passage(walls: WallGrid, position: Floats, heading: float, length: floa
             right = _to_wall(walls, x, y, axis - 0.5 * math.pi)
             if left + right < best.width - 1e-3:
                 side = 0.5 * (left - right)
-                best = Passage(
+                best = NarrowPassage(
                     x - side * math.sin(axis), y + side * math.cos(axis), axis, left + right
                 )
     return best
@@ -218,7 +218,7 @@ def _to_wall(walls: WallGrid, x: float, y: float, heading: float) -> float:
     return np.inf
 
 
-def _onto_axis(pose: Floats, passage: Passage) -> float:
+def _onto_axis(pose: Floats, passage: NarrowPassage) -> float:
     """Heading to the point of the passage's axis ahead of the chair, rad."""
     cos, sin = math.cos(passage.axis), math.sin(passage.axis)
     dx, dy = pose[0] - passage.x, pose[1] - passage.y
