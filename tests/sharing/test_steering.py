@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cohelm.geometry import wrap_angle
-from cohelm.messages import Authority, Observation, Reference
+from cohelm.messages import Authority, Observation, Reference, RiderCommand
 from cohelm.robots import load_robot
 from cohelm.sharing import InputHorizon, SteeringParameters, rider_intent
 
@@ -17,7 +17,14 @@ P = SteeringParameters()
 
 def asked(stick, *, time=0.0, heading=0.0, twist=(0.0, 0.0, 0.0), memory=None, p=P):
     pose = np.array([1.0, 2.0, heading])
-    seen = Observation(time=time, pose=pose, twist=np.array(twist), pose_time=time, twist_time=time)
+    seen = Observation(
+        time=time,
+        pose=pose,
+        twist=np.array(twist),
+        pose_time=time,
+        twist_time=time,
+        rider=RiderCommand(heartbeat=time, deflection=np.array(stick)),
+    )
     poses = np.tile(pose, (HORIZON.steps + 1, 1))
     authority = Authority(
         eta=0.0,
@@ -99,3 +106,43 @@ def test_a_push_that_moves_nothing_squeezes_for_a_while():
     assert moving.squeezes  # until it has got through
     later, _ = asked((0.6, 0.0), time=12.0, twist=(0.2, 0.0, 0.0), memory=state)
     assert not later.squeezes
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_stick_that_leans_closes_the_other_side(side):
+    # The chair was led 0.3 rad aside; a stick that leans that way does not turn it back, once it
+    # has passed the low-pass: 0.09 · (1 − exp(−t / 0.25)) / 0.8 > 0.04 rad from 0.15 s on …
+    _, state = asked((0.8, 0.0))
+    for tick in range(1, 12):
+        leaning, state = asked(
+            (0.8, side * 0.09), time=0.05 * tick, heading=side * 0.3, memory=state
+        )
+        if tick > 3:
+            assert leaning.lean == side
+            assert side * leaning.return_rate >= 0.0
+            assert (side * leaning.inputs[:, 1] >= 0.0).all()
+    # … and one that leans the other way does.
+    _, state = asked((0.8, 0.0))
+    for tick in range(1, 12):
+        back, state = asked((0.8, -side * 0.09), time=0.05 * tick, heading=side * 0.3, memory=state)
+    assert side * back.return_rate < 0.0
+
+
+def test_an_unsteady_stick_leans_less_and_is_helped_sooner():
+    state = None
+    for tick in range(80):
+        left = 0.25 * math.sin(2.0 * math.pi * 5.0 * 0.05 * tick + 0.3)
+        shaky, state = asked((0.7, left), time=0.05 * tick, memory=state)
+        assert shaky.lean == 0 or tick < 20  # the unsteadiness must be seen first
+    steady, _ = asked((0.7, 0.03))
+    assert P.steady_clear_time <= steady.clear_time < shaky.clear_time <= P.clear_time
+    assert steady.late_time < shaky.late_time
+
+
+def test_the_direction_of_a_switch_is_an_interval_kept_in_the_memory():
+    state = None
+    for tick in range(15):
+        intent, state = asked((0.6, 0.0), time=0.05 * tick, memory=state)
+    assert state.hand.kind == "one_switch"
+    assert state.hand.width == pytest.approx(math.pi / 4)
+    assert intent.late_time == 0.0  # "on": the chair finds the way

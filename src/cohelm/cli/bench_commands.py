@@ -39,6 +39,10 @@ BENCHES = {
         "cohelm.benchmarks.destinations",
         "Inference of the destination of a rider who has named none, and the offers.",
     ),
+    "doorways": (
+        "cohelm.benchmarks.rides.doorways",
+        "Narrow doorways among people with hands of all kinds: who gets through.",
+    ),
     "paper-dynamic": (
         "cohelm.benchmarks.paper.dynamic",
         "All local planners in the paper's dynamic scenes (Xu et al., Table 3).",
@@ -97,6 +101,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     ),
     "crowds": ("planners", "films", "true_people", "settings"),
     "destinations": ("floors", "goals", "destination_settings"),
+    "doorways": ("riders", "modes", "settings"),
     "paper-dynamic": ("planners", "settings"),
     "paper-global": ("global_planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),

@@ -101,7 +101,7 @@ class Navigator:
         stopwatch.lap("planning")
         steering = None
         if step.request.mode is Mode.ASSISTED:
-            intent, steering = intent_of(step, authority)
+            intent, steering = intent_of(step, world, authority)
             course = dataclasses.replace(course, shared=intent.reference)
             plan, command = steer(
                 step,

@@ -2,12 +2,16 @@
 
 1. Without a forward push the wheels get what the rider asks, behind the gate: the chair turns on
    the spot, backs up or stands.
-2. A motion that is clear of walls and people for some seconds is left as it is, but that a chair
-   that was led aside turns back to the direction of the push.
+   A switch turns slowly at first and past a door, where something is near.
+2. A motion that is clear of walls and people is left as it is, but that a chair that was led aside
+   turns back to the direction of the push. Clear means for 0.8 s to a steady hand, for 3 s to a
+   coarse or unsteady one.
 3. Where only people who walk are in its way, the chair goes the rider's way more slowly.
 4. Otherwise the local planner tracks where the stick leads: it slides along walls, rounds people
    and things, and goes through doors, never faster than the stick asks, and never farther from its
    direction than ``SteeringParameters.max_deviation``.
+   Of its turn the chair takes no more than keeps the way clear for a moment: a steady stick, or one
+   that leans to a side, is not turned against for what lies farther ahead.
 5. If the planner finds nothing, the rider's motion is tried slowly; the gate decides, and says what
    is in the way.
 """
@@ -27,23 +31,32 @@ from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 from cohelm.robots.contact import contact_times
 from cohelm.robots.contact_kernel import ContactMargins
-from cohelm.sharing import InputHorizon, RiderIntent, SteeringState, rider_intent
+from cohelm.sharing import InputHorizon, RiderIntent, SteeringState, Surroundings, rider_intent
 
 _SHARES = (0.75, 0.5, 0.25, 0.0)
 """Shares of the rider's speed at which people who walk may pass."""
+_CHANGES = (0.0, 0.25, 0.5, 0.75)
+"""Shares of the change of the turn rate that the local planner proposes."""
+_SWEPT_TIME, _BESIDE_WALL = 0.8, 0.35
+"""A turn on the spot that meets a wall within this time, s, keeps this share of its rate."""
 _SLOWEST = 0.1
 """Speed that the planner may always use, m/s."""
 
 
-def intent_of(step: StepInput, authority: Authority) -> tuple[RiderIntent, SteeringState]:
+def intent_of(
+    step: StepInput, world: WorldModel, authority: Authority
+) -> tuple[RiderIntent, SteeringState]:
     """The motion that the rider's stick asks for in this step."""
-    setup = step.setup
+    setup, people = step.setup, world.people
+    stand = np.hypot(*people.mean[:, 2:].T) < setup.recovery.walking_speed
+    standing = np.column_stack([people.mean[stand, :2], people.radius[stand]])
     return rider_intent(
         step.observation,
         authority,
         setup.robot,
         horizon=InputHorizon(steps=setup.local_planner.steps, step=setup.local_planner.step),
         speed_limit=setup.speed_limit(step.request),
+        surroundings=Surroundings(walls=world.walls, standing=standing),
         memory=step.memory.steering,
         parameters=setup.steering,
     )
@@ -72,7 +85,8 @@ def steer(
     """
     twist = authority.twist
     if not intent.forward:
-        return None, Command(twist=twist)
+        turn = _turn_share(step, world, intent, twist)
+        return None, Command(twist=twist * np.array([1.0, 1.0, turn]))
     if not intent.squeezes:
         share = _clear_share(step, world, intent)
         if share is not None:
@@ -101,8 +115,40 @@ def steer(
         blocked = gate(slow).reason is Reason.BLOCKED
         if not blocked or is_standing_still(step.observation.twist):
             return None, Command(twist=slow, reason=None if blocked else Reason.TOO_CLOSE)
+    if plan.reason is None and intent.late_time > 0.0:
+        own = float(twist[2]) + intent.return_rate
+        least = _least_change(step, world, plan.command, own, intent.late_time)
+        if least is not None:
+            return None, Command(twist=least)
     told = None if plan.brief else plan.reason
     return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
+
+
+def _least_change(
+    step: StepInput, world: WorldModel, planned: Floats, own: float, clear: float
+) -> Floats | None:
+    """Planned twist (3,) with the turn rate that differs least from the rider's own, rad/s.
+
+    None if each of them meets something before ``clear``, s: then only the plan itself leads out.
+    """
+    robot = step.setup.robot
+    steps = max(round(clear / step.setup.local_planner.step), 1)
+    for share in _CHANGES:
+        tried = np.array([planned[0], planned[1], own + share * (planned[2] - own)])
+        inputs = np.tile(robot.motion_model.input(tried), (steps, 1))
+        if (_contacts(step, world, inputs) == np.inf).all():
+            return tried
+    return None
+
+
+def _turn_share(step: StepInput, world: WorldModel, intent: RiderIntent, twist: Floats) -> float:
+    """Share of a turn on the spot; less beside a wall, which a corner may sweep."""
+    if twist[0] != 0.0 or twist[2] == 0.0:
+        return 1.0
+    steps = max(round(_SWEPT_TIME / step.setup.local_planner.step), 1)
+    inputs = np.tile(step.setup.robot.motion_model.input(twist), (steps, 1))
+    near = bool(_contacts(step, world, inputs)[0] < np.inf)
+    return min(intent.turn_share, _BESIDE_WALL) if near else intent.turn_share
 
 
 def _slowed(share: float) -> Reason | None:
@@ -116,25 +162,29 @@ def _clear_share(step: StepInput, world: WorldModel, intent: RiderIntent) -> flo
 
     Only people who walk, and will be gone, are waited for.
     """
-    blocked = _contacts(step, world, intent.inputs)
-    if not blocked.any():
-        return 1.0
     walks = np.hypot(*world.people.mean[:, 2:].T) >= step.setup.recovery.walking_speed
-    if blocked[0] or (blocked[1:] & ~walks).any():
+    near = np.append(intent.clear_time, np.where(walks, np.inf, intent.clear_time))
+    met = _contacts(step, world, intent.inputs) < near
+    if not met.any():
+        return 1.0
+    if met[0] or (met[1:] & ~walks).any():
         return None
     for share in _SHARES:
-        if share == 0.0 or not _contacts(step, world, share * intent.inputs).any():
+        if share == 0.0 or not (_contacts(step, world, share * intent.inputs) < near).any():
             return share
     return 0.0
 
 
 def _contacts(step: StepInput, world: WorldModel, inputs: Floats) -> Floats:
-    """Mask (1 + n,) of walls and each person that the motion meets within ``clear_time``."""
+    """Times (1 + n,) at which the motion meets walls and each person, s; else +inf.
+
+    The inputs (k, m) count up to ``clear_time``.
+    """
     setup, p = step.setup, step.setup.steering
     dt = setup.local_planner.step
     count = max(round(p.clear_time / dt), 1)
     poses = setup.robot.motion_model.rollout(step.observation.pose, inputs[:count], dt)
-    times = contact_times(
+    return contact_times(
         setup.robot,
         poses,
         dt,
@@ -148,4 +198,3 @@ def _contacts(step: StepInput, world: WorldModel, inputs: Floats) -> Floats:
             standing_share=setup.clearance.standing,
         ),
     )
-    return np.asarray(times < np.inf)

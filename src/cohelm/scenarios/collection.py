@@ -19,6 +19,7 @@ class Collection(StrEnum):
     RIDER = "rider"
     CHANGING = "changing"
     SHARING = "sharing"
+    DOORWAYS = "doorways"
 
     @property
     def heading(self) -> str:
@@ -37,4 +38,5 @@ _HEADINGS = {
     Collection.RIDER: "Rider and chair together",
     Collection.CHANGING: "Obstacles and doors that are not on the map",
     Collection.SHARING: "Knowledge split between rider and chair",
+    Collection.DOORWAYS: "Narrow doorways among people",
 }

@@ -17,18 +17,21 @@ from cohelm.sharing.destinations import (
     prior_of,
     update_inference,
 )
-from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
-from cohelm.sharing.steering import (
+from cohelm.sharing.hand import HandState
+from cohelm.sharing.intent import (
     RiderIntent,
     SteeringParameters,
     SteeringState,
-    rider_intent,
+    Surroundings,
 )
+from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
+from cohelm.sharing.steering import rider_intent
 
 __all__ = [
     "EMPTY",
     "AuthorityParameters",
     "AuthorityState",
+    "HandState",
     "InferenceParameters",
     "InferenceState",
     "InputHorizon",
@@ -38,6 +41,7 @@ __all__ = [
     "SteeringParameters",
     "SteeringState",
     "StickLine",
+    "Surroundings",
     "authority",
     "belief",
     "limit_authority",

@@ -1,0 +1,115 @@
+"""Values of steering help: parameters, memory of a stick, and the motion that it asks for."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from pydantic import Field
+
+from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.config import Model
+from cohelm.maps import DistanceField
+from cohelm.messages import Reference
+from cohelm.sharing.hand import FREE_STICK, HandState
+
+
+class SteeringParameters(Model):
+    """What a stick means, and how far the chair may differ from it; assumed."""
+
+    smoothing: float = Field(0.25, ge=0.0, le=2.0)
+    """Time constant of the low-pass on the stick, s."""
+    turn_time: float = Field(0.8, ge=0.0, le=5.0)
+    """Time for which a turn is meant, s."""
+    turn_fade: float = Field(0.6, gt=0.0, le=5.0)
+    """Time in which it then fades, s."""
+    straight: float = Field(0.12, ge=0.0, le=1.0)
+    """Lateral deflection up to which the direction is kept, share of full."""
+    keep_time: float = Field(3.0, gt=0.0, le=60.0)
+    """Time constant with which a kept direction gives way to that of the chair, s."""
+    lean: float = Field(0.04, ge=0.0, le=1.0)
+    """Angle of the stick from which it closes the other side, rad; its unsteadiness is added."""
+    late_time: float = Field(0.8, gt=0.0, le=10.0)
+    """A steady or leaning stick is overruled no more than keeps this time clear, s; twice the time
+    for a coarse hand."""
+    hand: Literal["auto", "stick", "eight_directions", "one_switch"] = "auto"
+    """Hand on the stick; ``auto``: recognised by what it sends."""
+    attraction: float = Field(1.0, ge=0.0, le=1.0)
+    """Share of the width of the rider's direction in which doors, passages and free space attract;
+    0: off."""
+    reach: float = Field(4.0, gt=0.0, le=10.0)
+    """Distance ahead that should be free, m."""
+    max_deviation: float = Field(1.05, gt=0.0, le=3.2)
+    """Largest angle between the motion of the chair and where the stick leads, rad."""
+    clear_time: float = Field(3.0, gt=0.0, le=10.0)
+    """The wheels follow the stick itself while this leads nowhere near anything, s; for things that
+    stand this is the time of a coarse or unsteady hand …"""
+    steady_clear_time: float = Field(0.8, gt=0.0, le=10.0)
+    """… and this the one of a steady hand, which is taken at its word for longer, s; near means
+    closer …"""
+    wall_gap: float = Field(0.05, ge=0.0, le=0.5)
+    """… than this to walls, m …"""
+    people_gap: float = Field(0.15, ge=0.0, le=1.0)
+    """… and this to people, m."""
+    stuck_time: float = Field(1.0, gt=0.0, le=30.0)
+    """Time of pushing without motion after which the chair squeezes through, s …"""
+    squeeze_time: float = Field(4.0, ge=0.0, le=60.0)
+    """… for this time, slowly and closer to people and walls than otherwise, s."""
+
+
+@value
+class SteeringState:
+    """Memory of the rider's intent."""
+
+    time: float
+    """s."""
+    stick: Annotated[Floats, Shape("2")]
+    """Deflection after the low-pass."""
+    hand: HandState = FREE_STICK
+    """With the width of the rider's direction."""
+    heading: float = math.nan
+    """Direction in the map that a straight stick keeps, rad; NaN: none."""
+    aim: float = math.nan
+    """Heading within the interval about it that the chair is led to, rad; NaN: none."""
+    turned_since: float = math.inf
+    """Time since which the stick turns the chair on the spot, s."""
+    pushed_since: float = math.inf
+    """Time since which a push has moved nothing, s."""
+    squeezes_until: float = -math.inf
+    """s."""
+
+
+@value
+class RiderIntent:
+    """Motion that the rider's stick asks for."""
+
+    inputs: Annotated[Floats, Shape("N m")]
+    """Inputs of the rider's own motion."""
+    reference: Reference
+    """Poses and speeds, N + 1 each, of the motion that is led to what lies ahead."""
+    speed: float
+    """Speed of the stick, m/s."""
+    return_rate: float
+    """Turn rate back to the direction of the push for a chair that was led aside, rad/s."""
+    turn_share: float
+    """Share of the turn rate of a turn on the spot: less where a switch begins one."""
+    lean: int
+    """Side to which the stick leans: 1 left, −1 right, 0 neither."""
+    forward: bool
+    """The rider pushes forward; otherwise the chair turns on the spot, backs up or stands."""
+    late_time: float
+    """The stick is overruled no more than keeps this time clear, s; 0: no such limit."""
+    clear_time: float
+    """The rider's own motion is taken while no thing that stands is closer than this, s."""
+    squeezes: bool
+    """A push has moved nothing for a while."""
+
+
+@value
+class Surroundings:
+    """Things about the chair that do not walk."""
+
+    walls: DistanceField
+    """Of map and live obstacles."""
+    standing: Annotated[Floats, Shape("n 3")]
+    """People who stand, as x, y and radius, m."""
