@@ -34,6 +34,8 @@ class Allowance:
     reverses: bool = False
     max_deviation: float = math.inf
     """See ``LocalProblem.max_deviation``, rad."""
+    rider_inputs: Floats | None = None
+    """See ``LocalProblem.rider_inputs``."""
 
 
 def local_problem(
@@ -76,5 +78,7 @@ def local_problem(
         reverses=allowance.reverses,
         extra_clearance=max(step.request.extra_clearance, 0.0),
         max_deviation=allowance.max_deviation,
+        rider_inputs=allowance.rider_inputs,
+        yields=authority.yields,
         late=observation.late,
     )

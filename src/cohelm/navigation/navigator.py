@@ -37,7 +37,7 @@ from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import WorldModel, update_world_model
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import check_input, gate, stop
-from cohelm.sharing import AuthorityState
+from cohelm.sharing import AuthorityState, RiderIntent
 from cohelm.stopwatch import Stopwatch
 
 
@@ -87,6 +87,8 @@ class Navigator:
         step = self._step_input(observation, _with_mode(request), memory)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
         authority, authority_state = self._rider_authority(step)
+        yielding = _yielding(step, authority, last)
+        authority = dataclasses.replace(authority, yields=yielding is not None and yielding.yields)
         destinations, destination_state = self._destinations(step, authority)
         stopwatch.lap("sharing")
 
@@ -96,12 +98,13 @@ class Navigator:
         update = update_recovery(step, world, authority, hold=hold)
         recovery = update.action
         authority = self._limit_authority(step, authority, recovery)
+        intent = steering = None
+        if step.request.mode in {Mode.SHARED, Mode.ASSISTED}:
+            intent, steering = intent_of(step, authority)
 
         course = plan_path_and_reference(step, world, authority, recovery, hold=hold)
         stopwatch.lap("planning")
-        steering = None
-        if step.request.mode is Mode.ASSISTED:
-            intent, steering = intent_of(step, authority)
+        if intent is not None and step.request.mode is Mode.ASSISTED:
             course = dataclasses.replace(course, shared=intent.reference)
             plan, command = steer(
                 step,
@@ -113,7 +116,7 @@ class Navigator:
             )
         else:
             plan, command = self._plan(
-                step, world, authority, course, recovery=recovery, last=last, arrived=arrived
+                step, world, authority, course, intent, recovery=recovery, last=last, arrived=arrived
             )
         stopwatch.lap("control")
 
@@ -132,6 +135,7 @@ class Navigator:
             plan=plan,
             decision=decision,
             steering=steering,
+            yielding=yielding,
             destinations=destinations,
             destination_state=destination_state,
         )
@@ -194,6 +198,7 @@ class Navigator:
         return (
             request.mode.rider_drives
             or authority.wants_stop
+            or authority.yields
             or self.setup.speed_limit(request) <= 0.0
         )
 
@@ -209,6 +214,8 @@ class Navigator:
             if authority.deflection[0] <= -self.setup.authority.stop_deflection:
                 return authority
             return dataclasses.replace(authority, eta=0.0)
+        if authority.yields:
+            return authority
         remaining = route.path.length - route.progress
         return sharing.limit_authority(authority, remaining, self.setup.authority)
 
@@ -218,6 +225,7 @@ class Navigator:
         world: WorldModel,
         authority: Authority,
         course: PathAndReference,
+        intent: RiderIntent | None,
         *,
         recovery: RecoveryAction,
         last: Tick | None,
@@ -236,7 +244,12 @@ class Navigator:
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
             return None, Command(reason=reason)
-        problem = self._local_problem(step, world, authority, course, course.shared, recovery)
+        inputs = None
+        if intent is not None and (authority.yields or authority.deflection.any()):
+            inputs = intent.inputs
+        problem = self._local_problem(
+            step, world, authority, course, course.shared, recovery, inputs
+        )
         try:
             plan = setup.local_planner.plan(problem, last.plan if last else None)
         except ControlError:
@@ -252,6 +265,7 @@ class Navigator:
         course: PathAndReference,
         reference: Reference,
         recovery: RecoveryAction,
+        rider_inputs: Floats | None,
     ) -> LocalProblem:
         """Problem of the local planner, with the limits and the passing side of a recovery."""
         profile, walls = step.request.profile, world.walls
@@ -259,7 +273,10 @@ class Navigator:
             profile = profile.model_copy(update={"passing_side": recovery.side})
             walls = self._walls_with_closed_side(step.observation.pose, world, recovery)
         allowance = Allowance(
-            speed_limit=course.speed_limit, stalled=recovery.creeps, reverses=recovery.reverses
+            speed_limit=course.speed_limit,
+            stalled=recovery.creeps,
+            reverses=recovery.reverses,
+            rider_inputs=rider_inputs,
         )
         return local_problem(
             step, world, authority, reference, allowance, profile=profile, walls=walls
@@ -316,6 +333,22 @@ class Navigator:
             clearance=self.setup.clearance,
             parameters=self.setup.gate,
         )
+
+
+def _yielding(
+    step: StepInput, authority: Authority, last: Tick | None
+) -> sharing.YieldingState | None:
+    """Update the disagreement between rider and chair in shared mode."""
+    if step.request.mode is not Mode.SHARED:
+        return None
+    plan = last.plan if last else None
+    return sharing.update_yielding(
+        step.observation.time,
+        np.nan if plan is None else plan.disagreement,
+        step.memory.yielding,
+        step.setup.yielding,
+        deflected=bool(authority.deflection.any()),
+    )
 
 
 def _with_mode(request: Request) -> Request:

@@ -23,7 +23,7 @@ from cohelm.navigation.recovery.context import RecoveryUpdate
 from cohelm.navigation.tick import Memory, Tick
 from cohelm.navigation.world_model import WorldModel
 from cohelm.safety import GateState, stop
-from cohelm.sharing import AuthorityState, SteeringState
+from cohelm.sharing import AuthorityState, SteeringState, YieldingState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +41,7 @@ class StageResults:
     plan: LocalPlan | None
     decision: Decision
     steering: SteeringState | None = None
+    yielding: YieldingState | None = None
     destinations: DestinationBelief | None = None
     destination_state: DestinationState | None = None
 
@@ -95,6 +96,7 @@ def _memory(results: StageResults) -> Memory:
         recovery=results.recovery.state,
         authority=results.authority_state,
         steering=results.steering,
+        yielding=results.yielding,
         destinations=results.destination_state,
     )
 

@@ -39,7 +39,7 @@ from cohelm.navigation.replanning.route_query import PlanningFailure
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.perception import ObstacleLayerState, PerceptionMemory
 from cohelm.safety import GateState
-from cohelm.sharing import AuthorityState, SteeringState
+from cohelm.sharing import AuthorityState, SteeringState, YieldingState
 
 
 @value
@@ -63,6 +63,7 @@ class Memory:
     recovery: RecoveryState | None = None
     authority: AuthorityState | None = None
     steering: SteeringState | None = None
+    yielding: YieldingState | None = None
     destinations: DestinationState | None = None
 
 

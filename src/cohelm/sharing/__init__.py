@@ -24,6 +24,7 @@ from cohelm.sharing.steering import (
     SteeringState,
     rider_intent,
 )
+from cohelm.sharing.yielding import YieldingParameters, YieldingState, update_yielding
 
 __all__ = [
     "EMPTY",
@@ -38,6 +39,8 @@ __all__ = [
     "SteeringParameters",
     "SteeringState",
     "StickLine",
+    "YieldingParameters",
+    "YieldingState",
     "authority",
     "belief",
     "limit_authority",
@@ -47,4 +50,5 @@ __all__ = [
     "stick_twist",
     "update_inference",
     "update_offers",
+    "update_yielding",
 ]
