@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,35 +32,46 @@ def rider_motion(cycle: PlanningCycle) -> Candidate | None:
     return candidate
 
 
-def disagreement(own: Candidate | None, rider: Candidate | None, step: float) -> float:
+class RiderMotion(NamedTuple):
+    """The rider's motion, and what the planner makes of it."""
+
+    used: Candidate | None
+    """Verified motion that is nearest to the rider's; None: there is none."""
+    free: bool
+    """The rider's way is free as far as the planner can tell, perhaps at a lower speed."""
+
+
+def nearest_to(cycle: PlanningCycle, rider: Candidate) -> RiderMotion:
+    """The verified motion that bends the rider's least, and slows it least."""
+    if cycle.accepts(rider):
+        return RiderMotion(rider, free=True)
+    step = cycle.prepared.scene.step
+    for bend in _BENDS if cycle.problem.yields else _BENDS[:1]:
+        variants = _variants(rider.inputs, bend, step)
+        for candidate in cycle.evaluate(variants, [RIDER] * len(variants)):
+            if cycle.accepts(candidate):
+                return RiderMotion(candidate, free=bend == 0.0)
+    return RiderMotion(None, free=False)
+
+
+def disagreement(own: Candidate | None, rider: Candidate, step: float) -> float:
     """Angle from the rider's heading to that of the planner's own choice, rad.
 
-    NaN without a rider, and where the planner stops: a stop is no other way.
+    NaN where the planner stops: a stop is no other way.
 
     Args:
         own: the planner's choice.
         rider: the rider's motion.
         step: time between states, s.
     """
-    if own is None or rider is None or own.origin in {STOPPING, BRAKING}:
+    if own is None or own.origin in {STOPPING, BRAKING}:
         return math.nan
     k = min(round(_COMPARED_AT / step), len(own.poses) - 1, len(rider.poses) - 1)
     return float(wrap_angle(own.poses[k, 2] - rider.poses[k, 2]))
 
 
-def yield_to(cycle: PlanningCycle, rider: Candidate) -> Candidate | None:
-    """The verified motion that bends the rider's least, and slows it least; None: there is none."""
-    if cycle.accepts(rider):
-        return rider
-    variants = _variants(rider.inputs, cycle.prepared.scene.step)
-    for candidate in cycle.evaluate(variants, [RIDER] * len(variants)):
-        if cycle.accepts(candidate):
-            return candidate
-    return None
-
-
-def _variants(inputs: Floats, step: float) -> list[Floats]:
-    """Inputs (L, m) of motions beside the rider's, slower ones before those that turn more.
+def _variants(inputs: Floats, bend: float, step: float) -> list[Floats]:
+    """Inputs (L, m) of the rider's motion turned aside by ``bend``, the fastest first.
 
     A slower one keeps the curvature. Only its speed is limited, so that it sets off like the
     rider's.
@@ -67,12 +79,11 @@ def _variants(inputs: Floats, step: float) -> list[Floats]:
     speed = np.linalg.norm(inputs[:, :-1], axis=1, keepdims=True)
     turning = max(round(_BEND_TIME / step), 1)
     out = []
-    for bend in _BENDS:
-        for share in _SPEED_SHARES:
-            limit = share * float(speed.max())
-            slower = inputs * (np.minimum(speed, limit) / np.maximum(speed, 1e-9))
-            for side in (1.0, -1.0) if bend else (0.0,):
-                bent = slower.copy()
-                bent[:turning, -1] += side * bend / (turning * step)
-                out.append(bent)
+    for share in _SPEED_SHARES:
+        limit = share * float(speed.max())
+        slower = inputs * (np.minimum(speed, limit) / np.maximum(speed, 1e-9))
+        for side in (1.0, -1.0) if bend else (0.0,):
+            bent = slower.copy()
+            bent[:turning, -1] += side * bend / (turning * step)
+            out.append(bent)
     return out

@@ -39,7 +39,7 @@ from cohelm.control.planner_memory import (
     remembered,
     unexpired_memory,
 )
-from cohelm.control.rider_motion import disagreement, rider_motion, yield_to
+from cohelm.control.rider_motion import disagreement, nearest_to, rider_motion
 from cohelm.control.sampling import Sampling
 from cohelm.control.stack import Terms
 from cohelm.control.terms import ExtraTerm
@@ -196,16 +196,19 @@ class SsMpcDcbf:
     ) -> LocalPlan:
         """Plan of the planner's own choice, or of the rider's motion where the chair yields."""
         rider, chosen = rider_motion(cycle), own
-        if rider is not None and cycle.problem.yields:
-            chosen = yield_to(cycle, rider) or own
+        apart = np.nan
+        if rider is not None:
+            motion = nearest_to(cycle, rider)
+            # A rider whose way is not free is led for a reason that the planner knows.
+            if motion.free:
+                apart = disagreement(own, rider, cycle.prepared.scene.step)
+            if cycle.problem.yields:
+                chosen = motion.used or own
         if chosen is None:
             return self._stop(cycle, cycle.braking(), iterations, urgent=True)
         if chosen.origin in {STOPPING, BRAKING}:
             return self._stop(cycle, chosen, iterations)
         plan = self._as_plan(cycle, chosen, iterations, resampled=resampled)
-        if rider is None:
-            return plan
-        apart = disagreement(own, rider, cycle.prepared.scene.step)
         return dataclasses.replace(plan, disagreement=apart)
 
     def _improve(self, cycle: PlanningCycle, seeds: list[Candidate]) -> tuple[list[Candidate], int]:

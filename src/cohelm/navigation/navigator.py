@@ -27,7 +27,11 @@ from cohelm.navigation.command import Allowance, Command, local_problem
 from cohelm.navigation.destination_inference import DestinationState, destination_inference
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
-from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
+from cohelm.navigation.recovery.context import (
+    is_standing_still,
+    update_recovery,
+    with_recovery_reason,
+)
 from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.stage_results import StageResults, stopped_by_input, tick_of
@@ -348,7 +352,17 @@ def _yielding(
         step.memory.yielding,
         step.setup.yielding,
         deflected=bool(authority.deflection.any()),
+        stands=is_standing_still(step.observation.twist),
+        docking=_docking(step),
     )
+
+
+def _docking(step: StepInput) -> float:
+    """Share of η that is left near the goal."""
+    route, distance = step.memory.route, step.setup.authority.docking_distance
+    if route is None or distance <= 0.0:
+        return 1.0
+    return min(max((route.path.length - route.progress) / distance, 0.0), 1.0)
 
 
 def _with_mode(request: Request) -> Request:

@@ -15,7 +15,7 @@ from pydantic import Field
 from cohelm.arrays import value
 from cohelm.config import Model
 
-_LARGEST = 1.0
+_LARGEST = 0.5
 """Largest angle that counts, rad: a turn on the spot says no more than a clear turn."""
 _LONGEST_GAP = 0.5
 """Time between two calls up to which the disagreement is continued, s."""
@@ -26,10 +26,12 @@ class YieldingParameters(Model):
 
     use: bool = True
     """False: the chair never yields, and the rider has the weight η only."""
-    begin: float = Field(0.2, gt=0.0, le=1.0)
+    begin: float = Field(0.1, gt=0.0, le=1.0)
     """Disagreement from which the chair yields, rad …"""
-    end: float = Field(0.08, ge=0.0, le=1.0)
+    end: float = Field(0.05, ge=0.0, le=1.0)
     """… and down to which it still does, rad."""
+    docking_begin: float = Field(0.3, gt=0.0, le=1.0)
+    """Disagreement from which it yields at the goal, rad; in between it grows with η's fading."""
     time_constant: float = Field(1.0, gt=0.0, le=30.0)
     """Time constant of the low-pass while the stick is deflected, s …"""
     release_time: float = Field(3.0, gt=0.0, le=60.0)
@@ -55,6 +57,8 @@ def update_yielding(
     parameters: YieldingParameters,
     *,
     deflected: bool,
+    stands: bool,
+    docking: float,
 ) -> YieldingState:
     """Update the disagreement.
 
@@ -64,17 +68,19 @@ def update_yielding(
         memory: result of the last call, None at first.
         parameters: thresholds and time constants.
         deflected: False for a centred stick, which disagrees with nothing.
+        stands: the chair stands; a rider whose way leads nowhere gets help sooner.
+        docking: share to which η has faded near the goal, 1 far from it.
     """
     p = parameters
     if not p.use or memory is None or not 0.0 <= time - memory.time <= _LONGEST_GAP:
         return YieldingState(time=time)
     elapsed, before = time - memory.time, memory.disagreement
-    if not deflected:
-        now = before * math.exp(-elapsed / p.release_time)
-    elif math.isnan(measured):
-        now = before
+    if not deflected or math.isnan(measured):
+        fade = p.time_constant if deflected and stands else p.release_time
+        now = before * math.exp(-elapsed / fade)
     else:
         clipped = min(max(measured, -_LARGEST), _LARGEST)
         now = before + (1.0 - math.exp(-elapsed / p.time_constant)) * (clipped - before)
-    limit = p.end if memory.yields else p.begin
+    begin = p.begin + max(p.docking_begin - p.begin, 0.0) * (1.0 - docking)
+    limit = p.end if memory.yields else begin
     return YieldingState(time=time, disagreement=now, yields=abs(now) > limit)
