@@ -1,4 +1,4 @@
-"""The rider's own motion as a candidate: how far the planner deviates from it, and yielding to it."""
+"""The rider's own motion as a candidate, and how far the planner's own choice deviates from it."""
 
 from __future__ import annotations
 

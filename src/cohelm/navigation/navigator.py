@@ -14,6 +14,7 @@ from cohelm.errors import ControlError
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
+    ChairConfidence,
     Decision,
     DestinationBelief,
     LocalPlan,
@@ -23,15 +24,12 @@ from cohelm.messages import (
     Reference,
     Request,
 )
+from cohelm.navigation.chair_confidence import update_confidence
 from cohelm.navigation.command import Allowance, Command, local_problem
 from cohelm.navigation.destination_inference import DestinationState, destination_inference
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
-from cohelm.navigation.recovery.context import (
-    is_standing_still,
-    update_recovery,
-    with_recovery_reason,
-)
+from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
 from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.stage_results import StageResults, stopped_by_input, tick_of
@@ -39,9 +37,10 @@ from cohelm.navigation.static_people import with_closed_side
 from cohelm.navigation.steering_help import intent_of, steer
 from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import WorldModel, update_world_model
+from cohelm.navigation.yielding import rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import check_input, gate, stop
-from cohelm.sharing import AuthorityState, RiderIntent
+from cohelm.sharing import AuthorityState
 from cohelm.stopwatch import Stopwatch
 
 
@@ -90,9 +89,9 @@ class Navigator:
 
         step = self._step_input(observation, _with_mode(request), memory)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
-        authority, authority_state = self._rider_authority(step)
-        yielding = _yielding(step, authority, last)
-        authority = dataclasses.replace(authority, yields=yielding is not None and yielding.yields)
+        confidence = update_confidence(observation, self.walls, memory.confidence)
+        authority, authority_state = self._rider_authority(step, confidence)
+        authority, yielding = with_yielding(step, authority, last)
         destinations, destination_state = self._destinations(step, authority)
         stopwatch.lap("sharing")
 
@@ -102,13 +101,15 @@ class Navigator:
         update = update_recovery(step, world, authority, hold=hold)
         recovery = update.action
         authority = self._limit_authority(step, authority, recovery)
-        intent = steering = None
-        if step.request.mode in {Mode.SHARED, Mode.ASSISTED}:
-            intent, steering = intent_of(step, authority)
 
         course = plan_path_and_reference(step, world, authority, recovery, hold=hold)
         stopwatch.lap("planning")
-        if intent is not None and step.request.mode is Mode.ASSISTED:
+        steering = None
+        if step.request.mode is Mode.SHARED:
+            intent, steering = intent_of(step, authority)
+            course = dataclasses.replace(course, rider_inputs=rider_inputs(authority, intent))
+        if step.request.mode is Mode.ASSISTED:
+            intent, steering = intent_of(step, authority)
             course = dataclasses.replace(course, shared=intent.reference)
             plan, command = steer(
                 step,
@@ -120,7 +121,7 @@ class Navigator:
             )
         else:
             plan, command = self._plan(
-                step, world, authority, course, intent, recovery=recovery, last=last, arrived=arrived
+                step, world, authority, course, recovery=recovery, last=last, arrived=arrived
             )
         stopwatch.lap("control")
 
@@ -140,6 +141,7 @@ class Navigator:
             decision=decision,
             steering=steering,
             yielding=yielding,
+            confidence=confidence,
             destinations=destinations,
             destination_state=destination_state,
         )
@@ -153,7 +155,9 @@ class Navigator:
         )
         return StepInput(setup=setup, observation=observation, request=limited, memory=memory)
 
-    def _rider_authority(self, step: StepInput) -> tuple[Authority, AuthorityState]:
+    def _rider_authority(
+        self, step: StepInput, confidence: ChairConfidence
+    ) -> tuple[Authority, AuthorityState]:
         """Compute the rider's input and its weight η."""
         setup = self.setup
         return sharing.authority(
@@ -166,6 +170,7 @@ class Navigator:
             speed_limit=setup.speed_limit(step.request),
             memory=step.memory.authority,
             parameters=setup.authority,
+            chair=confidence.total,
         )
 
     def _destinations(
@@ -229,7 +234,6 @@ class Navigator:
         world: WorldModel,
         authority: Authority,
         course: PathAndReference,
-        intent: RiderIntent | None,
         *,
         recovery: RecoveryAction,
         last: Tick | None,
@@ -248,12 +252,7 @@ class Navigator:
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
             return None, Command(reason=reason)
-        inputs = None
-        if intent is not None and (authority.yields or authority.deflection.any()):
-            inputs = intent.inputs
-        problem = self._local_problem(
-            step, world, authority, course, course.shared, recovery, inputs
-        )
+        problem = self._local_problem(step, world, authority, course, course.shared, recovery)
         try:
             plan = setup.local_planner.plan(problem, last.plan if last else None)
         except ControlError:
@@ -269,7 +268,6 @@ class Navigator:
         course: PathAndReference,
         reference: Reference,
         recovery: RecoveryAction,
-        rider_inputs: Floats | None,
     ) -> LocalProblem:
         """Problem of the local planner, with the limits and the passing side of a recovery."""
         profile, walls = step.request.profile, world.walls
@@ -280,7 +278,7 @@ class Navigator:
             speed_limit=course.speed_limit,
             stalled=recovery.creeps,
             reverses=recovery.reverses,
-            rider_inputs=rider_inputs,
+            rider_inputs=course.rider_inputs,
         )
         return local_problem(
             step, world, authority, reference, allowance, profile=profile, walls=walls
@@ -337,32 +335,6 @@ class Navigator:
             clearance=self.setup.clearance,
             parameters=self.setup.gate,
         )
-
-
-def _yielding(
-    step: StepInput, authority: Authority, last: Tick | None
-) -> sharing.YieldingState | None:
-    """Update the disagreement between rider and chair in shared mode."""
-    if step.request.mode is not Mode.SHARED:
-        return None
-    plan = last.plan if last else None
-    return sharing.update_yielding(
-        step.observation.time,
-        np.nan if plan is None else plan.disagreement,
-        step.memory.yielding,
-        step.setup.yielding,
-        deflected=bool(authority.deflection.any()),
-        stands=is_standing_still(step.observation.twist),
-        docking=_docking(step),
-    )
-
-
-def _docking(step: StepInput) -> float:
-    """Share of η that is left near the goal."""
-    route, distance = step.memory.route, step.setup.authority.docking_distance
-    if route is None or distance <= 0.0:
-        return 1.0
-    return min(max((route.path.length - route.progress) / distance, 0.0), 1.0)
 
 
 def _with_mode(request: Request) -> Request:

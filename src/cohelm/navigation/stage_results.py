@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from cohelm.messages import (
     Authority,
+    ChairConfidence,
     Decision,
     DestinationBelief,
     LocalPlan,
@@ -42,6 +43,7 @@ class StageResults:
     decision: Decision
     steering: SteeringState | None = None
     yielding: YieldingState | None = None
+    confidence: ChairConfidence | None = None
     destinations: DestinationBelief | None = None
     destination_state: DestinationState | None = None
 
@@ -67,6 +69,7 @@ def tick_of(
         path=course.route.path if course.route else None,
         reference=course.reference,
         authority=results.authority,
+        confidence=results.confidence,
         recovery=results.recovery.action,
         shared=course.shared,
         plan=results.plan,
@@ -97,6 +100,7 @@ def _memory(results: StageResults) -> Memory:
         authority=results.authority_state,
         steering=results.steering,
         yielding=results.yielding,
+        confidence=results.confidence,
         destinations=results.destination_state,
     )
 

@@ -14,6 +14,7 @@ from typing import Any
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.messages import (
     Authority,
+    ChairConfidence,
     Decision,
     DestinationBelief,
     Groups,
@@ -64,6 +65,7 @@ class Memory:
     authority: AuthorityState | None = None
     steering: SteeringState | None = None
     yielding: YieldingState | None = None
+    confidence: ChairConfidence | None = None
     destinations: DestinationState | None = None
 
 
@@ -84,6 +86,8 @@ class Tick:
     reference: Reference | None = None
     """Along the path."""
     authority: Authority | None = None
+    confidence: ChairConfidence | None = None
+    """Of the chair in what it knows."""
     recovery: RecoveryAction | None = None
     """Recovery action; its stage is None while the ride makes progress."""
     shared: Reference | None = None
