@@ -24,8 +24,9 @@ from cohelm.messages import (
     Reference,
     Request,
 )
+from cohelm.navigation.belief_help import with_belief_help
 from cohelm.navigation.chair_confidence import update_confidence
-from cohelm.navigation.command import Allowance, Command, local_problem
+from cohelm.navigation.command import Allowance, Command, local_problem, tight_limit
 from cohelm.navigation.destination_inference import DestinationState, destination_inference
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
@@ -109,12 +110,13 @@ class Navigator:
             intent, steering = intent_of(step, authority)
             course = dataclasses.replace(course, rider_inputs=rider_inputs(authority, intent))
         if step.request.mode is Mode.ASSISTED:
-            intent, steering = intent_of(step, authority)
+            helped = with_belief_help(step, self.destinations, destinations, authority)
+            intent, steering = intent_of(step, helped)
             course = dataclasses.replace(course, shared=intent.reference)
             plan, command = steer(
                 step,
                 world,
-                authority,
+                helped,
                 intent,
                 last.plan if last else None,
                 lambda twist: self._gate(twist, step, world, world.walls),
@@ -275,7 +277,7 @@ class Navigator:
             profile = profile.model_copy(update={"passing_side": recovery.side})
             walls = self._walls_with_closed_side(step.observation.pose, world, recovery)
         allowance = Allowance(
-            speed_limit=course.speed_limit,
+            speed_limit=min(course.speed_limit, tight_limit(step, world)),
             stalled=recovery.creeps,
             reverses=recovery.reverses,
             rider_inputs=course.rider_inputs,

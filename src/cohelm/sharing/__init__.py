@@ -9,6 +9,7 @@ from cohelm.sharing.authority import (
     shared_reference,
     stick_twist,
 )
+from cohelm.sharing.belief_help import BeliefHelpParameters, helped_deflection
 from cohelm.sharing.destinations import (
     InferenceParameters,
     InferenceState,
@@ -30,6 +31,7 @@ __all__ = [
     "EMPTY",
     "AuthorityParameters",
     "AuthorityState",
+    "BeliefHelpParameters",
     "InferenceParameters",
     "InferenceState",
     "InputHorizon",
@@ -43,6 +45,7 @@ __all__ = [
     "YieldingState",
     "authority",
     "belief",
+    "helped_deflection",
     "limit_authority",
     "prior_of",
     "rider_intent",
