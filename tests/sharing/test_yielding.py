@@ -68,9 +68,7 @@ def test_near_the_goal_it_takes_more():
 def test_without_use_and_after_a_gap_it_starts_anew():
     assert not run([0.5] * 200, parameters=YieldingParameters(use=False)).yields
     led = run([0.5] * 200)
-    later = update_yielding(
-        led.time + 1.0, 0.5, led, P, deflected=True, stands=False, docking=1.0
-    )
+    later = update_yielding(led.time + 1.0, 0.5, led, P, deflected=True, stands=False, docking=1.0)
     assert later.disagreement == 0.0
 
 

@@ -19,6 +19,8 @@ _BENDS = (0.0, 0.1, 0.2, 0.35)
 """Angles by which the rider's motion is turned aside if it is not verified, rad."""
 _BEND_TIME = 1.0
 """Time of turning aside, s."""
+_ON_THE_SPOT = 0.02
+"""Speed below which a motion is a turn on the spot, m/s."""
 _SPEED_SHARES = (1.0, 0.6, 0.3)
 """Shares of its speed at which the rider's motion is tried if it is not verified."""
 
@@ -45,6 +47,9 @@ def nearest_to(cycle: PlanningCycle, rider: Candidate) -> RiderMotion:
     """The verified motion that bends the rider's least, and slows it least."""
     if cycle.accepts(rider):
         return RiderMotion(rider, free=True)
+    if float(np.abs(rider.inputs[:, :-1]).max()) < _ON_THE_SPOT:
+        # A turn on the spot has no slower or bent motion that leads the same way.
+        return RiderMotion(None, free=False)
     step = cycle.prepared.scene.step
     for bend in _BENDS if cycle.problem.yields else _BENDS[:1]:
         variants = _variants(rider.inputs, bend, step)

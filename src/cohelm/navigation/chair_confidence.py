@@ -68,12 +68,12 @@ def _through_walls(scans: tuple[Scan, ...], pose: Floats, walls: DistanceField) 
         along = ranges[measured, None] * _SHARES
         direction = np.stack([np.cos(angles[measured]), np.sin(angles[measured])], axis=-1)
         points = X_ML[:2] + along[..., None] * direction[:, None, :]
-        through.append((walls.at(points) < _INSIDE).any(axis=1))
+        through.append(np.asarray((walls.at(points) < _INSIDE).any(axis=1)))
     found = np.concatenate(through)
     return float(found.mean()) if len(found) else 0.0
 
 
 def _angles(scan: Scan) -> Floats:
     """Directions of the beams (b,) in the sensor's frame, rad."""
-    angles: Floats = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-    return angles
+    count = np.arange(len(scan.ranges), dtype=float)
+    return np.asarray(scan.angle_min + scan.angle_increment * count, dtype=float)
