@@ -175,6 +175,22 @@ def rate(  # noqa: PLR0917 # an option is an argument
     return rate.rate(folder, rating, picked, rater=rater, note=note, json=json)
 
 
+@app.command()
+def response(
+    data: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of the sessions.")
+    ] = None,
+    reset: Annotated[
+        bool, typer.Option("--reset", help="Forget it: rides until now no longer count.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> int:
+    """Show or reset what the chair has learned about its rider."""
+    from cohelm.cli import response
+
+    return response.response(data, reset=reset, json=json)
+
+
 @app.command("compile")
 def compile_() -> int:
     """Compile everything that a ride needs now, so that no ride waits for it."""

@@ -55,6 +55,10 @@ class LocalProblem:
     max_deviation: float = np.inf
     """Largest angle between the headings of a trajectory and of the reference in the first seconds,
     rad, or the angle now if it is larger."""
+    rider_inputs: Floats | None = None
+    """(L, m) inputs of the motion that the rider asks for; the plan reports how far it deviates."""
+    yields: bool = False
+    """Use the rider's motion, or a slower one along it, if it can be verified."""
     late: float = 0.0
     """Delay of this tick, s: an input, so that a replay gives the same plan."""
 

@@ -39,6 +39,7 @@ from cohelm.control.planner_memory import (
     remembered,
     unexpired_memory,
 )
+from cohelm.control.rider_motion import disagreement, nearest_to, rider_motion
 from cohelm.control.sampling import Sampling
 from cohelm.control.stack import Terms
 from cohelm.control.terms import ExtraTerm
@@ -128,7 +129,7 @@ class SsMpcDcbf:
             candidates, iterations = self._continue(cycle, warm)
             for candidate in candidates:
                 if cycle.accepts(candidate):
-                    return self._as_plan(cycle, candidate, iterations)
+                    return self._or_rider(cycle, candidate, iterations, resampled=False)
         return self._resample(cycle, warm, trusted=trusted, iterations=iterations)
 
     def _prepare(self, problem: LocalProblem, previous: LocalPlan | None) -> PlanningCycle:
@@ -187,12 +188,28 @@ class SsMpcDcbf:
         improved, programs = self._improve(cycle, cheapest_of_different_classes(found, count))
         usable = found if trusted else [each for each in found if each.origin != PREVIOUS]
         ranked = sorted([*improved, *usable], key=lambda each: each.score)
-        chosen = self._first_verified(cycle, ranked)
+        own = self._first_verified(cycle, ranked)
+        return self._or_rider(cycle, own, iterations + programs, resampled=True)
+
+    def _or_rider(
+        self, cycle: PlanningCycle, own: Candidate | None, iterations: int, *, resampled: bool
+    ) -> LocalPlan:
+        """Plan of the planner's own choice, or of the rider's motion where the chair yields."""
+        rider, chosen = rider_motion(cycle), own
+        apart = np.nan
+        if rider is not None:
+            motion = nearest_to(cycle, rider)
+            # A rider whose way is not free is led for a reason that the planner knows.
+            if motion.free:
+                apart = disagreement(own, rider, cycle.prepared.scene.step)
+            if cycle.problem.yields:
+                chosen = motion.used or own
         if chosen is None:
-            return self._stop(cycle, cycle.braking(), iterations + programs, urgent=True)
+            return self._stop(cycle, cycle.braking(), iterations, urgent=True)
         if chosen.origin in {STOPPING, BRAKING}:
-            return self._stop(cycle, chosen, iterations + programs)
-        return self._as_plan(cycle, chosen, iterations + programs, resampled=True)
+            return self._stop(cycle, chosen, iterations)
+        plan = self._as_plan(cycle, chosen, iterations, resampled=resampled)
+        return dataclasses.replace(plan, disagreement=apart)
 
     def _improve(self, cycle: PlanningCycle, seeds: list[Candidate]) -> tuple[list[Candidate], int]:
         """Return (the seeds after the SQP, number of quadratic programs)."""

@@ -161,10 +161,17 @@ class Verifier:
 
     def accepts(self, trajectory: Trajectory) -> bool:
         """Check a trajectory."""
+        return (
+            not self._deviates(trajectory)
+            and self.contact(trajectory) >= self.rules.horizon_of(self.problem)
+            and self.brakes_help(trajectory)
+            and self._may_brake(trajectory.inputs[0])
+        )
+
+    def contact(self, trajectory: Trajectory) -> float:
+        """Time at which a trajectory touches a wall or what is expected of people, s; or ∞."""
         problem = self.problem
-        if self._deviates(trajectory):
-            return False
-        contact = first_contact(
+        return first_contact(
             problem.robot,
             trajectory.poses,
             trajectory.step,
@@ -172,11 +179,6 @@ class Verifier:
             predictions=problem.predictions,
             walls=problem.walls,
             margins=self.margins,
-        )
-        return (
-            contact >= self.rules.horizon_of(problem)
-            and self.brakes_help(trajectory)
-            and self._may_brake(trajectory.inputs[0])
         )
 
     def _deviates(self, trajectory: Trajectory) -> bool:

@@ -51,6 +51,7 @@ from cohelm.live.services import Services
 from cohelm.live.sessions.audit import AuditLog
 from cohelm.live.sessions.files import lock_folder
 from cohelm.live.sessions.habits import with_habits
+from cohelm.live.sessions.response import stored_response, with_response
 from cohelm.live.sessions.store import SessionStore
 from cohelm.scenarios import Scenario
 
@@ -118,7 +119,7 @@ class Drive:
         folder = setup.folder or Path(self._temporary.name if self._temporary else "")
         self._release = weakref.finalize(self, os.close, lock_folder(folder))
         self._audit, self._sessions = AuditLog(folder), SessionStore(folder)
-        profile = setup.scenario.profile
+        profile = with_response(setup.scenario.profile, stored_response(folder))
         self._settings = ActiveSettings(
             setup.folder, model.robot, profile, limits=setup.limits, rider=setup.rider
         )

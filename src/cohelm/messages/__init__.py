@@ -13,7 +13,7 @@ values of one step; it lives there because it also holds the memory of each stag
 
 from cohelm.messages.decision import Decision, LocalPlan, Status
 from cohelm.messages.destinations import DestinationBelief, DestinationOffer
-from cohelm.messages.environment import Crowding, LiveObstacles, Sensing
+from cohelm.messages.environment import ChairConfidence, Crowding, LiveObstacles, Sensing
 from cohelm.messages.observation import Observation, PointCloud, RiderCommand, Scan
 from cohelm.messages.people import Groups, GroupSpaces, People, Predictions, SocialSpaces
 from cohelm.messages.plan import Authority, Path, Reference, WishReport
@@ -22,6 +22,7 @@ from cohelm.reasons import OfferReason, Reason
 
 __all__ = [
     "Authority",
+    "ChairConfidence",
     "Crowding",
     "Decision",
     "DestinationBelief",

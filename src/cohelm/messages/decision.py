@@ -55,6 +55,9 @@ class LocalPlan:
     """Quadratic programs solved."""
     candidate: str = ""
     """Name of the chosen candidate trajectory; empty for planners with a single one."""
+    disagreement: float = np.nan
+    """Angle from the rider's motion to the planner's own choice, rad; NaN without a rider's motion,
+    where that is not free, and where the planner stops."""
     memory: Any | None = None
     """Private state of the planner, for its next call."""
 

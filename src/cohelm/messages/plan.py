@@ -80,3 +80,5 @@ class Authority:
     """Predicted states under the rider's command."""
     wants_stop: bool = False
     """True while the stick is held against the direction of travel."""
+    yields: bool = False
+    """The chair yields: the rider's own motion is used wherever it can be verified."""

@@ -51,6 +51,8 @@ class RiderProfile(Model):
     """Minimum extent of a person's social space, m (Hall's intimate distance)."""
     passing_side: Side = "none"
     """Side on which to pass a person if both are equally good."""
+    tight_speed: float = Field(3.0, ge=0.1, le=3.0)
+    """Highest speed within 0.3 m of walls, m/s; above ``preferred_speed`` it has no effect."""
     tremor_filter: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant of the low-pass on the stick, s; 0 is off."""
     dead_zone: float = Field(0.05, ge=0.0, lt=1.0)

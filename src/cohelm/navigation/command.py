@@ -12,6 +12,9 @@ from cohelm.messages import Authority, Reason, Reference, RiderProfile
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 
+_TIGHT = 0.3
+"""Gap to walls below which a place is tight, m; from twice as much on it is not."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
@@ -34,6 +37,19 @@ class Allowance:
     reverses: bool = False
     max_deviation: float = math.inf
     """See ``LocalProblem.max_deviation``, rad."""
+    rider_inputs: Floats | None = None
+    """See ``LocalProblem.rider_inputs``."""
+
+
+def tight_limit(step: StepInput, world: WorldModel) -> float:
+    """Speed limit of the rider's profile in tight places, m/s; it fades with the distance."""
+    slow = step.request.profile.tight_speed
+    full = step.setup.speed_limit(step.request)
+    if slow >= full:
+        return math.inf
+    gap = float(world.walls.at(step.observation.pose[:2])) - step.setup.robot.inscribed_radius
+    share = min(max((gap - _TIGHT) / _TIGHT, 0.0), 1.0)
+    return slow + share * (full - slow)
 
 
 def local_problem(
@@ -76,5 +92,7 @@ def local_problem(
         reverses=allowance.reverses,
         extra_clearance=max(step.request.extra_clearance, 0.0),
         max_deviation=allowance.max_deviation,
+        rider_inputs=allowance.rider_inputs,
+        yields=authority.yields,
         late=observation.late,
     )

@@ -14,6 +14,7 @@ from cohelm.errors import ControlError
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
+    ChairConfidence,
     Decision,
     DestinationBelief,
     LocalPlan,
@@ -23,7 +24,9 @@ from cohelm.messages import (
     Reference,
     Request,
 )
-from cohelm.navigation.command import Allowance, Command, local_problem
+from cohelm.navigation.belief_help import with_belief_help
+from cohelm.navigation.chair_confidence import update_confidence
+from cohelm.navigation.command import Allowance, Command, local_problem, tight_limit
 from cohelm.navigation.destination_inference import DestinationState, destination_inference
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
@@ -35,6 +38,7 @@ from cohelm.navigation.static_people import with_closed_side
 from cohelm.navigation.steering_help import intent_of, steer
 from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import WorldModel, update_world_model
+from cohelm.navigation.yielding import rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import check_input, gate, stop
 from cohelm.sharing import AuthorityState
@@ -86,7 +90,9 @@ class Navigator:
 
         step = self._step_input(observation, _with_mode(request), memory)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
-        authority, authority_state = self._rider_authority(step)
+        confidence = update_confidence(observation, self.walls, memory.confidence)
+        authority, authority_state = self._rider_authority(step, confidence)
+        authority, yielding = with_yielding(step, authority, last)
         destinations, destination_state = self._destinations(step, authority)
         stopwatch.lap("sharing")
 
@@ -100,13 +106,17 @@ class Navigator:
         course = plan_path_and_reference(step, world, authority, recovery, hold=hold)
         stopwatch.lap("planning")
         steering = None
-        if step.request.mode is Mode.ASSISTED:
+        if step.request.mode is Mode.SHARED:
             intent, steering = intent_of(step, world, authority)
+            course = dataclasses.replace(course, rider_inputs=rider_inputs(authority, intent))
+        if step.request.mode is Mode.ASSISTED:
+            helped = with_belief_help(step, self.destinations, destinations, authority)
+            intent, steering = intent_of(step, world, helped)
             course = dataclasses.replace(course, shared=intent.reference)
             plan, command = steer(
                 step,
                 world,
-                authority,
+                helped,
                 intent,
                 last.plan if last else None,
                 lambda twist: self._gate(twist, step, world, world.walls),
@@ -132,6 +142,8 @@ class Navigator:
             plan=plan,
             decision=decision,
             steering=steering,
+            yielding=yielding,
+            confidence=confidence,
             destinations=destinations,
             destination_state=destination_state,
         )
@@ -145,7 +157,9 @@ class Navigator:
         )
         return StepInput(setup=setup, observation=observation, request=limited, memory=memory)
 
-    def _rider_authority(self, step: StepInput) -> tuple[Authority, AuthorityState]:
+    def _rider_authority(
+        self, step: StepInput, confidence: ChairConfidence
+    ) -> tuple[Authority, AuthorityState]:
         """Compute the rider's input and its weight η."""
         setup = self.setup
         return sharing.authority(
@@ -158,6 +172,7 @@ class Navigator:
             speed_limit=setup.speed_limit(step.request),
             memory=step.memory.authority,
             parameters=setup.authority,
+            chair=confidence.total,
         )
 
     def _destinations(
@@ -194,6 +209,7 @@ class Navigator:
         return (
             request.mode.rider_drives
             or authority.wants_stop
+            or authority.yields
             or self.setup.speed_limit(request) <= 0.0
         )
 
@@ -209,6 +225,8 @@ class Navigator:
             if authority.deflection[0] <= -self.setup.authority.stop_deflection:
                 return authority
             return dataclasses.replace(authority, eta=0.0)
+        if authority.yields:
+            return authority
         remaining = route.path.length - route.progress
         return sharing.limit_authority(authority, remaining, self.setup.authority)
 
@@ -259,7 +277,10 @@ class Navigator:
             profile = profile.model_copy(update={"passing_side": recovery.side})
             walls = self._walls_with_closed_side(step.observation.pose, world, recovery)
         allowance = Allowance(
-            speed_limit=course.speed_limit, stalled=recovery.creeps, reverses=recovery.reverses
+            speed_limit=min(course.speed_limit, tight_limit(step, world)),
+            stalled=recovery.creeps,
+            reverses=recovery.reverses,
+            rider_inputs=course.rider_inputs,
         )
         return local_problem(
             step, world, authority, reference, allowance, profile=profile, walls=walls

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohelm.arrays import identical
+from cohelm.arrays import Floats, identical
 from cohelm.errors import GoalBlocked, PlanningError
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Authority, Mode, Reason, Reference
@@ -37,6 +37,8 @@ class PathAndReference:
     shared: Reference | None = None
     """``reference`` blended with the rider's states in shared mode; backwards while the chair backs
     up."""
+    rider_inputs: Floats | None = None
+    """(L, m) inputs of the motion that the rider asks for in shared mode."""
     speed_limit: float = np.inf
     """For a chair that is too fast for the end of the path, m/s."""
     progress: ProgressState | None = None

@@ -26,7 +26,7 @@ from cohelm.planning import ComfortLimits, GlobalPlanner
 from cohelm.robots import Robot
 from cohelm.robots.clearance import Clearance
 from cohelm.safety import GateParameters
-from cohelm.sharing import AuthorityParameters, SteeringParameters
+from cohelm.sharing import AuthorityParameters, SteeringParameters, YieldingParameters
 from cohelm.social import SocialModel
 
 
@@ -56,6 +56,7 @@ class NavigatorSetup:
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     steering: SteeringParameters = SteeringParameters()
+    yielding: YieldingParameters = YieldingParameters()
     destinations: DestinationParameters = DestinationParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()

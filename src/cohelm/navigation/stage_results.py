@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from cohelm.messages import (
     Authority,
+    ChairConfidence,
     Decision,
     DestinationBelief,
     LocalPlan,
@@ -23,7 +24,7 @@ from cohelm.navigation.recovery.context import RecoveryUpdate
 from cohelm.navigation.tick import Memory, Tick
 from cohelm.navigation.world_model import WorldModel
 from cohelm.safety import GateState, stop
-from cohelm.sharing import AuthorityState, SteeringState
+from cohelm.sharing import AuthorityState, SteeringState, YieldingState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +42,8 @@ class StageResults:
     plan: LocalPlan | None
     decision: Decision
     steering: SteeringState | None = None
+    yielding: YieldingState | None = None
+    confidence: ChairConfidence | None = None
     destinations: DestinationBelief | None = None
     destination_state: DestinationState | None = None
 
@@ -66,6 +69,7 @@ def tick_of(
         path=course.route.path if course.route else None,
         reference=course.reference,
         authority=results.authority,
+        confidence=results.confidence,
         recovery=results.recovery.action,
         shared=course.shared,
         plan=results.plan,
@@ -95,6 +99,8 @@ def _memory(results: StageResults) -> Memory:
         recovery=results.recovery.state,
         authority=results.authority_state,
         steering=results.steering,
+        yielding=results.yielding,
+        confidence=results.confidence,
         destinations=results.destination_state,
     )
 

@@ -14,6 +14,7 @@ from typing import Any
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.messages import (
     Authority,
+    ChairConfidence,
     Decision,
     DestinationBelief,
     Groups,
@@ -39,7 +40,7 @@ from cohelm.navigation.replanning.route_query import PlanningFailure
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.perception import ObstacleLayerState, PerceptionMemory
 from cohelm.safety import GateState
-from cohelm.sharing import AuthorityState, SteeringState
+from cohelm.sharing import AuthorityState, SteeringState, YieldingState
 
 
 @value
@@ -63,6 +64,8 @@ class Memory:
     recovery: RecoveryState | None = None
     authority: AuthorityState | None = None
     steering: SteeringState | None = None
+    yielding: YieldingState | None = None
+    confidence: ChairConfidence | None = None
     destinations: DestinationState | None = None
 
 
@@ -83,6 +86,8 @@ class Tick:
     reference: Reference | None = None
     """Along the path."""
     authority: Authority | None = None
+    confidence: ChairConfidence | None = None
+    """Of the chair in what it knows."""
     recovery: RecoveryAction | None = None
     """Recovery action; its stage is None while the ride makes progress."""
     shared: Reference | None = None

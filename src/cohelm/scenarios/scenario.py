@@ -46,7 +46,7 @@ from cohelm.scenarios.collection import Collection
 from cohelm.scenarios.objects import Mask, Obstacle, Preferred, ScheduledDoor, Storey, Zone
 from cohelm.scenarios.pedestrian_spec import PEDESTRIAN_MODEL, CrowdSpec, Point, part_field
 from cohelm.scenarios.rider_plan import RiderPlan
-from cohelm.sharing import AuthorityParameters, SteeringParameters
+from cohelm.sharing import AuthorityParameters, SteeringParameters, YieldingParameters
 from cohelm.simulation import Fault, Localisation, Odometry
 
 PARTS = {
@@ -68,6 +68,7 @@ NAVIGATOR_PARAMETERS = (
     "obstacle_layer",
     "authority",
     "steering",
+    "yielding",
     "destinations",
     "replanning",
     "progress",
@@ -152,6 +153,7 @@ class Scenario(Model):
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
     authority: AuthorityParameters = AuthorityParameters()
     steering: SteeringParameters = SteeringParameters()
+    yielding: YieldingParameters = YieldingParameters()
     destinations: DestinationParameters = DestinationParameters()
     replanning: ReplanningParameters = ReplanningParameters()
     progress: ProgressParameters = ProgressParameters()

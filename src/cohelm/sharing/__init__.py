@@ -9,6 +9,7 @@ from cohelm.sharing.authority import (
     shared_reference,
     stick_twist,
 )
+from cohelm.sharing.belief_help import BeliefHelpParameters, helped_deflection
 from cohelm.sharing.destinations import (
     InferenceParameters,
     InferenceState,
@@ -26,11 +27,13 @@ from cohelm.sharing.intent import (
 )
 from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
 from cohelm.sharing.steering import rider_intent
+from cohelm.sharing.yielding import YieldingParameters, YieldingState, update_yielding
 
 __all__ = [
     "EMPTY",
     "AuthorityParameters",
     "AuthorityState",
+    "BeliefHelpParameters",
     "HandState",
     "InferenceParameters",
     "InferenceState",
@@ -42,8 +45,11 @@ __all__ = [
     "SteeringState",
     "StickLine",
     "Surroundings",
+    "YieldingParameters",
+    "YieldingState",
     "authority",
     "belief",
+    "helped_deflection",
     "limit_authority",
     "prior_of",
     "rider_intent",
@@ -51,4 +57,5 @@ __all__ = [
     "stick_twist",
     "update_inference",
     "update_offers",
+    "update_yielding",
 ]

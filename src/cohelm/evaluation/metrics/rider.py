@@ -7,6 +7,14 @@ import numpy as np
 from cohelm.arrays import Booleans, Floats
 from cohelm.evaluation.episode.ride import Ride
 
+TIGHT = 0.3
+"""Distance from walls below which a place is tight, m."""
+_PUSHED = 0.05
+"""Deflection, or speed in m/s, from which the rider pushes."""
+_SHORTEST = 2.0
+"""Shortest time of pushing that says something about a rider, s."""
+_MEAN_TIME = 0.5
+"""Time over which the mean of the stick is taken, s."""
 INTERVENTION = 0.1
 """Difference of commands above which the chair intervenes, as a share of the limits."""
 
@@ -54,6 +62,40 @@ def reversals(ride: Ride) -> float:
         signs = np.sign(axis[axis != 0.0])
         count += int((np.diff(signs) != 0.0).sum())
     return count / (len(stick) * ride.step / 60.0)
+
+
+def tight_speed(ride: Ride) -> float:
+    """Median speed that the rider asks for within 0.3 m of walls, m/s; NaN below 2 s of that."""
+    pushed = np.isfinite(ride.requested).all(axis=1) & (ride.requested[:, 0] > _PUSHED)
+    asked = ride.requested[pushed & (ride.gap_wall < TIGHT), 0]
+    return float(np.median(asked)) if len(asked) * ride.step >= _SHORTEST else float("nan")
+
+
+def turn_share(ride: Ride) -> float:
+    """90th percentile of the turn that the rider asks for, as a share of the robot's; else NaN."""
+    requested, _ = _commands(ride)
+    turns = np.abs(requested[_moving(requested), 1])
+    return float(np.percentile(turns, 90)) if len(turns) * ride.step >= _SHORTEST else float("nan")
+
+
+def steadiness(ride: Ride) -> float:
+    """Steadiness of the hand: 1 less the share of the stick that a mean over 0.5 s removes.
+
+    The share is that of RMS values while the stick is deflected; NaN below 2 s of that.
+    """
+    stick = ride.stick[np.isfinite(ride.stick).all(axis=1)]
+    deflected = np.hypot(*stick.T) > _PUSHED
+    if deflected.sum() * ride.step < _SHORTEST:
+        return float("nan")
+    count = max(round(_MEAN_TIME / ride.step), 1)
+    kernel = np.full(count, 1.0 / count)
+    mean = np.stack([np.convolve(axis, kernel, mode="same") for axis in stick.T], axis=1)
+    # the first and last means are over a released stick as well
+    inside = deflected & (np.convolve(deflected, kernel, mode="same") > 1.0 - 0.5 / count)
+    if not inside.any():
+        return float("nan")
+    rest, whole = (stick - mean)[inside], stick[inside]
+    return float(max(1.0 - np.sqrt((rest**2).sum() / (whole**2).sum()), 0.0))
 
 
 def _commands(ride: Ride) -> tuple[Floats, Floats]:

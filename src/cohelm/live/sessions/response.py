@@ -1,0 +1,113 @@
+"""Response of a rider, learned slowly from the stored rides, shown, and reset with one command.
+
+Each measured ride has its own estimates (``evaluation.metrics.rider``), stored with the ride and
+deleted with it. Nothing else is stored but the time of the last reset.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from cohelm.config import Model
+from cohelm.errors import StoreError
+from cohelm.live.sessions.files import make_private_folder, write_atomically
+from cohelm.live.sessions.records import RideSummary
+from cohelm.live.sessions.session_files import SESSION, now_utc, rides_in
+from cohelm.messages import RiderProfile
+
+RESET = "response.json"
+"""File with the time of the last reset."""
+PRIOR_RIDES = 5
+"""Weight of the value that is assumed before the first ride, rides: learning is slow."""
+LATEST = 50
+"""Number of rides that count at most, the latest ones."""
+
+
+class Learned(NamedTuple):
+    """A quantity that is learned."""
+
+    prior: float
+    """Value without a ride."""
+    lower: float
+    upper: float
+
+
+LEARNED = {
+    "tight_speed": Learned(0.8, 0.2, 0.8),
+    "turn_share": Learned(1.0, 0.2, 1.0),
+    "steadiness": Learned(1.0, 0.0, 1.0),
+}
+"""Measure of a ride → its prior and bounds; assumed."""
+
+
+class RiderResponse(Model):
+    """Response of a rider."""
+
+    tight_speed: float = LEARNED["tight_speed"].prior
+    """Speed in tight places, m/s."""
+    turn_share: float = LEARNED["turn_share"].prior
+    """Sharpness of turns, share of the chair's largest turn rate."""
+    steadiness: float = LEARNED["steadiness"].prior
+    """Steadiness of the hand, 0…1."""
+    rides: Mapping[str, int] = {}
+    """Number of rides behind each of them."""
+    since: str = ""
+    """Time of the last reset, ISO 8601, UTC; rides before it do not count."""
+
+
+def rider_response(rides: Iterable[RideSummary], since: str = "") -> RiderResponse:
+    """Estimate the response: the mean over rides and ``PRIOR_RIDES`` times the prior, bounded.
+
+    Args:
+        rides: Summaries in any order; those without measures do not count.
+        since: Time of the last reset.
+    """
+    counted = sorted((r for r in rides if r.started >= since), key=lambda r: r.started)
+    found: dict[str, float] = {}
+    counts: dict[str, int] = {}
+    for name, (prior, lower, upper) in LEARNED.items():
+        values = [ride.measures[name] for ride in counted if name in ride.measures][-LATEST:]
+        mean = (PRIOR_RIDES * prior + sum(values)) / (PRIOR_RIDES + len(values))
+        found[name], counts[name] = min(max(mean, lower), upper), len(values)
+    return RiderResponse(**found, rides=counts, since=since)
+
+
+def stored_response(folder: Path) -> RiderResponse:
+    """Return the response of the rides in a folder; that without a ride if there is none."""
+    rides = [
+        ride
+        for session in sorted(folder.glob("*"))
+        if SESSION.fullmatch(session.name)
+        for ride in rides_in(session)
+    ]
+    return rider_response(rides, _reset_at(folder))
+
+
+def reset_response(folder: Path) -> None:
+    """Forget the response: rides until now no longer count.
+
+    Raises:
+        StoreError: The folder cannot be written.
+    """
+    content = json.dumps({"since": now_utc()}).encode()
+    write_atomically(make_private_folder(folder) / RESET, content)
+
+
+def with_response(profile: RiderProfile, response: RiderResponse) -> RiderProfile:
+    """Return a profile whose speed in tight places is at most the learned one, if there is one."""
+    if not response.rides.get("tight_speed"):
+        return profile
+    tight = min(profile.tight_speed, response.tight_speed)
+    return profile.model_copy(update={"tight_speed": tight})
+
+
+def _reset_at(folder: Path) -> str:
+    try:
+        return str(json.loads((folder / RESET).read_text(encoding="utf-8"))["since"])
+    except FileNotFoundError:
+        return ""
+    except (OSError, ValueError, KeyError, TypeError):
+        raise StoreError("cannot be read; reset it", file=folder / RESET) from None

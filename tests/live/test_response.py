@@ -1,0 +1,73 @@
+"""Response of a rider: slow, bounded, deleted with the rides and reset by one command."""
+
+import json
+
+import pytest
+
+from cohelm.cli.response import response
+from cohelm.live.sessions.records import RideSummary
+from cohelm.live.sessions.response import (
+    reset_response,
+    rider_response,
+    stored_response,
+    with_response,
+)
+from cohelm.live.sessions.session_files import as_json
+from cohelm.messages import RiderProfile
+
+
+def ride(number, **measures):
+    return RideSummary(
+        id=f"20260131-142530-r{number}",
+        session="20260131-142530",
+        started=f"2026-01-31T14:{number:02d}:00+00:00",
+        seed=0,
+        destination="",
+        outcome="arrived",
+        duration=10.0,
+        length=5.0,
+        measures=measures,
+    )
+
+
+def test_one_ride_moves_it_by_a_sixth():
+    # five rides' worth of 0.8 and one of 0.2: 4.2 / 6
+    assert rider_response([ride(1, tight_speed=0.2)]).tight_speed == pytest.approx(0.7)
+
+
+def test_it_is_bounded_and_forgets_old_rides():
+    slow = rider_response([ride(k % 60, tight_speed=0.0) for k in range(60)])
+    assert slow.tight_speed == 0.2
+    assert slow.rides["tight_speed"] == 50
+
+
+def test_rides_without_the_measure_do_not_count():
+    found = rider_response([ride(1), ride(2, steadiness=0.4)])
+    assert found.tight_speed == 0.8
+    assert found.steadiness == pytest.approx((5.0 + 0.4) / 6.0)
+
+
+def test_only_learned_speeds_change_the_profile():
+    profile = RiderProfile()
+    assert with_response(profile, rider_response([])) is profile
+    learned = with_response(profile, rider_response([ride(1, tight_speed=0.2)]))
+    assert learned.tight_speed == pytest.approx(0.7)
+    assert with_response(RiderProfile(tight_speed=0.3), rider_response([ride(1, tight_speed=0.2)])
+                         ).tight_speed == 0.3  # fmt: skip
+
+
+def test_it_is_deleted_with_the_rides_and_reset_with_one_command(tmp_path, capsys):
+    session = tmp_path / "20260131-142530"
+    session.mkdir()
+    file = session / "20260131-142530-r1.json"
+    file.write_bytes(as_json(ride(1, tight_speed=0.2)))
+    assert stored_response(tmp_path).tight_speed == pytest.approx(0.7)
+    assert response(tmp_path, reset=False, json=False) == 0
+    assert "0.70 m/s" in capsys.readouterr().out
+    assert response(tmp_path, reset=True, json=True) == 0
+    assert json.loads(capsys.readouterr().out)["tight_speed"] == 0.8
+    (tmp_path / "response.json").unlink()
+    file.unlink()
+    assert stored_response(tmp_path).tight_speed == 0.8
+    reset_response(tmp_path / "new")
+    assert stored_response(tmp_path / "new").since
