@@ -62,6 +62,7 @@ def associate(  # a kernel takes plain arrays
     position: Floats,
     deviation: Floats,
     gates: Gates,
+    extra: Floats,
 ) -> tuple[Integers, Floats]:
     """Match tracks and detections one to one at the least total cost.
 
@@ -75,6 +76,7 @@ def associate(  # a kernel takes plain arrays
         position: (d, 2) m.
         deviation: (d,) m.
         gates: limits of a match.
+        extra: (m, d) additional cost of each pair; the second matching makes no pair with any.
 
     Returns:
         (m,) index of each track's detection, ``NO_MATCH`` for none, and (m,) its eᵀ S⁻¹ e.
@@ -86,7 +88,7 @@ def associate(  # a kernel takes plain arrays
         for j in range(d):
             e0, e1 = position[j, 0] - mean[t, 0], position[j, 1] - mean[t, 1]
             distance[t, j] = math.sqrt(e0 * e0 + e1 * e1)
-            likely = mahalanobis_sq[t, j] + log_det[t, j]
+            likely = mahalanobis_sq[t, j] + log_det[t, j] + extra[t, j]
             if (
                 mahalanobis_sq[t, j] <= gates.max_mahalanobis_sq
                 and likely <= gates.max_cost
@@ -103,6 +105,7 @@ def associate(  # a kernel takes plain arrays
         for j in range(d):
             cost[t, j] = FORBIDDEN
             free = confirmed[t] and match[t] < 0 and not taken[j]
+            free = free and extra[t, j] <= 0.0
             if free and distance[t, j] <= 0.5 * gates.max_distance[t]:
                 cost[t, j] = mahalanobis_sq[t, j] + log_det[t, j]
                 unmatched = True

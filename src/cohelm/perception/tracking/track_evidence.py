@@ -175,8 +175,10 @@ def is_confirmed(track: Any, detection: int, time: float, p: TrackerParameters) 
         hits += (track.detection_history >> k) & 1
     sure = odds >= p.sure_log_odds and time - track.birth_time >= p.sure_age
     often = hits >= (p.sure_hits if sure else min(p.hits, p.window))
-    if track.has_walked or track.motion_log_odds >= p.arrived_log_odds:
+    if track.has_walked:
         is_person = odds >= p.confirm_log_odds
+    elif track.motion_log_odds >= p.arrived_log_odds:
+        is_person = odds >= p.confirm_log_odds and track.shape_log_odds >= p.arrived_shape
     else:
         is_person = track.shape_log_odds >= p.static_shape and track.shape_looks >= p.static_looks
     least = p.reject_log_odds if track.has_walked else p.unmoved_reject_log_odds
