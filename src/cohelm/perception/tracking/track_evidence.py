@@ -86,7 +86,7 @@ def update_evidence(
         track.static_penalty += p.shape_rate * (penalty - track.static_penalty)
         track.last_seen = scan.time
         track.has_walked = track.has_walked or walks
-        if _is_faster(track, p.heading_speed):
+        if _is_faster(track, p.heading_speed, 2.0):
             track.heading = math.atan2(track.mean[3], track.mean[2])
 
 
@@ -109,14 +109,16 @@ def _update_motion(
     driven = min(math.hypot(moved_x, moved_y) / p.parallax_driven, 1.0)
     away_x = track.mean[0] - track.birthplace[0]
     away_y = track.mean[1] - track.birthplace[1]
-    far = math.hypot(away_x, away_y) > p.walked_distance + p.parallax * driven
+    legs = track.shape_log_odds >= p.leg_shape
+    least = p.walked_distance_legs if legs else p.walked_distance
+    far = math.hypot(away_x, away_y) > least + p.parallax * driven
     # Few returns seen from a moving sensor are little evidence of motion.
     credit = 1.0 - driven * (1.0 - shape_weight)
     known = track.shape_log_odds > p.walking_shape and (
-        scan.time - track.birth_time >= p.walking_age
+        scan.time - track.birth_time >= (p.walking_age_legs if legs else p.walking_age)
     )
     changed = arrival >= p.static_moved and (arrival > 0.0 or known or not scan.has_changes)
-    walks = far and changed and _is_faster(track, p.walking_speed)
+    walks = far and changed and _is_faster(track, p.walking_speed, 1.0 if legs else 2.0)
     loss = p.motion_loss if track.has_walked else p.arrival_loss
     motion = track.motion_log_odds + (p.motion_gain * credit if walks else -loss)
     motion = max(motion, arrival * credit)
@@ -194,8 +196,8 @@ def log_odds(track: Any) -> float:
 
 
 @njit(cache=True)
-def _is_faster(track: Any, speed: float) -> bool:
-    """Check for a speed above ``speed``, m/s, and above twice its standard deviation."""
+def _is_faster(track: Any, speed: float, deviations: float) -> bool:
+    """Check for a speed above ``speed``, m/s, and above so many of its standard deviations."""
     squared = track.mean[2] ** 2 + track.mean[3] ** 2
     variance = 0.5 * (track.covariance[2, 2] + track.covariance[3, 3])
-    return bool(squared > speed * speed and squared > 4.0 * variance)
+    return bool(squared > speed * speed and squared > deviations * deviations * variance)

@@ -107,6 +107,13 @@ class TrackerParameters(Model):
     """Age from which such a track may walk, s: the past of its place is unknown before."""
     walking_speed: float = Field(0.3, ge=0.0, le=3.0)
     """Least speed of walking, m/s."""
+    leg_shape: float = Field(1.0, ge=-5.0, le=5.0)
+    """Mean log-odds of a shape from which ``walked_distance_legs`` and one standard deviation of
+    the speed suffice: furniture that seems to move seldom looks like a person all the time."""
+    walked_distance_legs: float = Field(0.25, ge=0.0, le=5.0)
+    """Distance from its birthplace of such a track that has walked, m."""
+    walking_age_legs: float = Field(0.4, ge=0.0, le=10.0)
+    """Age from which such a track may walk, s."""
     heading_speed: float = Field(0.2, ge=0.0, le=3.0)
     """Least speed at which the heading follows the motion, m/s."""
     patience: float = Field(2.0, gt=0.0, le=20.0)
