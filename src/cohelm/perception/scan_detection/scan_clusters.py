@@ -133,8 +133,9 @@ class ScanClusters:
             return replace(Detections.empty(scan.time, returns.origin), free_ends=free)
         distance = np.hypot(*(bodies.disc_centre - returns.origin).T)
         noise = p.position_noise + p.position_noise_growth * distance
+        # Beyond the bound, two independent opinions must agree: furniture has clear legs, too.
         learned = person_log_odds(seen.features, self._classifier)
-        log_odds = np.minimum(learned, np.maximum(bodies.log_odds, float(__import__('os').environ.get('CAP','0.5'))))
+        log_odds = np.minimum(learned, np.maximum(bodies.log_odds, MAX_LOG_ODDS))
         return Detections(
             time=scan.time,
             origin=returns.origin,

@@ -119,10 +119,16 @@ def associate(  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def merged_partners(
-    mean: Floats, missing: Booleans, match: Integers, position: Floats, radius: Floats, near: float
+def merged_partners(  # noqa: PLR0917  # a kernel takes plain arrays
+    mean: Floats,
+    missing: Booleans,
+    confirmed: Booleans,
+    match: Integers,
+    position: Floats,
+    radius: Floats,
+    near: float,
 ) -> Integers:
-    """Find the track with which each missing track shares a cluster, or ``NO_MATCH``; (m,).
+    """Find the person with whom each missing track shares a cluster, or ``NO_MATCH``; (m,).
 
     Two people close together make one cluster. It shows both, and not only the matched one, where
     its centre is nearer to the middle between the two expected positions than to either of them.
@@ -130,6 +136,7 @@ def merged_partners(
     Args:
         mean: (m, 4) at the time of the detections.
         missing: (m,) True for unmatched people.
+        confirmed: (m,) True for people; an object shares no cluster with a person.
         match: (m,) from :func:`associate`.
         position: (d, 2) m.
         radius: (d,) m.
@@ -144,7 +151,7 @@ def merged_partners(
         best = near
         for t in range(m):
             j = match[t]
-            if j < 0 or taken[t]:
+            if j < 0 or taken[t] or not confirmed[t]:
                 continue
             x, y = position[j, 0], position[j, 1]
             own = math.hypot(mean[u, 0] - x, mean[u, 1] - y)

@@ -24,6 +24,7 @@ from cohelm.perception.tracking.track_evidence import (
     Matches,
     is_confirmed,
     log_odds,
+    mark_doubles,
     mark_unseen,
     update_evidence,
 )
@@ -141,6 +142,10 @@ def update_tracks(
         known[t].confirmed = is_confirmed(known[t], matches.detection[t], now, p)
         patience = p.patience if known[t].confirmed else p.tentative_patience
         alive[t] = known[t].unseen_time <= patience
+    if scan.is_planar:
+        mark_doubles(known, matches, step, p)
+        for t in range(len(known)):
+            alive[t] = alive[t] and known[t].double_time <= p.double_time
     # Deaths, then births.
     new, n = _unexplained(found, matches, mean, p.separation), alive.sum()
     out = np.zeros(n + new.sum(), TRACK)
@@ -256,7 +261,9 @@ def _correct(
     )  # fmt: skip
     for t in range(m):
         missing[t] = match[t] < 0 and confirmed[t] and now - tracks[t].last_seen < p.patience
-    partner = merged_partners(then, missing, match, found.position, found.radius, p.separation)
+    partner = merged_partners(
+        then, missing, confirmed, match, found.position, found.radius, p.separation
+    )
     measured = measured_positions(then, match, partner, found.position, found.deviation)
     for k in range(len(measured.track)):
         t = measured.track[k]

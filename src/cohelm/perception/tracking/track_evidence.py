@@ -163,6 +163,28 @@ def mark_unseen(
 
 
 @njit(cache=True)
+def mark_doubles(tracks: Tracks, matches: Matches, step: float, p: TrackerParameters) -> None:
+    """Update the time for which each track has been beside an older confirmed one, in place.
+
+    Two people who share a cluster stay two.
+
+    Args:
+        tracks: (m,) by growing id.
+        matches: of tracks and possible people.
+        step: time since the last scan, s.
+        p: the parameters.
+    """
+    for u in range(len(tracks)):
+        beside = False
+        for t in range(u):
+            apart_x = tracks[u].mean[0] - tracks[t].mean[0]
+            apart_y = tracks[u].mean[1] - tracks[t].mean[1]
+            near = math.hypot(apart_x, apart_y) < p.double_distance
+            beside = beside or (near and tracks[t].confirmed and not matches.merged[u])
+        tracks[u].double_time = tracks[u].double_time + step if beside else 0.0
+
+
+@njit(cache=True)
 def is_confirmed(track: Any, detection: int, time: float, p: TrackerParameters) -> bool:
     """Confirm or reject a track by detections and evidence, with hysteresis.
 

@@ -46,6 +46,11 @@ class TrackerParameters(Model):
     separation: float = Field(0.35, ge=0.0, le=2.0)
     """No track is born this near one that was just seen; a person may be part of a cluster up to
     this far beyond its radius, m."""
+    double_distance: float = Field(0.5, ge=0.0, le=2.0)
+    """Two tracks of planar scans nearer than this to each other are one person's two legs, m: the
+    discs of two people would overlap."""
+    double_time: float = Field(0.4, ge=0.0, le=10.0)
+    """Time for which they are so near before the younger one is deleted, s: half a stride."""
     hits: int = Field(3, ge=1, le=20)
     """Detections among the last ``window`` scans that confirm a track."""
     sure_hits: int = Field(2, ge=1, le=20)
@@ -162,6 +167,8 @@ TRACK = np.dtype(
         ("viewpoint", np.float64, 2),
         # Normalised innovation squared eᵀ S⁻¹ e: running mean; 2 where the model holds.
         ("nis", np.float64),
+        # Time for which an older track has been at the same place, s.
+        ("double_time", np.float64),
         # True for a person that may be reported.
         ("confirmed", np.bool_),
         # True if it has ever walked, and for all tracks without change detection.
@@ -212,6 +219,8 @@ class ScanTable(NamedTuple):
     arrival_log_odds: Floats
     """(d,), or empty without change detection."""
     has_changes: bool
+    is_planar: bool
+    """False for clouds, whose detections are whole bodies."""
 
 
 _UNKNOWN: Floats = read_only(np.empty(0))
@@ -232,6 +241,7 @@ def scan_table(found: Detections) -> ScanTable:
         found.confidence,
         _UNKNOWN if arrival is None else arrival,
         arrival is not None,
+        found.heights is None,
     )
 
 
