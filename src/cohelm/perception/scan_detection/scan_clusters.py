@@ -29,6 +29,11 @@ from cohelm.perception.scan_detection.person_classifier import (
     shipped_classifier,
 )
 
+TORSO_MARGIN = 0.7
+"""Log-odds that a torso has at most beyond the classifier's."""
+MAX_LONE_LEG_LOG_ODDS = -0.1
+"""Bound of the log-odds of one leg alone."""
+
 
 class ScanCandidates(NamedTuple):
     """Possible people of one scan with p returns; d of them."""
@@ -133,9 +138,7 @@ class ScanClusters:
             return replace(Detections.empty(scan.time, returns.origin), free_ends=free)
         distance = np.hypot(*(bodies.disc_centre - returns.origin).T)
         noise = p.position_noise + p.position_noise_growth * distance
-        # Beyond the bound, two independent opinions must agree: furniture has clear legs, too.
-        learned = person_log_odds(seen.features, self._classifier)
-        log_odds = np.minimum(learned, np.maximum(bodies.log_odds, MAX_LOG_ODDS))
+        log_odds = self._log_odds(seen)
         return Detections(
             time=scan.time,
             origin=returns.origin,
@@ -152,6 +155,20 @@ class ScanClusters:
                 returns.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
             ),
         )
+
+    def _log_odds(self, seen: ScanCandidates) -> Floats:
+        """Log-odds (d,) of a person from the fits of shapes and from the classifier.
+
+        Of legs the classifier decides, up to a bound beyond which both must agree: furniture has
+        clear legs, too, and a lone leg is no person by its shape. Of a torso the fit of its disc
+        decides, unless the classifier doubts it.
+        """
+        bodies, learned = seen.bodies, person_log_odds(seen.features, self._classifier)
+        on_legs = (bodies.disc_centre == bodies.mean).all(axis=1)
+        alone = on_legs & (bodies.deviation >= self.parameters.leg_deviation)
+        bound = np.where(alone, MAX_LONE_LEG_LOG_ODDS, np.maximum(bodies.log_odds, MAX_LOG_ODDS))
+        torso = np.minimum(bodies.log_odds, learned + TORSO_MARGIN)
+        return np.where(on_legs, np.minimum(learned, bound), torso)
 
     def candidates(self, scan: Scan, X_MR: Floats, walls: DistanceField) -> ScanCandidates:
         """Candidates for people in a scan, with their features; arguments as for :meth:`detect`."""

@@ -72,7 +72,7 @@ class TrackerParameters(Model):
     arrived_log_odds: float = Field(1.0, ge=0.0, le=5.0)
     """Log-odds of motion of a track that has arrived at its place. Others must have the clear shape
     of a person."""
-    arrived_shape: float = Field(0.0, ge=-5.0, le=5.0)
+    arrived_shape: float = Field(-0.2, ge=-5.0, le=5.0)
     """Mean log-odds of a shape that confirm a track that arrived and has not walked: thin and glossy
     objects appear only now and then."""
     captured_cost: float = Field(6.0, ge=0.0, le=100.0)
