@@ -19,7 +19,7 @@ from cohelm.benchmarks.perception.classifier_samples import Samples
 from cohelm.perception.scan_detection.person_classifier import DEPTH, TreeEnsemble
 
 TREES = 50
-SCENES = 6000
+SCENES = 4000
 """Simulated scenes of the shipped model."""
 SIMULATED_WEIGHT = 1.0
 """Total weight of the simulated samples beside that of all recorded ones."""

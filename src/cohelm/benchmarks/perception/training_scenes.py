@@ -29,8 +29,8 @@ NEAR, FAR = 0.5, 9.0
 ON_BODY = 0.06
 """A return this near a person's outline is theirs, m."""
 KINDS = {
-    BodyKind.LEGS: 0.55,
-    BodyKind.DISC: 0.15,
+    BodyKind.LEGS: 0.4,
+    BodyKind.DISC: 0.3,
     BodyKind.CHILD: 0.08,
     BodyKind.SEATED: 0.07,
     BodyKind.WALKER: 0.05,
