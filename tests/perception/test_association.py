@@ -19,9 +19,7 @@ def tracks(*places):
     return np.array([(x, y, 0.0, 0.0) for x, y in places])
 
 
-def matched(
-    means, positions, *, confirmed=None, gate=9.0, max_cost=100.0, reach=5.0, extra=0.0
-):
+def matched(means, positions, *, confirmed=None, gate=9.0, max_cost=100.0, reach=5.0, extra=0.0):
     """With P = 0.09 I of each place and σ = 0.4 m of each sighting, so that S = 0.25 I."""
     m, d = len(means), len(positions)
     return associate(

@@ -278,7 +278,9 @@ class PeopleRequest:
     ] = None
     robot: Annotated[
         str | None,
-        typer.Option(metavar="NAME|FILE", help="Robot of the recording: returns on it are its own."),
+        typer.Option(
+            metavar="NAME|FILE", help="Robot of the recording: returns on it are its own."
+        ),
     ] = None
     topic: Annotated[
         str | None, typer.Option(metavar="NAME", help="Topic of a bag; default: all sensors.")

@@ -41,9 +41,7 @@ def with_bodies(crowd: Crowd, kinds: Integers | None) -> Crowd:
         if kind is BodyKind.SEATED:
             waypoints[i, 1:], target[i] = np.nan, 0
             waypoints[i, 0] = crowd.position[i]
-    return replace(
-        crowd, radius=radius, preferred_speed=speed, waypoints=waypoints, target=target
-    )
+    return replace(crowd, radius=radius, preferred_speed=speed, waypoints=waypoints, target=target)
 
 
 def statures_of(kinds: Integers | None, statures: Floats) -> Floats:

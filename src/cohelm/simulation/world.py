@@ -35,8 +35,8 @@ from cohelm.simulation.random_streams import generator
 from cohelm.simulation.rider_view import DIRECTIONS, view_from
 from cohelm.simulation.sensing import SensorReadings, SensorSuite
 from cohelm.simulation.sensors.human_bodies import STEP_LENGTH, HumanBodies
-from cohelm.simulation.sensors.planar_bodies import BodyKind
 from cohelm.simulation.sensors.localisation import with_error
+from cohelm.simulation.sensors.planar_bodies import BodyKind
 from cohelm.simulation.sensors.static_scene import StaticScene
 from cohelm.simulation.spawning import NewPedestrian, with_pedestrian
 from cohelm.simulation.split_knowledge import grid_views

@@ -45,7 +45,11 @@ class Samples:
 
 def simulated_samples(seeds: Iterable[int]) -> Samples:
     """Candidates of simulated scenes, one scan each."""
-    detector, features, person = ScanClusters(classifier=NO_TREES), [_NONE], [np.empty(0, dtype=np.bool_)]
+    detector, features, person = (
+        ScanClusters(classifier=NO_TREES),
+        [_NONE],
+        [np.empty(0, dtype=np.bool_)],
+    )
     for seed in seeds:
         scene = training_scan(seed)
         seen = detector.candidates(scene.scan, scene.pose, NO_MAP)

@@ -61,7 +61,8 @@ def save(trees: TreeEnsemble, file: Path) -> None:
 
 def _weights(simulated: Samples, recorded: Sequence[Samples]) -> Floats:
     """Weight of each sample; recordings share the weight of a class among them by its count for
-    people, and evenly for other objects."""
+    people, and evenly for other objects.
+    """
     people = sum(int(each.person.sum()) for each in recorded)
     rows = [SIMULATED_WEIGHT * _shares(simulated)]
     for each in recorded:

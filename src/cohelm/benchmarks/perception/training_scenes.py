@@ -170,7 +170,9 @@ def _leaf(rng: np.random.Generator) -> Floats:
 
 def _pram(rng: np.random.Generator) -> Floats:
     wheels = _corners(rng.uniform(0.5, 0.8), rng.uniform(0.4, 0.6), 0.05)
-    return np.concatenate([wheels, rod((-0.3, 0.2), (-0.3, -0.2))]) if rng.random() < 0.5 else wheels
+    return (
+        np.concatenate([wheels, rod((-0.3, 0.2), (-0.3, -0.2))]) if rng.random() < 0.5 else wheels
+    )
 
 
 def _empty_aid(rng: np.random.Generator) -> Floats:
