@@ -60,8 +60,9 @@ def save(trees: TreeEnsemble, file: Path) -> None:
 
 
 def _weights(simulated: Samples, recorded: Sequence[Samples]) -> Floats:
-    """Weight of each sample; recordings share the weight of a class among them by its count for
-    people, and evenly for other objects.
+    """Weight of each sample.
+
+    Recordings share the weight of people by their counts, and that of other objects evenly.
     """
     people = sum(int(each.person.sum()) for each in recorded)
     rows = [SIMULATED_WEIGHT * _shares(simulated)]

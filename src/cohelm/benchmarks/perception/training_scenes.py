@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -125,7 +126,8 @@ def _knees(pose: Floats, rng: np.random.Generator) -> Floats:
 
 def _furniture(rng: np.random.Generator, pose: Floats) -> Floats:
     make: Sequence[Callable[[np.random.Generator], Floats]] = (
-        _chair, _chair, _table, _stool, _post, _post, _box, _box, _leaf, _pram, _empty_aid, _clutter,
+        _chair, _chair, _table, _stool, _post, _post, _box, _box, _leaf, _pram, _empty_aid,
+        _clutter,
     )  # fmt: skip
     return _at(pose, make[rng.integers(len(make))](rng))
 
@@ -160,7 +162,7 @@ def _box(rng: np.random.Generator) -> Floats:
     """Cupboard, radiator, bed end or bag."""
     x, y = rng.uniform(0.1, 1.2) / 2.0, rng.uniform(0.1, 0.6) / 2.0
     ring = [(x, y), (-x, y), (-x, -y), (x, -y), (x, y)]
-    return np.concatenate([rod(a, b) for a, b in zip(ring, ring[1:], strict=False)])
+    return np.concatenate([rod(a, b) for a, b in pairwise(ring)])
 
 
 def _leaf(rng: np.random.Generator) -> Floats:

@@ -1,7 +1,7 @@
 """Learned classifier of candidates in planar scans: an ensemble of small regression trees.
 
 The sum of the leaves is the log-odds of a person for equal numbers of people and other objects.
-Training: ``cohelm.benchmarks.perception.classifier_training``; model card: docs/person-classifier.md.
+Training is in ``cohelm.benchmarks.perception``, the model card in docs/person-classifier.md.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class Measurements(NamedTuple):
 
 
 @njit(cache=True)
-def associate(  # a kernel takes plain arrays
+def associate(  # noqa: PLR0917  # a kernel takes plain arrays
     mean: Floats,
     covariance: Floats,
     confirmed: Booleans,

@@ -73,8 +73,8 @@ class TrackerParameters(Model):
     """Log-odds of motion of a track that has arrived at its place. Others must have the clear shape
     of a person."""
     arrived_shape: float = Field(-0.2, ge=-5.0, le=5.0)
-    """Mean log-odds of a shape that confirm a track that arrived and has not walked: thin and glossy
-    objects appear only now and then."""
+    """Mean log-odds of a shape that confirm a track that arrived and has not walked: thin and
+    glossy objects appear only now and then."""
     captured_cost: float = Field(6.0, ge=0.0, le=100.0)
     """Extra cost of a match of a track that has walked with a detection at a place that was always
     occupied: a person who passes an object does not become it."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -121,7 +122,7 @@ def _aid(kind: BodyKind) -> Floats:
         return read_only(np.concatenate([*sides, rod((-0.15, 0.2), (-0.15, -0.2))]))
     if kind is BodyKind.TROLLEY:
         ends = [(-0.1, 0.26), (0.5, 0.2), (0.5, -0.2), (-0.1, -0.26), (-0.1, 0.26)]
-        return read_only(np.concatenate([rod(a, b) for a, b in zip(ends, ends[1:], strict=False)]))
+        return read_only(np.concatenate([rod(a, b) for a, b in pairwise(ends)]))
     return read_only(np.empty((0, 3)))
 
 
