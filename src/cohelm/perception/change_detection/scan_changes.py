@@ -64,7 +64,8 @@ def detect_changes(
         return replace(found, arrival_log_odds=np.zeros(d))
     detection = found.detection_of_return
     width = np.concatenate([2.0 * found.ellipse[:, 2], [0.0]])[found.cluster_of_return]
-    evidence = _Evidence(*np.zeros((4, d)), np.zeros(d, dtype=np.bool_))
+    present, occupied, looks, lost = np.zeros((4, d))
+    evidence = _Evidence(present, occupied, looks, lost, np.zeros(d, dtype=np.bool_))
     record, consistent, inconsistent, first = _record(p), 0, 0, True
     for each in past:
         age = found.time - each.scan.time
