@@ -62,7 +62,7 @@ class TrainingScan:
 def training_scan(seed: int) -> TrainingScan:
     """Draw one scene and sweep it once."""
     rng = generator(seed, "training scene")
-    grid, free = _floor(FLOORS[rng.integers(len(FLOORS))])
+    grid, free = _floor(FLOORS[int(rng.integers(len(FLOORS)))])
     pose = np.array([*free[rng.integers(len(free))], rng.uniform(-math.pi, math.pi)])
     near = free[np.hypot(*(free - pose[:2]).T) < FAR]
     things = [_furniture(rng, _place(near, pose, rng)) for _ in range(rng.integers(MAX_FURNITURE))]
@@ -129,7 +129,7 @@ def _furniture(rng: np.random.Generator, pose: Floats) -> Floats:
         _chair, _chair, _table, _stool, _post, _post, _box, _box, _leaf, _pram, _empty_aid,
         _clutter,
     )  # fmt: skip
-    return _at(pose, make[rng.integers(len(make))](rng))
+    return _at(pose, make[int(rng.integers(len(make)))](rng))
 
 
 def _corners(length: float, width: float, radius: float) -> Floats:
@@ -180,7 +180,7 @@ def _pram(rng: np.random.Generator) -> Floats:
 def _empty_aid(rng: np.random.Generator) -> Floats:
     """Rollator, wheelchair or trolley without its user."""
     kinds = (BodyKind.WALKER, BodyKind.WHEELCHAIR, BodyKind.TROLLEY)
-    return outline_of(kinds[rng.integers(3)], 0.0, 0.25)[2:]
+    return outline_of(kinds[int(rng.integers(3))], 0.0, 0.25)[2:]
 
 
 def _clutter(rng: np.random.Generator) -> Floats:
