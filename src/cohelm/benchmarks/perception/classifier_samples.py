@@ -55,8 +55,8 @@ def simulated_samples(seeds: Iterable[int]) -> Samples:
         seen = detector.candidates(scene.scan, scene.pose, NO_MAP)
         d, own = len(seen.features), seen.body_of_return >= 0
         on = scene.of_people(seen.returns.points)[own]
-        share = np.bincount(seen.body_of_return[own], on, d)
-        share = share / np.maximum(np.bincount(seen.body_of_return[own], minlength=d), 1)
+        returns = np.maximum(np.bincount(seen.body_of_return[own], minlength=d), 1)
+        share = np.bincount(seen.body_of_return[own], on, d) / returns
         known = (share > MOSTLY) | (share < HARDLY)
         features.append(seen.features[known])
         person.append(share[known] > MOSTLY)
