@@ -1,5 +1,7 @@
 """Outlines of people and their aids in planar scans, and that they are tracked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,10 +26,9 @@ def test_bodies_without_kinds_are_discs_as_before():
 
 
 def test_an_outline_turns_with_its_person():
-    east = HumanBodies.standing(np.zeros((1, 2)))
-    kinds = {"kind": np.array([int(BodyKind.WHEELCHAIR)])}
-    north = HumanBodies(**{**vars(east), "heading": np.array([np.pi / 2.0]), **kinds})
-    east = HumanBodies(**{**vars(east), **kinds})
+    kind = np.array([int(BodyKind.WHEELCHAIR)])
+    east = replace(HumanBodies.standing(np.zeros((1, 2))), kind=kind)
+    north = replace(east, heading=np.array([np.pi / 2.0]))
     x, y, r = planar_discs(east).T
     assert planar_discs(north) == pytest.approx(np.column_stack([-y, x, r]))
 

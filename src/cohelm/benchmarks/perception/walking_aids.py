@@ -33,7 +33,7 @@ WALKING = tuple(kind for kind in BodyKind if kind is not BodyKind.SEATED)
 
 
 @value
-class Passage:
+class PassageTracks:
     """Tracks during one passage."""
 
     tracked: float
@@ -46,7 +46,7 @@ class Passage:
     """Frames with a group."""
 
 
-def passage(kind: BodyKind, seed: int, parts: PerceptionParts) -> Passage:
+def passage(kind: BodyKind, seed: int, parts: PerceptionParts) -> PassageTracks:
     """One person passes a standing chair in a hall, at 1.5 to 3.5 m, in a random direction."""
     rng, grid = generator(seed, "passage"), _hall()
     pose = np.array([7.0, 7.0, rng.uniform(-0.2, 0.2)])
@@ -75,7 +75,7 @@ def passage(kind: BodyKind, seed: int, parts: PerceptionParts) -> Passage:
         near = apart <= RADIUS[kind] + SLACK
         rows.append((near.any(), seen.people.id[near], (~near).sum(), len(seen.groups.id)))
     later = rows[round(LATE / STEP) :]
-    return Passage(
+    return PassageTracks(
         tracked=float(np.mean([row[0] for row in later])),
         ids=len(np.unique(np.concatenate([row[1] for row in rows]))),
         others=float(np.mean([row[2] for row in rows])),
