@@ -11,6 +11,7 @@ from cohelm.benchmarks.perception import bench as perception
 from cohelm.benchmarks.perception import cost as perception_cost
 from cohelm.benchmarks.perception import empty_floors as perception_rooms
 from cohelm.benchmarks.perception import filmed_crowds as perception_crowds
+from cohelm.benchmarks.perception import held_out as perception_held_out
 from cohelm.benchmarks.perception import invalid_readings as perception_odd
 from cohelm.benchmarks.perception import recordings as perception_recordings
 from cohelm.maps import read_floor_plan
@@ -19,7 +20,7 @@ from cohelm.scenarios.scenario import floor_file
 from cohelm.simulation.sensors import HumanBodies
 
 OUTSIDE = {
-    "legs": perception_recordings.legs,
+    "held_out": lambda _: perception_held_out.held_out(),
     "demo": perception_recordings.demo,
     "kitti": perception_recordings.kitti,
     "crowd": lambda _: perception_crowds.crowd("ETH", False, 0, 1),
@@ -83,7 +84,7 @@ def test_the_report_counts_and_names_what_is_missed(tmp_path):
 
 def test_every_task_has_its_rows(monkeypatch, tmp_path):
     monkeypatch.delenv("COHELM_DATA", raising=False)
-    for task in [("legs",), ("crowd", "zara01", True, 0, 1), ("groups",)]:
+    for task in [("held_out",), ("crowd", "zara01", True, 0, 1), ("groups",)]:
         results = perception.create().work(task, tmp_path)
         assert [result.row["verdict"] for result in results].count(NOT_RUN) == len(results) > 0
 

@@ -78,7 +78,7 @@ def test_a_person_across_the_scans_seam_is_one():
 def test_a_box_is_hardly_a_person(side, turn):
     for away in (1.5, 3.0, 5.0):
         seen = see(Laser(segments=box(away, 0.2, side, turn)))
-        assert (seen.confidence < 0.2).all()
+        assert (seen.confidence < 0.5).all()
 
 
 def test_a_long_bench_is_nobody_and_a_table_leg_must_walk_to_be_somebody():

@@ -34,6 +34,7 @@ from cohelm.evaluation.perception.recording_view import (
 )
 from cohelm.maps import OccupancyGrid, distance_field, read_map
 from cohelm.recordings import Frame, SensorRecording, open_recording
+from cohelm.robots import load_robot
 
 if TYPE_CHECKING:  # it draws: only where asked to
     from cohelm.evaluation.perception.film import FilmRecorder
@@ -51,7 +52,8 @@ def people(request: PeopleRequest) -> int:
         CohelmError: if an option is at fault, or nothing can be read.
     """
     _check_outputs(request)
-    parts = perception_of(request.settings)
+    outline = None if request.robot is None else load_robot(request.robot).outline
+    parts = perception_of(request.settings, outline)
     grid = None if request.map is None else read_map(request.map)
     recording = open_recording(request.recording, topic=request.topic, rate=request.rate)
     begin, every_frame = _peek(recording)

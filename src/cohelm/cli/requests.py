@@ -276,6 +276,12 @@ class PeopleRequest:
         str | None,
         typer.Option("--map", metavar="FILE.yaml", help="Map of the static obstacles."),
     ] = None
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE", help="Robot of the recording: returns on it are its own."
+        ),
+    ] = None
     topic: Annotated[
         str | None, typer.Option(metavar="NAME", help="Topic of a bag; default: all sensors.")
     ] = None

@@ -82,6 +82,7 @@ class NavigatorSetup:
             tracker=self.tracker,
             group_detector=self.group_detector,
             change_detection=self.change_detection,
+            outline=self.robot.outline,
         )
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Floats, value
+from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.maps import DistanceField
 from cohelm.messages import Groups, Observation, People, Sensing
 from cohelm.perception.api import (
@@ -30,6 +30,7 @@ from cohelm.perception.change_detection.past_scans import (
 from cohelm.perception.change_detection.scan_changes import (
     detect_changes,
 )
+from cohelm.perception.preprocessing.own_returns import without_own_returns
 from cohelm.perception.sensor_clocks import CLOCK_RESET, Clocks, check_clocks
 from cohelm.robots import move
 
@@ -51,6 +52,9 @@ class PerceptionParts:
     group_detector: GroupDetector
     change_detection: ChangeDetectionParameters = ChangeDetectionParameters()
     """Parameters of the comparison with earlier scans."""
+    outline: Annotated[Floats, Shape("k 2")] | None = None
+    """Footprint of the robot in its own frame, m: returns of scans within it are its own. None:
+    unknown."""
 
 
 @value
@@ -99,6 +103,8 @@ def perceive(
     observation = check.observation
     if check.reset:
         memory = _reset(parts, observation, memory)
+    own = tuple(without_own_returns(scan, parts.outline) for scan in observation.scans)
+    observation = replace(observation, scans=own)
     poses = tuple(pose_at(observation, scan.time) for scan in observation.scans)
     detections = tuple(
         parts.detector.detect(scan, X_MR, walls)

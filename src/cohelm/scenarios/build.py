@@ -25,6 +25,7 @@ from cohelm.messages import Path, Request, Wish
 from cohelm.navigation import NavigatorSetup
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
+from cohelm.scenarios.bodies import draw_kinds, statures_of, with_bodies
 from cohelm.scenarios.crowd import make_crowd
 from cohelm.scenarios.floor import doorways, floor_plan
 from cohelm.scenarios.rider_plan import goal_change, route_past
@@ -269,7 +270,9 @@ def _world(
     crowd = make_crowd(scenario.people, world.grid, routes.route.points, generator(seed, "crowd"))
     if scenario.people.count != 0:
         crowd = prepare_crowd(model, crowd)
-    storey, stature = scenario.storey, scenario.people.stature
+    kinds = draw_kinds(scenario.people, len(crowd.radius), generator(seed, "bodies"))
+    crowd, storey = with_bodies(crowd, kinds), scenario.storey
+    statures = generator(seed, "statures").uniform(*scenario.people.stature, len(crowd.radius))
     return WorldSetup(
         grid=world.grid,
         changes=world.changes,
@@ -279,7 +282,8 @@ def _world(
         robot=robot,
         start=routes.start,
         crowd=crowd,
-        statures=generator(seed, "statures").uniform(*stature, size=len(crowd.radius)),
+        statures=statures_of(kinds, statures),
+        kinds=kinds,
         pedestrian_model=model,
         rider=rider,
         rider_goal=routes.rider[-1],

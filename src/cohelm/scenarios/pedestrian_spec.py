@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_serializer, model_validator
 
@@ -23,6 +23,10 @@ def part_field(name: str) -> Any:
     return Field(default_factory=lambda: {"use": name})
 
 
+Body = Literal["disc", "legs", "child", "seated", "walker", "wheelchair", "trolley"]
+"""Outline of a pedestrian in planar scans; see ``BodyKind``."""
+
+
 class PedestrianSpec(Model):
     """One pedestrian with an explicit route."""
 
@@ -36,6 +40,14 @@ class PedestrianSpec(Model):
     """Avoid the robot; None: as ``people.see_robot``."""
     facing_deg: float | None = Field(None, ge=-360.0, le=360.0)
     """Initial heading, degrees; None: towards the second waypoint."""
+    body: Body | None = None
+    """Outline, size and highest speed; None: drawn from ``people.bodies``."""
+
+    @model_serializer(mode="wrap")
+    def _without_default_body(self, serialize: Any) -> dict[str, Any]:
+        """Omit ``body`` where it is not given, as in older configuration hashes."""
+        out: dict[str, Any] = serialize(self)
+        return {key: each for key, each in out.items() if key != "body" or each is not None}
 
 
 class GroupSpec(Model):
@@ -99,20 +111,28 @@ class CrowdSpec(Model):
     """Radius of the body's disc, m (assumed)."""
     stature: tuple[float, float] = (1.55, 1.9)
     """Range of body heights, m (assumed); for 3-D sensors."""
+    bodies: dict[Body, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(default_factory=dict)
+    """Shares of outlines among pedestrians, which sum to at most 1; the others are discs."""
     jitter: float = Field(0.05, ge=0.0, le=1.0)
     """Largest random offset of a start, m: ORCA deadlocks in perfect symmetry."""
 
     @model_serializer(mode="wrap")
     def _without_empty_groups(self, serialize: Any) -> dict[str, Any]:
-        """Omit ``grouped`` where it is empty: its presence must not change a configuration hash."""
+        """Omit keys that are empty: their presence must not change a configuration hash."""
         out: dict[str, Any] = serialize(self)
-        return {key: each for key, each in out.items() if key != "grouped" or each}
+        return {k: each for k, each in out.items() if k not in {"grouped", "bodies"} or each}
 
     @model_validator(mode="after")
     def _in_one_group_at_most(self) -> Self:
         indices = [index for group in self.grouped for index in group]
         if len(set(indices)) < len(indices) or max(indices, default=-1) >= len(self.pedestrians):
             raise ValueError("grouped lists indices of pedestrians, from 0, each at most once")
+        return self
+
+    @model_validator(mode="after")
+    def _shares_of_a_whole(self) -> Self:
+        if sum(self.bodies.values()) > 1.0 + 1e-9:
+            raise ValueError("the shares of bodies must sum to at most 1")
         return self
 
     @model_validator(mode="after")

@@ -12,6 +12,7 @@ from cohelm.robots import CloudMount, LaserMount, Robot
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.sensors.human_bodies import HumanBodies
 from cohelm.simulation.sensors.laser import sweep
+from cohelm.simulation.sensors.planar_bodies import planar_discs
 from cohelm.simulation.sensors.point_cloud import scan_cloud
 from cohelm.simulation.sensors.static_scene import StaticScene
 
@@ -60,7 +61,7 @@ class SensorSuite:
             bodies: true people.
             X_MR: (3,) the chair's true pose.
         """
-        discs = np.column_stack([bodies.position, bodies.radius])
+        discs = planar_discs(bodies)
         return SensorReadings(
             scans=tuple(
                 sweep(each.mount, scene.grid, discs, X_MR, time=time, rng=each.next())

@@ -36,6 +36,7 @@ from cohelm.simulation.rider_view import DIRECTIONS, view_from
 from cohelm.simulation.sensing import SensorReadings, SensorSuite
 from cohelm.simulation.sensors.human_bodies import STEP_LENGTH, HumanBodies
 from cohelm.simulation.sensors.localisation import with_error
+from cohelm.simulation.sensors.planar_bodies import BodyKind
 from cohelm.simulation.sensors.static_scene import StaticScene
 from cohelm.simulation.spawning import NewPedestrian, with_pedestrian
 from cohelm.simulation.split_knowledge import grid_views
@@ -76,6 +77,7 @@ class World:
         )
         statures = setup.statures
         self._statures = np.full_like(self._walked, STATURE) if statures is None else statures
+        self._kinds = setup.kinds
         self._drive = at_rest(setup.robot, setup.start)
         self._act: RiderAct | None = None
         self._error = setup.localisation.first(self._random["localisation"])
@@ -159,6 +161,8 @@ class World:
         phase = self._random["newcomers"].uniform(0.0, 2.0 * STEP_LENGTH * new.stature)
         self._walked = np.append(self._walked, phase)
         self._statures = np.append(self._statures, new.stature)
+        if self._kinds is not None:
+            self._kinds = np.append(self._kinds, np.int64(BodyKind.DISC))
         self._truth = replace(
             truth,
             crowd=crowd,
@@ -257,6 +261,7 @@ class World:
             speed=walked[there] / self.setup.control_step,
             height=self._statures[there],
             radius=before.radius[there],
+            kind=None if self._kinds is None else self._kinds[there],
         )
         return self._sensors.sense(time, self._scene, bodies, self._drive.pose)
 

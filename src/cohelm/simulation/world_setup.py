@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
+from cohelm.arrays import Annotated, Floats, Floats32, Integers, Shape, value
 from cohelm.maps import OccupancyGrid
 from cohelm.robots import Robot
 from cohelm.simulation.api import Crowd, PedestrianModel, Rider
@@ -35,6 +35,8 @@ class WorldSetup:
     """People at time 0."""
     statures: Annotated[Floats, Shape("n")] | None = None
     """Their heights, m, for 3-D sensors; None: 1.7 m each."""
+    kinds: Annotated[Integers, Shape("n")] | None = None
+    """Their outlines in planar scans, a ``BodyKind`` each; None: discs."""
     pedestrian_model: PedestrianModel
     rider: Rider
     rider_goal: Annotated[Floats, Shape("2")]

@@ -17,8 +17,10 @@ from cohelm.benchmarks.perception import (
     cost,
     empty_floors,
     filmed_crowds,
+    held_out,
     invalid_readings,
     recordings,
+    walking_aids,
 )
 from cohelm.evaluation.perception.recording_view import DETECTION_PARTS, PREDICTION_PARTS, parts_of
 
@@ -39,7 +41,8 @@ class PerceptionBench:
         """One per part of the table."""
         window = (seeds.start, len(seeds))
         return [
-            ("legs",),
+            ("held_out",),
+            ("walking_aids",),
             ("demo",),
             ("kitti",),
             *(("crowd", *each, *window) for each in filmed_crowds.CROWDS),
@@ -82,7 +85,8 @@ def create(settings: Sequence[str] = ()) -> PerceptionBench:
 def _rows(task: Task, folder: Path, settings: Sequence[str]) -> Iterator[dict[str, Any]]:
     kind, *given = task
     parts: Mapping[str, Callable[..., Iterator[dict[str, Any]]]] = {
-        "legs": lambda: recordings.legs(folder, settings),
+        "held_out": lambda: held_out.held_out(settings),
+        "walking_aids": lambda: walking_aids.walking_aids(settings),
         "demo": lambda: recordings.demo(folder, settings),
         "kitti": lambda: recordings.kitti(folder, settings),
         "crowd": lambda name, drive, first, count: filmed_crowds.crowd(

@@ -27,36 +27,13 @@ from cohelm.evaluation.perception.recording_view import (
     perceive_frames,
     perception_of,
 )
-from cohelm.evaluation.perception.tracking_scores import WITHIN
 from cohelm.recordings import open_recording
 from cohelm.recordings.outside_data import outside_file
 
-LEGS = ("legtracker_positive_1_extracted.bag", "legtracker_positive_2_extracted.bag")
 DEMO = "legtracker_demo_stationary_simple.bag"
 KITTI = "kitti_obj_000000"
-LEAST_FOUND, MOST_UNLABELLED, NEAREST = Bound(low=0.95), Bound(high=1.0), Bound(high=0.3)
-"""Share of the labels; people per frame without a label; m from the box's centre."""
-
-
-def legs(folder: Path, settings: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
-    """Labelled legs of two bags."""
-    for name in LEGS:
-        part, file = "labelled legs", outside_file("lidar", name)
-        if file is None:
-            yield skipped(part, name, missing_data("lidar", name))
-            continue
-        scoring, tracks = _watch(file, folder, RecordingLabels(), settings)
-        scores = scoring.scores()
-        said = f"{scores.labels} labels in {scores.instants} frames of {name}"
-        share = f"labels with a person within {WITHIN:g} m"
-        yield measured(part, share, scores.found, bound=LEAST_FOUND, remark=said)
-        yield measured(
-            part,
-            "people per frame without a label",
-            scores.unlabelled,
-            bound=MOST_UNLABELLED,
-            remark=f"worst frame: {scores.unlabelled_most}; at most {tracks.max_people} at once",
-        )
+NEAREST = Bound(high=0.3)
+"""Largest distance from the box's centre, m."""
 
 
 def demo(folder: Path, settings: Sequence[str] = ()) -> Iterator[dict[str, Any]]:

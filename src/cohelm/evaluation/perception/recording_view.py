@@ -73,9 +73,9 @@ def parts_of(settings: Iterable[str] = (), keys: Iterable[str] = DETECTION_PARTS
     return {key: plugins.build(PARTS[key][0], given[key], key=key) for key in keys}
 
 
-def perception_of(settings: Iterable[str] = ()) -> PerceptionParts:
-    """Parts of the pipeline, see :func:`parts_of`."""
-    return PerceptionParts(**parts_of(settings))
+def perception_of(settings: Iterable[str] = (), outline: Floats | None = None) -> PerceptionParts:
+    """Parts of the pipeline, see :func:`parts_of`; ``outline`` (k, 2) is that of the robot, m."""
+    return PerceptionParts(**parts_of(settings), outline=outline)
 
 
 def perceive_frames(

@@ -31,6 +31,9 @@ _ARRIVED_BELOW, _NEUTRAL, _STATIC_ABOVE = 0.15, (0.35, 0.5), 0.8
 """Past occupancy of a place (0…1) below which its object has arrived, for which nothing is known,
 and above which its object is static; linear in between. Assumed."""
 
+_DARK_FROM = 0.3
+"""Occupied share of the past scans of a place from which missing returns do not show it free."""
+
 
 class _Evidence(NamedTuple):
     """Evidence about the places of d detections, from the youngest past scan backwards."""
@@ -40,7 +43,9 @@ class _Evidence(NamedTuple):
     occupied: Floats
     """(d,) sum of its occupancy before that, 0…1 for each scan."""
     looks: Floats
-    """(d,) number of observations before that."""
+    """(d,) number of observations before that, with a return from there or from behind."""
+    lost: Floats
+    """(d,) number of observations before that without any return from that direction."""
     still_occupied: Booleans
     """(d,) True as long as no free place was found."""
 
@@ -59,7 +64,8 @@ def detect_changes(
         return replace(found, arrival_log_odds=np.zeros(d))
     detection = found.detection_of_return
     width = np.concatenate([2.0 * found.ellipse[:, 2], [0.0]])[found.cluster_of_return]
-    evidence = _Evidence(np.zeros(d), np.zeros(d), np.zeros(d), np.zeros(d, dtype=np.bool_))
+    present, occupied, looks, lost = np.zeros((4, d))
+    evidence = _Evidence(present, occupied, looks, lost, np.zeros(d, dtype=np.bool_))
     record, consistent, inconsistent, first = _record(p), 0, 0, True
     for each in past:
         age = found.time - each.scan.time
@@ -75,7 +81,10 @@ def detect_changes(
             inconsistent += age <= p.arrival_time
     if inconsistent > consistent:
         return replace(found, arrival_log_odds=np.full(d, p.mislocalised_log_odds))
-    arrival = _arrival_log_odds(evidence.present, evidence.occupied, evidence.looks, p)
+    # Something that was often seen there is dark: without a return, it was there nevertheless.
+    looks = evidence.looks + evidence.lost
+    looks = np.where(evidence.occupied > _DARK_FROM * looks, evidence.looks, looks)
+    arrival = _arrival_log_odds(evidence.present, evidence.occupied, looks, p)
     thin = np.bincount(detection[detection >= 0], minlength=d) < p.min_returns
     return replace(found, arrival_log_odds=np.where(thin, np.minimum(arrival, 0.0), arrival))
 
@@ -122,7 +131,7 @@ def _look_back(  # noqa: PLR0917  # a kernel takes plain arrays
     """
     was = compare_places(points, width, beams, (p.margin, p.margin_growth))
     d, new, same, total = len(evidence.looks), 0, 0, 0
-    known, occupied = np.zeros(d), np.zeros(d)
+    known, occupied, returned = np.zeros(d), np.zeros(d), np.zeros(d, dtype=np.bool_)
     for i in range(len(was)):
         k = detection[i]
         if k < 0:
@@ -130,6 +139,7 @@ def _look_back(  # noqa: PLR0917  # a kernel takes plain arrays
             new += was[i] == PastState.FREE
             same += was[i] == PastState.OCCUPIED
         elif was[i] != PastState.UNKNOWN:
+            returned[k] = returned[k] or was[i] != PastState.NO_RETURN
             known[k] += p.no_return_weight if was[i] == PastState.NO_RETURN else 1.0
             occupied[k] += was[i] == PastState.OCCUPIED
     # Are the surroundings where they were, as far as the past scan shows them?
@@ -146,7 +156,10 @@ def _look_back(  # noqa: PLR0917  # a kernel takes plain arrays
             evidence.present[k] = age
         else:
             evidence.occupied[k] += share
-            evidence.looks[k] += 1.0
+            if returned[k]:
+                evidence.looks[k] += 1.0
+            else:
+                evidence.lost[k] += 1.0
     return True
 
 

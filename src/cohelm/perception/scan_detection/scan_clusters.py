@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.maps import DistanceField
 from cohelm.messages import Scan
@@ -18,9 +18,37 @@ from cohelm.perception.api import Detections
 from cohelm.perception.clustering.dbscan import dbscan
 from cohelm.perception.clustering.ellipses import bounding_ellipses
 from cohelm.perception.clustering.shape_fits import DiscPrior
-from cohelm.perception.preprocessing.scan_returns import scan_returns
+from cohelm.perception.preprocessing.scan_returns import ScanReturns, scan_returns
 from cohelm.perception.scan_detection.bodies import Beams, BodySizes, find_bodies
-from cohelm.perception.scan_detection.legs import LegModel
+from cohelm.perception.scan_detection.body_candidates import BodyCandidates
+from cohelm.perception.scan_detection.candidate_features import candidate_features
+from cohelm.perception.scan_detection.legs import MAX_LOG_ODDS, LegModel
+from cohelm.perception.scan_detection.person_classifier import (
+    TreeEnsemble,
+    person_log_odds,
+    shipped_classifier,
+)
+
+TORSO_MARGIN = 0.0
+"""Log-odds that a torso has at most beyond the classifier's."""
+MAX_LONE_LEG_LOG_ODDS = -0.1
+"""Bound of the log-odds of one leg alone."""
+
+
+class ScanCandidates(NamedTuple):
+    """Possible people of one scan with p returns; d of them."""
+
+    returns: ScanReturns
+    mapped: Booleans
+    """(p,) True for returns that the map explains."""
+    cluster_of_return: Integers
+    """(p,) −1: none."""
+    body_of_return: Integers
+    """(p,) candidate of each return, −1: none."""
+    bodies: BodyCandidates
+    """With the hand-made log-odds."""
+    features: Floats
+    """(d, f) columns of ``FEATURES``."""
 
 
 class ScanClusters:
@@ -82,8 +110,11 @@ class ScanClusters:
         position_noise_growth: float = Field(0.004, ge=0.0, le=0.1)
         """Its growth with range, m/m: the part of the heading error that varies between scans."""
 
-    def __init__(self, parameters: Parameters | None = None) -> None:
+    def __init__(
+        self, parameters: Parameters | None = None, classifier: TreeEnsemble | None = None
+    ) -> None:
         self.parameters = p = parameters or self.Parameters()
+        self._classifier = shipped_classifier() if classifier is None else classifier
         self._sizes = BodySizes(p.narrowest, p.widest, p.split_from)
         self._prior = DiscPrior(p.body_radius, p.body_radius_deviation, p.range_noise)
         self._legs = LegModel(
@@ -100,9 +131,49 @@ class ScanClusters:
     def detect(self, scan: Scan, X_MR: Floats, walls: DistanceField) -> Detections:
         """See :meth:`Detector.detect`; a scan without a usable return gives no detections."""
         p = self.parameters
+        seen = self.candidates(scan, X_MR, walls)
+        returns, bodies, cluster = seen.returns, seen.bodies, seen.cluster_of_return
+        if not len(returns.points):
+            free = returns.free_ends
+            return replace(Detections.empty(scan.time, returns.origin), free_ends=free)
+        distance = np.hypot(*(bodies.disc_centre - returns.origin).T)
+        noise = p.position_noise + p.position_noise_growth * distance
+        log_odds = self._log_odds(seen)
+        return Detections(
+            time=scan.time,
+            origin=returns.origin,
+            points=returns.points,
+            detection_of_return=seen.body_of_return,
+            mapped=seen.mapped,
+            free_ends=returns.free_ends,
+            position=bodies.disc_centre if p.centre == "corrected" else bodies.mean,
+            radius=bodies.radius,
+            deviation=np.hypot(bodies.deviation, noise),
+            confidence=1.0 / (1.0 + np.exp(-log_odds)),
+            cluster_of_return=cluster,
+            ellipse=bounding_ellipses(
+                returns.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
+            ),
+        )
+
+    def _log_odds(self, seen: ScanCandidates) -> Floats:
+        """Log-odds (d,) of a person from the fits of shapes and from the classifier.
+
+        Of legs the classifier decides, up to a bound beyond which both must agree: furniture has
+        clear legs, too, and a lone leg is no person by its shape. Of a torso the fit of its disc
+        decides, unless the classifier doubts it.
+        """
+        bodies, learned = seen.bodies, person_log_odds(seen.features, self._classifier)
+        on_legs = (bodies.disc_centre == bodies.mean).all(axis=1)
+        alone = on_legs & (bodies.deviation >= self.parameters.leg_deviation)
+        bound = np.where(alone, MAX_LONE_LEG_LOG_ODDS, np.maximum(bodies.log_odds, MAX_LOG_ODDS))
+        torso = np.minimum(bodies.log_odds, learned + TORSO_MARGIN)
+        return np.where(on_legs, np.minimum(learned, bound), torso)
+
+    def candidates(self, scan: Scan, X_MR: Floats, walls: DistanceField) -> ScanCandidates:
+        """Candidates for people in a scan, with their features; arguments as for :meth:`detect`."""
+        p = self.parameters
         seen = scan_returns(scan, X_MR)
-        if not len(seen.points):
-            return replace(Detections.empty(scan.time, seen.origin), free_ends=seen.free_ends)
         mapped = walls.at(seen.points) < p.map_margin + p.map_margin_growth * seen.range
         unmapped = np.flatnonzero(~mapped)
         cluster = np.full(len(mapped), -1, dtype=np.int64)
@@ -113,24 +184,8 @@ class ScanClusters:
         occluded = _occluded(seen.range, seen.bearing, seen.increment, p.epsilon)
         beams = Beams(seen.points, seen.bearing, occluded, cluster, seen.origin, seen.increment)
         body_of_return, bodies = find_bodies(beams, self._sizes, self._prior, self._legs)
-        distance = np.hypot(*(bodies.disc_centre - seen.origin).T)
-        noise = p.position_noise + p.position_noise_growth * distance
-        return Detections(
-            time=scan.time,
-            origin=seen.origin,
-            points=seen.points,
-            detection_of_return=body_of_return,
-            mapped=mapped,
-            free_ends=seen.free_ends,
-            position=bodies.disc_centre if p.centre == "corrected" else bodies.mean,
-            radius=bodies.radius,
-            deviation=np.hypot(bodies.deviation, noise),
-            confidence=1.0 / (1.0 + np.exp(-bodies.log_odds)),
-            cluster_of_return=cluster,
-            ellipse=bounding_ellipses(
-                seen.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
-            ),
-        )
+        features = candidate_features(beams, body_of_return, bodies)
+        return ScanCandidates(seen, mapped, cluster, body_of_return, bodies, features)
 
 
 @njit(cache=True)

@@ -55,13 +55,14 @@ class Measurements(NamedTuple):
 
 
 @njit(cache=True)
-def associate(  # a kernel takes plain arrays
+def associate(  # noqa: PLR0917  # a kernel takes plain arrays
     mean: Floats,
     covariance: Floats,
     confirmed: Booleans,
     position: Floats,
     deviation: Floats,
     gates: Gates,
+    extra: Floats,
 ) -> tuple[Integers, Floats]:
     """Match tracks and detections one to one at the least total cost.
 
@@ -75,6 +76,7 @@ def associate(  # a kernel takes plain arrays
         position: (d, 2) m.
         deviation: (d,) m.
         gates: limits of a match.
+        extra: (m, d) additional cost of each pair; the second matching makes no pair with any.
 
     Returns:
         (m,) index of each track's detection, ``NO_MATCH`` for none, and (m,) its eᵀ S⁻¹ e.
@@ -86,7 +88,7 @@ def associate(  # a kernel takes plain arrays
         for j in range(d):
             e0, e1 = position[j, 0] - mean[t, 0], position[j, 1] - mean[t, 1]
             distance[t, j] = math.sqrt(e0 * e0 + e1 * e1)
-            likely = mahalanobis_sq[t, j] + log_det[t, j]
+            likely = mahalanobis_sq[t, j] + log_det[t, j] + extra[t, j]
             if (
                 mahalanobis_sq[t, j] <= gates.max_mahalanobis_sq
                 and likely <= gates.max_cost
@@ -103,6 +105,7 @@ def associate(  # a kernel takes plain arrays
         for j in range(d):
             cost[t, j] = FORBIDDEN
             free = confirmed[t] and match[t] < 0 and not taken[j]
+            free = free and extra[t, j] <= 0.0
             if free and distance[t, j] <= 0.5 * gates.max_distance[t]:
                 cost[t, j] = mahalanobis_sq[t, j] + log_det[t, j]
                 unmatched = True
@@ -116,10 +119,16 @@ def associate(  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def merged_partners(
-    mean: Floats, missing: Booleans, match: Integers, position: Floats, radius: Floats, near: float
+def merged_partners(  # noqa: PLR0917  # a kernel takes plain arrays
+    mean: Floats,
+    missing: Booleans,
+    confirmed: Booleans,
+    match: Integers,
+    position: Floats,
+    radius: Floats,
+    near: float,
 ) -> Integers:
-    """Find the track with which each missing track shares a cluster, or ``NO_MATCH``; (m,).
+    """Find the person with whom each missing track shares a cluster, or ``NO_MATCH``; (m,).
 
     Two people close together make one cluster. It shows both, and not only the matched one, where
     its centre is nearer to the middle between the two expected positions than to either of them.
@@ -127,6 +136,7 @@ def merged_partners(
     Args:
         mean: (m, 4) at the time of the detections.
         missing: (m,) True for unmatched people.
+        confirmed: (m,) True for people; an object shares no cluster with a person.
         match: (m,) from :func:`associate`.
         position: (d, 2) m.
         radius: (d,) m.
@@ -141,7 +151,7 @@ def merged_partners(
         best = near
         for t in range(m):
             j = match[t]
-            if j < 0 or taken[t]:
+            if j < 0 or taken[t] or not confirmed[t]:
                 continue
             x, y = position[j, 0], position[j, 1]
             own = math.hypot(mean[u, 0] - x, mean[u, 1] - y)

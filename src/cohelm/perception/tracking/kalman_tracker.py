@@ -24,6 +24,7 @@ from cohelm.perception.tracking.track_evidence import (
     Matches,
     is_confirmed,
     log_odds,
+    mark_doubles,
     mark_unseen,
     update_evidence,
 )
@@ -47,6 +48,10 @@ _UNSEEN_COST = 0.15, 0.35
 _STEADY_NIS, _MANOEUVRE_NIS = 4.0, 10.0
 """Mean NIS up to which a track keeps its process noise, and from which it has all of that of a
 manoeuvre. Where the model holds, it is 2."""
+
+_ALWAYS_THERE, _AT_REST = -1.5, -0.5
+"""Log-odds of arrival up to which an object has always been there, and mean penalty of a track up
+to which it is one of these objects itself."""
 
 
 class KalmanTracker:
@@ -137,6 +142,10 @@ def update_tracks(
         known[t].confirmed = is_confirmed(known[t], matches.detection[t], now, p)
         patience = p.patience if known[t].confirmed else p.tentative_patience
         alive[t] = known[t].unseen_time <= patience
+    if scan.is_planar:
+        mark_doubles(known, matches, step, p)
+        for t in range(len(known)):
+            alive[t] = alive[t] and known[t].double_time <= p.double_time
     # Deaths, then births.
     new, n = _unexplained(found, matches, mean, p.separation), alive.sum()
     out = np.zeros(n + new.sum(), TRACK)
@@ -247,11 +256,14 @@ def _correct(
         confirmed[t] = tracks[t].confirmed
     gates = Gates(p.gate, -2.0 * math.log(2.0 * math.pi * p.birth_density), reach)
     match, mahalanobis_sq = associate(
-        then, covariance, confirmed, found.position, found.deviation, gates
-    )
+        then, covariance, confirmed, found.position, found.deviation, gates,
+        _captured_cost(tracks, found, p),
+    )  # fmt: skip
     for t in range(m):
         missing[t] = match[t] < 0 and confirmed[t] and now - tracks[t].last_seen < p.patience
-    partner = merged_partners(then, missing, match, found.position, found.radius, p.separation)
+    partner = merged_partners(
+        then, missing, confirmed, match, found.position, found.radius, p.separation
+    )
     measured = measured_positions(then, match, partner, found.position, found.deviation)
     for k in range(len(measured.track)):
         t = measured.track[k]
@@ -265,6 +277,19 @@ def _correct(
         if partner[t] >= 0:
             merged[partner[t]] = True
     return Matches(match, mahalanobis_sq, merged)
+
+
+@njit(cache=True)
+def _captured_cost(tracks: Tracks, found: PersonDetections, p: TrackerParameters) -> Floats:
+    """Extra cost (m, d) of matches of walking tracks with objects that were always there."""
+    out = np.zeros((len(tracks), len(found.radius)))
+    for j in range(len(found.radius)):
+        if found.arrival_log_odds[j] > _ALWAYS_THERE:
+            continue
+        for t in range(len(tracks)):
+            if tracks[t].has_walked and tracks[t].static_penalty > _AT_REST:
+                out[t, j] = p.captured_cost
+    return out
 
 
 @njit(cache=True)

@@ -86,7 +86,7 @@ def update_evidence(
         track.static_penalty += p.shape_rate * (penalty - track.static_penalty)
         track.last_seen = scan.time
         track.has_walked = track.has_walked or walks
-        if _is_faster(track, p.heading_speed):
+        if _is_faster(track, p.heading_speed, 2.0):
             track.heading = math.atan2(track.mean[3], track.mean[2])
 
 
@@ -109,14 +109,16 @@ def _update_motion(
     driven = min(math.hypot(moved_x, moved_y) / p.parallax_driven, 1.0)
     away_x = track.mean[0] - track.birthplace[0]
     away_y = track.mean[1] - track.birthplace[1]
-    far = math.hypot(away_x, away_y) > p.walked_distance + p.parallax * driven
+    legs = track.shape_log_odds >= p.leg_shape
+    least = p.walked_distance_legs if legs else p.walked_distance
+    far = math.hypot(away_x, away_y) > least + p.parallax * driven
     # Few returns seen from a moving sensor are little evidence of motion.
     credit = 1.0 - driven * (1.0 - shape_weight)
     known = track.shape_log_odds > p.walking_shape and (
-        scan.time - track.birth_time >= p.walking_age
+        scan.time - track.birth_time >= (p.walking_age_legs if legs else p.walking_age)
     )
     changed = arrival >= p.static_moved and (arrival > 0.0 or known or not scan.has_changes)
-    walks = far and changed and _is_faster(track, p.walking_speed)
+    walks = far and changed and _is_faster(track, p.walking_speed, 1.0 if legs else 2.0)
     loss = p.motion_loss if track.has_walked else p.arrival_loss
     motion = track.motion_log_odds + (p.motion_gain * credit if walks else -loss)
     motion = max(motion, arrival * credit)
@@ -161,6 +163,28 @@ def mark_unseen(
 
 
 @njit(cache=True)
+def mark_doubles(tracks: Tracks, matches: Matches, step: float, p: TrackerParameters) -> None:
+    """Update the time for which each track has been beside an older confirmed one, in place.
+
+    Two people who share a cluster stay two.
+
+    Args:
+        tracks: (m,) by growing id.
+        matches: of tracks and possible people.
+        step: time since the last scan, s.
+        p: the parameters.
+    """
+    for u in range(len(tracks)):
+        beside = False
+        for t in range(u):
+            apart_x = tracks[u].mean[0] - tracks[t].mean[0]
+            apart_y = tracks[u].mean[1] - tracks[t].mean[1]
+            near = math.hypot(apart_x, apart_y) < p.double_distance
+            beside = beside or (near and tracks[t].confirmed and not matches.merged[u])
+        tracks[u].double_time = tracks[u].double_time + step if beside else 0.0
+
+
+@njit(cache=True)
 def is_confirmed(track: Any, detection: int, time: float, p: TrackerParameters) -> bool:
     """Confirm or reject a track by detections and evidence, with hysteresis.
 
@@ -175,8 +199,10 @@ def is_confirmed(track: Any, detection: int, time: float, p: TrackerParameters) 
         hits += (track.detection_history >> k) & 1
     sure = odds >= p.sure_log_odds and time - track.birth_time >= p.sure_age
     often = hits >= (p.sure_hits if sure else min(p.hits, p.window))
-    if track.has_walked or track.motion_log_odds >= p.arrived_log_odds:
+    if track.has_walked:
         is_person = odds >= p.confirm_log_odds
+    elif track.motion_log_odds >= p.arrived_log_odds:
+        is_person = odds >= p.confirm_log_odds and track.shape_log_odds >= p.arrived_shape
     else:
         is_person = track.shape_log_odds >= p.static_shape and track.shape_looks >= p.static_looks
     least = p.reject_log_odds if track.has_walked else p.unmoved_reject_log_odds
@@ -192,8 +218,8 @@ def log_odds(track: Any) -> float:
 
 
 @njit(cache=True)
-def _is_faster(track: Any, speed: float) -> bool:
-    """Check for a speed above ``speed``, m/s, and above twice its standard deviation."""
+def _is_faster(track: Any, speed: float, deviations: float) -> bool:
+    """Check for a speed above ``speed``, m/s, and above so many of its standard deviations."""
     squared = track.mean[2] ** 2 + track.mean[3] ** 2
     variance = 0.5 * (track.covariance[2, 2] + track.covariance[3, 3])
-    return bool(squared > speed * speed and squared > 4.0 * variance)
+    return bool(squared > speed * speed and squared > deviations * deviations * variance)

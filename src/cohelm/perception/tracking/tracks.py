@@ -46,6 +46,11 @@ class TrackerParameters(Model):
     separation: float = Field(0.35, ge=0.0, le=2.0)
     """No track is born this near one that was just seen; a person may be part of a cluster up to
     this far beyond its radius, m."""
+    double_distance: float = Field(0.5, ge=0.0, le=2.0)
+    """Two tracks of planar scans nearer than this to each other are one person's two legs, m: the
+    discs of two people would overlap."""
+    double_time: float = Field(0.4, ge=0.0, le=10.0)
+    """Time for which they are so near before the younger one is deleted, s: half a stride."""
     hits: int = Field(3, ge=1, le=20)
     """Detections among the last ``window`` scans that confirm a track."""
     sure_hits: int = Field(2, ge=1, le=20)
@@ -67,6 +72,12 @@ class TrackerParameters(Model):
     arrived_log_odds: float = Field(1.0, ge=0.0, le=5.0)
     """Log-odds of motion of a track that has arrived at its place. Others must have the clear shape
     of a person."""
+    arrived_shape: float = Field(-0.2, ge=-5.0, le=5.0)
+    """Mean log-odds of a shape that confirm a track that arrived and has not walked: thin and
+    glossy objects appear only now and then."""
+    captured_cost: float = Field(6.0, ge=0.0, le=100.0)
+    """Extra cost of a match of a track that has walked with a detection at a place that was always
+    occupied: a person who passes an object does not become it."""
     static_shape: float = Field(2.0, ge=-5.0, le=5.0)
     """Mean log-odds of a shape that confirm a track without motion."""
     static_looks: float = Field(2.0, ge=0.0, le=100.0)
@@ -101,6 +112,13 @@ class TrackerParameters(Model):
     """Age from which such a track may walk, s: the past of its place is unknown before."""
     walking_speed: float = Field(0.3, ge=0.0, le=3.0)
     """Least speed of walking, m/s."""
+    leg_shape: float = Field(1.0, ge=-5.0, le=5.0)
+    """Mean log-odds of a shape from which ``walked_distance_legs`` and one standard deviation of
+    the speed suffice: furniture that seems to move seldom looks like a person all the time."""
+    walked_distance_legs: float = Field(0.25, ge=0.0, le=5.0)
+    """Distance from its birthplace of such a track that has walked, m."""
+    walking_age_legs: float = Field(0.4, ge=0.0, le=10.0)
+    """Age from which such a track may walk, s."""
     heading_speed: float = Field(0.2, ge=0.0, le=3.0)
     """Least speed at which the heading follows the motion, m/s."""
     patience: float = Field(2.0, gt=0.0, le=20.0)
@@ -149,6 +167,8 @@ TRACK = np.dtype(
         ("viewpoint", np.float64, 2),
         # Normalised innovation squared eᵀ S⁻¹ e: running mean; 2 where the model holds.
         ("nis", np.float64),
+        # Time for which an older track has been at the same place, s.
+        ("double_time", np.float64),
         # True for a person that may be reported.
         ("confirmed", np.bool_),
         # True if it has ever walked, and for all tracks without change detection.
@@ -199,6 +219,8 @@ class ScanTable(NamedTuple):
     arrival_log_odds: Floats
     """(d,), or empty without change detection."""
     has_changes: bool
+    is_planar: bool
+    """False for clouds, whose detections are whole bodies."""
 
 
 _UNKNOWN: Floats = read_only(np.empty(0))
@@ -219,6 +241,7 @@ def scan_table(found: Detections) -> ScanTable:
         found.confidence,
         _UNKNOWN if arrival is None else arrival,
         arrival is not None,
+        found.heights is None,
     )
 
 

@@ -4,6 +4,7 @@ from cohelm.simulation.sensors.grid_raycast import cast
 from cohelm.simulation.sensors.human_bodies import HumanBodies
 from cohelm.simulation.sensors.laser import sweep
 from cohelm.simulation.sensors.localisation import Localisation, Odometry
+from cohelm.simulation.sensors.planar_bodies import BodyKind, outline_of, planar_discs
 from cohelm.simulation.sensors.point_cloud import (
     LabelledCloud,
     scan_cloud,
@@ -14,6 +15,7 @@ from cohelm.simulation.sensors.static_scene import LEVEL, FloorSurface, StaticSc
 
 __all__ = [
     "LEVEL",
+    "BodyKind",
     "FloorSurface",
     "HumanBodies",
     "LabelledCloud",
@@ -21,6 +23,8 @@ __all__ = [
     "Odometry",
     "StaticScene",
     "cast",
+    "outline_of",
+    "planar_discs",
     "scan_cloud",
     "sweep",
     "sweep_cloud",

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.simulation.sensors.static_scene import LEVEL, FloorSurface
 
 STEP_LENGTH = 0.41
@@ -45,6 +45,8 @@ class HumanBodies:
     """Over the floor, m."""
     radius: Annotated[Floats, Shape("n")]
     """Radius of the disc that contains the body, m."""
+    kind: Annotated[Integers, Shape("n")] | None = None
+    """Outline in planar scans, a :class:`~.planar_bodies.BodyKind` each; None: discs."""
 
     @staticmethod
     def standing(position: Floats, heading: float = 0.0, height: float = 1.7) -> HumanBodies:
