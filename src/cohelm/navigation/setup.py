@@ -22,6 +22,7 @@ from cohelm.perception import (
     Predictor,
     Tracker,
 )
+from cohelm.health import HealthParameters
 from cohelm.planning import ComfortLimits, GlobalPlanner
 from cohelm.robots import Robot
 from cohelm.robots.clearance import Clearance
@@ -61,6 +62,7 @@ class NavigatorSetup:
     progress: ProgressParameters = ProgressParameters()
     recovery: RecoveryParameters = RecoveryParameters()
     gate: GateParameters = GateParameters()
+    health: HealthParameters = HealthParameters()
     comfort: ComfortLimits = ComfortLimits()
     """Speeds and accelerations along a path."""
     goal_tolerance: float = 0.12
