@@ -85,7 +85,7 @@ def update_drive(
         return band, Reason.DRIVE_FAULT
     if linear.lacking > 8.0 * p.drive_excess:
         return band, Reason.DRIVE_FAULT
-    if linear.lacking > 2.0 * p.drive_excess or angular.lacking > 4.0 * p.drive_excess:
+    if linear.lacking > 1.2 * p.drive_excess or angular.lacking > 4.0 * p.drive_excess:
         return band, Reason.DRIVE_WEAK
     return band, None
 

@@ -20,7 +20,7 @@ from cohelm.maps import FREE, UNKNOWN, DistanceField, OccupancyGrid, distance_fi
 IGNORED, HIT, SHORT, THROUGH, MISSING, UNUSABLE = 0, 1, 2, 3, 4, 5
 """Class of a beam: no expectation; on a wall of the map; before it; beyond it; free although a wall
 is near; no believable reading."""
-_NEAR = 0.85
+_NEAR = 0.9
 """Share of the sensor's range within which a wall must give a return."""
 _PASSES = 8
 

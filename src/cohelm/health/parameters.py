@@ -76,7 +76,7 @@ class HealthParameters(Model):
     """Share below which a sweep does not continue the earlier one at all."""
 
     # Command against motion.
-    drive_margin: tuple[float, float] = (0.08, 0.1)
+    drive_margin: tuple[float, float] = (0.06, 0.08)
     """Speed outside the expected band that is no fault: m/s, and share of the speed."""
     turn_margin: tuple[float, float] = (0.15, 0.15)
     """The same for turns, rad/s."""

@@ -61,7 +61,7 @@ def scan_motion(earlier: Sweep, now: Sweep, guess: Floats) -> ScanMotion:
 @njit(cache=True)
 def _match(earlier: Sweep, now: Sweep, guess: Floats) -> tuple[Floats, float, float, int]:
     pose, b, m = guess.copy(), len(now.ranges), len(earlier.ranges)
-    stride = max(b // 180, 1)
+    stride = max(b // 90, 1)
     at_guess, share, points = 0.0, 0.0, 0
     full = abs(m * earlier.increment) > 2.0 * math.pi - 1.5 * abs(earlier.increment)
     for k in range(len(_PASSES) + 1):

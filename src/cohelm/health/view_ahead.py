@@ -11,6 +11,9 @@ from cohelm.arrays import Booleans, Floats
 from cohelm.health.map_fit import MISSING, UNUSABLE
 from cohelm.health.sweeps import ScannerState
 
+_MIN_MISSING = 4
+"""Beams of a run of free ones that must miss a wall for the whole run not to be believed."""
+_MISSING_SHARE = 0.15
 BINS = 120
 """Directions about the robot, 3° each."""
 
@@ -37,7 +40,7 @@ def widest_gap(
     for state, mount in scanners:
         lost = state.fit.beams == UNUSABLE
         if trust_map:
-            lost |= state.fit.beams == MISSING
+            lost |= _disbelieved(state)
         angle = (state.beams.angle + mount[2]) % (2.0 * math.pi)
         index = (angle / (2.0 * math.pi) * BINS).astype(np.int64) % BINS
         covered[index] = True
@@ -48,6 +51,23 @@ def widest_gap(
     directions = (np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS
     apart = np.abs((directions - travel + math.pi) % (2.0 * math.pi) - math.pi)
     return _longest_run(blind & (apart <= half_angle)) * 2.0 * math.pi / BINS
+
+
+def _disbelieved(state: ScannerState) -> Booleans:
+    """Mask of the free beams that see nothing.
+
+    A run of free beams that misses mapped walls in a part of it is not believed in any part.
+    """
+    free, missing = np.isposinf(state.beams.range), state.fit.beams == MISSING
+    if missing.sum() < _MIN_MISSING or free.all():
+        return free & missing.any() if free.all() else missing
+    start = int(np.argmin(free))
+    rolled, missed = np.roll(free, -start), np.roll(missing, -start)
+    run = np.cumsum(~rolled)  # beams of one run of free ones share a number
+    count = np.bincount(run[rolled], minlength=run[-1] + 1)
+    wrong = np.bincount(run[rolled & missed], minlength=run[-1] + 1)
+    whole = (wrong >= _MIN_MISSING) & (wrong >= _MISSING_SHARE * count)
+    return np.asarray(missing | np.roll(rolled & whole[run], start))
 
 
 def _longest_run(mask: Booleans) -> int:

@@ -135,7 +135,7 @@ SCAN_VALUES: Mapping[str, FaultKind] = MappingProxyType(
             effect=_constant,
             unit="m",
             typical=5.0,
-            intensities=(0.0, -1.0, 0.3, 5.0, 1e9, np.inf),
+            intensities=(0.0, -1.0, 0.3, 5.0, 1e9),
         ),
         "scan_nan": FaultKind(text="every beam drops out", effect=_nan),
         "scan_blind": FaultKind(
@@ -152,7 +152,7 @@ SCAN_VALUES: Mapping[str, FaultKind] = MappingProxyType(
             unit="° to each side",
             typical=90.0,
             bounds=(0.0, 180.0),
-            intensities=(20.0, 45.0, 90.0),
+            intensities=(20.0, 45.0, 90.0, 180.0),
         ),
         "scan_free_beams": FaultKind(
             text="random beams read free, as +inf",
