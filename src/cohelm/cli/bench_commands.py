@@ -39,6 +39,14 @@ BENCHES = {
         "cohelm.benchmarks.destinations",
         "Inference of the destination of a rider who has named none, and the offers.",
     ),
+    "faults": (
+        "cohelm.benchmarks.rides.faults",
+        "Faults of sensors, wheels and stick: detected, stopped, contacts; false alarms.",
+    ),
+    "lost": (
+        "cohelm.benchmarks.lost",
+        "Localisation health on real floors: chairs carried elsewhere, and false alarms.",
+    ),
     "paper-dynamic": (
         "cohelm.benchmarks.paper.dynamic",
         "All local planners in the paper's dynamic scenes (Xu et al., Table 3).",
@@ -97,6 +105,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     ),
     "crowds": ("planners", "films", "true_people", "settings"),
     "destinations": ("floors", "goals", "destination_settings"),
+    "faults": ("fault_kinds", "fault_scenes", "fault_modes", "unwatched", "settings"),
     "paper-dynamic": ("planners", "settings"),
     "paper-global": ("global_planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),
