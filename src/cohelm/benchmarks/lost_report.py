@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -50,7 +51,8 @@ def lost_report(results: Sequence[Result], folder: Path) -> BenchReport:
         f"{len(done)} drives on {len({each.row['floor'] for each in done})} floors, "
         f"{len(carried)} of them carried",
         f"carries of 1 m and more detected within {WITHIN:g} s: {share:.3f} of {len(far)}",
-        f"false alarms: {len(false)} in {hours:.2f} h, {rate:.2f} an hour, at most {high:.2f} (95 %)",
+        f"false alarms: {len(false)} in {hours:.2f} h, {rate:.2f} an hour, "
+        f"at most {high:.2f} (95 %)",
     )
     return BenchReport(
         sheets=(_sheet([each.row for each in carried]),),
@@ -91,7 +93,7 @@ def roc(rows: Sequence[Mapping[str, Any]], series: Sequence[Floats]) -> list[Roc
 
 def _sheet(rows: Sequence[Mapping[str, Any]]) -> Sheet:
     out = []
-    for low, high in zip(BINS[:-1], BINS[1:], strict=True):
+    for low, high in pairwise(BINS):
         group = [row for row in rows if low <= float(row["distance"]) < high]
         delays = np.array([_delay(row) for row in group], dtype=float)
         share = wilson_share(np.asarray(delays <= WITHIN))
@@ -116,8 +118,10 @@ def _is_carried(row: Mapping[str, Any]) -> bool:
 
 
 def _sound_time(row: Mapping[str, Any]) -> float:
-    return min(float(row["at"]), float(row["duration"])) if _is_carried(row) else float(
-        row["duration"]
+    return (
+        min(float(row["at"]), float(row["duration"]))
+        if _is_carried(row)
+        else float(row["duration"])
     )
 
 

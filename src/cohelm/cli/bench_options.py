@@ -154,7 +154,9 @@ OWN: Mapping[str, Option] = {
     "fault_kinds": Option(
         Annotated[
             str | None,
-            typer.Option("--faults", metavar="A,B:1", help="Kinds, or KIND:MAGNITUDE; default: all."),
+            typer.Option(
+                "--faults", metavar="A,B:1", help="Kinds, or KIND:MAGNITUDE; default: all."
+            ),
         ],
         into=lambda given: {"kinds": given},
     ),

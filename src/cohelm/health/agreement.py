@@ -85,7 +85,8 @@ def ratio(
     apart, turned = difference(one, other)
     far = max(math.hypot(one[0], one[1]), math.hypot(other[0], other[1]))
     turn = max(abs(one[2]), abs(other[2]))
-    return max(
+    share: float = max(
         apart / (allowed[0] + allowed[1] * far + 0.3 * turns[0] * far),
         turned / (turns[0] + turns[1] * turn),
     )
+    return share

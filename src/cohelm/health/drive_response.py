@@ -76,9 +76,7 @@ def update_drive(
     )
     turn = robot.max_turn_acceleration
     angular = AxisBand(
-        *_follow(
-            memory.angular, float(command[2]), w, dt, lag, (turn, turn, turn), p.turn_margin
-        )
+        *_follow(memory.angular, float(command[2]), w, dt, lag, (turn, turn, turn), p.turn_margin)
     )
     band = DriveBand(now, linear, angular)
     if linear.over > p.drive_excess or angular.over > 2.0 * p.drive_excess:
@@ -91,7 +89,7 @@ def update_drive(
 
 
 @njit(cache=True)
-def _follow(
+def _follow(  # noqa: PLR0917  # a kernel takes plain arguments
     band: AxisBand,
     command: float,
     measured: float,

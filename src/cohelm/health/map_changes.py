@@ -38,7 +38,7 @@ class MapChanges(NamedTuple):
     def persistent(self, *, new: bool) -> Floats:
         """Centres (m, 2) of persistent contradictions, m: new obstacles, or walls that are gone."""
         chosen = (self.balance >= PERSISTENT) & (self.cells[:, 2] == int(new))
-        return (self.cells[chosen, :2] + 0.5) * CELL
+        return np.asarray((self.cells[chosen, :2] + 0.5) * CELL, dtype=float)
 
 
 NO_CHANGES = MapChanges(np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64))
@@ -89,7 +89,7 @@ def _cells(X_MS: Floats, angle: Floats, distance: Floats) -> Integers:
     r = np.where(np.isfinite(distance), distance, 1e6)
     a = X_MS[2] + angle
     points = X_MS[:2] + np.column_stack([r * np.cos(a), r * np.sin(a)])
-    return np.floor(points / CELL).astype(np.int64)
+    return np.asarray(np.floor(points / CELL), dtype=np.int64)
 
 
 def _votes(cells: Integers, kind: int) -> Integers:
@@ -111,4 +111,5 @@ def _freed(before: MapChanges, X_MS: Floats, beams: BeamTable, reaching: Integer
     inside = index < len(beams.angle)
     at = np.where(inside, index, 0)
     far = np.where(reaching[at], beams.range[at], 0.0)
-    return new[inside & np.isfinite(far) & (far > distance + 2.0 * CELL)]
+    freed: Integers = new[inside & np.isfinite(far) & (far > distance + 2.0 * CELL)]
+    return freed

@@ -84,7 +84,9 @@ def beam_map(grid: OccupancyGrid, walls: DistanceField) -> SolidMap:
     return SolidMap(walls.distance, grid.data, grid.resolution, walls.X_MG)
 
 
-def fit_map(known: SolidMap, beams: BeamTable, X_MS: Floats, range_max: float, tol: float) -> MapFit:
+def fit_map(
+    known: SolidMap, beams: BeamTable, X_MS: Floats, range_max: float, tol: float
+) -> MapFit:
     """Compare the beams of a sweep at a sensor pose (3,) with the map.
 
     Args:
@@ -218,5 +220,3 @@ def _best_offset(
         if abs(offset[0]) > 1.0 or abs(offset[1]) > 1.0 or abs(offset[2]) > 0.6:
             return np.zeros(3), 0.0
     return offset, (on_after - on_before) / max(returns, 1)
-
-

@@ -51,7 +51,7 @@ class HealthState:
     motion: MotionHistory | None = None
     drive: DriveBand | None = None
     stick: StickHistory | None = None
-    localisation: LocalisationHealth = LocalisationHealth()
+    localisation: LocalisationHealth = field(default_factory=LocalisationHealth)
     evidence: Evidence = field(default_factory=lambda: NO_EVIDENCE)
     changes: MapChanges = NO_CHANGES
 
@@ -81,9 +81,7 @@ def monitor(
     motion = update_motion(memory.motion, observation, p)
     drive, drive_symptom = update_drive(memory.drive, observation, robot, p)
     stick, stick_symptom = update_stick(memory.stick, observation, request, p)
-    scanners, localisation, changes = _update_scanners(
-        observation, robot, known, motion, memory, p
-    )
+    scanners, localisation, changes = _update_scanners(observation, robot, known, motion, memory, p)
     symptoms = [each for each in (drive_symptom, stick_symptom) if each is not None]
     fresh = [s for s in scanners if s is not None and observation.time - s.time <= _FRESH]
     symptoms += _scan_symptoms(scanners, observation, robot, localisation, p)
@@ -154,11 +152,15 @@ def _scan_symptoms(
 ) -> list[Reason]:
     """Symptoms of the sweeps by themselves, and of the view ahead."""
     out = []
-    fresh = [
-        (state, np.array(mount.pose))
-        for state, mount in zip(scanners, robot.lasers, strict=True)
-        if state is not None and observation.time - state.time <= _FRESH
-    ] if scanners else []
+    fresh = (
+        [
+            (state, np.array(mount.pose))
+            for state, mount in zip(scanners, robot.lasers, strict=True)
+            if state is not None and observation.time - state.time <= _FRESH
+        ]
+        if scanners
+        else []
+    )
     for state, _ in fresh:
         missing = state.fit.missing / max(len(state.beams.angle), 1)
         if max(state.check.invalid, missing) >= p.invalid_share:
@@ -232,5 +234,3 @@ def _health(
         stop=stops[0] if stops else None,
         slow=slows[0] if slows else None,
     )
-
-

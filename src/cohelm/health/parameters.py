@@ -23,7 +23,7 @@ class HealthParameters(Model):
     invalid_share: float = Field(0.4, gt=0.0, le=1.0)
     """Share of beams without a believable reading from which a sweep is implausible."""
     repeated_share: float = Field(0.9, gt=0.0, le=1.0)
-    """Share of returns equal to the sweep before, to the last bit, from which it is a repetition."""
+    """Share of returns equal to the sweep before, to the last bit, from which it repeats it."""
 
     # View in the direction of travel.
     view_half_angle: float = Field(0.7, gt=0.0, le=math.pi)

@@ -59,7 +59,9 @@ def scan_motion(earlier: Sweep, now: Sweep, guess: Floats) -> ScanMotion:
 
 
 @njit(cache=True)
-def _match(earlier: Sweep, now: Sweep, guess: Floats) -> tuple[Floats, float, float, int]:
+def _match(  # noqa: PLR0915  # one kernel: each pass associates, weighs and solves
+    earlier: Sweep, now: Sweep, guess: Floats
+) -> tuple[Floats, float, float, int]:
     pose, b, m = guess.copy(), len(now.ranges), len(earlier.ranges)
     stride = max(b // 90, 1)
     at_guess, share, points = 0.0, 0.0, 0
@@ -81,7 +83,7 @@ def _match(earlier: Sweep, now: Sweep, guess: Floats) -> tuple[Floats, float, fl
             index = (math.atan2(y, x) - earlier.first) / earlier.increment
             if full:
                 index %= 2.0 * math.pi / abs(earlier.increment)
-            j = int(math.floor(index))
+            j = math.floor(index)
             j1 = (j + 1) % m if full else j + 1
             if j < 0 or j >= m or j1 >= m:
                 continue

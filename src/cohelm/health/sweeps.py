@@ -86,7 +86,7 @@ def update_scanner(
     """
     check = check_sweep(scan.ranges, scan.range_max, memory.ranges if memory else None)
     stride = max(len(scan.ranges) // p.beams, 1)
-    angles = scan.angle_min + scan.angle_increment * np.arange(0, len(scan.ranges), stride)
+    angles: Floats = scan.angle_min + scan.angle_increment * np.arange(0, len(scan.ranges), stride)
     beams = BeamTable(angles, scan.ranges[::stride].copy(), check.usable[::stride].copy())
     fit = fit_map(known, beams, compose(at.reported, scan.mount), scan.range_max, p.wall_tolerance)
     now = EarlierSweep(scan.time, scan.ranges, at.reported, at.odometry)
@@ -132,9 +132,7 @@ def _motion(earlier: EarlierSweep, now: EarlierSweep, scan: Scan, motion: Floats
     """Motion between two sweeps near a motion (3,) of the robot."""
     guess = compose(inverse(scan.mount), compose(motion, scan.mount))
     first, step = scan.angle_min, scan.angle_increment
-    return scan_motion(
-        Sweep(earlier.ranges, first, step), Sweep(now.ranges, first, step), guess
-    )
+    return scan_motion(Sweep(earlier.ranges, first, step), Sweep(now.ranges, first, step), guess)
 
 
 def _excess(found: ScanMotion, X_RS: Floats, motion: Floats, p: HealthParameters) -> float:

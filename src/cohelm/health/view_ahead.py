@@ -58,9 +58,12 @@ def _disbelieved(state: ScannerState) -> Booleans:
 
     A run of free beams that misses mapped walls in a part of it is not believed in any part.
     """
-    free, missing = np.isposinf(state.beams.range), state.fit.beams == MISSING
-    if missing.sum() < _MIN_MISSING or free.all():
-        return free & missing.any() if free.all() else missing
+    free: Booleans = np.isposinf(state.beams.range)
+    missing: Booleans = state.fit.beams == MISSING
+    if free.all():
+        return np.asarray(free & missing.any())
+    if missing.sum() < _MIN_MISSING:
+        return missing
     start = int(np.argmin(free))
     rolled, missed = np.roll(free, -start), np.roll(missing, -start)
     run = np.cumsum(~rolled)  # beams of one run of free ones share a number

@@ -1,4 +1,4 @@
-"""Hazards of each fault for the table of failure modes: effect, residual, what defeats detection."""
+"""Hazards of each fault for the table of failure modes: effect, and what remains."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ class Hazard(NamedTuple):
 
 
 _BRAKING = "the distance of braking from the speed at the onset"
-_UNSTOPPABLE = "the wheels no longer obey: detected, but only a relay in the motor supply stops them"
+_UNSTOPPABLE = (
+    "the wheels no longer obey: detected, but only a relay in the motor supply stops them"
+)
 
 HAZARDS: Mapping[str, Hazard] = MappingProxyType(
     {
@@ -63,11 +65,14 @@ HAZARDS: Mapping[str, Hazard] = MappingProxyType(
         "command_stuck": Hazard("the chair drives on", _UNSTOPPABLE, False),
         "command_dead": Hazard("the chair stops", "none: it stands"),
         "command_delayed": Hazard(
-            "late braking", "0.15 s is within the gate's reaction time; longer ones show only when "
-            "the speed changes", False
+            "late braking",
+            "0.15 s is within the gate's reaction time; longer ones show only when "
+            "the speed changes",
+            False,
         ),
         "command_dropped": Hazard(
-            "late braking", "shows only when the speed changes; nine of ten dropped act as a delay",
+            "late braking",
+            "shows only when the speed changes; nine of ten dropped act as a delay",
             False,
         ),
         "command_scaled": Hazard("too fast, or in reverse", _UNSTOPPABLE, False),
@@ -90,9 +95,7 @@ HAZARDS: Mapping[str, Hazard] = MappingProxyType(
             "the chair veers", "looks like a rider who steers a little: only the gate stops", False
         ),
         "people_ghost": Hazard("the chair waits for nobody", "looks like a person", False),
-        "people_lost": Hazard(
-            "a person is not seen", "no sensor has a trace of the person", False
-        ),
+        "people_lost": Hazard("a person is not seen", "no sensor has a trace of the person", False),
         "people_swapped": Hazard("predictions restart", "ids are not used for contact", False),
         "late": Hazard("old decisions", _BRAKING),
         "clock_backwards": Hazard("ages are wrong", _BRAKING),

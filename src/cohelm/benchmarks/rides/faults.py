@@ -190,7 +190,7 @@ def _fault(case: FaultCase, onset: float) -> tuple[str, ...]:
     return (f"faults=[{{kind: {case.kind}, at: {onset:g}, duration: 100{size}}}]",)
 
 
-def _watched(watched: bool) -> tuple[str, ...]:  # noqa: FBT001  # a column of the table
+def _watched(watched: bool) -> tuple[str, ...]:
     return () if watched else ("health.enabled=false",)
 
 

@@ -80,5 +80,3 @@ class FaultKind:
     bounds: tuple[float, float] = UNBOUNDED
     intensities: tuple[float, ...] = ()
     """Magnitudes of a benchmark; empty: the typical one alone."""
-
-

@@ -34,7 +34,9 @@ class Fault(Model):
             raise ValueError(f"no fault is called {self.kind!r}{nearest(self.kind, FAULT_KINDS)}")
         low, high = kind.bounds
         if self.magnitude is not None and not low <= self.magnitude <= high:
-            raise ValueError(f"magnitude of {self.kind} must lie in [{low:g}, {high:g}] {kind.unit}")
+            raise ValueError(
+                f"magnitude of {self.kind} must lie in [{low:g}, {high:g}] {kind.unit}"
+            )
         return self
 
     @property

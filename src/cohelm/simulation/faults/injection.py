@@ -41,7 +41,7 @@ def with_faults(
     if not faults:
         return observation, memory
     now, sound = observation.time, observation
-    recent = tuple(o for o in memory.recent if o.time > now - HISTORY) + (sound,)
+    recent = (*(o for o in memory.recent if o.time > now - HISTORY), sound)
     held = memory.held or (None,) * len(faults)
     held_scans = memory.held_scans or ((),) * len(faults)
     scans = sound.scans or memory.scans
@@ -93,9 +93,7 @@ class FaultInjector:
         shift = self._shift(observation.time)
         if shift.any():
             observation = replace(observation, pose=observation.pose - shift)
-        delivered, self._memory = with_faults(
-            observation, self._faults, self._memory, self._stream
-        )
+        delivered, self._memory = with_faults(observation, self._faults, self._memory, self._stream)
         return delivered
 
     def received(self, decision: Decision, time: float) -> Decision:
@@ -168,4 +166,3 @@ def _free_shift(
         if inside and float(walls.at(point)) > _ROOM and np.min(apart) > _ROOM:
             return np.array([*(point - pose[:2]), 0.0])
     return np.zeros(3)
-
