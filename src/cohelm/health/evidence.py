@@ -29,7 +29,7 @@ RULES: Mapping[Reason, Rule] = MappingProxyType(
         Reason.SCAN_BLIND: Rule(0.09, 0.5),
         Reason.DRIVE_FAULT: Rule(0.0, 1.0, latched=True),
         Reason.ODOMETRY_FAULT: Rule(0.15, 1.0, latched=True),
-        Reason.SCAN_MOTION: Rule(0.25, 1.0, latched=True),
+        Reason.SCAN_MOTION: Rule(0.09, 1.0, latched=True),
         Reason.SENSORS_DISAGREE: Rule(0.2, 1.0, latched=True),
         Reason.POSE_FAULT: Rule(0.15, 0.5),
         Reason.LOST: Rule(0.25, 1.0),

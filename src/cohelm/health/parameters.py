@@ -72,7 +72,7 @@ class HealthParameters(Model):
     """Difference of a motion from the one between two sweeps: m, and share of the distance."""
     min_inliers: float = Field(0.55, gt=0.0, le=1.0)
     """Share of a sweep's points that must fit the earlier sweep for a motion to be estimated."""
-    lost_inliers: float = Field(0.25, gt=0.0, le=1.0)
+    lost_inliers: float = Field(0.15, gt=0.0, le=1.0)
     """Share below which a sweep does not continue the earlier one at all."""
 
     # Command against motion.

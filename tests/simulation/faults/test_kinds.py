@@ -74,7 +74,9 @@ def test_constant_ranges_and_scaled_ones():
     np.testing.assert_allclose(ranges("scan_scaled", 0.5), 0.5 * SOUND)
 
 
-@pytest.mark.parametrize(("kind", "reads"), [("scan_blind", np.isnan), ("scan_free_sector", np.isinf)])
+@pytest.mark.parametrize(
+    ("kind", "reads"), [("scan_blind", np.isnan), ("scan_free_sector", np.isinf)]
+)
 def test_a_sector_of_81_degrees_to_each_side_is_45_percent_of_the_beams(kind, reads):
     lost = reads(ranges(kind, 81.0))
     assert lost.mean() == pytest.approx(2 * 81 / 360, abs=0.01)
@@ -161,7 +163,9 @@ def test_nobody_sees_people_who_are_lost():
     for _ in range(20):
         for world in (sound, lost):
             world.advance(Decision(twist=np.zeros(3)))
-    a, b = (np.nan_to_num(w.observe().scans[0].ranges, nan=99.0, posinf=99.0) for w in (sound, lost))
+    a, b = (
+        np.nan_to_num(w.observe().scans[0].ranges, nan=99.0, posinf=99.0) for w in (sound, lost)
+    )
     assert (b >= a - 1e-9).all()
     assert (b > a + 0.5).any()
 
