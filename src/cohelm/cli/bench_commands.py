@@ -105,7 +105,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     ),
     "crowds": ("planners", "films", "true_people", "settings"),
     "destinations": ("floors", "goals", "destination_settings"),
-    "faults": ("fault_kinds", "fault_scenes", "fault_modes", "unwatched", "settings"),
+    "faults": ("faults", "scenes", "ride_modes", "unwatched", "settings"),
     "paper-dynamic": ("planners", "settings"),
     "paper-global": ("global_planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),

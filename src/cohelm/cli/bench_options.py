@@ -151,34 +151,10 @@ OWN: Mapping[str, Option] = {
             ),
         ]
     ),
-    "fault_kinds": Option(
-        Annotated[
-            str | None,
-            typer.Option(
-                "--faults", metavar="A,B:1", help="Kinds, or KIND:MAGNITUDE; default: all."
-            ),
-        ],
-        into=lambda given: {"kinds": given},
+    "faults": Option(
+        _names("Kinds, or KIND:MAGNITUDE; default: all."), into=lambda given: {"kinds": given}
     ),
-    "fault_scenes": Option(
-        Annotated[
-            str | None,
-            typer.Option(
-                "--scenes", metavar="A,B", help="Scenarios; default: crossing, narrow-doorway."
-            ),
-        ],
-        into=lambda given: {"scenes": given},
-    ),
-    "fault_modes": Option(
-        Annotated[
-            str | None,
-            typer.Option("--modes", metavar="A,B", help="Default: autonomous, stop_only."),
-        ],
-        into=lambda given: {"modes": given},
-    ),
-    "unwatched": Option(
-        _flag("--unwatched", "Ride every fault again without the health monitor."), False
-    ),
+    "unwatched": Option(_flag("--unwatched", "Ride again without the health monitor."), False),
     "families": Option(
         Annotated[
             str | None,

@@ -16,8 +16,8 @@ from cohelm.health.map_fit import HIT, SHORT, THROUGH, BeamTable, MapFit
 
 CELL = 0.25
 """Side of a cell, m."""
-PERSISTENT = 20
-"""Balance of contradicting sweeps from which a cell counts: 10 s at two sweeps a second."""
+PERSISTENT = 10
+"""Balance of contradicting sweeps from which a cell counts: 5 s at two sweeps a second."""
 _PERIOD = 0.5
 """Time between two sweeps that are counted, s: successive sweeps are no new evidence."""
 _MOST = 50

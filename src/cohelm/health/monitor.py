@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-
 from cohelm.health.agreement import MotionHistory, disagreement, update_motion
 from cohelm.health.drive_response import DriveBand, update_drive
 from cohelm.health.evidence import NO_EVIDENCE, Evidence, findings, update_evidence

@@ -11,7 +11,7 @@ from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
-from cohelm.health import Health, beam_map, monitor
+from cohelm.health import beam_map, monitor
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
@@ -36,6 +36,7 @@ from cohelm.navigation.stage_results import (
     stopped_by_health,
     stopped_by_input,
     tick_of,
+    with_health_reason,
 )
 from cohelm.navigation.static_people import with_closed_side
 from cohelm.navigation.steering_help import intent_of, steer
@@ -139,7 +140,7 @@ class Navigator:
         # The gate has the last word.
         decision = self._decide(step, world, command, planned=plan is not None)
         decision = with_recovery_reason(decision, plan, observation.twist, recovery)
-        decision = _with_health_reason(decision, health)
+        decision = with_health_reason(decision, health)
         stopwatch.lap("safety")
         results = StageResults(
             gate=gate_state,
@@ -338,13 +339,6 @@ class Navigator:
             clearance=self.setup.clearance,
             parameters=self.setup.gate,
         )
-
-
-def _with_health_reason(decision: Decision, health: Health) -> Decision:
-    """Decision with the reason for driving slowly, where it has none of its own."""
-    if health.slow is None or decision.reason not in {None, Reason.OVER_LIMITS}:
-        return decision
-    return dataclasses.replace(decision, reason=health.slow)
 
 
 def _with_mode(request: Request) -> Request:

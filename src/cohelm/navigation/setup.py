@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cohelm.arrays import value
 from cohelm.control import LocalPlanner
+from cohelm.health import HealthParameters
 from cohelm.maps import CostmapFilter, OccupancyGrid, Places
 from cohelm.messages import Crowding, Request
 from cohelm.navigation.crowding import CrowdingParameters
@@ -22,7 +23,6 @@ from cohelm.perception import (
     Predictor,
     Tracker,
 )
-from cohelm.health import HealthParameters
 from cohelm.planning import ComfortLimits, GlobalPlanner
 from cohelm.robots import Robot
 from cohelm.robots.clearance import Clearance

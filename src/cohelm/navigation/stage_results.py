@@ -140,3 +140,10 @@ def stopped_by_health(
     stopped = stopped_by_input(observation, request, reason, gate_state, last)
     after = dataclasses.replace(memory, gate=gate_state)
     return dataclasses.replace(stopped, memory=after, health=health)
+
+
+def with_health_reason(decision: Decision, health: Health) -> Decision:
+    """Decision with the reason for driving slowly, where it has none of its own."""
+    if health.slow is None or decision.reason not in {None, Reason.OVER_LIMITS}:
+        return decision
+    return dataclasses.replace(decision, reason=health.slow)
