@@ -38,9 +38,9 @@ class HealthParameters(Model):
     """Distance from a mapped wall within which a return lies on it, m."""
     min_informative: float = Field(0.12, gt=0.0, le=1.0)
     """Share of beams that must reach mapped walls for a judgement: a crowd may hide the rest."""
-    doubtful_share: float = Field(0.25, gt=0.0, le=1.0)
+    doubtful_share: float = Field(0.12, gt=0.0, le=1.0)
     """Share of contradicting beams from which the position is doubtful."""
-    lost_share: float = Field(0.4, gt=0.0, le=1.0)
+    lost_share: float = Field(0.2, gt=0.0, le=1.0)
     """Share from which it is lost."""
     doubtful_offset: float = Field(0.18, gt=0.0, le=5.0)
     """Offset of the best fit from which the position is doubtful, m."""
