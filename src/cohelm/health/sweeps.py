@@ -86,7 +86,8 @@ def update_scanner(
     """
     check = check_sweep(scan.ranges, scan.range_max, memory.ranges if memory else None)
     stride = max(len(scan.ranges) // p.beams, 1)
-    angles: Floats = scan.angle_min + scan.angle_increment * np.arange(0, len(scan.ranges), stride)
+    index = np.arange(0, len(scan.ranges), stride, dtype=np.float64)
+    angles: Floats = np.asarray(scan.angle_min + scan.angle_increment * index, dtype=np.float64)
     beams = BeamTable(angles, scan.ranges[::stride].copy(), check.usable[::stride].copy())
     fit = fit_map(known, beams, compose(at.reported, scan.mount), scan.range_max, p.wall_tolerance)
     now = EarlierSweep(scan.time, scan.ranges, at.reported, at.odometry)
