@@ -77,7 +77,9 @@ HAZARDS: Mapping[str, Hazard] = MappingProxyType(
         ),
         "command_scaled": Hazard("too fast, or in reverse", _UNSTOPPABLE, False),
         "command_flipped": Hazard("turns in the wrong direction", _BRAKING),
-        "motor_weak": Hazard("the chair pulls to one side", "losses below 10 % are steered out"),
+        "motor_weak": Hazard(
+            "the chair pulls to one side", "control steers a loss of 30 % out", detectable=False
+        ),
         "brake_slow": Hazard(
             "stopping distance too long", "shows only in hard braking, when it is needed", False
         ),
