@@ -105,13 +105,6 @@ def test_when_it_is_over_the_ride_goes_on(kind):
     assert not any(truth.hit_wall for truth in log.truths)
 
 
-def test_every_fault_that_can_be_injected_is_tried_here():
-    from cohelm.simulation import Fault
-
-    kinds = Fault.model_fields["kind"].annotation.__args__
-    assert {kind for kind, *_ in NOW + SILENT} == set(kinds)
-
-
 def test_stop_pressed_stops_in_the_same_tick_and_till_it_is_released():
     made = stage("empty", f"profile={{preferred_speed: {SPEED}}}")
 

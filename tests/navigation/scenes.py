@@ -8,6 +8,7 @@ import numpy as np
 
 from cohelm import plugins
 from cohelm.control import LocalProblem
+from cohelm.health import HealthParameters
 from cohelm.messages import (
     LocalPlan,
     Mode,
@@ -85,6 +86,8 @@ class Fixed:
 def navigator(**changes: object) -> Navigator:
     """In an empty room of 12 × 8 m, with the parts used by default, unless told otherwise."""
     setup = NavigatorSetup(
+        # Scripted observations repeat sweeps and leave the chair where it is.
+        health=HealthParameters(enabled=False),
         grid=room(),
         robot=load_robot("quantum_q6_edge"),
         global_planner=plugins.build("global_planners", "upf"),

@@ -43,6 +43,14 @@ BENCHES = {
         "cohelm.benchmarks.rides.doorways",
         "Narrow doorways among people with hands of all kinds: who gets through.",
     ),
+    "faults": (
+        "cohelm.benchmarks.rides.faults",
+        "Faults of sensors, wheels and stick: detected, stopped, contacts; false alarms.",
+    ),
+    "lost": (
+        "cohelm.benchmarks.lost",
+        "Localisation health on real floors: chairs carried elsewhere, and false alarms.",
+    ),
     "paper-dynamic": (
         "cohelm.benchmarks.paper.dynamic",
         "All local planners in the paper's dynamic scenes (Xu et al., Table 3).",
@@ -102,6 +110,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "crowds": ("planners", "films", "true_people", "settings"),
     "destinations": ("floors", "goals", "destination_settings"),
     "doorways": ("riders", "modes", "settings"),
+    "faults": ("faults", "scenes", "ride_modes", "unwatched", "settings"),
     "paper-dynamic": ("planners", "settings"),
     "paper-global": ("global_planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),

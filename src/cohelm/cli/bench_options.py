@@ -151,6 +151,10 @@ OWN: Mapping[str, Option] = {
             ),
         ]
     ),
+    "faults": Option(
+        _names("Kinds, or KIND:MAGNITUDE; default: all."), into=lambda given: {"kinds": given}
+    ),
+    "unwatched": Option(_flag("--unwatched", "Ride again without the health monitor."), False),
     "families": Option(
         Annotated[
             str | None,

@@ -15,6 +15,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from cohelm.arrays import Floats
 from cohelm.cli.progress import RideProgress
 from cohelm.cli.report import (
     ERRORS,
@@ -194,11 +195,29 @@ def _print(ride: Ride, report: Mapping[str, Any], title: str, request: RunReques
         for stop in stops:
             reason = f"{stop.reason.sentence} ({stop.reason.value})"
             print_line(f"at {stop.time:.1f} s, for {stop.duration:.1f} s: {reason}")
+        for line in _map_notes(ride):
+            print_line(line)
         for file in (request.plot, request.animate, request.record, request.out):
             if file is not None:
                 print_line(f"written: {file}")
         OUTPUT.print(_summary(measure(ride)))
     sys.stdout.write(f"outcome: {ride.outcome.value}\n")
+
+
+def _map_notes(ride: Ride) -> list[str]:
+    """Sentences on persistent contradictions between map and sweeps."""
+    health = ride.ticks[-1].memory.health if ride.ticks else None
+    if health is None:
+        return []
+    gone, new = (health.changes.persistent(new=each) for each in (False, True))
+    told = ((gone, "a wall of the map is not there"), (new, "an obstacle is not on the map"))
+    return [f"map: {text} at {_places_text(cells)}" for cells, text in told if len(cells)]
+
+
+def _places_text(points: Floats) -> str:
+    """At most three of the points (n, 2), m, as text."""
+    shown = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in points[:3])
+    return shown + (f" and {len(points) - 3} more cells" if len(points) > 3 else "")
 
 
 def _summary(measures: Mapping[str, float]) -> Table:

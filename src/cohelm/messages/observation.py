@@ -65,6 +65,10 @@ class Observation:
     """Measured by odometry, robot frame."""
     twist_time: float
     """Time of the last odometry message, s."""
+    pose_covariance: Annotated[Floats, Shape("3 3")] | None = None
+    """Covariance of the pose as the localiser states it, m² and rad²; None: not stated."""
+    command: Annotated[Floats, Shape("3")] | None = None
+    """Twist that the motor controller was last told to follow; None: not known."""
     scans: tuple[Scan, ...] = ()
     """Scans that arrived since the last observation."""
     clouds: tuple[PointCloud, ...] = ()

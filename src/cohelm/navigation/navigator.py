@@ -11,6 +11,7 @@ from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
+from cohelm.health import beam_map, monitor
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
@@ -33,7 +34,13 @@ from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and
 from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
 from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.setup import NavigatorSetup
-from cohelm.navigation.stage_results import StageResults, stopped_by_input, tick_of
+from cohelm.navigation.stage_results import (
+    StageResults,
+    stopped_by_health,
+    stopped_by_input,
+    tick_of,
+    with_health_reason,
+)
 from cohelm.navigation.static_people import with_closed_side
 from cohelm.navigation.steering_help import intent_of, steer
 from cohelm.navigation.tick import Memory, StepInput, Tick
@@ -58,6 +65,7 @@ class Navigator:
         self.setup = setup
         self.walls = distance_field(setup.grid)
         closed = with_keepout_walls(setup.grid, setup.filters)
+        self.beams = beam_map(setup.grid, self.walls)
         self.barriers = self.walls if closed is setup.grid else distance_field(closed)
         self.destinations = destination_inference(
             setup.grid,
@@ -88,7 +96,19 @@ class Navigator:
         if fault is not None:
             return stopped_by_input(observation, request, fault, gate_state, last)
 
-        step = self._step_input(observation, _with_mode(request), memory)
+        # Redundant input that does not agree slows the chair, or stops it.
+        health, health_state = monitor(
+            observation, request, self.setup.robot, self.beams, memory.health, self.setup.health
+        )
+        memory = dataclasses.replace(memory, health=health_state)
+        if health.stop is not None:
+            return stopped_by_health(observation, request, health, gate_state, memory, last)
+        limited = dataclasses.replace(
+            request, speed_limit=min(request.speed_limit, health.speed_limit)
+        )
+        stopwatch.lap("health")
+
+        step = self._step_input(observation, _with_mode(limited), memory)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
         confidence = update_confidence(observation, self.walls, memory.confidence)
         authority, authority_state = self._rider_authority(step, confidence)
@@ -130,9 +150,12 @@ class Navigator:
         # The gate has the last word.
         decision = self._decide(step, world, command, planned=plan is not None)
         decision = with_recovery_reason(decision, plan, observation.twist, recovery)
+        decision = with_health_reason(decision, health)
         stopwatch.lap("safety")
         results = StageResults(
             gate=gate_state,
+            health=health,
+            health_state=health_state,
             world=world,
             authority_state=authority_state,
             authority=authority,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cohelm.arrays import value
 from cohelm.control import LocalPlanner
+from cohelm.health import HealthParameters
 from cohelm.maps import CostmapFilter, OccupancyGrid, Places
 from cohelm.messages import Crowding, Request
 from cohelm.navigation.crowding import CrowdingParameters
@@ -62,6 +63,7 @@ class NavigatorSetup:
     progress: ProgressParameters = ProgressParameters()
     recovery: RecoveryParameters = RecoveryParameters()
     gate: GateParameters = GateParameters()
+    health: HealthParameters = HealthParameters()
     comfort: ComfortLimits = ComfortLimits()
     """Speeds and accelerations along a path."""
     goal_tolerance: float = 0.12

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from cohelm.health import Health, HealthState
 from cohelm.messages import (
     Authority,
     ChairConfidence,
@@ -32,6 +33,8 @@ class StageResults:
     """Results of the stages, in the order of the pipeline."""
 
     gate: GateState
+    health: Health
+    health_state: HealthState
     world: WorldModel
     authority_state: AuthorityState
     authority: Authority
@@ -63,6 +66,7 @@ def tick_of(
         memory=_memory(results),
         sensing=world.sensing,
         people=world.people,
+        health=results.health,
         groups=world.groups,
         predictions=world.predictions,
         spaces=world.spaces,
@@ -85,6 +89,7 @@ def _memory(results: StageResults) -> Memory:
     world, course = results.world, results.course
     return Memory(
         gate=results.gate,
+        health=results.health_state,
         perception=world.perception,
         predictor=world.predictor,
         obstacles=world.layer,
@@ -123,3 +128,28 @@ def stopped_by_input(
         path=last.path if last else None,
         arrived=last.arrived if last else False,
     )
+
+
+def stopped_by_health(
+    observation: Observation,
+    request: Request,
+    health: Health,
+    gate_state: GateState,
+    memory: Memory,
+    last: Tick | None,
+) -> Tick:
+    """Return the stop for input that contradicts itself; other stages keep their memory.
+
+    ``memory`` has the new state of the health monitor, ``health`` the reason.
+    """
+    reason = health.stop or Reason.SENSORS_DISAGREE
+    stopped = stopped_by_input(observation, request, reason, gate_state, last)
+    after = dataclasses.replace(memory, gate=gate_state)
+    return dataclasses.replace(stopped, memory=after, health=health)
+
+
+def with_health_reason(decision: Decision, health: Health) -> Decision:
+    """Decision with the reason for driving slowly, where it has none of its own."""
+    if health.slow is None or decision.reason not in {None, Reason.OVER_LIMITS}:
+        return decision
+    return dataclasses.replace(decision, reason=health.slow)

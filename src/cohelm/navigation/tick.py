@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.health import Health, HealthState
 from cohelm.messages import (
     Authority,
     ChairConfidence,
@@ -48,6 +49,7 @@ class Memory:
     """State that each stage passes to its next call; None before the first one."""
 
     gate: GateState | None = None
+    health: HealthState | None = None
     perception: PerceptionMemory | None = None
     predictor: Any | None = None
     """The predictor's own record."""
@@ -78,6 +80,8 @@ class Tick:
     decision: Decision
     memory: Memory
     people: People
+    health: Health = Health()
+    """Judgement of the health monitor."""
     sensing: Sensing = Sensing.SILENT
     groups: Groups | None = None
     predictions: Predictions | None = None

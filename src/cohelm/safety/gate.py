@@ -167,6 +167,7 @@ def stop(reason: Reason) -> Decision:
 _GENTLE = frozenset(
     {
         Reason.STALE_RIDER_COMMAND,
+        Reason.STICK_STUCK,
         Reason.NO_SAFE_PLAN,
         Reason.SOLVER_FAILED,
         Reason.START_BLOCKED,

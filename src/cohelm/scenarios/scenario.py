@@ -29,6 +29,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, model_serializer, mode
 
 from cohelm.config import Model, nearest, override, read_yaml, validate
 from cohelm.errors import ConfigError, ScenarioError
+from cohelm.health import HealthParameters
 from cohelm.maps import MAX_COORDINATE
 from cohelm.messages import Mode, RiderProfile
 from cohelm.navigation import (
@@ -74,6 +75,7 @@ NAVIGATOR_PARAMETERS = (
     "progress",
     "recovery",
     "gate",
+    "health",
     "comfort",
 )
 """Parameter sets of the navigator, under the same names in a scenario."""
@@ -159,6 +161,7 @@ class Scenario(Model):
     progress: ProgressParameters = ProgressParameters()
     recovery: RecoveryParameters = RecoveryParameters()
     gate: GateParameters = GateParameters()
+    health: HealthParameters = HealthParameters()
     comfort: ComfortLimits = ComfortLimits()
     localisation: Localisation = Localisation()
     odometry: Odometry = Odometry()
@@ -176,6 +179,8 @@ class Scenario(Model):
         """Omit keys without content: their presence must not change a configuration hash."""
         out: dict[str, Any] = serialize(self)
         absent: dict[str, Any] = {"world_plan": {}, "rider_plan": None}
+        if self.health == HealthParameters():
+            out.pop("health", None)
         return {k: each for k, each in out.items() if k not in absent or each != absent[k]}
 
     @model_validator(mode="after")

@@ -10,7 +10,7 @@ from cohelm.simulation.crowds import (
     prepare_crowd,
 )
 from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
-from cohelm.simulation.faults import Fault
+from cohelm.simulation.faults import FAULT_KINDS, Fault, FaultKind
 from cohelm.simulation.ground_truth import GroundTruth, is_standing
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.riders import (
@@ -38,6 +38,7 @@ from cohelm.simulation.world import World
 from cohelm.simulation.world_setup import WorldSetup
 
 __all__ = [
+    "FAULT_KINDS",
     "Aggressive",
     "Biased",
     "Crowd",
@@ -47,6 +48,7 @@ __all__ = [
     "Dropout",
     "EightDirections",
     "Fault",
+    "FaultKind",
     "GoalChange",
     "GroundTruth",
     "Ideal",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,9 +66,13 @@ def drive_command(robot: Robot, decision: Decision) -> DriveCommand:
 
 
 def step_drivetrain(
-    robot: Robot, state: DriveState, command: DriveCommand, dt: float
+    robot: Robot,
+    state: DriveState,
+    command: DriveCommand,
+    dt: float,
+    grip: Callable[[Floats], Floats] = lambda twist: twist,
 ) -> DriveState:
-    """Return the state ``dt`` later.
+    """Return the state ``dt`` later; ``grip`` gives the twist of the chair for that of its motors.
 
     The set-point follows the command within the acceleration limits, and the wheels follow the
     set-point with a first-order lag; the pose moves on an exact arc.
@@ -81,7 +86,7 @@ def step_drivetrain(
     setpoint, inputs = _followed(
         state.setpoint, state.inputs, command.target, -fall * dt, rise * dt, follow
     )
-    twist = robot.motion_model.twist(inputs)
+    twist = grip(robot.motion_model.twist(inputs))
     pose = move(state.pose, twist, dt)
     return unchecked(state, pose=pose, setpoint=setpoint, inputs=inputs, twist=twist)
 

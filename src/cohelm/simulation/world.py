@@ -29,7 +29,7 @@ from cohelm.simulation.dynamic_objects import (
     is_clear,
     with_shut_doors,
 )
-from cohelm.simulation.faults import with_faults
+from cohelm.simulation.faults import FaultInjector
 from cohelm.simulation.ground_truth import GroundTruth, is_standing
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.rider_view import DIRECTIONS, view_from
@@ -72,6 +72,8 @@ class World:
             ceiling=setup.ceiling,
         )
         self._sensors = SensorSuite(setup.robot, seed)
+        self._faults = FaultInjector(setup.faults, seed)
+        self._command: Floats | None = None
         self._walked = self._random["strides"].uniform(
             0.0, 2.0 * STEP_LENGTH * STATURE, len(setup.crowd.radius)
         )
@@ -83,7 +85,7 @@ class World:
         self._error = setup.localisation.first(self._random["localisation"])
         self._truth = self._ground_truth(setup.crowd, _no_contact(setup.crowd), hit_wall=False)
         readings = self._sense(0.0, setup.crowd, setup.crowd, 1.0)
-        self._observation = self._observe(readings, last=None)
+        self._observation = self._observe(readings)
 
     @property
     def truth(self) -> GroundTruth:
@@ -121,8 +123,10 @@ class World:
         after = setup.pedestrian_model.step(
             before, self._crowd_scene(), setup.control_step, self._random["people"]
         )
-        readings = SensorReadings()
-        command = drive_command(setup.robot, decision)
+        readings, sent = SensorReadings(), decision.twist
+        decision = self._faults.received(decision, start)
+        command = self._faults.command(drive_command(setup.robot, decision), start)
+        self._drive = self._carried(self._drive, start)
         hits, hit_wall = _no_contact(before), False
 
         # Lower bounds of the gaps: exact gaps are computed only when a bound is used up.
@@ -132,7 +136,9 @@ class World:
         people_gap = float((self._truth.gap_people - walked).min(initial=np.inf))
         for k in range(1, steps + 1):
             old = self._drive
-            self._drive = step_drivetrain(setup.robot, old, command, dt)
+            self._drive = step_drivetrain(
+                setup.robot, old, command, dt, lambda twist: self._faults.twist(twist, start)
+            )
             moved = _max_motion(setup.robot, old, self._drive)
             people_gap, wall_gap = people_gap - moved, wall_gap - moved
             if people_gap <= _ROUNDING:
@@ -146,11 +152,12 @@ class World:
                 readings += self._sense(time, before, after, k / steps)
         self._walked += walked
         self._ticks += 1
+        self._command = sent
         self._truth = self._ground_truth(after, hits, hit_wall=hit_wall)
         self._error = setup.localisation.after(
             self._error, setup.control_step, self._random["localisation"]
         )
-        self._observation = self._observe(readings, last=self._observation)
+        self._observation = self._observe(readings)
 
     def spawn(self, new: NewPedestrian) -> int:
         """Add a pedestrian between two steps, and return their index.
@@ -216,6 +223,10 @@ class World:
     def _now(self) -> float:
         return self._ticks * self.setup.control_step
 
+    def _carried(self, drive: DriveState, time: float) -> DriveState:
+        pose = self._faults.carried(drive.pose, self.grid, self._bodies(), time)
+        return drive if pose is drive.pose else replace(drive, pose=pose)
+
     def _ground_truth(self, crowd: Crowd, hits: Booleans, *, hit_wall: bool) -> GroundTruth:
         pose, outline = self._drive.pose, self.setup.robot.outline
         return GroundTruth(
@@ -252,7 +263,8 @@ class World:
 
     def _sense(self, time: float, before: Crowd, after: Crowd, share: float) -> SensorReadings:
         """Return the sweeps due at ``time``, a share of a control step after ``before``."""
-        there = before.there & after.there
+        unseen = self._faults.unseen(len(before.there), time)
+        there = before.there & after.there & ~unseen
         walked = np.hypot(*displacement(before, after).T)
         bodies = HumanBodies(
             position=interpolated(before, after, share)[there],
@@ -265,7 +277,7 @@ class World:
         )
         return self._sensors.sense(time, self._scene, bodies, self._drive.pose)
 
-    def _observe(self, readings: SensorReadings, last: Observation | None) -> Observation:
+    def _observe(self, readings: SensorReadings) -> Observation:
         setup, truth = self.setup, self._truth
         memory: Any | None = self._act.memory if self._act is not None else None
         self._act = setup.rider.act(self._rider_view(), memory, self._random["rider"])
@@ -276,12 +288,13 @@ class World:
             pose_time=truth.time,
             twist=setup.odometry.measure(truth.twist, self._random["odometry"]),
             twist_time=truth.time,
+            command=self._command,
             scans=readings.scans,
             clouds=readings.clouds,
             rider=self._act.command,
             people=truth.as_people() if setup.give_people else None,
         )
-        return with_faults(observation, setup.faults, last)
+        return self._faults.observed(observation)
 
     def _rider_view(self) -> RiderView:
         setup, truth, change = self.setup, self._truth, self.setup.goal_change

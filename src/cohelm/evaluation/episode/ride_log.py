@@ -23,6 +23,9 @@ _NOT_A_STOP = frozenset(
         Reason.BACKING_UP,
         Reason.REVERSING,
         Reason.CREEPING,
+        Reason.POSE_DOUBTFUL,
+        Reason.SCAN_PARTLY_BLIND,
+        Reason.DRIVE_WEAK,
     }
 )
 """Reasons of a chair that moves on, or stands as intended."""

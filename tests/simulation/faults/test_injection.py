@@ -9,7 +9,8 @@ from pydantic import ValidationError
 from cohelm.arrays import identical
 from cohelm.messages import Observation, PointCloud, RiderCommand, Scan
 from cohelm.simulation import Fault
-from cohelm.simulation.faults import with_faults
+from cohelm.simulation.faults import injection
+from cohelm.simulation.faults.api import FaultMemory
 
 
 def observation(time):
@@ -57,6 +58,13 @@ EXPECTED = {
     "rider_nan": replace(NOW, rider=replace(NOW.rider, deflection=np.full(2, np.nan))),
     "late": replace(NOW, late=0.5),
 }
+
+
+def with_faults(observation, faults, last):
+    """Delivered observation, after ``last`` was delivered as it was."""
+    before = FaultMemory() if last is None else FaultMemory(last=last, recent=(last,))
+    streams = [np.random.default_rng(i) for i in range(len(faults))]
+    return injection.with_faults(observation, faults, before, lambda i, _: streams[i])[0]
 
 
 def faulty(kind, *, at=5.0, duration=1.0):

@@ -1,0 +1,220 @@
+"""Report of faults: detection, delay, stopping distance, contacts, false alarms, hazards."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from cohelm.arrays import Floats
+from cohelm.benchmarks.bench import BenchReport, Result, Sheet
+from cohelm.benchmarks.rides.fault_hazards import HAZARDS
+from cohelm.evaluation.report.statistics import bootstrap_median, wilson_share
+from cohelm.simulation import FAULT_KINDS
+
+SOFT, HARD = 0.1, 0.3
+"""Speeds of a contact, m/s: what the figures count, and what no detectable fault may exceed."""
+NONE = "none"
+TABLE = "hazards.md"
+Row = Mapping[str, Any]
+Case = tuple[str, str]
+
+
+def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
+    """Tables of all faults, and the table of hazards as a Markdown file."""
+    rows = [r.row for r in results if not r.row["error"]]
+    failed = [r.row for r in results if r.row["error"]]
+    watched = _by_case([row for row in rows if row["monitor"] == "on"])
+    before = _by_case([row for row in rows if row["monitor"] == "off"])
+    sound = watched.pop((NONE, "nan"), [])
+    before.pop((NONE, "nan"), None)
+    reference = {_pair(row): row for row in sound}
+    sheets = [detection_sheet(watched), contact_sheet(watched, before, reference)]
+    text = hazard_table(watched, before, reference)
+    file = folder / TABLE
+    file.write_text(text, encoding="utf-8")
+    broken = {
+        f"{kind} {size}": speed
+        for (kind, size), group in watched.items()
+        if HAZARDS[kind].detectable and (speed := max(_speeds(group, reference))) > HARD
+    }
+    return BenchReport(
+        sheets=tuple(sheet for sheet in sheets if sheet.rows),
+        notes=(
+            f"{sum(map(len, watched.values()))} faulted rides, {len(failed)} with program errors",
+            alarm_note(sound),
+            *(f"contact at {v:.2f} m/s although detectable: {k}" for k, v in broken.items()),
+            *([] if broken else ["no contact above 0.3 m/s by a fault that is detectable"]),
+        ),
+        summary={
+            "rides": sum(map(len, watched.values())),
+            "errors": len(failed),
+            "cases": {
+                f"{kind} {size}": _figures(group, reference)
+                for (kind, size), group in watched.items()
+            },
+        },
+        files=(file,),
+    )
+
+
+def detection_sheet(watched: Mapping[Case, Sequence[Row]]) -> Sheet:
+    """Share of rides in which a fault was noticed, its delay, and the way to a standstill."""
+    rows = []
+    for (kind, size), group in watched.items():
+        share = wilson_share(_column(group, "noticed") > 0.0)
+        delay = bootstrap_median(_column(group, "delay"))
+        stop = _column(group, "stop_distance")
+        stopped = stop[np.isfinite(stop)]
+        rows.append(
+            (
+                kind,
+                _size(kind, size),
+                str(len(group)),
+                f"{share.mean:.2f} [{share.low:.2f}, {share.high:.2f}]",
+                f"{delay.mean:.2f} [{delay.low:.2f}, {delay.high:.2f}]" if delay.count else "–",
+                f"{np.median(stopped):.2f}, {stopped.max():.2f}" if len(stopped) else "–",
+                _reasons(group),
+            )
+        )
+    return Sheet(
+        title="detection",
+        columns=(
+            *("fault", "magnitude", "rides", "noticed [95 %]", "delay, s, median [95 %]"),
+            *("way to standstill, m, median, max", "noticed by"),
+        ),
+        rows=tuple(rows),
+    )
+
+
+def contact_sheet(
+    watched: Mapping[Case, Sequence[Row]],
+    before: Mapping[Case, Sequence[Row]],
+    reference: Mapping[tuple[Any, ...], Row],
+) -> Sheet:
+    """Rides with a contact that the ride without the fault does not have."""
+    rows = []
+    for case, group in watched.items():
+        speeds, off = _speeds(group, reference), _speeds(before.get(case, ()), reference)
+        rows.append(
+            (
+                case[0],
+                _size(*case),
+                _count(off, SOFT),
+                _count(speeds, SOFT),
+                _count(off, HARD),
+                _count(speeds, HARD),
+                f"{max(off, default=0.0):.2f} → {max(speeds, default=0.0):.2f}",
+            )
+        )
+    return Sheet(
+        title="rides with a contact caused by the fault, without and with the monitor",
+        columns=(
+            *("fault", "magnitude", f"> {SOFT:g} m/s, off", f"> {SOFT:g} m/s, on"),
+            *(f"> {HARD:g} m/s, off", f"> {HARD:g} m/s, on", "largest speed, m/s"),
+        ),
+        rows=tuple(rows),
+    )
+
+
+def alarm_note(sound: Sequence[Row]) -> str:
+    """Sentence on false alarms per hour of faultless rides, with its exact Poisson interval."""
+    hours = sum(float(row["duration"]) for row in sound) / 3600.0
+    alarms = int(sum(float(row["alarms"]) for row in sound))
+    if not hours:
+        return "no rides without a fault"
+    low = stats.chi2.ppf(0.025, 2 * alarms) / 2.0 if alarms else 0.0
+    high = stats.chi2.ppf(0.975, 2 * alarms + 2) / 2.0
+    return (
+        f"false alarms: {alarms} in {hours:.2f} h without a fault, "
+        f"{alarms / hours:.1f} an hour [{low / hours:.1f}, {high / hours:.1f}]"
+    )
+
+
+def hazard_table(
+    watched: Mapping[Case, Sequence[Row]],
+    before: Mapping[Case, Sequence[Row]],
+    reference: Mapping[tuple[Any, ...], Row],
+) -> str:
+    """Failure modes and effects as a Markdown table, from the rides."""
+    kinds: dict[str, list[Row]] = defaultdict(list)
+    unwatched: dict[str, list[Row]] = defaultdict(list)
+    for (kind, _), group in watched.items():
+        kinds[kind] += group
+    for (kind, _), group in before.items():
+        unwatched[kind] += group
+    lines = [
+        "| cause | effect | detected | delay, s | detection by | contacts > 0.1 m/s, off → on "
+        "| largest, m/s | residual |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for kind, group in kinds.items():
+        hazard = HAZARDS[kind]
+        delay = _column(group, "delay")
+        found = delay[np.isfinite(delay)]
+        speeds, off = _speeds(group, reference), _speeds(unwatched.get(kind, ()), reference)
+        noticed = int(_column(group, "noticed").sum())
+        median = f"{np.median(found):.2f}" if len(found) else "–"
+        lines.append(
+            f"| `{kind}`: {FAULT_KINDS[kind].text} | {hazard.effect} "
+            f"| {noticed} of {len(group)} | {median} | {_reasons(group) or '–'} "
+            f"| {_count(off, SOFT)} → {_count(speeds, SOFT)} | {max(speeds):.2f} "
+            f"| {'' if hazard.detectable else 'not reliably detectable: '}{hazard.residual} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _by_case(rows: Sequence[Row]) -> dict[Case, list[Row]]:
+    out: dict[Case, list[Row]] = defaultdict(list)
+    for row in rows:
+        out[str(row["fault"]), str(row["magnitude"])].append(row)
+    return out
+
+
+def _pair(row: Row) -> tuple[Any, ...]:
+    return row["scene"], row["mode"], int(row["seed"])
+
+
+def _speeds(group: Sequence[Row], reference: Mapping[tuple[Any, ...], Row]) -> list[float]:
+    """Contact speeds, m/s; 0 without a contact, and where the sound ride has one as well."""
+    out = []
+    for row in group:
+        sound = reference.get(_pair(row))
+        shared = sound is not None and float(sound["contact_speed"]) > SOFT
+        out.append(0.0 if shared else float(row["contact_speed"]))
+    return out
+
+
+def _column(group: Sequence[Row], name: str) -> Floats:
+    return np.array([float(row[name]) for row in group], dtype=float)
+
+
+def _count(speeds: Sequence[float], above: float) -> str:
+    return f"{sum(v > above for v in speeds)} of {len(speeds)}" if speeds else "–"
+
+
+def _size(kind: str, size: str) -> str:
+    return "" if size == "nan" else f"{size} {FAULT_KINDS[kind].unit}".strip()
+
+
+def _reasons(group: Sequence[Row]) -> str:
+    """Most frequent first reasons."""
+    names = [str(row["noticed_by"]) for row in group if row["noticed_by"]]
+    ordered = sorted(set(names), key=lambda each: (-names.count(each), each))
+    return ", ".join(ordered[:3])
+
+
+def _figures(group: Sequence[Row], reference: Mapping[tuple[Any, ...], Row]) -> Mapping[str, Any]:
+    delay = _column(group, "delay")
+    found = delay[np.isfinite(delay)]
+    return {
+        "rides": len(group),
+        "noticed": float(_column(group, "noticed").mean()),
+        "delay": float(np.median(found)) if len(found) else math.nan,
+        "contact_speed": max(_speeds(group, reference)),
+    }

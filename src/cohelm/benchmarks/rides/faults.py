@@ -1,0 +1,231 @@
+"""Faults of sensors, wheels and stick: each ride paired with the same ride without the fault."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split_names, unset
+from cohelm.benchmarks.rides.fault_report import fault_report
+from cohelm.benchmarks.rides.modes import MODES
+from cohelm.errors import ConfigError
+from cohelm.evaluation.episode.ride import Ride
+from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
+from cohelm.messages import Mode, Reason
+from cohelm.navigation import Tick
+from cohelm.simulation import FAULT_KINDS, GroundTruth, generator, is_standing
+
+TITLE = "Faults: detection, stopping and contacts"
+SCENES = ("crossing", "narrow-doorway")
+DRIVEN = (Mode.AUTONOMOUS.value, Mode.STOP_ONLY.value)
+ONSET = (2.0, 4.0)
+"""Range of the onset, s: the chair is under way."""
+LASTING = 8.0
+"""Time from the onset to the end of a ride, s."""
+NONE = "none"
+"""Column ``fault`` of rides without one."""
+COMPARED = {
+    "faults": "--faults",
+    "mode": "--modes",
+    "rider": "--modes",
+    "time_limit": "the seed",
+    "health.enabled": "--unwatched",
+}
+"""Keys that cannot be set for all rides → what sets them."""
+INPUT_REASONS = frozenset(
+    {
+        *(Reason.NOT_FINITE, Reason.CLOCK, Reason.STALE_SCAN, Reason.STALE_POSE),
+        *(Reason.STALE_TWIST, Reason.POSE_JUMP, Reason.STALE_RIDER_COMMAND, Reason.LATE),
+    }
+)
+"""Reasons of the safety gate that detect a fault of the input."""
+
+
+class FaultCase(NamedTuple):
+    """Fault of one magnitude; NaN: its kind has none."""
+
+    kind: str
+    magnitude: float = math.nan
+
+
+@dataclass(frozen=True)
+class FaultBench:
+    """The benchmark with some faults, scenes and modes."""
+
+    kinds: tuple[str, ...]
+    scenes: tuple[str, ...] = SCENES
+    modes: tuple[str, ...] = DRIVEN
+    unwatched: bool = False
+    """Ride every fault once more without the monitor."""
+    settings: tuple[str, ...] = ()
+    TITLE: str = TITLE
+    SEEDS: int = 5
+    WORKERS: int | None = None
+
+    def tasks(self, seeds: range) -> Sequence[Task]:
+        """One per ride: seed by seed, in each scene and mode first the one without a fault."""
+        return [
+            (ride,)
+            for seed in seeds
+            for scene in self.scenes
+            for mode in self.modes
+            for ride in self._rides(scene, mode, seed)
+        ]
+
+    def work(self, task: Task, folder: Path) -> Sequence[Result]:
+        """Ride, and record when the fault was noticed."""
+        out = []
+        for ride in task:
+            watch = FaultWatch(_onset(ride.seed))
+            result = ride_row(ride, empty_floor=False, more=watch.columns, on_tick=watch.see)
+            out.append(Result(result.row))
+        return out
+
+    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
+        """Tables of detection and contacts, false alarms, and the table of hazards."""
+        return fault_report(results, folder)
+
+    def _rides(self, scene: str, mode: str, seed: int) -> Iterator[RideTask]:
+        onset = _onset(seed)
+        rider = "none" if mode == Mode.AUTONOMOUS.value else "noisy"
+        common = (
+            f"mode={mode}",
+            f"rider.use={rider}",
+            "people.see_robot=false",
+            f"time_limit={onset + LASTING}",
+        )
+        for watched in (True, False) if self.unwatched else (True,):
+            for case in (FaultCase(NONE), *cases_of(self.kinds)):
+                yield RideTask(
+                    columns=(
+                        ("scene", scene),
+                        ("mode", mode),
+                        ("fault", case.kind),
+                        ("magnitude", f"{case.magnitude:g}"),
+                        ("monitor", "on" if watched else "off"),
+                    ),
+                    scenario=scene,
+                    settings=(*common, *_fault(case, onset), *_watched(watched), *self.settings),
+                    seed=seed,
+                )
+
+
+class FaultWatch:
+    """First detection and the course of a ride from the onset on.
+
+    Args:
+        onset: of the fault, s.
+    """
+
+    def __init__(self, onset: float) -> None:
+        self._onset = onset
+        self._found: tuple[float, str] | None = None
+        self._alarms: list[float] = []
+        self._alarm = False
+
+    def see(self, tick: Tick, truth: GroundTruth) -> None:
+        """Look at a tick for findings of the monitor and reasons of the gate."""
+        reasons = [each.reason.value for each in tick.health.findings]
+        if tick.decision.reason in INPUT_REASONS:
+            reasons.append(str(tick.decision.reason))
+        if reasons and not self._alarm:
+            self._alarms.append(truth.time)
+        self._alarm = bool(reasons)
+        if reasons and self._found is None and truth.time >= self._onset - 1e-9:
+            self._found = truth.time, reasons[0]
+
+    def columns(self, ride: Ride) -> Mapping[str, Any]:
+        """Columns of the benchmark."""
+        after = ride.time >= self._onset - 1e-9
+        touched = (ride.hit_moving.any(axis=1) | ride.hit_wall) & after
+        speed = np.hypot(ride.twist[:, 0], ride.twist[:, 1])
+        fastest = np.maximum(speed, np.concatenate([[0.0], speed[:-1]]))
+        found = math.nan if self._found is None else self._found[0] - self._onset
+        return {
+            "onset": self._onset,
+            "duration": float(ride.time[-1]),
+            "alarms": len(self._alarms),
+            "noticed": float(self._found is not None),
+            "delay": found,
+            "noticed_by": "" if self._found is None else self._found[1],
+            **_stop(ride, after, self._onset),
+            "contact_speed": float(fastest[touched].max()) if touched.any() else 0.0,
+        }
+
+
+def _stop(ride: Ride, after: np.ndarray, onset: float) -> Mapping[str, float]:
+    """Time and distance from the onset to the first standstill; NaN without one."""
+    stands = np.flatnonzero(after & np.asarray(is_standing(ride.twist)))
+    if not len(stands):
+        return {"stop_time": math.nan, "stop_distance": math.nan}
+    begin, end = int(np.argmax(after)), int(stands[0])
+    way = np.hypot(*np.diff(ride.pose[begin : end + 1, :2], axis=0).T).sum()
+    return {"stop_time": float(ride.time[end] - onset), "stop_distance": float(way)}
+
+
+def cases_of(kinds: Sequence[str]) -> list[FaultCase]:
+    """Cases of ``KIND:MAGNITUDE``, and every magnitude of a kind that is named alone."""
+    out = []
+    for given in kinds:
+        kind, _, size = given.partition(":")
+        usual = FAULT_KINDS[kind].intensities or (math.nan,)
+        out += [FaultCase(kind, each) for each in ((float(size),) if size else usual)]
+    return out
+
+
+def _onset(seed: int) -> float:
+    """Onset of the faults of a seed, s, on a tick."""
+    return round(float(generator(seed, "fault onset").uniform(*ONSET)) / 0.05) * 0.05
+
+
+def _fault(case: FaultCase, onset: float) -> tuple[str, ...]:
+    if case.kind == NONE:
+        return ()
+    size = "" if math.isnan(case.magnitude) else f", magnitude: {case.magnitude:.6f}"
+    return (f"faults=[{{kind: {case.kind}, at: {onset:g}, duration: 100{size}}}]",)
+
+
+def _watched(watched: bool) -> tuple[str, ...]:
+    return () if watched else ("health.enabled=false",)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def create(
+    kinds: str | None = None,
+    scenes: str | None = None,
+    modes: str | None = None,
+    *,
+    unwatched: bool = False,
+    settings: Sequence[str] = (),
+) -> FaultBench:
+    """Create the benchmark from its options; names are comma-separated.
+
+    Raises:
+        ConfigError, PluginError, ScenarioError: if a fault, scene, mode or setting does not exist.
+    """
+    unset(settings, COMPARED)
+    chosen = split_names(kinds, "--faults") or tuple(FAULT_KINDS)
+    for name in chosen:
+        kind, _, size = name.partition(":")
+        known_name(kind, tuple(FAULT_KINDS), "fault", "--faults")
+        if size and not _is_number(size):
+            raise ConfigError(f"the magnitude of {name!r} is not a number", key="--faults")
+    driven = split_names(modes, "--modes") or DRIVEN
+    for mode in driven:
+        known_name(mode, MODES, "mode", "--modes")
+    bench = FaultBench(
+        chosen, split_names(scenes, "--scenes") or SCENES, driven, unwatched, tuple(settings)
+    )
+    check_rides(bench.tasks(range(1)), "rider")
+    return bench

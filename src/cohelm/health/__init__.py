@@ -1,0 +1,20 @@
+"""Health monitor: redundant input compared, doubt and loss detected, each with a reason."""
+
+from cohelm.health.map_changes import MapChanges
+from cohelm.health.map_fit import SolidMap, beam_map
+from cohelm.health.monitor import HealthState, monitor
+from cohelm.health.parameters import HealthParameters
+from cohelm.health.values import Finding, Health, LocalisationHealth, LocalisationState
+
+__all__ = [
+    "Finding",
+    "Health",
+    "HealthParameters",
+    "HealthState",
+    "LocalisationHealth",
+    "LocalisationState",
+    "MapChanges",
+    "SolidMap",
+    "beam_map",
+    "monitor",
+]

@@ -1,0 +1,107 @@
+"""Evidence over time: a symptom becomes a finding when it lasts, and ends when it stays away."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from cohelm.health.values import Finding
+from cohelm.messages import Reason
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """Treatment of one symptom."""
+
+    confirm: float
+    """Time for which it must last, s."""
+    release: float
+    """Time for which it must stay away, s."""
+    stops: bool = True
+    latched: bool = False
+
+
+RULES: Mapping[Reason, Rule] = MappingProxyType(
+    {
+        Reason.SCAN_IMPLAUSIBLE: Rule(0.0, 1.0),
+        Reason.SCAN_FROZEN: Rule(0.09, 1.0),
+        Reason.SCAN_BLIND: Rule(0.09, 0.5),
+        Reason.DRIVE_FAULT: Rule(0.0, 1.0, latched=True),
+        Reason.ODOMETRY_FAULT: Rule(0.15, 1.0, latched=True),
+        Reason.SCAN_MOTION: Rule(0.09, 1.0, latched=True),
+        Reason.SENSORS_DISAGREE: Rule(0.2, 1.0, latched=True),
+        Reason.POSE_FAULT: Rule(0.15, 0.5),
+        Reason.LOST: Rule(0.25, 1.0),
+        Reason.STICK_STUCK: Rule(0.0, 0.0),
+        Reason.SCAN_PARTLY_BLIND: Rule(0.15, 1.0, stops=False),
+        Reason.POSE_DOUBTFUL: Rule(0.3, 1.0, stops=False),
+        Reason.DRIVE_WEAK: Rule(0.0, 5.0, stops=False, latched=True),
+    }
+)
+"""Most serious first; times are assumed: two sweeps, or as long as a coincidence may last."""
+_GAP = 0.12
+"""Time without a symptom that does not interrupt it, s: it may come with every second sweep."""
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """Course of one symptom."""
+
+    first: float
+    last: float
+    confirmed: float | None = None
+
+
+Evidence = Mapping[Reason, Track]
+NO_EVIDENCE: Evidence = MappingProxyType({})
+
+
+def update_evidence(
+    evidence: Evidence, symptoms: Iterable[Reason], time: float, *, acknowledged: bool
+) -> Evidence:
+    """Add the symptoms of one instant.
+
+    Args:
+        evidence: before.
+        symptoms: present now.
+        time: s.
+        acknowledged: STOP is pressed, which ends latched findings.
+    """
+    now = set(symptoms)
+    if not evidence and not now:
+        return evidence
+    out = {}
+    for reason, rule in RULES.items():
+        track = evidence.get(reason)
+        if reason in now:
+            if track is None or (track.confirmed is None and time - track.last > _GAP):
+                track = Track(first=time, last=time)
+            lasted = time - track.first >= rule.confirm - 1e-9
+            since = time if lasted and track.confirmed is None else track.confirmed
+            out[reason] = Track(track.first, time, since)
+        elif track is not None and not _ended(track, rule, time, acknowledged=acknowledged):
+            out[reason] = track
+    return MappingProxyType(out)
+
+
+def findings(evidence: Evidence) -> tuple[Finding, ...]:
+    """Confirmed symptoms, the most serious first."""
+    return tuple(
+        Finding(
+            reason=reason,
+            since=track.confirmed,
+            stops=RULES[reason].stops,
+            latched=RULES[reason].latched,
+        )
+        for reason, track in evidence.items()
+        if track.confirmed is not None
+    )
+
+
+def _ended(track: Track, rule: Rule, time: float, *, acknowledged: bool) -> bool:
+    if track.confirmed is None:
+        return time - track.last > _GAP
+    if rule.latched:
+        return acknowledged
+    return time - track.last >= rule.release - 1e-9

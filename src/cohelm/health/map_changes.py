@@ -1,0 +1,115 @@
+"""Persistent contradictions between map and sweeps: walls that are gone, walls that are new.
+
+Only a report: the map is never changed. A coarse cell collects sweeps that pass through its mapped
+wall, or that end where the map is free, from different places; a sweep that agrees takes one back.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cohelm.arrays import Floats, Integers
+from cohelm.geometry import compose
+from cohelm.health.map_fit import HIT, SHORT, THROUGH, BeamTable, MapFit
+
+CELL = 0.25
+"""Side of a cell, m."""
+PERSISTENT = 10
+"""Balance of contradicting sweeps from which a cell counts: 5 s at two sweeps a second."""
+_PERIOD = 0.5
+"""Time between two sweeps that are counted, s: successive sweeps are no new evidence."""
+_MOST = 50
+"""Largest balance, so that a change back is noticed in time."""
+_MAX_CELLS = 2000
+
+
+class MapChanges(NamedTuple):
+    """Contradictions so far; rows of one cell."""
+
+    cells: Integers
+    """(k, 3): column, row, 0 for a wall that is gone or 1 for an obstacle that is new."""
+    balance: Integers
+    """(k,) sweeps that contradict the map less those that agree."""
+    time: float = -np.inf
+    """Time of the last sweep that was counted, s."""
+
+    def persistent(self, *, new: bool) -> Floats:
+        """Centres (m, 2) of persistent contradictions, m: new obstacles, or walls that are gone."""
+        chosen = (self.balance >= PERSISTENT) & (self.cells[:, 2] == int(new))
+        return np.asarray((self.cells[chosen, :2] + 0.5) * CELL, dtype=float)
+
+
+NO_CHANGES = MapChanges(np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64))
+
+
+def update_map_changes(
+    before: MapChanges, fit: MapFit, beams: BeamTable, X_MR: Floats, mount: Floats, time: float
+) -> MapChanges:
+    """Count a sweep, unless the last one that was counted is recent.
+
+    Args:
+        before: contradictions so far.
+        fit: of the sweep, at a pose that can be trusted.
+        beams: of the sweep.
+        X_MR: pose of the robot (3,).
+        mount: X_RL (3,).
+        time: of the sweep, s.
+    """
+    if time - before.time < _PERIOD - 1e-9:
+        return before
+    X_MS = compose(X_MR, mount)
+    walls = _cells(X_MS, beams.angle, fit.expected)
+    ends = _cells(X_MS, beams.angle, beams.range)
+    gone, new = fit.beams == THROUGH, fit.beams == SHORT
+    agreeing = _votes(walls[fit.beams == HIT], 0)
+    passed = fit.beams == THROUGH
+    contradicting = np.vstack([_votes(walls[gone], 0), _votes(ends[new], 1)])
+    # A beam that goes on beyond a place takes back an obstacle there.
+    freed = _freed(before, X_MS, beams, passed | (fit.beams == HIT))
+    rows = np.vstack([before.cells, contradicting, agreeing, freed])
+    votes = np.concatenate(
+        [
+            before.balance,
+            np.ones(len(contradicting), dtype=np.int64),
+            -np.ones(len(agreeing) + len(freed), dtype=np.int64),
+        ]
+    )
+    cells, index = np.unique(rows, axis=0, return_inverse=True)
+    balance = np.minimum(np.bincount(index.ravel(), votes), _MOST).astype(np.int64)
+    keep = balance > 0
+    if keep.sum() > _MAX_CELLS:
+        keep &= balance >= np.partition(balance, -_MAX_CELLS)[-_MAX_CELLS]
+    return MapChanges(cells[keep], balance[keep], time)
+
+
+def _cells(X_MS: Floats, angle: Floats, distance: Floats) -> Integers:
+    """Cells (n, 2) at distances (n,) along beams; far away where the distance is not finite."""
+    r = np.where(np.isfinite(distance), distance, 1e6)
+    a = X_MS[2] + angle
+    points = X_MS[:2] + np.column_stack([r * np.cos(a), r * np.sin(a)])
+    return np.asarray(np.floor(points / CELL), dtype=np.int64)
+
+
+def _votes(cells: Integers, kind: int) -> Integers:
+    """Distinct cells (k, 3) of one kind."""
+    marked = np.column_stack([cells, np.full(len(cells), kind)])
+    return np.unique(marked, axis=0)
+
+
+def _freed(before: MapChanges, X_MS: Floats, beams: BeamTable, reaching: Integers) -> Integers:
+    """Cells (k, 3) of new obstacles that a beam passes."""
+    new = before.cells[before.cells[:, 2] == 1]
+    if not len(new) or not reaching.any():
+        return np.zeros((0, 3), dtype=np.int64)
+    apart = (new[:, :2] + 0.5) * CELL - X_MS[:2]
+    distance = np.hypot(*apart.T)
+    bearing = np.arctan2(apart[:, 1], apart[:, 0]) - X_MS[2] - beams.angle[0]
+    step = beams.angle[1] - beams.angle[0]
+    index = np.round((bearing % (2.0 * np.pi)) / step).astype(np.int64)
+    inside = index < len(beams.angle)
+    at = np.where(inside, index, 0)
+    far = np.where(reaching[at], beams.range[at], 0.0)
+    freed: Integers = new[inside & np.isfinite(far) & (far > distance + 2.0 * CELL)]
+    return freed

@@ -1,0 +1,95 @@
+"""Faults and lost chairs: pairs, tables, options, and hazards for every kind."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cohelm.benchmarks.bench import Result
+from cohelm.benchmarks.lost_report import lost_report, roc
+from cohelm.benchmarks.rides import faults
+from cohelm.benchmarks.rides.fault_hazards import HAZARDS
+from cohelm.benchmarks.rides.fault_report import fault_report
+from cohelm.errors import ConfigError
+from cohelm.simulation import FAULT_KINDS
+
+
+def test_every_kind_has_a_hazard():
+    assert set(HAZARDS) == set(FAULT_KINDS)
+
+
+def test_rides_of_one_scene_mode_and_seed_differ_in_the_fault_alone():
+    tasks = faults.create(kinds="scan_frozen,pose_drift:0.05", unwatched=True).tasks(range(1))
+    rides = [ride for task in tasks for ride in task]
+    # two scenes and modes, with and without the monitor: no fault, a frozen scan, a drift
+    assert len(rides) == 2 * 2 * 2 * 3
+    own = ("faults=", "health.")
+    worlds = {(r.scenario, tuple(s for s in r.settings if not s.startswith(own))) for r in rides}
+    assert len(worlds) == 4
+    drift = next(r for r in rides if dict(r.columns)["fault"] == "pose_drift")
+    assert drift.load().faults[0].size == 0.05
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"kinds": "scan_frozn"}, "did you mean 'scan_frozen'"),
+        ({"kinds": "scan_frozen:x"}, "not a number"),
+        ({"modes": "flying"}, "no mode"),
+        ({"settings": ["time_limit=3"]}, "is set by"),
+    ],
+)
+def test_wrong_options_are_refused(options, message):
+    with pytest.raises(ConfigError, match=message):
+        faults.create(**options)
+
+
+def row(fault, seed, *, monitor="on", delay=math.nan, contact=0.0, alarms=0):
+    return Result(
+        {
+            **{"scene": "crossing", "mode": "autonomous", "fault": fault, "magnitude": "nan"},
+            **{"monitor": monitor, "seed": seed, "error": "", "duration": 36.0, "alarms": alarms},
+            **{"noticed": float(math.isfinite(delay)), "delay": delay, "noticed_by": "scan_frozen"},
+            **{"stop_time": 1.0, "stop_distance": 0.4, "contact_speed": contact},
+        }
+    )
+
+
+def test_contacts_of_the_sound_ride_are_not_caused_by_the_fault(tmp_path):
+    results = [
+        *(row("none", seed, contact=0.8 * (seed == 1), alarms=1) for seed in range(2)),
+        *(row("scan_frozen", seed, delay=0.1 + seed, contact=0.5) for seed in range(2)),
+        *(row("scan_frozen", seed, monitor="off", contact=0.7) for seed in range(2)),
+    ]
+    report = fault_report(results, tmp_path)
+    figures = report.summary["cases"]["scan_frozen nan"]
+    expected = {"rides": 2, "noticed": 1.0, "delay": 0.6, "contact_speed": 0.5}
+    assert figures == pytest.approx(expected)
+    # 2 alarms in 2 × 36 s
+    assert any("100.0 an hour" in note for note in report.notes)
+    assert any("although detectable" in note for note in report.notes)
+    table = (tmp_path / "hazards.md").read_text()
+    assert "| 2 of 2 | 0.60 | scan_frozen | 1 of 2 → 1 of 2 | 0.50 |" in table
+
+
+def drive(carried, contradiction, found=math.nan):
+    time = np.arange(0.0, 8.05, 0.1)
+    level = np.where(time > 5.0, contradiction, 0.02)
+    series = np.column_stack([time, level, np.zeros((len(time), 2))])
+    columns = {"floor": "a", "seed": 0, "people": 0, "carried": float(carried), "distance": 2.0}
+    return Result(
+        {**columns, "at": 5.0, "duration": 8.0, "found": found, "error": ""}, {"series": series}
+    )
+
+
+def test_the_curve_counts_detections_in_time_and_alarms_per_hour(tmp_path):
+    results = [drive(True, 0.4, found=5.3), drive(False, 0.2, found=6.0), drive(True, 0.1)]
+    curve = roc([r.row for r in results], [r.arrays["series"] for r in results])
+    low = next(p for p in curve if p.threshold > 0.2)  # contradiction of about 0.1
+    assert low.detected == 1.0
+    assert low.alarms == pytest.approx(3600.0 / (5.0 + 8.0 + 5.0))
+    assert next(p for p in curve if p.threshold > 1.05).alarms == 0.0
+    assert curve[-1].detected == 0.0
+    summary = lost_report(results, tmp_path).summary
+    assert summary["detected_1m"] == 0.5
+    assert summary["false"] == ["a 0"]
