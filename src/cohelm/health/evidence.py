@@ -48,13 +48,15 @@ _GAP = 0.12
 class Track:
     """Course of one symptom."""
 
+    reason: Reason
     first: float
     last: float
     confirmed: float | None = None
 
 
-Evidence = Mapping[Reason, Track]
-NO_EVIDENCE: Evidence = MappingProxyType({})
+Evidence = tuple[Track, ...]
+"""Symptoms in the order of ``RULES``."""
+NO_EVIDENCE: Evidence = ()
 
 
 def update_evidence(
@@ -71,30 +73,30 @@ def update_evidence(
     now = set(symptoms)
     if not evidence and not now:
         return evidence
-    out = {}
+    before, out = {track.reason: track for track in evidence}, []
     for reason, rule in RULES.items():
-        track = evidence.get(reason)
+        track = before.get(reason)
         if reason in now:
             if track is None or (track.confirmed is None and time - track.last > _GAP):
-                track = Track(first=time, last=time)
+                track = Track(reason, first=time, last=time)
             lasted = time - track.first >= rule.confirm - 1e-9
             since = time if lasted and track.confirmed is None else track.confirmed
-            out[reason] = Track(track.first, time, since)
+            out.append(Track(reason, track.first, time, since))
         elif track is not None and not _ended(track, rule, time, acknowledged=acknowledged):
-            out[reason] = track
-    return MappingProxyType(out)
+            out.append(track)
+    return tuple(out)
 
 
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Confirmed symptoms, the most serious first."""
     return tuple(
         Finding(
-            reason=reason,
+            reason=track.reason,
             since=track.confirmed,
-            stops=RULES[reason].stops,
-            latched=RULES[reason].latched,
+            stops=RULES[track.reason].stops,
+            latched=RULES[track.reason].latched,
         )
-        for reason, track in evidence.items()
+        for track in evidence
         if track.confirmed is not None
     )
 

@@ -29,7 +29,7 @@ from cohelm.perception.scan_detection.person_classifier import (
     shipped_classifier,
 )
 
-TORSO_MARGIN = 0.0
+TORSO_MARGIN = 1.5
 """Log-odds that a torso has at most beyond the classifier's."""
 MAX_LONE_LEG_LOG_ODDS = -0.1
 """Bound of the log-odds of one leg alone."""
