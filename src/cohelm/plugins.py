@@ -36,6 +36,7 @@ GROUPS = (
     "pedestrian_models",
     "riders",
     "kinematics",
+    "platforms",
 )
 """Kinds of plugins; each is the entry-point group ``cohelm.<kind>``."""
 

@@ -3,7 +3,7 @@
 t       messages of pages; the valid heartbeat goes into the observation, and that to the navigator
 …       its answer, awaited as long as the step allows
 t + c   command for the wheels: the answer, or a stop by link, watchdog or another hold; pages get
-        the state; the world advances one step
+        the state; the platform gets the command
 t + T   next step
 """
 
@@ -12,8 +12,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-
-import numpy as np
 
 from cohelm.live.control import driver_link
 from cohelm.live.control.driver_state import DriverState
@@ -101,8 +99,7 @@ class ControlCycle:
         """True if the chair moves, or has a command to move."""
         if self.world is None:
             return False
-        truth = self.world.simulation.truth
-        return bool(self.command.twist.any()) or not bool(is_standing(truth.twist))
+        return bool(self.command.twist.any()) or not self._stands(self.world)
 
     def enter(self, world: LiveWorld) -> None:
         """Put the chair into another world, where it stands without a destination.
@@ -151,6 +148,7 @@ class ControlCycle:
         if world is not None and self.paused:
             self._step_paused(world)
         elif world is not None:
+            world.sense()
             # A step that is already lost gets its full time.
             until = due + ANSWER_TIME + (late if late >= STEP else 0.0)
             self._request_step(world, late)
@@ -174,7 +172,7 @@ class ControlCycle:
         self._heartbeat_seq = -1
         world, now = self.world, self._clock()
         if world is not None and not self.paused:
-            world.simulation.advance(self.command)
+            world.apply(self.command)
         self.ticks += 1
         self._send_state(world, now, late=0.0)
 
@@ -227,7 +225,7 @@ class ControlCycle:
             return
         # The navigator did not get this observation: keep its scans for the next request.
         if pending is not None or not self._navigator.ready:
-            self._unsent.keep(world.simulation.observe())
+            self._unsent.keep(world.observation)
 
     def _take_answer(self, world: LiveWorld, answer: StepAnswer) -> None:
         """Use an answer; one that comes too late changes the view only."""
@@ -252,7 +250,7 @@ class ControlCycle:
 
     @staticmethod
     def _stands(world: LiveWorld) -> bool:
-        return bool(is_standing(world.simulation.truth.twist))
+        return bool(is_standing(world.twist))
 
     def _select_command(self, now: float) -> None:
         """Set the decision at the wheels."""
@@ -289,19 +287,18 @@ class ControlCycle:
         self._starting = starting
 
     def _advance(self, world: LiveWorld) -> None:
-        """Advance the world one step, and react to contacts."""
-        driver, simulation = self._driver, world.simulation
-        before = simulation.truth
-        simulation.advance(self.command)
-        after = simulation.truth
+        """Send the command to the wheels, and react to contacts."""
+        driver = self._driver
+        length = world.apply(self.command)
+        truth = world.truth
         self.arrived &= not self.command.twist.any()
         self._rides.step(
             self.command,
             driver.mission,
-            length=float(np.hypot(*(after.pose[:2] - before.pose[:2]))),
+            length=length,
             device=driver_link.current_heartbeat(driver.link, self._clock()).device,
         )
-        touches = bool(after.hit_moving.any()) or after.hit_wall
+        touches = truth is not None and (bool(truth.hit_moving.any()) or truth.hit_wall)
         if touches and not self._touching:
             self.stop_until_confirmed(Reason.COLLISION)
             self._rides.end("collision")

@@ -53,6 +53,7 @@ from cohelm.live.sessions.session_files import (
     session_sort_key,
     sweep,
 )
+from cohelm.platforms import is_simulated
 from cohelm.scenarios.build import RideSetup
 
 LOST = "The navigator was lost before it delivered stops, route and destination."
@@ -92,7 +93,7 @@ class SessionStore:
             if RIDE.fullmatch(task.stem):
                 self._submit(self._measurer, functools.partial(self._measure, task.stem))
 
-    def begin(self, ride_setup: RideSetup, *, simulation: bool = True) -> SessionInfo:
+    def begin(self, ride_setup: RideSetup) -> SessionInfo:
         """Begin a session, to which all further rides belong.
 
         Raises:
@@ -105,7 +106,7 @@ class SessionStore:
                     started=now_utc(),
                     scene=ride_setup.scenario.name,
                     robot=ride_setup.robot.name,
-                    simulation=simulation,
+                    simulation=is_simulated(ride_setup.scenario),
                 )
             )
             self._ride_count = 0
