@@ -15,6 +15,7 @@ from cohelm.cli.requests import (
     PeopleRequest,
     ProposeRequest,
     ReplayRequest,
+    Ros2Request,
     RouteRequest,
     RunRequest,
     takes,
@@ -71,6 +72,15 @@ def drive(request: DriveRequest) -> int:
     from cohelm.cli import drive
 
     return drive.drive(request)
+
+
+@app.command()
+@takes(Ros2Request)
+def ros2(request: Ros2Request) -> int:
+    """Drive a ROS 2 robot in a browser; needs no ROS; --check tells what is missing."""
+    from cohelm.cli import ros2
+
+    return ros2.ros2(request)
 
 
 @app.command()

@@ -35,6 +35,17 @@ from cohelm.simulation import is_standing
 
 STEP = 0.05
 """Control period, s."""
+INPUT_FAULTS = frozenset(
+    {
+        Reason.NOT_FINITE,
+        Reason.CLOCK,
+        Reason.POSE_JUMP,
+        Reason.STALE_POSE,
+        Reason.STALE_TWIST,
+        Reason.STALE_SCAN,
+    }
+)
+"""Reasons after which a real chair waits for its driver's confirmation."""
 ANSWER_TIME = 0.036
 """Part of a step in which an answer is awaited, s; the rest is for the world."""
 
@@ -116,7 +127,10 @@ class ControlCycle:
         self.command = stop(Reason.STARTING)
         if restarted:
             self._driver.clear_mission()
-        self._driver.require_centring()
+        if world.simulated:
+            self._driver.require_centring()
+        else:  # a real chair moves only after the rider has said so
+            self.stop_until_confirmed(Reason.CONFIRM)
         self._rides.enter(world.ride_setup)
 
     def pause(self, *, on: bool) -> None:
@@ -241,6 +255,9 @@ class ControlCycle:
             self._watchdog = self._watchdog.updated(
                 answer.decision, answer.heartbeat_seq, now, self._requested_epoch
             )
+        faulty = answer.decision.reason in INPUT_FAULTS and not world.simulated
+        if faulty and driver_link.status(driver.link, now) == "ready":
+            self.stop_until_confirmed(answer.decision.reason or Reason.CONFIRM)
         self.answered_mission = answer.mission_version
         self.view = self.view.updated(answer, driver.mission)
         current = answer.mission_version == driver.mission.version

@@ -7,10 +7,10 @@ A ride, the page, the recorder and the watchdog know only :class:`Platform`. A c
 one class with these four members and a plugin that opens it: ``docs/your-robot.md``.
 """
 
+from cohelm.errors import PlatformError
 from cohelm.platforms.api import (
     Capabilities,
     Platform,
-    PlatformError,
     PlatformPlugin,
     SimulatedWorld,
 )

@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Protocol
 
-from cohelm.errors import CohelmError
 from cohelm.messages import Decision, Observation
 from cohelm.scenarios import RideSetup
 from cohelm.simulation import GroundTruth, NewPedestrian
-
-
-class PlatformError(CohelmError):
-    """A platform that cannot be opened, or that is lost while driving."""
-
-    code: ClassVar[str] = "platform"
 
 
 class SimulatedWorld(Protocol):
