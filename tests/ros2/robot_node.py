@@ -4,7 +4,9 @@
 
 It publishes /scan, /odom, /tf, /tf_static and /map, takes /cmd_vel as any base does (a command
 older than 0.25 s is a stop), and writes one JSON object a line to stdout: what truly happened.
-The world stands until the first command that moves the chair.
+The world stands until the first command that moves the chair. With ``lockstep=1`` it publishes
+/clock, and each step waits for the command with the stamp of that clock: rides do not depend on
+the speed of the computer.
 """
 
 import json
@@ -17,6 +19,7 @@ import rclpy
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
@@ -30,6 +33,7 @@ from cohelm.scenarios import build_scenario, load_scenario
 from cohelm.simulation import World, is_standing
 
 STEP = 0.05
+EPOCH = 100.0
 COMMAND_TIMEOUT = 0.25
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -38,6 +42,12 @@ class Robot:
     """The base driver, scanner and localiser of one simulated chair; ``faults`` alter them."""
 
     def __init__(self, scenario, seed, faults):
+        self.lockstep, self.answered, self.scan_time, self.steps = (
+            bool(faults.get("lockstep")),
+            False,
+            None,
+            0,
+        )
         self.faults, self.setup = faults, build_scenario(load_scenario(scenario), seed)
         self.world = World(self.setup.world, seed)
         self.node = node = rclpy.create_node("robot")
@@ -56,13 +66,24 @@ class Robot:
             node.create_subscription(Twist, "/cmd_vel", self.take, 10)
         else:
             node.create_subscription(TwistStamped, "/cmd_vel", self.take_stamped, 10)
+        self.clock = node.create_publisher(Clock, "/clock", 10)
         self.hit = False
         self.arrived_at = None
         self.began = 0.0
         self.last_zero = None
 
+    def now(self):
+        """ROS time of what is published now, s."""
+        now = EPOCH + self.world.truth.time if self.lockstep else time.time()
+        return now - float(self.faults.get("old", 0.0))
+
     def take_stamped(self, message):
         stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        if self.lockstep:
+            if abs(stamp - self.now()) < 0.5 * STEP:
+                self.take(message.twist)
+                self.answered = True
+            return
         if abs(time.time() - stamp) > COMMAND_TIMEOUT:
             return
         self.take(message.twist)
@@ -76,13 +97,11 @@ class Robot:
 
     def header(self, frame):
         out = Header(frame_id=frame)
-        out.stamp.sec, out.stamp.nanosec = divmod(
-            int(1e9 * (time.time() - float(self.faults.get("old", 0.0)))), 10**9
-        )
+        out.stamp.sec, out.stamp.nanosec = divmod(round(1e9 * self.now()), 10**9)
         return out
 
     def transform(self, publish, frames, pose):
-        publish(ros.transform(time.time() - float(self.faults.get("old", 0.0)), frames, pose))
+        publish(ros.transform(self.now(), frames, pose))
 
     def announce(self):
         if not self.faults.get("no_laser_tf"):
@@ -115,11 +134,36 @@ class Robot:
         for scan in scans:
             ranges = scan.ranges[::-1] if self.faults.get("mirrored") else scan.ranges
             out = LaserScan(header=self.header(self.faults.get("scan_frame", "laser")))
+            if self.lockstep:
+                out.header.stamp.sec, out.header.stamp.nanosec = divmod(
+                    round(1e9 * (EPOCH + scan.time)), 10**9
+                )
             out.angle_min, out.angle_increment = scan.angle_min, scan.angle_increment
             out.angle_max = scan.angle_min + (len(ranges) - 1) * scan.angle_increment
             out.range_min, out.range_max = 0.05, scan.range_max
             out.ranges = ranges.astype(np.float32).tolist()
             self.scan.publish(out)
+            self.scan_time = scan.time
+        if self.lockstep or self.faults.get("clock"):
+            seconds, nanoseconds = divmod(round(1e9 * self.now()), 10**9)
+            clock = Clock()
+            clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
+            self.clock.publish(clock)
+
+    def wait_for_command(self):
+        """Publish the present until its command has come, then advance."""
+        self.publish(self.world.observe().scans)
+        self.steps += 1
+        self.answered = False
+        yield self.row(self.command)
+        since = time.monotonic()
+        while not self.answered:
+            rclpy.spin_once(self.node, timeout_sec=0.2)
+            if self.steps == 1 and time.monotonic() - since > 0.2:  # nobody may have listened yet
+                since = time.monotonic()
+                self.publish(self.world.observe().scans)
+        self.world.advance(Decision(twist=self.command))
+        self.look()
 
     def step(self):
         stale = time.monotonic() - self.command_at > COMMAND_TIMEOUT
@@ -130,12 +174,21 @@ class Robot:
         else:
             self.still = getattr(self, "still", -1) + 1
             self.publish(self.world.observe().scans if self.still % 2 == 0 else ())
+        self.look()
+        return self.row(twist)
+
+    def look(self):
         truth = self.world.truth
         self.hit |= bool(truth.hit_moving.any()) or truth.hit_wall
         near = np.hypot(*(truth.pose[:2] - self.setup.arrival)) <= GOAL_RADIUS
         if near and bool(is_standing(truth.twist)) and self.arrived_at is None and self.started:
             self.arrived_at = truth.time
+
+    def row(self, twist):
+        truth = self.world.truth
         return {
+            "steps": self.steps,
+            "scan": self.scan_time,
             "time": truth.time,
             "pose": truth.pose.round(3).tolist(),
             "speed": round(float(truth.twist[0]), 4),
@@ -152,13 +205,16 @@ def main():
     rclpy.init()
     robot = Robot(scenario, seed, faults)
     robot.announce()
+    write = lambda row: (sys.stdout.write(json.dumps(row) + "\n"), sys.stdout.flush())  # noqa: E731
+    while robot.lockstep:
+        for row in robot.wait_for_command():
+            write(row)
     due = time.monotonic()
     while True:
         while time.monotonic() < due:
             rclpy.spin_once(robot.node, timeout_sec=max(due - time.monotonic(), 0.0))
         try:
-            sys.stdout.write(json.dumps(robot.step()) + "\n")
-            sys.stdout.flush()
+            write(robot.step())
         except BrokenPipeError:
             return
         due += STEP

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from cohelm.errors import ConfigError
 from cohelm.maps import write_map
 
 if TYPE_CHECKING:
+    from cohelm.live import Drive
     from cohelm.ros2.findings import Finding
     from cohelm.ros2.parameters import Ros2Parameters
 
@@ -47,7 +49,7 @@ def ros2(request: Ros2Request) -> int:
             return check(request, given, parameters, files)
         if parameters.map is not None:
             given = _with_map(given, parameters, files)
-        return _drive(request, given, files)
+        return _drive(request, given, parameters, files)
 
 
 def check(
@@ -98,14 +100,22 @@ def _with_map(
 
 
 def _drive(
-    request: Ros2Request, given: platform_file.PlatformFile, files: contextlib.ExitStack
+    request: Ros2Request,
+    given: platform_file.PlatformFile,
+    parameters: Ros2Parameters,
+    files: contextlib.ExitStack,
 ) -> int:
     drive.check_installed()
     from cohelm.cli import web_server  # noqa: PLC0415 # needs the extra
+    from cohelm.ros2.rider_node import RiderNode  # noqa: PLC0415 # needs the extra
 
     page, driving = web_server.read_page(), _as_drive(request)
     setup = drive.drive_setup_of(given, request.file, driving, files)
-    web_server.serve_ride(setup, page, driving)
+
+    def attach(ride: Drive) -> Callable[[], None]:
+        return RiderNode(parameters, ride).close
+
+    web_server.serve_ride(setup, page, driving, attach)
     sys.stdout.write("stopped; the page is closed\n")
     return 0
 

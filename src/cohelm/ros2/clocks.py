@@ -9,7 +9,7 @@ MAX_JUMP = 0.1
 SETTLING = 1.0
 """Time after a jump until the new time is used, s: everything is stale until then."""
 MAX_SILENCE = 0.5
-"""Time for which ``/clock`` is extrapolated, s."""
+"""Maximum time without a message of ``/clock``, s."""
 
 
 class WallClock:
@@ -73,9 +73,7 @@ class RobotClock:
 
     def now(self) -> float:
         """Return the current time, s; it never runs backwards, and stands without ``/clock``."""
-        elapsed = min(time.monotonic() - self._arrival, MAX_SILENCE)
-        now = self._value + max(elapsed, 0.0) if self._epoch is not None else 0.0
-        self._latest = max(self._latest, now)
+        self._latest = max(self._latest, self._value)
         return self._latest
 
     def of(self, stamp: float) -> float:

@@ -67,7 +67,6 @@ class Inputs:
         self._lock = threading.Lock()
         self.frames = FrameTree()
         self._moving: Moving | None = None
-        self._moving_arrival = -math.inf
         self._scans: deque[Scan] = deque(maxlen=MAX_READINGS)
         self._clouds: deque[PointCloud] = deque(maxlen=MAX_READINGS)
         self.last_scan: dict[str, Scan] = {}
@@ -98,7 +97,7 @@ class Inputs:
                 return
             time = self.clock.of(found.time)
             self._count(topic, now, now - time, found.child)
-            self._moving, self._moving_arrival = found._replace(time=time), now
+            self._moving = found._replace(time=time)
 
     def take_scan(self, topic: str, message: Any) -> None:
         """Take a LaserScan of a sensor whose mount the transforms tell."""
@@ -157,6 +156,11 @@ class Inputs:
             scans=scans,
             clouds=clouds,
         )
+
+    @property
+    def odometry_time(self) -> float:
+        """Stamp of the newest odometry, s; −inf: none has come."""
+        return self._moving.time if self._moving is not None else -math.inf
 
     def localised(self) -> tuple[Floats, float] | None:
         """Return X_MO (4, 4) and its age, s; None: the localiser's transform never came."""

@@ -131,9 +131,13 @@ class Ros2Platform:
         return self._command.pid
 
     def observe(self) -> Observation:
-        """Return the newest inputs; the odometry is old while no command reaches the robot."""
-        seen = self._node.inputs.observation()
-        return replace(seen, twist_time=NEVER) if self._command.late else seen
+        """Return the newest inputs.
+
+        The odometry counts as lost while no command reaches the robot or its clock is silent.
+        """
+        seen, clock = self._node.inputs.observation(), self._node.clock
+        silent = isinstance(clock, RobotClock) and clock.silent
+        return replace(seen, twist_time=NEVER) if self._command.late or silent else seen
 
     def apply(self, decision: Decision) -> None:
         """Send a command to the robot."""
