@@ -46,6 +46,7 @@ def ride(scenario, seed):
     setup = build_scenario(load_scenario(scenario), seed)
     parameters = LOOPBACK.model_copy(update={"use_sim_time": True})
     navigator, tick, lost, stood = Navigator(setup.navigator), None, 0, 0.0
+    newest = -1.0
     with robot(scenario, seed, "lockstep=1") as process:
         node = RobotNode(parameters)
         try:
@@ -63,7 +64,10 @@ def ride(scenario, seed):
                     node.wait()
                 lost += not complete(node, row, START if first else LOST)
                 seen = node.inputs.observation()
-                seen = replace(seen, scans=seen.scans[-1:])  # the first step is sent repeatedly
+                # The first step is sent repeatedly, until somebody listens.
+                new = tuple(each for each in seen.scans if each.time > newest)
+                newest = max([newest, *(each.time for each in new)])
+                seen = replace(seen, scans=new[-1:])
                 tick = navigator.step(seen, setup.request, tick)
                 twist = tuple(float(each) for each in tick.decision.twist)
                 node.stop(Command(0.0, EPOCH + row["time"], twist))

@@ -61,7 +61,8 @@ class Robot:
         self.tf = self.dds.publisher("/tf", TRANSFORMS, RELIABLE)
         self.static = self.dds.publisher("/tf_static", TRANSFORMS, STATIC)
         self.dds.start()
-        self.map = node.create_publisher(OccupancyGrid, "/map", LATCHED)
+        latched = qos_profile_sensor_data if faults.get("volatile_map") else LATCHED
+        self.map = node.create_publisher(OccupancyGrid, "/map", latched)
         if faults.get("twist"):
             node.create_subscription(Twist, "/cmd_vel", self.take, 10)
         else:
@@ -113,8 +114,10 @@ class Robot:
         out.info.height, out.info.width = grid.shape
         out.info.origin.position.x, out.info.origin.position.y = map(float, grid.X_MG[:2])
         out.data = grid.data.ravel().tolist()
-        if self.faults.get("no_unknown"):
-            out.data = [max(each, 0) for each in out.data]
+        if self.faults.get("open_map"):
+            data = np.maximum(grid.data, 0)
+            data[:4] = data[-4:] = data[:, :4] = data[:, -4:] = 0
+            out.data = data.ravel().tolist()
         self.map.publish(out)
 
     def publish(self, scans):

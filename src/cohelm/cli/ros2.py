@@ -62,11 +62,12 @@ def check(
     from cohelm.ros2 import checking  # noqa: PLC0415 # needs the extra
 
     print_line(f"watching for {WATCH:g} s; nothing moves")
+    has_map = given.map is not None
     if parameters.map is not None:
         with contextlib.suppress(ConfigError):  # the findings say that it is missing
-            given = _with_map(given, parameters, files)
+            given, has_map = _with_map(given, parameters, files), True
     setup = drive.drive_setup_of(given, request.file, _as_drive(request), files)
-    report = checking.check(parameters, setup.scenario, watch=WATCH)
+    report = checking.check(parameters, setup.scenario, watch=WATCH, has_map=has_map)
     findings = list(report.findings)
     if request.move and all(each.fine for each in findings):
         answer = input("The chair will drive 0.2 m forward. Type 'yes' if its way is free: ")

@@ -17,7 +17,15 @@ from cohelm.messages import Decision, Observation, Scan
 from cohelm.robots import Robot
 from cohelm.ros2.conversions import grid_of
 from cohelm.ros2.dds import LATCHED, DdsNode
-from cohelm.ros2.findings import Finding, check_inputs, check_map, check_motion, check_sensors
+from cohelm.ros2.findings import (
+    Finding,
+    check_base,
+    check_inputs,
+    check_map,
+    check_motion,
+    check_sensors,
+    missing_map,
+)
 from cohelm.ros2.parameters import Ros2Parameters
 from cohelm.ros2.platform import RobotNode, Ros2Platform
 from cohelm.scenarios import Scenario
@@ -45,13 +53,16 @@ class Report:
     """Newest scan of each scanner."""
 
 
-def check(parameters: Ros2Parameters, scenario: Scenario, *, watch: float) -> Report:
+def check(
+    parameters: Ros2Parameters, scenario: Scenario, *, watch: float, has_map: bool = True
+) -> Report:
     """Watch the topics of a robot and compare them with map and robot.
 
     Args:
         parameters: Topics and frames.
         scenario: Map and robot.
         watch: Time to watch, s.
+        has_map: False if the map of the topic did not come.
 
     Raises:
         PlatformError: There is no network.
@@ -65,9 +76,13 @@ def check(parameters: Ros2Parameters, scenario: Scenario, *, watch: float) -> Re
         inputs = node.inputs
         observation = inputs.observation()
         findings = check_inputs(parameters, inputs, offered)
+        findings.append(check_base(parameters, node.dds.subscribers(parameters.command)))
+        if parameters.map is not None and not has_map:
+            findings.append(missing_map(parameters.map, offered))
         scans = tuple(inputs.last_scan.values())
         findings += check_sensors(parameters, robot, scans)
-        if parameters.frames.map is not None and observation.pose_time > 0.0:
+        localised = parameters.frames.map is not None and observation.pose_time > 0.0
+        if localised and has_map:
             walls = distance_field(grid)
             findings += check_map(grid, walls, observation.pose, scans)
     finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 MAX_JUMP = 0.1
@@ -77,8 +78,8 @@ class RobotClock:
         return self._latest
 
     def of(self, stamp: float) -> float:
-        """Return the time of a stamp, s."""
-        return stamp - (self._epoch or 0.0)
+        """Return the time of a stamp, s; NaN before the first message of ``/clock``."""
+        return stamp - self._epoch if self._epoch is not None else math.nan
 
     def stamp(self, now: float) -> float:
         """Return the stamp of a time, s."""

@@ -11,6 +11,7 @@ from cohelm.errors import PlatformError
 from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
 from cohelm.ros2.command_process import (
     LAST_STOPS,
+    NOBODY,
     Command,
     CommandSetup,
     serve_commands,
@@ -38,6 +39,7 @@ class CommandClient:
         # A value of a light module, so that the process imports little and starts fast.
         plain = Ros2Parameters.model_validate(parameters.model_dump())
         self._process = WorkerProcess(serve_commands, CommandSetup(plain), "cohelm-command")
+        self._parameters = parameters
         self._echo_at = self._wait_for_start()
         self.late = False
         """True if the process did not answer at the last command: the robot got a zero."""
@@ -83,6 +85,11 @@ class CommandClient:
                 echo: Any = self._process.receive(0.1)
             except ProcessGone as cause:
                 raise PlatformError(f"no process for the command topic ({cause})") from None
+            if echo == NOBODY:
+                self._process.close()
+                topic, kind = self._parameters.command, "TwistStamped"
+                kind = kind if self._parameters.stamped else "Twist"
+                raise PlatformError(f"nobody subscribes to {topic} as {kind}")
             if echo is not None:
                 return float(echo)
         self._process.kill()

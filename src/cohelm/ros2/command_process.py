@@ -25,6 +25,8 @@ from cohelm.ros2.parameters import Ros2Parameters
 
 MAX_AGE = 0.15
 """Maximum time from a command to its publication, and until the next one comes, s."""
+NOBODY = -1.0
+"""First answer of the process if nobody subscribes to the command topic."""
 PERIOD = 0.05
 """Time between zeros, s."""
 LAST_STOPS = 1.0
@@ -100,8 +102,14 @@ def serve_commands(pipe: Connection, setup: CommandSetup) -> None:
     node.start()
     gc.collect()
     gc.freeze()
-    pipe.send(time.monotonic())
-    _serve(pipe, publish)
+    end = time.monotonic() + parameters.wait
+    while not node.subscribers(parameters.command) and time.monotonic() < end:
+        time.sleep(PERIOD)
+    if node.subscribers(parameters.command):
+        pipe.send(time.monotonic())
+        _serve(pipe, publish)
+    else:
+        pipe.send(NOBODY)
     node.close()
 
 

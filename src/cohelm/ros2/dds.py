@@ -152,8 +152,16 @@ class DdsNode:
                 return len(reader.get_matched_publications())
         return 0
 
+    def subscribers(self, topic: str) -> int:
+        """Return the number of subscriptions that a publisher is connected with."""
+        return sum(
+            len(writer.get_matched_subscriptions())
+            for writer in self._writers
+            if writer.topic.name == "rt" + topic
+        )
+
     def published(self) -> dict[str, str]:
-        """Return type and reliability of each ROS topic that others publish, by topic."""
+        """Return type and quality of service of each topic that others publish, by topic."""
         reader = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
         time.sleep(_POLL)
         out = {}
@@ -163,7 +171,10 @@ class DdsNode:
             if topic.startswith("rt/") and sample.key not in own:
                 reliable = sample.qos[Policy.Reliability] != Policy.Reliability.BestEffort
                 kind = sample.type_name.replace("::dds_::", "/").replace("::", "/").rstrip("_")
-                out[topic[2:]] = f"{kind}, {'reliable' if reliable else 'best effort'}"
+                kept = sample.qos[Policy.Durability] != Policy.Durability.Volatile
+                quality = f"{'reliable' if reliable else 'best effort'}"
+                quality += f", {'transient local' if kept else 'volatile'}"
+                out[topic[2:]] = f"{kind}, {quality}"
         return out
 
     def start(self) -> None:

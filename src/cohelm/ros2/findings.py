@@ -54,6 +54,8 @@ def missing_inputs(parameters: Ros2Parameters, inputs: Inputs) -> list[str]:
             out.append(f"no message on {topic}")
         elif found.problem:
             out.append(f"{topic}: {found.problem}")
+    if not math.isfinite(inputs.odometry_time) and parameters.odometry in inputs.topics:
+        out.append(f"no usable message on {parameters.odometry}")
     frames = parameters.frames
     if inputs.localised() is None:
         out.append(f"no transform from '{frames.map}' to '{frames.odom}'")
@@ -80,6 +82,32 @@ def check_inputs(
     out.append(_base(parameters, inputs))
     out.append(_localiser(parameters, inputs))
     return out
+
+
+def check_base(parameters: Ros2Parameters, subscribers: int) -> Finding:
+    """Return the finding about the number of subscribers of the command topic."""
+    kind, other = ("TwistStamped", "false") if parameters.stamped else ("Twist", "true")
+    if subscribers:
+        return Finding(True, parameters.command, f"{kind}, {subscribers} subscribers")
+    return Finding(
+        False,
+        parameters.command,
+        f"nobody subscribes to {kind}",
+        f"start the base driver; if it takes the other type, write 'stamped: {other}'",
+    )
+
+
+def missing_map(topic: str, offered: dict[str, str]) -> Finding:
+    """Return the finding about a map that did not come."""
+    quality = offered.get(topic)
+    if quality is not None and ("volatile" in quality or "best effort" in quality):
+        return Finding(
+            False,
+            topic,
+            f"no map, though it is published as {quality}",
+            "publish it reliable and transient local, as map_server does",
+        )
+    return _silent(topic, offered)
 
 
 def _clock(inputs: Inputs) -> Finding:
@@ -205,12 +233,12 @@ def check_map(
         scans: Newest scan of each scanner.
     """
     out = []
-    if not (grid.data < 0).any():
+    if not (grid.data < 0).any() and not _is_closed(grid):
         out.append(
             Finding(
                 False,
                 "map",
-                "no unknown cell: what nobody has seen counts as free",
+                "open at its edge, and no cell is unknown: what nobody has seen counts as free",
                 "save it in mode trinary with unknown cells, or close its outline with walls",
             )
         )
@@ -223,6 +251,13 @@ def check_map(
         )
         return out
     return out + [_matching(scan, walls, pose) for scan in scans]
+
+
+def _is_closed(grid: OccupancyGrid) -> bool:
+    """Check that the outer cells of a map are blocked."""
+    blocked = grid.blocked()
+    edges = (blocked[0], blocked[-1], blocked[:, 0], blocked[:, -1])
+    return all(bool(each.all()) for each in edges)
 
 
 def _matching(scan: Scan, walls: DistanceField, pose: Floats) -> Finding:

@@ -82,7 +82,8 @@ class Inputs:
             for each in message.transforms:
                 time = -math.inf if static else self.clock.of(ros.stamp(each.header))
                 frames = each.header.frame_id, each.child_frame_id
-                self.frames.add(*frames, ros.transform(each.transform), time=time, arrival=now)
+                if not math.isnan(time):  # the robot's clock has begun
+                    self.frames.add(*frames, ros.transform(each.transform), time=time, arrival=now)
                 # Delays of a localiser may be negative: it stamps its transform into the future.
                 self._count(topic, now, math.nan if static else now - time, frames[1])
 
@@ -97,7 +98,8 @@ class Inputs:
                 return
             time = self.clock.of(found.time)
             self._count(topic, now, now - time, found.child)
-            self._moving = found._replace(time=time)
+            if math.isfinite(time):
+                self._moving = found._replace(time=time)
 
     def take_scan(self, topic: str, message: Any) -> None:
         """Take a LaserScan of a sensor whose mount the transforms tell."""
@@ -108,7 +110,7 @@ class Inputs:
             if mount is not None and not is_level(mount):
                 mount, problem = None, f"'{frame}' is tilted: a planar scanner must be level"
             scan = None
-            if mount is not None:
+            if mount is not None and math.isfinite(time):
                 try:
                     scan = ros.scan(message, time, mount)
                 except ValueError as error:
@@ -125,7 +127,7 @@ class Inputs:
         with self._lock:
             mount, problem = self._mount(frame)
         cloud = None
-        if mount is not None:
+        if mount is not None and math.isfinite(time):
             try:
                 cloud = ros.cloud(message, time, mount)
             except ValueError as error:
