@@ -1,0 +1,38 @@
+"""Process that sends a forward command 20 times a second, as the control loop does.
+
+python -m tests.ros2.commanding
+"""
+
+import sys
+import time
+
+from cohelm.errors import PlatformError
+from cohelm.ros2.command_client import CommandClient
+from cohelm.ros2.command_process import Command, publisher
+from cohelm.ros2.dds import DdsNode
+from tests.ros2.lockstep import LOOPBACK
+
+
+def main():
+    node = DdsNode(LOOPBACK.dds, "owner")
+    fallback = publisher(node, LOOPBACK)
+    node.start()
+    client = CommandClient(LOOPBACK, fallback)
+    sys.stdout.write(f"{client.pid}\n")
+    sys.stdout.flush()
+    stopped = False
+    while True:
+        try:
+            forward = 0.0 if stopped else 0.5  # as the control loop: no motion without confirmation
+            client.send(Command(time.monotonic(), time.time(), (forward, 0.0, 0.0)))
+            stopped |= client.late
+        except PlatformError as error:
+            sys.stdout.write(f"{error}\n")
+            sys.stdout.flush()
+            time.sleep(0.5)
+            return
+        time.sleep(0.05)
+
+
+if __name__ == "__main__":
+    main()
