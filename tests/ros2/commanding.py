@@ -8,7 +8,7 @@ import time
 
 from cohelm.errors import PlatformError
 from cohelm.ros2.command_client import CommandClient
-from cohelm.ros2.command_process import Command, publisher
+from cohelm.ros2.command_process import WheelCommand, publisher
 from cohelm.ros2.dds import DdsNode
 from tests.ros2.lockstep import LOOPBACK
 
@@ -24,7 +24,7 @@ def main():
     while True:
         try:
             forward = 0.0 if stopped else 0.5  # as the control loop: no motion without confirmation
-            client.send(Command(time.monotonic(), time.time(), (forward, 0.0, 0.0)))
+            client.send(WheelCommand(time.monotonic(), time.time(), (forward, 0.0, 0.0)))
             stopped |= client.late
         except PlatformError as error:
             sys.stdout.write(f"{error}\n")

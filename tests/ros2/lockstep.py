@@ -14,7 +14,7 @@ from dataclasses import replace
 from cohelm.evaluation import Outcome, run
 from cohelm.evaluation.episode.episode import PATIENCE
 from cohelm.navigation import Navigator
-from cohelm.ros2.command_process import Command
+from cohelm.ros2.command_process import WheelCommand
 from cohelm.ros2.parameters import DdsParameters, Ros2Parameters
 from cohelm.ros2.platform import RobotNode
 from cohelm.scenarios import build_scenario, load_scenario
@@ -70,7 +70,7 @@ def ride(scenario, seed):
                 seen = replace(seen, scans=new[-1:])
                 tick = navigator.step(seen, setup.request, tick)
                 twist = tuple(float(each) for each in tick.decision.twist)
-                node.stop(Command(0.0, EPOCH + row["time"], twist))
+                node.stop(WheelCommand(0.0, EPOCH + row["time"], twist))
         finally:
             node.close()
     raise AssertionError("the robot's process has ended")

@@ -5,11 +5,11 @@ import math
 import pytest
 
 from cohelm.ros2.clocks import RobotClock, WallClock
-from cohelm.ros2.command_process import MAX_AGE, PERIOD, Command, CommandLatch
+from cohelm.ros2.command_process import MAX_AGE, PERIOD, CommandLatch, WheelCommand
 
 
 def command(at, forward=0.5):
-    return Command(at, at, (forward, 0.0, 0.0))
+    return WheelCommand(at, at, (forward, 0.0, 0.0))
 
 
 def test_a_fresh_command_passes_and_an_old_one_does_not():
@@ -20,7 +20,7 @@ def test_a_fresh_command_passes_and_an_old_one_does_not():
 
 @pytest.mark.parametrize("twist", [(math.nan, 0.0, 0.0), (0.0, 0.0, math.inf)])
 def test_a_command_that_is_not_a_number_does_not_pass(twist):
-    assert not CommandLatch(10.0).accepts(Command(10.0, 10.0, twist), 10.0)
+    assert not CommandLatch(10.0).accepts(WheelCommand(10.0, 10.0, twist), 10.0)
 
 
 def test_a_command_from_the_future_does_not_pass():

@@ -12,8 +12,8 @@ from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
 from cohelm.ros2.command_process import (
     LAST_STOPS,
     NOBODY,
-    Command,
     CommandSetup,
+    WheelCommand,
     serve_commands,
 )
 from cohelm.ros2.parameters import Ros2Parameters
@@ -34,7 +34,9 @@ class CommandClient:
         fallback: Publishes a command if the process is lost.
     """
 
-    def __init__(self, parameters: Ros2Parameters, fallback: Callable[[Command], None]) -> None:
+    def __init__(
+        self, parameters: Ros2Parameters, fallback: Callable[[WheelCommand], None]
+    ) -> None:
         self._fallback = fallback
         # A value of a light module, so that the process imports little and starts fast.
         plain = Ros2Parameters.model_validate(parameters.model_dump())
@@ -49,7 +51,7 @@ class CommandClient:
         """Process id."""
         return self._process.pid
 
-    def send(self, command: Command) -> None:
+    def send(self, command: WheelCommand) -> None:
         """Send a command to the robot.
 
         Raises:
@@ -73,7 +75,7 @@ class CommandClient:
         """End the process; it sends zeros for a second."""
         self._process.close(timeout=LAST_STOPS + 2.0)
 
-    def _stop(self, command: Command) -> None:
+    def _stop(self, command: WheelCommand) -> None:
         for _ in range(3):
             with contextlib.suppress(Exception):  # nothing else can be done for the robot
                 self._fallback(command._replace(twist=(0.0, 0.0, 0.0)))

@@ -33,7 +33,7 @@ LAST_STOPS = 1.0
 """Time for which zeros follow after the owner has gone, s."""
 
 
-class Command(NamedTuple):
+class WheelCommand(NamedTuple):
     """Command on its way to the process."""
 
     made_at: float
@@ -61,7 +61,7 @@ class CommandLatch:
         self._last_at = -math.inf
         self._zero_at = now
 
-    def accepts(self, command: Command, now: float) -> bool:
+    def accepts(self, command: WheelCommand, now: float) -> bool:
         """Take a command; returns False if it is too old, or not a number."""
         fresh = 0.0 <= now - command.made_at <= MAX_AGE
         if not fresh or not all(map(math.isfinite, command.twist)):
@@ -82,12 +82,12 @@ class CommandLatch:
         return min(max(due - now, 0.001), PERIOD)
 
 
-def publisher(node: DdsNode, parameters: Ros2Parameters) -> Callable[[Command], None]:
+def publisher(node: DdsNode, parameters: Ros2Parameters) -> Callable[[WheelCommand], None]:
     """Return the function that publishes commands as the robot takes them."""
     kind = "geometry_msgs/msg/TwistStamped" if parameters.stamped else "geometry_msgs/msg/Twist"
     publish = node.publisher(parameters.command, kind, RELIABLE)
 
-    def send(command: Command) -> None:
+    def send(command: WheelCommand) -> None:
         publish(_message(command, parameters))
 
     return send
@@ -113,7 +113,7 @@ def serve_commands(pipe: Connection, setup: CommandSetup) -> None:
     node.close()
 
 
-def _serve(pipe: Connection, publish: Callable[[Command], None]) -> None:
+def _serve(pipe: Connection, publish: Callable[[WheelCommand], None]) -> None:
     latch = CommandLatch(time.monotonic())
     stamp_offset = time.time() - time.monotonic()  # until the first command tells the robot's time
     ends = math.inf
@@ -136,10 +136,10 @@ def _serve(pipe: Connection, publish: Callable[[Command], None]) -> None:
                 publish(command)
                 continue
         if latch.needs_zero(now):
-            publish(Command(now, now + stamp_offset, (0.0, 0.0, 0.0)))
+            publish(WheelCommand(now, now + stamp_offset, (0.0, 0.0, 0.0)))
 
 
-def _message(command: Command, parameters: Ros2Parameters) -> Any:
+def _message(command: WheelCommand, parameters: Ros2Parameters) -> Any:
     """Twist or TwistStamped; made here, since the packages with more messages start slowly."""
     of = types_of("humble").types
     x, y, turn = command.twist

@@ -12,7 +12,7 @@ from cohelm.platforms import Capabilities, PlatformError
 from cohelm.recordings.bags import ros_messages as ros
 from cohelm.ros2.clocks import Clock, RobotClock, WallClock
 from cohelm.ros2.command_client import CommandClient
-from cohelm.ros2.command_process import Command, publisher
+from cohelm.ros2.command_process import WheelCommand, publisher
 from cohelm.ros2.dds import SENSOR, STATIC, DdsNode, Reliability
 from cohelm.ros2.findings import missing_inputs
 from cohelm.ros2.inputs import NEVER, Inputs
@@ -145,7 +145,7 @@ class Ros2Platform:
         x, y, turn = (float(each) for each in decision.twist)
         finite = all(map(math.isfinite, (x, y, turn)))
         twist = (x, y, turn) if finite else (0.0, 0.0, 0.0)
-        self._command.send(Command(time.monotonic(), clock.stamp(clock.now()), twist))
+        self._command.send(WheelCommand(time.monotonic(), clock.stamp(clock.now()), twist))
 
     def close(self) -> None:
         """Stop the robot, and end node and process."""
