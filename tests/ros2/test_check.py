@@ -54,9 +54,8 @@ BROKEN = {
 
 
 @pytest.fixture
-def check(tmp_path, capsys, monkeypatch):
+def check(tmp_path, capsys):
     """Run the command on a robot with faults; returns its status and what it prints."""
-    monkeypatch.setenv("COLUMNS", "400")
     write_map(floor_of(load_scenario(SCENARIO)).grid, tmp_path / "floor.yaml")
 
     def run(faults, changes, *options):

@@ -9,10 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.table import Table
-
 from cohelm.cli import drive, platform_file
-from cohelm.cli.report import OUTPUT, print_line
+from cohelm.cli.report import print_line
 from cohelm.cli.requests import DriveRequest, Ros2Request
 from cohelm.config import load, validate
 from cohelm.errors import ConfigError
@@ -128,7 +126,7 @@ def _as_drive(request: Ros2Request) -> DriveRequest:
 
 
 def _print(findings: list[Finding]) -> None:
-    table = Table("", "input", "found", "what to do", box=None, pad_edge=False)
     for each in findings:
-        table.add_row("ok" if each.fine else "FAULT", each.what, each.text, each.remedy)
-    OUTPUT.print(table)
+        print_line(f"{'ok   ' if each.fine else 'FAULT'}  {each.what}: {each.text}")
+        if each.remedy:
+            print_line(f"         → {each.remedy}")
