@@ -6,24 +6,25 @@ python -m tests.ros2.commanding
 import sys
 import time
 
-from cohelm.errors import PlatformError
-from cohelm.ros2.command_client import CommandClient
-from cohelm.ros2.command_process import WheelCommand, publisher
-from cohelm.ros2.dds import DdsNode
-from tests.ros2.lockstep import LOOPBACK
-
 
 def main():
+    # Inside, since the process of the command topic imports this module again.
+    from cohelm.errors import PlatformError
+    from cohelm.ros2.command_client import CommandClient
+    from cohelm.ros2.command_process import WheelCommand, publisher
+    from cohelm.ros2.dds import DdsNode
+    from tests.ros2.loopback import LOOPBACK
+
     node = DdsNode(LOOPBACK.dds, "owner")
     fallback = publisher(node, LOOPBACK)
     node.start()
-    client = CommandClient(LOOPBACK, fallback)
+    client, stopped = CommandClient(LOOPBACK, fallback), False
     sys.stdout.write(f"{client.pid}\n")
     sys.stdout.flush()
-    stopped = False
     while True:
         try:
-            forward = 0.0 if stopped else 0.5  # as the control loop: no motion without confirmation
+            # As the control loop: no motion without confirmation.
+            forward = 0.0 if stopped else 0.5
             client.send(WheelCommand(time.monotonic(), time.time(), (forward, 0.0, 0.0)))
             stopped |= client.late
         except PlatformError as error:

@@ -15,12 +15,11 @@ from cohelm.evaluation import Outcome, run
 from cohelm.evaluation.episode.episode import PATIENCE
 from cohelm.navigation import Navigator
 from cohelm.ros2.command_process import WheelCommand
-from cohelm.ros2.parameters import DdsParameters, Ros2Parameters
 from cohelm.ros2.platform import RobotNode
 from cohelm.scenarios import build_scenario, load_scenario
+from tests.ros2.loopback import LOOPBACK
 
 EPOCH = 100.0
-LOOPBACK = Ros2Parameters(dds=DdsParameters(interface="lo"), wait=60.0)
 START = 120.0
 """Maximum time for the robot's process to start, s."""
 LOST = 2.0

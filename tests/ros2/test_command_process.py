@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
 from cohelm.ros2.dds import RELIABLE, DdsNode
-from tests.ros2.lockstep import LOOPBACK
+from tests.ros2.loopback import LOOPBACK
 
 pytestmark = pytest.mark.slow
 TIMES = int(os.environ.get("COHELM_KILLS", "3"))
@@ -33,7 +33,7 @@ class Base:
     def take(self, message):
         self.commands.append((time.monotonic(), float(message.twist.linear.x)))
 
-    def wait(self, holds, timeout=30.0):
+    def wait(self, holds, timeout=90.0):
         end = time.monotonic() + timeout
         while not holds() and time.monotonic() < end:
             time.sleep(0.005)
