@@ -1,6 +1,7 @@
 """``cohelm ros2 --check`` names each fault of a robot with its remedy."""
 
 import builtins
+import itertools
 
 import pytest
 import yaml
@@ -15,6 +16,7 @@ from tests.ros2.lockstep import robot
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 SCENARIO = "hospital"  # its start is not symmetric, so that a mirrored scan shows
+DOMAINS = itertools.count(60)
 LOOPBACK = {"use": "ros2", "dds": {"interface": "lo"}, "wait": 20.0}
 
 BROKEN = {
@@ -54,8 +56,10 @@ BROKEN = {
 
 
 @pytest.fixture
-def check(tmp_path, capsys):
+def check(tmp_path, capsys, monkeypatch):
     """Run the command on a robot with faults; returns its status and what it prints."""
+    # A domain for each test: the last robot, killed, counts as present for another 20 s.
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(next(DOMAINS)))
     write_map(floor_of(load_scenario(SCENARIO)).grid, tmp_path / "floor.yaml")
 
     def run(faults, changes, *options):
