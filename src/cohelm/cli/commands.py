@@ -15,11 +15,11 @@ from cohelm.cli.requests import (
     PeopleRequest,
     ProposeRequest,
     ReplayRequest,
-    Ros2Request,
     RouteRequest,
     RunRequest,
     takes,
 )
+from cohelm.cli.ros2_request import Ros2Request
 
 app = typer.Typer()
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from cohelm.cli import drive, platform_file
 from cohelm.cli.report import print_line
-from cohelm.cli.requests import DriveRequest, Ros2Request
+from cohelm.cli.requests import DriveRequest
+from cohelm.cli.ros2_request import Ros2Request
 from cohelm.config import load, validate
 from cohelm.errors import ConfigError
 from cohelm.maps import write_map

@@ -20,6 +20,7 @@ from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.step_requests import UnsentReadings, step_request
 from cohelm.live.control.watchdog import (
     CONFIRM_AFTER,
+    INPUT_FAULTS,
     MAX_ANSWER_LATENCY,
     Watchdog,
     limit_acceleration,
@@ -35,17 +36,6 @@ from cohelm.simulation import is_standing
 
 STEP = 0.05
 """Control period, s."""
-INPUT_FAULTS = frozenset(
-    {
-        Reason.NOT_FINITE,
-        Reason.CLOCK,
-        Reason.POSE_JUMP,
-        Reason.STALE_POSE,
-        Reason.STALE_TWIST,
-        Reason.STALE_SCAN,
-    }
-)
-"""Reasons after which a real chair waits for its driver's confirmation."""
 ANSWER_TIME = 0.036
 """Part of a step in which an answer is awaited, s; the rest is for the world."""
 

@@ -22,6 +22,18 @@ MAX_ANSWER_LATENCY = 0.15
 CONFIRM_AFTER = 1.0
 """Silence of the navigator after which the driver must confirm, s."""
 
+INPUT_FAULTS = frozenset(
+    {
+        Reason.NOT_FINITE,
+        Reason.CLOCK,
+        Reason.POSE_JUMP,
+        Reason.STALE_POSE,
+        Reason.STALE_TWIST,
+        Reason.STALE_SCAN,
+    }
+)
+"""Reasons after which a real chair waits for its driver's confirmation."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Watchdog:
