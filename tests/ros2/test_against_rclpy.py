@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="needs the extra ros-test")
+pytest.importorskip("rclpy", reason="needs rclpy, see CONTRIBUTING.md")
 
 from cohelm.evaluation import Outcome, run
 from cohelm.maps import OccupancyGrid

@@ -6,7 +6,7 @@ import itertools
 import pytest
 import yaml
 
-pytest.importorskip("rclpy", reason="needs the extra ros-test")
+pytest.importorskip("rclpy", reason="needs rclpy, see CONTRIBUTING.md")
 
 from cohelm.cli.app import status as run_command
 from cohelm.maps import write_map
