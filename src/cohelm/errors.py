@@ -6,6 +6,7 @@
     ├─ PluginError              an unknown plugin, or one that does not import
     ├─ MapError                 a map that cannot be read or written, or is inconsistent
     ├─ RecordingError           a bag or a cloud that cannot be read
+    ├─ PlatformError            a chair that does not answer, or is lost while driving
     ├─ StoreError               stored data that cannot be read or written
     ├─ PlanningError            no path
     │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point and the needed clearance
@@ -96,6 +97,12 @@ class RecordingError(CohelmError):
         self.offset = offset
         where = "" if offset is None else f" at byte {offset}"
         super().__init__(f"{file}{where}: {problem}")
+
+
+class PlatformError(CohelmError):
+    """A chair that cannot be reached, or that is lost while driving."""
+
+    code = "platform"
 
 
 class StoreError(CohelmError):

@@ -36,6 +36,7 @@ GROUPS = (
     "pedestrian_models",
     "riders",
     "kinematics",
+    "platforms",
 )
 """Kinds of plugins; each is the entry-point group ``cohelm.<kind>``."""
 
@@ -72,12 +73,12 @@ def origin(group: str, name: str) -> tuple[str, str]:
 
 
 def load(group: str, name: str) -> Any:
-    """Load the class of an entry point.
+    """Load the class of an entry point, or the one that ``module:Class`` names.
 
     Raises:
         PluginError: if the name is unknown, the import fails, or ``Parameters`` is missing.
     """
-    entry = _entry(group, name)
+    entry = EntryPoint(name, name, f"cohelm.{group}") if ":" in name else _entry(group, name)
     try:
         part = entry.load()
     except Exception as cause:

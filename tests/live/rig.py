@@ -16,6 +16,7 @@ from cohelm.live.messages import FloorInfo, Heartbeat, ResumeCommand, TakeContro
 from cohelm.live.page.commands import CommandHandler
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
+from cohelm.platforms import PlanarPlatform
 from cohelm.simulation import World
 
 EPOCH = 1000.0
@@ -126,9 +127,9 @@ class Rig:
         self.cycle.enter(self.new_world())
 
     def new_world(self):
-        world = World(self.ride_setup.world, self.ride_setup.seed)
-        rng = np.random.default_rng(0)
-        return LiveWorld(ride_setup=self.ride_setup, simulation=world, floor=None, rng=rng)
+        self.simulation = World(self.ride_setup.world, self.ride_setup.seed)
+        platform = PlanarPlatform(self.simulation)
+        return LiveWorld(self.ride_setup, platform, None, np.random.default_rng(0))
 
     def send(self, message, client):
         self.told.append(message)
@@ -142,7 +143,7 @@ class Rig:
 
     @property
     def world(self):
-        return self.cycle.world.simulation
+        return self.simulation
 
     def say(self, message, client="a"):
         self.inbox.append((client, message))

@@ -128,7 +128,7 @@ def test_a_world_that_cannot_be_built_leaves_the_drive_in_the_old_one(monkeypatc
 
     monkeypatch.setattr(world_factory, "build_scenario", fault)
     told, chair = [], Stand()
-    chair.world = object()
+    chair.world = SimpleNamespace(close=lambda: None)
     factory = world_factory.WorldFactory(None)
     loop = made_loop(chair, DriverState(), lambda message, _: told.append(message.code), factory)
     loop._thread.start()

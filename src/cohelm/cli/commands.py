@@ -19,6 +19,7 @@ from cohelm.cli.requests import (
     RunRequest,
     takes,
 )
+from cohelm.cli.ros2_request import Ros2Request
 
 app = typer.Typer()
 
@@ -71,6 +72,15 @@ def drive(request: DriveRequest) -> int:
     from cohelm.cli import drive
 
     return drive.drive(request)
+
+
+@app.command()
+@takes(Ros2Request)
+def ros2(request: Ros2Request) -> int:
+    """Drive a ROS 2 robot in a browser; needs no ROS; --check tells what is missing."""
+    from cohelm.cli import ros2
+
+    return ros2.ros2(request)
 
 
 @app.command()

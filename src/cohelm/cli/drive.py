@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import math
 import sys
@@ -9,11 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cohelm.cli import parsing
+from cohelm import plugins
+from cohelm.cli import parsing, platform_file
 from cohelm.cli.requests import DriveRequest, RunRequest
 from cohelm.cli.scenario_request import check_record, scenario_of
 from cohelm.errors import ConfigError
 from cohelm.live import DriveSetup
+from cohelm.live.messages import Limits
 from cohelm.live.sessions.records import default_folder
 from cohelm.maps import distance_field, places_beside, read_map
 from cohelm.planning.free_space import check_free_space
@@ -38,16 +41,53 @@ def drive(request: DriveRequest) -> int:
         raise ConfigError("--cert and --key belong together", key="--cert")
     if request.record is not None:
         check_record(request.record)
+    with contextlib.ExitStack() as files:
+        setup = drive_setup(request, files)
+        web_server.serve_ride(setup, page, request)
+    sys.stdout.write("stopped; the page is closed\n")
+    return 0
+
+
+def drive_setup(request: DriveRequest, files: contextlib.ExitStack) -> DriveSetup:
+    """Return the ride of a request.
+
+    Args:
+        request: Options.
+        files: Removes temporary files when the ride is over.
+
+    Raises:
+        CohelmError: naming the option, the key or the file.
+    """
+    name = request.platform
+    if name is not None and name.endswith((".yaml", ".yml")):
+        file = Path(name)
+        return drive_setup_of(platform_file.read(file), file, request, files)
     scenario = scenario_of_drive(request)
-    setup = DriveSetup(
+    if name is not None:
+        plugins.load("platforms", name)
+        scenario = scenario.model_copy(update={"platform": {"use": name}})
+    return _setup(scenario, None, request)
+
+
+def drive_setup_of(
+    given: platform_file.PlatformFile,
+    file: Path,
+    request: DriveRequest,
+    files: contextlib.ExitStack,
+) -> DriveSetup:
+    """Return the ride of a real chair, from the content of its file; see :func:`drive_setup`."""
+    scenario, limits = platform_file.ride_of(given, file, request, files)
+    return _setup(scenario, limits, request)
+
+
+def _setup(scenario: Scenario, limits: Limits | None, request: DriveRequest) -> DriveSetup:
+    return DriveSetup(
         scenario=scenario,
         seed=scenario.seed if request.seed is None else request.seed,
         folder=request.data or default_folder(),
         record=request.record,
+        limits=limits,
     )
-    web_server.serve_ride(setup, page, request)
-    sys.stdout.write("stopped; the page is closed\n")
-    return 0
 
 
 def check_installed() -> None:

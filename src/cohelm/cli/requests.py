@@ -83,6 +83,10 @@ class DriveRequest:
     """Options of ``cohelm drive``; None: as the scenario has it, or the default."""
 
     scenario: Scenario = "hospital"
+    platform: Annotated[
+        str | None,
+        typer.Option(metavar="FILE.yaml|NAME", help="Chair that drives; default: the simulation."),
+    ] = None
     map: OwnMap = None
     start: Annotated[
         str | None,

@@ -5,11 +5,13 @@ Tokens are printed once and stored nowhere.
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import io
 import sys
 import threading
 import webbrowser
+from collections.abc import Callable
 
 import qrcode
 
@@ -25,8 +27,19 @@ from cohelm.web.signin import new_token
 __all__ = ["qr_code", "read_page", "serve_ride"]
 
 
-def serve_ride(setup: DriveSetup, page: BuiltPage, request: DriveRequest) -> None:
+def serve_ride(
+    setup: DriveSetup,
+    page: BuiltPage,
+    request: DriveRequest,
+    attach: Callable[[Drive], Callable[[], None]] | None = None,
+) -> None:
     """Serve a ride until interrupted.
+
+    Args:
+        setup: Ride.
+        page: Files of the page.
+        request: Host, port and certificate.
+        attach: Connects something else with the started drive, and returns how to end it.
 
     Raises:
         CohelmError: if host, port, certificate or scenario cannot be used.
@@ -38,12 +51,14 @@ def serve_ride(setup: DriveSetup, page: BuiltPage, request: DriveRequest) -> Non
         tokens["driver"] = new_token()
     with listening(request.host, request.port) as bound:
         base = address(names[0], int(bound.getsockname()[1]), tls=tls is not None)
-        drive = Drive(setup)
+        drive, attached = Drive(setup), contextlib.ExitStack()
         try:
             served = make_context(
                 drive, page, bound, host=request.host, tokens=tokens, tls=tls, names=names
             )
             drive.start()
+            if attach is not None:
+                attached.callback(attach(drive))
 
             def started() -> None:
                 _print_addresses(setup, base, tokens, tls)
@@ -52,6 +67,7 @@ def serve_ride(setup: DriveSetup, page: BuiltPage, request: DriveRequest) -> Non
 
             serve(served, bound, tls, started)
         finally:
+            attached.close()
             drive.close()
 
 

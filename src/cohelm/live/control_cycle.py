@@ -3,7 +3,7 @@
 t       messages of pages; the valid heartbeat goes into the observation, and that to the navigator
 …       its answer, awaited as long as the step allows
 t + c   command for the wheels: the answer, or a stop by link, watchdog or another hold; pages get
-        the state; the world advances one step
+        the state; the platform gets the command
 t + T   next step
 """
 
@@ -14,8 +14,6 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from cohelm.live.control import driver_link
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import StepAnswer
@@ -24,6 +22,8 @@ from cohelm.live.control.step_requests import UnsentReadings, step_request
 from cohelm.live.control.time_rate import ABSORBED_LATENESS, TimeRate
 from cohelm.live.control.watchdog import (
     CONFIRM_AFTER,
+    CONFIRM_REAL_AFTER,
+    INPUT_FAULTS,
     MAX_ANSWER_LATENCY,
     Watchdog,
     limit_acceleration,
@@ -75,7 +75,7 @@ class ControlCycle:
         self.unstored_rows = ""  # reason why the navigator's process stores no rows
         self.time_rate = TimeRate()
         self._requested_time = -math.inf
-        """Time of the last observation that was sent, s of the simulation."""
+        """``LiveWorld.time`` of the last observation that was sent, s."""
         self.world: LiveWorld | None = None
         self._starting = True
         """True until the navigator has made a decision in this world."""
@@ -110,8 +110,7 @@ class ControlCycle:
         """True if the chair moves, or has a command to move."""
         if self.world is None:
             return False
-        truth = self.world.simulation.truth
-        return bool(self.command.twist.any()) or not bool(is_standing(truth.twist))
+        return bool(self.command.twist.any()) or not self._stands(self.world)
 
     def enter(self, world: LiveWorld) -> None:
         """Put the chair into another world, where it stands without a destination.
@@ -121,7 +120,8 @@ class ControlCycle:
         restarted = self.world is not None
         self.world, self.paused, self.awaits_world = world, False, False
         self._restart, self._first_step_id = True, self.ticks
-        self._requested_time, self.time_rate = -math.inf, self.time_rate.resumed()
+        self._requested_time = -math.inf
+        self.time_rate = self.time_rate.resumed() if world.simulated else TimeRate()
         version = self.view.route_version + 1
         self._watchdog, self.view = Watchdog(), PageView(route_version=version)
         self._unsent.clear()
@@ -129,7 +129,10 @@ class ControlCycle:
         self.command = stop(Reason.STARTING)
         if restarted:
             self._driver.clear_mission()
-        self._driver.require_centring()
+        if world.simulated:
+            self._driver.require_centring()
+        else:  # a real chair moves only after the rider has said so
+            self.stop_until_confirmed(Reason.CONFIRM)
         self._rides.enter(world.ride_setup)
 
     def pause(self, *, on: bool) -> None:
@@ -162,7 +165,9 @@ class ControlCycle:
         if world is not None and self.paused:
             self._step_paused(world)
         elif world is not None:
-            self.time_rate = self.time_rate.stepped(STEP, self._clock())
+            if world.simulated:
+                self.time_rate = self.time_rate.stepped(STEP, self._clock())
+            world.sense()
             # A step that is already lost gets its full time.
             until = due + ANSWER_TIME + (late if late >= STEP else 0.0)
             self._request_step(world, late)
@@ -186,17 +191,17 @@ class ControlCycle:
         self._heartbeat_seq = -1
         world, now = self.world, self._clock()
         if world is not None and not self.paused:
-            world.simulation.advance(self.command)
+            world.apply(self.command)
         self.ticks += 1
         self._send_state(world, now, late=0.0)
 
     def _request_step(self, world: LiveWorld, late: float) -> None:
         """Send the newest observation if the navigator is free."""
-        time = world.simulation.truth.time
+        now, link = self._clock(), self._driver.link
+        time = world.time(now)
         if not self._navigator.free or time <= self._requested_time:
             return  # an observation is sent once: simulated time may be slower than the steps
         self._requested_time = time
-        now, link = self._clock(), self._driver.link
         moves = driver_link.status(link, now) == "ready"
         request = step_request(self.ticks, world, *self._given, now=now, moves=moves)
         marks, seen = self._rides.take_marks(), self._unsent.take(request.observation)
@@ -237,9 +242,8 @@ class ControlCycle:
         if pending is not None and pending.step_id == self.ticks:
             return
         # The navigator did not get this observation: keep its scans for the next request.
-        busy = pending is not None or not self._navigator.ready
-        if busy and self.time_rate.advances:
-            self._unsent.keep(world.simulation.observe())
+        if (pending is not None or not self._navigator.ready) and self.time_rate.advances:
+            self._unsent.keep(world.observation)
 
     def _take_answer(self, world: LiveWorld, answer: StepAnswer) -> None:
         """Use an answer; one that comes too late changes the view only."""
@@ -252,16 +256,24 @@ class ControlCycle:
         if answer.paused:
             return
         self.unstored_rows = answer.unstored
-        self.time_rate = self.time_rate.answered(now - self._navigator.requested_at, now)
-        time = world.simulation.truth.time
+        if world.simulated:
+            self.time_rate = self.time_rate.answered(now - self._navigator.requested_at, now)
+        time = world.time(now)
         if time - self._requested_time <= MAX_ANSWER_LATENCY + 1e-6:
             self._watchdog = Watchdog.of(answer, now, time, self._requested_epoch)
+        faulty = answer.decision.reason in INPUT_FAULTS and not world.simulated
+        if faulty and driver_link.status(driver.link, now) == "ready":
+            self.stop_until_confirmed(answer.decision.reason or Reason.CONFIRM)
         self.answered_mission = answer.mission_version
         self.view = self.view.updated(answer, driver.mission)
         current = answer.mission_version == driver.mission.version
         has_goal = driver.mission.goal is not None
-        if answer.arrived and current and has_goal and is_standing(world.simulation.truth.twist):
+        if answer.arrived and current and has_goal and self._stands(world):
             self._arrive()
+
+    @staticmethod
+    def _stands(world: LiveWorld) -> bool:
+        return bool(is_standing(world.twist))
 
     def _select_command(self, now: float) -> None:
         """Set the decision at the wheels."""
@@ -277,9 +289,9 @@ class ControlCycle:
             hold_reason = Reason.RELEASE_STICK
         if self._starting:
             hold_reason = Reason.STARTING
-        elif watchdog.decision is None or now - watchdog.at > CONFIRM_AFTER:
+        elif watchdog.decision is None or now - watchdog.at > self._confirm_after:
             self.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
-        time = self.world.simulation.truth.time if self.world is not None else 0.0
+        time = self.world.time(now) if self.world is not None else 0.0
         selected = watchdog.select_command(time, hold_reason)
         self._heartbeat_seq = (
             watchdog.heartbeat_seq
@@ -292,6 +304,12 @@ class ControlCycle:
         dt = STEP * self.time_rate.advances
         self.command = limit_acceleration(selected, self.command.twist, limit, dt)
 
+    @property
+    def _confirm_after(self) -> float:
+        """Silence of the navigator after which the driver must confirm, s."""
+        real = self.world is not None and not self.world.simulated
+        return CONFIRM_REAL_AFTER if real else CONFIRM_AFTER
+
     def _set_starting(self, starting: bool) -> None:
         """Require confirmation if a destination was chosen before the chair was ready."""
         driver = self._driver
@@ -300,21 +318,20 @@ class ControlCycle:
         self._starting = starting
 
     def _advance(self, world: LiveWorld) -> None:
-        """Advance the world one step, and react to contacts."""
+        """Send the command to the wheels, and react to contacts."""
         if not self.time_rate.advances:
             return
-        driver, simulation = self._driver, world.simulation
-        before = simulation.truth
-        simulation.advance(self.command)
-        after = simulation.truth
+        driver = self._driver
+        length = world.apply(self.command)
+        truth = world.truth
         self.arrived &= not self.command.twist.any()
         self._rides.step(
             self.command,
             driver.mission,
-            length=float(np.hypot(*(after.pose[:2] - before.pose[:2]))),
+            length=length,
             device=driver_link.current_heartbeat(driver.link, self._clock()).device,
         )
-        touches = bool(after.hit_moving.any()) or after.hit_wall
+        touches = truth is not None and (bool(truth.hit_moving.any()) or truth.hit_wall)
         if touches and not self._touching:
             self.stop_until_confirmed(Reason.COLLISION)
             self._rides.end("collision")

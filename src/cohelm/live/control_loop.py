@@ -18,6 +18,7 @@ from cohelm.live.control_cycle import STEP, ControlCycle
 from cohelm.live.messages import Notice, Send
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import LogEvent
+from cohelm.platforms import PlatformError
 from cohelm.reasons import Reason
 
 _log = logging.getLogger(__name__)
@@ -123,6 +124,8 @@ class ControlLoop:
         if self._thread.is_alive():
             self._thread.join()
         self._services.rides.navigator_lost()
+        if self.cycle.world is not None:
+            self.cycle.world.close()
         self._navigator.close()
         self._services.route_preview.close()
 
@@ -162,6 +165,9 @@ class ControlLoop:
             begun = time.monotonic()
             try:
                 self._step(due, begun)
+            except PlatformError as error:
+                self._fail(f"The chair is lost: {error}. Stopped.")
+                return
             except Exception:  # whatever failed, the chair must stop and the pages must know
                 self._fail()
                 return
@@ -180,12 +186,12 @@ class ControlLoop:
         self._run_slow_calls()
         self.cycle.step(due, self._run_calls)
 
-    def _fail(self) -> None:
+    def _fail(self, text: str = "The program has failed. Stopped.") -> None:
         """Fatal: command a stop in every step, and tell the pages, until the drive is closed."""
         _log.exception("the control loop has failed")
         self.error = "the control loop has failed; see the log"
         self._stop_after_failure()
-        self._announce("loop_failed", "The program has failed. Stopped.")
+        self._announce("loop_failed", text)
         while not self._closing.wait(STEP):
             self._run_calls()
             self._stop_after_failure()
@@ -282,6 +288,8 @@ class ControlLoop:
         if world is None:
             return
         again = self.cycle.world is not None
+        if self.cycle.world is not None:
+            self.cycle.world.close()
         self.cycle.enter(world)
         self._seed = seed = world.ride_setup.seed
         if again:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cohelm.live.control.world_factory import NotSimulated
 from cohelm.live.control_loop import ControlLoop, NotPossibleNow
 from cohelm.live.messages import AddWish, ChangeSimulation
 from cohelm.live.services import Services
@@ -28,6 +29,8 @@ class LoopEffects:
             CohelmError: The change is not possible.
         """
         cycle = self._loop.cycle
+        if cycle.world is not None and not cycle.world.simulated:
+            raise NotSimulated("Only a simulation can do that.")
         if command.action == "restart":
             self._loop.restart_world(command.seed)
             return

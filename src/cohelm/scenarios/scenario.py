@@ -50,6 +50,8 @@ from cohelm.scenarios.rider_plan import RiderPlan
 from cohelm.sharing import AuthorityParameters, SteeringParameters, YieldingParameters
 from cohelm.simulation import Fault, Localisation, Odometry
 
+PLATFORM = "planar"
+"""Default platform."""
 PARTS = {
     "global_planner": ("global_planners", "soft_via"),
     "local_planner": ("local_planners", "ss_mpc_dcbf"),
@@ -99,6 +101,8 @@ class Scenario(Model):
     """Everything that defines a ride except the seed; see the module's docstring."""
 
     name: str = ""
+    platform: Spec = part_field(PLATFORM)
+    """Chair that drives: the simulation, or a real one."""
     description: str = ""
     collection: Collection = Collection.OWN
     """Heading of the listing."""
@@ -178,7 +182,11 @@ class Scenario(Model):
     def _without_defaults(self, serialize: Any) -> dict[str, Any]:
         """Omit keys without content: their presence must not change a configuration hash."""
         out: dict[str, Any] = serialize(self)
-        absent: dict[str, Any] = {"world_plan": {}, "rider_plan": None}
+        absent: dict[str, Any] = {
+            "world_plan": {},
+            "rider_plan": None,
+            "platform": {"use": PLATFORM},
+        }
         if self.health == HealthParameters():
             out.pop("health", None)
         return {k: each for k, each in out.items() if k not in absent or each != absent[k]}

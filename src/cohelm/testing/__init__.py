@@ -20,6 +20,7 @@ from cohelm.testing.perception import (
     check_detector,
     check_tracker,
 )
+from cohelm.testing.platforms import check_open_platform, check_platform
 from cohelm.testing.prediction import check_predictor
 from cohelm.testing.social import check_social_model
 
@@ -31,6 +32,7 @@ CHECKS = {
     "kinematics": check_kinematics,
     "local_planners": check_local_planner,
     "pedestrian_models": check_pedestrian_model,
+    "platforms": check_platform,
     "predictors": check_predictor,
     "riders": check_rider,
     "social_models": check_social_model,
@@ -47,7 +49,9 @@ __all__ = [
     "check_group_detector",
     "check_kinematics",
     "check_local_planner",
+    "check_open_platform",
     "check_pedestrian_model",
+    "check_platform",
     "check_predictor",
     "check_rider",
     "check_social_model",

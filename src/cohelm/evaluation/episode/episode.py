@@ -12,9 +12,10 @@ from cohelm.evaluation.episode.ride import GOAL_RADIUS, Outcome, Replan, Ride
 from cohelm.evaluation.episode.ride_log import StopLog, row_of, states_of
 from cohelm.messages import Path
 from cohelm.navigation import Navigator, Tick
+from cohelm.platforms import open_simulation
 from cohelm.scenarios.build import RideSetup, build_scenario
 from cohelm.scenarios.scenario import Scenario
-from cohelm.simulation import GroundTruth, World, is_standing
+from cohelm.simulation import GroundTruth, is_standing
 
 SETTLING = 2.0
 """Longest time from the arrival at the goal's radius to a standstill, s."""
@@ -49,20 +50,21 @@ class Episode:
     def run(self, on_tick: Watcher | None = None) -> Ride:
         """Run the ride to its end: goal, collision, stop or time limit."""
         setup = self.setup
-        world = World(setup.world, setup.seed)
+        platform, world = open_simulation(setup)
         navigator = Navigator(setup.navigator)
         record = _Record()
         tick: Tick | None = None
         while True:
             truth = world.truth
-            tick = navigator.step(world.observe(), setup.request, tick)
+            tick = navigator.step(platform.observe(), setup.request, tick)
             record.add(truth, tick)
             if on_tick is not None:
                 on_tick(tick, truth)
             outcome = record.outcome(setup)
             if outcome is not None:
+                platform.close()
                 return record.ride(setup, outcome)
-            world.advance(tick.decision)
+            platform.apply(tick.decision)
 
 
 class _Record:

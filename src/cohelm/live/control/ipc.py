@@ -47,8 +47,8 @@ class StepRequest:
     """``Mission.version`` that the request belongs to."""
     observation: Observation
     request: Request
-    truth: GroundTruth
-    """Ground truth, for log and recorder only."""
+    truth: GroundTruth | None
+    """Ground truth, for log and recorder only; None: the chair is real."""
     heartbeat_seq: int
     """``Heartbeat.seq`` of the stick position in the observation; −1: none."""
     restart: bool = False

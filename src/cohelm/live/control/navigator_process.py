@@ -40,6 +40,7 @@ from cohelm.live.sessions.records import RideLog
 from cohelm.live.sessions.ride_log import RideLogWriter
 from cohelm.messages import Mode, Path, Request, RiderCommand
 from cohelm.navigation import Navigator, Tick
+from cohelm.platforms import MeasuredTruth
 from cohelm.processes import end_with_owner, leave_interrupts
 from cohelm.reasons import Reason
 from cohelm.safety import stop
@@ -94,6 +95,7 @@ class NavigatorServer:
         self._last: Tick | None = None
         self._path: Path | None = None
         self._ride_log = RideLogWriter()
+        self._measured = MeasuredTruth(ride_setup.robot.outline, ride_setup.grid)
         self._finished_log: RideLog | None = None
         self._unstored = ""
 
@@ -139,7 +141,10 @@ class NavigatorServer:
             self._ride_log.begin(step.begin.ride, step.begin.rows)
         if self._last is None:
             return
-        self._ride_log.add(self._last, step.truth)
+        truth = step.truth
+        if truth is None:
+            truth = self._measured.at(step.observation, self._last.people)
+        self._ride_log.add(self._last, truth)
         recording.add(self._last, step.truth)
         rows, ticks = self._ride_log.error, recording.error
         self._unstored = f"Rows of this ride {rows}." if rows else ticks

@@ -67,7 +67,7 @@ def step_request(
         now: s of the control loop's clock.
         moves: True if the chair may move; then the observation has the driver's stick.
     """
-    observation, link = world.simulation.observe(), driver.link
+    observation, link = world.observation, driver.link
     # The driver takes the place of the scenario's rider.
     stick = _rider_command(observation, link, now) if moves else None
     return StepRequest(
@@ -75,13 +75,13 @@ def step_request(
         mission_version=driver.mission.version,
         observation=replace(observation, rider=stick),
         request=request_of(driver.mission, profile, settings.limits, settings.rider, moves=moves),
-        truth=world.simulation.truth,
+        truth=world.truth,
         heartbeat_seq=driver_link.current_heartbeat(link, now).seq if moves else -1,
     )
 
 
 def _rider_command(observation: Observation, link: LinkState, now: float) -> RiderCommand:
-    """Return the driver's stick, with its heartbeat in the time of the simulation."""
+    """Return the driver's stick, with its heartbeat in the time of the platform."""
     age = max(now - link.heartbeat_at, 0.0)
     deflection = np.array(driver_link.deflection(link, now))
     return RiderCommand(heartbeat=observation.time - age, deflection=deflection)

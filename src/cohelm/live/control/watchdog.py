@@ -17,14 +17,28 @@ from cohelm.reasons import Reason
 from cohelm.safety import stop
 
 MAX_ANSWER_AGE = 0.15
-"""Time for which a decision stays at the wheels, s of simulated time; then the chair stops."""
+"""Time for which a decision stays at the wheels, s of ``LiveWorld.time``; then the chair stops."""
 MAX_ANSWER_LATENCY = 0.15
 """Maximum time from a request to its answer, s of simulated time; the decision of a later answer is
 not used."""
 CONFIRM_AFTER = 5.0
 """Silence of the navigator after which the driver must confirm, s; assumed. A shorter stop, as of a
 busy computer, ends by itself."""
+CONFIRM_REAL_AFTER = 1.0
+"""The same for a real chair, whose time does not slow down, s."""
 _ROUNDING = 1e-6
+
+INPUT_FAULTS = frozenset(
+    {
+        Reason.NOT_FINITE,
+        Reason.CLOCK,
+        Reason.POSE_JUMP,
+        Reason.STALE_POSE,
+        Reason.STALE_TWIST,
+        Reason.STALE_SCAN,
+    }
+)
+"""Reasons after which a real chair waits for its driver's confirmation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,9 +14,8 @@ import struct
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from typing import Any
+from typing import Any, TypeVar
 
-from cohelm.live.control.ipc import ProcessSetup
 from cohelm.processes import spawn, without_interrupts
 
 PIPE_TIMEOUT = 0.03
@@ -24,6 +23,8 @@ PIPE_TIMEOUT = 0.03
 _KILL_TIMEOUT = 1.0
 """Maximum time for a killed process to end, s."""
 _BUFFER = 1 << 20  # bytes; the operating system may allow less
+Setup = TypeVar("Setup")
+"""Argument of the process."""
 
 
 class ProcessGone(Exception):
@@ -39,9 +40,7 @@ class WorkerProcess:
         name: Name of the process.
     """
 
-    def __init__(
-        self, work: Callable[[Connection, ProcessSetup], None], setup: ProcessSetup, name: str
-    ) -> None:
+    def __init__(self, work: Callable[[Connection, Setup], None], setup: Setup, name: str) -> None:
         self._pipe, theirs = spawn.Pipe()
         _set_timeouts(self._pipe)
         self.process: BaseProcess = spawn.Process(

@@ -1,4 +1,4 @@
-"""Simulated world of a live ride: built in a thread, since that takes seconds, and restartable."""
+"""World of a live ride: a platform and its ride, built in a thread, since that takes seconds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,10 +19,11 @@ from cohelm.live.control.added_people import (
     walkable_floor,
 )
 from cohelm.live.messages import ChangeSimulation
-from cohelm.messages import Decision
+from cohelm.messages import Decision, Observation
+from cohelm.platforms import Platform, SimulatedWorld, is_simulated, open_platform
 from cohelm.scenarios import RideSetup, Scenario
 from cohelm.scenarios.build import build_scenario
-from cohelm.simulation import World, generator
+from cohelm.simulation import GroundTruth, World, generator
 
 _WARM_UP_STEPS = 5
 _POLL_PERIOD = 0.1
@@ -37,21 +37,93 @@ class WorldError(CohelmError):
     code = "world_failed"
 
 
+class NotSimulated(CohelmError):
+    """Change of the world that only a simulation can make."""
+
+    code = "not_simulated"
+
+
 class DoorError(CohelmError):
     """The door does not exist, or a person stands in it."""
 
     code = "door"
 
 
-@dataclass(slots=True)
 class LiveWorld:
-    """Simulated world, and the changes that a page may make in it."""
+    """Platform of a live ride, and the changes that a page may make in a simulated one.
 
-    ride_setup: RideSetup
-    simulation: World
-    floor: WalkableFloor
-    rng: np.random.Generator
-    """Random stream of added people."""
+    Args:
+        ride_setup: Floor, chair and parts.
+        platform: Open platform; closed by :meth:`close`.
+        floor: Walkable floor of a simulation; None: people cannot be added.
+        rng: Random stream of added people.
+    """
+
+    def __init__(
+        self,
+        ride_setup: RideSetup,
+        platform: Platform,
+        floor: WalkableFloor | None,
+        rng: np.random.Generator,
+    ) -> None:
+        self.ride_setup, self._platform = ride_setup, platform
+        self._floor, self._rng = floor, rng
+        self._world = platform.capabilities.world
+        self.observation: Observation = platform.observe()
+        """Observation of the current control step."""
+        self._applied_at = self.observation.pose
+
+    @property
+    def simulated(self) -> bool:
+        """True if the chair is simulated in this process."""
+        return self._world is not None
+
+    @property
+    def truth(self) -> GroundTruth | None:
+        """Ground truth, for logs and the page only; None: the chair is real."""
+        return self._world.truth if self._world is not None else None
+
+    @property
+    def shut(self) -> frozenset[int]:
+        """Indices of the doors that are shut."""
+        return self._world.shut if self._world is not None else frozenset()
+
+    @property
+    def twist(self) -> Floats:
+        """Motion (3,) of the chair: the true one in a simulation, else that of its odometry."""
+        return self._world.truth.twist if self._world is not None else self.observation.twist
+
+    def time(self, now: float) -> float:
+        """Time in which answers age, s: that of a simulation, else ``now`` of a monotonic clock."""
+        return self._world.truth.time if self._world is not None else now
+
+    def sense(self) -> None:
+        """Take the observation of the next control step.
+
+        Raises:
+            PlatformError: The chair is lost.
+        """
+        self.observation = self._platform.observe()
+
+    def apply(self, decision: Decision) -> float:
+        """Send a decision to the wheels; return the distance driven since the previous one, m.
+
+        Raises:
+            PlatformError: The chair is lost.
+        """
+        if self._world is not None:
+            before = self._world.truth.pose
+            self._platform.apply(decision)
+            after = self._world.truth.pose
+        else:
+            self._platform.apply(decision)
+            before, after = self._applied_at, self.observation.pose
+            self._applied_at = after
+        return float(np.hypot(*(after[:2] - before[:2])))
+
+    def close(self) -> None:
+        """Stop the wheels and release the platform."""
+        self._platform.close()
 
     def change(self, command: ChangeSimulation, route: Floats) -> None:
         """Add a person, or move a door.
@@ -63,21 +135,23 @@ class LiveWorld:
         Raises:
             CohelmError: The change is not possible.
         """
+        world = self._world
+        if world is None or self._floor is None:
+            raise NotSimulated("Only a simulation can do that.")
         if command.action == "door":
-            self._move_door(command)
+            self._move_door(world, command)
             return
-        truth = self.simulation.truth
         if command.action == "crossing_person":
-            person = crossing_pedestrian(self.floor, truth, route, self.rng)
+            person = crossing_pedestrian(self._floor, world.truth, route, self._rng)
         else:
             point = None if command.point is None else np.array(command.point)
-            person = new_pedestrian(self.floor, truth, point, self.rng)
-        self.simulation.spawn(person)
+            person = new_pedestrian(self._floor, world.truth, point, self._rng)
+        world.spawn(person)
 
-    def _move_door(self, command: ChangeSimulation) -> None:
+    def _move_door(self, world: SimulatedWorld, command: ChangeSimulation) -> None:
         if command.door is None or command.door >= len(self.ride_setup.world.doors):
             raise DoorError("There is no such door.")
-        if not self.simulation.set_door(command.door, shut=command.on):
+        if not world.set_door(command.door, shut=command.on):
             raise DoorError("A person stands in this door.")
 
 
@@ -141,13 +215,11 @@ def build_world(scenario: Scenario, seed: int) -> LiveWorld:
         CohelmError: The scenario cannot be built.
     """
     ride_setup = build_scenario(scenario, seed)
-    _warm_up(World(ride_setup.world, ride_setup.seed))
-    return LiveWorld(
-        ride_setup=ride_setup,
-        simulation=World(ride_setup.world, ride_setup.seed),
-        floor=walkable_floor(ride_setup),
-        rng=generator(seed, "added"),
-    )
+    if is_simulated(scenario):
+        _warm_up(World(ride_setup.world, ride_setup.seed))
+    platform = open_platform(ride_setup)
+    floor = walkable_floor(ride_setup) if platform.capabilities.simulation else None
+    return LiveWorld(ride_setup, platform, floor, generator(seed, "added"))
 
 
 def _warm_up(world: World) -> None:

@@ -13,6 +13,7 @@ from cohelm.arrays import Bytes
 from cohelm.live.messages import ChairInfo, DoorInfo, FloorInfo, PlaceInfo, SceneInfo
 from cohelm.maps import OccupancyGrid, Places
 from cohelm.messages import Mode
+from cohelm.platforms import is_simulated
 from cohelm.robots import Robot
 from cohelm.scenarios import Scenario
 from cohelm.scenarios.build import floor_of
@@ -40,12 +41,12 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
         CohelmError: The scenario refers to something that does not exist.
     """
     grid, places, _, doors = floor_of(scenario)
-    robot = robot_of(scenario)
+    robot, simulation = robot_of(scenario), is_simulated(scenario)
     floor, png = map_image(grid)
     scene = SceneInfo(
         name=scenario.name,
         description=scenario.description,
-        simulation=True,
+        simulation=simulation,
         seed=seed,
         floor=floor,
         places=tuple(
@@ -54,7 +55,7 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
         ),
         doors=tuple(
             DoorInfo(id=k, a=tuple(door.a.tolist()), b=tuple(door.b.tolist()))
-            for k, door in enumerate(doors)
+            for k, door in enumerate(doors if simulation else ())
         ),
         chair=ChairInfo(
             name=robot.name,

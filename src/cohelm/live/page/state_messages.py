@@ -117,7 +117,7 @@ def state_message(
     """Return the state of the chair.
 
     Args:
-        world: Simulated world; None: not built yet.
+        world: World of the ride; None: not built yet.
         driver: Link and mission.
         view: Values of the navigator's last answer.
         step: Values of the control step.
@@ -189,19 +189,18 @@ def rounded(pose: Floats) -> tuple[float, float, float]:
 
 
 def _world_fields(world: LiveWorld | None) -> dict[str, Any]:
-    """Return the fields of ``ChairState`` that come from the simulation."""
+    """Return the fields of ``ChairState`` that come from the platform."""
     if world is None:
         return {"time": 0.0, "pose": (0.0, 0.0, 0.0), "speed": 0.0, "turn_rate": 0.0}
-    simulation = world.simulation
-    observation, truth = simulation.observe(), simulation.truth
+    observation, truth = world.observation, world.truth
     twist = observation.twist
     return {
-        "time": round(truth.time, 3),
+        "time": round(observation.time if truth is None else truth.time, 3),
         "pose": rounded(observation.pose),
         "speed": round(float(twist[0]), 3),
         "turn_rate": round(float(twist[2]), 3),
-        "true_people": true_people(truth),
-        "closed_doors": tuple(sorted(simulation.shut)),
+        "true_people": true_people(truth) if truth is not None else (),
+        "closed_doors": tuple(sorted(world.shut)),
     }
 
 

@@ -52,8 +52,8 @@ class DriveRecording:
             self._close()
             self._open()
 
-    def add(self, tick: Tick, truth: GroundTruth) -> None:
-        """Record one step."""
+    def add(self, tick: Tick, truth: GroundTruth | None) -> None:
+        """Record one step; without ground truth, what the chair measured."""
         if self._recorder is None:
             return
         self._empty = False

@@ -58,6 +58,7 @@ from cohelm.live.sessions.session_files import (
     session_of,
     sweep,
 )
+from cohelm.platforms import is_simulated
 from cohelm.scenarios.build import RideSetup
 
 FAILED = ".failed"
@@ -102,7 +103,7 @@ class SessionStore(SessionArchive):
             if RIDE.fullmatch(task.stem):
                 self._measure_later(task.stem)
 
-    def begin(self, ride_setup: RideSetup, *, simulation: bool = True) -> SessionInfo:
+    def begin(self, ride_setup: RideSetup) -> SessionInfo:
         """Begin a session, to which all further rides belong.
 
         Raises:
@@ -115,7 +116,7 @@ class SessionStore(SessionArchive):
                     started=now_utc(),
                     scene=ride_setup.scenario.name,
                     robot=ride_setup.robot.name,
-                    simulation=simulation,
+                    simulation=is_simulated(ride_setup.scenario),
                 )
             )
             self._ride_count = 0

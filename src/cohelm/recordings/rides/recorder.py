@@ -79,8 +79,8 @@ class RideRecorder:
                     raise
                 error.add_note(str(also))
 
-    def __call__(self, tick: Tick, truth: GroundTruth) -> None:
-        """Record a tick.
+    def __call__(self, tick: Tick, truth: GroundTruth | None) -> None:
+        """Record a tick; a real chair has no ground truth.
 
         Raises:
             RecordingError: if the disk is full.
@@ -97,7 +97,7 @@ class RideRecorder:
         self._file.write("/robot", draw.footprint(0.0, facts.robot), 0.0)
         self._file.flush()
 
-    def _add(self, tick: Tick, truth: GroundTruth) -> None:
+    def _add(self, tick: Tick, truth: GroundTruth | None) -> None:
         last, now = self._last, tick.observation.time
         request = None if _same_request(tick, last) else tick.request
         exact = RideTick(
@@ -120,7 +120,8 @@ class RideRecorder:
         if due:
             self._drawn = now
             self._write_drawings(tick, now)
-            self._write_truth(truth, now)
+            if truth is not None:
+                self._write_truth(truth, now)
         self._last = tick
         self._count += 1
 

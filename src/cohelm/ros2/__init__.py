@@ -1,0 +1,8 @@
+"""ROS 2 robot as a platform, without a ROS installation: Cyclone DDS, with CDR by ``rosbags``.
+
+    topics ─► conversions ─► inputs ─► Observation          Decision ─► command process ─► /cmd_vel
+
+``dds`` and ``message_types`` are the network, ``conversions`` and ``frames`` are pure, ``inputs``
+keeps the newest messages, ``findings`` and ``checking`` are ``cohelm ros2 --check``, ``platform``
+joins them. The command topic belongs to a process of its own, see ``command_process``.
+"""

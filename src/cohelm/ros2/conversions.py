@@ -1,0 +1,128 @@
+"""Conversions between ROS 2 messages and values beyond those of ``recordings``; all are pure."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.geometry import transform
+from cohelm.maps import OccupancyGrid
+from cohelm.recordings.bags.ros_messages import stamp
+from cohelm.recordings.bags.ros_messages import transform as seven
+from cohelm.recordings.transforms import fixed_axes, matrix, planar
+from cohelm.ros2.parameters import StickParameters
+
+_UPRIGHT = math.radians(15.0)
+"""Maximum tilt of a planar scanner; beyond it its plane hits floor or ceiling."""
+
+
+class Moving(NamedTuple):
+    """Content of an Odometry message."""
+
+    frame: str
+    child: str
+    time: float
+    """Stamp, s."""
+    X_OC: Floats
+    """(4, 4) pose of the child frame."""
+    twist: Floats
+    """(3,) in the child frame."""
+
+
+class StickPosition(NamedTuple):
+    """Content of a Joy message."""
+
+    forward: float
+    left: float
+    held: bool
+    """True if the dead-man button is held, or none is needed."""
+    confirm: bool
+    stop: bool
+
+
+def moving(message: Any) -> Moving:
+    """Convert an Odometry message.
+
+    Raises:
+        ValueError: It has a number that is not finite, or no valid quaternion.
+    """
+    twist = message.twist.twist
+    speeds = np.array([twist.linear.x, twist.linear.y, twist.angular.z])
+    pose = seven(message.pose.pose)
+    if not np.isfinite([*speeds, *pose]).all() or not math.hypot(*pose[3:]) > 1e-3:
+        raise ValueError("an odometry with a number that is not finite, or without orientation")
+    return Moving(
+        message.header.frame_id,
+        message.child_frame_id,
+        stamp(message.header),
+        matrix(pose),
+        speeds,
+    )
+
+
+def twist_at_base(twist: Floats, X_CB: Floats) -> Floats:
+    """Return the twist (3,) of the base from that of the odometry's frame C, at X_CB (4, 4)."""
+    x, y, yaw = planar(X_CB).tolist()
+    velocity = np.array([twist[0] - twist[2] * y, twist[1] + twist[2] * x])
+    return np.append(transform([0.0, 0.0, -yaw], velocity), twist[2])
+
+
+def mount_of(X_RS: Floats) -> Floats:
+    """Return the mount (6,) of a sensor: x, y, z, roll, pitch, yaw."""
+    return fixed_axes(X_RS)
+
+
+def is_level(mount: Floats) -> bool:
+    """Check that a planar scanner is level, upright or upside down."""
+    roll, pitch = abs(float(mount[3])), abs(float(mount[4]))
+    return min(roll, abs(math.pi - roll)) <= _UPRIGHT and pitch <= _UPRIGHT
+
+
+def grid_of(message: Any) -> OccupancyGrid:
+    """Convert an OccupancyGrid message.
+
+    Raises:
+        ValueError: Its size does not match its data, or its resolution is not positive.
+    """
+    info = message.info
+    rows, cols, resolution = int(info.height), int(info.width), float(info.resolution)
+    if rows * cols == 0 or rows * cols != len(message.data):
+        raise ValueError(f"a map of {rows} × {cols} cells with {len(message.data)} values")
+    if not 1e-3 <= resolution <= 10.0:
+        raise ValueError(f"a map with cells of {resolution:g} m")
+    data = np.array(message.data, dtype=np.int8).reshape(rows, cols)
+    # The type's resolution is single precision: 0.05 arrives as 0.0500000007.
+    return OccupancyGrid(
+        data=data, resolution=round(resolution, 6), X_MG=planar(matrix(seven(info.origin)))
+    )
+
+
+def stick_of(message: Any, parameters: StickParameters) -> StickPosition:
+    """Convert a Joy message.
+
+    Raises:
+        ValueError: It lacks an axis or a button, or an axis is not a number.
+    """
+    axes, buttons = message.axes, message.buttons
+    needed = max(parameters.forward_axis, parameters.left_axis)
+    if len(axes) <= needed:
+        raise ValueError(f"a Joy with {len(axes)} axes: axis {needed} is missing")
+    forward, left = (float(axes[k]) for k in (parameters.forward_axis, parameters.left_axis))
+    if not (math.isfinite(forward) and math.isfinite(left)):
+        raise ValueError("a Joy with an axis that is not a number")
+
+    def pressed(button: int | None) -> bool:
+        return button is not None and button < len(buttons) and bool(buttons[button])
+
+    if parameters.dead_man is not None and len(buttons) <= parameters.dead_man:
+        raise ValueError(f"a Joy with {len(buttons)} buttons: {parameters.dead_man} is missing")
+    return StickPosition(
+        min(max(forward, -1.0), 1.0),
+        min(max(left, -1.0), 1.0),
+        parameters.dead_man is None or pressed(parameters.dead_man),
+        pressed(parameters.confirm),
+        pressed(parameters.stop),
+    )

@@ -1,0 +1,287 @@
+"""DDS participant that ROS 2 tools see as a node.
+
+node = DdsNode(DdsParameters(), "cohelm")
+node.subscribe("/scan", SCAN, SENSOR, on_scan)      # called in the node's thread
+publish = node.publisher("/plan", PATH, RELIABLE)
+node.start()
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import logging
+import os
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
+from cyclonedds.core import (
+    DDSException,
+    InstanceState,
+    Policy,
+    Qos,
+    ReadCondition,
+    SampleState,
+    ViewState,
+    WaitSet,
+)
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from cohelm.errors import PlatformError
+from cohelm.ros2.message_types import Sample, dds_type, decode, encode, types_of
+from cohelm.ros2.parameters import DdsParameters
+
+_log = logging.getLogger(__name__)
+_DISCOVERY = "rmw_dds_common/msg/ParticipantEntitiesInfo"
+_MAX_PUBLICATIONS = 1000
+_BATCH = 64
+"""Maximum number of messages taken at once."""
+_FIRST_INDEX, _LAST_INDEX = 12, 31
+"""Range of participant indices where multicast is not used."""
+_POLL = 0.2
+"""Maximum time between two looks at the end flag, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reliability:
+    """Quality of service of a topic."""
+
+    reliable: bool
+    transient: bool = False
+    """Late subscribers get the last message."""
+    depth: int = 10
+
+    def qos(self) -> Qos:
+        """Return the DDS policies, with the other ones as ROS 2 sets them."""
+        reliability = (
+            Policy.Reliability.Reliable(duration(milliseconds=100))
+            if self.reliable
+            else Policy.Reliability.BestEffort
+        )
+        durability = Policy.Durability.TransientLocal if self.transient else None
+        return Qos(
+            reliability,
+            durability or Policy.Durability.Volatile,
+            Policy.History.KeepLast(self.depth),
+            Policy.DataRepresentation(use_cdrv0_representation=True),
+        )
+
+
+SENSOR = Reliability(reliable=False, depth=5)
+"""Sensor data, REP-2003."""
+RELIABLE = Reliability(reliable=True)
+LATCHED = Reliability(reliable=True, transient=True, depth=1)
+"""Maps, static transforms."""
+STATIC = Reliability(reliable=True, transient=True, depth=100)
+"""Static transforms of several publishers."""
+
+
+class DdsNode:
+    """Node with its own thread for subscriptions.
+
+    Args:
+        parameters: Network.
+        name: Name of the node.
+
+    Raises:
+        PlatformError: The network interface does not exist, or the domain is in use otherwise.
+    """
+
+    def __init__(self, parameters: DdsParameters, name: str) -> None:
+        self.name, self._distribution = name, parameters.distribution
+        domain = parameters.domain
+        if domain is None:
+            domain = int(os.environ.get("ROS_DOMAIN_ID", "0"))
+        with contextlib.suppress(DDSException):  # a second node in this process shares the domain
+            _domain(domain, _configuration(parameters, domain))
+        try:
+            self._participant = DomainParticipant(domain, Qos(Policy.Userdata(b"enclave=/;")))
+        except DDSException as cause:
+            where = parameters.interface or "the default interface"
+            raise PlatformError(f"no DDS participant on {where}: {cause.msg}") from None
+        self._readers: list[tuple[DataReader[Any], str, Callable[[Any], None]]] = []
+        self._writers: list[DataWriter[Any]] = []
+        self._ends = threading.Event()
+        self._lock = threading.Lock()
+        self._announce = self._writer(
+            "ros_discovery_info", _DISCOVERY, LATCHED, parameters.distribution
+        )
+        self._thread = threading.Thread(target=self._serve, name=f"dds-{name}", daemon=True)
+
+    def subscribe(
+        self, topic: str, type_: str, quality: Reliability, take: Callable[[Any], None]
+    ) -> None:
+        """Call ``take`` with every message of a topic, in the node's thread.
+
+        Args:
+            topic: ROS name, as ``/scan``.
+            type_: As ``sensor_msgs/msg/LaserScan``.
+            quality: Requested quality of service.
+            take: Gets the decoded message; it must not wait.
+        """
+        found: Topic[Any] = Topic(self._participant, "rt" + topic, dds_type(type_, "humble"))
+        reader = DataReader(self._participant, found, quality.qos())
+        self._readers.append((reader, type_, take))
+
+    def publisher(self, topic: str, type_: str, quality: Reliability) -> Callable[[Any], None]:
+        """Return the function that publishes a message; it may be called from any thread."""
+        writer = self._writer("rt" + topic, type_, quality)
+        self._writers.append(writer)
+        sample = dds_type(type_, "humble")
+
+        def publish(message: Any) -> None:
+            with self._lock:
+                writer.write(sample(encode(message)))
+
+        return publish
+
+    def matched(self, topic: str) -> int:
+        """Return the number of publishers that a subscription is connected with."""
+        for reader, _, _ in self._readers:
+            if reader.topic.name == "rt" + topic:
+                return len(reader.get_matched_publications())
+        return 0
+
+    def subscribers(self, topic: str) -> int:
+        """Return the number of subscriptions that a publisher is connected with."""
+        return sum(
+            len(writer.get_matched_subscriptions())
+            for writer in self._writers
+            if writer.topic.name == "rt" + topic
+        )
+
+    def published(self) -> dict[str, str]:
+        """Return type and quality of service of each topic that others publish, by topic."""
+        reader = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
+        time.sleep(_POLL)
+        out = {}
+        own = {writer.guid for writer in self._writers}
+        for sample in reader.take(_MAX_PUBLICATIONS):
+            topic = getattr(sample, "topic_name", "")
+            if topic.startswith("rt/") and sample.key not in own:
+                reliable = sample.qos[Policy.Reliability] != Policy.Reliability.BestEffort
+                kind = sample.type_name.replace("::dds_::", "/").replace("::", "/").rstrip("_")
+                kept = sample.qos[Policy.Durability] != Policy.Durability.Volatile
+                quality = f"{'reliable' if reliable else 'best effort'}"
+                quality += f", {'transient local' if kept else 'volatile'}"
+                out[topic[2:]] = f"{kind}, {quality}"
+        return out
+
+    def start(self) -> None:
+        """Start the thread, and announce the node to ``ros2 node list``."""
+        self._announce_node()
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread; may be called twice."""
+        self._ends.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._readers.clear()
+        self._writers.clear()
+
+    def _writer(
+        self, topic: str, type_: str, quality: Reliability, distribution: str = "humble"
+    ) -> DataWriter[Any]:
+        found: Topic[Any] = Topic(self._participant, topic, dds_type(type_, distribution))
+        return DataWriter(self._participant, found, quality.qos())
+
+    def _serve(self) -> None:
+        waits = WaitSet(self._participant)
+        mask = ViewState.Any | InstanceState.Any | SampleState.NotRead
+        conditions = [ReadCondition(reader, mask) for reader, _, _ in self._readers]
+        for condition in conditions:
+            waits.attach(condition)
+        while not self._ends.is_set():
+            waits.wait(duration(seconds=_POLL))
+            for reader, type_, take in self._readers:
+                for sample in reader.take(_BATCH):
+                    if isinstance(sample, Sample):  # else the publisher has gone
+                        self._deliver(sample.cdr, type_, take)
+
+    def _deliver(self, data: bytes, type_: str, take: Callable[[Any], None]) -> None:
+        try:
+            take(decode(data, type_))
+        except ValueError as error:
+            _log.warning("a message is ignored: %s", error)
+        except Exception:  # a faulty message must not end the node
+            _log.exception("a %s could not be processed", type_)
+
+    def _announce_node(self) -> None:
+        """Publish the node's readers and writers as rmw does."""
+        distribution = self._distribution
+        types = types_of(distribution).types
+        gid = types["rmw_dds_common/msg/Gid"]
+
+        size = 24 if distribution == "humble" else 16
+
+        def gid_of(entity: Any) -> Any:
+            return gid(data=np.frombuffer(entity.guid.bytes.ljust(size, b"\0"), np.uint8))
+
+        node = types["rmw_dds_common/msg/NodeEntitiesInfo"](
+            node_namespace="/",
+            node_name=self.name,
+            reader_gid_seq=[gid_of(reader) for reader, _, _ in self._readers],
+            writer_gid_seq=[gid_of(writer) for writer in self._writers],
+        )
+        info = types[_DISCOVERY](gid=gid_of(self._participant), node_entities_info_seq=[node])
+        self._announce.write(dds_type(_DISCOVERY, distribution)(encode(info, distribution)))
+
+
+@functools.lru_cache(maxsize=8)
+def _domain(number: int, configuration: str) -> Domain:
+    """Domain of this process; kept for its life."""
+    return Domain(number, configuration)
+
+
+def _configuration(parameters: DdsParameters, domain: int) -> str:
+    """Cyclone's configuration: ours, and then that of the environment.
+
+    Fast DDS sends type objects that Cyclone cannot parse (cyclonedds#2333): match types by name.
+    """
+    interface, peers = parameters.interface, list(parameters.peers)
+    general = (
+        f'<Interfaces><NetworkInterface name="{interface}"/></Interfaces>' if interface else ""
+    )
+    if interface == "lo":  # it often cannot multicast: find the others by their ports
+        general += "<AllowMulticast>false</AllowMulticast>"
+        peers.append("127.0.0.1")
+    listed = "".join(f'<Peer Address="{address}"/>' for address in peers)
+    discovery = (
+        f"<ParticipantIndex>{_free_index(domain)}</ParticipantIndex>"
+        f"<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers>{listed}</Peers>"
+    )
+    ours = (
+        "<CycloneDDS><Domain>"
+        "<Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation></Compatibility>"
+        f"<General>{general}</General>{f'<Discovery>{discovery}</Discovery>' if listed else ''}"
+        "</Domain></CycloneDDS>"
+    )
+    theirs = os.environ.get("CYCLONEDDS_URI", "")
+    return f"{ours},{theirs}" if theirs else ours
+
+
+def _free_index(domain: int) -> int:
+    """Participant index whose ports nobody uses.
+
+    Fast DDS shares its ports without an error, and then neither side gets its messages; it starts
+    at index 0 and looks for others up to 31.
+    """
+    for index in range(_FIRST_INDEX, _LAST_INDEX):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("127.0.0.1", 7400 + 250 * domain + 10 + 2 * index))
+            except OSError:
+                continue
+            return index
+    raise PlatformError(f"no free port for another participant in domain {domain}")

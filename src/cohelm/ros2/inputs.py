@@ -1,0 +1,220 @@
+"""Inputs of a ROS 2 robot: messages go in as they come, one observation comes out in each step."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.messages import Observation, PointCloud, Scan
+from cohelm.recordings.bags import ros_messages as ros
+from cohelm.recordings.transforms import name, planar
+from cohelm.ros2.clocks import Clock
+from cohelm.ros2.conversions import Moving, is_level, mount_of, moving, twist_at_base
+from cohelm.ros2.frames import FrameTree
+from cohelm.ros2.parameters import Ros2Parameters
+
+NEVER = -10.0
+"""Time of an input that never came, s: older than every limit."""
+MAX_READINGS = 16
+"""Maximum number of scans, and of clouds, kept until the next observation."""
+_HISTORY = 50
+"""Messages of a topic that count for rate and delay."""
+
+
+@dataclass(slots=True)
+class TopicStatistics:
+    """Messages of one topic so far."""
+
+    arrivals: deque[float]
+    """Newest arrival times, s."""
+    delays: deque[float]
+    """Time from the stamp to the arrival of each, s; NaN without a stamp."""
+    frame: str = ""
+    """Frame of the newest message."""
+    count: int = 0
+    problem: str = ""
+    """Reason why the newest message cannot be used; empty: it can."""
+
+    @property
+    def rate(self) -> float:
+        """Messages per second; 0 below two messages."""
+        span = self.arrivals[-1] - self.arrivals[0] if len(self.arrivals) > 1 else 0.0
+        return (len(self.arrivals) - 1) / span if span > 0.0 else 0.0
+
+    @property
+    def delay(self) -> float:
+        """Median delay, s; NaN without stamps."""
+        known = [each for each in self.delays if math.isfinite(each)]
+        return float(np.median(known)) if known else math.nan
+
+
+class Inputs:
+    """Newest inputs; ``take_…`` run in the node's thread, the others in any thread.
+
+    Args:
+        parameters: Frames and limits.
+        clock: Clock of the platform.
+    """
+
+    def __init__(self, parameters: Ros2Parameters, clock: Clock) -> None:
+        self._parameters, self.clock = parameters, clock
+        self._lock = threading.Lock()
+        self.frames = FrameTree()
+        self._moving: Moving | None = None
+        self._scans: deque[Scan] = deque(maxlen=MAX_READINGS)
+        self._clouds: deque[PointCloud] = deque(maxlen=MAX_READINGS)
+        self.last_scan: dict[str, Scan] = {}
+        """Newest scan of each topic."""
+        self.topics: dict[str, TopicStatistics] = {}
+        """Statistics by topic."""
+
+    def take_transforms(self, message: Any, *, static: bool) -> None:
+        """Take a TFMessage."""
+        now = self.clock.now()
+        topic = "/tf_static" if static else "/tf"
+        with self._lock:
+            for each in message.transforms:
+                time = -math.inf if static else self.clock.of(ros.stamp(each.header))
+                frames = each.header.frame_id, each.child_frame_id
+                if not math.isnan(time):  # the robot's clock has begun
+                    self.frames.add(*frames, ros.transform(each.transform), time=time, arrival=now)
+                # Delays of a localiser may be negative: it stamps its transform into the future.
+                self._count(topic, now, math.nan if static else now - time, frames[1])
+
+    def take_odometry(self, message: Any) -> None:
+        """Take an Odometry."""
+        now, topic = self.clock.now(), self._parameters.odometry
+        with self._lock:
+            try:
+                found = moving(message)
+            except ValueError as error:
+                self._count(topic, now, math.nan, "", problem=str(error))
+                return
+            time = self.clock.of(found.time)
+            self._count(topic, now, now - time, found.child)
+            if math.isfinite(time):
+                self._moving = found._replace(time=time)
+
+    def take_scan(self, topic: str, message: Any) -> None:
+        """Take a LaserScan of a sensor whose mount the transforms tell."""
+        now = self.clock.now()
+        time, frame = self.clock.of(ros.stamp(message.header)), name(message.header.frame_id)
+        with self._lock:
+            mount, problem = self._mount(frame)
+            if mount is not None and not is_level(mount):
+                mount, problem = None, f"'{frame}' is tilted: a planar scanner must be level"
+            scan = None
+            if mount is not None and math.isfinite(time):
+                try:
+                    scan = ros.scan(message, time, mount)
+                except ValueError as error:
+                    problem = str(error)
+            self._count(topic, now, now - time, frame, problem=problem)
+            if scan is not None:
+                self._scans.append(scan)
+                self.last_scan[topic] = scan
+
+    def take_cloud(self, topic: str, message: Any) -> None:
+        """Take a PointCloud2 of a sensor whose mount the transforms tell."""
+        now = self.clock.now()
+        time, frame = self.clock.of(ros.stamp(message.header)), name(message.header.frame_id)
+        with self._lock:
+            mount, problem = self._mount(frame)
+        cloud = None
+        if mount is not None and math.isfinite(time):
+            try:
+                cloud = ros.cloud(message, time, mount)
+            except ValueError as error:
+                problem = str(error)
+        with self._lock:
+            self._count(topic, now, now - time, frame, problem=problem)
+            if cloud is not None:
+                self._clouds.append(cloud)
+
+    def observation(self) -> Observation:
+        """Return the newest pose and twist, and all readings since the last call.
+
+        What never came has the time −10 s, since a time must be a number.
+        """
+        with self._lock:
+            now = self.clock.now()
+            pose, pose_time = self._pose()
+            twist, twist_time = self._twist()
+            scans, clouds = tuple(self._scans), tuple(self._clouds)
+            self._scans.clear()
+            self._clouds.clear()
+        return Observation(
+            time=now,
+            pose=pose,
+            pose_time=max(pose_time, NEVER),
+            twist=twist,
+            twist_time=max(twist_time, NEVER),
+            scans=scans,
+            clouds=clouds,
+        )
+
+    @property
+    def odometry_time(self) -> float:
+        """Stamp of the newest odometry, s; −inf: none has come."""
+        return self._moving.time if self._moving is not None else -math.inf
+
+    def localised(self) -> tuple[Floats, float] | None:
+        """Return X_MO (4, 4) and its age, s; None: the localiser's transform never came."""
+        frames = self._parameters.frames
+        if frames.map is None:
+            return np.eye(4), 0.0
+        link, pose = self.frames.link(frames.odom), self.frames.pose(frames.map, frames.odom)
+        if link is None or pose is None:
+            return None
+        age = 0.0 if link.time == -math.inf else self.clock.now() - link.arrival
+        return pose, age
+
+    def _pose(self) -> tuple[Floats, float]:
+        """X_MR (3,) and its time, s."""
+        found, localised, X_CB = self._moving, self.localised(), self._base_in_odometry()
+        if found is None or localised is None or X_CB is None:
+            return np.zeros(3), -math.inf
+        X_MO, age = localised
+        # Old localisation makes the pose old; a recent one has the age of the odometry.
+        late = max(age - self._parameters.limits.localiser, 0.0)
+        lost = -math.inf if late > 0.0 else found.time
+        return planar(X_MO @ found.X_OC @ X_CB), lost
+
+    def _twist(self) -> tuple[Floats, float]:
+        found, X_CB = self._moving, self._base_in_odometry()
+        if found is None or X_CB is None:
+            return np.zeros(3), -math.inf
+        return twist_at_base(found.twist, X_CB), found.time
+
+    def _base_in_odometry(self) -> Floats | None:
+        """X_CB (4, 4) of the base in the odometry's child frame; None: not connected."""
+        if self._moving is None:
+            return None
+        child = self._moving.child or self._parameters.frames.base
+        return self.frames.pose(child, self._parameters.frames.base)
+
+    def _mount(self, frame: str) -> tuple[Floats | None, str]:
+        """Mount (6,) of a sensor's frame, or the reason why it is not known."""
+        base = self._parameters.frames.base
+        pose = self.frames.pose(base, frame)
+        if pose is None:
+            return None, f"no transform from '{base}' to '{frame}'"
+        return mount_of(pose), ""
+
+    def _count(
+        self, topic: str, now: float, delay: float, frame: str, *, problem: str = ""
+    ) -> None:
+        found = self.topics.get(topic)
+        if found is None:
+            found = TopicStatistics(deque(maxlen=_HISTORY), deque(maxlen=_HISTORY))
+            self.topics[topic] = found
+        found.arrivals.append(now)
+        found.delays.append(delay)
+        found.frame, found.problem = frame, problem
+        found.count += 1

@@ -1,0 +1,100 @@
+"""Parameters of a ROS 2 robot: the part ``platform:`` of its file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from cohelm.config import Model
+
+
+def _topic(given: str) -> str:
+    if not given.startswith("/") or " " in given or given.endswith("/"):
+        raise ValueError(f"a topic is written as /{given.strip('/ ') or 'scan'}")
+    return given
+
+
+Topic = Annotated[str, AfterValidator(_topic)]
+
+
+class DdsParameters(Model):
+    """Network of the node."""
+
+    domain: int | None = Field(None, ge=0, le=232)
+    """ROS domain; None: ROS_DOMAIN_ID, else 0."""
+    interface: str | None = None
+    """Network interface, as ``eth0`` or ``lo``; None: Cyclone's choice."""
+    peers: tuple[str, ...] = ()
+    """Addresses of other computers where multicast does not reach them."""
+    distribution: Literal["humble", "jazzy"] = "jazzy"
+    """For ``ros2 node list``: jazzy and later, or humble; messages are the same."""
+
+
+class FrameNames(Model):
+    """Names of the frames (REP-105)."""
+
+    map: str | None = "map"
+    """Frame of map and goals; None: no localiser, the odometry's frame is used."""
+    odom: str = "odom"
+    base: str = "base_link"
+
+
+class StickParameters(Model):
+    """Stick of the rider as sensor_msgs/Joy."""
+
+    topic: Topic = "/joy"
+    forward_axis: int = Field(1, ge=0, le=63)
+    left_axis: int = Field(0, ge=0, le=63)
+    dead_man: int | None = Field(None, ge=0, le=63)
+    """Button that must be held while driving; None: the driver repeats its messages, at least
+    five a second."""
+    confirm: int = Field(0, ge=0, le=63)
+    """Button that confirms that the chair may move."""
+    stop: int = Field(1, ge=0, le=63)
+    """Button that stops the chair."""
+
+
+class InputLimits(Model):
+    """Ages from which an input counts as lost; the safety gate has limits of its own."""
+
+    localiser: float = Field(0.3, gt=0.0, le=5.0)
+    """Maximum time since the last transform from ``odom`` to ``map`` arrived, s."""
+
+
+class Ros2Parameters(Model):
+    """Topics, frames and network of a robot; the defaults are those of Nav2."""
+
+    name: str = Field("cohelm", pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")
+    """Name of the node."""
+    dds: DdsParameters = DdsParameters()
+    use_sim_time: bool = False
+    """Take the time from ``/clock``."""
+    frames: FrameNames = FrameNames()
+    scans: tuple[Topic, ...] = ("/scan",)
+    """sensor_msgs/LaserScan."""
+    clouds: tuple[Topic, ...] = ()
+    """sensor_msgs/PointCloud2."""
+    odometry: Topic = "/odom"
+    """nav_msgs/Odometry."""
+    command: Topic = "/cmd_vel"
+    """geometry_msgs/TwistStamped or Twist."""
+    stamped: bool = True
+    """Publish TwistStamped (Nav2 from Jazzy on); False: Twist."""
+    map: Topic | None = None
+    """nav_msgs/OccupancyGrid, taken once at the start; None: the file's ``map:``, or no map."""
+    stick: StickParameters | None = None
+    """Stick on a topic; None: the page's stick only."""
+    goal: Topic | None = "/goal_pose"
+    """geometry_msgs/PoseStamped, as RViz sends them."""
+    displays: bool = True
+    """Publish route, plan, people, spaces and diagnostics under ``/cohelm``."""
+    limits: InputLimits = InputLimits()
+    wait: float = Field(10.0, gt=0.0, le=120.0)
+    """Time for all inputs to come when the platform is opened, s."""
+
+    @model_validator(mode="after")
+    def _senses_something(self) -> Ros2Parameters:
+        if not self.scans and not self.clouds:
+            raise ValueError("name at least one topic in scans or clouds")
+        return self

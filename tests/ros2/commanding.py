@@ -1,0 +1,39 @@
+"""Process that sends a forward command 20 times a second, as the control loop does.
+
+python -m tests.ros2.commanding
+"""
+
+import sys
+import time
+
+
+def main():
+    # Inside, since the process of the command topic imports this module again.
+    from cohelm.errors import PlatformError
+    from cohelm.ros2.command_client import CommandClient
+    from cohelm.ros2.command_process import WheelCommand, publisher
+    from cohelm.ros2.dds import DdsNode
+    from tests.ros2.loopback import LOOPBACK
+
+    node = DdsNode(LOOPBACK.dds, "owner")
+    fallback = publisher(node, LOOPBACK)
+    node.start()
+    client, stopped = CommandClient(LOOPBACK, fallback), False
+    sys.stdout.write(f"{client.pid}\n")
+    sys.stdout.flush()
+    while True:
+        try:
+            # As the control loop: no motion without confirmation.
+            forward = 0.0 if stopped else 0.5
+            client.send(WheelCommand(time.monotonic(), time.time(), (forward, 0.0, 0.0)))
+            stopped |= client.late
+        except PlatformError as error:
+            sys.stdout.write(f"{error}\n")
+            sys.stdout.flush()
+            time.sleep(0.5)
+            return
+        time.sleep(0.05)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""Messages become one observation: frames, times, and what is missing."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cohelm.geometry import compose
+from cohelm.ros2.findings import missing_inputs
+from cohelm.ros2.inputs import MAX_READINGS, NEVER, Inputs
+from cohelm.ros2.parameters import FrameNames, Ros2Parameters
+from tests.ros2.messages import LASER_TF, odometry, scan, transforms
+
+
+class Clock:
+    """Time that a test sets, s; stamps are on it."""
+
+    def __init__(self):
+        self.time = 5.0
+
+    def now(self):
+        return self.time
+
+    def of(self, stamp):
+        return stamp
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def inputs(clock):
+    return Inputs(Ros2Parameters(), clock)
+
+
+def feed(inputs, time=5.0, map_to_odom=(10.0, 0.0, 0.0, 0.0, 0.0, math.pi / 2.0)):
+    inputs.take_transforms(transforms(0.0, ("base_link", "laser", LASER_TF)), static=True)
+    inputs.take_transforms(transforms(time, ("map", "odom", map_to_odom)), static=False)
+    inputs.take_odometry(odometry(time))
+    inputs.take_scan("/scan", scan(time))
+
+
+def test_the_pose_is_the_localiser_s_after_the_odometry_s(inputs):
+    feed(inputs)
+    seen = inputs.observation()
+    # (1, 2) turned by 90° is (−2, 1); ten metres ahead of it (8, 1); the angles add.
+    np.testing.assert_allclose(seen.pose, [8.0, 1.0, 0.5 + math.pi / 2.0])
+    np.testing.assert_allclose(seen.twist, [0.4, 0.0, 0.2])
+    assert seen.pose_time == seen.twist_time == seen.time == 5.0
+
+
+def test_a_scan_is_given_once_with_the_mount_of_the_transforms(inputs):
+    feed(inputs)
+    (sweep,) = inputs.observation().scans
+    np.testing.assert_allclose(sweep.mount, LASER_TF[[0, 1, 5]])
+    assert inputs.observation().scans == ()
+
+
+def test_a_late_navigator_gets_the_newest_scans_only(inputs, clock):
+    feed(inputs)
+    for k in range(2 * MAX_READINGS):
+        inputs.take_scan("/scan", scan(5.0 + 0.1 * k))
+    times = [each.time for each in inputs.observation().scans]
+    assert times == pytest.approx([5.0 + 0.1 * k for k in range(MAX_READINGS, 2 * MAX_READINGS)])
+
+
+def test_a_localiser_that_falls_silent_makes_the_pose_old(inputs, clock):
+    feed(inputs)
+    clock.time = 5.25
+    inputs.take_odometry(odometry(5.25))
+    assert inputs.observation().pose_time == 5.25
+    clock.time = 5.4  # more than 0.3 s after the localiser's last transform
+    inputs.take_odometry(odometry(5.4))
+    assert inputs.observation().pose_time == NEVER
+
+
+def test_a_localiser_that_stamps_into_the_future_is_not_from_the_future(inputs, clock):
+    feed(inputs)
+    inputs.take_transforms(transforms(6.0, ("map", "odom", np.zeros(6))), static=False)
+    assert inputs.observation().pose_time == 5.0
+
+
+def test_without_a_map_frame_the_odometry_is_the_pose(clock):
+    inputs = Inputs(Ros2Parameters(frames=FrameNames(map=None)), clock)
+    inputs.take_odometry(odometry(5.0))
+    np.testing.assert_allclose(inputs.observation().pose, [1.0, 2.0, 0.5])
+
+
+def test_an_odometry_of_another_frame_is_moved_to_the_base(inputs, clock):
+    # The odometry's frame lies 0.5 m ahead of the base, so that the base is at −0.5 m in it.
+    inputs.take_transforms(
+        transforms(0.0, ("base_link", "wheels", [0.5, 0, 0, 0, 0, 0])), static=True
+    )
+    inputs.take_transforms(transforms(5.0, ("map", "odom", np.zeros(6))), static=False)
+    inputs.take_odometry(odometry(5.0, twist=(0.4, 0.0, 0.2), frames=("odom", "wheels")))
+    seen = inputs.observation()
+    np.testing.assert_allclose(seen.pose, compose([1.0, 2.0, 0.5], [-0.5, 0.0, 0.0]))
+    # v at −0.5 m: v_y = ω · (−0.5) = −0.1 m/s.
+    np.testing.assert_allclose(seen.twist, [0.4, -0.1, 0.2])
+
+
+def test_what_is_missing_is_named(inputs):
+    assert missing_inputs(Ros2Parameters(), inputs) == [
+        "no message on /scan",
+        "no message on /odom",
+        "no transform from 'map' to 'odom'",
+    ]
+    inputs.take_scan("/scan", scan(5.0, frame="lidar"))
+    assert "/scan: no transform from 'base_link' to 'lidar'" in missing_inputs(
+        Ros2Parameters(), inputs
+    )
+    feed(inputs)
+    assert missing_inputs(Ros2Parameters(), inputs) == []
+
+
+def test_a_tilted_planar_scanner_is_refused(inputs):
+    tilted = [0.3, 0.0, 0.4, 0.0, math.radians(30.0), 0.0]
+    inputs.take_transforms(transforms(0.0, ("base_link", "laser", tilted)), static=True)
+    inputs.take_scan("/scan", scan(5.0))
+    assert "tilted" in inputs.topics["/scan"].problem
+    assert inputs.observation().scans == ()
+
+
+def test_an_odometry_that_is_not_a_number_is_not_used(inputs):
+    feed(inputs)
+    inputs.take_odometry(odometry(5.1, twist=(math.nan, 0.0, 0.0)))
+    assert inputs.observation().twist_time == 5.0
+    assert "not finite" in inputs.topics["/odom"].problem
+
+
+def test_rate_and_delay_are_measured(inputs, clock):
+    feed(inputs)
+    for k in range(1, 11):
+        clock.time = 5.0 + 0.1 * k
+        inputs.take_scan("/scan", scan(clock.time - 0.03))
+    found = inputs.topics["/scan"]
+    assert found.rate == pytest.approx(10.0)
+    assert found.delay == pytest.approx(0.03)
