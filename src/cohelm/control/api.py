@@ -55,6 +55,8 @@ class LocalProblem:
     max_deviation: float = np.inf
     """Largest angle between the headings of a trajectory and of the reference in the first seconds,
     rad, or the angle now if it is larger."""
+    commanded: Annotated[Floats, Shape("3")] | None = None
+    """Twist that the wheels were sent last, after the gate; None: that of the previous plan."""
     late: float = 0.0
     """Delay of this tick, s: an input, so that a replay gives the same plan."""
 

@@ -219,7 +219,8 @@ class SsMpcDcbf:
                 if cycle.accepts(slower):
                     return slower
         # the closer it is, the harder the stop
-        verifier, stops = cycle.verifier, [*cycle.stops(best), cycle.braking(PLANNED_BRAKING)]
+        verifier = cycle.verifier
+        stops = [*cycle.stops(best), cycle.braking(PLANNED_BRAKING), cycle.braking()]
         helpful = []
         for candidate, kept in zip(stops, np.linspace(1.0, 0.0, len(stops)), strict=True):
             trajectory = cycle.trajectory(candidate)
@@ -227,7 +228,10 @@ class SsMpcDcbf:
                 if verifier.stands_in_time(trajectory):
                     return candidate
                 helpful.append(candidate)
-        return helpful[-1] if helpful else None
+        # only hard braking ends before somebody reaches the robot
+        if not helpful or verifier.hard_braking_stands_in_time():
+            return None
+        return helpful[-1]
 
     def _is_late(self, cycle: PlanningCycle) -> bool:
         return cycle.problem.late > self.parameters.late

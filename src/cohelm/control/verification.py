@@ -10,26 +10,21 @@ import math
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats, unchecked
+from cohelm.arrays import Booleans, Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.turn_back import turned_back
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Predictions
-from cohelm.robots.braking import braking
+from cohelm.robots.braking import STANDING, braking
 from cohelm.robots.clearance import CLOSEST, Clearance
 from cohelm.robots.contact import contact_times, first_contact
-from cohelm.robots.contact_kernel import ContactMargins
+from cohelm.robots.contact_kernel import TOUCHING, ContactMargins
 
 _FINE = 0.05
 """Time between the poses of a verified braking, s."""
-_FASTER = 4.0
-"""Assumed return speed as a multiple of the measured speed, up to ``turn_back_speed``."""
-_WALKED = 0.5
-"""People who have been slower than this lately are assumed not to turn back, m/s: tracking noise is
-up to 0.3 m/s."""
 _NEAR = 2.0
 """Distance up to which a person ahead is near, m."""
 _STALLED_SHARE = 0.5
@@ -40,6 +35,8 @@ _DEVIATION_TIME = 2.5
 round a corner."""
 _DEVIATION_NOW = 0.02
 """Increase of a deviation that is too large already, rad."""
+_SLOWEST = 0.1
+"""Smallest deceleration of a stop that is checked, m/s²."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -107,33 +104,15 @@ class Verification(Model):
         returning = None
         if self.turn_back_acceleration > 0.0 and not problem.stalled and len(problem.people):
             # a robot that squeezes past is too slow to escape
-            returning = self._turned_back(problem, speeds)
+            returning = turned_back(
+                problem.people,
+                problem.predictions,
+                speeds,
+                delay=self.turn_back_delay,
+                acceleration=self.turn_back_acceleration,
+                top_speed=self.turn_back_speed,
+            )
         return Verifier(self, problem, current_input, margins, returning)
-
-    def _turned_back(self, problem: LocalProblem, speeds: Floats) -> Predictions:
-        """Predictions of all people walking back, since a turn that is not detected yet.
-
-        Who has stood for a while stays.
-
-        The measured position is that of a person who walked on; the turn has taken them behind it.
-        """
-        given = problem.predictions
-        mean, velocity = _return(
-            problem.people.mean,
-            np.asarray(given.step * np.arange(given.mean.shape[2]), dtype=float),
-            speeds > _WALKED,
-            self.turn_back_delay,
-            self.turn_back_acceleration,
-            self.turn_back_speed,
-        )
-        return unchecked(
-            given,
-            names=("turned_back",),
-            weight=np.ones((len(mean), 1)),
-            mean=mean,
-            velocity=velocity,
-            deviation=np.zeros(mean.shape[:3]),
-        )
 
 
 class Verifier:
@@ -142,9 +121,9 @@ class Verifier:
     A trajectory may be used if it is swept clear of walls and of the most likely hypothesis of each
     person for a while, and if after its first command the brakes still help as much as now: the
     robot, braking hard, touches nothing that people may do (accelerate, take a less likely way,
-    turn back), or touches it no sooner than if it brakes hard at once. People who
-    follow, or whom no braking avoids, do not veto a trajectory. A stop need not be clear, but
-    braking must still help.
+    turn back), or touches it no sooner than if it brakes hard at once. People who follow, or whom
+    no braking avoids, do not veto a trajectory, unless they are about to walk into the robot while
+    it could still stand. A stop need not be clear, but braking must still help.
     """
 
     def __init__(
@@ -177,6 +156,7 @@ class Verifier:
             contact >= self.rules.horizon_of(problem)
             and self.brakes_help(trajectory)
             and self._may_brake(trajectory.inputs[0])
+            and self._can_still_stand(trajectory.inputs[0])
         )
 
     def _deviates(self, trajectory: Trajectory) -> bool:
@@ -200,22 +180,43 @@ class Verifier:
         margins = self.margins._replace(people=closest, growth=0.0, followers=False)
         return bool((self._contacts(poses, self.problem.predictions, margins) == np.inf).all())
 
-    def stands_in_time(self, trajectory: Trajectory) -> bool:
-        """Check that a stop ends before a wall, and before anybody touches the robot.
+    def _can_still_stand(self, command: Floats) -> bool:
+        """Check that after ``command`` (m,) the robot can stand before anybody reaches it.
 
-        This includes people who catch up from behind: a robot that stands hurts nobody.
+        People count from whom the robot stands in time if it brakes hard at once, also those who
+        follow: a robot that stands hurts nobody.
         """
-        problem = self.problem
-        contact = first_contact(
-            problem.robot,
-            trajectory.poses,
-            trajectory.step,
-            people=problem.people,
-            predictions=problem.predictions,
-            walls=problem.walls,
-            margins=self.margins._replace(people=0.0, growth=0.0, leaving=True),
+        deceleration = self.problem.robot.emergency_deceleration
+        later = self._contacts_of_stop(command, deceleration)[1:]
+        if (later == np.inf).all():
+            return True
+        now = self._contacts_of_stop(np.zeros_like(command), deceleration)[1:]
+        return bool(((later == np.inf) | (now < np.inf)).all())
+
+    def stands_in_time(self, stop: Trajectory) -> bool:
+        """Check that a stop ends before a wall, and before anybody reaches the robot.
+
+        It is checked as the drive executes it: with its lag, along the arc of its first command.
+        """
+        n_linear = self.problem.robot.motion_model.translating
+        speeds = np.sqrt((stop.inputs[:, :n_linear] ** 2).sum(axis=1))
+        time = stop.step * max(int((speeds > STANDING).sum()), 1)
+        speed = math.sqrt(float((self.current_input[:n_linear] ** 2).sum()))
+        deceleration = max(speed / time, _SLOWEST)
+        return bool((self._contacts_of_stop(stop.inputs[0], deceleration) == np.inf).all())
+
+    def hard_braking_stands_in_time(self) -> bool:
+        """Check the same of braking as hard as the robot can."""
+        command = np.zeros_like(self.current_input)
+        deceleration = self.problem.robot.emergency_deceleration
+        return bool((self._contacts_of_stop(command, deceleration) == np.inf).all())
+
+    def _contacts_of_stop(self, command: Floats, deceleration: float) -> Floats:
+        """Times (1 + n,) of the contacts with predicted bodies while braking after ``command``."""
+        margins = self.margins._replace(people=TOUCHING, growth=0.0, leaving=True)
+        return self._contacts(
+            self._braking(command, deceleration), self.problem.predictions, margins
         )
-        return contact == np.inf
 
     def brakes_help(self, trajectory: Trajectory, share: float = 1.0) -> bool:
         """Check that hard braking after the first command is as good as at once.
@@ -298,39 +299,3 @@ class Verifier:
         along = away @ np.array([cos * vx - sin * vy, sin * vx + cos * vy])
         ahead = (along > 0.5 * distance * math.hypot(vx, vy)) & (distance < _NEAR)
         return np.concatenate([[True], ahead])
-
-
-@njit(cache=True)
-def _return(
-    people: Floats,
-    times: Floats,
-    walked: Booleans,
-    delay: float,
-    acceleration: float,
-    top_speed: float,
-) -> tuple[Floats, Floats]:
-    """(positions, velocities), (n, 1, N+1, 2) each, of people (n, 4) who turn back.
-
-    times: (N+1,) since the measurement, s.  walked: (n,) people who have walked lately.  See
-    ``Verification._turned_back``.
-    """
-    count, states = people.shape[0], times.shape[0]
-    mean, velocity = np.empty((count, 1, states, 2)), np.empty((count, 1, states, 2))
-    for i in range(count):
-        speed = math.hypot(people[i, 2], people[i, 3])
-        return_speed = max(speed, min(_FASTER * speed, top_speed))
-        for k in range(states):
-            # s: distance along the former direction, braking, then back at a constant speed
-            elapsed = delay + times[k]
-            turning = min(elapsed, (speed + return_speed) / acceleration)
-            s = speed * turning - 0.5 * acceleration * (turning * turning)
-            s -= return_speed * (elapsed - turning)
-            s -= speed * delay
-            v = -return_speed if elapsed > turning else speed - acceleration * turning
-            if not walked[i]:
-                s, v = 0.0, 0.0
-            for a in range(2):
-                unit = people[i, 2 + a] / max(speed, 1e-9)
-                mean[i, 0, k, a] = people[i, a] + s * unit
-                velocity[i, 0, k, a] = v * unit
-    return mean, velocity

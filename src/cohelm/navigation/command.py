@@ -76,5 +76,6 @@ def local_problem(
         reverses=allowance.reverses,
         extra_clearance=max(step.request.extra_clearance, 0.0),
         max_deviation=allowance.max_deviation,
+        commanded=step.commanded,
         late=observation.late,
     )

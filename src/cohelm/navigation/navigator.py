@@ -84,7 +84,7 @@ class Navigator:
         if fault is not None:
             return stopped_by_input(observation, request, fault, gate_state, last)
 
-        step = self._step_input(observation, _with_mode(request), memory)
+        step = self._step_input(observation, _with_mode(request), last)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
         authority, authority_state = self._rider_authority(step)
         destinations, destination_state = self._destinations(step, authority)
@@ -137,13 +137,21 @@ class Navigator:
         )
         return tick_of(observation, request, results, stopwatch.laps)
 
-    def _step_input(self, observation: Observation, request: Request, memory: Memory) -> StepInput:
+    def _step_input(
+        self, observation: Observation, request: Request, last: Tick | None
+    ) -> StepInput:
         """Apply the speed limits of the map, which hold for all stages."""
-        setup = self.setup
+        setup, memory = self.setup, last.memory if last else Memory()
         limited = with_zone_limits(
             request, setup.filters, setup.robot, observation, memory.route, setup.zones
         )
-        return StepInput(setup=setup, observation=observation, request=limited, memory=memory)
+        return StepInput(
+            setup=setup,
+            observation=observation,
+            request=limited,
+            memory=memory,
+            commanded=last.decision.twist if last else None,
+        )
 
     def _rider_authority(self, step: StepInput) -> tuple[Authority, AuthorityState]:
         """Compute the rider's input and its weight η."""
