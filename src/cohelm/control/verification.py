@@ -12,16 +12,16 @@ from functools import cached_property
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans, Floats, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.turn_back import turned_back
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Predictions
-from cohelm.robots.braking import STANDING, braking
+from cohelm.robots.braking import braking
 from cohelm.robots.clearance import CLOSEST, Clearance
 from cohelm.robots.contact import contact_times, first_contact
-from cohelm.robots.contact_kernel import TOUCHING, ContactMargins
+from cohelm.robots.contact_kernel import ContactMargins
 
 _FINE = 0.05
 """Time between the poses of a verified braking, s."""
@@ -35,8 +35,8 @@ _DEVIATION_TIME = 2.5
 round a corner."""
 _DEVIATION_NOW = 0.02
 """Increase of a deviation that is too large already, rad."""
-_SLOWEST = 0.1
-"""Smallest deceleration of a stop that is checked, m/s²."""
+_REACHED = 0.08
+"""Gap at which somebody reaches a robot that stops, m: a tenth of a second of walking."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -72,6 +72,11 @@ class Verification(Model):
     reaction: float = Field(0.2, gt=0.0)
     """Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
 
+    unaware_after: float = Field(0.1, ge=0.0)
+    """Time on a course into the robot after which a person does not see it, s. The robot stands
+    before such people reach it, also from behind. A small value brakes for people who are about to
+    step aside, a large one for nobody who follows."""
+
     def wall_margin_of(self, problem: LocalProblem) -> float:
         """Gap to a wall that counts as contact in a problem, m."""
         return self.stalled_wall_margin if problem.stalled else self.wall_margin
@@ -81,7 +86,12 @@ class Verification(Model):
         return self.horizon * (_STALLED_SHARE if problem.stalled else 1.0)
 
     def verifier(
-        self, problem: LocalProblem, clearance: Clearance, current_input: Floats, speeds: Floats
+        self,
+        problem: LocalProblem,
+        clearance: Clearance,
+        current_input: Floats,
+        speeds: Floats,
+        courses: Floats,
     ) -> Verifier:
         """Create the checks of the trajectories of one problem.
 
@@ -90,6 +100,7 @@ class Verification(Model):
             clearance: from people.
             current_input: u_{−1}, (m,).
             speeds: (n,) of people lately, m/s.
+            courses: (n,) times for which people have been on a course into the robot, s.
         """
         law = clearance.law(tight=problem.stalled)
         margins = ContactMargins(
@@ -112,7 +123,8 @@ class Verification(Model):
                 acceleration=self.turn_back_acceleration,
                 top_speed=self.turn_back_speed,
             )
-        return Verifier(self, problem, current_input, margins, returning)
+        unaware = courses >= self.unaware_after
+        return Verifier(self, problem, current_input, margins, returning, unaware)
 
 
 class Verifier:
@@ -122,8 +134,8 @@ class Verifier:
     person for a while, and if after its first command the brakes still help as much as now: the
     robot, braking hard, touches nothing that people may do (accelerate, take a less likely way,
     turn back), or touches it no sooner than if it brakes hard at once. People who follow, or whom
-    no braking avoids, do not veto a trajectory, unless they are about to walk into the robot while
-    it could still stand. A stop need not be clear, but braking must still help.
+    no braking avoids, do not veto a trajectory, unless they do not see the robot and are about to
+    walk into it while it could still stand. A stop need not be clear, but braking must still help.
     """
 
     def __init__(
@@ -133,9 +145,10 @@ class Verifier:
         current_input: Floats,
         margins: ContactMargins,
         returning: Predictions | None,
+        unaware: Booleans,
     ) -> None:
         self.rules, self.problem, self.current_input = rules, problem, current_input
-        self.margins, self.returning = margins, returning
+        self.margins, self.returning, self.unaware = margins, returning, unaware
         self._now: dict[float, Floats] = {}
 
     def accepts(self, trajectory: Trajectory) -> bool:
@@ -181,42 +194,46 @@ class Verifier:
         return bool((self._contacts(poses, self.problem.predictions, margins) == np.inf).all())
 
     def _can_still_stand(self, command: Floats) -> bool:
-        """Check that after ``command`` (m,) the robot can stand before anybody reaches it.
+        """Check that comfort braking after ``command`` (m,) ends before it is walked into.
 
-        People count from whom the robot stands in time if it brakes hard at once, also those who
-        follow: a robot that stands hurts nobody.
+        Only people who do not see the robot count, and only those whom it would not meet standing
+        if it braked at once; also those who follow: a robot that stands hurts nobody.
         """
-        deceleration = self.problem.robot.emergency_deceleration
-        later = self._contacts_of_stop(command, deceleration)[1:]
-        if (later == np.inf).all():
+        if not self.unaware.any():
             return True
-        now = self._contacts_of_stop(np.zeros_like(command), deceleration)[1:]
-        return bool(((later == np.inf) | (now < np.inf)).all())
+        deceleration = self.problem.robot.max_deceleration
+        later = self._reached(command, deceleration)
+        if not later.any():
+            return True
+        return not (later & ~self._reached(np.zeros_like(command), deceleration)).any()
 
     def stands_in_time(self, stop: Trajectory) -> bool:
-        """Check that a stop ends before a wall, and before anybody reaches the robot.
+        """Check that a stop ends before a wall, and before anybody reaches the robot."""
+        return bool((self._contacts_of_stop(stop) == np.inf).all())
 
-        It is checked as the drive executes it: with its lag, along the arc of its first command.
-        """
-        n_linear = self.problem.robot.motion_model.translating
-        speeds = np.sqrt((stop.inputs[:, :n_linear] ** 2).sum(axis=1))
-        time = stop.step * max(int((speeds > STANDING).sum()), 1)
-        speed = math.sqrt(float((self.current_input[:n_linear] ** 2).sum()))
-        deceleration = max(speed / time, _SLOWEST)
-        return bool((self._contacts_of_stop(stop.inputs[0], deceleration) == np.inf).all())
+    def only_hard_braking_helps(self, stop: Trajectory) -> bool:
+        """Check that somebody who does not see the robot walks into it unless it brakes hard."""
+        if not self.unaware.any():
+            return False
+        met = self.unaware & (self._contacts_of_stop(stop)[1:] < np.inf)
+        hard = self.problem.robot.emergency_deceleration
+        return bool((met & ~self._reached(np.zeros_like(self.current_input), hard)).any())
 
-    def hard_braking_stands_in_time(self) -> bool:
-        """Check the same of braking as hard as the robot can."""
-        command = np.zeros_like(self.current_input)
-        deceleration = self.problem.robot.emergency_deceleration
-        return bool((self._contacts_of_stop(command, deceleration) == np.inf).all())
+    def _contacts_of_stop(self, stop: Trajectory) -> Floats:
+        """Times (1 + n,) of the contacts of a stop, which the drive executes later, s."""
+        given = self.problem.predictions
+        later = unchecked(given, mean=given.mean + self.rules.reaction * given.velocity)
+        return self._contacts(stop.poses, later, self._reach, step=stop.step)
 
-    def _contacts_of_stop(self, command: Floats, deceleration: float) -> Floats:
-        """Times (1 + n,) of the contacts with predicted bodies while braking after ``command``."""
-        margins = self.margins._replace(people=TOUCHING, growth=0.0, leaving=True)
-        return self._contacts(
-            self._braking(command, deceleration), self.problem.predictions, margins
-        )
+    def _reached(self, command: Floats, deceleration: float) -> Booleans:
+        """Mask (n,) of unaware people who reach the robot while it brakes after ``command``."""
+        poses = self._braking(command, deceleration)
+        contacts = self._contacts(poses, self.problem.predictions, self._reach)
+        return self.unaware & (contacts[1:] < np.inf)
+
+    @property
+    def _reach(self) -> ContactMargins:
+        return self.margins._replace(people=_REACHED, growth=0.0, leaving=True)
 
     def brakes_help(self, trajectory: Trajectory, share: float = 1.0) -> bool:
         """Check that hard braking after the first command is as good as at once.
@@ -272,13 +289,19 @@ class Verifier:
             step=_FINE,
         )
 
-    def _contacts(self, poses: Floats, predictions: Predictions, margins: ContactMargins) -> Floats:
+    def _contacts(
+        self,
+        poses: Floats,
+        predictions: Predictions,
+        margins: ContactMargins,
+        step: float = _FINE,
+    ) -> Floats:
         """Times (1 + n,) of the contacts of poses (k, 3), s; +inf: none."""
         problem = self.problem
         return contact_times(
             problem.robot,
             poses,
-            _FINE,
+            step,
             people=problem.people,
             predictions=predictions,
             walls=problem.walls,
