@@ -100,6 +100,7 @@ def test_class_changes_count_the_people_passed_on_the_other_side():
         person_sides=np.array([-1, 1]),
         tail=np.zeros((0, 2)),
         person_speeds=np.zeros(2),
+        person_courses=np.zeros(2),
         input_time=0.0,
         current_input=np.zeros(2),
     )
@@ -163,7 +164,7 @@ def test_probable_hypotheses_bind_emergency_braking(share, clear):
     ahead = limited_trajectory(problem, np.tile([0.8, 0.0], (25, 1)), np.array([0.8, 0.0]))
     rules = Verification(people_acceleration=0.0, min_probability=0.1)
     clearance = Clearance(now=0.12, growth=0.0)
-    checks = rules.verifier(problem, clearance, np.array([0.8, 0.0]), np.zeros(1))
+    checks = rules.verifier(problem, clearance, np.array([0.8, 0.0]), np.zeros(1), np.zeros(1))
     assert checks.accepts(ahead) is clear
 
 

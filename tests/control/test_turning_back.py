@@ -7,6 +7,7 @@ import pytest
 
 from cohelm.control import SsMpcDcbf
 from cohelm.control.trajectories import limited_trajectory
+from cohelm.control.turn_back import turned_back
 from cohelm.control.verification import Verification, Verifier
 from cohelm.messages import Status
 from cohelm.robots.braking import STANDING, braking
@@ -52,7 +53,8 @@ def turned(position, velocity, count):
 
 def verifier(problem, rules=RULES):
     now = np.array([problem.twist[0], problem.twist[2]])
-    return rules.verifier(problem, CLEARANCE, now, lately(problem))
+    courses = np.zeros(len(problem.people))
+    return rules.verifier(problem, CLEARANCE, now, lately(problem), courses)
 
 
 def touch_at(problem, command, where):
@@ -105,7 +107,14 @@ def test_close_behind_somebody_the_chair_does_not_go_fast(turning, passes):
 def test_who_has_stood_for_a_while_does_not_turn_back():
     """0.45 m/s measured where nobody has walked: noise of the tracker."""
     problem = scene(people=walkers([[1.45, 0.0, 0.45, 0.0], [1.0, 2.0, 0.0, 0.8]]))
-    found = RULES._turned_back(problem, np.array([0.2, 0.8]))
+    found = turned_back(
+        problem.people,
+        problem.predictions,
+        np.array([0.2, 0.8]),
+        delay=RULES.turn_back_delay,
+        acceleration=RULES.turn_back_acceleration,
+        top_speed=RULES.turn_back_speed,
+    )
     assert np.ptp(found.mean[0], axis=1).max() == 0.0
     assert found.mean[1, 0, -1, 1] < 2.0 - 1.0
 
@@ -120,7 +129,9 @@ def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
     class Slow(Verification):
         def verifier(self, *given):
             same = super().verifier(*given)
-            return Checks(self, same.problem, same.current_input, same.margins, same.returning)
+            return Checks(
+                self, same.problem, same.current_input, same.margins, same.returning, same.unaware
+            )
 
     planner = SsMpcDcbf(PLANNER.parameters.model_copy(update={"verification": Slow()}))
     plan = planner.plan(scene(speed=0.5, wanted=1.0), None)
@@ -142,7 +153,7 @@ def test_hard_braking_is_asked_for_where_ordinary_braking_is_not_enough(gap, urg
 def test_the_closer_somebody_is_the_harder_it_brakes():
     """Somebody comes: first it slows down, then it brakes, then it brakes hard."""
     given = []
-    for gap in np.arange(2.2, 0.2, -0.2):
+    for gap in np.arange(2.8, 0.2, -0.2):
         problem = scene(people=walkers([[0.8 + gap, 0.0, -1.1, 0.0]]), speed=0.8)
         plan = PLANNER.plan(problem, None)
         given.append((0.8 - plan.command[0]) / 0.05 + plan.urgent)

@@ -74,3 +74,15 @@ def test_wild_inputs_are_tamed():
     # 0.8 m/s² and 2.5 rad/s², 0.05 s for the first; up to the problem's 1 m/s and 1.2 rad/s
     assert trajectory.inputs[:, 0] == pytest.approx([0.04, 0.44, 0.84, 1.0])
     assert trajectory.inputs[:, 1] == pytest.approx([-0.125, -1.2, -1.2, -1.2])
+
+
+def test_a_command_that_the_gate_replaced_is_no_start():
+    """Planned 0.6, sent 0: the wheels brake, so measured 0.47 is 0.47 − (1.0 × 0.18 + 0.02) m/s at
+    least, and no plan begins at 0.6."""
+    problem = local_problem(steps=5, step=0.2, speed=0.47)
+    plan = plan_of(problem, np.tile([0.6, 0.0], (5, 1)))
+    now = dataclasses.replace(problem, time=0.05, commanded=np.zeros(3))
+    delay = 0.1 + problem.robot.actuation_lag
+    lowest = 0.47 - problem.robot.max_deceleration * delay - 0.02
+    assert estimate_current_input(now, plan) == pytest.approx([lowest, 0.0])
+    assert estimate_current_input(dataclasses.replace(now, commanded=None), plan)[0] == 0.6

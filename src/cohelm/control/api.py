@@ -59,6 +59,8 @@ class LocalProblem:
     """(L, m) inputs of the motion that the rider asks for; the plan reports how far it deviates."""
     yields: bool = False
     """Use the rider's motion, or a slower one along it, if it can be verified."""
+    commanded: Annotated[Floats, Shape("3")] | None = None
+    """Twist that the wheels were sent last, after the gate; None: that of the previous plan."""
     late: float = 0.0
     """Delay of this tick, s: an input, so that a replay gives the same plan."""
 

@@ -85,6 +85,8 @@ class PlanningCycle:
     """Time when a walking person last touched the robot, s."""
     person_speeds: Floats
     """(n,) of people lately, m/s."""
+    person_courses: Floats
+    """(n,) times for which people have been on a course into the robot, s."""
     verifier: Verifier
     choice: Choice
 

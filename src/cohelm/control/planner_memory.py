@@ -44,6 +44,8 @@ class PlannerMemory:
     """Side of each person."""
     person_speeds: Annotated[Floats, Shape("n")]
     """Recent speed of each person, m/s, see :func:`recent_speeds`."""
+    person_courses: Annotated[Floats, Shape("n")]
+    """Time for which each person has been on a course into the robot, s, see ``unaware``."""
     tail: Annotated[Floats, Shape("L m")]
     """Inputs that continue the plan beyond its last step."""
     input_time: float

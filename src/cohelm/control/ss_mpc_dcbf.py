@@ -44,6 +44,7 @@ from cohelm.control.sampling import Sampling
 from cohelm.control.stack import Terms
 from cohelm.control.terms import ExtraTerm
 from cohelm.control.trajectories import PLANNED_BRAKING
+from cohelm.control.unaware import times_on_course
 from cohelm.control.validation import check_problem
 from cohelm.control.verification import Verification
 from cohelm.control.warm_start import estimate_current_input, shifted_plan
@@ -140,6 +141,7 @@ class SsMpcDcbf:
         least = len(problem.reference.speeds) - 1
         mpc_problem = problem.truncated(p.steps)
         speeds = recent_speeds(problem.people, memory, problem.time)
+        courses = times_on_course(problem, memory)
         return PlanningCycle(
             problem=problem,
             prepared=self.control.prepare(
@@ -155,7 +157,10 @@ class SsMpcDcbf:
             memory=memory,
             last_contact=last_contact(problem, memory),
             person_speeds=speeds,
-            verifier=p.verification.verifier(mpc_problem, self.clearance, current_input, speeds),
+            person_courses=courses,
+            verifier=p.verification.verifier(
+                mpc_problem, self.clearance, current_input, speeds, courses
+            ),
             choice=p.choice,
         )
 
@@ -236,7 +241,8 @@ class SsMpcDcbf:
                 if cycle.accepts(slower):
                     return slower
         # the closer it is, the harder the stop
-        verifier, stops = cycle.verifier, [*cycle.stops(best), cycle.braking(PLANNED_BRAKING)]
+        verifier = cycle.verifier
+        stops = [*cycle.stops(best), cycle.braking(PLANNED_BRAKING)]
         helpful = []
         for candidate, kept in zip(stops, np.linspace(1.0, 0.0, len(stops)), strict=True):
             trajectory = cycle.trajectory(candidate)
@@ -244,7 +250,9 @@ class SsMpcDcbf:
                 if verifier.stands_in_time(trajectory):
                     return candidate
                 helpful.append(candidate)
-        return helpful[-1] if helpful else None
+        if not helpful or verifier.only_hard_braking_helps(cycle.trajectory(helpful[-1])):
+            return None
+        return helpful[-1]
 
     def _is_late(self, cycle: PlanningCycle) -> bool:
         return cycle.problem.late > self.parameters.late
@@ -266,6 +274,7 @@ class SsMpcDcbf:
             person_id=cycle.problem.people.id,
             person_sides=chosen.passing_sides[1:],
             person_speeds=cycle.person_speeds,
+            person_courses=cycle.person_courses,
             tail=chosen.inputs[cycle.steps :],
             input_time=cycle.problem.time,
             current_input=cycle.current_input,

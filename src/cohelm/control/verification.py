@@ -10,12 +10,12 @@ import math
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Booleans, Floats, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.turn_back import turned_back
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Predictions
 from cohelm.robots.braking import braking
@@ -25,11 +25,6 @@ from cohelm.robots.contact_kernel import ContactMargins
 
 _FINE = 0.05
 """Time between the poses of a verified braking, s."""
-_FASTER = 4.0
-"""Assumed return speed as a multiple of the measured speed, up to ``turn_back_speed``."""
-_WALKED = 0.5
-"""People who have been slower than this lately are assumed not to turn back, m/s: tracking noise is
-up to 0.3 m/s."""
 _NEAR = 2.0
 """Distance up to which a person ahead is near, m."""
 _STALLED_SHARE = 0.5
@@ -40,6 +35,8 @@ _DEVIATION_TIME = 2.5
 round a corner."""
 _DEVIATION_NOW = 0.02
 """Increase of a deviation that is too large already, rad."""
+_REACHED = 0.08
+"""Gap at which somebody reaches a robot that stops, m: a tenth of a second of walking."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -75,6 +72,11 @@ class Verification(Model):
     reaction: float = Field(0.2, gt=0.0)
     """Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
 
+    unaware_after: float = Field(0.1, ge=0.0)
+    """Time on a course into the robot after which a person does not see it, s. The robot stands
+    before such people reach it, also from behind. A small value brakes for people who are about to
+    step aside, a large one for nobody who follows."""
+
     def wall_margin_of(self, problem: LocalProblem) -> float:
         """Gap to a wall that counts as contact in a problem, m."""
         return self.stalled_wall_margin if problem.stalled else self.wall_margin
@@ -84,7 +86,12 @@ class Verification(Model):
         return self.horizon * (_STALLED_SHARE if problem.stalled else 1.0)
 
     def verifier(
-        self, problem: LocalProblem, clearance: Clearance, current_input: Floats, speeds: Floats
+        self,
+        problem: LocalProblem,
+        clearance: Clearance,
+        current_input: Floats,
+        speeds: Floats,
+        courses: Floats,
     ) -> Verifier:
         """Create the checks of the trajectories of one problem.
 
@@ -93,6 +100,7 @@ class Verification(Model):
             clearance: from people.
             current_input: u_{−1}, (m,).
             speeds: (n,) of people lately, m/s.
+            courses: (n,) times for which people have been on a course into the robot, s.
         """
         law = clearance.law(tight=problem.stalled)
         margins = ContactMargins(
@@ -107,33 +115,16 @@ class Verification(Model):
         returning = None
         if self.turn_back_acceleration > 0.0 and not problem.stalled and len(problem.people):
             # a robot that squeezes past is too slow to escape
-            returning = self._turned_back(problem, speeds)
-        return Verifier(self, problem, current_input, margins, returning)
-
-    def _turned_back(self, problem: LocalProblem, speeds: Floats) -> Predictions:
-        """Predictions of all people walking back, since a turn that is not detected yet.
-
-        Who has stood for a while stays.
-
-        The measured position is that of a person who walked on; the turn has taken them behind it.
-        """
-        given = problem.predictions
-        mean, velocity = _return(
-            problem.people.mean,
-            np.asarray(given.step * np.arange(given.mean.shape[2]), dtype=float),
-            speeds > _WALKED,
-            self.turn_back_delay,
-            self.turn_back_acceleration,
-            self.turn_back_speed,
-        )
-        return unchecked(
-            given,
-            names=("turned_back",),
-            weight=np.ones((len(mean), 1)),
-            mean=mean,
-            velocity=velocity,
-            deviation=np.zeros(mean.shape[:3]),
-        )
+            returning = turned_back(
+                problem.people,
+                problem.predictions,
+                speeds,
+                delay=self.turn_back_delay,
+                acceleration=self.turn_back_acceleration,
+                top_speed=self.turn_back_speed,
+            )
+        unaware = courses >= self.unaware_after
+        return Verifier(self, problem, current_input, margins, returning, unaware)
 
 
 class Verifier:
@@ -142,9 +133,9 @@ class Verifier:
     A trajectory may be used if it is swept clear of walls and of the most likely hypothesis of each
     person for a while, and if after its first command the brakes still help as much as now: the
     robot, braking hard, touches nothing that people may do (accelerate, take a less likely way,
-    turn back), or touches it no sooner than if it brakes hard at once. People who
-    follow, or whom no braking avoids, do not veto a trajectory. A stop need not be clear, but
-    braking must still help.
+    turn back), or touches it no sooner than if it brakes hard at once. People who follow, or whom
+    no braking avoids, do not veto a trajectory, unless they do not see the robot and are about to
+    walk into it while it could still stand. A stop need not be clear, but braking must still help.
     """
 
     def __init__(
@@ -154,9 +145,10 @@ class Verifier:
         current_input: Floats,
         margins: ContactMargins,
         returning: Predictions | None,
+        unaware: Booleans,
     ) -> None:
         self.rules, self.problem, self.current_input = rules, problem, current_input
-        self.margins, self.returning = margins, returning
+        self.margins, self.returning, self.unaware = margins, returning, unaware
         self._now: dict[float, Floats] = {}
 
     def accepts(self, trajectory: Trajectory) -> bool:
@@ -166,6 +158,7 @@ class Verifier:
             and self.contact(trajectory) >= self.rules.horizon_of(self.problem)
             and self.brakes_help(trajectory)
             and self._may_brake(trajectory.inputs[0])
+            and self._can_still_stand(trajectory.inputs[0])
         )
 
     def contact(self, trajectory: Trajectory) -> float:
@@ -202,22 +195,47 @@ class Verifier:
         margins = self.margins._replace(people=closest, growth=0.0, followers=False)
         return bool((self._contacts(poses, self.problem.predictions, margins) == np.inf).all())
 
-    def stands_in_time(self, trajectory: Trajectory) -> bool:
-        """Check that a stop ends before a wall, and before anybody touches the robot.
+    def _can_still_stand(self, command: Floats) -> bool:
+        """Check that comfort braking after ``command`` (m,) ends before it is walked into.
 
-        This includes people who catch up from behind: a robot that stands hurts nobody.
+        Only people who do not see the robot count, and only those whom it would not meet standing
+        if it braked at once; also those who follow: a robot that stands hurts nobody.
         """
-        problem = self.problem
-        contact = first_contact(
-            problem.robot,
-            trajectory.poses,
-            trajectory.step,
-            people=problem.people,
-            predictions=problem.predictions,
-            walls=problem.walls,
-            margins=self.margins._replace(people=0.0, growth=0.0, leaving=True),
-        )
-        return contact == np.inf
+        if not self.unaware.any():
+            return True
+        deceleration = self.problem.robot.max_deceleration
+        later = self._reached(command, deceleration)
+        if not later.any():
+            return True
+        return not (later & ~self._reached(np.zeros_like(command), deceleration)).any()
+
+    def stands_in_time(self, stop: Trajectory) -> bool:
+        """Check that a stop ends before a wall, and before anybody reaches the robot."""
+        return bool((self._contacts_of_stop(stop) == np.inf).all())
+
+    def only_hard_braking_helps(self, stop: Trajectory) -> bool:
+        """Check that somebody who does not see the robot walks into it unless it brakes hard."""
+        if not self.unaware.any():
+            return False
+        met = self.unaware & (self._contacts_of_stop(stop)[1:] < np.inf)
+        hard = self.problem.robot.emergency_deceleration
+        return bool((met & ~self._reached(np.zeros_like(self.current_input), hard)).any())
+
+    def _contacts_of_stop(self, stop: Trajectory) -> Floats:
+        """Times (1 + n,) of the contacts of a stop, which the drive executes later, s."""
+        given = self.problem.predictions
+        later = unchecked(given, mean=given.mean + self.rules.reaction * given.velocity)
+        return self._contacts(stop.poses, later, self._reach, step=stop.step)
+
+    def _reached(self, command: Floats, deceleration: float) -> Booleans:
+        """Mask (n,) of unaware people who reach the robot while it brakes after ``command``."""
+        poses = self._braking(command, deceleration)
+        contacts = self._contacts(poses, self.problem.predictions, self._reach)
+        return self.unaware & (contacts[1:] < np.inf)
+
+    @property
+    def _reach(self) -> ContactMargins:
+        return self.margins._replace(people=_REACHED, growth=0.0, leaving=True)
 
     def brakes_help(self, trajectory: Trajectory, share: float = 1.0) -> bool:
         """Check that hard braking after the first command is as good as at once.
@@ -273,13 +291,19 @@ class Verifier:
             step=_FINE,
         )
 
-    def _contacts(self, poses: Floats, predictions: Predictions, margins: ContactMargins) -> Floats:
+    def _contacts(
+        self,
+        poses: Floats,
+        predictions: Predictions,
+        margins: ContactMargins,
+        step: float = _FINE,
+    ) -> Floats:
         """Times (1 + n,) of the contacts of poses (k, 3), s; +inf: none."""
         problem = self.problem
         return contact_times(
             problem.robot,
             poses,
-            _FINE,
+            step,
             people=problem.people,
             predictions=predictions,
             walls=problem.walls,
@@ -300,39 +324,3 @@ class Verifier:
         along = away @ np.array([cos * vx - sin * vy, sin * vx + cos * vy])
         ahead = (along > 0.5 * distance * math.hypot(vx, vy)) & (distance < _NEAR)
         return np.concatenate([[True], ahead])
-
-
-@njit(cache=True)
-def _return(
-    people: Floats,
-    times: Floats,
-    walked: Booleans,
-    delay: float,
-    acceleration: float,
-    top_speed: float,
-) -> tuple[Floats, Floats]:
-    """(positions, velocities), (n, 1, N+1, 2) each, of people (n, 4) who turn back.
-
-    times: (N+1,) since the measurement, s.  walked: (n,) people who have walked lately.  See
-    ``Verification._turned_back``.
-    """
-    count, states = people.shape[0], times.shape[0]
-    mean, velocity = np.empty((count, 1, states, 2)), np.empty((count, 1, states, 2))
-    for i in range(count):
-        speed = math.hypot(people[i, 2], people[i, 3])
-        return_speed = max(speed, min(_FASTER * speed, top_speed))
-        for k in range(states):
-            # s: distance along the former direction, braking, then back at a constant speed
-            elapsed = delay + times[k]
-            turning = min(elapsed, (speed + return_speed) / acceleration)
-            s = speed * turning - 0.5 * acceleration * (turning * turning)
-            s -= return_speed * (elapsed - turning)
-            s -= speed * delay
-            v = -return_speed if elapsed > turning else speed - acceleration * turning
-            if not walked[i]:
-                s, v = 0.0, 0.0
-            for a in range(2):
-                unit = people[i, 2 + a] / max(speed, 1e-9)
-                mean[i, 0, k, a] = people[i, a] + s * unit
-                velocity[i, 0, k, a] = v * unit
-    return mean, velocity

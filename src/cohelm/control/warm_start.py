@@ -22,16 +22,17 @@ _LATENCY, _NOISE = 0.1, 0.02
 def estimate_current_input(problem: LocalProblem, previous: LocalPlan | None) -> Floats:
     """Estimate u_{−1}, the current input of the wheels, (m,).
 
-    It is the last command where odometry confirms it within its lag, else the odometry: this keeps
-    noise out of the plan, and ignores a command that was overruled. It is limited to the robot's
-    abilities, so that commands keep the limits whatever the odometry says.
+    It is the last command, as the gate left it, as far as odometry confirms it within its lag: this
+    keeps noise out of the plan. It is limited to the robot's abilities, so that commands keep the
+    limits whatever the odometry says.
     """
     robot, kinematics = problem.robot, problem.robot.motion_model
     measured = kinematics.input(problem.twist)
     n_linear, top = kinematics.translating, robot.max_speed
     if previous is None or not 0.0 <= problem.time - previous.time <= _STALE:
         return _limited(measured, robot.input_bounds, n_linear, top)
-    commanded = kinematics.input(previous.command)
+    sent = previous.command if problem.commanded is None else problem.commanded
+    commanded = kinematics.input(sent)
     delay = _LATENCY + robot.actuation_lag
     return _confirmed(measured, commanded, robot.input_bounds, n_linear, top, delay)
 

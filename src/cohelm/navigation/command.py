@@ -94,5 +94,6 @@ def local_problem(
         max_deviation=allowance.max_deviation,
         rider_inputs=allowance.rider_inputs,
         yields=authority.yields,
+        commanded=step.commanded,
         late=observation.late,
     )

@@ -108,7 +108,7 @@ class Navigator:
         )
         stopwatch.lap("health")
 
-        step = self._step_input(observation, _with_mode(limited), memory)
+        step = self._step_input(observation, _with_mode(limited), memory, last)
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
         confidence = update_confidence(observation, self.walls, memory.confidence)
         authority, authority_state = self._rider_authority(step, confidence)
@@ -172,13 +172,21 @@ class Navigator:
         )
         return tick_of(observation, request, results, stopwatch.laps)
 
-    def _step_input(self, observation: Observation, request: Request, memory: Memory) -> StepInput:
+    def _step_input(
+        self, observation: Observation, request: Request, memory: Memory, last: Tick | None
+    ) -> StepInput:
         """Apply the speed limits of the map, which hold for all stages."""
         setup = self.setup
         limited = with_zone_limits(
             request, setup.filters, setup.robot, observation, memory.route, setup.zones
         )
-        return StepInput(setup=setup, observation=observation, request=limited, memory=memory)
+        return StepInput(
+            setup=setup,
+            observation=observation,
+            request=limited,
+            memory=memory,
+            commanded=last.decision.twist if last else None,
+        )
 
     def _rider_authority(
         self, step: StepInput, confidence: ChairConfidence

@@ -118,3 +118,5 @@ class StepInput:
     """With the speed limits of the map."""
     memory: Memory
     """Memory of the previous step."""
+    commanded: Floats | None = None
+    """Twist (3,) that the wheels were sent last."""

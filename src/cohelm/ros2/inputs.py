@@ -129,7 +129,8 @@ class Inputs:
         cloud = None
         if mount is not None and math.isfinite(time):
             try:
-                cloud = ros.cloud(message, time, mount)
+                cloud, far = ros.cloud(message, time, mount)
+                problem = f"{far} points are too far away for any sensor" if far else problem
             except ValueError as error:
                 problem = str(error)
         with self._lock:
