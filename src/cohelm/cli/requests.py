@@ -84,8 +84,7 @@ class DriveRequest:
 
     scenario: Scenario = "hospital"
     platform: Annotated[
-        str | None,
-        typer.Option(metavar="FILE.yaml|NAME", help="Chair that drives; default: the simulation."),
+        str | None, typer.Option(metavar="FILE.yaml|NAME", help="Chair; default: simulated.")
     ] = None
     map: OwnMap = None
     start: Annotated[
@@ -277,14 +276,10 @@ class PeopleRequest:
         typer.Option(metavar="FILE", help="Labels to score against; may be the recording itself."),
     ] = None
     map: Annotated[
-        str | None,
-        typer.Option("--map", metavar="FILE.yaml", help="Map of the static obstacles."),
+        str | None, typer.Option("--map", metavar="FILE.yaml", help="Map of static obstacles.")
     ] = None
     robot: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME|FILE", help="Robot of the recording: returns on it are its own."
-        ),
+        str | None, typer.Option(metavar="NAME|FILE", help="Robot whose outline hides returns.")
     ] = None
     topic: Annotated[
         str | None, typer.Option(metavar="NAME", help="Topic of a bag; default: all sensors.")

@@ -19,7 +19,7 @@ from cohelm.maps import write_map
 
 if TYPE_CHECKING:
     from cohelm.live import Drive
-    from cohelm.ros2.findings import Finding
+    from cohelm.ros2.findings import CheckFinding
     from cohelm.ros2.parameters import Ros2Parameters
 
 WATCH = 5.0
@@ -126,7 +126,7 @@ def _as_drive(request: Ros2Request) -> DriveRequest:
     )
 
 
-def _print(findings: list[Finding]) -> None:
+def _print(findings: list[CheckFinding]) -> None:
     for each in findings:
         print_line(f"{'ok   ' if each.fine else 'FAULT'}  {each.what}: {each.text}")
         if each.remedy:

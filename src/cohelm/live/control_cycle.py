@@ -21,8 +21,6 @@ from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.step_requests import UnsentReadings, step_request
 from cohelm.live.control.time_rate import ABSORBED_LATENESS, TimeRate
 from cohelm.live.control.watchdog import (
-    CONFIRM_AFTER,
-    CONFIRM_REAL_AFTER,
     INPUT_FAULTS,
     MAX_ANSWER_LATENCY,
     Watchdog,
@@ -35,7 +33,6 @@ from cohelm.live.services import Services
 from cohelm.messages import RiderProfile
 from cohelm.reasons import Reason
 from cohelm.safety import stop
-from cohelm.simulation import is_standing
 
 STEP = 0.05
 """Control period, s."""
@@ -74,11 +71,9 @@ class ControlCycle:
         self._send, self._clock, self._unstored = send, clock, unstored
         self.unstored_rows = ""  # reason why the navigator's process stores no rows
         self.time_rate = TimeRate()
-        self._requested_time = -math.inf
-        """``LiveWorld.time`` of the last observation that was sent, s."""
+        self._requested_time = -math.inf  # ``LiveWorld.time`` of the last observation sent, s
         self.world: LiveWorld | None = None
-        self._starting = True
-        """True until the navigator has made a decision in this world."""
+        self._starting = True  # until the navigator has made a decision in this world
         self.paused = False
         """True while the simulation is paused."""
         self.awaits_world = False
@@ -95,13 +90,11 @@ class ControlCycle:
         self._heartbeat_seq, self._requested_epoch = -1, 0
         """``Heartbeat.seq`` behind the command; ``LinkState.epoch`` at the last request."""
         self._unsent = UnsentReadings()
-        self._touching = False
-        """True while the chair is in contact with something."""
+        self._touching = False  # the chair is in contact with something
         self.arrived = False
         """True from an arrival to the next motion."""
         self.ticks = 0
-        self.answered_mission = -1
-        """``Mission.version`` of the navigator's last answer; −1: none since it started."""
+        self.answered_mission = -1  # ``Mission.version`` of the last answer; −1: none yet
         self.stops = 0
         """Number of stops by the watchdog."""
 
@@ -110,7 +103,7 @@ class ControlCycle:
         """True if the chair moves, or has a command to move."""
         if self.world is None:
             return False
-        return bool(self.command.twist.any()) or not self._stands(self.world)
+        return bool(self.command.twist.any()) or not self.world.stands
 
     def enter(self, world: LiveWorld) -> None:
         """Put the chair into another world, where it stands without a destination.
@@ -268,12 +261,8 @@ class ControlCycle:
         self.view = self.view.updated(answer, driver.mission)
         current = answer.mission_version == driver.mission.version
         has_goal = driver.mission.goal is not None
-        if answer.arrived and current and has_goal and self._stands(world):
+        if answer.arrived and current and has_goal and world.stands:
             self._arrive()
-
-    @staticmethod
-    def _stands(world: LiveWorld) -> bool:
-        return bool(is_standing(world.twist))
 
     def _select_command(self, now: float) -> None:
         """Set the decision at the wheels."""
@@ -289,7 +278,7 @@ class ControlCycle:
             hold_reason = Reason.RELEASE_STICK
         if self._starting:
             hold_reason = Reason.STARTING
-        elif watchdog.decision is None or now - watchdog.at > self._confirm_after:
+        elif watchdog.silent(now, simulated=self.world is None or self.world.simulated):
             self.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
         time = self.world.time(now) if self.world is not None else 0.0
         selected = watchdog.select_command(time, hold_reason)
@@ -303,12 +292,6 @@ class ControlCycle:
         limit = self._settings.limits.max_acceleration
         dt = STEP * self.time_rate.advances
         self.command = limit_acceleration(selected, self.command.twist, limit, dt)
-
-    @property
-    def _confirm_after(self) -> float:
-        """Silence of the navigator after which the driver must confirm, s."""
-        real = self.world is not None and not self.world.simulated
-        return CONFIRM_REAL_AFTER if real else CONFIRM_AFTER
 
     def _set_starting(self, starting: bool) -> None:
         """Require confirmation if a destination was chosen before the chair was ready."""

@@ -95,7 +95,7 @@ class DriveHealth:
     rate: float = 1.0
     """Speed of simulated time, 1: real time."""
     unstored: str = ""
-    """What cannot be stored, and why; empty: everything is."""
+    """Sentences about what cannot be stored; empty: everything is."""
 
 
 class Drive:
@@ -314,7 +314,7 @@ class Drive:
 
     @property
     def unstored(self) -> str:
-        """What cannot be stored, and why, in sentences; empty: everything is stored."""
+        """Sentences about what cannot be stored, and why; empty: everything is stored."""
         rides, limits, audit = self._services.rides, self._settings, self._audit
         found = (
             (limits.error, "The limits in force are not stored, and end with the program"),

@@ -1,4 +1,4 @@
-"""What rider or planner ask of the gate, and the problem that a local planner is given."""
+"""Commands of rider or planner to the gate, and the problem of the local planner."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Command:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Allowance:
-    """What the local planner may do in this step."""
+    """Permissions of the local planner in this step."""
 
     speed_limit: float
     """m/s."""

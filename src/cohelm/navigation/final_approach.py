@@ -10,6 +10,7 @@ from cohelm.arrays import Floats
 from cohelm.geometry import arc_length, resample
 from cohelm.maps import DistanceField
 from cohelm.messages import Path
+from cohelm.navigation.tick import StepInput, Tick
 from cohelm.robots import Robot
 
 _LENGTH = 1.0
@@ -89,3 +90,17 @@ def _with_points(path: Path, points: Floats) -> Path:
         without_wishes=points,
         pivots=np.empty(0, dtype=np.int64),
     )
+
+
+def has_arrived(step: StepInput, last: Tick | None) -> bool:
+    """Check the distance to the goal, with hysteresis.
+
+    The tolerance of a slow chair is larger, so that it does not turn for the last centimetres.
+    """
+    setup, observation, request = step.setup, step.observation, step.request
+    distance = float(np.hypot(*(request.goal - observation.pose[:2])))
+    stays = last is not None and last.arrived and np.array_equal(last.request.goal, request.goal)
+    slow = float(np.hypot(*observation.twist[:2])) < setup.goal_slow_speed
+    if not stays and slow and last is not None:
+        return bool(distance <= max(setup.goal_slow_tolerance, setup.goal_tolerance))
+    return bool(distance <= setup.goal_tolerance * (2.0 if stays else 1.0))

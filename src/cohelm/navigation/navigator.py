@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 
-from cohelm import sharing
 from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
-from cohelm.health import beam_map, monitor
+from cohelm.health import Health, HealthState, beam_map, monitor
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
-    ChairConfidence,
     Decision,
     DestinationBelief,
     LocalPlan,
@@ -29,10 +28,13 @@ from cohelm.navigation.belief_help import with_belief_help
 from cohelm.navigation.chair_confidence import update_confidence
 from cohelm.navigation.command import Allowance, Command, local_problem, tight_limit
 from cohelm.navigation.destination_inference import DestinationState, destination_inference
+from cohelm.navigation.final_approach import has_arrived
+from cohelm.navigation.final_decision import decide, gated
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
 from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
 from cohelm.navigation.recovery.stages import RecoveryAction
+from cohelm.navigation.rider_authority import limited_authority, rider_authority
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.stage_results import (
     StageResults,
@@ -47,8 +49,8 @@ from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import WorldModel, update_world_model
 from cohelm.navigation.yielding import rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
-from cohelm.safety import check_input, gate, stop
-from cohelm.sharing import AuthorityState
+from cohelm.safety import GateState, check_input
+from cohelm.sharing import SteeringState
 from cohelm.stopwatch import Stopwatch
 
 
@@ -87,18 +89,74 @@ class Navigator:
             last: the previous tick, None at first.
         """
         stopwatch = Stopwatch()
-        memory = last.memory if last else Memory()
+        checked = self._check(observation, request, last)
+        if isinstance(checked, Tick):
+            return checked
+        stopwatch.lap("health")
 
-        # Input that is invalid or too old stops the chair before any stage uses it.
-        fault, gate_state = check_input(
-            observation, request, self.setup.robot, memory.gate, self.setup.gate
+        step = checked.step
+        world = update_world_model(step, self.walls, self.barriers, stopwatch)
+        confidence = update_confidence(observation, self.walls, step.memory.confidence)
+        authority, authority_state = rider_authority(step, confidence)
+        authority, yielding = with_yielding(step, authority, last)
+        destinations, destination_state = self._destinations(step, authority)
+        stopwatch.lap("sharing")
+
+        # Recovery, if the ride makes no progress although it should.
+        arrived = has_arrived(step, last)
+        hold = arrived or self._holds(step.request, authority)
+        update = update_recovery(step, world, authority, hold=hold)
+        authority = limited_authority(step, authority, update.action)
+
+        course = plan_path_and_reference(step, world, authority, update.action, hold=hold)
+        stopwatch.lap("planning")
+        motion = self._motion(
+            step,
+            world,
+            authority,
+            course,
+            belief=destinations,
+            recovery=update.action,
+            last=last,
+            arrived=arrived,
         )
+        stopwatch.lap("control")
+
+        # The gate has the last word.
+        decision = self._decide(step, world, motion, checked.health, update.action)
+        stopwatch.lap("safety")
+        results = StageResults(
+            gate=checked.gate,
+            health=checked.health,
+            health_state=checked.health_state,
+            world=world,
+            authority_state=authority_state,
+            authority=authority,
+            arrived=arrived,
+            recovery=update,
+            course=motion.course,
+            plan=motion.plan,
+            decision=decision,
+            steering=motion.steering,
+            yielding=yielding,
+            confidence=confidence,
+            destinations=destinations,
+            destination_state=destination_state,
+        )
+        return tick_of(observation, request, results, stopwatch.laps)
+
+    def _check(
+        self, observation: Observation, request: Request, last: Tick | None
+    ) -> _Checked | Tick:
+        """Check the input; the tick that stops the chair if it is not trusted."""
+        setup, memory = self.setup, last.memory if last else Memory()
+        # Input that is invalid or too old stops the chair before any stage uses it.
+        fault, gate_state = check_input(observation, request, setup.robot, memory.gate, setup.gate)
         if fault is not None:
             return stopped_by_input(observation, request, fault, gate_state, last)
-
         # Redundant input that does not agree slows the chair, or stops it.
         health, health_state = monitor(
-            observation, request, self.setup.robot, self.beams, memory.health, self.setup.health
+            observation, request, setup.robot, self.beams, memory.health, setup.health
         )
         memory = dataclasses.replace(memory, health=health_state)
         if health.stop is not None:
@@ -106,71 +164,8 @@ class Navigator:
         limited = dataclasses.replace(
             request, speed_limit=min(request.speed_limit, health.speed_limit)
         )
-        stopwatch.lap("health")
-
         step = self._step_input(observation, _with_mode(limited), memory, last)
-        world = update_world_model(step, self.walls, self.barriers, stopwatch)
-        confidence = update_confidence(observation, self.walls, memory.confidence)
-        authority, authority_state = self._rider_authority(step, confidence)
-        authority, yielding = with_yielding(step, authority, last)
-        destinations, destination_state = self._destinations(step, authority)
-        stopwatch.lap("sharing")
-
-        # Recovery, if the ride makes no progress although it should.
-        arrived = self._has_arrived(step, last)
-        hold = arrived or self._holds(step.request, authority)
-        update = update_recovery(step, world, authority, hold=hold)
-        recovery = update.action
-        authority = self._limit_authority(step, authority, recovery)
-
-        course = plan_path_and_reference(step, world, authority, recovery, hold=hold)
-        stopwatch.lap("planning")
-        steering = None
-        if step.request.mode is Mode.SHARED:
-            intent, steering = intent_of(step, world, authority)
-            course = dataclasses.replace(course, rider_inputs=rider_inputs(authority, intent))
-        if step.request.mode is Mode.ASSISTED:
-            helped = with_belief_help(step, self.destinations, destinations, authority)
-            intent, steering = intent_of(step, world, helped)
-            course = dataclasses.replace(course, shared=intent.reference)
-            plan, command = steer(
-                step,
-                world,
-                helped,
-                intent,
-                last.plan if last else None,
-                lambda twist: self._gate(twist, step, world, world.walls),
-            )
-        else:
-            plan, command = self._plan(
-                step, world, authority, course, recovery=recovery, last=last, arrived=arrived
-            )
-        stopwatch.lap("control")
-
-        # The gate has the last word.
-        decision = self._decide(step, world, command, planned=plan is not None)
-        decision = with_recovery_reason(decision, plan, observation.twist, recovery)
-        decision = with_health_reason(decision, health)
-        stopwatch.lap("safety")
-        results = StageResults(
-            gate=gate_state,
-            health=health,
-            health_state=health_state,
-            world=world,
-            authority_state=authority_state,
-            authority=authority,
-            arrived=arrived,
-            recovery=update,
-            course=course,
-            plan=plan,
-            decision=decision,
-            steering=steering,
-            yielding=yielding,
-            confidence=confidence,
-            destinations=destinations,
-            destination_state=destination_state,
-        )
-        return tick_of(observation, request, results, stopwatch.laps)
+        return _Checked(step, gate_state, health, health_state)
 
     def _step_input(
         self, observation: Observation, request: Request, memory: Memory, last: Tick | None
@@ -188,24 +183,6 @@ class Navigator:
             commanded=last.decision.twist if last else None,
         )
 
-    def _rider_authority(
-        self, step: StepInput, confidence: ChairConfidence
-    ) -> tuple[Authority, AuthorityState]:
-        """Compute the rider's input and its weight η."""
-        setup = self.setup
-        return sharing.authority(
-            step.observation,
-            step.request.profile,
-            setup.robot,
-            horizon=sharing.InputHorizon(
-                steps=setup.local_planner.steps, step=setup.local_planner.step
-            ),
-            speed_limit=setup.speed_limit(step.request),
-            memory=step.memory.authority,
-            parameters=setup.authority,
-            chair=confidence.total,
-        )
-
     def _destinations(
         self, step: StepInput, authority: Authority
     ) -> tuple[DestinationBelief | None, DestinationState | None]:
@@ -220,21 +197,6 @@ class Navigator:
             step.memory.destinations,
         )
 
-    def _has_arrived(self, step: StepInput, last: Tick | None) -> bool:
-        """Check the distance to the goal, with hysteresis.
-
-        The tolerance of a slow chair is larger, so that it does not turn for the last centimetres.
-        """
-        setup, observation, request = self.setup, step.observation, step.request
-        distance = float(np.hypot(*(request.goal - observation.pose[:2])))
-        stays = (
-            last is not None and last.arrived and np.array_equal(last.request.goal, request.goal)
-        )
-        slow = float(np.hypot(*observation.twist[:2])) < setup.goal_slow_speed
-        if not stays and slow and last is not None:
-            return bool(distance <= max(setup.goal_slow_tolerance, setup.goal_tolerance))
-        return bool(distance <= setup.goal_tolerance * (2.0 if stays else 1.0))
-
     def _holds(self, request: Request, authority: Authority) -> bool:
         """Check that the chair need not make progress: the rider drives or requests a stop."""
         return (
@@ -244,22 +206,40 @@ class Navigator:
             or self.setup.speed_limit(request) <= 0.0
         )
 
-    def _limit_authority(
-        self, step: StepInput, authority: Authority, recovery: RecoveryAction
-    ) -> Authority:
-        """Reduce η where the chair takes over: during recovery and at the end of the path."""
-        route = step.memory.route
-        if step.request.mode is not Mode.SHARED or route is None:
-            return authority
-        if recovery.takes_over:
-            # A chair at rest must not set off against a stick that is pulled back.
-            if authority.deflection[0] <= -self.setup.authority.stop_deflection:
-                return authority
-            return dataclasses.replace(authority, eta=0.0)
-        if authority.yields:
-            return authority
-        remaining = route.path.length - route.progress
-        return sharing.limit_authority(authority, remaining, self.setup.authority)
+    def _motion(
+        self,
+        step: StepInput,
+        world: WorldModel,
+        authority: Authority,
+        course: PathAndReference,
+        *,
+        belief: DestinationBelief | None,
+        recovery: RecoveryAction,
+        last: Tick | None,
+        arrived: bool,
+    ) -> _Motion:
+        """Compute the command: that of a rider who is helped with steering, or of the planner."""
+        mode, steering = step.request.mode, None
+        if mode is Mode.ASSISTED:
+            helped = with_belief_help(step, self.destinations, belief, authority)
+            intent, steering = intent_of(step, world, helped)
+            plan, command = steer(
+                step,
+                world,
+                helped,
+                intent,
+                last.plan if last else None,
+                lambda twist: gated(twist, step, world, world.walls),
+            )
+            course = dataclasses.replace(course, shared=intent.reference)
+            return _Motion(plan, command, course, steering)
+        if mode is Mode.SHARED:
+            intent, steering = intent_of(step, world, authority)
+            course = dataclasses.replace(course, rider_inputs=rider_inputs(authority, intent))
+        plan, command = self._plan(
+            step, world, authority, course, recovery=recovery, last=last, arrived=arrived
+        )
+        return _Motion(plan, command, course, steering)
 
     def _plan(
         self,
@@ -326,48 +306,41 @@ class Navigator:
         return local_walls(setup.grid, self.barriers, live, pose[:2], setup.window)
 
     def _decide(
-        self, step: StepInput, world: WorldModel, command: Command, *, planned: bool
+        self,
+        step: StepInput,
+        world: WorldModel,
+        motion: _Motion,
+        health: Health,
+        recovery: RecoveryAction,
     ) -> Decision:
-        """Pass the command through the gate; keep its own reason where the gate gives none.
-
-        A plan keeps clear of walls by itself, also if the rider drives.
-        """
-        if planned and step.request.mode is Mode.ASSISTED:
-            shared = dataclasses.replace(step.request, mode=Mode.SHARED)
-            step = dataclasses.replace(step, request=shared)
-        if command.twist is None:
-            return stop(command.reason or Reason.PLANNING)
-        decision = self._gate(command.twist, step, world, world.walls)
-        if command.urgent:
-            decision = dataclasses.replace(decision, twist=np.zeros(3), emergency=True)
-        if decision.reason is Reason.BLOCKED and self._only_keepout(command.twist, step, world):
-            return dataclasses.replace(decision, reason=Reason.KEEPOUT)
-        if decision.reason is None and command.reason is not None:
-            return dataclasses.replace(decision, reason=command.reason)
-        return decision
-
-    def _only_keepout(self, twist: Floats, step: StepInput, world: WorldModel) -> bool:
-        """Check that without keepout zones the gate would let the twist pass."""
-        if self.barriers is self.walls:
-            return False
-        setup, position = self.setup, step.observation.pose[:2]
-        physical = local_walls(setup.grid, self.walls, world.live, position, setup.window)
-        return self._gate(twist, step, world, physical).reason is not Reason.BLOCKED
-
-    def _gate(
-        self, twist: Floats, step: StepInput, world: WorldModel, walls: DistanceField
-    ) -> Decision:
-        return gate(
-            twist,
-            step.observation,
-            step.request,
-            self.setup.robot,
-            walls=walls,
-            people=world.people,
-            predictions=world.predictions,
-            clearance=self.setup.clearance,
-            parameters=self.setup.gate,
+        """Decide on the command, with the reason that matters most."""
+        decision = decide(
+            step,
+            world,
+            motion.command,
+            planned=motion.plan is not None,
+            without_keepout=None if self.barriers is self.walls else self.walls,
         )
+        decision = with_recovery_reason(decision, motion.plan, step.observation.twist, recovery)
+        return with_health_reason(decision, health)
+
+
+class _Checked(NamedTuple):
+    """Input that is trusted."""
+
+    step: StepInput
+    gate: GateState
+    health: Health
+    health_state: HealthState
+
+
+class _Motion(NamedTuple):
+    """Command of rider or planner."""
+
+    plan: LocalPlan | None
+    command: Command
+    course: PathAndReference
+    steering: SteeringState | None
 
 
 def _with_mode(request: Request) -> Request:

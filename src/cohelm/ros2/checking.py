@@ -18,7 +18,7 @@ from cohelm.robots import Robot
 from cohelm.ros2.conversions import grid_of
 from cohelm.ros2.dds import LATCHED, DdsNode
 from cohelm.ros2.findings import (
-    Finding,
+    CheckFinding,
     check_base,
     check_inputs,
     check_map,
@@ -45,7 +45,7 @@ _MARGIN = 6.0
 class Report:
     """Result of a check."""
 
-    findings: tuple[Finding, ...]
+    findings: tuple[CheckFinding, ...]
     grid: OccupancyGrid
     robot: Robot
     observation: Observation
@@ -92,7 +92,7 @@ def check(
     )
 
 
-def move(parameters: Ros2Parameters) -> Finding:
+def move(parameters: Ros2Parameters) -> CheckFinding:
     """Drive 0.2 m forward at 0.1 m/s, and compare with the odometry."""
     node = RobotNode(parameters)
     try:

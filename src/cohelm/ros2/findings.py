@@ -31,7 +31,7 @@ _MOUNT_TOLERANCE = 0.1
 _MAX_BEAMS = 180
 
 
-class Finding(NamedTuple):
+class CheckFinding(NamedTuple):
     """One line of the check."""
 
     fine: bool
@@ -64,7 +64,7 @@ def missing_inputs(parameters: Ros2Parameters, inputs: Inputs) -> list[str]:
 
 def check_inputs(
     parameters: Ros2Parameters, inputs: Inputs, offered: dict[str, str]
-) -> list[Finding]:
+) -> list[CheckFinding]:
     """Return the findings about clock, topics and frames.
 
     Args:
@@ -84,12 +84,12 @@ def check_inputs(
     return out
 
 
-def check_base(parameters: Ros2Parameters, subscribers: int) -> Finding:
+def check_base(parameters: Ros2Parameters, subscribers: int) -> CheckFinding:
     """Return the finding about the number of subscribers of the command topic."""
     kind, other = ("TwistStamped", "false") if parameters.stamped else ("Twist", "true")
     if subscribers:
-        return Finding(True, parameters.command, f"{kind}, {subscribers} subscribers")
-    return Finding(
+        return CheckFinding(True, parameters.command, f"{kind}, {subscribers} subscribers")
+    return CheckFinding(
         False,
         parameters.command,
         f"nobody subscribes to {kind}",
@@ -97,11 +97,11 @@ def check_base(parameters: Ros2Parameters, subscribers: int) -> Finding:
     )
 
 
-def missing_map(topic: str, offered: dict[str, str]) -> Finding:
+def missing_map(topic: str, offered: dict[str, str]) -> CheckFinding:
     """Return the finding about a map that did not come."""
     quality = offered.get(topic)
     if quality is not None and ("volatile" in quality or "best effort" in quality):
-        return Finding(
+        return CheckFinding(
             False,
             topic,
             f"no map, though it is published as {quality}",
@@ -110,21 +110,21 @@ def missing_map(topic: str, offered: dict[str, str]) -> Finding:
     return _silent(topic, offered)
 
 
-def _clock(inputs: Inputs) -> Finding:
+def _clock(inputs: Inputs) -> CheckFinding:
     clock = inputs.clock
     if not isinstance(clock, RobotClock):
-        return Finding(True, "clock", "this computer's")
+        return CheckFinding(True, "clock", "this computer's")
     if clock.silent:
-        return Finding(
+        return CheckFinding(
             False,
             "clock",
             "no message on /clock",
             "start the simulator, or remove 'use_sim_time: true'",
         )
-    return Finding(True, "clock", "/clock")
+    return CheckFinding(True, "clock", "/clock")
 
 
-def _topic(kind: str, topic: str, inputs: Inputs, offered: dict[str, str]) -> Finding:
+def _topic(kind: str, topic: str, inputs: Inputs, offered: dict[str, str]) -> CheckFinding:
     found = inputs.topics.get(topic)
     if found is None:
         return _silent(topic, offered)
@@ -132,38 +132,38 @@ def _topic(kind: str, topic: str, inputs: Inputs, offered: dict[str, str]) -> Fi
     if math.isfinite(found.delay):
         facts += f", delay {1e3 * found.delay:.0f} ms"
     if found.problem:
-        return Finding(False, topic, f"{facts}: {found.problem}", _mount_remedy(found, inputs))
+        return CheckFinding(False, topic, f"{facts}: {found.problem}", _mount_remedy(found, inputs))
     if abs(found.delay) > 1.0:
-        return Finding(
+        return CheckFinding(
             False,
             topic,
             f"{facts}: stamps are not of this clock",
             "synchronise the computers (chrony), or set 'use_sim_time: true' for a simulator",
         )
     if found.delay > MAX_DELAY:
-        return Finding(
+        return CheckFinding(
             False,
             topic,
             f"{facts}: stamps are old",
             f"the driver must stamp when it measures, and send within {MAX_DELAY:g} s",
         )
     if found.rate < MIN_RATES[kind]:
-        return Finding(
+        return CheckFinding(
             False, topic, f"{facts}: too slow", f"at least {MIN_RATES[kind]:g} Hz are needed"
         )
-    return Finding(True, topic, facts)
+    return CheckFinding(True, topic, facts)
 
 
-def _silent(topic: str, offered: dict[str, str]) -> Finding:
+def _silent(topic: str, offered: dict[str, str]) -> CheckFinding:
     if topic in offered:
-        return Finding(
+        return CheckFinding(
             False,
             topic,
             f"no message, though it is published as {offered[topic]}",
             "compare type and quality of service: ros2 topic info --verbose " + topic,
         )
     known = ", ".join(sorted(offered)) or "none"
-    return Finding(
+    return CheckFinding(
         False,
         topic,
         f"nobody publishes it{nearest(topic, list(offered))}",
@@ -183,47 +183,47 @@ def _mount_remedy(found: TopicStatistics, inputs: Inputs) -> str:
     return "correct its driver"
 
 
-def _base(parameters: Ros2Parameters, inputs: Inputs) -> Finding:
+def _base(parameters: Ros2Parameters, inputs: Inputs) -> CheckFinding:
     frames, moving = parameters.frames, inputs.topics.get(parameters.odometry)
     if moving is None:
-        return Finding(False, "odometry frame", "unknown without odometry", "see above")
+        return CheckFinding(False, "odometry frame", "unknown without odometry", "see above")
     child = name(moving.frame)
     if inputs.frames.pose(child, frames.base) is None and child != frames.base:
-        return Finding(
+        return CheckFinding(
             False,
             "odometry frame",
             f"no transform from '{child}' to '{frames.base}'",
             "publish it, or correct 'frames.base'",
         )
-    return Finding(True, "odometry frame", f"'{child}'")
+    return CheckFinding(True, "odometry frame", f"'{child}'")
 
 
-def _localiser(parameters: Ros2Parameters, inputs: Inputs) -> Finding:
+def _localiser(parameters: Ros2Parameters, inputs: Inputs) -> CheckFinding:
     frames = parameters.frames
     what = f"{frames.map or frames.odom} → {frames.odom}"
     if frames.map is None:
-        return Finding(True, "localiser", "none: odometry frame, no map, no destinations")
+        return CheckFinding(True, "localiser", "none: odometry frame, no map, no destinations")
     found = inputs.localised()
     if found is None:
-        return Finding(
+        return CheckFinding(
             False,
             what,
             "no transform",
             "start the localiser (AMCL) and give it an initial pose, or set 'frames.map: null'",
         )
     if found[1] > parameters.limits.localiser:
-        return Finding(
+        return CheckFinding(
             False,
             what,
             f"the last transform came {found[1]:.1f} s ago",
             "the localiser must publish at least 5 a second; raise 'limits.localiser' if it does",
         )
-    return Finding(True, what, f"{1e3 * found[1]:.0f} ms old")
+    return CheckFinding(True, what, f"{1e3 * found[1]:.0f} ms old")
 
 
 def check_map(
     grid: OccupancyGrid, walls: DistanceField, pose: Floats, scans: tuple[Scan, ...]
-) -> list[Finding]:
+) -> list[CheckFinding]:
     """Return the findings about map, pose and scans.
 
     Args:
@@ -235,7 +235,7 @@ def check_map(
     out = []
     if not (grid.data < 0).any() and not _is_closed(grid):
         out.append(
-            Finding(
+            CheckFinding(
                 False,
                 "map",
                 "open at its edge, and no cell is unknown: what nobody has seen counts as free",
@@ -247,7 +247,9 @@ def check_map(
     if not inside or grid.blocked()[int(cell[0]), int(cell[1])]:
         where = "outside the map" if not inside else "in a wall or in unknown space"
         out.append(
-            Finding(False, "pose", f"the chair is {where}", "give the localiser an initial pose")
+            CheckFinding(
+                False, "pose", f"the chair is {where}", "give the localiser an initial pose"
+            )
         )
         return out
     return out + [_matching(scan, walls, pose) for scan in scans]
@@ -260,25 +262,25 @@ def _is_closed(grid: OccupancyGrid) -> bool:
     return all(bool(each.all()) for each in edges)
 
 
-def _matching(scan: Scan, walls: DistanceField, pose: Floats) -> Finding:
+def _matching(scan: Scan, walls: DistanceField, pose: Floats) -> CheckFinding:
     upright = match(scan.ranges, scan, walls, pose)
     mirrored = match(scan.ranges[::-1], scan, walls, pose)
     what = f"scan at ({scan.mount[0]:.2f}, {scan.mount[1]:.2f}) and map"
     if mirrored > max(upright + 0.15, MIN_MATCH):
-        return Finding(
+        return CheckFinding(
             False,
             what,
             f"mirrored: {mirrored:.0%} of its returns are near walls, as it is {upright:.0%}",
             "the scanner is upside down: give its transform roll 180°, or reverse its driver",
         )
     if upright < MIN_MATCH:
-        return Finding(
+        return CheckFinding(
             False,
             what,
             f"only {upright:.0%} of its returns are near walls",
             "check the initial pose, the scanner's transform (yaw) and the map",
         )
-    return Finding(True, what, f"{upright:.0%} of its returns are near walls")
+    return CheckFinding(True, what, f"{upright:.0%} of its returns are near walls")
 
 
 def match(ranges: Floats, scan: Scan, walls: DistanceField, pose: Floats) -> float:
@@ -293,7 +295,7 @@ def match(ranges: Floats, scan: Scan, walls: DistanceField, pose: Floats) -> flo
     return float((walls.at(points) <= NEAR).mean())
 
 
-def check_motion(commanded: float, before: Floats, after: Floats) -> Finding:
+def check_motion(commanded: float, before: Floats, after: Floats) -> CheckFinding:
     """Return the finding about a short test drive.
 
     Args:
@@ -303,31 +305,31 @@ def check_motion(commanded: float, before: Floats, after: Floats) -> Finding:
     ahead = np.array([math.cos(before[2]), math.sin(before[2])])
     moved = float((after[:2] - before[:2]) @ ahead)
     if moved < -0.3 * commanded:
-        return Finding(
+        return CheckFinding(
             False,
             "motion",
             f"a forward command moved the base {-moved:.2f} m backwards",
             "correct the sign in the base driver: linear.x > 0 is forward (REP-103)",
         )
     if moved < 0.3 * commanded:
-        return Finding(
+        return CheckFinding(
             False,
             "motion",
             f"a command of {commanded:.2f} m moved the base {moved:.2f} m",
             "check emergency stop, motor power and the command topic's name and type",
         )
-    return Finding(True, "motion", f"{moved:.2f} m for {commanded:.2f} m")
+    return CheckFinding(True, "motion", f"{moved:.2f} m for {commanded:.2f} m")
 
 
 def check_sensors(
     parameters: Ros2Parameters, robot: Robot, scans: tuple[Scan, ...]
-) -> list[Finding]:
+) -> list[CheckFinding]:
     """Return the finding about the scanners that the robot's file declares."""
     declared = len(robot.lasers) + len(robot.cloud_mounts)
     topics = len(parameters.scans) + len(parameters.clouds)
     if declared != topics:
         return [
-            Finding(
+            CheckFinding(
                 False,
                 "robot file",
                 f"{robot.name} has {declared} scanners, the file lists {topics} topics",
@@ -340,11 +342,11 @@ def check_sensors(
         apart = np.hypot(*(mounts[:, :2] - scan.mount[:2]).T).min() if len(mounts) else math.inf
         if apart > _MOUNT_TOLERANCE:
             out.append(
-                Finding(
+                CheckFinding(
                     False,
                     "robot file",
                     f"its scanner is {apart:.2f} m away from that of the transforms",
                     f"write pose: [{scan.mount[0]:.2f}, {scan.mount[1]:.2f}, {scan.mount[2]:.2f}]",
                 )
             )
-    return out or [Finding(True, "robot file", robot.name)]
+    return out or [CheckFinding(True, "robot file", robot.name)]

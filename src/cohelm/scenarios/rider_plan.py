@@ -32,7 +32,7 @@ class NewGoal(Model):
 
 
 class RiderPlan(Model):
-    """What the rider knows and wants beyond the chair: its route is planned on the true world.
+    """Knowledge and wishes of the rider beyond the chair: its route is planned on the true world.
 
     With a plan, a ride is over where the rider wants to be, not at the goal of the chair.
     """

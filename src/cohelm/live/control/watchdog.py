@@ -66,6 +66,16 @@ class Watchdog:
         """Check that the last decision is too old to be used at a time of the simulation, s."""
         return self.decision is None or not time - self.time <= MAX_ANSWER_AGE + _ROUNDING
 
+    def silent(self, now: float, *, simulated: bool) -> bool:
+        """Check that the driver must confirm, because the navigator has been silent for too long.
+
+        Args:
+            now: s of a monotonic clock.
+            simulated: the chair is simulated.
+        """
+        longest = CONFIRM_AFTER if simulated else CONFIRM_REAL_AFTER
+        return self.decision is None or now - self.at > longest
+
     def select_command(self, time: float, hold_reason: Reason | None) -> Decision:
         """Return the decision for the wheels: the navigator's, or a stop.
 

@@ -23,7 +23,7 @@ from cohelm.messages import Decision, Observation
 from cohelm.platforms import Platform, SimulatedWorld, is_simulated, open_platform
 from cohelm.scenarios import RideSetup, Scenario
 from cohelm.scenarios.build import build_scenario
-from cohelm.simulation import GroundTruth, World, generator
+from cohelm.simulation import GroundTruth, World, generator, is_standing
 
 _WARM_UP_STEPS = 5
 _POLL_PERIOD = 0.1
@@ -92,6 +92,11 @@ class LiveWorld:
     def twist(self) -> Floats:
         """Motion (3,) of the chair: the true one in a simulation, else that of its odometry."""
         return self._world.truth.twist if self._world is not None else self.observation.twist
+
+    @property
+    def stands(self) -> bool:
+        """True if the chair stands."""
+        return bool(is_standing(self.twist))
 
     def time(self, now: float) -> float:
         """Time in which answers age, s: that of a simulation, else ``now`` of a monotonic clock."""

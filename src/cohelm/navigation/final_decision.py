@@ -1,0 +1,68 @@
+"""Final decision of a step: the command of rider or planner behind the safety gate."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.maps import DistanceField
+from cohelm.messages import Decision, Mode, Reason
+from cohelm.navigation.command import Command
+from cohelm.navigation.local_walls import local_walls
+from cohelm.navigation.tick import StepInput
+from cohelm.navigation.world_model import WorldModel
+from cohelm.safety import gate, stop
+
+
+def decide(
+    step: StepInput,
+    world: WorldModel,
+    command: Command,
+    *,
+    planned: bool,
+    without_keepout: DistanceField | None,
+) -> Decision:
+    """Pass the command through the gate; keep its own reason where the gate gives none.
+
+    A plan keeps clear of walls by itself, also if the rider drives.
+
+    Args:
+        step: input of the step.
+        world: people and obstacles.
+        command: of rider or planner.
+        planned: the local planner made it.
+        without_keepout: distance to the walls of the map alone; None: there is no keepout zone.
+    """
+    if planned and step.request.mode is Mode.ASSISTED:
+        shared = dataclasses.replace(step.request, mode=Mode.SHARED)
+        step = dataclasses.replace(step, request=shared)
+    if command.twist is None:
+        return stop(command.reason or Reason.PLANNING)
+    decision = gated(command.twist, step, world, world.walls)
+    if command.urgent:
+        decision = dataclasses.replace(decision, twist=np.zeros(3), emergency=True)
+    if decision.reason is Reason.BLOCKED and without_keepout is not None:
+        setup, position = step.setup, step.observation.pose[:2]
+        physical = local_walls(setup.grid, without_keepout, world.live, position, setup.window)
+        if gated(command.twist, step, world, physical).reason is not Reason.BLOCKED:
+            return dataclasses.replace(decision, reason=Reason.KEEPOUT)
+    if decision.reason is None and command.reason is not None:
+        return dataclasses.replace(decision, reason=command.reason)
+    return decision
+
+
+def gated(twist: Floats, step: StepInput, world: WorldModel, walls: DistanceField) -> Decision:
+    """Decision of the safety gate on a twist (3,)."""
+    return gate(
+        twist,
+        step.observation,
+        step.request,
+        step.setup.robot,
+        walls=walls,
+        people=world.people,
+        predictions=world.predictions,
+        clearance=step.setup.clearance,
+        parameters=step.setup.gate,
+    )
