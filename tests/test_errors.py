@@ -17,6 +17,7 @@ CODES = {
     "OutsideMap": "outside_map",
     "PlanningError": "planning",
     "PlanningTimeout": "planning_timeout",
+    "PlatformError": "platform",
     "PluginError": "plugin",
     "RecordingError": "recording",
     "ScenarioError": "scenario",

@@ -57,8 +57,8 @@ def _completed(default: Any, given: Any) -> Any:
 _M = TypeVar("_M", bound=Model)
 
 _MERGE = "tag:yaml.org,2002:merge"
-_LEAST, _MOST = 1e-9, 1e9
-"""Bounds of the size of a real number other than 0: in SI units nothing here is beyond them."""
+_MOST = 1e9
+"""Largest size of a real number: in SI units nothing here is beyond it."""
 _SHORT = 80
 """Maximum length of a value in an error, characters."""
 
@@ -141,7 +141,7 @@ def validate(
     if absurd is not None:
         where, number = absurd
         key = ".".join([*([prefix] if prefix else []), *where])
-        raise error(f"{number:g} is beyond all sense", file=file, key=key)
+        raise error(f"{number:g} is not a plausible number", file=file, key=key)
     try:
         return model.model_validate(dict(data))
     except pydantic.ValidationError as cause:
@@ -200,8 +200,8 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 
 def _absurd(data: Any, where: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], float]]:
-    """Keys and values of numbers that are finite, not 0, and too small or too large to be meant."""
-    if isinstance(data, float) and data and not _LEAST <= abs(data) <= _MOST and np.isfinite(data):
+    """Keys and values of numbers that are finite and too large to be meant."""
+    if isinstance(data, float) and abs(data) > _MOST and np.isfinite(data):
         yield where, data
     elif isinstance(data, Mapping):
         for key, below in data.items():

@@ -160,7 +160,7 @@ def test_without_a_touch_there_is_no_speed_of_one(made_ride):
 
 
 def test_a_ride_that_breaks_off_is_a_row(monkeypatch, made_ride):
-    def run(scenario, seed):
+    def run(scenario, seed, on_tick=None):
         if seed == 1:
             raise ZeroDivisionError("no way\nat all")
         return made_ride(np.zeros((2, 3)))
@@ -176,7 +176,7 @@ def test_a_ride_that_breaks_off_is_a_row(monkeypatch, made_ride):
 def test_the_ride_alone_is_the_same_scene_with_nobody(monkeypatch, made_ride):
     asked = []
 
-    def run(scenario, seed):
+    def run(scenario, seed, on_tick=None):
         asked.append((scenario.people.count, seed))
         return made_ride([[0, 0, 0], [5, 0, 0], [10, 0, 0]])
 

@@ -91,7 +91,7 @@ def test_a_place_as_thin_as_a_thread_is_found(cohelm, room):
     [
         ("people.count=2020-99-99", "not a YAML value"),
         ("people.count=" + "[" * 2000, "not a YAML value"),
-        ("start=[1.0e+308, 1]", "must lie within"),
+        ("start=[1.0e+308, 1]", "is not a plausible number"),
         ("start=[.nan, 1]", "must lie within"),
         ("people.pedestrians=[{points: [[1.0e+300, 1]]}]", "people.pedestrians.0.points.0.0"),
         ("obstacles=[{at: [7, 7], size: [-1, 1]}]", "obstacles.0.size.0"),

@@ -154,6 +154,7 @@ def test_the_default_profile_is_pinned():
         "passing_side": "none",
         "tremor_filter": 0.0,
         "dead_zone": 0.05,
+        "tight_speed": 3.0,
     }
 
 

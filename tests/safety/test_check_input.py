@@ -77,14 +77,19 @@ PATHS = list(numbers(Observation))
 
 
 def test_every_field_is_meant():
-    assert len(PATHS) == 6 + 5 + 3 + 2 + 5
+    assert len(PATHS) == 8 + 5 + 3 + 2 + 5
     assert {path[0] for path in PATHS} == {f.name for f in dataclasses.fields(Observation)}
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("path", PATHS, ids=".".join)
 def test_a_number_that_is_none_stops_the_chair(check, path, bad):
-    whole = sound(people=PEOPLE, clouds=(cloud(),))
+    whole = sound(
+        people=PEOPLE,
+        clouds=(cloud(),),
+        pose_covariance=1e-4 * np.eye(3),
+        command=np.zeros(3),
+    )
     for at in (0, -1):
         broken = spoilt(whole, path, at, bad)
         assert check(broken)[0] is Reason.NOT_FINITE

@@ -316,6 +316,18 @@ HARD = {
     Reason.COLLISION,
     Reason.PAUSED,
     Reason.STARTING,
+    Reason.SCAN_FROZEN,
+    Reason.SCAN_IMPLAUSIBLE,
+    Reason.SCAN_BLIND,
+    Reason.SCAN_PARTLY_BLIND,
+    Reason.SCAN_MOTION,
+    Reason.ODOMETRY_FAULT,
+    Reason.POSE_FAULT,
+    Reason.POSE_DOUBTFUL,
+    Reason.SENSORS_DISAGREE,
+    Reason.LOST,
+    Reason.DRIVE_FAULT,
+    Reason.DRIVE_WEAK,
 }
 
 

@@ -1,6 +1,6 @@
 """Damaged scenarios, robots, maps and places: an error of one line with the file, or a ride.
 
-And numbers beyond all sense in a scenario are refused with the name of their key.
+And numbers that are not plausible in a scenario are refused with the name of their key.
 """
 
 import numpy as np

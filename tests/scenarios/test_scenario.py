@@ -73,7 +73,7 @@ def test_settings_reach_into_parts_that_the_file_only_names_or_leaves_out(write)
         ({"goal": None}, "goal", "missing"),
         ({"mode": "automatic"}, "mode", "autonomous"),
         ({"obstacles": [{"at": [1, 1]}]}, "obstacles.0", "size"),
-        ({"time_limit": -1}, "time_limit", "greater than 0"),
+        ({"time_limit": -1}, "time_limit", "greater than or equal to 0.05"),
     ],
 )
 def test_a_wrong_scenario_names_file_key_and_remedy(write, keys, key, says):

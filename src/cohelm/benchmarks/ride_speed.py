@@ -44,7 +44,7 @@ TITLE = "Real-time factor of simulation, perception and planning, one core"
 
 SCENES = ("crossing",)
 """Five people and the chair meet in a hall."""
-STAGES = ("perception", "social", "walls", "sharing", "planning", "control", "safety")
+STAGES = ("health", "perception", "social", "walls", "sharing", "planning", "control", "safety")
 ROBOT, RINGS, AZIMUTHS = "quantum_q6_edge_lidar", 16, 360
 
 

@@ -246,11 +246,8 @@ def check_map(
     inside = bool(grid.contains(pose[None, :2])[0])
     if not inside or grid.blocked()[int(cell[0]), int(cell[1])]:
         where = "outside the map" if not inside else "in a wall or in unknown space"
-        out.append(
-            CheckFinding(
-                False, "pose", f"the chair is {where}", "give the localiser an initial pose"
-            )
-        )
+        remedy = "set an initial pose in the localiser"
+        out.append(CheckFinding(False, "pose", f"the chair is {where}", remedy))
         return out
     return out + [_matching(scan, walls, pose) for scan in scans]
 

@@ -80,6 +80,8 @@ def _not_finite(observation: Observation) -> bool:
     for cloud in o.clouds:
         numbers += (cloud.time, cloud.range_max)
         numbers += np.delete(cloud.mount, 2).tolist()  # the height may be unknown
+    for given in (o.pose_covariance, o.command):
+        numbers += [] if given is None else given.ravel().tolist()
     if rider is not None:
         numbers += (*rider.deflection.tolist(), rider.heartbeat)
     if people is not None and not all(np.isfinite(n).all() for n in _numbers_of(people)):

@@ -405,7 +405,7 @@ def test_the_time_left_counts_what_was_done_now():
 
 
 def test_an_interrupt_of_compiled_code_is_no_fault_of_the_ride(monkeypatch):
-    def interrupted(scenario, seed):
+    def interrupted(scenario, seed, on_tick=None):
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
     monkeypatch.setattr(ride_task, "run", interrupted)
