@@ -103,8 +103,8 @@ def numbers(data, path=()):
 
 
 @pytest.mark.parametrize("path", list(numbers(yaml.safe_load(SCENARIO))), ids=lambda path: path[0])
-@pytest.mark.parametrize("absurd", [1e-300, -1e-300, 1e300, -1e300, 5e9, float("nan")])
-def test_a_number_beyond_all_sense_is_refused_with_its_key(folder, path, absurd):
+@pytest.mark.parametrize("absurd", [1e300, -1e300, 5e9, float("nan")])
+def test_a_number_that_is_not_plausible_is_refused_with_its_key(folder, path, absurd):
     data = yaml.safe_load(SCENARIO)
     at = data
     for key in path[:-1]:
@@ -115,3 +115,11 @@ def test_a_number_beyond_all_sense_is_refused_with_its_key(folder, path, absurd)
     with pytest.raises(ScenarioError) as error:
         load_scenario(file)
     assert str(path[0]) in error.value.key
+
+
+def test_no_ride_is_shorter_than_a_control_step(folder):
+    file = folder / "scenario.yaml"
+    file.write_text(yaml.safe_dump(yaml.safe_load(SCENARIO) | {"time_limit": 1e-300}))
+    with pytest.raises(ScenarioError) as error:
+        load_scenario(file)
+    assert error.value.key == "time_limit"
