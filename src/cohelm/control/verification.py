@@ -37,6 +37,8 @@ _DEVIATION_NOW = 0.02
 """Increase of a deviation that is too large already, rad."""
 _REACHED = 0.08
 """Gap at which somebody reaches a robot that stops, m: a tenth of a second of walking."""
+_TICK = 0.05
+"""Time by which a stop should end before somebody reaches the robot, s."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -214,24 +216,33 @@ class Verifier:
         return bool((self._contacts_of_stop(stop) == np.inf).all())
 
     def only_hard_braking_helps(self, stop: Trajectory) -> bool:
-        """Check that somebody who does not see the robot walks into it unless it brakes hard."""
+        """Check that somebody who does not see the robot walks into it unless it brakes hard.
+
+        Hard braking must not end at a wall: its turn ends sooner than that of a gentler stop.
+        """
         if not self.unaware.any():
             return False
         met = self.unaware & (self._contacts_of_stop(stop)[1:] < np.inf)
         hard = self.problem.robot.emergency_deceleration
-        return bool((met & ~self._reached(np.zeros_like(self.current_input), hard)).any())
+        contacts = self._braking_contacts(np.zeros_like(self.current_input), hard)
+        helped = met & (contacts[1:] == np.inf)
+        return bool(helped.any() and contacts[0] == np.inf)
 
     def _contacts_of_stop(self, stop: Trajectory) -> Floats:
         """Times (1 + n,) of the contacts of a stop, which the drive executes later, s."""
         given = self.problem.predictions
-        later = unchecked(given, mean=given.mean + self.rules.reaction * given.velocity)
+        later = unchecked(given, mean=given.mean + (self.rules.reaction + _TICK) * given.velocity)
         return self._contacts(stop.poses, later, self._reach, step=stop.step)
 
     def _reached(self, command: Floats, deceleration: float) -> Booleans:
         """Mask (n,) of unaware people who reach the robot while it brakes after ``command``."""
-        poses = self._braking(command, deceleration)
-        contacts = self._contacts(poses, self.problem.predictions, self._reach)
-        return self.unaware & (contacts[1:] < np.inf)
+        return self.unaware & (self._braking_contacts(command, deceleration)[1:] < np.inf)
+
+    def _braking_contacts(self, command: Floats, deceleration: float) -> Floats:
+        """Times (1 + n,) of the contacts while the robot brakes after ``command`` (m,), s."""
+        given = self.problem.predictions
+        later = unchecked(given, mean=given.mean + _TICK * given.velocity)
+        return self._contacts(self._braking(command, deceleration), later, self._reach)
 
     @property
     def _reach(self) -> ContactMargins:
