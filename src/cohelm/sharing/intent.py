@@ -15,7 +15,7 @@ from cohelm.sharing.hand import FREE_STICK, HandState
 
 
 class SteeringParameters(Model):
-    """What a stick means, and how far the chair may differ from it; assumed."""
+    """Meaning of a stick, and limits of how far the chair may differ from it; assumed."""
 
     smoothing: float = Field(0.25, ge=0.0, le=2.0)
     """Time constant of the low-pass on the stick, s."""

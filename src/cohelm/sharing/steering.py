@@ -1,4 +1,4 @@
-"""Where the rider's stick leads over the horizon, with a destination or without one.
+"""Motion to which the rider's stick leads over the horizon, with a destination or without one.
 
 Forward is a speed. Aside is a turn that is meant for a moment, and then straight on: nobody who
 steers round a corner means a circle. A stick without a turn means the direction that the chair had
