@@ -54,7 +54,7 @@ class Verification(Model):
     """Gap to a wall that counts as contact while the ride is stalled, m."""
     clearance_share: float = Field(1.0, ge=0.0, le=2.0)
     """Share of the clearance that a trajectory must keep from people."""
-    people_acceleration: float = Field(0.5, ge=0.0)
+    people_acceleration: float = Field(2.0, ge=0.0)
     """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
     that they can reach, so the robot is slow near people."""
     min_probability: float = Field(0.1, ge=0.0, le=1.0)
@@ -208,12 +208,13 @@ class Verifier:
         """
         if not self.unaware.any():
             return True
-        reached = self._reached(trajectory.inputs[0], self.problem.robot.max_deceleration)
+        deceleration = self.problem.robot.max_deceleration
+        reached = self._reached(trajectory.inputs[0], deceleration)
         if not reached.any():
             return True
         met = self._contacts(trajectory.poses, self._sooner, self._reach, step=trajectory.step)
         met = met[1:] < self.rules.horizon_of(self.problem)
-        at_once = self._reached(np.zeros_like(trajectory.inputs[0]), self.problem.robot.max_deceleration)
+        at_once = self._reached(np.zeros_like(self.current_input), deceleration)
         return not (reached & (met | ~at_once)).any()
 
     def stands_in_time(self, stop: Trajectory) -> bool:
@@ -228,8 +229,11 @@ class Verifier:
         if not self.surely_unaware.any():
             return False
         met = self.surely_unaware & (self._contacts_of_stop(stop)[1:] < np.inf)
-        hard = self.problem.robot.emergency_deceleration
-        contacts = self._braking_contacts(np.zeros_like(self.current_input), hard)
+        if not met.any():
+            return False
+        hard, stand = self.problem.robot.emergency_deceleration, np.zeros_like(self.current_input)
+        poses = self._braking(stand, hard)
+        contacts = self._contacts(poses, self._sooner, self._reach)
         helped = met & (contacts[1:] == np.inf)
         return bool(helped.any() and contacts[0] == np.inf)
 
