@@ -92,7 +92,7 @@ class SsMpcDcbf:
         """Quadratic programs per candidate: the budget, the same on every machine."""
         late: float = Field(0.05, gt=0.0, le=1.0)
         """Lateness from which one candidate is improved by one program, s: a tick."""
-        contact_wait: float = Field(3.0, ge=0.0, le=10.0)
+        contact_wait: float = Field(1.0, ge=0.0, le=10.0)
         """Standstill after a walking person has touched the robot, s."""
         decay_time: float = Field(4.0, gt=0.0)
         """Time constant with which the weight of predictions decays, s."""
