@@ -23,6 +23,10 @@ from cohelm.robots.contact_kernel import WALKING
 AnyArray = NDArray[Any]
 _LATELY = 1.0
 """Time constant with which the recent speed of a person fades, s."""
+_HIDDEN = -0.1
+"""Gap of a person who is about to be hidden within the footprint, m."""
+_PASSES = 2.0
+"""Time in which such a person comes out again, s."""
 EXPIRED = 1.0
 """A memory older than this is ignored, s."""
 
@@ -130,13 +134,18 @@ def _opposed(passing_sides: Integers, path_side: int, person_sides: Integers) ->
 def last_contact(problem: LocalProblem, memory: PlannerMemory | None) -> float:
     """Time when a walking person last touched the robot, s; the present while it lasts.
 
-    Somebody behind a robot that drives on does not count.
+    Somebody behind a robot that drives on does not count. Who overlaps the footprint is hidden from
+    the sensors until they have passed: their contact is expected to last.
     """
     people, pose = problem.people, problem.pose
     walks = np.hypot(people.mean[:, 2], people.mean[:, 3]) > WALKING
     ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
     behind = (people.mean[:, :2] - pose[:2]) @ ahead < problem.robot.outline[:, 0].min()
     leaves = problem.twist[0] > WALKING
-    if (touching(problem.robot, pose, people) & walks & ~(behind & leaves)).any():
-        return problem.time
-    return memory.last_contact if memory is not None else -np.inf
+    counts = walks & ~(behind & leaves)
+    before = memory.last_contact if memory is not None else -np.inf
+    if (touching(problem.robot, pose, people, gap=_HIDDEN) & counts).any():
+        return problem.time + _PASSES
+    if (touching(problem.robot, pose, people) & counts).any():
+        return max(problem.time, before)
+    return before

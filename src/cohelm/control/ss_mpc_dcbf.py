@@ -54,8 +54,6 @@ from cohelm.robots.clearance import Clearance
 _SPEED_SHARES = (0.6, 0.3)
 """Shares of its speed at which the best trajectory is tried if none is verified."""
 
-_FELT = 1.0
-"""Slowing down for less than this is not felt as a stop, s."""
 _STAND = 0.4
 """Shortest stand, s: a shorter one is felt as a jolt."""
 
@@ -121,7 +119,7 @@ class SsMpcDcbf:
             return self._stop(cycle, cycle.braking(), 0)
         stood = problem.time - cycle.stands_since
         if 0.0 <= stood < _STAND and not problem.stalled:
-            return dataclasses.replace(self._stop(cycle, cycle.braking(), 0), brief=True)
+            return self._stop(cycle, cycle.braking(), 0)
         tail = None if cycle.memory is None else cycle.memory.tail
         warm = shifted_plan(cycle.mpc_problem, previous, cycle.current_input, tail=tail)
         trusted = previous is not None and previous.status is not Status.STOP
@@ -315,9 +313,9 @@ class SsMpcDcbf:
                 lowest_cost=before.lowest_cost,
             )
             since = min(since, before.refused_since)
-        # a chair that rolls on after a while has slowed down, and not stopped
-        stands, elapsed = cycle.stands, cycle.problem.time - since
-        felt = (urgent and not stands) or elapsed >= (_STAND if stands else _FELT)
+        # a chair that rolls on has slowed down, and not stopped
+        stands = cycle.stands
+        felt = urgent or stands
         return dataclasses.replace(
             plan,
             status=Status.STOP,

@@ -39,6 +39,8 @@ _REACHED = 0.08
 """Gap at which somebody reaches a robot that stops, m: a tenth of a second of walking."""
 _TICK = 0.05
 """Time by which a stop should end before somebody reaches the robot, s."""
+_SURE = 4.0
+"""Time on a course after which the brakes are used hard, as a multiple of that for comfort."""
 _CERTAIN = 1.0
 """Minimum probability at which only the most likely hypothesis of each person counts."""
 
@@ -52,7 +54,7 @@ class Verification(Model):
     """Gap to a wall that counts as contact while the ride is stalled, m."""
     clearance_share: float = Field(1.0, ge=0.0, le=2.0)
     """Share of the clearance that a trajectory must keep from people."""
-    people_acceleration: float = Field(0.5, ge=0.0)
+    people_acceleration: float = Field(2.0, ge=0.0)
     """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
     that they can reach, so the robot is slow near people."""
     min_probability: float = Field(0.1, ge=0.0, le=1.0)
@@ -125,8 +127,7 @@ class Verification(Model):
                 acceleration=self.turn_back_acceleration,
                 top_speed=self.turn_back_speed,
             )
-        unaware = courses >= self.unaware_after
-        return Verifier(self, problem, current_input, margins, returning, unaware)
+        return Verifier(self, problem, current_input, margins, returning, courses)
 
 
 class Verifier:
@@ -147,10 +148,12 @@ class Verifier:
         current_input: Floats,
         margins: ContactMargins,
         returning: Predictions | None,
-        unaware: Booleans,
+        courses: Floats,
     ) -> None:
         self.rules, self.problem, self.current_input = rules, problem, current_input
-        self.margins, self.returning, self.unaware = margins, returning, unaware
+        self.margins, self.returning = margins, returning
+        self.unaware = courses >= rules.unaware_after
+        self.surely_unaware = courses >= _SURE * rules.unaware_after
         self._now: dict[float, Floats] = {}
 
     def accepts(self, trajectory: Trajectory) -> bool:
@@ -160,7 +163,7 @@ class Verifier:
             and self.contact(trajectory) >= self.rules.horizon_of(self.problem)
             and self.brakes_help(trajectory)
             and self._may_brake(trajectory.inputs[0])
-            and self._can_still_stand(trajectory.inputs[0])
+            and self._clears_or_stands(trajectory)
         )
 
     def contact(self, trajectory: Trajectory) -> float:
@@ -197,19 +200,22 @@ class Verifier:
         margins = self.margins._replace(people=closest, growth=0.0, followers=False)
         return bool((self._contacts(poses, self.problem.predictions, margins) == np.inf).all())
 
-    def _can_still_stand(self, command: Floats) -> bool:
-        """Check that comfort braking after ``command`` (m,) ends before it is walked into.
+    def _clears_or_stands(self, trajectory: Trajectory) -> bool:
+        """Check that nobody who does not see the robot walks into it while it moves.
 
-        Only people who do not see the robot count, and only those whom it would not meet standing
-        if it braked at once; also those who follow: a robot that stands hurts nobody.
+        Either the trajectory keeps clear of them, or comfort braking after its first command ends
+        before they reach the robot; also of those who follow: a robot that stands hurts nobody.
         """
         if not self.unaware.any():
             return True
         deceleration = self.problem.robot.max_deceleration
-        later = self._reached(command, deceleration)
-        if not later.any():
+        reached = self._reached(trajectory.inputs[0], deceleration)
+        if not reached.any():
             return True
-        return not (later & ~self._reached(np.zeros_like(command), deceleration)).any()
+        met = self._contacts(trajectory.poses, self._sooner, self._reach, step=trajectory.step)
+        met = met[1:] < self.rules.horizon_of(self.problem)
+        at_once = self._reached(np.zeros_like(self.current_input), deceleration)
+        return not (reached & (met | ~at_once)).any()
 
     def stands_in_time(self, stop: Trajectory) -> bool:
         """Check that a stop ends before a wall, and before anybody reaches the robot."""
@@ -220,11 +226,14 @@ class Verifier:
 
         Hard braking must not end at a wall: its turn ends sooner than that of a gentler stop.
         """
-        if not self.unaware.any():
+        if not self.surely_unaware.any():
             return False
-        met = self.unaware & (self._contacts_of_stop(stop)[1:] < np.inf)
-        hard = self.problem.robot.emergency_deceleration
-        contacts = self._braking_contacts(np.zeros_like(self.current_input), hard)
+        met = self.surely_unaware & (self._contacts_of_stop(stop)[1:] < np.inf)
+        if not met.any():
+            return False
+        hard, stand = self.problem.robot.emergency_deceleration, np.zeros_like(self.current_input)
+        poses = self._braking(stand, hard)
+        contacts = self._contacts(poses, self._sooner, self._reach)
         helped = met & (contacts[1:] == np.inf)
         return bool(helped.any() and contacts[0] == np.inf)
 
@@ -240,9 +249,13 @@ class Verifier:
 
     def _braking_contacts(self, command: Floats, deceleration: float) -> Floats:
         """Times (1 + n,) of the contacts while the robot brakes after ``command`` (m,), s."""
+        return self._contacts(self._braking(command, deceleration), self._sooner, self._reach)
+
+    @cached_property
+    def _sooner(self) -> Predictions:
+        """Predictions of people who are a tick ahead of time."""
         given = self.problem.predictions
-        later = unchecked(given, mean=given.mean + _TICK * given.velocity)
-        return self._contacts(self._braking(command, deceleration), later, self._reach)
+        return unchecked(given, mean=given.mean + _TICK * given.velocity)
 
     @property
     def _reach(self) -> ContactMargins:

@@ -137,15 +137,19 @@ def stopped_by_health(
     gate_state: GateState,
     memory: Memory,
     last: Tick | None,
+    *,
+    people: People | None,
 ) -> Tick:
     """Return the stop for input that contradicts itself; other stages keep their memory.
 
-    ``memory`` has the new state of the health monitor, ``health`` the reason.
+    ``memory`` has the new state of the health monitor, ``health`` the reason. ``people``: if they
+    were tracked all the same.
     """
     reason = health.stop or Reason.SENSORS_DISAGREE
     stopped = stopped_by_input(observation, request, reason, gate_state, last)
     after = dataclasses.replace(memory, gate=gate_state)
-    return dataclasses.replace(stopped, memory=after, health=health)
+    known = stopped.people if people is None else people
+    return dataclasses.replace(stopped, memory=after, health=health, people=known)
 
 
 def with_health_reason(decision: Decision, health: Health) -> Decision:

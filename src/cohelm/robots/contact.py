@@ -75,14 +75,19 @@ def _bodies(people: People, predictions: Predictions) -> Bodies:
     )
 
 
-def touching(robot: Robot, pose: Floats, people: People) -> Booleans:
-    """Mask of the people (n,) who touch a robot at ``pose`` now, within sensor accuracy."""
-    return _touching(robot.capsule, np.asarray(pose, dtype=float), people.mean, people.radius)
+def touching(robot: Robot, pose: Floats, people: People, gap: float = TOUCHING) -> Booleans:
+    """Mask of the people (n,) who touch a robot at ``pose`` now, within sensor accuracy.
+
+    gap: below which they touch it, m; negative: they overlap its footprint by so much.
+    """
+    return _touching(robot.capsule, np.asarray(pose, dtype=float), people.mean, people.radius, gap)
 
 
 @njit(cache=True)
-def _touching(capsule: Floats, pose: Floats, people: Floats, radius: Floats) -> Booleans:
+def _touching(
+    capsule: Floats, pose: Floats, people: Floats, radius: Floats, gap: float
+) -> Booleans:
     out = np.empty(people.shape[0], dtype=np.bool_)
     for i in range(people.shape[0]):
-        out[i] = gap_to_disc(capsule, pose, people[i, 0], people[i, 1], radius[i]) < TOUCHING
+        out[i] = gap_to_disc(capsule, pose, people[i, 0], people[i, 1], radius[i]) < gap
     return out

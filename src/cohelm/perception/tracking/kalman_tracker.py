@@ -143,7 +143,7 @@ def update_tracks(
         patience = p.patience if known[t].confirmed else p.tentative_patience
         alive[t] = known[t].unseen_time <= patience
     if scan.is_planar:
-        mark_doubles(known, matches, step, p)
+        mark_doubles(known, found, matches, step, p)
         for t in range(len(known)):
             alive[t] = alive[t] and known[t].double_time <= p.double_time
     # Deaths, then births.

@@ -163,24 +163,32 @@ def mark_unseen(
 
 
 @njit(cache=True)
-def mark_doubles(tracks: Tracks, matches: Matches, step: float, p: TrackerParameters) -> None:
+def mark_doubles(
+    tracks: Tracks, found: PersonDetections, matches: Matches, step: float, p: TrackerParameters
+) -> None:
     """Update the time for which each track has been beside an older confirmed one, in place.
 
-    Two people who share a cluster stay two.
+    Only the second leg of a walker is a double: two people may walk closer together than their
+    discs, or share a cluster.
 
     Args:
         tracks: (m,) by growing id.
+        found: possible people of the scan.
         matches: of tracks and possible people.
         step: time since the last scan, s.
         p: the parameters.
     """
     for u in range(len(tracks)):
+        j = matches.detection[u]
+        if j < 0 and not matches.merged[u]:
+            continue
         beside = False
-        for t in range(u):
-            apart_x = tracks[u].mean[0] - tracks[t].mean[0]
-            apart_y = tracks[u].mean[1] - tracks[t].mean[1]
-            near = math.hypot(apart_x, apart_y) < p.double_distance
-            beside = beside or (near and tracks[t].confirmed and not matches.merged[u])
+        if j >= 0 and not matches.merged[u] and found.deviation[j] >= p.double_deviation:
+            for t in range(u):
+                apart_x = tracks[u].mean[0] - tracks[t].mean[0]
+                apart_y = tracks[u].mean[1] - tracks[t].mean[1]
+                near = math.hypot(apart_x, apart_y) < p.double_distance
+                beside = beside or (near and tracks[t].confirmed)
         tracks[u].double_time = tracks[u].double_time + step if beside else 0.0
 
 

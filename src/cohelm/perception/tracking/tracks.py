@@ -47,8 +47,11 @@ class TrackerParameters(Model):
     """No track is born this near one that was just seen; a person may be part of a cluster up to
     this far beyond its radius, m."""
     double_distance: float = Field(0.5, ge=0.0, le=2.0)
-    """Two tracks of planar scans nearer than this to each other are one person's two legs, m: the
-    discs of two people would overlap."""
+    """Two tracks of planar scans nearer than this to each other are one person's two legs, m, if
+    one of them is seen as a leg."""
+    double_deviation: float = Field(0.1, ge=0.0, le=1.0)
+    """Standard deviation of the centre from which a detection is one leg alone, m: that of whole
+    bodies and of pairs of legs is smaller."""
     double_time: float = Field(0.4, ge=0.0, le=10.0)
     """Time for which they are so near before the younger one is deleted, s: half a stride."""
     hits: int = Field(3, ge=1, le=20)
