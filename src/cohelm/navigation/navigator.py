@@ -11,7 +11,7 @@ from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
-from cohelm.health import Health, HealthState, beam_map, monitor
+from cohelm.health import Health, HealthState, beam_map, monitor, registered
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
@@ -164,7 +164,8 @@ class Navigator:
         limited = dataclasses.replace(
             request, speed_limit=min(request.speed_limit, health.speed_limit)
         )
-        step = self._step_input(observation, _with_mode(limited), memory, last)
+        placed = registered(observation, health_state, setup.robot, setup.health)
+        step = self._step_input(placed, _with_mode(limited), memory, last)
         return _Checked(step, gate_state, health, health_state)
 
     def _step_input(
