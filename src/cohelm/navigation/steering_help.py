@@ -110,8 +110,7 @@ def steer(
     except ControlError:
         return None, Command(reason=Reason.SOLVER_FAILED)
     if plan.reason is not None and not plan.urgent:
-        creep = step.setup.progress.creep_speed
-        slow = twist * min(1.0, creep / max(abs(float(twist[0])), 1e-6))
+        slow = _slowly(step, twist)
         blocked = gate(slow).reason is Reason.BLOCKED
         if not blocked or is_standing_still(step.observation.twist):
             return None, Command(twist=slow, reason=None if blocked else Reason.TOO_CLOSE)
@@ -122,6 +121,13 @@ def steer(
             return None, Command(twist=least)
     told = None if plan.brief else plan.reason
     return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
+
+
+def _slowly(step: StepInput, twist: Floats) -> Floats:
+    """Twist (3,) at which no corner of the chair is faster than a creeping chair."""
+    corner = step.setup.robot.circumscribed_radius * abs(float(twist[2]))
+    fastest = max(abs(float(twist[0])), corner, 1e-6)
+    return twist * min(1.0, step.setup.progress.creep_speed / fastest)
 
 
 def _least_change(
