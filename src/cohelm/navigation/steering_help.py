@@ -12,8 +12,8 @@
    direction than ``SteeringParameters.max_deviation``.
    Of its turn the chair takes no more than keeps the way clear for a moment: a steady stick, or one
    that leans to a side, is not turned against for what lies farther ahead.
-5. If the planner finds nothing, the rider's motion is tried slowly; the gate decides, and says what
-   is in the way.
+5. If the planner finds nothing, the rider's motion is tried so slowly that no corner of the chair
+   is faster than a creeping one; the gate decides, and says what is in the way.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def steer(
     except ControlError:
         return None, Command(reason=Reason.SOLVER_FAILED)
     if plan.reason is not None and not plan.urgent:
-        slow = _slowly(step, twist)
+        slow = slowly(twist, step.setup.robot.outline, step.setup.progress.creep_speed)
         blocked = gate(slow).reason is Reason.BLOCKED
         if not blocked or is_standing_still(step.observation.twist):
             return None, Command(twist=slow, reason=None if blocked else Reason.TOO_CLOSE)
@@ -123,11 +123,12 @@ def steer(
     return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
 
 
-def _slowly(step: StepInput, twist: Floats) -> Floats:
-    """Twist (3,) at which no corner of the chair is faster than a creeping chair."""
-    corner = step.setup.robot.circumscribed_radius * abs(float(twist[2]))
-    fastest = max(abs(float(twist[0])), corner, 1e-6)
-    return twist * min(1.0, step.setup.progress.creep_speed / fastest)
+def slowly(twist: Floats, outline: Floats, speed: float) -> Floats:
+    """Share of a twist (3,) at which no corner of an outline (k, 2) is faster than ``speed``."""
+    x, y = outline.T
+    corners = np.hypot(twist[0] - twist[2] * y, twist[1] + twist[2] * x)
+    slower: Floats = twist * min(1.0, speed / max(float(corners.max()), 1e-6))
+    return slower
 
 
 def _least_change(
