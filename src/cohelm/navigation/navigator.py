@@ -161,9 +161,8 @@ class Navigator:
         memory = dataclasses.replace(memory, health=health_state)
         if health.stop is not None:
             return stopped_by_health(observation, request, health, gate_state, memory, last)
-        limited = dataclasses.replace(
-            request, speed_limit=min(request.speed_limit, health.speed_limit)
-        )
+        limit = min(request.speed_limit, health.speed_limit)
+        limited = dataclasses.replace(request, speed_limit=limit)
         placed = registered(observation, health_state, setup.robot, setup.health)
         step = self._step_input(placed, _with_mode(limited), memory, last)
         return _Checked(step, gate_state, health, health_state)
