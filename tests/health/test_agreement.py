@@ -110,8 +110,8 @@ def test_a_gap_or_an_unknown_command_begins_anew():
     assert update_drive(memory, seen(DT, [0, 0, 0], [0.8, 0, 0]), ROBOT, P) == (None, None)
 
 
-def stuck_for(seconds, stick, mode=Mode.STOP_ONLY, twist=(0.0, 0.0, 0.0)):
-    request = Request(goal=np.zeros(2), mode=mode)
+def stuck_for(seconds, stick, mode=Mode.STOP_ONLY, twist=(0.0, 0.0, 0.0), goal=(0.0, 0.0)):
+    request = Request(goal=np.array(goal), mode=mode)
     memory, symptom = None, None
     for k in range(round(seconds / DT) + 1):
         memory, symptom = update_stick(
@@ -126,6 +126,14 @@ def test_a_deflection_that_never_changes_before_a_standing_chair():
     assert stuck_for(P.stuck_time + 1.0, [0.0, 0.0]) is None
     assert stuck_for(P.stuck_time + 1.0, [1.0, 0.0], twist=(0.5, 0.0, 0.0)) is None
     assert stuck_for(P.stuck_time + 1.0, [1.0, 0.0], mode=Mode.AUTONOMOUS) is None
+
+
+def test_a_chair_with_a_destination_drives_there_with_any_stick():
+    stuck = P.stuck_time + 1.0
+    assert stuck_for(stuck, [1.0, 0.0], mode=Mode.SHARED) is None
+    nowhere = (np.nan, np.nan)
+    assert stuck_for(stuck, [1.0, 0.0], mode=Mode.SHARED, goal=nowhere) is Reason.STICK_STUCK
+    assert stuck_for(stuck, [1.0, 0.0], mode=Mode.ASSISTED) is Reason.STICK_STUCK
 
 
 def test_a_symptom_is_confirmed_when_it_lasts_and_ends_when_it_stays_away():

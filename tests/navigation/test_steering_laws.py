@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from cohelm.geometry import wrap_angle
 from cohelm.maps import distance_field
+from cohelm.navigation.steering_help import slowly
 from cohelm.robots import load_robot
 from cohelm.robots.contact import first_contact
 from cohelm.robots.contact_kernel import ContactMargins
@@ -133,3 +134,25 @@ def test_a_mirrored_door_is_passed_by_the_mirrored_ride(drive):
     _, other = drive(9.0, held(FORWARD), boxes=mirrored, start=(3.5, 4.05, 0.0))
     ys = np.array([[a.pose[1], 8.0 - b.pose[1]] for a, b in zip(one, other, strict=True)])
     assert np.abs(ys[:, 0] - ys[:, 1]).max() < 0.15
+
+
+@given(
+    speed=st.floats(-1.0, 1.0),
+    turn=st.floats(-1.5, 1.5),
+    bound=st.floats(0.05, 0.5),
+    degrees=st.floats(0.0, 360.0),
+)
+def test_a_slowed_turn_sweeps_no_point_of_the_chair_faster_than_the_bound(
+    speed, turn, bound, degrees
+):
+    outline = load_robot("quantum_q6_edge").outline
+    wanted = np.array([speed, 0.0, turn])
+    slow = slowly(wanted, outline, bound)
+    point = outline[0] + degrees / 360.0 * (outline[1] - outline[0])
+    velocity = np.array([slow[0] - slow[2] * point[1], slow[2] * point[0]])
+    assert np.hypot(*velocity) <= bound + 1e-9
+    # the way stays the same: a share of the twist, and all of it where that is slow enough
+    np.testing.assert_allclose(np.cross(slow, wanted), 0.0, atol=1e-12)
+    assert np.dot(slow, wanted) >= 0.0
+    if abs(speed) + abs(turn) * np.hypot(*outline.T).max() <= bound:
+        np.testing.assert_array_equal(slow, wanted)

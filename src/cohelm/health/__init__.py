@@ -4,6 +4,7 @@ from cohelm.health.map_changes import MapChanges
 from cohelm.health.map_fit import SolidMap, beam_map
 from cohelm.health.monitor import HealthState, monitor
 from cohelm.health.parameters import HealthParameters
+from cohelm.health.registration import registered
 from cohelm.health.values import Finding, Health, LocalisationHealth, LocalisationState
 
 __all__ = [
@@ -17,4 +18,5 @@ __all__ = [
     "SolidMap",
     "beam_map",
     "monitor",
+    "registered",
 ]

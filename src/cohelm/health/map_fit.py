@@ -16,6 +16,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers, SignedBytes
 from cohelm.maps import FREE, UNKNOWN, DistanceField, OccupancyGrid, distance_field
+from cohelm.maps.distance import sample
 
 IGNORED, HIT, SHORT, THROUGH, MISSING, UNUSABLE = 0, 1, 2, 3, 4, 5
 """Class of a beam: no expectation; on a wall of the map; before it; beyond it; free although a wall
@@ -186,19 +187,13 @@ def _best_offset(
             a = X_MS[2] + offset[2] + beams.angle[i]
             rx, ry = r * math.cos(a), r * math.sin(a)
             x, y = X_MS[0] + offset[0] + rx, X_MS[1] + offset[1] + ry
-            row, col, inside = _cell(known, x, y)
-            rows, cols = known.distance.shape
-            if not inside or row < 1 or col < 1 or row >= rows - 1 or col >= cols - 1:
+            _, _, inside = _cell(known, x, y)
+            if not inside:
                 continue
-            d = float(known.distance[row, col])
+            d, gx, gy = sample(known.distance, known.resolution, known.X_MG, x, y)
             on_after += abs(d) <= 0.7 * tol
             if abs(d) > reach:
                 continue
-            gx = float(known.distance[row, col + 1] - known.distance[row, col - 1])
-            gy = float(known.distance[row + 1, col] - known.distance[row - 1, col])
-            gx, gy = gx / (2.0 * known.resolution), gy / (2.0 * known.resolution)
-            c, s = math.cos(known.X_MG[2]), math.sin(known.X_MG[2])
-            gx, gy = c * gx - s * gy, s * gx + c * gy
             w = 1.0 / (1.0 + (d / scale) ** 2) ** 2
             turn = -gx * ry + gy * rx
             H[0, 0] += w * gx * gx

@@ -54,6 +54,13 @@ class HealthParameters(Model):
     """Additional share of returns that the best fit must explain for its offset to count."""
     smoothing: float = Field(0.4, gt=0.0, le=10.0)
     """Time constant of share and offset, s."""
+    registration_shift: float = Field(0.06, ge=0.0, le=0.3)
+    """Largest shift of the pose towards the best fit, m: twice the error of a good localiser; with
+    this and the turn at 0 the pose is used as reported."""
+    registration_turn: float = Field(0.035, ge=0.0, le=0.2)
+    """Largest turn of the pose towards the best fit, rad."""
+    registration_hits: float = Field(0.3, gt=0.0, le=1.0)
+    """Share of beams that must end on mapped walls for it."""
     doubtful_deviation: float = Field(0.3, gt=0.0, le=10.0)
     """Standard deviation stated by the localiser from which the position is doubtful, m."""
 

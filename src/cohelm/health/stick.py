@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from cohelm.health.parameters import HealthParameters
 from cohelm.messages import Mode, Observation, Reason, Request
 
@@ -26,13 +28,15 @@ def update_stick(
     """Check the device of a rider who drives.
 
     A key is as constant as a broken stick, so that constancy alone is no sign of a fault; a
-    rider who holds it against an obstacle for long gets the same advice.
+    rider who holds it against an obstacle for long gets the same advice. A chair with a
+    destination drives there with or without the stick, and needs no advice.
 
     Returns:
         (memory for the next call, symptom or None).
     """
     rider = observation.rider
-    if rider is None or request.mode is Mode.AUTONOMOUS:
+    has_goal = request.mode is Mode.SHARED and not np.isnan(request.goal).any()
+    if rider is None or request.mode is Mode.AUTONOMOUS or has_goal:
         return None, None
     x, y = (float(d) for d in rider.deflection)
     v, _, w = observation.twist.tolist()

@@ -11,7 +11,7 @@ from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
-from cohelm.health import Health, HealthState, beam_map, monitor
+from cohelm.health import Health, HealthState, beam_map, monitor, registered
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
@@ -20,7 +20,6 @@ from cohelm.messages import (
     LocalPlan,
     Mode,
     Observation,
-    People,
     Reason,
     Reference,
     Request,
@@ -47,16 +46,12 @@ from cohelm.navigation.stage_results import (
 from cohelm.navigation.static_people import with_closed_side
 from cohelm.navigation.steering_help import intent_of, steer
 from cohelm.navigation.tick import Memory, StepInput, Tick
-from cohelm.navigation.world_model import WorldModel, update_world_model
+from cohelm.navigation.world_model import WorldModel, keep_watching, update_world_model
 from cohelm.navigation.yielding import rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
-from cohelm.perception import perceive
 from cohelm.safety import GateState, check_input
 from cohelm.sharing import SteeringState
 from cohelm.stopwatch import Stopwatch
-
-_OBSTRUCTED = frozenset({Reason.SCAN_IMPLAUSIBLE, Reason.SCAN_BLIND})
-"""Reasons of health for which the rest of the view may still be believed."""
 
 
 class Navigator:
@@ -165,30 +160,15 @@ class Navigator:
         )
         memory = dataclasses.replace(memory, health=health_state)
         if health.stop is not None:
-            memory, people = self._keep_watching(observation, health, memory)
+            memory, people = keep_watching(setup, self.walls, observation, health, memory)
             return stopped_by_health(
                 observation, request, health, gate_state, memory, last, people=people
             )
-        limited = dataclasses.replace(
-            request, speed_limit=min(request.speed_limit, health.speed_limit)
-        )
-        step = self._step_input(observation, _with_mode(limited), memory, last)
+        limit = min(request.speed_limit, health.speed_limit)
+        limited = dataclasses.replace(request, speed_limit=limit)
+        placed = registered(observation, health_state, setup.robot, setup.health)
+        step = self._step_input(placed, _with_mode(limited), memory, last)
         return _Checked(step, gate_state, health, health_state)
-
-    def _keep_watching(
-        self, observation: Observation, health: Health, memory: Memory
-    ) -> tuple[Memory, People | None]:
-        """Track people while the scanner's view is obstructed, so that they are known afterwards.
-
-        People who press against the scanner hide others, but not all of them. A pose or odometry
-        that contradicts the rest would misplace them.
-        """
-        if health.stop not in _OBSTRUCTED:
-            return memory, None
-        seen, perception = perceive(
-            self.setup.perception, observation, self.walls, memory.perception
-        )
-        return dataclasses.replace(memory, perception=perception), seen.people
 
     def _step_input(
         self, observation: Observation, request: Request, memory: Memory, last: Tick | None

@@ -206,6 +206,6 @@ def _check_progress(
         step.setup.progress,
         position=step.observation.pose[:2],
         turn=abs(float(turn)),
-        follows_rider=route.reason is PlanReason.STEERING,
+        follows_rider=route.reason in {PlanReason.STEERING, PlanReason.OFF_PATH},
         hold=hold,
     )

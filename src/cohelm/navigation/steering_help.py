@@ -12,8 +12,8 @@
    direction than ``SteeringParameters.max_deviation``.
    Of its turn the chair takes no more than keeps the way clear for a moment: a steady stick, or one
    that leans to a side, is not turned against for what lies farther ahead.
-5. If the planner finds nothing, the rider's motion is tried slowly; the gate decides, and says what
-   is in the way.
+5. If the planner finds nothing, the rider's motion is tried so slowly that no corner of the chair
+   is faster than a creeping one; the gate decides, and says what is in the way.
 """
 
 from __future__ import annotations
@@ -39,6 +39,8 @@ _CHANGES = (0.0, 0.25, 0.5, 0.75)
 """Shares of the change of the turn rate that the local planner proposes."""
 _SWEPT_TIME, _BESIDE_WALL = 0.8, 0.35
 """A turn on the spot that meets a wall within this time, s, keeps this share of its rate."""
+_SOON, _PEOPLE_GAP = 0.5, 0.05
+"""Time for which a motion that is tried slowly keeps clear of people, s, and the gap, m."""
 _SLOWEST = 0.1
 """Speed that the planner may always use, m/s."""
 
@@ -109,9 +111,8 @@ def steer(
         plan = step.setup.local_planner.plan(problem, previous)
     except ControlError:
         return None, Command(reason=Reason.SOLVER_FAILED)
-    if plan.reason is not None and not plan.urgent:
-        creep = step.setup.progress.creep_speed
-        slow = twist * min(1.0, creep / max(abs(float(twist[0])), 1e-6))
+    slow = slowly(twist, step.setup.robot.outline, step.setup.progress.creep_speed)
+    if plan.reason is not None and not plan.urgent and not _meets_people(step, world, slow):
         blocked = gate(slow).reason is Reason.BLOCKED
         if not blocked or is_standing_still(step.observation.twist):
             return None, Command(twist=slow, reason=None if blocked else Reason.TOO_CLOSE)
@@ -122,6 +123,22 @@ def steer(
             return None, Command(twist=least)
     told = None if plan.brief else plan.reason
     return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
+
+
+def slowly(twist: Floats, outline: Floats, speed: float) -> Floats:
+    """Share of a twist (3,) at which no corner of an outline (k, 2) is faster than ``speed``."""
+    x, y = outline.T
+    corners = np.hypot(twist[0] - twist[2] * y, twist[1] + twist[2] * x)
+    slower: Floats = twist * min(1.0, speed / max(float(corners.max()), 1e-6))
+    return slower
+
+
+def _meets_people(step: StepInput, world: WorldModel, twist: Floats) -> bool:
+    """Check for people whom a twist (3,) would soon meet; the gate sees only the next stop."""
+    steps = max(round(_SOON / step.setup.local_planner.step), 1)
+    inputs = np.tile(step.setup.robot.motion_model.input(twist), (steps, 1))
+    margins = ContactMargins(wall=0.0, people=_PEOPLE_GAP)
+    return bool((_contacts(step, world, inputs, margins)[1:] < np.inf).any())
 
 
 def _least_change(
@@ -175,10 +192,12 @@ def _clear_share(step: StepInput, world: WorldModel, intent: RiderIntent) -> flo
     return 0.0
 
 
-def _contacts(step: StepInput, world: WorldModel, inputs: Floats) -> Floats:
+def _contacts(
+    step: StepInput, world: WorldModel, inputs: Floats, margins: ContactMargins | None = None
+) -> Floats:
     """Times (1 + n,) at which the motion meets walls and each person, s; else +inf.
 
-    The inputs (k, m) count up to ``clear_time``.
+    The inputs (k, m) count up to ``clear_time``; the default margins are those of a clear way.
     """
     setup, p = step.setup, step.setup.steering
     dt = setup.local_planner.step
@@ -191,7 +210,8 @@ def _contacts(step: StepInput, world: WorldModel, inputs: Floats) -> Floats:
         people=world.people,
         predictions=world.predictions,
         walls=world.walls,
-        margins=ContactMargins(
+        margins=margins
+        or ContactMargins(
             wall=p.wall_gap,
             people=p.people_gap,
             extra=max(step.request.extra_clearance, 0.0),

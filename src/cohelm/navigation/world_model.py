@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
+from cohelm.health import Health
 from cohelm.maps import DistanceField
 from cohelm.messages import (
     Groups,
     LiveObstacles,
+    Observation,
     People,
     Predictions,
+    Reason,
     Sensing,
     SocialSpaces,
 )
 from cohelm.navigation.crowding import CrowdingState, update_crowding
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.obstacle_memory import EMPTY, ObstacleMemory, update_obstacle_memory
-from cohelm.navigation.tick import StepInput
+from cohelm.navigation.setup import NavigatorSetup
+from cohelm.navigation.tick import Memory, StepInput
 from cohelm.perception import (
     Detections,
     ObstacleLayerState,
@@ -26,6 +31,9 @@ from cohelm.perception import (
     update_obstacle_layer,
 )
 from cohelm.stopwatch import Stopwatch
+
+_OBSTRUCTED = frozenset({Reason.SCAN_IMPLAUSIBLE, Reason.SCAN_BLIND})
+"""Reasons of health for which the rest of the view may still be believed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,3 +111,21 @@ def update_world_model(
         obstacle_memory=obstacle_memory,
         crowding=crowding,
     )
+
+
+def keep_watching(
+    setup: NavigatorSetup,
+    map_walls: DistanceField,
+    observation: Observation,
+    health: Health,
+    memory: Memory,
+) -> tuple[Memory, People | None]:
+    """Track people while the scanner's view is obstructed, so that they are known afterwards.
+
+    People who press against the scanner hide others, but not all of them. A pose or odometry that
+    contradicts the rest would misplace them: then nobody is tracked, and the people are None.
+    """
+    if health.stop not in _OBSTRUCTED:
+        return memory, None
+    seen, perception = perceive(setup.perception, observation, map_walls, memory.perception)
+    return dataclasses.replace(memory, perception=perception), seen.people

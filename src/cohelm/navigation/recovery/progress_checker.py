@@ -71,8 +71,9 @@ def check_progress(  # noqa: PLR0913  # facts of one tick
         parameters: definition of progress.
         position: of the chair (2,), m.
         turn: angle between the heading and the path beside the chair, ≥ 0, rad.
-        follows_rider: the path follows the rider's input and is therefore replanned all the time;
-            a chair that has not moved meanwhile has made no progress.
+        follows_rider: the path follows the rider's input, or a chair that was led off its path, and
+            is therefore replanned all the time; a chair that has not moved meanwhile has made no
+            progress.
         hold: the chair need not make progress: it has arrived, or the rider drives or stops it.
     """
     reset = ProgressState(
