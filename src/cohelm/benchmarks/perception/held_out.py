@@ -40,14 +40,15 @@ def held_out(settings: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
     for name, file in known.items():
         trees = train(simulated, [each for other, each in samples.items() if other != name])
         detector = ScanClusters(getattr(parts.detector, "parameters", None), trees)
-        scoring, ids, busy = LabelScoring(RecordingLabels()), set(), 0
+        scoring, ids, frames, busy = LabelScoring(RecordingLabels()), set(), 0, 0
         for seen in perceive_frames(open_recording(file), replace(parts, detector=detector)):
             scoring(seen)
             ids |= set(seen.perceived.people.id.tolist())
+            frames += 1
             busy += len(seen.perceived.people) > 0
         if name in EMPTY:
-            remark = f"{busy} frames with somebody in {name}, without people"
-            yield measured(PART, "people in empty rooms", len(ids), bound=NONE, remark=remark)
+            remark = f"of {frames} frames of {name}; {len(ids)} ids"
+            yield measured(PART, "frames of empty rooms with somebody", busy, bound=NONE, remark=remark)
             continue
         scores = scoring.scores()
         found.append((scores.found, scores.unlabelled))
