@@ -93,6 +93,8 @@ def measured(server, drive):
         *((kind, MAX_CONNECTIONS_PER_ADDRESS) for kind in FLOODS),
         ("silent", 2 * MAX_CONNECTIONS),
         ("part of a request", 2 * MAX_CONNECTIONS),
+        ("no body", 2 * MAX_CONNECTIONS),
+        ("whole requests", 2 * MAX_CONNECTIONS),
     ],
 )
 def test_stop_gets_through_a_flood_of_connections_from_the_same_address(
