@@ -1,12 +1,13 @@
 """Health monitor: redundant input compared, doubt and loss detected, each with a reason."""
 
-from cohelm.health.map_changes import MapChanges
+from cohelm.health.map_changes import NO_CHANGES, MapChanges, updated_map
 from cohelm.health.map_fit import SolidMap, beam_map
 from cohelm.health.monitor import HealthState, monitor
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.values import Finding, Health, LocalisationHealth, LocalisationState
 
 __all__ = [
+    "NO_CHANGES",
     "Finding",
     "Health",
     "HealthParameters",
@@ -17,4 +18,5 @@ __all__ = [
     "SolidMap",
     "beam_map",
     "monitor",
+    "updated_map",
 ]
