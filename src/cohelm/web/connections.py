@@ -42,18 +42,18 @@ class HttpConnection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as its own
         """Accept it; if there are too many, abort the one that has owed its request for longest.
 
-        One address may exceed its number for as long as all its others are new or get answers.
+        While all others are new or get answers, there may be twice as many.
         """
         super().connection_made(transport)
         self._since = self.loop.time()
         all_ = [each for each in self.connections if not each.transport.is_closing()]
         here = [each for each in all_ if _host(each) == _host(self)]
-        late = _late(here)
-        if len(here) > MAX_CONNECTIONS_PER_ADDRESS and late:
+        crowd = here if len(here) > MAX_CONNECTIONS_PER_ADDRESS else all_
+        late = _late(crowd) if crowd is here or len(all_) > MAX_CONNECTIONS else []
+        if late:
             late[0].drop()
-        elif len(all_) > MAX_CONNECTIONS:
-            # Where all are new or get answers, the oldest new one goes, which may be this one.
-            (_late(all_) or _owing(all_))[0].drop()
+        elif len(all_) > 2 * MAX_CONNECTIONS:
+            _owing(all_)[0].drop()
         self.loop.call_later(_CHECK_PERIOD, self._check)
 
     @property
