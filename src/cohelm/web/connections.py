@@ -64,7 +64,8 @@ class HttpConnection(H11Protocol):
 
     def drop(self) -> None:
         """Make room: an answer that is on its way arrives, all else is aborted."""
-        if self.cycle is not None and not self.transport.get_write_buffer_size():
+        cycle: RequestResponseCycle | None = self.cycle
+        if cycle is not None and not self.transport.get_write_buffer_size():
             self.transport.close()
         else:
             self.transport.abort()
