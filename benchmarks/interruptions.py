@@ -11,6 +11,7 @@ confirmation where the process was replaced. The previews must not stop the chai
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import multiprocessing
 import os
@@ -126,7 +127,7 @@ def interrupt_navigator(rider: Rider, how: str) -> tuple[float, int]:
     took = state.clock - since
     if how == "frozen":
         time.sleep(FROZEN)
-        os.kill(pid, signal.SIGCONT)
+        _wake(pid)
     else:
         until = time.monotonic() + PATIENCE
         while not rider.drive.health.ready and time.monotonic() < until:
@@ -143,7 +144,7 @@ def interrupt_previews(rider: Rider, how: str) -> tuple[int, float]:
     time.sleep(FROZEN)
     held = sum(stands(state) for state in rider.states[number:])
     if how == "frozen":
-        os.kill(process, signal.SIGCONT)
+        _wake(process)
     rider.stick = 0.0
     asked, before = time.monotonic(), len(rider.messages)
     rider.say(SetGoal(id=1, point=(11.0, 7.0)))
@@ -158,6 +159,11 @@ def interrupt_previews(rider: Rider, how: str) -> tuple[int, float]:
     rider.say(SetGoal(id=3))
     # Without an answer the whole patience counts.
     return held, time.monotonic() - asked
+
+
+def _wake(process: int) -> None:
+    with contextlib.suppress(ProcessLookupError):  # it was replaced meanwhile
+        os.kill(process, signal.SIGCONT)
 
 
 def previews() -> int:
@@ -202,6 +208,8 @@ def main() -> int:
                     stops, answer = interrupt_previews(rider, how)
                     held[how].append(stops)
                     again[how].append(answer)
+    except TimeoutError as ends:  # what was measured counts
+        print(f"ended early: {ends}")
     finally:
         health = drive.health
         rider.close()

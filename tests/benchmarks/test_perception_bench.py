@@ -14,6 +14,7 @@ from cohelm.benchmarks.perception import filmed_crowds as perception_crowds
 from cohelm.benchmarks.perception import held_out as perception_held_out
 from cohelm.benchmarks.perception import invalid_readings as perception_odd
 from cohelm.benchmarks.perception import recordings as perception_recordings
+from cohelm.errors import ConfigError
 from cohelm.maps import read_floor_plan
 from cohelm.robots import LidarMount, load_robot
 from cohelm.scenarios.scenario import floor_file
@@ -62,6 +63,14 @@ def test_each_seed_is_a_window_and_windows_lie_side_by_side():
     assert len(crowds) == 4
     assert all(task[-2:] == (3, 4) for task in crowds)
     assert len(set(perception.create().tasks(range(1)))) == len(perception.create().tasks(range(1)))
+
+
+def test_parts_of_the_table_run_alone():
+    tasks = perception.create(parts=["held_out", "crowd"]).tasks(range(1))
+    assert {task[0] for task in tasks} == {"held_out", "crowd"}
+    assert len(tasks) == 1 + len(perception_crowds.CROWDS)
+    with pytest.raises(ConfigError, match=r"--part: no part is called 'heldout'.*held_out"):
+        perception.create(parts=["heldout"])
 
 
 def test_the_report_counts_and_names_what_is_missed(tmp_path):

@@ -2,8 +2,16 @@
 
 import numpy as np
 
-from cohelm.health.map_changes import CELL, NO_CHANGES, PERSISTENT, update_map_changes
+from cohelm.health.map_changes import (
+    CELL,
+    NO_CHANGES,
+    PERSISTENT,
+    MapChanges,
+    update_map_changes,
+    updated_map,
+)
 from cohelm.health.map_fit import BeamTable, fit_map
+from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 from .test_map_fit import ANGLES, KNOWN, POSE, ranges_at
 
@@ -65,3 +73,21 @@ def test_sweeps_in_quick_succession_count_once():
     beams = BeamTable(ANGLES, new(ranges_at(POSE)), np.ones(len(ANGLES), dtype=bool))
     again = update_map_changes(once, fit, beams, np.array(POSE), np.zeros(3), once.time + 0.1)
     assert again is once
+
+
+def test_the_updated_map_has_the_changes_and_nothing_else():
+    resolution = 0.05
+    data = np.zeros((40, 40), dtype=np.int8)
+    data[:, 20] = OCCUPIED  # a wall at 1.0 m
+    data[0, :] = UNKNOWN
+    grid = OccupancyGrid(data=data, resolution=resolution, X_MG=np.array([0.5, 0.0, 0.0]))
+    gone, new = (6, 3, 0), (3, 0, 1)  # cells of 0.25 m: x 1.5 to 1.75, and 0.75 to 1.0
+    changes = MapChanges(np.array([gone, new]), np.array([PERSISTENT, PERSISTENT]))
+    updated = updated_map(grid, changes)
+    assert np.array_equal(grid.data, data)
+    expected = data.copy()
+    expected[15:20, 20] = FREE
+    expected[1:5, 5:10] = OCCUPIED  # the unknown row stays unknown
+    assert np.array_equal(updated.data, expected)
+    doubtful = changes._replace(balance=np.array([PERSISTENT - 1, 0]))
+    assert np.array_equal(updated_map(grid, doubtful).data, data)

@@ -52,6 +52,11 @@ def scenery(ride_setup):
     return ride_setup.scenario, ride_setup.robot, ride_setup.grid
 
 
+def test_it_has_the_contradictions_to_the_map_so_far(ridden):
+    _, _, log, seen = ridden
+    assert log.changes is seen[-1][0].memory.health.changes
+
+
 def test_it_measures_what_the_evaluation_measures(ridden):
     """Rows are single precision: 1e-7 of 10 m, twice differenced over 0.05 s, is 4e-4 m/s³."""
     ride_setup, ride, log, _ = ridden

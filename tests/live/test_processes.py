@@ -39,7 +39,7 @@ def served(request, monkeypatch):
     if module is preview_process:
         return module.serve_previews, lambda work: monkeypatch.setattr(module, "preview", work)
     server = SimpleNamespace(answer=lambda _: "answer", record=lambda *_: None)
-    monkeypatch.setattr(module, "NavigatorServer", lambda _: server)
+    monkeypatch.setattr(module, "NavigatorServer", lambda *_: server)
     monkeypatch.setattr(module, "gc", SimpleNamespace(collect=len, freeze=list, disable=list))
     module.gc.collect = lambda *_: 0
     return module.serve_navigator, lambda work: setattr(server, "answer", work)

@@ -392,3 +392,24 @@ def test_what_stands_still_does_not_walk_for_a_localiser_that_wanders():
             seen = sighting(time, at, confidence=0.5)
             people, memory = tracker.track(observation(time, error), (seen,), memory)
             assert len(people) == 0
+
+
+@pytest.mark.parametrize(("on_legs", "scans"), [(True, 2), (False, 4), (None, 2)])
+def test_a_body_at_rest_takes_more_scans_than_clear_legs(on_legs, scans):
+    """A round object needs more than three whole observations of its shape, legs need two."""
+    memory, tracker, first = None, KalmanTracker(), None
+    for k in range(8):
+        seen = dataclasses.replace(
+            sighting(0.1 * k, [[3.0, 0.0]]),
+            points=np.column_stack([np.full(8, 2.75), np.linspace(-0.2, 0.2, 8)]),
+            detection_of_return=np.zeros(8, dtype=np.int64),
+            mapped=np.zeros(8, dtype=bool),
+            cluster_of_return=np.zeros(8, dtype=np.int64),
+            ellipse=np.array([[3.0, 0.0, R, R, 0.0]]),
+            arrival_log_odds=np.zeros(1),
+            on_legs=None if on_legs is None else np.array([on_legs]),
+        )
+        people, memory = tracker.track(observation(0.1 * k), (seen,), memory)
+        if first is None and len(people):
+            first = k + 1
+    assert first == scans

@@ -114,7 +114,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "paper-dynamic": ("planners", "settings"),
     "paper-global": ("global_planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),
-    "perception": ("part_settings",),
+    "perception": ("perception_parts", "part_settings"),
     "planning": ("map_file", "size", "plan_settings"),
     "riders": ("riders", "modes", "scenes", "true_people", "settings"),
     "rides": ("planners", "scenes", "blind", "both", "true_people", "tuned", "settings"),

@@ -292,6 +292,18 @@ OWN: Mapping[str, Option] = {
         ],
         into=lambda given: {"parts": tuple(given)},
     ),
+    "perception_parts": Option(
+        Annotated[
+            list[str] | None,
+            typer.Option(
+                "--part",
+                metavar="NAME",
+                help="held_out (leave one recording out), walking_aids, crowd, …; repeatable; "
+                "default: all.",
+            ),
+        ],
+        into=lambda given: {"parts": tuple(given)},
+    ),
     "ride_parts": Option(
         Annotated[
             list[str] | None,

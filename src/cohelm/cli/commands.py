@@ -30,6 +30,17 @@ preferences = typer.Typer(
     rich_markup_mode="rich",
 )
 
+map_changes = typer.Typer(
+    name="map-changes",
+    help="Show where buildings differ from their maps, and write updated copies of maps.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+
+DataFolder = Annotated[
+    Path | None,
+    typer.Option("--data", metavar="DIR", help="Folder of the sessions; default: the usual one."),
+]
 Rider = Annotated[
     str, typer.Option(metavar="NAME|FILE", help="Rider: a name, or your own .json file.")
 ]
@@ -122,6 +133,42 @@ def choose(
     from cohelm.cli import propose
 
     return propose.choose(taken, rider)
+
+
+app.add_typer(map_changes)
+
+
+@map_changes.command("show")
+def show_map_changes(data: DataFolder = None, json: Json = False) -> int:
+    """Show what rides have found to differ: walls that are gone, obstacles that are new."""
+    from cohelm.cli import map_changes
+
+    return map_changes.show(data, json=json)
+
+
+@map_changes.command("apply")
+def apply_map_changes(
+    file: Annotated[Path, typer.Argument(metavar="MAP.yaml", help="Map that the rides used.")],
+    out: Annotated[Path, typer.Option("--out", metavar="NEW.yaml", help="File of the copy.")],
+    data: DataFolder = None,
+) -> int:
+    """Write a copy of a map with these changes; the map itself stays."""
+    from cohelm.cli import map_changes
+
+    return map_changes.apply(file, out, data)
+
+
+@map_changes.command("forget")
+def forget_map_changes(
+    key: Annotated[
+        str | None, typer.Argument(metavar="KEY", help="Key that show prints; default: all.")
+    ] = None,
+    data: DataFolder = None,
+) -> int:
+    """Forget the changes to a map."""
+    from cohelm.cli import map_changes
+
+    return map_changes.forget(data, key)
 
 
 app.add_typer(preferences)

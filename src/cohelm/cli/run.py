@@ -15,7 +15,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from cohelm.arrays import Floats
+from cohelm.cli.map_changes import change_notes
 from cohelm.cli.progress import RideProgress
 from cohelm.cli.report import (
     ERRORS,
@@ -207,17 +207,7 @@ def _print(ride: Ride, report: Mapping[str, Any], title: str, request: RunReques
 def _map_notes(ride: Ride) -> list[str]:
     """Sentences on persistent contradictions between map and sweeps."""
     health = ride.ticks[-1].memory.health if ride.ticks else None
-    if health is None:
-        return []
-    gone, new = (health.changes.persistent(new=each) for each in (False, True))
-    told = ((gone, "a wall of the map is not there"), (new, "an obstacle is not on the map"))
-    return [f"map: {text} at {_places_text(cells)}" for cells, text in told if len(cells)]
-
-
-def _places_text(points: Floats) -> str:
-    """At most three of the points (n, 2), m, as text."""
-    shown = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in points[:3])
-    return shown + (f" and {len(points) - 3} more cells" if len(points) > 3 else "")
+    return [] if health is None else change_notes(health.changes)
 
 
 def _summary(measures: Mapping[str, float]) -> Table:

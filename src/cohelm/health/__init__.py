@@ -1,6 +1,6 @@
 """Health monitor: redundant input compared, doubt and loss detected, each with a reason."""
 
-from cohelm.health.map_changes import MapChanges
+from cohelm.health.map_changes import NO_CHANGES, MapChanges, updated_map
 from cohelm.health.map_fit import SolidMap, beam_map
 from cohelm.health.monitor import HealthState, monitor
 from cohelm.health.parameters import HealthParameters
@@ -8,6 +8,7 @@ from cohelm.health.registration import registered
 from cohelm.health.values import Finding, Health, LocalisationHealth, LocalisationState
 
 __all__ = [
+    "NO_CHANGES",
     "Finding",
     "Health",
     "HealthParameters",
@@ -19,4 +20,5 @@ __all__ = [
     "beam_map",
     "monitor",
     "registered",
+    "updated_map",
 ]

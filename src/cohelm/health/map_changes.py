@@ -1,7 +1,8 @@
 """Persistent contradictions between map and sweeps: walls that are gone, walls that are new.
 
-Only a report: the map is never changed. A coarse cell collects sweeps that pass through its mapped
-wall, or that end where the map is free, from different places; a sweep that agrees takes one back.
+Only a report: the map is never changed, an updated copy is made on request. A coarse cell collects
+sweeps that pass through its mapped wall, or that end where the map is free, from different places;
+a sweep that agrees takes one back.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cohelm.arrays import Floats, Integers
-from cohelm.geometry import compose
+from cohelm.geometry import compose, transform
 from cohelm.health.map_fit import HIT, SHORT, THROUGH, BeamTable, MapFit
+from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 CELL = 0.25
 """Side of a cell, m."""
@@ -113,3 +115,30 @@ def _freed(before: MapChanges, X_MS: Floats, beams: BeamTable, reaching: Integer
     far = np.where(reaching[at], beams.range[at], 0.0)
     freed: Integers = new[inside & np.isfinite(far) & (far > distance + 2.0 * CELL)]
     return freed
+
+
+def updated_map(grid: OccupancyGrid, changes: MapChanges) -> OccupancyGrid:
+    """Return a map with the persistent changes: walls that are gone are free, new ones occupied.
+
+    A new obstacle occupies its whole cell. Where both kinds are in one cell, as of a door that
+    moved within it, the obstacle stays.
+
+    Args:
+        grid: the map that was contradicted; it stays as it is.
+        changes: contradictions to it.
+    """
+    data = grid.data.copy()
+    rows, cols = np.indices(grid.shape)
+    local = np.stack([cols + 0.5, rows + 0.5], axis=-1) * grid.resolution
+    cell = np.floor(transform(grid.X_MG, local.reshape(-1, 2)) / CELL).astype(np.int64)
+    cell = cell.reshape(*grid.shape, 2)
+    for new in (False, True):
+        chosen = changes.cells[(changes.balance >= PERSISTENT) & (changes.cells[:, 2] == int(new))]
+        # Unknown cells stay unknown.
+        data[np.isin(_code(cell), _code(chosen)) & (data != UNKNOWN)] = OCCUPIED if new else FREE
+    return OccupancyGrid(data=data, resolution=grid.resolution, X_MG=grid.X_MG)
+
+
+def _code(cells: Integers) -> Integers:
+    """One number for each cell (…, 2 or more)."""
+    return np.asarray(cells[..., 0] * 2**32 + cells[..., 1])

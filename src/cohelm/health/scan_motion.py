@@ -26,6 +26,10 @@ _BEND = 0.1
 """Largest bend of a surface that counts as smooth, m."""
 _STEP = 0.3
 """Largest step of the range between neighbouring beams of one surface, m."""
+_PRIOR = 4.0
+"""Weight of the initial guess: an unconstrained direction keeps it."""
+_TOO_FAR = 20.0
+"""Motion that no sweep shows, m."""
 
 
 class Sweep(NamedTuple):
@@ -58,77 +62,131 @@ def scan_motion(earlier: Sweep, now: Sweep, guess: Floats) -> ScanMotion:
     return ScanMotion(motion, inliers, at_guess, points)
 
 
+class _Surface(NamedTuple):
+    """Stretch of the earlier sweep that a point is compared with."""
+
+    kind: int
+    """``_NOWHERE``, ``_ELSEWHERE`` or ``_NEAR``."""
+    nx: float
+    """Unit normal, earlier frame."""
+    ny: float
+    misfit: float
+    """Distance of the point from the line, m."""
+
+
+_NOWHERE, _ELSEWHERE, _NEAR = 0, 1, 2
+"""No beam sees the point's direction; the surface there is too far or not smooth; it is near."""
+
+
 @njit(cache=True)
-def _match(  # noqa: PLR0915  # one kernel: each pass associates, weighs and solves
-    earlier: Sweep, now: Sweep, guess: Floats
-) -> tuple[Floats, float, float, int]:
-    pose, b, m = guess.copy(), len(now.ranges), len(earlier.ranges)
-    stride = max(b // 90, 1)
-    at_guess, share, points = 0.0, 0.0, 0
-    full = abs(m * earlier.increment) > 2.0 * math.pi - 1.5 * abs(earlier.increment)
+def _match(earlier: Sweep, now: Sweep, guess: Floats) -> tuple[Floats, float, float, int]:
+    """(motion, share of inliers with it and with the guess, points) of robust Gauss-Newton."""
+    pose, points = guess.copy(), _points(now)
+    at_guess, share, compared = 0.0, 0.0, 0
     for k in range(len(_PASSES) + 1):
         reach, scale = _PASSES[min(k, len(_PASSES) - 1)]
-        H = np.diag(np.array([4.0, 4.0, 4.0]))
-        g = H @ (pose - guess)
-        c, s = math.cos(pose[2]), math.sin(pose[2])
-        inliers, points = 0, 0
-        for i in range(0, b, stride):
-            r = now.ranges[i]
-            if not (0.05 < r < 1e3):
-                continue
-            a = now.first + now.increment * i
-            px, py = r * math.cos(a), r * math.sin(a)
-            rx, ry = c * px - s * py, s * px + c * py
-            x, y = pose[0] + rx, pose[1] + ry
-            index = (math.atan2(y, x) - earlier.first) / earlier.increment
-            if full:
-                index %= 2.0 * math.pi / abs(earlier.increment)
-            j = math.floor(index)
-            j1 = (j + 1) % m if full else j + 1
-            if j < 0 or j >= m or j1 >= m:
-                continue
-            ra, rb = earlier.ranges[j], earlier.ranges[j1]
-            if not (0.05 < ra < 1e3 and 0.05 < rb < 1e3):
-                continue
-            points += 1
-            if abs(ra - rb) > _STEP or abs(math.hypot(x, y) - ra) > reach:
-                continue
-            # A longer chord where the surface goes on: neighbouring beams are too noisy a normal.
-            ja, jb = j - _CHORD, j1 + _CHORD
-            if full:
-                ja, jb = ja % m, jb % m
-            if ja >= 0 and jb < m:
-                wide = abs(earlier.ranges[ja] - ra) < _STEP and abs(earlier.ranges[jb] - rb) < _STEP
-                bend = abs(earlier.ranges[ja] + earlier.ranges[jb] - ra - rb)
-                if wide and bend < _BEND:
-                    j, j1, ra, rb = ja, jb, earlier.ranges[ja], earlier.ranges[jb]
-            ta, tb = earlier.first + earlier.increment * j, earlier.first + earlier.increment * j1
-            ax, ay = ra * math.cos(ta), ra * math.sin(ta)
-            ex, ey = rb * math.cos(tb) - ax, rb * math.sin(tb) - ay
-            length = math.hypot(ex, ey)
-            if length < 1e-6:
-                continue
-            nx, ny = -ey / length, ex / length
-            e = nx * (x - ax) + ny * (y - ay)
-            inliers += abs(e) <= _INLIER
-            w = 1.0 / (1.0 + (e / scale) ** 2) ** 2
-            turn = -nx * ry + ny * rx
-            H[0, 0] += w * nx * nx
-            H[0, 1] += w * nx * ny
-            H[1, 1] += w * ny * ny
-            H[0, 2] += w * nx * turn
-            H[1, 2] += w * ny * turn
-            H[2, 2] += w * turn * turn
-            g[0] += w * nx * e
-            g[1] += w * ny * e
-            g[2] += w * turn * e
-        share = inliers / points if points else 0.0
+        H, g, inliers, compared = _normal_equations(earlier, points, pose, reach, scale)
+        share = inliers / compared if compared else 0.0
         if k == 0:
             at_guess = share
         if k == len(_PASSES):
             break
-        H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+        H += np.diag(np.full(3, _PRIOR))
+        g += _PRIOR * (pose - guess)
         pose -= np.linalg.solve(H, g)
-        if abs(pose[0]) > 20.0 or abs(pose[1]) > 20.0:
-            return guess, at_guess, at_guess, points
-    return pose, share, at_guess, points
+        if abs(pose[0]) > _TOO_FAR or abs(pose[1]) > _TOO_FAR:
+            return guess, at_guess, at_guess, compared
+    return pose, share, at_guess, compared
+
+
+@njit(cache=True)
+def _points(now: Sweep) -> Floats:
+    """Returns (n, 2) of about 90 beams in the sensor's frame, m."""
+    b = len(now.ranges)
+    stride, n = max(b // 90, 1), 0
+    out = np.empty((b, 2))
+    for i in range(0, b, stride):
+        r = now.ranges[i]
+        if 0.05 < r < 1e3:
+            a = now.first + now.increment * i
+            out[n, 0], out[n, 1] = r * math.cos(a), r * math.sin(a)
+            n += 1
+    return out[:n]
+
+
+@njit(cache=True)
+def _normal_equations(
+    earlier: Sweep, points: Floats, pose: Floats, reach: float, scale: float
+) -> tuple[Floats, Floats, int, int]:
+    """Weighted (H, g, inliers, points compared) of the points moved by ``pose``."""
+    H, g = np.zeros((3, 3)), np.zeros(3)
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    inliers, compared = 0, 0
+    for i in range(len(points)):
+        px, py = points[i, 0], points[i, 1]
+        rx, ry = c * px - s * py, s * px + c * py
+        surface = _surface(earlier, pose[0] + rx, pose[1] + ry, reach)
+        compared += surface.kind != _NOWHERE
+        if surface.kind != _NEAR:
+            continue
+        nx, ny, e = surface.nx, surface.ny, surface.misfit
+        inliers += abs(e) <= _INLIER
+        w = 1.0 / (1.0 + (e / scale) ** 2) ** 2
+        turn = ny * rx - nx * ry
+        H[0, 0] += w * nx * nx
+        H[0, 1] += w * nx * ny
+        H[1, 1] += w * ny * ny
+        H[0, 2] += w * nx * turn
+        H[1, 2] += w * ny * turn
+        H[2, 2] += w * turn * turn
+        g[0] += w * nx * e
+        g[1] += w * ny * e
+        g[2] += w * turn * e
+    H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+    return H, g, inliers, compared
+
+
+@njit(cache=True)
+def _surface(earlier: Sweep, x: float, y: float, reach: float) -> _Surface:
+    """Surface of the earlier sweep in the direction of a point (x, y), m."""
+    m = len(earlier.ranges)
+    full = abs(m * earlier.increment) > 2.0 * math.pi - 1.5 * abs(earlier.increment)
+    index = (math.atan2(y, x) - earlier.first) / earlier.increment
+    if full:
+        index %= 2.0 * math.pi / abs(earlier.increment)
+    j = math.floor(index)
+    j1 = (j + 1) % m if full else j + 1
+    if j < 0 or j >= m or j1 >= m:
+        return _Surface(_NOWHERE, 0.0, 0.0, 0.0)
+    ra, rb = earlier.ranges[j], earlier.ranges[j1]
+    if not (0.05 < ra < 1e3 and 0.05 < rb < 1e3):
+        return _Surface(_NOWHERE, 0.0, 0.0, 0.0)
+    if abs(ra - rb) > _STEP or abs(math.hypot(x, y) - ra) > reach:
+        return _Surface(_ELSEWHERE, 0.0, 0.0, 0.0)
+    j, j1 = _chord(earlier, j, j1, full)
+    ra, rb = earlier.ranges[j], earlier.ranges[j1]
+    ta, tb = earlier.first + earlier.increment * j, earlier.first + earlier.increment * j1
+    ax, ay = ra * math.cos(ta), ra * math.sin(ta)
+    ex, ey = rb * math.cos(tb) - ax, rb * math.sin(tb) - ay
+    length = math.hypot(ex, ey)
+    if length < 1e-6:
+        return _Surface(_ELSEWHERE, 0.0, 0.0, 0.0)
+    nx, ny = -ey / length, ex / length
+    return _Surface(_NEAR, nx, ny, nx * (x - ax) + ny * (y - ay))
+
+
+@njit(cache=True)
+def _chord(earlier: Sweep, j: int, j1: int, full: bool) -> tuple[int, int]:
+    """Beams of a longer chord where the surface goes on smoothly, else ``j`` and ``j1``.
+
+    Neighbouring beams are too noisy a normal.
+    """
+    ranges, m = earlier.ranges, len(earlier.ranges)
+    ja, jb = j - _CHORD, j1 + _CHORD
+    if full:
+        ja, jb = ja % m, jb % m
+    if ja < 0 or jb >= m:
+        return j, j1
+    goes_on = abs(ranges[ja] - ranges[j]) < _STEP and abs(ranges[jb] - ranges[j1]) < _STEP
+    bend = abs(ranges[ja] + ranges[jb] - ranges[j] - ranges[j1])
+    return (ja, jb) if goes_on and bend < _BEND else (j, j1)

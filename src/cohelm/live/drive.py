@@ -51,6 +51,7 @@ from cohelm.live.services import Services
 from cohelm.live.sessions.audit import AuditLog
 from cohelm.live.sessions.files import lock_folder
 from cohelm.live.sessions.habits import with_habits
+from cohelm.live.sessions.map_changes import remembered_changes
 from cohelm.live.sessions.response import stored_response, with_response
 from cohelm.live.sessions.store import SessionStore
 from cohelm.scenarios import Scenario
@@ -127,7 +128,12 @@ class Drive:
         self._announcing = threading.Lock()
         # Only the navigator infers; the world stays the same whatever the rider's habits.
         known = with_habits(setup.scenario, self._sessions.list())
-        process_setup = ProcessSetup(scenario=known, seed=setup.seed, record=setup.record)
+        process_setup = ProcessSetup(
+            scenario=known,
+            seed=setup.seed,
+            record=setup.record,
+            changes=remembered_changes(folder, model.grid),
+        )
         self._services = services = Services(
             navigator=NavigatorClient(process_setup),
             route_preview=RoutePreview(process_setup, self._send),

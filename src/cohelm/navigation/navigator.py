@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
-from cohelm.health import Health, HealthState, beam_map, monitor, registered
+from cohelm.health import NO_CHANGES, Health, HealthState, MapChanges, beam_map, monitor, registered
 from cohelm.maps import DistanceField, distance_field
 from cohelm.messages import (
     Authority,
@@ -65,6 +66,7 @@ class Navigator:
 
     def __init__(self, setup: NavigatorSetup) -> None:
         self.setup = setup
+        self._changes = NO_CHANGES
         self.walls = distance_field(setup.grid)
         closed = with_keepout_walls(setup.grid, setup.filters)
         self.beams = beam_map(setup.grid, self.walls)
@@ -76,6 +78,12 @@ class Navigator:
             setup.robot.inscribed_radius,
             setup.destinations,
         )
+
+    def remembering(self, changes: MapChanges) -> Navigator:
+        """Return the same navigator with contradictions to the map that earlier rides have seen."""
+        out = copy.copy(self)
+        out._changes = changes
+        return out
 
     def step(self, observation: Observation, request: Request, last: Tick | None) -> Tick:
         """Compute one tick.
@@ -156,7 +164,12 @@ class Navigator:
             return stopped_by_input(observation, request, fault, gate_state, last)
         # Redundant input that does not agree slows the chair, or stops it.
         health, health_state = monitor(
-            observation, request, setup.robot, self.beams, memory.health, setup.health
+            observation,
+            request,
+            setup.robot,
+            self.beams,
+            memory.health or HealthState(changes=self._changes),
+            setup.health,
         )
         memory = dataclasses.replace(memory, health=health_state)
         if health.stop is not None:

@@ -70,6 +70,8 @@ class Detections:
     arrival_log_odds: Annotated[Floats, Shape("d")] | None = None
     """ln(p / (1 − p)) that each has arrived at its position, instead of always having been there,
     from change detection; 0: unknown. None without change detection."""
+    on_legs: Annotated[Booleans, Shape("d")] | None = None
+    """True where a planar scan shows legs instead of one body. None: not known."""
     heights: ColumnHeights | None = None
     """Heights of a cloud's columns; None for a planar scan, whose height is unknown."""
 

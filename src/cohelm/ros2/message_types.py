@@ -83,9 +83,13 @@ def decode(data: bytes, name: str) -> Any:
 
     Raises:
         ValueError: The bytes are not a message of that type.
+        KeyError: There is no such type.
     """
+    types = types_of("humble")
+    if name not in types.types:  # a mistake of the caller, not damage
+        raise KeyError(name)
     try:
-        return types_of("humble").deserialize_cdr(data, name)
+        return types.deserialize_cdr(data, name)
     except Exception as error:  # damaged bytes raise many kinds of errors in rosbags
         raise ValueError(f"not a {name}: {error}") from None
 

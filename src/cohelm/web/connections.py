@@ -3,12 +3,14 @@
 A silent or very slow client must not block others, who may want to press STOP; nor may a page that
 floods the server with frames that are no messages. Beyond the maximum number of connections, the
 one that owes its request for the longest time makes room for the new one: whoever sends a request
-at once is served, however many connections are half open.
+at once is served, however many connections are half open. The newest ones are spared, since their
+requests may have come and not been read yet.
 """
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Iterable
 from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
@@ -21,6 +23,9 @@ MAX_CONNECTIONS = 200
 """Maximum number of connections."""
 MAX_CONNECTIONS_PER_ADDRESS = 64
 """Maximum number of connections from one address: eight pages, and what a browser opens besides."""
+SPARED = 48
+"""Newest connections without a request that are not dropped: three times as many as are accepted
+before those already open are read."""
 REQUEST_TIMEOUT = 20.0
 """Maximum time from the beginning of a connection, or from an answer, to a whole request, s."""
 ANSWER_TIMEOUT = 60.0
@@ -35,20 +40,20 @@ class HttpConnection(H11Protocol):
     """Connection that speaks HTTP, or begins a socket."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as its own
-        """Accept it; if there are too many, abort the oldest one without a request, or this one."""
+        """Accept it; if there are too many, abort the one that has owed its request for longest.
+
+        While all others are new or get answers, there may be twice as many.
+        """
         super().connection_made(transport)
         self._since = self.loop.time()
         all_ = [each for each in self.connections if not each.transport.is_closing()]
         here = [each for each in all_ if _host(each) == _host(self)]
         crowd = here if len(here) > MAX_CONNECTIONS_PER_ADDRESS else all_
-        if crowd is here or len(all_) > MAX_CONNECTIONS:
-            waiting = [
-                each for each in crowd if isinstance(each, HttpConnection) and each.owes_request
-            ]
-            oldest = min(waiting, key=lambda each: each._since)
-            # Where all others get their answers, this one may stay: it may bring STOP.
-            if oldest is not self or len(all_) > MAX_CONNECTIONS:
-                oldest.transport.abort()
+        late = _late(crowd) if crowd is here or len(all_) > MAX_CONNECTIONS else []
+        if late:
+            late[0].drop()
+        elif len(all_) > 2 * MAX_CONNECTIONS:
+            _owing(all_)[0].drop()
         self.loop.call_later(_CHECK_PERIOD, self._check)
 
     @property
@@ -56,6 +61,14 @@ class HttpConnection(H11Protocol):
         """True until a whole request has come, and after its answer."""
         cycle: RequestResponseCycle | None = self.cycle
         return cycle is None or cycle.response_complete or cycle.more_body
+
+    def drop(self) -> None:
+        """Make room: an answer that is on its way arrives, all else is aborted."""
+        cycle: RequestResponseCycle | None = self.cycle
+        if cycle is not None and not self.transport.get_write_buffer_size():
+            self.transport.close()
+        else:
+            self.transport.abort()
 
     def on_response_complete(self) -> None:
         """Begin the time of the next request."""
@@ -100,6 +113,17 @@ class PageSocket(WebSocketsSansIOProtocol):
             return True
         self.transport.abort()
         return False
+
+
+def _owing(connections: Iterable[Any]) -> list[HttpConnection]:
+    """Connections that owe a request, the oldest first."""
+    owing = (each for each in connections if isinstance(each, HttpConnection) and each.owes_request)
+    return sorted(owing, key=lambda each: each._since)
+
+
+def _late(connections: Iterable[Any]) -> list[HttpConnection]:
+    """Connections that owe a request, but for the newest ones, the oldest first."""
+    return _owing(connections)[:-SPARED]
 
 
 def _host(connection: Any) -> str:

@@ -16,9 +16,16 @@ from cohelm.web.origins import Origins, Refusal, name_of
 
 MAX_BODY_SIZE = 16_384
 """Maximum size of the body of a request, bytes."""
+STOP_PATH = "/api/stop"
+"""Path of the request that takes no turn."""
+MAX_WAITING = 64
+"""Maximum number of requests that wait for their turn; more are refused, but for STOP."""
 BODY_TIMEOUT = 10.0
 """Maximum time for the body of a request to arrive, s."""
 _TOO_LARGE = Refusal(status=413, code="too_large", text="the request is too large")
+_BUSY = Refusal(status=503, code="busy", text="too many requests at once; try again")
+_GONE = bytes(bytearray(b"gone"))
+"""Body of a request whose client has gone; compared by identity."""
 _TOO_SLOW = Refusal(status=408, code="too_slow", text="the request did not come in time")
 _SAFE = (
     ("x-content-type-options", "nosniff"),
@@ -63,6 +70,8 @@ class Guard:
     def __init__(self, app: ASGIApp, origins: Origins) -> None:
         self._app = app
         self._origins = origins
+        self._turn = asyncio.Lock()
+        self._waiting = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse a request or pass it on."""
@@ -91,8 +100,28 @@ class Guard:
             return
         if body is None:
             await deny(scope, guarded, _TOO_LARGE)
-            return
-        await self._app(scope, _once(body, receive), guarded)
+        elif body is _GONE:
+            pass
+        elif scope["path"] == STOP_PATH or await self._takes_turn():
+            await self._app(scope, _once(body, receive), guarded)
+        else:
+            await deny(scope, guarded, _BUSY)
+
+    async def _takes_turn(self) -> bool:
+        """Wait for the turn of a request; False if too many wait.
+
+        One answer begins in each round of the loop, however many requests have come: a request for
+        STOP among them is read soon, and answered at once.
+        """
+        if self._waiting >= MAX_WAITING:
+            return False
+        self._waiting += 1
+        try:
+            async with self._turn:
+                await asyncio.sleep(0)
+        finally:
+            self._waiting -= 1
+        return True
 
     def _with_headers(self, scope: Scope, send: Send) -> Send:
         host = next((text for name, text in scope["headers"] if name == b"host"), b"")
@@ -130,13 +159,13 @@ def _add(message: MutableMapping[str, Any], headers: list[tuple[str, str]]) -> N
 
 
 async def _body(receive: Receive) -> bytes | None:
-    """Return the body of a request; None: it is too large."""
+    """Return the body of a request; None: it is too large, ``_GONE``: the client has gone."""
     parts: list[bytes] = []
     size = 0
     while True:
         message = await receive()
         if message["type"] == "http.disconnect":
-            return b""
+            return _GONE
         part = message.get("body", b"")
         size += len(part)
         if size > MAX_BODY_SIZE:

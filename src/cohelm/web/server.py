@@ -22,7 +22,7 @@ from cohelm.live import Drive
 from cohelm.live.messages import MAX_MESSAGE_SIZE, Role, ToPage
 from cohelm.web.app import create_app
 from cohelm.web.certificate import Tls
-from cohelm.web.connections import MAX_CONNECTIONS, HttpConnection, PageSocket
+from cohelm.web.connections import HttpConnection, PageSocket
 from cohelm.web.origins import is_loopback, origins_for
 from cohelm.web.page_files import BuiltPage
 from cohelm.web.server_context import ServerContext
@@ -152,7 +152,6 @@ def server(
         access_log=False,
         proxy_headers=False,
         server_header=False,
-        limit_concurrency=2 * MAX_CONNECTIONS,  # never reached: HttpConnection accepts no more
         backlog=_ACCEPTED_AT_ONCE,  # asyncio takes it for both; see startup
         timeout_keep_alive=15,
         timeout_graceful_shutdown=3,

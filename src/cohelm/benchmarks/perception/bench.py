@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cohelm.benchmarks.bench import BenchReport, Result, Task
+from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name
 from cohelm.benchmarks.claims import measured_notes, measured_sheets
 from cohelm.benchmarks.perception import (
     cost,
@@ -33,6 +33,8 @@ class PerceptionBench:
 
     settings: tuple[str, ...] = ()
     """``part.parameter=value`` of detectors, tracker, predictor, groups and social model."""
+    parts: tuple[str, ...] = ()
+    """Parts of the table; empty: all."""
     TITLE: str = TITLE
     SEEDS: int = 1
     WORKERS: int | None = 1
@@ -40,7 +42,7 @@ class PerceptionBench:
     def tasks(self, seeds: range) -> Sequence[Task]:
         """One per part of the table."""
         window = (seeds.start, len(seeds))
-        return [
+        tasks: list[Task] = [
             ("held_out",),
             ("walking_aids",),
             ("demo",),
@@ -56,6 +58,7 @@ class PerceptionBench:
             ("cloud",),
             ("costs",),
         ]
+        return [task for task in tasks if not self.parts or task[0] in self.parts]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """Rows of one part."""
@@ -72,14 +75,17 @@ class PerceptionBench:
         )
 
 
-def create(settings: Sequence[str] = ()) -> PerceptionBench:
-    """Create the benchmark, its parts with settings.
+def create(settings: Sequence[str] = (), parts: Sequence[str] = ()) -> PerceptionBench:
+    """Create the benchmark with some parts of the table, and settings of perception's parts.
 
     Raises:
         ConfigError, PluginError: if there is no such part, or it has no such parameter.
     """
     parts_of(settings, (*DETECTION_PARTS, *PREDICTION_PARTS))
-    return PerceptionBench(settings=tuple(settings))
+    known = list(dict.fromkeys(str(task[0]) for task in PerceptionBench().tasks(range(1))))
+    for part in parts:
+        known_name(part, known, "part", "--part")
+    return PerceptionBench(settings=tuple(settings), parts=tuple(parts))
 
 
 def _rows(task: Task, folder: Path, settings: Sequence[str]) -> Iterator[dict[str, Any]]:

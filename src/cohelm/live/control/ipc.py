@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from cohelm.health import NO_CHANGES, MapChanges
 from cohelm.live.messages import RideOutcome
 from cohelm.live.sessions.records import RideLog
 from cohelm.messages import Decision, Observation, Request
@@ -26,6 +27,8 @@ class ProcessSetup:
     seed: int
     record: Path | None = None
     """MCAP file of the drive; None: not recorded."""
+    changes: MapChanges = NO_CHANGES
+    """Contradictions to the map that earlier rides have seen."""
 
 
 class RideBegin(NamedTuple):

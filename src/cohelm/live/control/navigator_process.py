@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -16,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cohelm.arrays import identical
+from cohelm.health import NO_CHANGES, MapChanges
 from cohelm.live.control.ipc import (
     ProcessReady,
     ProcessSetup,
@@ -68,7 +70,7 @@ def serve_navigator(pipe: Connection, setup: ProcessSetup) -> None:
 
 
 def _serve(pipe: OwnerPipe, setup: ProcessSetup, ride_setup: RideSetup) -> None:
-    server = NavigatorServer(ride_setup)
+    server = NavigatorServer(ride_setup, setup.changes)
     for progress in warm_up(ride_setup):
         pipe.send(ProcessReady(done=False, progress=progress))
     with DriveRecording(setup.record, ride_setup) as recording:
@@ -88,10 +90,11 @@ class NavigatorServer:
 
     Args:
         ride_setup: Floor, chair and parts.
+        changes: Contradictions to the map that earlier rides have seen.
     """
 
-    def __init__(self, ride_setup: RideSetup) -> None:
-        self._navigator = Navigator(ride_setup.navigator)
+    def __init__(self, ride_setup: RideSetup, changes: MapChanges = NO_CHANGES) -> None:
+        self._navigator = Navigator(ride_setup.navigator).remembering(changes)
         self._last: Tick | None = None
         self._path: Path | None = None
         self._ride_log = RideLogWriter()
@@ -103,8 +106,11 @@ class NavigatorServer:
         """Compute one step; during a pause, the planning context only."""
         if step.paused:
             return self._paused_answer(step)
-        if step.restart:
-            self._last = None
+        if step.restart and self._last is not None:
+            health, self._last = self._last.memory.health, None
+            if health is not None:  # the world is new, the building is not
+                remembered = health.changes._replace(time=-math.inf)
+                self._navigator = self._navigator.remembering(remembered)
         tick = self._navigator.step(step.observation, self._shared(step.request), self._last)
         self._last = tick
         log, self._finished_log = self._finished_log, None

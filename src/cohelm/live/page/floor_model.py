@@ -30,6 +30,7 @@ class FloorModel:
 
     scene: SceneInfo
     png: bytes
+    grid: OccupancyGrid
     places: Places
     robot: Robot
 
@@ -65,7 +66,7 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
         ),
         modes=MODES,
     )
-    return FloorModel(scene=scene, png=png, places=places, robot=robot)
+    return FloorModel(scene=scene, png=png, grid=grid, places=places, robot=robot)
 
 
 def map_image(grid: OccupancyGrid) -> tuple[FloorInfo, bytes]:

@@ -8,6 +8,7 @@ from pathlib import Path as File
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
+from cohelm.health import NO_CHANGES, MapChanges
 from cohelm.live.messages import Limits, RideOutcome
 from cohelm.messages import Mode, Path
 
@@ -108,5 +109,7 @@ class RideLog:
     """First route; None: there was none."""
     lost_rows: int = 0
     """Number of ticks that could not be written."""
+    changes: MapChanges = NO_CHANGES
+    """Contradictions between map and sweeps, of earlier rides as well."""
     prefer: Annotated[Floats, Shape("w 2")]
     """Points that attracted the first route, m."""

@@ -18,6 +18,7 @@ import numpy as np
 
 from cohelm.evaluation.episode.ride import StopEvent
 from cohelm.evaluation.episode.ride_log import StopLog
+from cohelm.health import NO_CHANGES
 from cohelm.live.messages import RideOutcome
 from cohelm.live.sessions.files import unwritable
 from cohelm.live.sessions.records import RideLog, RideStop
@@ -146,8 +147,10 @@ class _Ride:
         prefer = (
             [w.points for w in first.wishes if w.kind == "attract"] if first is not None else []
         )
+        health = self._last.memory.health if self._last is not None else None
         return RideLog(
             ride=self.id,
+            changes=NO_CHANGES if health is None else health.changes,
             file=self.file,
             outcome=outcome,
             step=(self._now - self.first_time) / max(self.ticks - 1, 1),

@@ -2,6 +2,7 @@
 
     DIR/                       0700, every file in it 0600
       settings.json            limits and the rider's settings, see ``control.limits``
+      map-changes.json         where the building differs from its map
       audit.jsonl              audit log; it stays when sessions are deleted
       20260131-142530/         a session
         session.json
@@ -33,6 +34,8 @@ from cohelm.errors import StoreError
 from cohelm.live.sessions.archive import SessionArchive
 from cohelm.live.sessions.background import Background
 from cohelm.live.sessions.files import check_writable, write_atomically
+from cohelm.live.sessions.map_changes import FILE as MAP_CHANGES
+from cohelm.live.sessions.map_changes import keep_changes
 from cohelm.live.sessions.measuring import (
     MeasuringPostponed,
     log_without_navigator,
@@ -190,6 +193,9 @@ class SessionStore(SessionArchive):
         def write() -> None:
             self._unwritten[record.id] = record, task
             self._write_rides()
+            if log is not None and (self.folder / session).is_dir():  # else deleted meanwhile
+                grid, scene = ride_setup.navigator.grid, ride_setup.scenario.name
+                keep_changes(self.folder, grid, scene, log.changes)
 
         self._background.write(write)
 
@@ -331,6 +337,7 @@ class SessionStore(SessionArchive):
             with self._lock:  # no session is created meanwhile
                 self._stored_rides.clear()
                 mark_deleted(self._folders())
+                (self.folder / MAP_CHANGES).unlink(missing_ok=True)
         except OSError as cause:
             raise not_deleted(self.folder, cause) from None
         remove_deleted(self.folder)

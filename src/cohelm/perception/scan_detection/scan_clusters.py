@@ -150,6 +150,7 @@ class ScanClusters:
             radius=bodies.radius,
             deviation=np.hypot(bodies.deviation, noise),
             confidence=1.0 / (1.0 + np.exp(-log_odds)),
+            on_legs=_on_legs(bodies),
             cluster_of_return=cluster,
             ellipse=bounding_ellipses(
                 returns.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
@@ -164,7 +165,7 @@ class ScanClusters:
         decides, unless the classifier doubts it.
         """
         bodies, learned = seen.bodies, person_log_odds(seen.features, self._classifier)
-        on_legs = (bodies.disc_centre == bodies.mean).all(axis=1)
+        on_legs = _on_legs(bodies)
         alone = on_legs & (bodies.deviation >= self.parameters.leg_deviation)
         bound = np.where(alone, MAX_LONE_LEG_LOG_ODDS, np.maximum(bodies.log_odds, MAX_LOG_ODDS))
         torso = np.minimum(bodies.log_odds, learned + TORSO_MARGIN)
@@ -186,6 +187,12 @@ class ScanClusters:
         body_of_return, bodies = find_bodies(beams, self._sizes, self._prior, self._legs)
         features = candidate_features(beams, body_of_return, bodies)
         return ScanCandidates(seen, mapped, cluster, body_of_return, bodies, features)
+
+
+def _on_legs(bodies: BodyCandidates) -> Booleans:
+    """Mask (d,) of candidates whose centre is the mean of their returns, as that of legs is."""
+    out: Booleans = (bodies.disc_centre == bodies.mean).all(axis=1)
+    return out
 
 
 @njit(cache=True)

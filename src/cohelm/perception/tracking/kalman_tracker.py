@@ -139,7 +139,7 @@ def update_tracks(
     mark_unseen(known, matches, scan, step, p.window)
     alive = np.empty(len(known), dtype=np.bool_)
     for t in range(len(known)):
-        known[t].confirmed = is_confirmed(known[t], matches.detection[t], now, p)
+        known[t].confirmed = is_confirmed(known[t], matches.detection[t], found, now, p)
         patience = p.patience if known[t].confirmed else p.tentative_patience
         alive[t] = known[t].unseen_time <= patience
     if scan.is_planar:

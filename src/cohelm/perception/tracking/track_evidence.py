@@ -193,12 +193,15 @@ def mark_doubles(
 
 
 @njit(cache=True)
-def is_confirmed(track: Any, detection: int, time: float, p: TrackerParameters) -> bool:
+def is_confirmed(
+    track: Any, detection: int, found: PersonDetections, time: float, p: TrackerParameters
+) -> bool:
     """Confirm or reject a track by detections and evidence, with hysteresis.
 
     Args:
         track: with the evidence of the scan.
         detection: its index in the scan, or ``NO_MATCH``.
+        found: possible people of the scan.
         time: of the scan, s.
         p: the parameters.
     """
@@ -212,7 +215,9 @@ def is_confirmed(track: Any, detection: int, time: float, p: TrackerParameters) 
     elif track.motion_log_odds >= p.arrived_log_odds:
         is_person = odds >= p.confirm_log_odds and track.shape_log_odds >= p.arrived_shape
     else:
-        is_person = track.shape_log_odds >= p.static_shape and track.shape_looks >= p.static_looks
+        torso = detection >= 0 and not found.on_legs[detection]
+        looks = p.static_looks_torso if torso else p.static_looks
+        is_person = track.shape_log_odds >= p.static_shape and track.shape_looks >= looks
     least = p.reject_log_odds if track.has_walked else p.unmoved_reject_log_odds
     stays = odds > least or track.shape_log_odds > p.static_shape_kept
     return bool((detection >= 0 and often and is_person) or (track.confirmed and stays))

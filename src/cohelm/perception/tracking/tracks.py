@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import Field
 
-from cohelm.arrays import Floats, Integers, read_only, value
+from cohelm.arrays import Booleans, Floats, Integers, read_only, value
 from cohelm.config import Model
 from cohelm.perception.api import Detections
 
@@ -85,6 +85,9 @@ class TrackerParameters(Model):
     """Mean log-odds of a shape that confirm a track without motion."""
     static_looks: float = Field(2.0, ge=0.0, le=100.0)
     """Observations of the shape that this takes; those with few returns count in part."""
+    static_looks_torso: float = Field(3.1, ge=0.0, le=100.0)
+    """Those that it takes for one body of a planar scan, more than three whole ones: other objects
+    are as round in some scans, but seldom in four."""
     static_shape_kept: float = Field(1.2, ge=-5.0, le=5.0)
     """Mean log-odds of a shape above which such a track remains confirmed."""
     static_moved: float = Field(-0.3, ge=-5.0, le=0.0)
@@ -221,6 +224,8 @@ class ScanTable(NamedTuple):
     confidence: Floats
     arrival_log_odds: Floats
     """(d,), or empty without change detection."""
+    on_legs: Booleans
+    """(d,) True where legs are seen, or nothing is known about that."""
     has_changes: bool
     is_planar: bool
     """False for clouds, whose detections are whole bodies."""
@@ -243,6 +248,7 @@ def scan_table(found: Detections) -> ScanTable:
         found.deviation,
         found.confidence,
         _UNKNOWN if arrival is None else arrival,
+        np.ones(len(found.radius), dtype=np.bool_) if found.on_legs is None else found.on_legs,
         arrival is not None,
         found.heights is None,
     )
@@ -266,6 +272,8 @@ class PersonDetections(NamedTuple):
     """(d,) ln(p / (1 − p)) of having arrived at its place; 0 where unknown."""
     shape_weight: Floats
     """(d,) weight as an observation of the shape, 0…1."""
+    on_legs: Booleans
+    """(d,) see ``ScanTable``."""
 
 
 @njit(cache=True)
@@ -286,7 +294,13 @@ def person_detections(scan: ScanTable) -> PersonDetections:
         if j >= 0:
             returns[j] += 1.0
     out = PersonDetections(
-        np.empty((d, 2)), np.empty(d), np.empty(d), np.empty(d), np.zeros(d), np.ones(d)
+        np.empty((d, 2)),
+        np.empty(d),
+        np.empty(d),
+        np.empty(d),
+        np.zeros(d),
+        np.ones(d),
+        np.ones(d, dtype=np.bool_),
     )
     for k in range(d):
         j = order[k]
@@ -294,6 +308,7 @@ def person_detections(scan: ScanTable) -> PersonDetections:
         out.position[k] = scan.position[j]
         out.radius[k], out.deviation[k] = scan.radius[j], scan.deviation[j]
         out.log_odds[k] = math.log(p / (1.0 - p))
+        out.on_legs[k] = scan.on_legs[j]
         # With change detection, few returns show no shape.
         if scan.has_changes:
             out.arrival_log_odds[k] = scan.arrival_log_odds[j]

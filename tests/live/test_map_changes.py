@@ -1,0 +1,78 @@
+"""Contradictions between map and building: kept over rides, and forgotten on request."""
+
+import numpy as np
+import pytest
+
+from cohelm.arrays import replace
+from cohelm.errors import StoreError
+from cohelm.health import NO_CHANGES, MapChanges
+from cohelm.health.map_changes import PERSISTENT
+from cohelm.live.sessions.map_changes import (
+    FILE,
+    forget_changes,
+    keep_changes,
+    map_key,
+    remembered_changes,
+    stored_changes,
+)
+from cohelm.maps import OCCUPIED, OccupancyGrid
+from cohelm.navigation import Navigator
+from cohelm.scenarios import load_scenario
+from cohelm.scenarios.build import build_scenario
+from cohelm.simulation import World
+
+GRID = OccupancyGrid(data=np.zeros((20, 30), dtype=np.int8), resolution=0.1, X_MG=np.zeros(3))
+FOUND = MapChanges(np.array([[3, 4, 0], [5, 1, 1]]), np.array([PERSISTENT, 2]), time=12.5)
+
+
+def test_what_one_ride_has_seen_the_next_one_knows(tmp_path):
+    assert remembered_changes(tmp_path, GRID) is NO_CHANGES
+    keep_changes(tmp_path, GRID, "ward", FOUND)
+    known = remembered_changes(tmp_path, GRID)
+    assert known.cells.tolist() == FOUND.cells.tolist()
+    assert known.balance.tolist() == FOUND.balance.tolist()
+    assert known.time == -np.inf  # the clock of the next ride begins anew
+    keep_changes(tmp_path, GRID, "ward", NO_CHANGES)  # it has found the map to be right again
+    (stored,) = stored_changes(tmp_path).values()
+    assert (stored.rides, stored.cells) == (2, ())
+
+
+def test_a_map_is_known_by_its_content(tmp_path):
+    keep_changes(tmp_path, GRID, "ward", FOUND)
+    data = GRID.data.copy()
+    data[3, 4] = OCCUPIED
+    other = replace(GRID, data=data)
+    assert map_key(other) != map_key(GRID) == map_key(replace(GRID, data=GRID.data.copy()))
+    assert remembered_changes(tmp_path, other) is NO_CHANGES
+    keep_changes(tmp_path, other, "annex", FOUND)
+    assert forget_changes(tmp_path, map_key(GRID)) == 1
+    assert [each.scene for each in stored_changes(tmp_path).values()] == ["annex"]
+    assert forget_changes(tmp_path) == 1
+    assert stored_changes(tmp_path) == {}
+
+
+def test_a_ride_without_contradictions_on_an_unknown_map_writes_nothing(tmp_path):
+    keep_changes(tmp_path, GRID, "ward", NO_CHANGES)
+    assert not (tmp_path / FILE).exists()
+
+
+@pytest.mark.parametrize("damage", [b"", b"{", b'{"maps": 3}', b'{"maps": {"a": {"rides": 0}}}'])
+def test_a_damaged_file_is_named_ends_no_drive_and_is_replaced(tmp_path, damage):
+    (tmp_path / FILE).write_bytes(damage)
+    with pytest.raises(StoreError, match=FILE):
+        stored_changes(tmp_path)
+    assert remembered_changes(tmp_path, GRID) is NO_CHANGES
+    keep_changes(tmp_path, GRID, "ward", FOUND)
+    assert len(stored_changes(tmp_path)) == 1
+
+
+def test_a_ride_begins_with_what_earlier_rides_have_seen():
+    """Behind the chair's horizon nothing speaks for or against it."""
+    ride_setup = build_scenario(load_scenario("empty"), 0)
+    far = MapChanges(np.array([[4000, 4000, 0]]), np.array([PERSISTENT]))
+    navigator = Navigator(ride_setup.navigator).remembering(far)
+    world, tick = World(ride_setup.world, 0), None
+    for _ in range(3):
+        tick = navigator.step(world.observe(), ride_setup.request, tick)
+        world.advance(tick.decision)
+    assert [4000, 4000, 0] in tick.memory.health.changes.cells.tolist()
