@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from cohelm.geometry import compose
+from cohelm.messages import RiderCommand
+from cohelm.recordings.rides import ros_messages as ros
 from cohelm.ros2.findings import missing_inputs
 from cohelm.ros2.inputs import MAX_READINGS, NEVER, Inputs
-from cohelm.ros2.parameters import FrameNames, Ros2Parameters
+from cohelm.ros2.parameters import FrameNames, Ros2Parameters, StickParameters
 from tests.ros2.messages import LASER_TF, odometry, scan, transforms
 
 
@@ -138,3 +140,16 @@ def test_rate_and_delay_are_measured(inputs, clock):
     found = inputs.topics["/scan"]
     assert found.rate == pytest.approx(10.0)
     assert found.delay == pytest.approx(0.03)
+
+
+def test_a_stick_without_a_dead_man_button_is_a_device_of_the_page(clock):
+    inputs = Inputs(Ros2Parameters(stick=StickParameters()), clock)
+    assert inputs.observation().rider.heartbeat == NEVER  # declared, and not here: it is lost
+    inputs.take_stick(
+        ros.joy("", RiderCommand(heartbeat=0.0, deflection=np.array([-0.2, 0.7])))
+    )  # left is axis 0
+    rider = inputs.observation().rider
+    assert rider.heartbeat == 5.0
+    np.testing.assert_allclose(rider.deflection, [0.7, -0.2], atol=1e-6)
+    with_button = Inputs(Ros2Parameters(stick=StickParameters(dead_man=4)), clock)
+    assert with_button.observation().rider is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,9 +39,28 @@ class StickPosition(NamedTuple):
     forward: float
     left: float
     held: bool
-    """True if the dead-man button is held, or none is needed."""
+    """True if the dead-man button is held."""
     confirm: bool
     stop: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DeadManButton:
+    """Vigilance of a stick whose driver repeats its last message for ever."""
+
+    content: tuple[float, ...] = ()
+    """Axes and buttons of the newest message."""
+    changed_at: float = -math.inf
+    """Time of the newest change, s."""
+
+    def after(self, message: Any, now: float) -> DeadManButton:
+        """Return the state after a Joy message."""
+        content = (*map(float, message.axes), *map(float, message.buttons))
+        return self if content == self.content else DeadManButton(content, now)
+
+    def unchanged(self, now: float, limit: float) -> bool:
+        """Check that nothing has changed for longer than ``limit``, s."""
+        return now - self.changed_at > limit
 
 
 def moving(message: Any) -> Moving:
@@ -122,7 +142,7 @@ def stick_of(message: Any, parameters: StickParameters) -> StickPosition:
     return StickPosition(
         min(max(forward, -1.0), 1.0),
         min(max(left, -1.0), 1.0),
-        parameters.dead_man is None or pressed(parameters.dead_man),
+        pressed(parameters.dead_man),
         pressed(parameters.confirm),
         pressed(parameters.stop),
     )

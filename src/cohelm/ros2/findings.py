@@ -18,7 +18,7 @@ from cohelm.ros2.clocks import RobotClock
 from cohelm.ros2.inputs import Inputs, TopicStatistics
 from cohelm.ros2.parameters import Ros2Parameters
 
-MIN_RATES = {"scan": 5.0, "odometry": 10.0, "cloud": 5.0}
+MIN_RATES = {"scan": 5.0, "odometry": 10.0, "cloud": 5.0, "stick": 5.0}
 """Minimum messages per second."""
 MAX_DELAY = 0.2
 """Maximum delay of a message, s: half of what the safety gate accepts."""
@@ -77,6 +77,7 @@ def check_inputs(
         ("scan", parameters.scans),
         ("cloud", parameters.clouds),
         ("odometry", (parameters.odometry,)),
+        ("stick", parameters.page_sticks),
     ):
         out += [_topic(kind, topic, inputs, offered) for topic in topics]
     out.append(_base(parameters, inputs))

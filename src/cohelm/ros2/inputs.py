@@ -11,11 +11,18 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.messages import Observation, PointCloud, Scan
+from cohelm.messages import Observation, PointCloud, RiderCommand, Scan
 from cohelm.recordings.bags import ros_messages as ros
 from cohelm.recordings.transforms import name, planar
 from cohelm.ros2.clocks import Clock
-from cohelm.ros2.conversions import Moving, is_level, mount_of, moving, twist_at_base
+from cohelm.ros2.conversions import (
+    Moving,
+    is_level,
+    mount_of,
+    moving,
+    stick_of,
+    twist_at_base,
+)
 from cohelm.ros2.frames import FrameTree
 from cohelm.ros2.parameters import Ros2Parameters
 
@@ -67,6 +74,9 @@ class Inputs:
         self._lock = threading.Lock()
         self.frames = FrameTree()
         self._moving: Moving | None = None
+        self._rider: RiderCommand | None = None
+        if parameters.page_sticks:  # a stick that never comes is a stick that is lost
+            self._rider = RiderCommand(heartbeat=NEVER, deflection=np.zeros(2))
         self._scans: deque[Scan] = deque(maxlen=MAX_READINGS)
         self._clouds: deque[PointCloud] = deque(maxlen=MAX_READINGS)
         self.last_scan: dict[str, Scan] = {}
@@ -120,6 +130,22 @@ class Inputs:
                 self._scans.append(scan)
                 self.last_scan[topic] = scan
 
+    def take_stick(self, message: Any) -> None:
+        """Take a Joy of a stick that is a device of the page that drives."""
+        parameters, now = self._parameters.stick, self.clock.now()
+        if parameters is None:
+            return
+        position, problem = None, ""
+        try:
+            position = stick_of(message, parameters)
+        except ValueError as error:
+            problem = str(error)
+        with self._lock:
+            self._count(parameters.topic, now, math.nan, "", problem=problem)
+            if position is not None:
+                deflection = np.array([position.forward, position.left])
+                self._rider = RiderCommand(heartbeat=now, deflection=deflection)
+
     def take_cloud(self, topic: str, message: Any) -> None:
         """Take a PointCloud2 of a sensor whose mount the transforms tell."""
         now = self.clock.now()
@@ -150,6 +176,7 @@ class Inputs:
             scans, clouds = tuple(self._scans), tuple(self._clouds)
             self._scans.clear()
             self._clouds.clear()
+            rider = self._rider
         return Observation(
             time=now,
             pose=pose,
@@ -158,6 +185,7 @@ class Inputs:
             twist_time=max(twist_time, NEVER),
             scans=scans,
             clouds=clouds,
+            rider=rider,
         )
 
     @property

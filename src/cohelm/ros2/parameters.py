@@ -41,16 +41,23 @@ class FrameNames(Model):
 
 
 class StickParameters(Model):
-    """Stick of the rider as sensor_msgs/Joy."""
+    """Stick of the rider as sensor_msgs/Joy; its driver sends five messages a second or more.
+
+    Such a driver repeats the last position for ever if the stick itself is gone. So the stick needs
+    a page that drives, or a dead-man button.
+    """
 
     topic: Topic = "/joy"
     forward_axis: int = Field(1, ge=0, le=63)
     left_axis: int = Field(0, ge=0, le=63)
     dead_man: int | None = Field(None, ge=0, le=63)
-    """Button that must be held while driving; None: the driver repeats its messages, at least
-    five a second."""
+    """Button that must be held while driving; then the stick drives without a page. None: a page
+    drives, and the stick is its device."""
+    renew: float = Field(5.0, gt=0.2, le=60.0)
+    """Maximum time for which a held button counts while no axis and no button changes, s; assumed,
+    after the vigilance devices of trains."""
     confirm: int = Field(0, ge=0, le=63)
-    """Button that confirms that the chair may move."""
+    """Button that confirms that the chair may move; with a dead-man button."""
     stop: int = Field(1, ge=0, le=63)
     """Button that stops the chair."""
 
@@ -92,6 +99,12 @@ class Ros2Parameters(Model):
     limits: InputLimits = InputLimits()
     wait: float = Field(10.0, gt=0.0, le=120.0)
     """Time for all inputs to come when the platform is opened, s."""
+
+    @property
+    def page_sticks(self) -> tuple[Topic, ...]:
+        """Topic of a stick that is a device of the page that drives."""
+        stick = self.stick
+        return () if stick is None or stick.dead_man is not None else (stick.topic,)
 
     @model_validator(mode="after")
     def _senses_something(self) -> Ros2Parameters:

@@ -73,6 +73,8 @@ class RobotNode:
         for topic in p.clouds:
             cloud = functools.partial(take.take_cloud, topic)
             self.dds.subscribe(topic, ros.CLOUD, SENSOR, cloud)
+        for topic in p.page_sticks:
+            self.dds.subscribe(topic, "sensor_msgs/msg/Joy", SENSOR, take.take_stick)
         if isinstance(self.clock, RobotClock):
             clock = self.clock
             self.dds.subscribe(

@@ -3,8 +3,9 @@
     /joy, /goal_pose            ─► heartbeats, confirmation, STOP, destination
     route, plan, people, status ◄─ messages to pages
 
-A stick takes control with its first deflection or dead-man press, and a goal is accepted while no
-other page drives. A Joy that stops coming stops the chair, as a lost page does.
+A stick with a dead-man button takes control when it is pressed; another stick is a device of the
+page that drives (``inputs``). A goal is accepted while no other page drives. A Joy that stops
+coming stops the chair, as a lost page does.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from cohelm.messages import People
 from cohelm.recordings.rides import markers as draw
 from cohelm.recordings.rides import ros_messages as ros
 from cohelm.recordings.transforms import name
-from cohelm.ros2.conversions import StickPosition, stick_of
+from cohelm.ros2.conversions import DeadManButton, StickPosition, stick_of
 from cohelm.ros2.dds import LATCHED, RELIABLE, SENSOR, DdsNode
 from cohelm.ros2.parameters import Ros2Parameters
 
@@ -55,6 +56,7 @@ class RiderNode:
         self._parameters, self._drive = parameters, drive
         self._frame = parameters.frames.map or parameters.frames.odom
         self._seq, self._last = 0, StickPosition(0.0, 0.0, False, False, False)
+        self._button = DeadManButton()
         self._dds = DdsNode(parameters.dds, f"{parameters.name}_rider")
         if parameters.stick is not None:
             self._dds.subscribe(
@@ -85,9 +87,15 @@ class RiderNode:
         parameters = self._parameters.stick
         if parameters is None:
             return
-        last, self._last = self._last, stick_of(message, parameters)
-        now = self._last
-        drive, arrival = self._drive, time.monotonic()
+        drive, arrival, last = self._drive, time.monotonic(), self._last
+        self._button = self._button.after(message, arrival)
+        now = stick_of(message, parameters)
+        held = now.held and not self._button.unchanged(arrival, parameters.renew)
+        self._last = now = now._replace(held=held)
+        if now.stop and not last.stop:
+            drive.receive(CLIENT, StopCommand(), arrival)
+        if parameters.dead_man is None:
+            return
         if now.held and not last.held:
             drive.receive(CLIENT, TakeControl(), arrival)
         self._seq += 1
@@ -100,8 +108,6 @@ class RiderNode:
             visible=now.held,
         )
         drive.receive(CLIENT, beat, arrival)
-        if now.stop and not last.stop:
-            drive.receive(CLIENT, StopCommand(), arrival)
         if now.confirm and not last.confirm:
             drive.receive(CLIENT, ResumeCommand(), arrival)
 
