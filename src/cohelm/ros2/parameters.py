@@ -74,6 +74,8 @@ class Ros2Parameters(Model):
 
     name: str = Field("cohelm", pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")
     """Name of the node."""
+    transport: Literal["dds", "rclpy"] = "dds"
+    """Cyclone DDS without ROS, or ``rclpy`` of a ROS installation, in its environment."""
     dds: DdsParameters = DdsParameters()
     use_sim_time: bool = False
     """Take the time from ``/clock``."""

@@ -13,10 +13,10 @@ from cohelm.recordings.bags import ros_messages as ros
 from cohelm.ros2.clocks import Clock, RobotClock, WallClock
 from cohelm.ros2.command_client import CommandClient
 from cohelm.ros2.command_process import WheelCommand, publisher
-from cohelm.ros2.dds import SENSOR, STATIC, DdsNode, Reliability
 from cohelm.ros2.findings import missing_inputs
 from cohelm.ros2.inputs import NEVER, Inputs
 from cohelm.ros2.parameters import Ros2Parameters
+from cohelm.ros2.transport import SENSOR, STATIC, Reliability, RosNode, make_node
 from cohelm.scenarios import RideSetup
 
 _POLL = 0.05  # s
@@ -60,7 +60,7 @@ class RobotNode:
         self.parameters = p = parameters
         self.clock: Clock = RobotClock() if p.use_sim_time else WallClock()
         self.inputs = Inputs(p, self.clock)
-        self.dds = DdsNode(p.dds, p.name)
+        self.dds: RosNode = make_node(p, p.name)
         take = self.inputs
         moved = functools.partial(take.take_transforms, static=False)
         fixed = functools.partial(take.take_transforms, static=True)

@@ -34,8 +34,8 @@ from cohelm.recordings.rides import markers as draw
 from cohelm.recordings.rides import ros_messages as ros
 from cohelm.recordings.transforms import name
 from cohelm.ros2.conversions import DeadManButton, StickPosition, stick_of
-from cohelm.ros2.dds import LATCHED, RELIABLE, SENSOR, DdsNode
 from cohelm.ros2.parameters import Ros2Parameters
+from cohelm.ros2.transport import LATCHED, RELIABLE, SENSOR, make_node
 
 CLIENT = "ros2"
 """Name of this page of the drive."""
@@ -57,7 +57,7 @@ class RiderNode:
         self._frame = parameters.frames.map or parameters.frames.odom
         self._seq, self._last = 0, StickPosition(0.0, 0.0, False, False, False)
         self._button = DeadManButton()
-        self._dds = DdsNode(parameters.dds, f"{parameters.name}_rider")
+        self._dds = make_node(parameters, f"{parameters.name}_rider")
         if parameters.stick is not None:
             self._dds.subscribe(
                 parameters.stick.topic, "sensor_msgs/msg/Joy", SENSOR, self._take_stick
