@@ -117,7 +117,7 @@ def _drive(
     setup = drive.drive_setup_of(given, request.file, driving, files)
 
     def attach(ride: Drive) -> Callable[[], None]:
-        return RiderNode(parameters, ride).close
+        return RiderNode(parameters, ride, setup.scenario).close
 
     web_server.serve_ride(setup, page, driving, attach)
     sys.stdout.write("stopped; the page is closed\n")

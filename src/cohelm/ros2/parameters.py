@@ -96,6 +96,8 @@ class Ros2Parameters(Model):
     """Stick on a topic; None: the page's stick only."""
     goal: Topic | None = "/goal_pose"
     """geometry_msgs/PoseStamped, as RViz sends them."""
+    actions: bool = False
+    """Serve Nav2's actions ``follow_path`` and ``compute_path_to_pose``; with transport rclpy."""
     displays: bool = True
     """Publish route, plan, people, spaces and diagnostics under ``/cohelm``."""
     limits: InputLimits = InputLimits()
@@ -112,4 +114,6 @@ class Ros2Parameters(Model):
     def _senses_something(self) -> Ros2Parameters:
         if not self.scans and not self.clouds:
             raise ValueError("name at least one topic in scans or clouds")
+        if self.actions and self.transport != "rclpy":
+            raise ValueError("actions need 'transport: rclpy'")
         return self

@@ -27,12 +27,13 @@ class RclpyNode:
     Args:
         name: Name of the node.
         domain: ROS domain; None: that of the environment.
+        threads: Number of threads; more than one for callbacks that wait.
 
     Raises:
         PlatformError: ``rclpy`` is not installed, or cannot start.
     """
 
-    def __init__(self, name: str, domain: int | None = None) -> None:
+    def __init__(self, name: str, domain: int | None = None, *, threads: int = 1) -> None:
         try:
             self._rclpy = importlib.import_module("rclpy")
             self._context = self._rclpy.Context()
@@ -42,7 +43,12 @@ class RclpyNode:
             text = "source the setup file of a ROS installation first, or use transport dds"
             raise PlatformError(f"no rclpy ({cause}): {text}") from None
         self.name = name
-        self._executor = self._rclpy.executors.SingleThreadedExecutor(context=self._context)
+        executors = self._rclpy.executors
+        self._executor = (
+            executors.SingleThreadedExecutor(context=self._context)
+            if threads == 1
+            else executors.MultiThreadedExecutor(threads, context=self._context)
+        )
         self._executor.add_node(self._node)
         self._publishers: dict[str, list[Any]] = {}
         self._ends, self._lock = threading.Event(), threading.Lock()
@@ -75,6 +81,17 @@ class RclpyNode:
                 made.publish(encode(message))
 
         return publish
+
+    def serve_action(self, action: Any, name: str, execute: Callable[[Any], Any]) -> None:
+        """Serve an action; ``execute`` gets each goal's handle, and may wait."""
+        importlib.import_module("rclpy.action").ActionServer(
+            self._node,
+            action,
+            name,
+            execute_callback=execute,
+            cancel_callback=lambda _: self._rclpy.action.CancelResponse.ACCEPT,
+            callback_group=self._rclpy.callback_groups.ReentrantCallbackGroup(),
+        )
 
     def matched(self, topic: str) -> int:
         """Return the number of publishers that a subscription is connected with."""
@@ -143,3 +160,13 @@ def message_class(type_: str) -> Any:
     except (ImportError, AttributeError) as cause:
         install = f"ros-$ROS_DISTRO-{package.replace('_', '-')}"
         raise PlatformError(f"no {type_} for rclpy ({cause}): install {install}") from None
+
+
+def to_rclpy(message: Any) -> Any:
+    """Return the message of ``rclpy`` that is equal to one of ``rosbags``.
+
+    Raises:
+        PlatformError: The package of the type is not installed.
+    """
+    serialization = importlib.import_module("rclpy.serialization")
+    return serialization.deserialize_message(encode(message), message_class(message.__msgtype__))

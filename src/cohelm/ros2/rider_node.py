@@ -36,6 +36,7 @@ from cohelm.recordings.transforms import name
 from cohelm.ros2.conversions import DeadManButton, StickPosition, stick_of
 from cohelm.ros2.parameters import Ros2Parameters
 from cohelm.ros2.transport import LATCHED, RELIABLE, SENSOR, make_node
+from cohelm.scenarios import Scenario
 
 CLIENT = "ros2"
 """Name of this page of the drive."""
@@ -50,9 +51,13 @@ class RiderNode:
     Args:
         parameters: Topics.
         drive: Drive that it belongs to; started.
+        scenario: Scenario of the drive.
+
+    Raises:
+        PlatformError: The network, or a message type, cannot be used.
     """
 
-    def __init__(self, parameters: Ros2Parameters, drive: Drive) -> None:
+    def __init__(self, parameters: Ros2Parameters, drive: Drive, scenario: Scenario) -> None:
         self._parameters, self._drive = parameters, drive
         self._frame = parameters.frames.map or parameters.frames.odom
         self._seq, self._last = 0, StickPosition(0.0, 0.0, False, False, False)
@@ -76,10 +81,17 @@ class RiderNode:
             self._status = publish("/diagnostics", status, RELIABLE)
             drive.listen(self._show)
         drive.connect(CLIENT, "driver")
+        self._actions = None
+        if parameters.actions:
+            from cohelm.ros2.nav2_actions import serve_nav2  # noqa: PLC0415 # needs ROS
+
+            self._actions = serve_nav2(parameters, drive, CLIENT, scenario)
         self._dds.start()
 
     def close(self) -> None:
         """End the node; the chair stops if it drove."""
+        if self._actions is not None:
+            self._actions.close()
         self._dds.close()
         self._drive.disconnect(CLIENT)
 
