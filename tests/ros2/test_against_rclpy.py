@@ -132,7 +132,9 @@ def test_rclpy_sees_what_others_publish_and_who_listens(connection):
     node.start()
     try:
         end = time.monotonic() + START
-        while time.monotonic() < end and "/echo/laserscan" not in node.published():
+        while time.monotonic() < end and not (
+            "/echo/laserscan" in node.published() and node.subscribers("/laserscan")
+        ):
             time.sleep(0.2)
         found = node.published()["/echo/laserscan"]
         assert found == "sensor_msgs/msg/LaserScan, reliable, volatile"

@@ -126,7 +126,11 @@ def _drive(
 
 def _as_drive(request: Ros2Request) -> DriveRequest:
     return DriveRequest(
-        host=request.host, port=request.port, record=request.record, data=request.data
+        host=request.host,
+        port=request.port,
+        record=request.record,
+        data=request.data,
+        viewer=request.viewer,
     )
 
 

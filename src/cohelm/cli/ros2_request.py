@@ -40,6 +40,9 @@ class Ros2Request:
     record: Annotated[
         Path | None, typer.Option(metavar="FILE.mcap", help="Record everything, for viewers.")
     ] = None
+    viewer: Annotated[
+        tuple[str, ...], typer.Option(metavar="ORIGIN", help="As for 'cohelm drive'.")
+    ] = ()
     data: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of sessions, limits and log.")
     ] = None

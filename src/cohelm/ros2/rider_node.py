@@ -15,23 +15,16 @@ import math
 import time
 from typing import Any
 
-import numpy as np
-
 from cohelm.live import Drive
 from cohelm.live.messages import (
-    ChairState,
     Heartbeat,
-    PersonInfo,
     ResumeCommand,
-    RouteUpdate,
     SetGoal,
     StopCommand,
     TakeControl,
     ToPage,
 )
-from cohelm.messages import People
-from cohelm.recordings.rides import markers as draw
-from cohelm.recordings.rides import ros_messages as ros
+from cohelm.live.page.display_messages import TYPES, displays
 from cohelm.recordings.transforms import name
 from cohelm.ros2.conversions import DeadManButton, StickPosition, stick_of
 from cohelm.ros2.parameters import Ros2Parameters
@@ -40,8 +33,14 @@ from cohelm.scenarios import Scenario
 
 CLIENT = "ros2"
 """Name of this page of the drive."""
-_EVERY = 4
-"""Control steps between two sets of markers: five a second."""
+_DISPLAYS = {
+    "route": ("/cohelm/route", LATCHED),
+    "plan": ("/cohelm/plan", RELIABLE),
+    "people": ("/cohelm/people", RELIABLE),
+    "rider_authority": ("/cohelm/rider_authority", RELIABLE),
+    "status": ("/diagnostics", RELIABLE),
+}
+"""Topic of each display; the robot itself publishes transforms and odometry."""
 _log = logging.getLogger(__name__)
 
 
@@ -71,14 +70,10 @@ class RiderNode:
             kind = "geometry_msgs/msg/PoseStamped"
             self._dds.subscribe(parameters.goal, kind, RELIABLE, self._take_goal)
         if parameters.displays:
-            publish = self._dds.publisher
-            self._route = publish("/cohelm/route", "nav_msgs/msg/Path", LATCHED)
-            self._plan = publish("/cohelm/plan", "nav_msgs/msg/Path", RELIABLE)
-            shapes = "visualization_msgs/msg/MarkerArray"
-            self._people = publish("/cohelm/people", shapes, RELIABLE)
-            self._eta = publish("/cohelm/rider_authority", "std_msgs/msg/Float64", RELIABLE)
-            status = "diagnostic_msgs/msg/DiagnosticArray"
-            self._status = publish("/diagnostics", status, RELIABLE)
+            self._displays = {
+                shown: self._dds.publisher(topic, TYPES[shown], quality)
+                for shown, (topic, quality) in _DISPLAYS.items()
+            }
             drive.listen(self._show)
         drive.connect(CLIENT, "driver")
         self._actions = None
@@ -134,44 +129,8 @@ class RiderNode:
         """Publish a message to pages; one for another page is not shown."""
         if client is not None:
             return
-        if isinstance(message, RouteUpdate):
-            points = np.array(message.points).reshape(-1, 2)
-            poses = np.column_stack([points, np.zeros(len(points))])
-            self._route(ros.path(time.time(), self._frame, poses))
-        elif isinstance(message, ChairState):
-            self._show_state(message)
-
-    def _show_state(self, state: ChairState) -> None:
-        now, frame = time.time(), self._frame
-        self._eta(ros.number(state.rider_authority))
-        if state.seq % _EVERY:
-            return
-        self._plan(ros.path(now, frame, np.array(state.plan).reshape(-1, 3)))
-        seen = people_of(state.people, now)
-        shown = draw.people(now, seen)
-        for marker in shown.markers:
-            marker.header = ros.header(now, frame)
-        self._people(shown)
-        reason = state.reason
-        text = reason.text if reason is not None else "no limitation"
-        facts = {
-            "mode": state.mode.value,
-            "link": state.link,
-            "reason": reason.code if reason is not None else "",
-            "eta": f"{state.rider_authority:.3f}",
-        }
-        self._status(ros.status(now, self._parameters.name, text, facts, fine=reason is None))
-
-
-def people_of(rows: tuple[PersonInfo, ...], time_: float) -> People:
-    """Return the tracked people of a state message."""
-    n = len(rows)
-    return People(
-        time=time_,
-        id=np.array([each.id for each in rows], dtype=np.int64),
-        mean=np.array([(p.x, p.y, p.vx, p.vy) for p in rows]).reshape(n, 4),
-        covariance=np.zeros((n, 4, 4)),
-        heading=np.array([each.axis for each in rows], dtype=float),
-        radius=np.array([each.radius for each in rows], dtype=float),
-        confidence=np.ones(n),
-    )
+        name_ = self._parameters.name
+        for shown, converted in displays(message, time.time(), frame=self._frame, name=name_):
+            publish = self._displays.get(shown)
+            if publish is not None:
+                publish(converted)
