@@ -43,6 +43,8 @@ def ros2(request: Ros2Request) -> int:
         )
     data = {key: each for key, each in given.platform.items() if key != "use"}
     parameters = validate(Ros2Parameters, data, file=request.file, prefix="platform")
+    if parameters.people is not None:
+        given = given.model_copy(update={"scenario": {"tracker": "given", **given.scenario}})
     if parameters.transport == "dds" and importlib.util.find_spec("cyclonedds") is None:
         raise ConfigError(
             "needs the extra 'ros2': pip install 'cohelm[ros2,web]'", key="cohelm ros2"

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.messages import Observation, PointCloud, RiderCommand, Scan
+from cohelm.messages import Observation, People, PointCloud, RiderCommand, Scan
 from cohelm.recordings.bags import ros_messages as ros
 from cohelm.recordings.transforms import name, planar
 from cohelm.ros2.clocks import Clock
@@ -20,6 +20,7 @@ from cohelm.ros2.conversions import (
     is_level,
     mount_of,
     moving,
+    people_of,
     stick_of,
     twist_at_base,
 )
@@ -75,6 +76,9 @@ class Inputs:
         self.frames = FrameTree()
         self._moving: Moving | None = None
         self._rider: RiderCommand | None = None
+        self._people: People | None = None
+        self._names: dict[str, int] = {}
+        self._read_at: dict[str, float] = {}
         if parameters.page_sticks:  # a stick that never comes is a stick that is lost
             self._rider = RiderCommand(heartbeat=NEVER, deflection=np.zeros(2))
         self._scans: deque[Scan] = deque(maxlen=MAX_READINGS)
@@ -128,6 +132,7 @@ class Inputs:
             self._count(topic, now, now - time, frame, problem=problem)
             if scan is not None:
                 self._scans.append(scan)
+                self._read_at[topic] = scan.time
                 self.last_scan[topic] = scan
 
     def take_stick(self, message: Any) -> None:
@@ -163,6 +168,25 @@ class Inputs:
             self._count(topic, now, now - time, frame, problem=problem)
             if cloud is not None:
                 self._clouds.append(cloud)
+                self._read_at[topic] = cloud.time
+
+    def take_people(self, message: Any) -> None:
+        """Take a People of another node."""
+        topic = self._parameters.people
+        now, frame = self.clock.now(), name(message.header.frame_id)
+        time, goal = self.clock.of(ros.stamp(message.header)), self._parameters.frames
+        if topic is None:
+            return
+        with self._lock:
+            X_MF, problem = self.frames.pose(goal.map or goal.odom, frame), ""
+            if X_MF is None:
+                problem = f"no transform from '{goal.map or goal.odom}' to '{frame}'"
+            elif math.isfinite(time):
+                try:
+                    self._people = people_of(message, time, X_MF, self._names)
+                except ValueError as error:
+                    problem = str(error)
+            self._count(topic, now, now - time, frame, problem=problem)
 
     def observation(self) -> Observation:
         """Return the newest pose and twist, and all readings since the last call.
@@ -176,7 +200,9 @@ class Inputs:
             scans, clouds = tuple(self._scans), tuple(self._clouds)
             self._scans.clear()
             self._clouds.clear()
-            rider = self._rider
+            rider, people = self._rider, self._people
+            if self._parameters.people is not None:
+                people, scans, clouds = self._with_people(now, people, scans, clouds)
         return Observation(
             time=now,
             pose=pose,
@@ -186,7 +212,28 @@ class Inputs:
             scans=scans,
             clouds=clouds,
             rider=rider,
+            people=people,
         )
+
+    def _with_people(
+        self,
+        now: float,
+        people: People | None,
+        scans: tuple[Scan, ...],
+        clouds: tuple[PointCloud, ...],
+    ) -> tuple[People | None, tuple[Scan, ...], tuple[PointCloud, ...]]:
+        """People and readings for an observation.
+
+        With people the safety gate does not watch the scanners, and without them it knows nobody.
+        So old people count as a lost sensor, whose readings are withheld until the gate stops; and
+        where a scanner is old, people are withheld, and the gate watches the scanners again.
+        """
+        limit = self._parameters.limits.people
+        if people is None or not now - people.time <= limit:
+            return None, (), ()
+        topics = (*self._parameters.scans, *self._parameters.clouds)
+        read = all(now - self._read_at.get(each, -math.inf) <= limit for each in topics)
+        return (people if read else None), scans, clouds
 
     @property
     def odometry_time(self) -> float:

@@ -67,6 +67,8 @@ class InputLimits(Model):
 
     localiser: float = Field(0.3, gt=0.0, le=5.0)
     """Maximum time since the last transform from ``odom`` to ``map`` arrived, s."""
+    people: float = Field(0.5, gt=0.0, le=5.0)
+    """Maximum age of people from another node, and of scans beside them, s."""
 
 
 class Ros2Parameters(Model):
@@ -94,6 +96,8 @@ class Ros2Parameters(Model):
     """nav_msgs/OccupancyGrid, taken once at the start; None: the file's ``map:``, or no map."""
     stick: StickParameters | None = None
     """Stick on a topic; None: the page's stick only."""
+    people: Topic | None = None
+    """people_msgs/People of another node, in place of cohelm's own detection; None: its own."""
     goal: Topic | None = "/goal_pose"
     """geometry_msgs/PoseStamped, as RViz sends them."""
     actions: bool = False
@@ -103,6 +107,17 @@ class Ros2Parameters(Model):
     limits: InputLimits = InputLimits()
     wait: float = Field(10.0, gt=0.0, le=120.0)
     """Time for all inputs to come when the platform is opened, s."""
+
+    @property
+    def inputs(self) -> tuple[tuple[str, Topic], ...]:
+        """(kind, topic) of all inputs without which the chair does not move."""
+        return (
+            *(("scan", topic) for topic in self.scans),
+            *(("cloud", topic) for topic in self.clouds),
+            ("odometry", self.odometry),
+            *(("stick", topic) for topic in self.page_sticks),
+            *(("people", topic) for topic in [self.people] if topic is not None),
+        )
 
     @property
     def page_sticks(self) -> tuple[Topic, ...]:

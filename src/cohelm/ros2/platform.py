@@ -10,6 +10,7 @@ from dataclasses import replace
 from cohelm.messages import Decision, Observation
 from cohelm.platforms import Capabilities, PlatformError
 from cohelm.recordings.bags import ros_messages as ros
+from cohelm.ros2.cdr import PEOPLE
 from cohelm.ros2.clocks import Clock, RobotClock, WallClock
 from cohelm.ros2.command_client import CommandClient
 from cohelm.ros2.command_process import WheelCommand, publisher
@@ -73,6 +74,8 @@ class RobotNode:
         for topic in p.clouds:
             cloud = functools.partial(take.take_cloud, topic)
             self.dds.subscribe(topic, ros.CLOUD, SENSOR, cloud)
+        if p.people is not None:
+            self.dds.subscribe(p.people, PEOPLE, SENSOR, take.take_people)
         for topic in p.page_sticks:
             self.dds.subscribe(topic, "sensor_msgs/msg/Joy", SENSOR, take.take_stick)
         if isinstance(self.clock, RobotClock):
