@@ -1,5 +1,6 @@
 """A LUCI chair behind a mock of its published gRPC interface."""
 
+import sys
 import time
 
 import numpy as np
@@ -156,3 +157,10 @@ def test_an_input_that_does_not_come_is_named(setup, lacks, named):
 def test_nobody_at_the_address_is_named(setup):
     with pytest.raises(PlatformError, match=r"127\.0\.0\.1:1 "):
         Luci(LuciParameters(host="127.0.0.1", port=1, wait=0.3)).open(setup)
+
+
+def test_without_the_extra_it_says_what_to_install(setup, monkeypatch):
+    monkeypatch.delitem(sys.modules, "cohelm.platforms.luci.client")
+    monkeypatch.setitem(sys.modules, "grpc", None)
+    with pytest.raises(PlatformError, match=r"cohelm\[luci,web\]"):
+        Luci(LuciParameters()).open(setup)

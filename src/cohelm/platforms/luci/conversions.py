@@ -10,8 +10,13 @@ import numpy as np
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.geometry import compose
-from cohelm.platforms.luci.parameters import MAX_SPEED, MAX_TURN, Scaling, Wheels
-from cohelm.platforms.luci.protocol import MAX_DEFLECTION
+from cohelm.platforms.luci.parameters import (
+    MAX_DEFLECTION,
+    MAX_SPEED,
+    MAX_TURN,
+    Scaling,
+    Wheels,
+)
 
 WINDOW = 0.1
 """Time over which the speed is the mean, s: angles have steps, and arrivals jitter."""

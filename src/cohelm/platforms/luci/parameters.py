@@ -75,6 +75,8 @@ class LuciParameters(Model):
     """Time for all inputs to come when the chair is opened, s."""
 
 
+MAX_DEFLECTION = 100
+"""Number of full deflection."""
 MAX_TURN = 2.0 * math.pi
 """Upper bound of a plausible turn rate, rad/s."""
 MAX_SPEED = 5.0

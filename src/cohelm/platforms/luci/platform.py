@@ -5,17 +5,19 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cohelm.errors import PlatformError
 from cohelm.messages import Decision, Observation, PointCloud, RiderCommand
 from cohelm.platforms.api import Capabilities
-from cohelm.platforms.luci.client import LuciClient
 from cohelm.platforms.luci.conversions import WheelOdometry, advanced, points_of, stick_of
 from cohelm.platforms.luci.parameters import LuciParameters
 from cohelm.scenarios import RideSetup
+
+if TYPE_CHECKING:
+    from cohelm.platforms.luci.client import LuciClient
 
 NEVER = -10.0
 """Time of an input that never came, s: older than every limit."""
@@ -42,6 +44,11 @@ class Luci:
         Raises:
             PlatformError: It does not answer, or an input does not come; it says which.
         """
+        try:
+            from cohelm.platforms.luci.client import LuciClient  # noqa: PLC0415 # needs the extra
+        except ImportError as cause:
+            text = f"needs the extra 'luci' ({cause}): pip install 'cohelm[luci,web]'"
+            raise PlatformError(text) from None
         client = LuciClient(self.parameters)
         try:
             return LuciPlatform(client, self.parameters)

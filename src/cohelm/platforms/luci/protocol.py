@@ -17,7 +17,6 @@ from google.protobuf.message_factory import GetMessageClass
 SERVICE = "sensors.Sensors"
 SHARED_REMOTE = 5
 """Input source of a computer that shares control: the rider's joystick is still streamed."""
-MAX_DEFLECTION = 100
 
 _TYPES = {
     "int32": FieldDescriptorProto.TYPE_INT32,
