@@ -178,6 +178,71 @@ def test_after_a_pause_a_held_stick_does_not_count():
     assert driver_link.require_centring(idle) is idle
 
 
+# ------------------------------------------------------------------ a stick of the chair itself
+
+
+def stick(state, at, forward=0.0):
+    return driver_link.on_chair_stick(state, (forward, 0.0), at, dead_zone=DEAD)
+
+
+def driving_with_stick(now=10.0):
+    return after(stick(driving(now), now), "a", 2, now)
+
+
+def test_the_chair_s_stick_drives_under_a_page_that_beats():
+    state = stick(driving_with_stick(), 10.1, forward=0.6)
+    assert driver_link.deflection(state, 10.1) == (0.6, 0.0)
+    assert driver_link.current_heartbeat(state, 10.1) == (2, "joystick")
+    assert driver_link.deflection(after(state, "a", 3, 10.2), 10.2) == (0.6, 0.0)
+
+
+def test_a_stick_that_repeats_its_last_event_for_ever_stops_with_the_page():
+    state = stick(driving_with_stick(), 10.1, forward=0.6)
+    for k in range(40):
+        state = stick(state, 10.1 + 0.05 * k, forward=0.6)
+    assert driver_link.status(state, 12.05) == "no_heartbeat"
+    assert driver_link.deflection(state, 12.05) == (0.0, 0.0)
+    hidden = stick(driving_with_stick(), 10.1, forward=0.6)
+    hidden = after(hidden, "a", 3, 10.15, visible=False)
+    assert driver_link.status(hidden, 10.15) == "no_heartbeat"
+
+
+def test_a_stick_without_a_page_moves_nothing():
+    state = stick(LinkState(), 10.0, forward=0.6)
+    assert driver_link.status(state, 10.0) == "no_driver"
+    assert driver_link.deflection(state, 10.0) == (0.0, 0.0)
+
+
+def test_a_stick_that_was_held_must_be_released_first():
+    state = after(stick(driving(10.0), 10.0, forward=0.6), "a", 2, 10.05)
+    assert driver_link.status(state, 10.05) == "centre_stick"
+    state = after(stick(state, 10.1), "a", 3, 10.1)
+    assert driver_link.status(state, 10.1) == "ready"
+    stopped = driver_link.stop_until_confirmed(stick(state, 10.15, forward=0.6), Reason.COLLISION)
+    assert driver_link.resume(stopped, "a", 10.15) is stopped
+    released = stick(stopped, 10.2)
+    assert driver_link.status(driver_link.resume(released, "a", 10.2), 10.2) == "ready"
+
+
+def test_a_silent_stick_stops_the_chair_and_says_so():
+    state = after(stick(driving_with_stick(), 10.1, forward=0.6), "a", 3, 10.2)
+    assert driver_link.status(state, 10.1 + HEARTBEAT_TIMEOUT - 1e-6) == "ready"
+    assert driver_link.status(state, 10.1 + HEARTBEAT_TIMEOUT + 1e-6) == "no_heartbeat"
+    assert driver_link.hold_reason(state, 10.45) is Reason.STALE_RIDER_COMMAND
+    back = stick(state, 10.45, forward=0.6)
+    assert driver_link.status(back, 10.45) == "centre_stick"
+    assert driver_link.status(after(stick(back, 10.5), "a", 4, 10.5), 10.5) == "ready"
+    long_ago = after(state, "a", 4, 10.6)
+    for k in range(30):
+        long_ago = after(long_ago, "a", 5 + k, 10.6 + 0.1 * k)
+    assert driver_link.status(stick(long_ago, 13.5), 13.5) == "confirm"
+
+
+def test_the_page_s_own_stick_wins():
+    state = stick(driving_with_stick(), 10.1, forward=0.6)
+    assert driver_link.deflection(after(state, "a", 3, 10.1, forward=-0.5), 10.1) == (-0.5, 0.0)
+
+
 # ------------------------------------------------------------------ whatever happens
 
 CLIENTS = ("a", "b")

@@ -1,6 +1,6 @@
 """Process that sends a forward command 20 times a second, as the control loop does.
 
-python -m tests.ros2.commanding
+python -m tests.ros2.commanding [rclpy]
 """
 
 import sys
@@ -12,13 +12,15 @@ def main():
     from cohelm.errors import PlatformError
     from cohelm.ros2.command_client import CommandClient
     from cohelm.ros2.command_process import WheelCommand, publisher
-    from cohelm.ros2.dds import DdsNode
+    from cohelm.ros2.transport import make_node
     from tests.ros2.loopback import LOOPBACK
 
-    node = DdsNode(LOOPBACK.dds, "owner")
-    fallback = publisher(node, LOOPBACK)
+    transport = sys.argv[1] if len(sys.argv) > 1 else "dds"
+    parameters = LOOPBACK.model_copy(update={"transport": transport})
+    node = make_node(parameters, "owner")
+    fallback = publisher(node, parameters)
     node.start()
-    client, stopped = CommandClient(LOOPBACK, fallback), False
+    client, stopped = CommandClient(parameters, fallback), False
     sys.stdout.write(f"{client.pid}\n")
     sys.stdout.flush()
     while True:

@@ -27,8 +27,9 @@ from cohelm.evaluation.episode.ride import GOAL_RADIUS
 from cohelm.messages import Decision
 from cohelm.recordings.bags.ros_messages import TRANSFORMS
 from cohelm.recordings.rides import ros_messages as ros
-from cohelm.ros2.dds import RELIABLE, STATIC, DdsNode
+from cohelm.ros2.dds import DdsNode
 from cohelm.ros2.parameters import DdsParameters
+from cohelm.ros2.transport import RELIABLE, STATIC
 from cohelm.scenarios import build_scenario, load_scenario
 from cohelm.simulation import World, is_standing
 

@@ -11,18 +11,25 @@ import pytest
 
 pytest.importorskip("rclpy", reason="needs rclpy, see CONTRIBUTING.md")
 
+from cohelm.errors import PlatformError
 from cohelm.evaluation import Outcome, run
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import PointCloud, RiderCommand
 from cohelm.recordings.rides import ros_messages as ros
-from cohelm.ros2.dds import DdsNode, Reliability
-from cohelm.ros2.message_types import encode
+from cohelm.ros2.cdr import encode
+from cohelm.ros2.dds import DdsNode
 from cohelm.ros2.parameters import DdsParameters
+from cohelm.ros2.rclpy_node import RclpyNode, message_class
+from cohelm.ros2.transport import Reliability, make_node
 from cohelm.scenarios import load_scenario
 from tests.ros2.lockstep import ride
+from tests.ros2.loopback import LOOPBACK
 from tests.ros2.messages import odometry, scan
 
-pytestmark = pytest.mark.ros
+pytestmark = [
+    pytest.mark.ros,
+    pytest.mark.filterwarnings("ignore:module 'sre_:DeprecationWarning"),  # lark, below rclpy
+]
 RELIABLE = Reliability(reliable=True, depth=100)
 IN_FLIGHT = 20
 """Messages on the way at once."""
@@ -62,12 +69,13 @@ MADE = {
 """A random message of each type, by the topic of the echo."""
 
 
-@pytest.fixture(scope="module")
-def connection():
+@pytest.fixture(scope="module", params=["dds", "rclpy"])
+def connection(request):
     """A node with a topic pair of each type, connected with an echo in another process."""
     environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     process = subprocess.Popen([sys.executable, "-m", "tests.ros2.echo_node"], env=environment)
-    node, send, back = DdsNode(DdsParameters(interface="lo"), "cohelm"), {}, {}
+    parameters = LOOPBACK.model_copy(update={"transport": request.param})
+    node, send, back = make_node(parameters, "cohelm"), {}, {}
     for name, make in MADE.items():
         kind = make(np.random.default_rng(0)).__msgtype__
         back[name] = queue.SimpleQueue()
@@ -113,7 +121,31 @@ def test_of_a_thousand_messages_none_is_lost_or_changed(connection, name):
     assert [encode(each) for each in received] == [encode(each) for each in sent]
 
 
-@pytest.mark.filterwarnings("ignore:module 'sre_:DeprecationWarning")  # lark, below rclpy
+def test_a_message_type_that_ros_does_not_have_is_named():
+    with pytest.raises(PlatformError, match="tf3-msgs"):
+        message_class("tf3_msgs/msg/TFMessage")
+
+
+def test_rclpy_sees_what_others_publish_and_who_listens(connection):
+    node = RclpyNode("seeing")
+    node.publisher("/laserscan", "sensor_msgs/msg/LaserScan", RELIABLE)
+    node.start()
+    try:
+        end = time.monotonic() + START
+        while time.monotonic() < end and not (
+            "/echo/laserscan" in node.published() and node.subscribers("/laserscan")
+        ):
+            time.sleep(0.2)
+        found = node.published()["/echo/laserscan"]
+        assert found == "sensor_msgs/msg/LaserScan, reliable, volatile"
+        assert node.subscribers("/laserscan") == 1
+        assert node.matched("/echo/laserscan") == 1
+        assert node.subscribers("/nothing") == node.matched("/nothing") == 0
+    finally:
+        node.close()
+        node.close()
+
+
 def test_ros_sees_the_node_and_its_topics():
     rclpy = pytest.importorskip("rclpy")
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")

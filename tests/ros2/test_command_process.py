@@ -11,7 +11,8 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
-from cohelm.ros2.dds import RELIABLE, DdsNode
+from cohelm.ros2.dds import DdsNode
+from cohelm.ros2.transport import RELIABLE
 from tests.ros2.loopback import LOOPBACK
 
 pytestmark = pytest.mark.slow
@@ -82,6 +83,27 @@ def test_the_robot_gets_a_zero_in_time_and_no_motion_after_it(base, victim, sign
             owner.stdout.close()
     sys.stdout.write(f"{victim}, {signal_.name}: worst {max(delays):.3f} s of {TIMES}\n")
     assert max(delays) <= WORST
+
+
+@pytest.mark.ros
+def test_on_rclpy_the_robot_gets_a_zero_in_time_too(base):
+    pytest.importorskip("rclpy", reason="needs rclpy, see CONTRIBUTING.md")
+    environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    owner = subprocess.Popen(
+        [sys.executable, "-m", "tests.ros2.commanding", "rclpy"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
+    try:
+        base.wait(base.moves)
+        at = time.monotonic()
+        owner.kill()
+        assert base.first_zero_after(at) - at <= WORST
+    finally:
+        owner.kill()
+        owner.wait()
+        owner.stdout.close()
 
 
 def test_after_its_owner_has_gone_the_process_sends_zeros_and_falls_silent(base):

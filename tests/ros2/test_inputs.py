@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from cohelm.geometry import compose
+from cohelm.messages import RiderCommand
+from cohelm.recordings.rides import ros_messages as ros
+from cohelm.ros2.cdr import PEOPLE, types_of
 from cohelm.ros2.findings import missing_inputs
 from cohelm.ros2.inputs import MAX_READINGS, NEVER, Inputs
-from cohelm.ros2.parameters import FrameNames, Ros2Parameters
+from cohelm.ros2.parameters import FrameNames, Ros2Parameters, StickParameters
 from tests.ros2.messages import LASER_TF, odometry, scan, transforms
 
 
@@ -138,3 +141,88 @@ def test_rate_and_delay_are_measured(inputs, clock):
     found = inputs.topics["/scan"]
     assert found.rate == pytest.approx(10.0)
     assert found.delay == pytest.approx(0.03)
+
+
+def test_a_stick_without_a_dead_man_button_is_a_device_of_the_page(clock):
+    inputs = Inputs(Ros2Parameters(stick=StickParameters()), clock)
+    assert inputs.observation().rider.heartbeat == NEVER  # declared, and not here: it is lost
+    inputs.take_stick(
+        ros.joy("", RiderCommand(heartbeat=0.0, deflection=np.array([-0.2, 0.7])))
+    )  # left is axis 0
+    rider = inputs.observation().rider
+    assert rider.heartbeat == 5.0
+    np.testing.assert_allclose(rider.deflection, [0.7, -0.2], atol=1e-6)
+    with_button = Inputs(Ros2Parameters(stick=StickParameters(dead_man=4)), clock)
+    assert with_button.observation().rider is None
+
+
+WITH_PEOPLE = Ros2Parameters(people="/people")
+
+
+def people_message(time, frame="map", place=(2.0, 3.0), names=("ana",), velocity=(1.0, 0.0)):
+    point = ros.of("geometry_msgs/msg/Point")
+    person = types_of("humble").types["people_msgs/msg/Person"]
+    rows = [
+        person(name=each, position=point(*place, 0.9), velocity=point(*velocity, 0.0),
+               reliability=0.8, tagnames=[], tags=[])
+        for each in names
+    ]  # fmt: skip
+    header = ros.header(time, frame)
+    return types_of("humble").types[PEOPLE](header=header, people=rows)
+
+
+def test_people_of_another_node_are_in_the_map(clock):
+    inputs = Inputs(WITH_PEOPLE, clock)
+    feed(inputs)  # odom lies 10 m ahead of the map's origin, turned by 90°
+    inputs.take_people(people_message(5.0, "odom", names=("ana", "ben")))
+    people = inputs.observation().people
+    np.testing.assert_allclose(people.mean[0], [7.0, 2.0, 0.0, 1.0], atol=1e-9)
+    assert (people.time, people.source, people.id.tolist()) == (5.0, "ros2", [0, 1])
+    assert people.confidence.tolist() == [0.8, 0.8]
+    inputs.take_people(people_message(5.1, names=("ben",)))
+    assert inputs.observation().people.id.tolist() == [1]  # a name keeps its number
+
+
+def test_old_people_count_as_a_lost_sensor(clock):
+    inputs = Inputs(WITH_PEOPLE, clock)
+    feed(inputs)
+    assert inputs.observation().scans == ()  # nobody has told yet who is there
+    inputs.take_people(people_message(5.0))
+    clock.time = 5.6
+    inputs.take_scan("/scan", scan(5.6))
+    seen = inputs.observation()
+    assert (seen.people, seen.scans) == (None, ())
+
+
+def test_beside_people_an_old_scanner_is_watched_again(clock):
+    inputs = Inputs(WITH_PEOPLE, clock)
+    feed(inputs)
+    clock.time = 5.6
+    inputs.take_people(people_message(5.6))
+    seen = inputs.observation()
+    assert seen.people is None
+    inputs.take_scan("/scan", scan(5.6))
+    assert len(inputs.observation().people) == 1
+
+
+@pytest.mark.parametrize(
+    ("message", "problem"),
+    [
+        (people_message(5.0, "camera"), "no transform"),
+        (people_message(5.0, place=(math.nan, 0.0)), "not finite"),
+        (people_message(5.0, names=[str(k) for k in range(501)]), "at most 500"),
+    ],
+)
+def test_people_that_cannot_be_used_are_refused(clock, message, problem):
+    inputs = Inputs(WITH_PEOPLE, clock)
+    feed(inputs)
+    inputs.take_people(message)
+    assert problem in inputs.topics["/people"].problem
+    assert inputs.observation().people is None
+
+
+def test_every_declared_input_is_needed(inputs):
+    declared = Ros2Parameters(people="/people", stick=StickParameters(), clouds=("/points",))
+    missing = missing_inputs(declared, inputs)
+    for topic in ("/scan", "/points", "/odom", "/joy", "/people"):
+        assert f"no message on {topic}" in missing

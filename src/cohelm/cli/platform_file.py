@@ -4,6 +4,7 @@
     robot: my_robot.yaml                    name, or file beside this one
     map: floor.yaml                         Nav2 map; without it the floor is open and unknown
     max_speed: 0.2                          m/s, until the therapist changes it
+    stick: {device: /dev/input/js0}         rider's stick at this computer
     scenario: {gate: {scan_limit: 0.25}}    other keys of a scenario
 
 ``module:Class`` is looked for beside the file first.
@@ -49,6 +50,8 @@ class PlatformFile(Model):
     """Place on the map, for the first plan only; default: its first place or most open point."""
     max_speed: float | None = Field(None, ge=0.1, le=3.0)
     """m/s."""
+    stick: dict[str, Any] | None = None
+    """Stick at this computer: parameters of ``platforms.WithStick``."""
     scenario: dict[str, Any] = Field(default_factory=dict)
     """Other keys of a scenario: parts, gate, comfort, profile."""
 
@@ -97,8 +100,10 @@ def ride_of(
             settings=(*settings, *request.settings),
         )
     )
-    name = given.name or file.stem
-    scenario = scenario.model_copy(update={"platform": given.platform, "name": name})
+    name, platform = given.name or file.stem, given.platform
+    if given.stick is not None:
+        platform = {"use": "with_stick", **given.stick, "platform": given.platform}
+    scenario = scenario.model_copy(update={"platform": platform, "name": name})
     return scenario, _limits(given, scenario)
 
 

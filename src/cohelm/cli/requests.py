@@ -108,8 +108,7 @@ class DriveRequest:
     ] = "127.0.0.1"
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any free port.")] = 8000
     cert: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.pem", help="TLS certificate; default: made where needed."),
+        Path | None, typer.Option(metavar="FILE.pem", help="TLS certificate; default: a new one.")
     ] = None
     key: Annotated[
         Path | None, typer.Option(metavar="FILE.pem", help="Key of the certificate.")
@@ -117,11 +116,12 @@ class DriveRequest:
     record: Annotated[
         Path | None, typer.Option(metavar="FILE.mcap", help="Record everything, for viewers.")
     ] = None
+    viewer: Annotated[
+        tuple[str, ...], typer.Option(metavar="ORIGIN", help="Site that may watch at /foxglove.")
+    ] = ()
     data: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder of sessions, limits and log; default: your data folder."
-        ),
+        typer.Option(metavar="DIR", help="Folder of sessions, limits, log; default: your own."),
     ] = None
     open: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False
 

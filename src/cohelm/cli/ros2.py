@@ -32,17 +32,23 @@ def ros2(request: Ros2Request) -> int:
     Raises:
         CohelmError: if the file is at fault, or the robot does not answer.
     """
-    if importlib.util.find_spec("cyclonedds") is None:
-        raise ConfigError(
-            "needs the extra 'ros2': pip install 'cohelm[ros2,web]'", key="cohelm ros2"
-        )
     given = load(platform_file.PlatformFile, request.file)
     if given.platform.get("use") != "ros2":
         raise ConfigError("write 'use: ros2'", file=request.file, key="platform.use")
-    from cohelm.ros2.parameters import Ros2Parameters  # noqa: PLC0415 # needs the extra
+    from cohelm.ros2.parameters import Ros2Parameters  # noqa: PLC0415 # for this command only
 
+    if request.transport is not None:
+        given = given.model_copy(
+            update={"platform": {**given.platform, "transport": request.transport}}
+        )
     data = {key: each for key, each in given.platform.items() if key != "use"}
     parameters = validate(Ros2Parameters, data, file=request.file, prefix="platform")
+    if parameters.people is not None:
+        given = given.model_copy(update={"scenario": {"tracker": "given", **given.scenario}})
+    if parameters.transport == "dds" and importlib.util.find_spec("cyclonedds") is None:
+        raise ConfigError(
+            "needs the extra 'ros2': pip install 'cohelm[ros2,web]'", key="cohelm ros2"
+        )
     with contextlib.ExitStack() as files:
         if request.check:
             return check(request, given, parameters, files)
@@ -113,7 +119,7 @@ def _drive(
     setup = drive.drive_setup_of(given, request.file, driving, files)
 
     def attach(ride: Drive) -> Callable[[], None]:
-        return RiderNode(parameters, ride).close
+        return RiderNode(parameters, ride, setup.scenario).close
 
     web_server.serve_ride(setup, page, driving, attach)
     sys.stdout.write("stopped; the page is closed\n")
@@ -122,7 +128,11 @@ def _drive(
 
 def _as_drive(request: Ros2Request) -> DriveRequest:
     return DriveRequest(
-        host=request.host, port=request.port, record=request.record, data=request.data
+        host=request.host,
+        port=request.port,
+        record=request.record,
+        data=request.data,
+        viewer=request.viewer,
     )
 
 

@@ -27,6 +27,12 @@ class Ros2Request:
         Path | None,
         typer.Option(metavar="FILE.png", help="With --check: draw map, pose and scans."),
     ] = None
+    transport: Annotated[
+        str | None,
+        typer.Option(
+            metavar="dds|rclpy", help="Without ROS, or on a ROS installation; default: the file's."
+        ),
+    ] = None
     host: Annotated[str, typer.Option(metavar="NAME|ADDRESS", help="As for 'cohelm drive'.")] = (
         "127.0.0.1"
     )
@@ -34,6 +40,9 @@ class Ros2Request:
     record: Annotated[
         Path | None, typer.Option(metavar="FILE.mcap", help="Record everything, for viewers.")
     ] = None
+    viewer: Annotated[
+        tuple[str, ...], typer.Option(metavar="ORIGIN", help="As for 'cohelm drive'.")
+    ] = ()
     data: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of sessions, limits and log.")
     ] = None

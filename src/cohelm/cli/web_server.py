@@ -19,7 +19,7 @@ from cohelm.cli.requests import DriveRequest
 from cohelm.live import Drive, DriveSetup
 from cohelm.live.messages import Role
 from cohelm.web.certificate import Tls, own_certificate
-from cohelm.web.origins import address, is_loopback, names_of
+from cohelm.web.origins import VIEWER_PATH, address, is_loopback, names_of
 from cohelm.web.page_files import BuiltPage, read_page
 from cohelm.web.server import listening, make_context, serve
 from cohelm.web.signin import new_token
@@ -54,14 +54,21 @@ def serve_ride(
         drive, attached = Drive(setup), contextlib.ExitStack()
         try:
             served = make_context(
-                drive, page, bound, host=request.host, tokens=tokens, tls=tls, names=names
+                drive,
+                page,
+                bound,
+                host=request.host,
+                tokens=tokens,
+                tls=tls,
+                names=names,
+                viewers=request.viewer,
             )
             drive.start()
             if attach is not None:
                 attached.callback(attach(drive))
 
             def started() -> None:
-                _print_addresses(setup, base, tokens, tls)
+                _print_addresses(setup, base, tokens, tls, viewers=bool(request.viewer))
                 if request.open:
                     threading.Thread(target=webbrowser.open, args=(base,), daemon=True).start()
 
@@ -91,7 +98,7 @@ def _tls(setup: DriveSetup, request: DriveRequest, names: tuple[str, ...]) -> Tl
 
 
 def _print_addresses(
-    setup: DriveSetup, base: str, tokens: dict[Role, str], tls: Tls | None
+    setup: DriveSetup, base: str, tokens: dict[Role, str], tls: Tls | None, *, viewers: bool
 ) -> None:
     driver = tokens.get("driver")
     page = f"{base}/" if driver is None else f"{base}/#token={driver}"
@@ -100,6 +107,9 @@ def _print_addresses(
         f"  drive      {page}",
         f"  therapist  {base}/therapist#token={tokens['therapist']}",
     ]
+    if viewers:
+        query = "" if driver is None else f"?token={driver}"
+        lines.append(f"  Foxglove   {base.replace('http', 'ws', 1)}{VIEWER_PATH}{query}")
     if tls is not None:
         lines.append(f"  certificate, SHA-256  {tls.fingerprint()}")
     if driver is not None:

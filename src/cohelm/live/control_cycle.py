@@ -160,7 +160,7 @@ class ControlCycle:
         elif world is not None:
             if world.simulated:
                 self.time_rate = self.time_rate.stepped(STEP, self._clock())
-            world.sense()
+            self._driver.sense(world, self._clock(), dead_zone=self._settings.rider.dead_zone)
             # A step that is already lost gets its full time.
             until = due + ANSWER_TIME + (late if late >= STEP else 0.0)
             self._request_step(world, late)

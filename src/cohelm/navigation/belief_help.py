@@ -1,4 +1,4 @@
-"""Help towards a believed destination in the pipeline: the way there, and the helped authority."""
+"""Destinations of a rider in the pipeline: the belief, the way there, and the helped authority."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.messages import Authority, DestinationBelief
-from cohelm.navigation.destination_inference import DestinationInference
+from cohelm.navigation.destination_inference import DestinationInference, DestinationState
 from cohelm.navigation.tick import StepInput
 from cohelm.sharing import helped_deflection, stick_twist
 
@@ -16,6 +16,27 @@ _ANGLES = np.linspace(-1.0, 1.0, 11)
 """Angles to the chair's heading in which the way is looked for, rad."""
 _AHEAD = 1.5
 """Distance at which it is looked for, m."""
+
+
+def inferred_destinations(
+    inference: DestinationInference | None, step: StepInput, authority: Authority
+) -> tuple[DestinationBelief | None, DestinationState | None]:
+    """Infer destinations while the rider has chosen none; also return the memory.
+
+    Args:
+        inference: of the map; None: it has no named places.
+        step: input of the step.
+        authority: of the rider.
+    """
+    if inference is None or not np.isnan(step.request.goal).any():
+        return None, None
+    return inference.update(
+        step.observation.time,
+        step.observation.pose,
+        authority.deflection,
+        step.setup.robot.max_turn_rate,
+        step.memory.destinations,
+    )
 
 
 def with_belief_help(

@@ -25,10 +25,10 @@ from cohelm.messages import (
     Reference,
     Request,
 )
-from cohelm.navigation.belief_help import with_belief_help
+from cohelm.navigation.belief_help import inferred_destinations, with_belief_help
 from cohelm.navigation.chair_confidence import update_confidence
 from cohelm.navigation.command import Allowance, Command, local_problem, tight_limit
-from cohelm.navigation.destination_inference import DestinationState, destination_inference
+from cohelm.navigation.destination_inference import destination_inference
 from cohelm.navigation.final_approach import has_arrived
 from cohelm.navigation.final_decision import decide, gated
 from cohelm.navigation.local_walls import local_walls
@@ -107,7 +107,7 @@ class Navigator:
         confidence = update_confidence(observation, self.walls, step.memory.confidence)
         authority, authority_state = rider_authority(step, confidence)
         authority, yielding = with_yielding(step, authority, last)
-        destinations, destination_state = self._destinations(step, authority)
+        destinations, destination_state = inferred_destinations(self.destinations, step, authority)
         stopwatch.lap("sharing")
 
         # Recovery, if the ride makes no progress although it should.
@@ -163,13 +163,9 @@ class Navigator:
         if fault is not None:
             return stopped_by_input(observation, request, fault, gate_state, last)
         # Redundant input that does not agree slows the chair, or stops it.
+        before = memory.health or HealthState(changes=self._changes)
         health, health_state = monitor(
-            observation,
-            request,
-            setup.robot,
-            self.beams,
-            memory.health or HealthState(changes=self._changes),
-            setup.health,
+            observation, request, setup.robot, self.beams, before, setup.health
         )
         memory = dataclasses.replace(memory, health=health_state)
         if health.stop is not None:
@@ -197,20 +193,6 @@ class Navigator:
             request=limited,
             memory=memory,
             commanded=last.decision.twist if last else None,
-        )
-
-    def _destinations(
-        self, step: StepInput, authority: Authority
-    ) -> tuple[DestinationBelief | None, DestinationState | None]:
-        """Infer destinations while the rider has chosen none."""
-        if self.destinations is None or not np.isnan(step.request.goal).any():
-            return None, None
-        return self.destinations.update(
-            step.observation.time,
-            step.observation.pose,
-            authority.deflection,
-            self.setup.robot.max_turn_rate,
-            step.memory.destinations,
         )
 
     def _holds(self, request: Request, authority: Authority) -> bool:

@@ -17,6 +17,7 @@ from cohelm.platforms.api import (
 from cohelm.platforms.measured import MeasuredTruth
 from cohelm.platforms.opening import is_simulated, open_platform, open_simulation
 from cohelm.platforms.planar import Planar, PlanarPlatform
+from cohelm.platforms.stick_device import StickPlatform, WithStick
 
 __all__ = [
     "Capabilities",
@@ -27,6 +28,8 @@ __all__ = [
     "PlatformError",
     "PlatformPlugin",
     "SimulatedWorld",
+    "StickPlatform",
+    "WithStick",
     "is_simulated",
     "open_platform",
     "open_simulation",

@@ -29,9 +29,13 @@ def open_platform(setup: RideSetup) -> Platform:
         ScenarioError: Its parameters do not fit.
         PlatformError: It does not answer.
     """
-    scenario = setup.scenario
+    return open_spec(setup.scenario.platform, setup)
+
+
+def open_spec(spec: plugins.Spec, setup: RideSetup) -> Platform:
+    """Open the platform of a specification; see :func:`open_platform`."""
     built = plugins.build(
-        "platforms", scenario.platform, file=scenario.file, key="platform", error=ScenarioError
+        "platforms", spec, file=setup.scenario.file, key="platform", error=ScenarioError
     )
     return cast(PlatformPlugin, built).open(setup)
 

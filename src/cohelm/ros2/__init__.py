@@ -2,7 +2,8 @@
 
     topics ─► conversions ─► inputs ─► Observation          Decision ─► command process ─► /cmd_vel
 
-``dds`` and ``message_types`` are the network, ``conversions`` and ``frames`` are pure, ``inputs``
-keeps the newest messages, ``findings`` and ``checking`` are ``cohelm ros2 --check``, ``platform``
-joins them. The command topic belongs to a process of its own, see ``command_process``.
+``transport`` is the network: ``dds`` with ``message_types``, or ``rclpy_node``; ``cdr`` makes the
+bytes. ``conversions`` and ``frames`` are pure, ``inputs`` keeps the newest messages, ``findings``
+and ``checking`` are ``cohelm ros2 --check``, ``platform`` joins them. The command topic belongs to
+a process of its own, see ``command_process``.
 """

@@ -16,7 +16,6 @@ from cohelm.maps import OccupancyGrid, distance_field
 from cohelm.messages import Decision, Observation, Scan
 from cohelm.robots import Robot
 from cohelm.ros2.conversions import grid_of
-from cohelm.ros2.dds import LATCHED, DdsNode
 from cohelm.ros2.findings import (
     CheckFinding,
     check_base,
@@ -28,6 +27,7 @@ from cohelm.ros2.findings import (
 )
 from cohelm.ros2.parameters import Ros2Parameters
 from cohelm.ros2.platform import RobotNode, Ros2Platform
+from cohelm.ros2.transport import LATCHED, make_node
 from cohelm.scenarios import Scenario
 from cohelm.scenarios.build import floor_of
 from cohelm.scenarios.scenario import robot_of
@@ -118,7 +118,7 @@ def move(parameters: Ros2Parameters) -> CheckFinding:
 def take_map(parameters: Ros2Parameters) -> OccupancyGrid | None:
     """Return the map of the robot's topic; None: it does not come in time."""
     maps: queue.SimpleQueue[OccupancyGrid] = queue.SimpleQueue()
-    node = DdsNode(parameters.dds, f"{parameters.name}_map")
+    node = make_node(parameters, f"{parameters.name}_map")
     node.subscribe(parameters.map or "/map", MAP, LATCHED, lambda m: maps.put(grid_of(m)))
     node.start()
     try:

@@ -19,9 +19,9 @@ from multiprocessing.connection import Connection
 from typing import Any, NamedTuple
 
 from cohelm.processes import leave_interrupts
-from cohelm.ros2.dds import RELIABLE, DdsNode
-from cohelm.ros2.message_types import types_of
+from cohelm.ros2.cdr import types_of
 from cohelm.ros2.parameters import Ros2Parameters
+from cohelm.ros2.transport import RELIABLE, RosNode, make_node
 
 MAX_AGE = 0.15
 """Maximum time from a command to its publication, and until the next one comes, s."""
@@ -82,7 +82,7 @@ class CommandLatch:
         return min(max(due - now, 0.001), PERIOD)
 
 
-def publisher(node: DdsNode, parameters: Ros2Parameters) -> Callable[[WheelCommand], None]:
+def publisher(node: RosNode, parameters: Ros2Parameters) -> Callable[[WheelCommand], None]:
     """Return the function that publishes commands as the robot takes them."""
     kind = "geometry_msgs/msg/TwistStamped" if parameters.stamped else "geometry_msgs/msg/Twist"
     publish = node.publisher(parameters.command, kind, RELIABLE)
@@ -97,7 +97,7 @@ def serve_commands(pipe: Connection, setup: CommandSetup) -> None:
     """Main function of the process."""
     leave_interrupts()
     parameters = setup.parameters
-    node = DdsNode(parameters.dds, f"{parameters.name}_command")
+    node = make_node(parameters, f"{parameters.name}_command")
     publish = publisher(node, parameters)
     node.start()
     gc.collect()

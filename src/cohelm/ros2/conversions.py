@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,11 +11,16 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
+from cohelm.messages import People
 from cohelm.recordings.bags.ros_messages import stamp
 from cohelm.recordings.bags.ros_messages import transform as seven
 from cohelm.recordings.transforms import fixed_axes, matrix, planar
 from cohelm.ros2.parameters import StickParameters
 
+MAX_PEOPLE = 500
+"""Maximum number of people in a message."""
+_PLACE, _SPEED, _RADIUS = 0.1, 0.2, 0.25
+"""Assumed of people from another node: deviations, m and m/s, and the radius of a body, m."""
 _UPRIGHT = math.radians(15.0)
 """Maximum tilt of a planar scanner; beyond it its plane hits floor or ceiling."""
 
@@ -38,9 +44,28 @@ class StickPosition(NamedTuple):
     forward: float
     left: float
     held: bool
-    """True if the dead-man button is held, or none is needed."""
+    """True if the dead-man button is held."""
     confirm: bool
     stop: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DeadManButton:
+    """Vigilance of a stick whose driver repeats its last message for ever."""
+
+    content: tuple[float, ...] = ()
+    """Axes and buttons of the newest message."""
+    changed_at: float = -math.inf
+    """Time of the newest change, s."""
+
+    def after(self, message: Any, now: float) -> DeadManButton:
+        """Return the state after a Joy message."""
+        content = (*map(float, message.axes), *map(float, message.buttons))
+        return self if content == self.content else DeadManButton(content, now)
+
+    def unchanged(self, now: float, limit: float) -> bool:
+        """Check that nothing has changed for longer than ``limit``, s."""
+        return now - self.changed_at > limit
 
 
 def moving(message: Any) -> Moving:
@@ -100,6 +125,44 @@ def grid_of(message: Any) -> OccupancyGrid:
     )
 
 
+def people_of(message: Any, time: float, X_MF: Floats, ids: dict[str, int]) -> People:
+    """Convert a People message.
+
+    Args:
+        message: people_msgs/People.
+        time: Its time, s.
+        X_MF: (4, 4) pose of its frame in the map.
+        ids: Number of each name met so far; new names are added.
+
+    Raises:
+        ValueError: A number is not finite, or there are more than 500 people.
+    """
+    n = len(message.people)
+    if n > MAX_PEOPLE:
+        raise ValueError(f"{n} people; at most {MAX_PEOPLE} are possible")
+    rows = [
+        (p.position.x, p.position.y, p.position.z, p.velocity.x, p.velocity.y, p.velocity.z)
+        for p in message.people
+    ]
+    given = np.array(rows, dtype=float).reshape(n, 6)
+    if not np.isfinite(given).all():
+        raise ValueError("a person with a number that is not finite")
+    R, t = X_MF[:3, :3], X_MF[:3, 3]
+    place, velocity = given[:, :3] @ R.T + t, given[:, 3:] @ R.T
+    variance = np.array([_PLACE, _PLACE, _SPEED, _SPEED]) ** 2
+    reliability = np.array([p.reliability for p in message.people], dtype=float)
+    return People(
+        time=time,
+        id=np.array([ids.setdefault(p.name, len(ids)) for p in message.people], dtype=np.int64),
+        mean=np.column_stack([place[:, :2], velocity[:, :2]]),
+        covariance=np.tile(np.diag(variance), (n, 1, 1)),
+        heading=np.full(n, np.nan),
+        radius=np.full(n, _RADIUS),
+        confidence=np.clip(np.nan_to_num(reliability), 0.0, 1.0),
+        source="ros2",
+    )
+
+
 def stick_of(message: Any, parameters: StickParameters) -> StickPosition:
     """Convert a Joy message.
 
@@ -122,7 +185,7 @@ def stick_of(message: Any, parameters: StickParameters) -> StickPosition:
     return StickPosition(
         min(max(forward, -1.0), 1.0),
         min(max(left, -1.0), 1.0),
-        parameters.dead_man is None or pressed(parameters.dead_man),
+        pressed(parameters.dead_man),
         pressed(parameters.confirm),
         pressed(parameters.stop),
     )

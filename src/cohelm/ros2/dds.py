@@ -1,22 +1,14 @@
-"""DDS participant that ROS 2 tools see as a node.
-
-node = DdsNode(DdsParameters(), "cohelm")
-node.subscribe("/scan", SCAN, SENSOR, on_scan)      # called in the node's thread
-publish = node.publisher("/plan", PATH, RELIABLE)
-node.start()
-"""
+"""DDS participant that ROS 2 tools see as a node; see ``transport``."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
-import logging
 import os
 import socket
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -38,10 +30,11 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from cohelm.errors import PlatformError
-from cohelm.ros2.message_types import Sample, dds_type, decode, encode, types_of
+from cohelm.ros2.cdr import encode, types_of
+from cohelm.ros2.message_types import Sample, dds_type
 from cohelm.ros2.parameters import DdsParameters
+from cohelm.ros2.transport import LATCHED, Reliability, deliver, quality_text
 
-_log = logging.getLogger(__name__)
 _DISCOVERY = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 _MAX_PUBLICATIONS = 1000
 _BATCH = 64
@@ -50,40 +43,6 @@ _FIRST_INDEX, _LAST_INDEX = 12, 31
 """Range of participant indices where multicast is not used."""
 _POLL = 0.2
 """Maximum time between two looks at the end flag, s."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reliability:
-    """Quality of service of a topic."""
-
-    reliable: bool
-    transient: bool = False
-    """Late subscribers get the last message."""
-    depth: int = 10
-
-    def qos(self) -> Qos:
-        """Return the DDS policies, with the other ones as ROS 2 sets them."""
-        reliability = (
-            Policy.Reliability.Reliable(duration(milliseconds=100))
-            if self.reliable
-            else Policy.Reliability.BestEffort
-        )
-        durability = Policy.Durability.TransientLocal if self.transient else None
-        return Qos(
-            reliability,
-            durability or Policy.Durability.Volatile,
-            Policy.History.KeepLast(self.depth),
-            Policy.DataRepresentation(use_cdrv0_representation=True),
-        )
-
-
-SENSOR = Reliability(reliable=False, depth=5)
-"""Sensor data, REP-2003."""
-RELIABLE = Reliability(reliable=True)
-LATCHED = Reliability(reliable=True, transient=True, depth=1)
-"""Maps, static transforms."""
-STATIC = Reliability(reliable=True, transient=True, depth=100)
-"""Static transforms of several publishers."""
 
 
 class DdsNode:
@@ -130,7 +89,7 @@ class DdsNode:
             take: Gets the decoded message; it must not wait.
         """
         found: Topic[Any] = Topic(self._participant, "rt" + topic, dds_type(type_, "humble"))
-        reader = DataReader(self._participant, found, quality.qos())
+        reader = DataReader(self._participant, found, _qos(quality))
         self._readers.append((reader, type_, take))
 
     def publisher(self, topic: str, type_: str, quality: Reliability) -> Callable[[Any], None]:
@@ -172,9 +131,7 @@ class DdsNode:
                 reliable = sample.qos[Policy.Reliability] != Policy.Reliability.BestEffort
                 kind = sample.type_name.replace("::dds_::", "/").replace("::", "/").rstrip("_")
                 kept = sample.qos[Policy.Durability] != Policy.Durability.Volatile
-                quality = f"{'reliable' if reliable else 'best effort'}"
-                quality += f", {'transient local' if kept else 'volatile'}"
-                out[topic[2:]] = f"{kind}, {quality}"
+                out[topic[2:]] = quality_text(kind, reliable=reliable, kept=kept)
         return out
 
     def start(self) -> None:
@@ -194,7 +151,7 @@ class DdsNode:
         self, topic: str, type_: str, quality: Reliability, distribution: str = "humble"
     ) -> DataWriter[Any]:
         found: Topic[Any] = Topic(self._participant, topic, dds_type(type_, distribution))
-        return DataWriter(self._participant, found, quality.qos())
+        return DataWriter(self._participant, found, _qos(quality))
 
     def _serve(self) -> None:
         waits = WaitSet(self._participant)
@@ -207,15 +164,7 @@ class DdsNode:
             for reader, type_, take in self._readers:
                 for sample in reader.take(_BATCH):
                     if isinstance(sample, Sample):  # else the publisher has gone
-                        self._deliver(sample.cdr, type_, take)
-
-    def _deliver(self, data: bytes, type_: str, take: Callable[[Any], None]) -> None:
-        try:
-            take(decode(data, type_))
-        except ValueError as error:
-            _log.warning("a message is ignored: %s", error)
-        except Exception:  # a faulty message must not end the node
-            _log.exception("a %s could not be processed", type_)
+                        deliver(sample.cdr, type_, take)
 
     def _announce_node(self) -> None:
         """Publish the node's readers and writers as rmw does."""
@@ -236,6 +185,22 @@ class DdsNode:
         )
         info = types[_DISCOVERY](gid=gid_of(self._participant), node_entities_info_seq=[node])
         self._announce.write(dds_type(_DISCOVERY, distribution)(encode(info, distribution)))
+
+
+def _qos(quality: Reliability) -> Qos:
+    """Return the DDS policies, with the other ones as ROS 2 sets them."""
+    reliability = (
+        Policy.Reliability.Reliable(duration(milliseconds=100))
+        if quality.reliable
+        else Policy.Reliability.BestEffort
+    )
+    durability = Policy.Durability.TransientLocal if quality.transient else None
+    return Qos(
+        reliability,
+        durability or Policy.Durability.Volatile,
+        Policy.History.KeepLast(quality.depth),
+        Policy.DataRepresentation(use_cdrv0_representation=True),
+    )
 
 
 @functools.lru_cache(maxsize=8)

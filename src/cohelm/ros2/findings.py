@@ -18,7 +18,7 @@ from cohelm.ros2.clocks import RobotClock
 from cohelm.ros2.inputs import Inputs, TopicStatistics
 from cohelm.ros2.parameters import Ros2Parameters
 
-MIN_RATES = {"scan": 5.0, "odometry": 10.0, "cloud": 5.0}
+MIN_RATES = {"scan": 5.0, "odometry": 10.0, "cloud": 5.0, "stick": 5.0, "people": 5.0}
 """Minimum messages per second."""
 MAX_DELAY = 0.2
 """Maximum delay of a message, s: half of what the safety gate accepts."""
@@ -48,7 +48,7 @@ def missing_inputs(parameters: Ros2Parameters, inputs: Inputs) -> list[str]:
     out = []
     if isinstance(inputs.clock, RobotClock) and inputs.clock.silent:
         out.append("no /clock")
-    for topic in (*parameters.scans, *parameters.clouds, parameters.odometry):
+    for _, topic in parameters.inputs:
         found = inputs.topics.get(topic)
         if found is None:
             out.append(f"no message on {topic}")
@@ -73,12 +73,7 @@ def check_inputs(
         offered: Type and reliability of each topic that somebody publishes, by topic.
     """
     out = [_clock(inputs)]
-    for kind, topics in (
-        ("scan", parameters.scans),
-        ("cloud", parameters.clouds),
-        ("odometry", (parameters.odometry,)),
-    ):
-        out += [_topic(kind, topic, inputs, offered) for topic in topics]
+    out += [_topic(kind, topic, inputs, offered) for kind, topic in parameters.inputs]
     out.append(_base(parameters, inputs))
     out.append(_localiser(parameters, inputs))
     return out

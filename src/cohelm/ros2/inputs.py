@@ -11,11 +11,19 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.messages import Observation, PointCloud, Scan
+from cohelm.messages import Observation, People, PointCloud, RiderCommand, Scan
 from cohelm.recordings.bags import ros_messages as ros
 from cohelm.recordings.transforms import name, planar
 from cohelm.ros2.clocks import Clock
-from cohelm.ros2.conversions import Moving, is_level, mount_of, moving, twist_at_base
+from cohelm.ros2.conversions import (
+    Moving,
+    is_level,
+    mount_of,
+    moving,
+    people_of,
+    stick_of,
+    twist_at_base,
+)
 from cohelm.ros2.frames import FrameTree
 from cohelm.ros2.parameters import Ros2Parameters
 
@@ -67,6 +75,12 @@ class Inputs:
         self._lock = threading.Lock()
         self.frames = FrameTree()
         self._moving: Moving | None = None
+        self._rider: RiderCommand | None = None
+        self._people: People | None = None
+        self._names: dict[str, int] = {}
+        self._read_at: dict[str, float] = {}
+        if parameters.page_sticks:  # a stick that never comes is a stick that is lost
+            self._rider = RiderCommand(heartbeat=NEVER, deflection=np.zeros(2))
         self._scans: deque[Scan] = deque(maxlen=MAX_READINGS)
         self._clouds: deque[PointCloud] = deque(maxlen=MAX_READINGS)
         self.last_scan: dict[str, Scan] = {}
@@ -118,7 +132,24 @@ class Inputs:
             self._count(topic, now, now - time, frame, problem=problem)
             if scan is not None:
                 self._scans.append(scan)
+                self._read_at[topic] = scan.time
                 self.last_scan[topic] = scan
+
+    def take_stick(self, message: Any) -> None:
+        """Take a Joy of a stick that is a device of the page that drives."""
+        parameters, now = self._parameters.stick, self.clock.now()
+        if parameters is None:
+            return
+        position, problem = None, ""
+        try:
+            position = stick_of(message, parameters)
+        except ValueError as error:
+            problem = str(error)
+        with self._lock:
+            self._count(parameters.topic, now, math.nan, "", problem=problem)
+            if position is not None:
+                deflection = np.array([position.forward, position.left])
+                self._rider = RiderCommand(heartbeat=now, deflection=deflection)
 
     def take_cloud(self, topic: str, message: Any) -> None:
         """Take a PointCloud2 of a sensor whose mount the transforms tell."""
@@ -137,6 +168,25 @@ class Inputs:
             self._count(topic, now, now - time, frame, problem=problem)
             if cloud is not None:
                 self._clouds.append(cloud)
+                self._read_at[topic] = cloud.time
+
+    def take_people(self, message: Any) -> None:
+        """Take a People of another node."""
+        topic = self._parameters.people
+        now, frame = self.clock.now(), name(message.header.frame_id)
+        time, goal = self.clock.of(ros.stamp(message.header)), self._parameters.frames
+        if topic is None:
+            return
+        with self._lock:
+            X_MF, problem = self.frames.pose(goal.map or goal.odom, frame), ""
+            if X_MF is None:
+                problem = f"no transform from '{goal.map or goal.odom}' to '{frame}'"
+            elif math.isfinite(time):
+                try:
+                    self._people = people_of(message, time, X_MF, self._names)
+                except ValueError as error:
+                    problem = str(error)
+            self._count(topic, now, now - time, frame, problem=problem)
 
     def observation(self) -> Observation:
         """Return the newest pose and twist, and all readings since the last call.
@@ -150,6 +200,9 @@ class Inputs:
             scans, clouds = tuple(self._scans), tuple(self._clouds)
             self._scans.clear()
             self._clouds.clear()
+            rider, people = self._rider, self._people
+            if self._parameters.people is not None:
+                people, scans, clouds = self._with_people(now, people, scans, clouds)
         return Observation(
             time=now,
             pose=pose,
@@ -158,7 +211,29 @@ class Inputs:
             twist_time=max(twist_time, NEVER),
             scans=scans,
             clouds=clouds,
+            rider=rider,
+            people=people,
         )
+
+    def _with_people(
+        self,
+        now: float,
+        people: People | None,
+        scans: tuple[Scan, ...],
+        clouds: tuple[PointCloud, ...],
+    ) -> tuple[People | None, tuple[Scan, ...], tuple[PointCloud, ...]]:
+        """People and readings for an observation.
+
+        With people the safety gate does not watch the scanners, and without them it knows nobody.
+        So old people count as a lost sensor, whose readings are withheld until the gate stops; and
+        where a scanner is old, people are withheld, and the gate watches the scanners again.
+        """
+        limit = self._parameters.limits.people
+        if people is None or not now - people.time <= limit:
+            return None, (), ()
+        topics = (*self._parameters.scans, *self._parameters.clouds)
+        read = all(now - self._read_at.get(each, -math.inf) <= limit for each in topics)
+        return (people if read else None), scans, clouds
 
     @property
     def odometry_time(self) -> float:

@@ -10,8 +10,8 @@ import functools
 from typing import Any
 
 from cyclonedds.idl import IdlStruct, make_idl_struct, types
-from rosbags.typesys import Stores, get_typestore
-from rosbags.typesys.store import Typestore
+
+from cohelm.ros2.cdr import types_of
 
 _BASE = {
     "bool": bool,
@@ -57,12 +57,6 @@ class Sample(IdlStruct):
 
 
 @functools.cache
-def types_of(distribution: str) -> Typestore:
-    """Message types of a ROS 2 distribution; they differ in ``rmw_dds_common`` only."""
-    return get_typestore(Stores(f"ros2_{distribution}"))
-
-
-@functools.cache
 def dds_type(name: str, distribution: str) -> type[Sample]:
     """Return the DDS type of a message type, as ``nav_msgs/msg/Path``.
 
@@ -76,27 +70,6 @@ def dds_type(name: str, distribution: str) -> type[Sample]:
 
     setattr(Named, "__idl__", struct.__idl__)  # noqa: B010 # its metaclass declares it
     return Named
-
-
-def decode(data: bytes, name: str) -> Any:
-    """Decode a message.
-
-    Raises:
-        ValueError: The bytes are not a message of that type.
-        KeyError: There is no such type.
-    """
-    types = types_of("humble")
-    if name not in types.types:  # a mistake of the caller, not damage
-        raise KeyError(name)
-    try:
-        return types.deserialize_cdr(data, name)
-    except Exception as error:  # damaged bytes raise many kinds of errors in rosbags
-        raise ValueError(f"not a {name}: {error}") from None
-
-
-def encode(message: Any, distribution: str = "humble") -> bytes:
-    """Encode a message in CDR, little-endian."""
-    return bytes(types_of(distribution).serialize_cdr(message, message.__msgtype__))
 
 
 @functools.cache

@@ -10,13 +10,14 @@ from dataclasses import replace
 from cohelm.messages import Decision, Observation
 from cohelm.platforms import Capabilities, PlatformError
 from cohelm.recordings.bags import ros_messages as ros
+from cohelm.ros2.cdr import PEOPLE
 from cohelm.ros2.clocks import Clock, RobotClock, WallClock
 from cohelm.ros2.command_client import CommandClient
 from cohelm.ros2.command_process import WheelCommand, publisher
-from cohelm.ros2.dds import SENSOR, STATIC, DdsNode, Reliability
 from cohelm.ros2.findings import missing_inputs
 from cohelm.ros2.inputs import NEVER, Inputs
 from cohelm.ros2.parameters import Ros2Parameters
+from cohelm.ros2.transport import SENSOR, STATIC, Reliability, RosNode, make_node
 from cohelm.scenarios import RideSetup
 
 _POLL = 0.05  # s
@@ -60,7 +61,7 @@ class RobotNode:
         self.parameters = p = parameters
         self.clock: Clock = RobotClock() if p.use_sim_time else WallClock()
         self.inputs = Inputs(p, self.clock)
-        self.dds = DdsNode(p.dds, p.name)
+        self.dds: RosNode = make_node(p, p.name)
         take = self.inputs
         moved = functools.partial(take.take_transforms, static=False)
         fixed = functools.partial(take.take_transforms, static=True)
@@ -73,6 +74,10 @@ class RobotNode:
         for topic in p.clouds:
             cloud = functools.partial(take.take_cloud, topic)
             self.dds.subscribe(topic, ros.CLOUD, SENSOR, cloud)
+        if p.people is not None:
+            self.dds.subscribe(p.people, PEOPLE, SENSOR, take.take_people)
+        for topic in p.page_sticks:
+            self.dds.subscribe(topic, "sensor_msgs/msg/Joy", SENSOR, take.take_stick)
         if isinstance(self.clock, RobotClock):
             clock = self.clock
             self.dds.subscribe(

@@ -3,8 +3,9 @@
     /joy, /goal_pose            ─► heartbeats, confirmation, STOP, destination
     route, plan, people, status ◄─ messages to pages
 
-A stick takes control with its first deflection or dead-man press, and a goal is accepted while no
-other page drives. A Joy that stops coming stops the chair, as a lost page does.
+A stick with a dead-man button takes control when it is pressed; another stick is a device of the
+page that drives (``inputs``). A goal is accepted while no other page drives. A Joy that stops
+coming stops the chair, as a lost page does.
 """
 
 from __future__ import annotations
@@ -14,32 +15,32 @@ import math
 import time
 from typing import Any
 
-import numpy as np
-
 from cohelm.live import Drive
 from cohelm.live.messages import (
-    ChairState,
     Heartbeat,
-    PersonInfo,
     ResumeCommand,
-    RouteUpdate,
     SetGoal,
     StopCommand,
     TakeControl,
     ToPage,
 )
-from cohelm.messages import People
-from cohelm.recordings.rides import markers as draw
-from cohelm.recordings.rides import ros_messages as ros
+from cohelm.live.page.display_messages import TYPES, displays
 from cohelm.recordings.transforms import name
-from cohelm.ros2.conversions import StickPosition, stick_of
-from cohelm.ros2.dds import LATCHED, RELIABLE, SENSOR, DdsNode
+from cohelm.ros2.conversions import DeadManButton, StickPosition, stick_of
 from cohelm.ros2.parameters import Ros2Parameters
+from cohelm.ros2.transport import LATCHED, RELIABLE, SENSOR, make_node
+from cohelm.scenarios import Scenario
 
 CLIENT = "ros2"
 """Name of this page of the drive."""
-_EVERY = 4
-"""Control steps between two sets of markers: five a second."""
+_DISPLAYS = {
+    "route": ("/cohelm/route", LATCHED),
+    "plan": ("/cohelm/plan", RELIABLE),
+    "people": ("/cohelm/people", RELIABLE),
+    "rider_authority": ("/cohelm/rider_authority", RELIABLE),
+    "status": ("/diagnostics", RELIABLE),
+}
+"""Topic of each display; the robot itself publishes transforms and odometry."""
 _log = logging.getLogger(__name__)
 
 
@@ -49,13 +50,18 @@ class RiderNode:
     Args:
         parameters: Topics.
         drive: Drive that it belongs to; started.
+        scenario: Scenario of the drive.
+
+    Raises:
+        PlatformError: The network, or a message type, cannot be used.
     """
 
-    def __init__(self, parameters: Ros2Parameters, drive: Drive) -> None:
+    def __init__(self, parameters: Ros2Parameters, drive: Drive, scenario: Scenario) -> None:
         self._parameters, self._drive = parameters, drive
         self._frame = parameters.frames.map or parameters.frames.odom
         self._seq, self._last = 0, StickPosition(0.0, 0.0, False, False, False)
-        self._dds = DdsNode(parameters.dds, f"{parameters.name}_rider")
+        self._button = DeadManButton()
+        self._dds = make_node(parameters, f"{parameters.name}_rider")
         if parameters.stick is not None:
             self._dds.subscribe(
                 parameters.stick.topic, "sensor_msgs/msg/Joy", SENSOR, self._take_stick
@@ -64,20 +70,23 @@ class RiderNode:
             kind = "geometry_msgs/msg/PoseStamped"
             self._dds.subscribe(parameters.goal, kind, RELIABLE, self._take_goal)
         if parameters.displays:
-            publish = self._dds.publisher
-            self._route = publish("/cohelm/route", "nav_msgs/msg/Path", LATCHED)
-            self._plan = publish("/cohelm/plan", "nav_msgs/msg/Path", RELIABLE)
-            shapes = "visualization_msgs/msg/MarkerArray"
-            self._people = publish("/cohelm/people", shapes, RELIABLE)
-            self._eta = publish("/cohelm/rider_authority", "std_msgs/msg/Float64", RELIABLE)
-            status = "diagnostic_msgs/msg/DiagnosticArray"
-            self._status = publish("/diagnostics", status, RELIABLE)
+            self._displays = {
+                shown: self._dds.publisher(topic, TYPES[shown], quality)
+                for shown, (topic, quality) in _DISPLAYS.items()
+            }
             drive.listen(self._show)
         drive.connect(CLIENT, "driver")
+        self._actions = None
+        if parameters.actions:
+            from cohelm.ros2.nav2_actions import serve_nav2  # noqa: PLC0415 # needs ROS
+
+            self._actions = serve_nav2(parameters, drive, CLIENT, scenario)
         self._dds.start()
 
     def close(self) -> None:
         """End the node; the chair stops if it drove."""
+        if self._actions is not None:
+            self._actions.close()
         self._dds.close()
         self._drive.disconnect(CLIENT)
 
@@ -85,9 +94,15 @@ class RiderNode:
         parameters = self._parameters.stick
         if parameters is None:
             return
-        last, self._last = self._last, stick_of(message, parameters)
-        now = self._last
-        drive, arrival = self._drive, time.monotonic()
+        drive, arrival, last = self._drive, time.monotonic(), self._last
+        self._button = self._button.after(message, arrival)
+        now = stick_of(message, parameters)
+        held = now.held and not self._button.unchanged(arrival, parameters.renew)
+        self._last = now = now._replace(held=held)
+        if now.stop and not last.stop:
+            drive.receive(CLIENT, StopCommand(), arrival)
+        if parameters.dead_man is None:
+            return
         if now.held and not last.held:
             drive.receive(CLIENT, TakeControl(), arrival)
         self._seq += 1
@@ -100,8 +115,6 @@ class RiderNode:
             visible=now.held,
         )
         drive.receive(CLIENT, beat, arrival)
-        if now.stop and not last.stop:
-            drive.receive(CLIENT, StopCommand(), arrival)
         if now.confirm and not last.confirm:
             drive.receive(CLIENT, ResumeCommand(), arrival)
 
@@ -116,44 +129,8 @@ class RiderNode:
         """Publish a message to pages; one for another page is not shown."""
         if client is not None:
             return
-        if isinstance(message, RouteUpdate):
-            points = np.array(message.points).reshape(-1, 2)
-            poses = np.column_stack([points, np.zeros(len(points))])
-            self._route(ros.path(time.time(), self._frame, poses))
-        elif isinstance(message, ChairState):
-            self._show_state(message)
-
-    def _show_state(self, state: ChairState) -> None:
-        now, frame = time.time(), self._frame
-        self._eta(ros.number(state.rider_authority))
-        if state.seq % _EVERY:
-            return
-        self._plan(ros.path(now, frame, np.array(state.plan).reshape(-1, 3)))
-        seen = people_of(state.people, now)
-        shown = draw.people(now, seen)
-        for marker in shown.markers:
-            marker.header = ros.header(now, frame)
-        self._people(shown)
-        reason = state.reason
-        text = reason.text if reason is not None else "no limitation"
-        facts = {
-            "mode": state.mode.value,
-            "link": state.link,
-            "reason": reason.code if reason is not None else "",
-            "eta": f"{state.rider_authority:.3f}",
-        }
-        self._status(ros.status(now, self._parameters.name, text, facts, fine=reason is None))
-
-
-def people_of(rows: tuple[PersonInfo, ...], time_: float) -> People:
-    """Return the tracked people of a state message."""
-    n = len(rows)
-    return People(
-        time=time_,
-        id=np.array([each.id for each in rows], dtype=np.int64),
-        mean=np.array([(p.x, p.y, p.vx, p.vy) for p in rows]).reshape(n, 4),
-        covariance=np.zeros((n, 4, 4)),
-        heading=np.array([each.axis for each in rows], dtype=float),
-        radius=np.array([each.radius for each in rows], dtype=float),
-        confidence=np.ones(n),
-    )
+        name_ = self._parameters.name
+        for shown, converted in displays(message, time.time(), frame=self._frame, name=name_):
+            publish = self._displays.get(shown)
+            if publish is not None:
+                publish(converted)

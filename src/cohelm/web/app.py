@@ -14,9 +14,11 @@ from starlette.exceptions import HTTPException
 from cohelm.errors import CohelmError
 from cohelm.web import api, problems
 from cohelm.web.guard import Guard
-from cohelm.web.origins import Refusal
+from cohelm.web.origins import VIEWER_PATH, Refusal
 from cohelm.web.page_connections import PageConnections
 from cohelm.web.server_context import ServerContext, address_of
+from cohelm.web.signin import SignInLocked, WrongToken
+from cohelm.web.viewers import Viewers, token_of
 
 _CACHE_FOR_EVER = "public, max-age=31536000, immutable"
 _SIGN_IN = Refusal(status=401, code="sign_in", text="sign in first")
@@ -30,6 +32,8 @@ def create_app(server_context: ServerContext) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.pages = PageConnections(server_context.drive)
+        if server_context.origins.viewers:
+            app.state.viewers = Viewers(server_context.drive)
         yield
 
     app = FastAPI(
@@ -65,6 +69,32 @@ async def socket(websocket: WebSocket) -> None:
         await websocket.send_denial_response(answer)
         return
     await pages.serve(websocket, session, address)
+
+
+@router.websocket(VIEWER_PATH)
+async def viewer(websocket: WebSocket) -> None:
+    """Serve the socket of a viewer, or refuse it before it is open."""
+    server_context: ServerContext = websocket.app.state.server_context
+    refusal = _viewer_refusal(websocket, server_context)
+    if refusal is not None:
+        answer = JSONResponse({"code": refusal.code, "text": refusal.text}, refusal.status)
+        await websocket.send_denial_response(answer)
+        return
+    await websocket.app.state.viewers.serve(websocket)
+
+
+def _viewer_refusal(websocket: WebSocket, server_context: ServerContext) -> Refusal | None:
+    """Reason to refuse a viewer: beyond this machine it needs a token in its address."""
+    if not server_context.origins.viewers:
+        return Refusal(status=404, code="not_found", text="start with --viewer to allow viewers")
+    if not server_context.open_to_drivers:
+        token, address = token_of(websocket), address_of(websocket)
+        try:
+            server_context.sign_ins.role(token, address, time.monotonic())
+        except (WrongToken, SignInLocked):
+            return _SIGN_IN
+    full = Refusal(status=503, code="full", text="too many viewers are open; close one")
+    return full if websocket.app.state.viewers.full else None
 
 
 @router.get("/{path:path}", include_in_schema=False)

@@ -19,6 +19,9 @@ _OWN_SITES = frozenset({"same-origin", "none"})
 _PAGES = frozenset({"/", "/therapist"})
 """Paths to which a link on another site may lead."""
 
+VIEWER_PATH = "/foxglove"
+"""Path of the socket of viewers."""
+
 Headers = Iterable[tuple[bytes, bytes]]
 
 
@@ -38,6 +41,8 @@ class Origins:
     names: frozenset[str]
     """In lower case, without brackets and port."""
     tls: bool = False
+    viewers: frozenset[str] = frozenset()
+    """Origins of viewers, as ``https://app.foxglove.dev``; empty: there are none."""
     any_address: bool = False
     """True if the server listens on all addresses of the machine: then each is a name as well."""
 
@@ -68,28 +73,44 @@ class Origins:
             return Refusal(status=421, code="host", text=text)
         foreign = Refusal(status=403, code="origin", text="only the chair's own page may do this")
         origins = given.get("origin", [])
-        if len(origins) > 1 or (not origins and (is_socket or method in _CHANGING)):
+        if path == VIEWER_PATH and self.viewers:
+            known = len(origins) == 1 and origins[0].lower() in self.viewers
+            return None if is_socket and known else foreign
+        changes = is_socket or method in _CHANGING
+        if len(origins) > 1 or (not origins and changes):
             return foreign
         scheme = "https" if self.tls else "http"
-        if origins and origins[0].lower() != f"{scheme}://{hosts[0].lower()}":
-            return foreign
+        elsewhere = origins and origins[0].lower() != f"{scheme}://{hosts[0].lower()}"
         site = given.get("sec-fetch-site", ["none"])
-        if site[0] not in _OWN_SITES and path not in _PAGES:
-            return foreign
-        return None
+        linked = site[0] not in _OWN_SITES and path not in _PAGES
+        return foreign if elsewhere or linked else None
 
     def _is_own(self, host: str, local: str) -> bool:
         name = name_of(host)
         return name in self.names or (self.any_address and bool(name) and name == plain(local))
 
 
-def origins_for(host: str, *, tls: bool, names: Iterable[str] = ()) -> Origins:
-    """Return the names of a server that listens on ``host``, and of ``names``."""
+def origins_for(
+    host: str, *, tls: bool, names: Iterable[str] = (), viewers: Iterable[str] = ()
+) -> Origins:
+    """Return the names of a server that listens on ``host``, and of ``names``.
+
+    Args:
+        host: Host to listen on.
+        tls: True for HTTPS.
+        names: Further names.
+        viewers: Origins of viewers.
+    """
     everywhere = is_everywhere(host)
     own = {*LOOPBACK, *(name.lower() for name in names)}
     if not everywhere:
         own.add(plain(host))
-    return Origins(names=frozenset(own), tls=tls, any_address=everywhere)
+    return Origins(
+        names=frozenset(own),
+        tls=tls,
+        viewers=frozenset(each.lower().rstrip("/") for each in viewers),
+        any_address=everywhere,
+    )
 
 
 def is_loopback(host: str) -> bool:

@@ -71,6 +71,7 @@ def make_context(
     tokens: dict[Role, str],
     tls: Tls | None = None,
     names: Iterable[str] = (),
+    viewers: Iterable[str] = (),
 ) -> ServerContext:
     """Return the parts of a server of ``drive`` on a bound socket.
 
@@ -82,6 +83,7 @@ def make_context(
         tokens: Token of each role; without one for the driver, every client may drive.
         tls: Certificate; None: plain HTTP.
         names: Further names of the server.
+        viewers: Origins of viewers.
 
     Raises:
         ConfigError: Other machines can reach the host, and TLS or the driver's token is missing.
@@ -94,7 +96,7 @@ def make_context(
     return ServerContext(
         drive=drive,
         page=page,
-        origins=origins_for(host, tls=tls is not None, names=names),
+        origins=origins_for(host, tls=tls is not None, names=names, viewers=viewers),
         sign_ins=SignIns(tokens),
         port=int(bound.getsockname()[1]),
         open_to_drivers="driver" not in tokens,

@@ -109,6 +109,14 @@ class SignIns:
         """Return the text of a new cookie, and its session.
 
         Raises:
+            WrongToken, SignInLocked: See :meth:`role`.
+        """
+        return self._open(self.role(token, address, now), now)
+
+    def role(self, token: str, address: str, now: float) -> Role:
+        """Return the role of a token, without a session.
+
+        Raises:
             WrongToken: The token is not valid; all valid ones are compared, in constant time.
             SignInLocked: There were too many wrong tokens, from this address or in all.
         """
@@ -125,7 +133,7 @@ class SignIns:
             self._all.failed(now)
             raise WrongToken
         self._each.pop(_network(address), None)
-        return self._open(fits[0], now)
+        return fits[0]
 
     def session(self, cookie: str | None, now: float) -> Session | None:
         """Return the session of a cookie; None: there is none, or it has ended."""

@@ -14,9 +14,14 @@ of heartbeats are milliseconds, as ``Heartbeat.sent`` is.
     control taken                                       CENTRE; CONFIRM if the chair is under way
     no heartbeat for HEARTBEAT_TIMEOUT                  CENTRE; until a heartbeat, no_heartbeat
     … for CONFIRM_AFTER_SILENCE, or the page hidden     CONFIRM; until a heartbeat, no_heartbeat
+    the chair's own stick silent for the same times     the same
     STOP, collision, navigator lost or silent           CONFIRM
 
 The chair moves only while the link is ``ready``.
+
+A stick of the chair itself (:class:`ChairStick`) is one more device of the page that drives. A
+device that repeats its last event for ever looks alive; the page's heartbeat tells that the rider
+is there, so that the stick moves the chair only under a page that drives.
 """
 
 from __future__ import annotations
@@ -64,6 +69,17 @@ class HeartbeatTiming:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ChairStick:
+    """Newest position of the chair's own stick."""
+
+    deflection: tuple[float, float]
+    """(forward, left), each −1…1."""
+    at: float
+    """Time of the device's last message, s."""
+    centred: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LinkState:
     """All connections, and the one that drives."""
 
@@ -78,6 +94,8 @@ class LinkState:
     """Its arrival time, s."""
     centred: bool = False
     """True if its stick is centred."""
+    chair_stick: ChairStick | None = None
+    """Stick of the chair; None: it has none."""
     epoch: int = 0
     """Grows with every stop and every take-over; older decisions move nothing any more."""
 
@@ -86,12 +104,11 @@ def status(state: LinkState, now: float) -> LinkStatus:
     """Return the state of the link; the chair may move in ``ready`` only."""
     if state.driver is None:
         return "no_driver"
-    beat = state.heartbeat
-    if beat is None or not beat.visible or not now - state.heartbeat_at <= HEARTBEAT_TIMEOUT:
+    if not _page_present(state, now) or _chair_stick_silent(state, now):
         return "no_heartbeat"
     if state.required is RequiredAction.NOTHING:
         return "ready"
-    if state.centred:
+    if state.centred and _chair_stick_centred(state):
         return "confirm"
     return "stick_held" if state.cause is Reason.RIDER_STOP else "centre_stick"
 
@@ -100,6 +117,8 @@ def deflection(state: LinkState, now: float) -> tuple[float, float]:
     """Return the valid deflection (forward, left); (0, 0) unless the link is ready."""
     if state.heartbeat is None or status(state, now) != "ready":
         return 0.0, 0.0
+    if state.chair_stick is not None and state.centred:
+        return state.chair_stick.deflection
     return state.heartbeat.forward, state.heartbeat.left
 
 
@@ -115,7 +134,10 @@ def current_heartbeat(state: LinkState, now: float) -> CurrentHeartbeat:
     """Return the valid heartbeat; −1 and ``none`` without one."""
     if state.heartbeat is None or status(state, now) in {"no_driver", "no_heartbeat"}:
         return CurrentHeartbeat(-1, "none")
-    return CurrentHeartbeat(state.heartbeat.seq, state.heartbeat.device)
+    device = state.heartbeat.device
+    if state.centred and not _chair_stick_centred(state):
+        device = "joystick"
+    return CurrentHeartbeat(state.heartbeat.seq, device)
 
 
 def hold_reason(state: LinkState, now: float) -> Reason | None:
@@ -126,7 +148,8 @@ def hold_reason(state: LinkState, now: float) -> Reason | None:
     if found == "no_driver":
         return Reason.NO_DRIVER
     if found == "no_heartbeat":
-        return Reason.CONNECTION_LOST
+        present = _page_present(state, now)
+        return Reason.STALE_RIDER_COMMAND if present else Reason.CONNECTION_LOST
     return state.cause or required_reason(found)
 
 
@@ -192,7 +215,7 @@ def require_confirmation(state: LinkState) -> LinkState:
 
 def require_centring(state: LinkState) -> LinkState:
     """Ignore the stick until it has been centred once."""
-    centred = state.centred and state.heartbeat is not None
+    centred = state.centred and state.heartbeat is not None and _chair_stick_centred(state)
     if state.required is not RequiredAction.NOTHING or centred:
         return state
     return replace(state, required=RequiredAction.CENTRE, epoch=state.epoch + 1)
@@ -233,6 +256,45 @@ def on_heartbeat(
     return _drivers_heartbeat(state, beat, now, math.hypot(beat.forward, beat.left) <= dead_zone)
 
 
+def on_chair_stick(
+    state: LinkState, deflection: tuple[float, float], at: float, *, dead_zone: float
+) -> LinkState:
+    """Process the position of the chair's own stick: a gap before it requires an action.
+
+    Args:
+        state: Previous state.
+        deflection: (forward, left), each −1…1.
+        at: Time of the device's last message, s.
+        dead_zone: Deflection up to which a stick counts as centred.
+    """
+    last, required, cause = state.chair_stick, state.required, state.cause
+    centred = math.hypot(*deflection) <= dead_zone
+    gap = at - last.at if last is not None else 0.0
+    if last is None:  # it may be held already
+        required = max(required, RequiredAction.CENTRE)
+    elif gap > CONFIRM_AFTER_SILENCE:
+        required, cause = RequiredAction.CONFIRM, cause or Reason.STALE_RIDER_COMMAND
+    elif gap > HEARTBEAT_TIMEOUT:
+        required = max(required, RequiredAction.CENTRE)
+    stick = ChairStick(deflection=deflection, at=at, centred=centred)
+    epoch = state.epoch + (last is not None and gap > HEARTBEAT_TIMEOUT)
+    return replace(state, required=required, cause=cause, chair_stick=stick, epoch=epoch)
+
+
+def _page_present(state: LinkState, now: float) -> bool:
+    beat = state.heartbeat
+    recent = now - state.heartbeat_at <= HEARTBEAT_TIMEOUT
+    return beat is not None and beat.visible and recent
+
+
+def _chair_stick_silent(state: LinkState, now: float) -> bool:
+    return state.chair_stick is not None and not now - state.chair_stick.at <= HEARTBEAT_TIMEOUT
+
+
+def _chair_stick_centred(state: LinkState) -> bool:
+    return state.chair_stick is None or state.chair_stick.centred
+
+
 def _drivers_heartbeat(state: LinkState, beat: Heartbeat, now: float, centred: bool) -> LinkState:
     """Process a valid heartbeat of the driver: a gap before it requires an action."""
     required, cause = state.required, state.cause
@@ -243,7 +305,7 @@ def _drivers_heartbeat(state: LinkState, beat: Heartbeat, now: float, centred: b
     elif gap > HEARTBEAT_TIMEOUT:
         required = max(required, RequiredAction.CENTRE)
     if required is RequiredAction.CENTRE and centred and beat.visible:
-        required = RequiredAction.NOTHING
+        required = RequiredAction.NOTHING if _chair_stick_centred(state) else required
     if required is RequiredAction.NOTHING:
         cause = None
     return replace(

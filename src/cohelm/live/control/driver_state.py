@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from cohelm.live.control import driver_link
 from cohelm.live.control.driver_link import LinkState
 from cohelm.live.control.mission import Mission
+from cohelm.live.control.world_factory import LiveWorld
 from cohelm.reasons import Reason
 
 
@@ -20,6 +21,26 @@ class DriverState:
     def stop_until_confirmed(self, cause: Reason) -> None:
         """Stop the chair until the driver confirms."""
         self.link = driver_link.stop_until_confirmed(self.link, cause)
+
+    def sense(self, world: LiveWorld, now: float, *, dead_zone: float) -> None:
+        """Take the observation of the next control step, and with it a real chair's own stick.
+
+        Args:
+            world: Chair; a simulated rider gives way to the driver.
+            now: s of the control loop's clock.
+            dead_zone: Deflection up to which a stick counts as centred.
+
+        Raises:
+            PlatformError: The chair is lost.
+        """
+        world.sense()
+        rider = None if world.simulated else world.observation.rider
+        if rider is None:
+            self.link = replace(self.link, chair_stick=None)
+            return
+        forward, left = (float(each) for each in rider.deflection)
+        at = now - max(world.observation.time - rider.heartbeat, 0.0)
+        self.link = driver_link.on_chair_stick(self.link, (forward, left), at, dead_zone=dead_zone)
 
     def require_centring(self) -> None:
         """Ignore the stick until it has been centred once."""

@@ -52,6 +52,12 @@ def stamp(time: float) -> Any:
 
 
 @functools.lru_cache(maxsize=16)
+def duration(seconds: float) -> Any:
+    """Convert a duration ≥ 0 to Duration."""
+    whole, nanoseconds = divmod(round(1e9 * seconds), 10**9)
+    return of("builtin_interfaces/msg/Duration")(sec=whole, nanosec=nanoseconds)
+
+
 def header(time: float, frame: str) -> Any:
     """A Header for ``frame`` at ``time``."""
     return of("std_msgs/msg/Header")(stamp=stamp(time), frame_id=frame)

@@ -1,0 +1,254 @@
+"""Latency of `cohelm ros2`, from a scan on its topic to the command on its topic.
+
+    python benchmarks/ros2_latency.py [--seconds 60] [--cloud]
+
+A simulated robot in a process of its own sends scan, odometry and transforms over DDS on loopback;
+`--cloud` adds a PointCloud2 of 64 kB ten times a second. The whole live ride runs: control loop,
+navigator's process, the process of the command topic. Each scan belongs to the first control step
+that observes it, and the step to the command with its stamp, as it arrives at the robot. A scan
+waits up to one control period of 50 ms for that step; the second row leaves this wait out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cohelm.live import Drive, DriveSetup
+from cohelm.live.messages import (
+    ChairState,
+    Heartbeat,
+    ResumeCommand,
+    SetGoal,
+    SetMode,
+    TakeControl,
+    ToPage,
+)
+from cohelm.messages import Decision, Mode, Observation, PointCloud
+from cohelm.recordings.rides import ros_messages as ros
+from cohelm.ros2.dds import DdsNode
+from cohelm.ros2.parameters import DdsParameters
+from cohelm.ros2.platform import RobotNode, Ros2, Ros2Platform
+from cohelm.ros2.transport import RELIABLE, SENSOR, STATIC
+from cohelm.scenarios import RideSetup, Scenario, build_scenario, load_scenario
+from cohelm.simulation import World
+
+SCENARIO, PEOPLE, SEED = "hospital", 10, 1
+STEP = 0.05  # s
+CLOUD_POINTS = 5300  # 64 kB
+START = 100.0  # s
+BASE_TIMEOUT = 0.25
+"""Age of the last command from which the simulated base stands, s."""
+STEPS: list[tuple[float, float, list[float]]] = []
+"""(begin, stamp of the command, stamps of the observed scans) of each control step, s."""
+
+
+def scenario() -> Scenario:
+    given = load_scenario(SCENARIO)
+    return given.model_copy(update={"people": given.people.model_copy(update={"count": PEOPLE})})
+
+
+def serve_robot(cloud: bool) -> None:
+    """Serve as the robot until killed; prints (stamp, arrival, speed) of each command as JSON."""
+    setup = build_scenario(scenario(), SEED)
+    world, twist, commanded_at = World(setup.world, SEED), np.zeros(3), 0.0
+    node = DdsNode(DdsParameters(interface="lo"), "robot")
+    scan = node.publisher("/scan", "sensor_msgs/msg/LaserScan", SENSOR)
+    odom = node.publisher("/odom", "nav_msgs/msg/Odometry", SENSOR)
+    points = node.publisher("/points", "sensor_msgs/msg/PointCloud2", SENSOR)
+    tf = node.publisher("/tf", "tf2_msgs/msg/TFMessage", RELIABLE)
+    static = node.publisher("/tf_static", "tf2_msgs/msg/TFMessage", STATIC)
+
+    def take(message: Any) -> None:
+        nonlocal commanded_at
+        arrival, stamp, speed = time.time(), message.header.stamp, message.twist
+        twist[:] = speed.linear.x, speed.linear.y, speed.angular.z
+        commanded_at = arrival
+        stamped_at = stamp.sec + 1e-9 * stamp.nanosec
+        print(json.dumps([stamped_at, arrival, speed.linear.x]), flush=True)
+
+    node.subscribe("/cmd_vel", "geometry_msgs/msg/TwistStamped", RELIABLE, take)
+    node.start()
+    still, rng = np.zeros(6), np.random.default_rng(0)
+    for frame in ("laser", "lidar"):
+        mount = np.array([0.0, 0.0, 0.4, 0.0, 0.0, 0.0])
+        static(ros.transform(time.time(), ("base_link", frame), mount))
+    due, k = time.monotonic(), 0
+    while True:
+        seen, now = world.observe(), time.time()
+        pose = np.array([*seen.pose[:2], 0.0, 0.0, 0.0, seen.pose[2]])
+        tf(ros.transform(now, ("odom", "base_link"), pose))
+        tf(ros.transform(now, ("map", "odom"), still))
+        odom(ros.odometry(now, ("odom", "base_link"), seen.pose, seen.twist))
+        if cloud and k % 2 == 0:
+            far = rng.uniform(-8.0, 8.0, (CLOUD_POINTS, 3)).astype(np.float32)
+            far[:, 2] = rng.uniform(2.5, 3.0, CLOUD_POINTS)  # a ceiling, in nobody's way
+            points(
+                stamped(
+                    ros.cloud(
+                        "lidar", PointCloud(time=now, mount=still, points=far, range_max=10.0)
+                    ),
+                    "lidar",
+                )
+            )
+        for each in seen.scans:
+            scan(stamped(ros.scan("laser", each), "laser"))
+        stale = time.time() - commanded_at > BASE_TIMEOUT
+        world.advance(Decision(twist=np.zeros(3) if stale else twist.copy()))
+        k, due = k + 1, due + STEP
+        time.sleep(max(due - time.monotonic(), 0.0))
+
+
+def stamped(message: Any, frame: str) -> Any:
+    message.header = ros.header(time.time(), frame)
+    return message
+
+
+class TimedPlatform(Ros2Platform):
+    """Robot that notes its control steps."""
+
+    def observe(self) -> Observation:
+        """Note the scans of the step."""
+        began, seen = time.time(), super().observe()
+        stamp = self.node.clock.stamp
+        self._step = began, [stamp(each.time) for each in seen.scans]
+        return seen
+
+    def apply(self, decision: Decision) -> None:
+        """Note the time of the command."""
+        began, scans = self._step
+        STEPS.append((began, time.time(), scans))
+        super().apply(decision)
+
+
+class TimedRos2(Ros2):
+    """Plugin of :class:`TimedPlatform`."""
+
+    def open(self, setup: RideSetup) -> TimedPlatform:
+        """Wait for the robot."""
+        node = RobotNode(self.parameters)
+        node.wait()
+        return TimedPlatform(node)
+
+
+class Rider(threading.Thread):
+    """Page of a rider who is always there, and confirms while ``confirms`` is set."""
+
+    def __init__(self, drive: Drive, goal: str) -> None:
+        super().__init__(daemon=True)
+        self.drive, self.goal, self.confirms, self.ends = drive, goal, True, False
+        self.state: ChairState | None = None
+        drive.listen(self._take)
+        drive.connect("page", "driver")
+        drive.receive("page", TakeControl())
+        drive.receive("page", SetMode(mode=Mode.AUTONOMOUS))
+
+    def run(self) -> None:
+        """Beat, confirm and choose the destination."""
+        seq = 0
+        while not self.ends:
+            seq, now, state = seq + 1, time.monotonic(), self.state
+            self.drive.receive("page", Heartbeat(seq=seq, sent=1000.0 * now), now)
+            if self.drive.health.ready and state is not None:
+                if state.link == "confirm" and self.confirms:
+                    self.drive.receive("page", ResumeCommand())
+                if state.goal is None:
+                    self.drive.receive("page", SetGoal(place=self.goal))
+            time.sleep(0.1)
+
+    def wait(self, holds: Callable[[ChairState], bool]) -> None:
+        """Wait until a state has a property."""
+        end = time.monotonic() + START
+        while self.state is None or not holds(self.state):
+            if time.monotonic() > end:
+                sys.exit(f"waited for {START:g} s: {self.state and self.state.reason}")
+            time.sleep(0.02)
+
+    def _take(self, message: ToPage, _: str | None) -> None:
+        if isinstance(message, ChairState):
+            self.state = message
+
+
+Commands = list[tuple[float, float, float]]
+
+
+@contextlib.contextmanager
+def live_ride(*, cloud: bool = False) -> Iterator[tuple[Rider, Commands]]:
+    """A ride with its rider, and (stamp, arrival, speed) of the commands at the robot so far."""
+    sys.modules["ros2_latency"] = sys.modules[__name__]
+    command = [sys.executable, __file__, "--robot", *(["--cloud"] if cloud else [])]
+    commands: Commands = []
+    platform = {"use": "ros2_latency:TimedRos2", "dds": {"interface": "lo"}, "wait": START}
+    clouds = ("/points",) if cloud else ()
+    given = scenario().model_copy(update={"platform": {**platform, "clouds": clouds}})
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as robot,
+    ):
+        lines = (commands.append(tuple(json.loads(line))) for line in robot.stdout or ())
+        threading.Thread(target=lambda: list(lines), daemon=True).start()
+        drive = Drive(DriveSetup(scenario=given, folder=Path(folder)))
+        drive.start()
+        rider = Rider(drive, str(given.goal))
+        rider.start()
+        try:
+            yield rider, commands
+        finally:
+            rider.ends = True
+            rider.join()
+            drive.close()
+            robot.kill()
+
+
+def report(commands: Commands) -> None:
+    """Print latency and jitter, ms."""
+    stamps = np.array([stamp for stamp, _, _ in commands])
+    total, computing, arrivals = [], [], []
+    for began, sent, scans in STEPS:
+        k = int(np.argmin(np.abs(stamps - sent)))
+        if abs(stamps[k] - sent) > 0.005:
+            continue  # published by nobody: a stop in between
+        arrivals.append(commands[k][1])
+        total += [1e3 * (commands[k][1] - each) for each in scans]
+        computing += [1e3 * (commands[k][1] - began)] if scans else []
+    for name, values in (("scan to command", total), ("step to command", computing)):
+        print(f"{name}: median {np.median(values):.1f}, p99 {np.percentile(values, 99):.1f}, "
+              f"max {max(values):.1f} ms, n {len(values)}")  # fmt: skip
+    gaps = 1e3 * np.diff(arrivals)
+    print(f"command period: median {np.median(gaps):.1f}, standard deviation {gaps.std():.1f}, "
+          f"p99 {np.percentile(gaps, 99):.1f} ms")  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--cloud", action="store_true")
+    parser.add_argument("--robot", action="store_true", help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.robot:
+        serve_robot(given.cloud)
+    load = os.getloadavg()[0]
+    with live_ride(cloud=given.cloud) as (rider, commands):
+        rider.wait(lambda state: state.speed > 0.1)
+        STEPS.clear()
+        time.sleep(given.seconds)
+        health = rider.drive.health
+    print(f"{PEOPLE} people, cloud {given.cloud}, load before {load:.1f}")
+    print(f"deadlines missed: {health.missed} of {health.ticks}")
+    report(commands)
+
+
+if __name__ == "__main__":
+    main()
