@@ -202,6 +202,18 @@ def test_a_long_contact_is_not_forgotten():
     assert told[-1]
 
 
+def test_the_chair_waits_until_somebody_has_passed_through_its_footprint():
+    """Whom the sensors lose within the footprint comes out again: 2 s more than after a touch."""
+    robot, patience = scene().robot, PLANNER.parameters.contact_wait
+    gap = robot.capsule[2] + robot.capsule[4] + 0.25
+    inside = scene(people=walkers([[gap - 0.15, 0.0, -0.4, 0.0]]))
+    nobody, plan, time = scene(), PLANNER.plan(inside, None), 0.0
+    while plan.status is Status.STOP and time < 10.0:
+        time += 0.05
+        plan = PLANNER.plan(dataclasses.replace(nobody, time=time), plan)
+    assert time == pytest.approx(patience + 2.0, abs=0.11)
+
+
 def test_the_report_of_a_hard_stop_is_that_of_its_own_trajectory():
     problem = scene(people=walkers([[1.5, 0.0, -0.8, 0.0]]), speed=0.9)
     plan = PLANNER.plan(problem, None)

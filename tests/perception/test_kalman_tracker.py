@@ -413,3 +413,18 @@ def test_a_body_at_rest_takes_more_scans_than_clear_legs(on_legs, scans):
         if first is None and len(people):
             first = k + 1
     assert first == scans
+
+
+@pytest.mark.parametrize(("deviation", "left"), [(0.03, 2), (0.15, 1)])
+def test_of_two_tracks_side_by_side_only_a_lone_leg_is_a_double(deviation, left):
+    """Whole bodies 0.45 m apart are two people, however long they walk so."""
+    tracker, memory = KalmanTracker(), None
+    for k in range(25):
+        y = -1.0 + 0.1 * k
+        both = [[3.0, y]] if k < 4 else [[3.0, y], [3.45, y]]
+        seen = sighting(0.1 * k, both)
+        spread = np.full(len(both), 0.03)
+        spread[1:] = deviation
+        seen = dataclasses.replace(seen, deviation=spread)
+        people, memory = tracker.track(observation(0.1 * k), (seen,), memory)
+    assert len(people) == left

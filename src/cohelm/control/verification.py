@@ -203,8 +203,9 @@ class Verifier:
     def _clears_or_stands(self, trajectory: Trajectory) -> bool:
         """Check that nobody who does not see the robot walks into it while it moves.
 
-        Either the trajectory keeps clear of them, or comfort braking after its first command ends
-        before they reach the robot; also of those who follow: a robot that stands hurts nobody.
+        Whom comfort braking after the first command would meet in motion rejects a trajectory if
+        braking at once would meet them standing, or if the trajectory itself leads into them. Those
+        who follow count, too: a robot that stands hurts nobody.
         """
         if not self.unaware.any():
             return True
@@ -212,8 +213,8 @@ class Verifier:
         reached = self._reached(trajectory.inputs[0], deceleration)
         if not reached.any():
             return True
-        met = self._contacts(trajectory.poses, self._sooner, self._reach, step=trajectory.step)
-        met = met[1:] < self.rules.horizon_of(self.problem)
+        times = self._contacts(trajectory.poses, self._sooner, self._reach, step=trajectory.step)
+        met = times[1:] < self.rules.horizon_of(self.problem)
         at_once = self._reached(np.zeros_like(self.current_input), deceleration)
         return not (reached & (met | ~at_once)).any()
 
@@ -231,9 +232,8 @@ class Verifier:
         met = self.surely_unaware & (self._contacts_of_stop(stop)[1:] < np.inf)
         if not met.any():
             return False
-        hard, stand = self.problem.robot.emergency_deceleration, np.zeros_like(self.current_input)
-        poses = self._braking(stand, hard)
-        contacts = self._contacts(poses, self._sooner, self._reach)
+        hard = self.problem.robot.emergency_deceleration
+        contacts = self._braking_contacts(np.zeros_like(self.current_input), hard)
         helped = met & (contacts[1:] == np.inf)
         return bool(helped.any() and contacts[0] == np.inf)
 
