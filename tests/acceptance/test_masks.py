@@ -59,12 +59,14 @@ def test_who_pushes_the_chair_to_a_keepout_zone_stands_before_it_and_reads_why(m
     made = build_scenario(scenario, 0)
     straight = np.linspace([2.0, 7.0], [12.0, 7.0], 100)
     pushed = replace(made, world=replace(made.world, rider_route=straight))
-    ride = Episode(pushed).run()
+    told = []
+    ride = Episode(pushed).run(lambda tick, _: told.append(tick.decision.reason))
     assert ride.outcome is not Outcome.REACHED
     front = ride.pose[:, 0] + 0.65
     assert front.max() < 5.5 + 0.02
     assert front.max() > 5.0
-    assert ride.stops[-1].reason is Reason.KEEPOUT
+    stood = told[round(ride.stops[-1].time / 0.05) :]
+    assert stood.count(Reason.KEEPOUT) > 0.5 * len(stood)
 
 
 def test_a_goal_in_a_keepout_zone_is_refused_in_words(masked):

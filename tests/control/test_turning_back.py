@@ -190,16 +190,17 @@ def test_a_stop_should_end_before_somebody_runs_into_the_back(behind, in_time):
 
 
 def test_a_stand_is_not_shorter_than_is_felt():
-    """A chair that has come to a stand goes on after 0.4 s, though its way is free."""
+    """A chair that has come to a stand goes on after 0.4 s, though its way is free, and says so."""
     problem = scene(speed=0.03, wanted=0.8)
     plan = PLANNER.plan(problem, None)
     memory = dataclasses.replace(plan.memory, current_input=np.array([0.03, 0.0]))
     plan = dataclasses.replace(plan, command=np.zeros(3), memory=memory)
-    commands = []
+    commands, told = [], []
     for k in range(1, 13):
         now = dataclasses.replace(problem, time=0.05 * k, twist=np.zeros(3))
         plan = PLANNER.plan(now, plan)
         commands.append(plan.command[0])
-        assert plan.reason is None or plan.brief
+        told.append(plan.reason is not None and not plan.brief)
     assert max(commands[:8]) == 0.0
+    assert all(told[:8])
     assert commands[-1] > 0.0

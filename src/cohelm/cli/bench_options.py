@@ -78,8 +78,8 @@ COMMON: Mapping[str, Option] = {
 """Options of every benchmark; they are not arguments of its ``create``."""
 
 
-def _names(text: str) -> Any:
-    return Annotated[str | None, typer.Option(metavar="A,B", help=text)]
+def _names(text: str, *flags: str) -> Any:
+    return Annotated[str | None, typer.Option(*flags, metavar="A,B", help=text)]
 
 
 def _settings(text: str) -> Any:
@@ -98,30 +98,13 @@ def _as_settings(given: Any) -> Mapping[str, Any]:
 
 
 OWN: Mapping[str, Option] = {
-    "planners": Option(
-        Annotated[
-            str | None,
-            typer.Option(metavar="A,B", help="Local planners; default: all that are installed."),
-        ]
-    ),
+    "planners": Option(_names("Local planners; default: all that are installed.")),
     "barn_planners": Option(
-        Annotated[
-            str | None,
-            typer.Option(
-                "--planners", metavar="A,B", help="Local planners; default: ss_mpc_dcbf and dwa."
-            ),
-        ],
+        _names("Local planners; default: ss_mpc_dcbf and dwa.", "--planners"),
         into=lambda given: {"planners": given},
     ),
     "global_planners": Option(
-        Annotated[
-            str | None,
-            typer.Option(
-                "--planners",
-                metavar="A,B",
-                help="Global planners, or methods of the table; default: all.",
-            ),
-        ],
+        _names("Global planners, or methods of the table; default: all.", "--planners"),
         into=lambda given: {"planners": given},
     ),
     "scenes": Option(

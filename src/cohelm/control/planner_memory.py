@@ -56,8 +56,6 @@ class PlannerMemory:
     """Time of the last plan or stop, s."""
     current_input: Annotated[Floats, Shape("m")]
     """u_{−1} at that time."""
-    refused_since: float = np.inf
-    """Time since when no plan has been accepted, s; +inf: one is."""
     stands_since: float = np.inf
     """Time when the robot came to a stand, s; +inf: it moves, or has not moved before."""
     last_contact: float = -np.inf

@@ -301,7 +301,6 @@ class SsMpcDcbf:
         """A stop, with the reason; the commitment of the last plan is kept."""
         plan = self._as_plan(cycle, stop, iterations)
         memory: Any = plan.memory
-        since = cycle.problem.time
         if cycle.memory is not None:
             people, before = cycle.problem.people, cycle.memory
             committed = int(cycle.problem.time - before.time <= EXPIRED)
@@ -312,15 +311,13 @@ class SsMpcDcbf:
                 person_sides=committed * remembered(before, people, before.person_sides),
                 lowest_cost=before.lowest_cost,
             )
-            since = min(since, before.refused_since)
         # a chair that rolls on has slowed down, and not stopped
         stands = cycle.stands
-        felt = urgent or stands
         return dataclasses.replace(
             plan,
             status=Status.STOP,
             reason=Reason.NO_SAFE_PLAN,
-            brief=not felt,
+            brief=not (urgent or stands),
             urgent=urgent and not stands,
-            memory=dataclasses.replace(memory, refused_since=since),
+            memory=memory,
         )

@@ -7,15 +7,15 @@
       20260131-142530/         a session
         session.json
         20260131-142530-r1.json   summary of a ride; .png its map; .rows and .task its log, until
-                                  it is measured: now, or at the next start. A log that cannot be
-                                  measured stays. .begun: summary of a ride that goes on
+                                  it is measured, now or at the next start, if it can be; .begun:
+                                  summary of a ride that goes on
       .deleted-…/              session being deleted, now or at the next start
 
 Every method may be called from any thread. A writer thread keeps the order of all writes but those
 of :meth:`SessionStore.begin`, which makes a folder with one small file and flushes both to disk in
-the calling thread: some ms, once for each drive, and once more after its session was deleted. The
-control loop calls it while the chair stands or begins to move. :attr:`SessionStore.error` says what
-could not be written; it is tried again with every further write, and by :meth:`SessionStore.retry`.
+the calling thread, the control loop: some ms, once for each drive, and once more after its session
+was deleted. The chair stands then, or begins to move. :attr:`SessionStore.error` says what could
+not be written; it is tried again with every further write, and by :meth:`SessionStore.retry`.
 """
 
 from __future__ import annotations
@@ -31,11 +31,10 @@ from pathlib import Path
 from typing import Any
 
 from cohelm.errors import StoreError
+from cohelm.live.sessions import map_changes
 from cohelm.live.sessions.archive import SessionArchive
 from cohelm.live.sessions.background import Background
 from cohelm.live.sessions.files import check_writable, write_atomically
-from cohelm.live.sessions.map_changes import FILE as MAP_CHANGES
-from cohelm.live.sessions.map_changes import keep_changes
 from cohelm.live.sessions.measuring import (
     MeasuringPostponed,
     log_without_navigator,
@@ -43,11 +42,7 @@ from cohelm.live.sessions.measuring import (
     task_of,
 )
 from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo
-from cohelm.live.sessions.recovery import (
-    BEGUN,
-    interrupted_ride,
-    unfinished_rides,
-)
+from cohelm.live.sessions.recovery import BEGUN, interrupted_ride, unfinished_rides
 from cohelm.live.sessions.session_files import (
     RIDE,
     as_json,
@@ -194,8 +189,8 @@ class SessionStore(SessionArchive):
             self._unwritten[record.id] = record, task
             self._write_rides()
             if log is not None and (self.folder / session).is_dir():  # else deleted meanwhile
-                grid, scene = ride_setup.navigator.grid, ride_setup.scenario.name
-                keep_changes(self.folder, grid, scene, log.changes)
+                grid, name = ride_setup.navigator.grid, ride_setup.scenario.name
+                map_changes.keep_changes(self.folder, grid, name, log.changes)
 
         self._background.write(write)
 
@@ -230,8 +225,7 @@ class SessionStore(SessionArchive):
         Raises:
             StoreError: Something could not be deleted; names it.
         """
-        count: int = self._background.write(self._delete_all).result()
-        return count
+        return int(self._background.write(self._delete_all).result())
 
     def wait_until_idle(self) -> None:
         """Wait for all pending writes and measurements."""
@@ -337,7 +331,7 @@ class SessionStore(SessionArchive):
             with self._lock:  # no session is created meanwhile
                 self._stored_rides.clear()
                 mark_deleted(self._folders())
-                (self.folder / MAP_CHANGES).unlink(missing_ok=True)
+                (self.folder / map_changes.FILE).unlink(missing_ok=True)
         except OSError as cause:
             raise not_deleted(self.folder, cause) from None
         remove_deleted(self.folder)

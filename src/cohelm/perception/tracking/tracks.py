@@ -47,11 +47,9 @@ class TrackerParameters(Model):
     """No track is born this near one that was just seen; a person may be part of a cluster up to
     this far beyond its radius, m."""
     double_distance: float = Field(0.5, ge=0.0, le=2.0)
-    """Two tracks of planar scans nearer than this to each other are one person's two legs, m, if
-    one of them is seen as a leg."""
+    """Distance below which two tracks of planar scans are one person's legs, if one is a leg, m."""
     double_deviation: float = Field(0.1, ge=0.0, le=1.0)
-    """Standard deviation of the centre from which a detection is one leg alone, m: that of whole
-    bodies and of pairs of legs is smaller."""
+    """Standard deviation of the centre from which a detection is one leg alone, m."""
     double_time: float = Field(0.4, ge=0.0, le=10.0)
     """Time for which they are so near before the younger one is deleted, s: half a stride."""
     hits: int = Field(3, ge=1, le=20)
@@ -86,8 +84,7 @@ class TrackerParameters(Model):
     static_looks: float = Field(2.0, ge=0.0, le=100.0)
     """Observations of the shape that this takes; those with few returns count in part."""
     static_looks_torso: float = Field(3.1, ge=0.0, le=100.0)
-    """Those that it takes for one body of a planar scan, more than three whole ones: other objects
-    are as round in some scans, but seldom in four."""
+    """Those for one body of a planar scan: other objects are as round in three, seldom in four."""
     static_shape_kept: float = Field(1.2, ge=-5.0, le=5.0)
     """Mean log-odds of a shape above which such a track remains confirmed."""
     static_moved: float = Field(-0.3, ge=-5.0, le=0.0)
