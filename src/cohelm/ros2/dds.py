@@ -80,14 +80,7 @@ class DdsNode:
     def subscribe(
         self, topic: str, type_: str, quality: Reliability, take: Callable[[Any], None]
     ) -> None:
-        """Call ``take`` with every message of a topic, in the node's thread.
-
-        Args:
-            topic: ROS name, as ``/scan``.
-            type_: As ``sensor_msgs/msg/LaserScan``.
-            quality: Requested quality of service.
-            take: Gets the decoded message; it must not wait.
-        """
+        """See :meth:`~cohelm.ros2.transport.RosNode.subscribe`."""
         found: Topic[Any] = Topic(self._participant, "rt" + topic, dds_type(type_, "humble"))
         reader = DataReader(self._participant, found, _qos(quality))
         self._readers.append((reader, type_, take))
