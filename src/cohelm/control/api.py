@@ -61,6 +61,9 @@ class LocalProblem:
     """Use the rider's motion, or a slower one along it, if it can be verified."""
     commanded: Annotated[Floats, Shape("3")] | None = None
     """Twist that the wheels were sent last, after the gate; None: that of the previous plan."""
+    last_contact: float = -np.inf
+    """Time when a walking person last touched the robot, s; later than now: they are expected to
+    touch it until then."""
     late: float = 0.0
     """Delay of this tick, s: an input, so that a replay gives the same plan."""
 

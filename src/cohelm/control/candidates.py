@@ -81,8 +81,6 @@ class PlanningCycle:
     current_input: Floats
     """u_{−1}, (m,)."""
     memory: PlannerMemory | None
-    last_contact: float
-    """Time when a walking person last touched the robot, s."""
     person_speeds: Floats
     """(n,) of people lately, m/s."""
     person_courses: Floats

@@ -15,18 +15,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape
-from cohelm.control.api import LocalProblem
 from cohelm.messages import LocalPlan, People
-from cohelm.robots.contact import touching
-from cohelm.robots.contact_kernel import WALKING
 
 AnyArray = NDArray[Any]
 _LATELY = 1.0
 """Time constant with which the recent speed of a person fades, s."""
-_HIDDEN = -0.1
-"""Gap of a person who is about to be hidden within the footprint, m."""
-_PASSES = 2.0
-"""Time in which such a person comes out again, s."""
 EXPIRED = 1.0
 """A memory older than this is ignored, s."""
 
@@ -58,8 +51,6 @@ class PlannerMemory:
     """u_{−1} at that time."""
     stands_since: float = np.inf
     """Time when the robot came to a stand, s; +inf: it moves, or has not moved before."""
-    last_contact: float = -np.inf
-    """Time when a walking person last touched the robot, s."""
     lowest_cost: float = -np.inf
     """Lowest trajectory cost of the plan since candidates were last sampled, s."""
 
@@ -127,23 +118,3 @@ def _opposed(passing_sides: Integers, path_side: int, person_sides: Integers) ->
         for i in range(person_sides.shape[0]):
             out[k] += passing_sides[k, 1 + i] * person_sides[i] == -1
     return out
-
-
-def last_contact(problem: LocalProblem, memory: PlannerMemory | None) -> float:
-    """Time when a walking person last touched the robot, s; the present while it lasts.
-
-    Somebody behind a robot that drives on does not count. Who overlaps the footprint is hidden from
-    the sensors until they have passed: their contact is expected to last.
-    """
-    people, pose = problem.people, problem.pose
-    walks = np.hypot(people.mean[:, 2], people.mean[:, 3]) > WALKING
-    ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
-    behind = (people.mean[:, :2] - pose[:2]) @ ahead < problem.robot.outline[:, 0].min()
-    leaves = problem.twist[0] > WALKING
-    counts = walks & ~(behind & leaves)
-    before = memory.last_contact if memory is not None else -np.inf
-    if (touching(problem.robot, pose, people, gap=_HIDDEN) & counts).any():
-        return problem.time + _PASSES
-    if (touching(problem.robot, pose, people) & counts).any():
-        return max(problem.time, before)
-    return before

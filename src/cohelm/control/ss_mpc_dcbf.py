@@ -33,7 +33,6 @@ from cohelm.control.optimal_control import RELAXED_SLACK, OptimalControl
 from cohelm.control.planner_memory import (
     EXPIRED,
     PlannerMemory,
-    last_contact,
     present_acceleration,
     recent_speeds,
     remembered,
@@ -115,7 +114,7 @@ class SsMpcDcbf:
         p = self.parameters
         check_problem(problem)
         cycle = self._prepare(problem, previous)
-        if problem.time - cycle.last_contact < p.contact_wait:
+        if problem.time - problem.last_contact < p.contact_wait:
             return self._stop(cycle, cycle.braking(), 0)
         stood = problem.time - cycle.stands_since
         if 0.0 <= stood < _STAND and not problem.stalled:
@@ -153,7 +152,6 @@ class SsMpcDcbf:
             current_input=current_input,
             mpc_problem=mpc_problem,
             memory=memory,
-            last_contact=last_contact(problem, memory),
             person_speeds=speeds,
             person_courses=courses,
             verifier=p.verification.verifier(
@@ -276,7 +274,6 @@ class SsMpcDcbf:
             tail=chosen.inputs[cycle.steps :],
             input_time=cycle.problem.time,
             current_input=cycle.current_input,
-            last_contact=cycle.last_contact,
             stands_since=cycle.stands_since,
             lowest_cost=min(chosen.cost, lowest),
         )

@@ -95,5 +95,6 @@ def local_problem(
         rider_inputs=allowance.rider_inputs,
         yields=authority.yields,
         commanded=step.commanded,
+        last_contact=world.last_contact,
         late=observation.late,
     )

@@ -107,6 +107,7 @@ def _memory(results: StageResults) -> Memory:
         yielding=results.yielding,
         confidence=results.confidence,
         destinations=results.destination_state,
+        last_contact=world.last_contact,
     )
 
 

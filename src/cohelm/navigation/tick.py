@@ -6,6 +6,7 @@ all stages.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -69,6 +70,8 @@ class Memory:
     yielding: YieldingState | None = None
     confidence: ChairConfidence | None = None
     destinations: DestinationState | None = None
+    last_contact: float = -math.inf
+    """Time when a walking person last touched the chair, s."""
 
 
 @value

@@ -18,6 +18,7 @@ from cohelm.messages import (
     Sensing,
     SocialSpaces,
 )
+from cohelm.navigation.contact_watch import update_last_contact
 from cohelm.navigation.crowding import CrowdingState, update_crowding
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.obstacle_memory import EMPTY, ObstacleMemory, update_obstacle_memory
@@ -57,6 +58,8 @@ class WorldModel:
     obstacle_memory: ObstacleMemory
     """Obstacles outside the window of the layer."""
     crowding: CrowdingState
+    last_contact: float
+    """Time when a walking person last touched the chair, s."""
 
 
 def update_world_model(
@@ -110,6 +113,7 @@ def update_world_model(
         layer=layer,
         obstacle_memory=obstacle_memory,
         crowding=crowding,
+        last_contact=update_last_contact(memory.last_contact, setup.robot, observation, people),
     )
 
 
@@ -124,8 +128,10 @@ def keep_watching(
 
     People who press against the scanner hide others, but not all of them. A pose or odometry that
     contradicts the rest would misplace them: then nobody is tracked, and the people are None.
+    Whoever walks into the standing chair is soon hidden, so the contact is remembered.
     """
     if health.stop not in _OBSTRUCTED:
         return memory, None
     seen, perception = perceive(setup.perception, observation, map_walls, memory.perception)
-    return dataclasses.replace(memory, perception=perception), seen.people
+    touched = update_last_contact(memory.last_contact, setup.robot, observation, seen.people)
+    return dataclasses.replace(memory, perception=perception, last_contact=touched), seen.people

@@ -1,0 +1,36 @@
+"""Time of the last contact: a chair that somebody has walked into stands for a moment."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cohelm.messages import Observation, People
+from cohelm.robots import Robot
+from cohelm.robots.contact import touching
+from cohelm.robots.contact_kernel import WALKING
+
+_HIDDEN = -0.1
+"""Gap of a person who is about to be hidden within the footprint, m."""
+_PASSES = 2.0
+"""Time in which such a person comes out again, s."""
+
+
+def update_last_contact(
+    before: float, robot: Robot, observation: Observation, people: People
+) -> float:
+    """Time when a walking person last touches the chair, s; ``before`` if nobody does now.
+
+    Somebody behind a chair that drives on does not count. Who overlaps the footprint is hidden from
+    the sensors until they have passed: their contact is expected to last.
+    """
+    pose, time = observation.pose, observation.time
+    walks = np.hypot(people.mean[:, 2], people.mean[:, 3]) > WALKING
+    ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
+    behind = (people.mean[:, :2] - pose[:2]) @ ahead < robot.outline[:, 0].min()
+    leaves = observation.twist[0] > WALKING
+    counts = walks & ~(behind & leaves)
+    if (touching(robot, pose, people, gap=_HIDDEN) & counts).any():
+        return time + _PASSES
+    if (touching(robot, pose, people) & counts).any():
+        return max(time, before)
+    return before
