@@ -51,8 +51,10 @@ CLOUD_POINTS = 5300  # 64 kB
 START = 100.0  # s
 BASE_TIMEOUT = 0.25
 """Age of the last command from which the simulated base stands, s."""
-STEPS: list[tuple[float, float, list[float]]] = []
-"""(begin, stamp of the command, stamps of the observed scans) of each control step, s."""
+STEPS: list[tuple[float, float, list[float], float]] = []
+"""(begin, stamp of the command, stamps of the observed scans, processor time of the control thread
+from begin to command) of each control step, s."""
+TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 
 
 def scenario() -> Scenario:
@@ -123,13 +125,13 @@ class TimedPlatform(Ros2Platform):
         """Note the scans of the step."""
         began, seen = time.time(), super().observe()
         stamp = self.node.clock.stamp
-        self._step = began, [stamp(each.time) for each in seen.scans]
+        self._step = began, [stamp(each.time) for each in seen.scans], time.thread_time()
         return seen
 
     def apply(self, decision: Decision) -> None:
         """Note the time of the command."""
-        began, scans = self._step
-        STEPS.append((began, time.time(), scans))
+        began, scans, spent = self._step
+        STEPS.append((began, time.time(), scans, time.thread_time() - spent))
         super().apply(decision)
 
 
@@ -212,11 +214,17 @@ def live_ride(*, cloud: bool = False) -> Iterator[tuple[Rider, Commands]]:
             robot.kill()
 
 
+def processor_time(pid: int | None) -> float:
+    """Processor time of a process so far, s."""
+    fields = Path(f"/proc/{pid or 'self'}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS_PER_SECOND
+
+
 def report(commands: Commands) -> None:
     """Print latency and jitter, ms."""
     stamps = np.array([stamp for stamp, _, _ in commands])
     total, computing, arrivals = [], [], []
-    for began, sent, scans in STEPS:
+    for began, sent, scans, _ in STEPS:
         k = int(np.argmin(np.abs(stamps - sent)))
         if abs(stamps[k] - sent) > 0.005:
             continue  # published by nobody: a stop in between
@@ -243,9 +251,18 @@ def main() -> None:
     with live_ride(cloud=given.cloud) as (rider, commands):
         rider.wait(lambda state: state.speed > 0.1)
         STEPS.clear()
+        pids = {"this process": None, "navigator": rider.drive.navigator_pid}
+        before = {name: processor_time(pid) for name, pid in pids.items()}
         time.sleep(given.seconds)
-        health = rider.drive.health
-    print(f"{PEOPLE} people, cloud {given.cloud}, load before {load:.1f}")
+        health, steps = rider.drive.health, len(STEPS)
+        spent = {name: processor_time(pid) - before[name] for name, pid in pids.items()}
+    print(f"{PEOPLE} people, cloud {given.cloud}, load {load:.1f} to {os.getloadavg()[0]:.1f}")
+    # On a quiet core a step takes about its processor time, whatever the load was here.
+    own = [1e3 * cpu for *_, cpu in STEPS]
+    print(f"processor time of the control thread from observation to command: "
+          f"median {np.median(own):.1f}, p99 {np.percentile(own, 99):.1f} ms")  # fmt: skip
+    each = ", ".join(f"{name} {1e3 * value / steps:.1f} ms" for name, value in spent.items())
+    print(f"processor time a step, all threads: {each}")
     print(f"deadlines missed: {health.missed} of {health.ticks}")
     report(commands)
 

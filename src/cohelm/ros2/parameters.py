@@ -83,7 +83,7 @@ class Ros2Parameters(Model):
     """Take the time from ``/clock``."""
     frames: FrameNames = FrameNames()
     scans: tuple[Topic, ...] = ("/scan",)
-    """sensor_msgs/LaserScan."""
+    """sensor_msgs/LaserScan; each message of the first one begins a control step."""
     clouds: tuple[Topic, ...] = ()
     """sensor_msgs/PointCloud2."""
     odometry: Topic = "/odom"
@@ -118,6 +118,11 @@ class Ros2Parameters(Model):
             *(("stick", topic) for topic in self.page_sticks),
             *(("people", topic) for topic in [self.people] if topic is not None),
         )
+
+    @property
+    def leading(self) -> Topic:
+        """Topic whose messages begin the control steps: the first of scans, else of clouds."""
+        return (*self.scans, *self.clouds)[0]
 
     @property
     def page_sticks(self) -> tuple[Topic, ...]:
