@@ -65,7 +65,7 @@ class StickParameters(Model):
 class InputLimits(Model):
     """Ages from which an input counts as lost; the safety gate has limits of its own."""
 
-    localiser: float = Field(0.3, gt=0.0, le=5.0)
+    localiser: float = Field(0.25, gt=0.0, le=5.0)
     """Maximum time since the last transform from ``odom`` to ``map`` arrived, s."""
     people: float = Field(0.5, gt=0.0, le=5.0)
     """Maximum age of people from another node, and of scans beside them, s."""
