@@ -147,6 +147,8 @@ class DdsNode:
         return DataWriter(self._participant, found, _qos(quality))
 
     def _serve(self) -> None:
+        if not self._readers:  # a wait without conditions returns at once
+            return
         waits = WaitSet(self._participant)
         mask = ViewState.Any | InstanceState.Any | SampleState.NotRead
         conditions = [ReadCondition(reader, mask) for reader, _, _ in self._readers]
