@@ -22,16 +22,11 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.live import Drive, DriveSetup
-from cohelm.live.messages import ChairState, SetMode, ToPage
 from cohelm.messages import Decision, Mode, RiderCommand
 from cohelm.recordings.rides import ros_messages as ros
 from cohelm.ros2.dds import DdsNode
 from cohelm.ros2.parameters import DdsParameters, Ros2Parameters, StickParameters
-from cohelm.ros2.rider_node import CLIENT, RiderNode
 from cohelm.ros2.transport import RELIABLE, SENSOR, STATIC
-from cohelm.scenarios import build_scenario, load_scenario
-from cohelm.simulation import World
 
 SCENARIO = "empty"
 STEP = 0.05  # s
@@ -51,6 +46,10 @@ def say(*values: Any) -> None:
 
 def serve_base() -> None:
     """Move as commanded, and send odometry and raw scans."""
+    # Here, since the small parts shall start fast.
+    from cohelm.scenarios import build_scenario, load_scenario
+    from cohelm.simulation import World
+
     world = World(build_scenario(load_scenario(SCENARIO), 0).world, 0)
     twist, at = np.zeros(3), 0.0
     node = DdsNode(NETWORK, "base")
@@ -129,6 +128,11 @@ def serve_stick() -> None:
 
 def serve_cohelm() -> None:
     """Drive."""
+    from cohelm.live import Drive, DriveSetup
+    from cohelm.live.messages import ChairState, SetMode, ToPage
+    from cohelm.ros2.rider_node import CLIENT, RiderNode
+    from cohelm.scenarios import load_scenario
+
     stick = StickParameters(forward_axis=1, left_axis=0, dead_man=2, confirm=0, stop=1)
     parameters = Ros2Parameters(dds=NETWORK, stick=stick, wait=WAIT)
     platform = {"use": "ros2", "dds": NETWORK.model_dump(), "wait": WAIT}
