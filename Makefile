@@ -24,6 +24,7 @@ SOURCES = $(shell find page -path page/node_modules -prune -o -type f \
     ! -name messages.ts ! -name measures.ts ! -name '*.test.ts' ! -name '*.md' ! -name '*.local' -print)
 PAGE := src/cohelm/web/page/index.html
 CHROMIUM := /usr/bin/chromium
+FASTDDS := /usr/include/fastdds
 
 # Options of "make run", as in: make run DRIVE="crossing --seed 3 --open"
 DRIVE ?=
@@ -63,7 +64,7 @@ test: setup page chromium ## the tests, without the slow ones
 	$(BIN)/pytest -n $(WORKERS) -m "not slow"
 
 .PHONY: test-slow
-test-slow: setup page chromium ## the slow tests
+test-slow: setup page chromium fastdds ## the slow tests
 	$(BIN)/pytest -n $(WORKERS) -m slow
 
 .PHONY: check
@@ -115,6 +116,15 @@ chromium: ## a Chromium for the tests of the page, where there is none
 	    $$as_root apt-get update -qq && $$as_root apt-get install -qq -y -o Dpkg::Use-Pty=0 chromium > /dev/null; } \
 	    || { echo "no Chromium at $(CHROMIUM), and it could not be installed with apt-get: \
 	install it by hand, as in: sudo apt-get install chromium" >&2; exit 1; }
+
+.PHONY: fastdds
+fastdds: ## Debian's Fast DDS for a test of ROS 2 topics, where there is none
+	@[[ -e $(FASTDDS) ]] || { \
+	    echo "a test of ROS 2 topics needs Fast DDS: installing it"; \
+	    as_root=; [[ $$(id -u) = 0 ]] || as_root="sudo -n"; \
+	    $$as_root apt-get update -qq && $$as_root apt-get install -qq -y -o Dpkg::Use-Pty=0 \
+	        g++ libfastrtps-dev libfastcdr-dev > /dev/null; } \
+	    || echo "no Fast DDS, and it could not be installed with apt-get: its test is skipped" >&2
 
 .PHONY: wheel
 wheel: setup page ## dist/*.whl with the built page and compiled kernels, for this Python and x86-64 Linux

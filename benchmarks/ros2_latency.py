@@ -5,8 +5,8 @@
 A simulated robot in a process of its own sends scan, odometry and transforms over DDS on loopback;
 `--cloud` adds a PointCloud2 of 64 kB ten times a second. The whole live ride runs: control loop,
 navigator's process, the process of the command topic. Each scan belongs to the first control step
-that observes it, and the step to the command with its stamp, as it arrives at the robot. A scan
-waits up to one control period of 50 ms for that step; the second row leaves this wait out.
+that observes it, and the step to the command with its stamp, as it arrives at the robot. The second
+row leaves out the time from the scan to its step.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -36,84 +35,22 @@ from cohelm.live.messages import (
     TakeControl,
     ToPage,
 )
-from cohelm.messages import Decision, Mode, Observation, PointCloud
-from cohelm.recordings.rides import ros_messages as ros
-from cohelm.ros2.dds import DdsNode
-from cohelm.ros2.parameters import DdsParameters
+from cohelm.messages import Decision, Mode, Observation
 from cohelm.ros2.platform import RobotNode, Ros2, Ros2Platform
-from cohelm.ros2.transport import RELIABLE, SENSOR, STATIC
-from cohelm.scenarios import RideSetup, Scenario, build_scenario, load_scenario
-from cohelm.simulation import World
+from cohelm.scenarios import RideSetup, Scenario, load_scenario
 
+ROBOT = Path(__file__).parents[1] / "examples" / "ros2_robot.py"
 SCENARIO, PEOPLE, SEED = "hospital", 10, 1
-STEP = 0.05  # s
-CLOUD_POINTS = 5300  # 64 kB
 START = 100.0  # s
-BASE_TIMEOUT = 0.25
-"""Age of the last command from which the simulated base stands, s."""
-STEPS: list[tuple[float, float, list[float]]] = []
-"""(begin, stamp of the command, stamps of the observed scans) of each control step, s."""
+STEPS: list[tuple[float, float, list[float], float]] = []
+"""(begin, stamp of the command, stamps of the observed scans, processor time of the control thread
+from begin to command) of each control step, s."""
+TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 
 
 def scenario() -> Scenario:
     given = load_scenario(SCENARIO)
     return given.model_copy(update={"people": given.people.model_copy(update={"count": PEOPLE})})
-
-
-def serve_robot(cloud: bool) -> None:
-    """Serve as the robot until killed; prints (stamp, arrival, speed) of each command as JSON."""
-    setup = build_scenario(scenario(), SEED)
-    world, twist, commanded_at = World(setup.world, SEED), np.zeros(3), 0.0
-    node = DdsNode(DdsParameters(interface="lo"), "robot")
-    scan = node.publisher("/scan", "sensor_msgs/msg/LaserScan", SENSOR)
-    odom = node.publisher("/odom", "nav_msgs/msg/Odometry", SENSOR)
-    points = node.publisher("/points", "sensor_msgs/msg/PointCloud2", SENSOR)
-    tf = node.publisher("/tf", "tf2_msgs/msg/TFMessage", RELIABLE)
-    static = node.publisher("/tf_static", "tf2_msgs/msg/TFMessage", STATIC)
-
-    def take(message: Any) -> None:
-        nonlocal commanded_at
-        arrival, stamp, speed = time.time(), message.header.stamp, message.twist
-        twist[:] = speed.linear.x, speed.linear.y, speed.angular.z
-        commanded_at = arrival
-        stamped_at = stamp.sec + 1e-9 * stamp.nanosec
-        print(json.dumps([stamped_at, arrival, speed.linear.x]), flush=True)
-
-    node.subscribe("/cmd_vel", "geometry_msgs/msg/TwistStamped", RELIABLE, take)
-    node.start()
-    still, rng = np.zeros(6), np.random.default_rng(0)
-    for frame in ("laser", "lidar"):
-        mount = np.array([0.0, 0.0, 0.4, 0.0, 0.0, 0.0])
-        static(ros.transform(time.time(), ("base_link", frame), mount))
-    due, k = time.monotonic(), 0
-    while True:
-        seen, now = world.observe(), time.time()
-        pose = np.array([*seen.pose[:2], 0.0, 0.0, 0.0, seen.pose[2]])
-        tf(ros.transform(now, ("odom", "base_link"), pose))
-        tf(ros.transform(now, ("map", "odom"), still))
-        odom(ros.odometry(now, ("odom", "base_link"), seen.pose, seen.twist))
-        if cloud and k % 2 == 0:
-            far = rng.uniform(-8.0, 8.0, (CLOUD_POINTS, 3)).astype(np.float32)
-            far[:, 2] = rng.uniform(2.5, 3.0, CLOUD_POINTS)  # a ceiling, in nobody's way
-            points(
-                stamped(
-                    ros.cloud(
-                        "lidar", PointCloud(time=now, mount=still, points=far, range_max=10.0)
-                    ),
-                    "lidar",
-                )
-            )
-        for each in seen.scans:
-            scan(stamped(ros.scan("laser", each), "laser"))
-        stale = time.time() - commanded_at > BASE_TIMEOUT
-        world.advance(Decision(twist=np.zeros(3) if stale else twist.copy()))
-        k, due = k + 1, due + STEP
-        time.sleep(max(due - time.monotonic(), 0.0))
-
-
-def stamped(message: Any, frame: str) -> Any:
-    message.header = ros.header(time.time(), frame)
-    return message
 
 
 class TimedPlatform(Ros2Platform):
@@ -123,13 +60,13 @@ class TimedPlatform(Ros2Platform):
         """Note the scans of the step."""
         began, seen = time.time(), super().observe()
         stamp = self.node.clock.stamp
-        self._step = began, [stamp(each.time) for each in seen.scans]
+        self._step = began, [stamp(each.time) for each in seen.scans], time.thread_time()
         return seen
 
     def apply(self, decision: Decision) -> None:
         """Note the time of the command."""
-        began, scans = self._step
-        STEPS.append((began, time.time(), scans))
+        began, scans, spent = self._step
+        STEPS.append((began, time.time(), scans, time.thread_time() - spent))
         super().apply(decision)
 
 
@@ -188,7 +125,8 @@ Commands = list[tuple[float, float, float]]
 def live_ride(*, cloud: bool = False) -> Iterator[tuple[Rider, Commands]]:
     """A ride with its rider, and (stamp, arrival, speed) of the commands at the robot so far."""
     sys.modules["ros2_latency"] = sys.modules[__name__]
-    command = [sys.executable, __file__, "--robot", *(["--cloud"] if cloud else [])]
+    options = [SCENARIO, "--people", str(PEOPLE), "--seed", str(SEED), *["--cloud"] * cloud]
+    command = [sys.executable, str(ROBOT), *options]
     commands: Commands = []
     platform = {"use": "ros2_latency:TimedRos2", "dds": {"interface": "lo"}, "wait": START}
     clouds = ("/points",) if cloud else ()
@@ -212,11 +150,17 @@ def live_ride(*, cloud: bool = False) -> Iterator[tuple[Rider, Commands]]:
             robot.kill()
 
 
+def processor_time(pid: int | None) -> float:
+    """Processor time of a process so far, s."""
+    fields = Path(f"/proc/{pid or 'self'}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS_PER_SECOND
+
+
 def report(commands: Commands) -> None:
     """Print latency and jitter, ms."""
     stamps = np.array([stamp for stamp, _, _ in commands])
     total, computing, arrivals = [], [], []
-    for began, sent, scans in STEPS:
+    for began, sent, scans, _ in STEPS:
         k = int(np.argmin(np.abs(stamps - sent)))
         if abs(stamps[k] - sent) > 0.005:
             continue  # published by nobody: a stop in between
@@ -235,17 +179,23 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--cloud", action="store_true")
-    parser.add_argument("--robot", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
-    if given.robot:
-        serve_robot(given.cloud)
     load = os.getloadavg()[0]
     with live_ride(cloud=given.cloud) as (rider, commands):
         rider.wait(lambda state: state.speed > 0.1)
         STEPS.clear()
+        pids = {"this process": None, "navigator": rider.drive.navigator_pid}
+        before = {name: processor_time(pid) for name, pid in pids.items()}
         time.sleep(given.seconds)
-        health = rider.drive.health
-    print(f"{PEOPLE} people, cloud {given.cloud}, load before {load:.1f}")
+        health, steps = rider.drive.health, len(STEPS)
+        spent = {name: processor_time(pid) - before[name] for name, pid in pids.items()}
+    print(f"{PEOPLE} people, cloud {given.cloud}, load {load:.1f} to {os.getloadavg()[0]:.1f}")
+    # On a quiet core a step takes about its processor time, whatever the load was here.
+    own = [1e3 * cpu for *_, cpu in STEPS]
+    print(f"processor time of the control thread from observation to command: "
+          f"median {np.median(own):.1f}, p99 {np.percentile(own, 99):.1f} ms")  # fmt: skip
+    each = ", ".join(f"{name} {1e3 * value / steps:.1f} ms" for name, value in spent.items())
+    print(f"processor time a step, all threads: {each}")
     print(f"deadlines missed: {health.missed} of {health.ticks}")
     report(commands)
 

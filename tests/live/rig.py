@@ -10,13 +10,14 @@ import numpy as np
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.navigator_process import NavigatorServer
+from cohelm.live.control.step_timing import STEP
 from cohelm.live.control.world_factory import LiveWorld
-from cohelm.live.control_cycle import STEP, ControlCycle
+from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.messages import FloorInfo, Heartbeat, ResumeCommand, TakeControl
 from cohelm.live.page.commands import CommandHandler
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
-from cohelm.platforms import PlanarPlatform
+from cohelm.platforms import Capabilities, PlanarPlatform
 from cohelm.simulation import World
 
 EPOCH = 1000.0
@@ -88,17 +89,24 @@ class Kept:
         self.kept.append((record, log))
 
 
+class Hidden(PlanarPlatform):
+    """A simulated chair of which the loop sees no more than of a real one."""
+
+    capabilities = Capabilities(name="a chair")
+
+
 class Rig:
     """A chair on a stage, with a page called ``a`` whose beats come every tenth of a second."""
 
-    def __init__(self, ride_setup, **limits):
+    def __init__(self, ride_setup, platform=PlanarPlatform, **limits):
+        self.platform = platform
         self.clock, self.told, self.inbox = Clock(), [], []
         self.ride_setup, self.due, self.seq = ride_setup, EPOCH, 0
         self.navigator = Inline(NavigatorServer(ride_setup), self.clock)
         settings = ActiveSettings(None, ride_setup.robot, ride_setup.scenario.profile)
         settings.set_limits(settings.limits.model_copy(update=limits), lambda: True)
         self.sessions = Kept()
-        rides = RideTracker(self.sessions, settings, self.send, STEP)
+        rides = RideTracker(self.sessions, settings, self.send)
         route_preview = SimpleNamespace(needs_context=False, set_planning_context=lambda _: None)
         services = Services(
             navigator=self.navigator, route_preview=route_preview, world_factory=None, rides=rides
@@ -128,7 +136,7 @@ class Rig:
 
     def new_world(self):
         self.simulation = World(self.ride_setup.world, self.ride_setup.seed)
-        platform = PlanarPlatform(self.simulation)
+        platform = self.platform(self.simulation)
         return LiveWorld(self.ride_setup, platform, None, np.random.default_rng(0))
 
     def send(self, message, client):

@@ -9,9 +9,9 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.errors import StoreError
 from cohelm.live.control.driver_link import HEARTBEAT_TIMEOUT
+from cohelm.live.control.step_timing import STEP
 from cohelm.live.control.time_rate import ABSORBED_LATENESS
 from cohelm.live.control.watchdog import CONFIRM_AFTER, MAX_ANSWER_AGE
-from cohelm.live.control_cycle import STEP
 from cohelm.live.messages import (
     AddWish,
     Heartbeat,

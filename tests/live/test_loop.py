@@ -9,7 +9,7 @@ import pytest
 from cohelm.live.control import world_factory
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.mission import Mission
-from cohelm.live.control_cycle import STEP
+from cohelm.live.control.step_timing import STEP
 from cohelm.live.control_loop import MAX_SLOW_CALLS, ControlLoop
 from cohelm.live.messages import Destination
 from cohelm.scenarios import load_scenario
@@ -26,6 +26,7 @@ class Stand:
 
     def __init__(self):
         self.starting_text, self.world, self.awaits_world = "", None, False
+        self.paused = self.behind = False
         self.begun, self.held, self.answered_mission = [], threading.Event(), 1
 
     def stop_until_confirmed(self, cause):
@@ -128,7 +129,7 @@ def test_a_world_that_cannot_be_built_leaves_the_drive_in_the_old_one(monkeypatc
 
     monkeypatch.setattr(world_factory, "build_scenario", fault)
     told, chair = [], Stand()
-    chair.world = SimpleNamespace(close=lambda: None)
+    chair.world = SimpleNamespace(close=lambda: None, wait=None)
     factory = world_factory.WorldFactory(None)
     loop = made_loop(chair, DriverState(), lambda message, _: told.append(message.code), factory)
     loop._thread.start()

@@ -44,9 +44,9 @@ def ended():
     """A ride that is over, whose log the navigator's process still has."""
     kept = Kept()
     limits = Limits(max_speed=1.0, max_acceleration=0.5, min_distance=0.3)
-    rides = RideTracker(kept, SimpleNamespace(limits=limits), lambda *_: None, 0.05)
+    rides = RideTracker(kept, SimpleNamespace(limits=limits), lambda *_: None)
     rides.enter(SimpleNamespace(seed=0))
-    rides.step(MOVING, Mission(), length=0.1, device="keys")
+    rides.step(MOVING, Mission(), elapsed=0.05, length=0.1, device="keys")
     rides.end("cancelled")
     return rides, kept
 
@@ -70,7 +70,7 @@ def test_a_ride_is_rated_afterwards(ended):
 def test_marks_are_taken_in_their_order_and_none_is_lost(ended):
     """The navigator is busy from the beginning of one ride until after that of the next."""
     rides, _ = ended
-    rides.step(MOVING, Mission(), length=0.1, device="keys")
+    rides.step(MOVING, Mission(), elapsed=0.05, length=0.1, device="keys")
     assert rides.take_marks() == RideMarks(begin=RideBegin("s-r1", None))
     assert rides.take_marks() == RideMarks(end="cancelled", begin=RideBegin("s-r2", None))
     rides.end("collision")

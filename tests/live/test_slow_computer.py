@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohelm.live.control.step_timing import STEP
 from cohelm.live.control.time_rate import MIN_RATE, PROMPT, RISE, STALL, TimeRate
 from cohelm.live.control.watchdog import MAX_ANSWER_LATENCY
-from cohelm.live.control_cycle import STEP
 from cohelm.live.messages import SetGoal, StopCommand
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario

@@ -26,8 +26,8 @@ class Chair:
     state: the newest.  states: those of the last minutes.  told: everything else, in its order.
     """
 
-    def __init__(self, folder, *options):
-        command = [sys.executable, "-m", "cohelm", "drive", *options, "--port", "0"]
+    def __init__(self, folder, *options, command="drive"):
+        command = [sys.executable, "-m", "cohelm", command, *options, "--port", "0"]
         self.log = folder / "log.txt"
         with self.log.open("w") as log:
             self.process = subprocess.Popen(

@@ -74,7 +74,7 @@ def test_a_localiser_that_falls_silent_makes_the_pose_old(inputs, clock):
     clock.time = 5.25
     inputs.take_odometry(odometry(5.25))
     assert inputs.observation().pose_time == 5.25
-    clock.time = 5.4  # more than 0.3 s after the localiser's last transform
+    clock.time = 5.4  # more than 0.25 s after the localiser's last transform
     inputs.take_odometry(odometry(5.4))
     assert inputs.observation().pose_time == NEVER
 

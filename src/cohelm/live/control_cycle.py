@@ -1,10 +1,10 @@
-"""Control cycle at 20 Hz: from the observation to the wheels, whatever fails.
+"""Control cycle: from the observation to the wheels, whatever fails.
 
 t       messages of pages; the valid heartbeat goes into the observation, and that to the navigator
 …       its answer, awaited as long as the step allows
-t + c   command for the wheels: the answer, or a stop by link, watchdog or another hold; pages get
-        the state; the platform gets the command
-t + T   next step
+t + c   command for the wheels: the answer, or a stop by link, watchdog or another hold; the
+        platform gets the command, pages get the state (a simulation first shows, then moves)
+t + T   next step (``step_timing``)
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import StepAnswer
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.step_requests import UnsentReadings, step_request
+from cohelm.live.control.step_timing import STEP, answer_deadline, elapsed_time
 from cohelm.live.control.time_rate import ABSORBED_LATENESS, TimeRate
 from cohelm.live.control.watchdog import (
     INPUT_FAULTS,
@@ -33,11 +34,6 @@ from cohelm.live.services import Services
 from cohelm.messages import RiderProfile
 from cohelm.reasons import Reason
 from cohelm.safety import stop
-
-STEP = 0.05
-"""Control period, s."""
-ANSWER_TIME = 0.036
-"""Part of a step in which an answer is awaited, s; the rest is for the world."""
 
 
 class ControlCycle:
@@ -90,6 +86,7 @@ class ControlCycle:
         self._heartbeat_seq, self._requested_epoch = -1, 0
         """``Heartbeat.seq`` behind the command; ``LinkState.epoch`` at the last request."""
         self._unsent = UnsentReadings()
+        self._commanded_at = -math.inf  # time of the last command for the wheels, s
         self._touching = False  # the chair is in contact with something
         self.arrived = False
         """True from an arrival to the next motion."""
@@ -104,6 +101,12 @@ class ControlCycle:
         if self.world is None:
             return False
         return bool(self.command.twist.any()) or not self.world.stands
+
+    @property
+    def behind(self) -> bool:
+        """True if readings of a real chair wait, and the navigator is free: step at once."""
+        real = self.world is not None and not self.world.simulated
+        return real and self._navigator.free and self._unsent.waiting
 
     def enter(self, world: LiveWorld) -> None:
         """Put the chair into another world, where it stands without a destination.
@@ -161,25 +164,23 @@ class ControlCycle:
             if world.simulated:
                 self.time_rate = self.time_rate.stepped(STEP, self._clock())
             self._driver.sense(world, self._clock(), dead_zone=self._settings.rider.dead_zone)
-            # A step that is already lost gets its full time.
-            until = due + ANSWER_TIME + (late if late >= STEP else 0.0)
-            self._request_step(world, late)
-            self._await_answer(world, until, late)
+            self._await_answer(world, answer_deadline(due, late, simulated=world.simulated), late)
             run_calls()
         if world is not self.world:
             return  # a command has replaced the world
         now = self._clock()
-        self._select_command(now)
-        self._send_state(world, now, late)
+        elapsed = self._select_command(now)
+        real = world is not None and not world.simulated
+        if not real:  # pages see the simulated world that was decided about
+            self._send_state(world, now, late)
         if world is not None and not self.paused:
-            self._advance(world)
+            self._advance(world, elapsed)
+        if real:  # the wheels do not wait for pages
+            self._send_state(world, now, late)
         self.ticks += 1
 
     def step_failed(self) -> None:
-        """Command a stop after the control loop has failed: nothing else is attempted.
-
-        The world stops first; the state message may fail for the same reason as the loop.
-        """
+        """Stop after a failure of the loop: first the world, since the message may fail as well."""
         self.command = stop(Reason.NAVIGATOR_TIMEOUT)
         self._heartbeat_seq = -1
         world, now = self.world, self._clock()
@@ -188,12 +189,12 @@ class ControlCycle:
         self.ticks += 1
         self._send_state(world, now, late=0.0)
 
-    def _request_step(self, world: LiveWorld, late: float) -> None:
-        """Send the newest observation if the navigator is free."""
+    def _request_step(self, world: LiveWorld, late: float) -> bool:
+        """Send the newest observation if the navigator is free; returns True if it was sent."""
         now, link = self._clock(), self._driver.link
         time = world.time(now)
         if not self._navigator.free or time <= self._requested_time:
-            return  # an observation is sent once: simulated time may be slower than the steps
+            return False  # it is sent once: simulated time may be slower than the steps
         self._requested_time = time
         moves = driver_link.status(link, now) == "ready"
         request = step_request(self.ticks, world, *self._given, now=now, moves=moves)
@@ -209,6 +210,7 @@ class ControlCycle:
         self._restart = False
         self._requested_epoch = link.epoch
         self._navigator.request(request, now)
+        return self._navigator.ready
 
     def _step_paused(self, world: LiveWorld) -> None:
         """Take a late answer, and request the planning context of a route preview."""
@@ -221,21 +223,23 @@ class ControlCycle:
             self._navigator.request(replace(request, paused=True, planning_context=True), now)
 
     def _await_answer(self, world: LiveWorld, until: float, late: float) -> None:
-        """Take answers until ``until``, s, or until that of this step has come."""
+        """Request the step, and take answers until ``until``, s, or until its own has come.
+
+        The late answer to an older step moves a real chair at once, before the next request.
+        """
+        sent = self._request_step(world, late)
         while self._navigator.pending is not None:
             now = self._clock()
             answer = self._navigator.answer(max(until - now, 0.0), now)
             if answer is None:
                 break
             self._take_answer(world, answer)
-            if answer.step_id == self.ticks or self._clock() >= until:
+            if answer.step_id == self.ticks or self._clock() >= until or not world.simulated:
                 break
-            self._request_step(world, late)
-        pending = self._navigator.pending
-        if pending is not None and pending.step_id == self.ticks:
-            return
+            sent = self._request_step(world, late)
+        new = world.time(self._clock()) > self._requested_time
         # The navigator did not get this observation: keep its scans for the next request.
-        if (pending is not None or not self._navigator.ready) and self.time_rate.advances:
+        if not sent and new and self.time_rate.advances:
             self._unsent.keep(world.observation)
 
     def _take_answer(self, world: LiveWorld, answer: StepAnswer) -> None:
@@ -260,61 +264,59 @@ class ControlCycle:
         self.answered_mission = answer.mission_version
         self.view = self.view.updated(answer, driver.mission)
         current = answer.mission_version == driver.mission.version
-        has_goal = driver.mission.goal is not None
-        if answer.arrived and current and has_goal and world.stands:
-            self._arrive()
+        if answer.arrived and current and driver.mission.goal is not None and world.stands:
+            self.arrived = True
+            self._rides.end("arrived")
+            self._send(Notice(code="arrived", text=driver.arrive()), None)
 
-    def _select_command(self, now: float) -> None:
-        """Set the decision at the wheels."""
+    def _select_command(self, now: float) -> float:
+        """Set the decision at the wheels; returns the time since the last one, s."""
         watchdog = self._watchdog
+        simulated = self.world is None or self.world.simulated
+        passed = elapsed_time(self._commanded_at, now)
+        elapsed = STEP * self.time_rate.advances if simulated else passed
+        self._commanded_at = now
         if self.paused:
             self.command = stop(Reason.PAUSED)
-            return
+            return elapsed
         no_decision = watchdog.decision is None and self._navigator.starts <= 1
-        self._set_starting(self.awaits_world or no_decision)
+        starting = self.awaits_world or no_decision
+        if self._starting and not starting:
+            self._driver.require_confirmation_of_trip()
+        self._starting = starting
         hold_reason = driver_link.hold_reason(self._driver.link, now)
         if hold_reason is None and watchdog.epoch != self._driver.link.epoch:
             # The decision is older than the last stop or take-over: wait for the next one.
             hold_reason = Reason.RELEASE_STICK
         if self._starting:
             hold_reason = Reason.STARTING
-        elif watchdog.silent(now, simulated=self.world is None or self.world.simulated):
+        elif watchdog.silent(now, simulated=simulated):
             self.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
         time = self.world.time(now) if self.world is not None else 0.0
         selected = watchdog.select_command(time, hold_reason)
-        self._heartbeat_seq = (
-            watchdog.heartbeat_seq
-            if hold_reason is None
-            else driver_link.current_heartbeat(self._driver.link, now).seq
-        )
+        newest = driver_link.current_heartbeat(self._driver.link, now).seq
+        self._heartbeat_seq = watchdog.heartbeat_seq if hold_reason is None else newest
         if selected.reason is Reason.NAVIGATOR_TIMEOUT and self.command.twist.any():
             self.stops += 1
         limit = self._settings.limits.max_acceleration
-        dt = STEP * self.time_rate.advances
-        self.command = limit_acceleration(selected, self.command.twist, limit, dt)
+        self.command = limit_acceleration(selected, self.command.twist, limit, elapsed)
+        return elapsed
 
-    def _set_starting(self, starting: bool) -> None:
-        """Require confirmation if a destination was chosen before the chair was ready."""
-        driver = self._driver
-        if self._starting and not starting and driver.mission.under_way:
-            driver.link = driver_link.require_confirmation(driver.link)
-        self._starting = starting
-
-    def _advance(self, world: LiveWorld) -> None:
+    def _advance(self, world: LiveWorld, elapsed: float) -> None:
         """Send the command to the wheels, and react to contacts."""
         if not self.time_rate.advances:
             return
         driver = self._driver
         length = world.apply(self.command)
-        truth = world.truth
         self.arrived &= not self.command.twist.any()
         self._rides.step(
             self.command,
             driver.mission,
+            elapsed=elapsed,
             length=length,
             device=driver_link.current_heartbeat(driver.link, self._clock()).device,
         )
-        touches = truth is not None and (bool(truth.hit_moving.any()) or truth.hit_wall)
+        touches = world.touches
         if touches and not self._touching:
             self.stop_until_confirmed(Reason.COLLISION)
             self._rides.end("collision")
@@ -322,11 +324,6 @@ class ControlCycle:
         self._touching = touches
         if driver.link.driver is None:
             self._rides.end("cancelled")
-
-    def _arrive(self) -> None:
-        self.arrived = True
-        self._rides.end("arrived")
-        self._send(Notice(code="arrived", text=self._driver.arrive()), None)
 
     def _send_state(self, world: LiveWorld | None, now: float, late: float) -> None:
         if self.view.route_version != self._sent_route:

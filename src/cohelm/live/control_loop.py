@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 from cohelm.errors import CohelmError
 from cohelm.live.control.driver_state import DriverState
-from cohelm.live.control_cycle import STEP, ControlCycle
+from cohelm.live.control.step_timing import STEP, StepTimer
+from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.messages import Notice, Send
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import LogEvent
@@ -60,7 +61,7 @@ class DeadlineCounts:
 
 
 class ControlLoop:
-    """Control loop at 20 Hz, in a thread of its own.
+    """Control loop in a thread of its own; ``step_timing`` tells when its steps begin.
 
     Other threads may use :meth:`call`, :meth:`submit`, and read ``ready``, ``error``,
     ``deadlines`` and of the cycle ``view``, ``moves``, ``ticks`` and ``stops``: each is replaced as
@@ -96,6 +97,7 @@ class ControlLoop:
         self._next_slow_call = -math.inf
         """Time before which no slow call begins, s."""
         self._closing = threading.Event()
+        self._timer = StepTimer(self._closing)
         self._ready, self._cold = False, cold
         self.deadlines = DeadlineCounts()
         self.error = ""
@@ -173,11 +175,12 @@ class ControlLoop:
                 return
             if begun > due + STEP:  # no attempt to catch up with lost steps
                 due = begun
-            due += STEP
             now = time.monotonic()
             if self._ready:
-                self.deadlines.add(missed=now > due)
-            self._closing.wait(max(due - now, 0.0))
+                self.deadlines.add(missed=now > due + STEP)
+            world = self.cycle.world
+            wait = world.wait if world is not None and not self.cycle.paused else None
+            due = now if self.cycle.behind else self._timer.wait(due, wait)
         self._finish()
 
     def _step(self, due: float, now: float) -> None:

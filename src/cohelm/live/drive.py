@@ -27,7 +27,7 @@ from cohelm.live.control.ipc import ProcessSetup
 from cohelm.live.control.limits import ActiveSettings, LimitsLoosened
 from cohelm.live.control.navigator_client import NavigatorClient
 from cohelm.live.control.world_factory import WorldFactory
-from cohelm.live.control_cycle import STEP, ControlCycle
+from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.control_loop import ControlLoop
 from cohelm.live.loop_effects import LoopEffects
 from cohelm.live.messages import (
@@ -138,7 +138,7 @@ class Drive:
             navigator=NavigatorClient(process_setup),
             route_preview=RoutePreview(process_setup, self._send),
             world_factory=WorldFactory(setup.scenario),
-            rides=RideTracker(self._sessions, self._settings, self._send, STEP),
+            rides=RideTracker(self._sessions, self._settings, self._send),
         )
         driver, log_event = DriverState(), self._audit.log_event
         cycle = ControlCycle(

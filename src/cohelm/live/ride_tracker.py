@@ -132,7 +132,6 @@ class RideTracker:
         store: Stores the rides.
         settings: Limits in force.
         send: Sends messages about ends.
-        step: Control period, s.
     """
 
     def __init__(
@@ -140,9 +139,8 @@ class RideTracker:
         store: SessionStore,
         settings: ActiveSettings,
         send: Send,
-        step: float,
     ) -> None:
-        self._store, self._settings, self._send, self._step = store, settings, send, step
+        self._store, self._settings, self._send = store, settings, send
         self._in_session = False
         self._ride: LiveRide | None = None
         self._ride_setup: RideSetup | None = None
@@ -189,12 +187,21 @@ class RideTracker:
         """Return the marks for the next request to the navigator, each only once."""
         return self._marks.popleft() if self._marks else RideMarks()
 
-    def step(self, command: Decision, mission: Mission, *, length: float, device: Device) -> None:
+    def step(
+        self,
+        command: Decision,
+        mission: Mission,
+        *,
+        elapsed: float,
+        length: float,
+        device: Device,
+    ) -> None:
         """Account for one control step.
 
         Args:
             command: Decision at the wheels.
             mission: Mission of the step.
+            elapsed: Time since the previous step, s.
             length: Distance that the chair moved, m.
             device: Input device in use.
         """
@@ -205,7 +212,7 @@ class RideTracker:
             self._begin()
         if self._ride is not None:
             limits = LimitsAt(time=self._ride.time, limits=self._settings.limits)
-            self._ride = self._ride.after(self._step, length, mission, device, limits)
+            self._ride = self._ride.after(elapsed, length, mission, device, limits)
             if self._ride.time - self._saved_at >= CHECKPOINT_PERIOD:
                 self._saved_at = self._ride.time
                 self._store.checkpoint(self._ride.summary("cancelled", None))

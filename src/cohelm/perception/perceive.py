@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.geometry import compose
 from cohelm.maps import DistanceField
-from cohelm.messages import Groups, Observation, People, Sensing
+from cohelm.messages import Groups, Observation, People, Scan, Sensing
 from cohelm.perception.api import (
     CloudDetector,
     Detections,
@@ -30,7 +31,11 @@ from cohelm.perception.change_detection.past_scans import (
 from cohelm.perception.change_detection.scan_changes import (
     detect_changes,
 )
-from cohelm.perception.preprocessing.own_returns import without_own_returns
+from cohelm.perception.preprocessing.own_returns import (
+    SteadyReturns,
+    learn_own_returns,
+    without_own_returns,
+)
 from cohelm.perception.sensor_clocks import CLOCK_RESET, Clocks, check_clocks
 from cohelm.robots import move
 
@@ -68,6 +73,10 @@ class PerceptionMemory:
     """Earlier scans, for change detection."""
     past_clouds: PastScans = ()
     """Earlier clouds as planar scans of their upright columns."""
+    steady_returns: tuple[SteadyReturns, ...] = ()
+    """Of each scanner, for a robot of unknown outline."""
+    mapped: bool = False
+    """True if the map has ever explained a return: there is one."""
 
 
 @value
@@ -103,17 +112,24 @@ def perceive(
     observation = check.observation
     if check.reset:
         memory = _reset(parts, observation, memory)
-    own = tuple(without_own_returns(scan, parts.outline) for scan in observation.scans)
-    observation = replace(observation, scans=own)
     poses = tuple(pose_at(observation, scan.time) for scan in observation.scans)
+    scans, steady = _others_returns(parts, observation.scans, poses, memory.steady_returns)
+    observation = replace(observation, scans=scans)
     detections = tuple(
         parts.detector.detect(scan, X_MR, walls)
         for scan, X_MR in zip(observation.scans, poses, strict=True)
     )
     past_scans, past_clouds = memory.past_scans, memory.past_clouds
+    mapped = memory.mapped or any(found.mapped.any() for found in detections)
+    # A map explains what comes into view.
+    views = [
+        None if mapped else compose(X_MR, scan.mount)
+        for scan, X_MR in zip(observation.scans, poses, strict=True)
+    ]
     if parts.tracker.uses_change_detection:
         detections = tuple(
-            detect_changes(found, past_scans, parts.change_detection) for found in detections
+            detect_changes(found, past_scans, parts.change_detection, X_MS)
+            for found, X_MS in zip(detections, views, strict=True)
         )
         for scan, X_MR in zip(observation.scans, poses, strict=True):
             past_scans = remember_scan(past_scans, scan, X_MR, parts.change_detection)
@@ -136,8 +152,26 @@ def perceive(
             groups=group_memory,
             past_scans=past_scans,
             past_clouds=past_clouds,
+            steady_returns=steady,
+            mapped=mapped,
         ),
     )
+
+
+def _others_returns(
+    parts: PerceptionParts,
+    scans: tuple[Scan, ...],
+    poses: tuple[Floats, ...],
+    steady: tuple[SteadyReturns, ...],
+) -> tuple[tuple[Scan, ...], tuple[SteadyReturns, ...]]:
+    """Scans without the returns of the robot itself; also return the steady ones."""
+    out = []
+    for scan, X_MR in zip(scans, poses, strict=True):
+        seen = without_own_returns(scan, parts.outline)
+        if parts.outline is None:
+            seen, steady = learn_own_returns(seen, X_MR, steady)
+        out.append(seen)
+    return tuple(out), steady
 
 
 def _reset(

@@ -17,10 +17,12 @@ from cohelm.platforms.api import (
 from cohelm.platforms.measured import MeasuredTruth
 from cohelm.platforms.opening import is_simulated, open_platform, open_simulation
 from cohelm.platforms.planar import Planar, PlanarPlatform
+from cohelm.platforms.readings import LeadingReadings
 from cohelm.platforms.stick_device import StickPlatform, WithStick
 
 __all__ = [
     "Capabilities",
+    "LeadingReadings",
     "MeasuredTruth",
     "Planar",
     "PlanarPlatform",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -42,6 +43,12 @@ class Capabilities:
     """Simulated world with its ground truth; None: a real chair, or a simulator behind a network.
 
     With a world, time passes only in ``apply``: the ride can be paused and restarted."""
+    wait: Callable[[float, float], float | None] | None = None
+    """Wait for a reading of the leading sensor; None: control steps come every 0.05 s.
+
+    ``wait(after, timeout)`` returns the arrival time of the newest reading that ``observe`` has not
+    returned yet, by ``time.monotonic()``, as soon as it is later than ``after``; None after
+    ``timeout``. See ``LeadingReadings``."""
 
     @property
     def simulation(self) -> bool:
@@ -52,8 +59,9 @@ class Capabilities:
 class Platform(Protocol):
     """Chair that is ready to drive.
 
-    A ride calls ``observe`` once, then ``apply`` once, in each control step of 0.05 s. Neither
-    waits: together they take a few milliseconds.
+    A ride calls ``observe`` once, then ``apply`` once, in each control step. A step begins 0.05 s
+    after the last one, or with a reading of the leading sensor (:attr:`Capabilities.wait`). Neither
+    call waits: together they take a few milliseconds.
     """
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -19,7 +20,7 @@ from cohelm.ros2.command_process import (
 from cohelm.ros2.parameters import Ros2Parameters
 
 ECHO_TIMEOUT = 0.2
-"""Age of the last sign of life of the process from which its owner publishes zeros itself, s."""
+"""Age of a command without an answer from which the owner publishes zeros itself, s."""
 LOST_AFTER = 1.0
 """Age from which the process counts as lost, s."""
 START_TIMEOUT = 60.0
@@ -42,7 +43,8 @@ class CommandClient:
         plain = Ros2Parameters.model_validate(parameters.model_dump())
         self._process = WorkerProcess(serve_commands, CommandSetup(plain), "cohelm-command")
         self._parameters = parameters
-        self._echo_at = self._wait_for_start()
+        self._wait_for_start()
+        self._unanswered: deque[float] = deque()  # times of commands without an answer, s
         self.late = False
         """True if the process did not answer at the last command: the robot got a zero."""
 
@@ -59,12 +61,15 @@ class CommandClient:
         """
         try:
             self._process.send(command)
-            while (echo := self._process.receive(0.0)) is not None:
-                self._echo_at = max(self._echo_at, float(echo))
+            self._unanswered.append(command.made_at)
+            while (answered := self._process.receive(0.0)) is not None:
+                while self._unanswered and self._unanswered[0] <= answered:
+                    self._unanswered.popleft()
         except ProcessGone as cause:
             self._stop(command)
             raise PlatformError(f"the process of the command topic is lost ({cause})") from None
-        silence = command.made_at - self._echo_at
+        # By its own silence the owner proves nothing about the process.
+        silence = command.made_at - self._unanswered[0] if self._unanswered else 0.0
         self.late = silence > ECHO_TIMEOUT
         if self.late:
             self._stop(command)
@@ -80,19 +85,19 @@ class CommandClient:
             with contextlib.suppress(Exception):  # nothing else can be done for the robot
                 self._fallback(command._replace(twist=(0.0, 0.0, 0.0)))
 
-    def _wait_for_start(self) -> float:
+    def _wait_for_start(self) -> None:
         end = time.monotonic() + START_TIMEOUT
         while time.monotonic() < end:
             try:
-                echo: Any = self._process.receive(0.1)
+                first: Any = self._process.receive(0.1)
             except ProcessGone as cause:
                 raise PlatformError(f"no process for the command topic ({cause})") from None
-            if echo == NOBODY:
+            if first == NOBODY:
                 self._process.close()
                 topic, kind = self._parameters.command, "TwistStamped"
                 kind = kind if self._parameters.stamped else "Twist"
                 raise PlatformError(f"nobody subscribes to {topic} as {kind}")
-            if echo is not None:
-                return float(echo)
+            if first is not None:
+                return
         self._process.kill()
         raise PlatformError("the process of the command topic does not start")

@@ -25,6 +25,9 @@ from cohelm.ros2.transport import RELIABLE, RosNode, make_node
 
 MAX_AGE = 0.15
 """Maximum time from a command to its publication, and until the next one comes, s."""
+MAX_DELAY = 0.05
+"""Delay of a command that lengthens the time until the next one must come, s: whatever its way
+here took, it moves the robot for no longer than MAX_DELAY + MAX_AGE after it was made."""
 NOBODY = -1.0
 """First answer of the process if nobody subscribes to the command topic."""
 PERIOD = 0.05
@@ -66,7 +69,7 @@ class CommandLatch:
         fresh = 0.0 <= now - command.made_at <= MAX_AGE
         if not fresh or not all(map(math.isfinite, command.twist)):
             return False
-        self._last_at = now
+        self._last_at = min(now, command.made_at + MAX_DELAY)
         return True
 
     def needs_zero(self, now: float) -> bool:
@@ -124,7 +127,8 @@ def _serve(pipe: Connection, publish: Callable[[WheelCommand], None]) -> None:
             try:
                 while pipe.poll(latch.timeout(now) if command is None else 0.0):
                     command = pipe.recv()
-                pipe.send(time.monotonic())
+                if command is not None:  # an owner that stands reads no answers
+                    pipe.send(command.made_at)
             except (EOFError, OSError):
                 ends = now + LAST_STOPS
         else:

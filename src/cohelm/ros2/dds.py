@@ -147,6 +147,8 @@ class DdsNode:
         return DataWriter(self._participant, found, _qos(quality))
 
     def _serve(self) -> None:
+        if not self._readers:  # a wait without conditions returns at once
+            return
         waits = WaitSet(self._participant)
         mask = ViewState.Any | InstanceState.Any | SampleState.NotRead
         conditions = [ReadCondition(reader, mask) for reader, _, _ in self._readers]
@@ -187,13 +189,14 @@ def _qos(quality: Reliability) -> Qos:
         if quality.reliable
         else Policy.Reliability.BestEffort
     )
-    durability = Policy.Durability.TransientLocal if quality.transient else None
-    return Qos(
-        reliability,
-        durability or Policy.Durability.Volatile,
-        Policy.History.KeepLast(quality.depth),
-        Policy.DataRepresentation(use_cdrv0_representation=True),
-    )
+    kept = Policy.History.KeepLast(quality.depth)
+    common = reliability, kept, Policy.DataRepresentation(use_cdrv0_representation=True)
+    if not quality.transient:
+        return Qos(*common, Policy.Durability.Volatile)
+    unlimited = -1
+    # Without it late subscribers get the last message only, whatever the depth.
+    late = Policy.DurabilityService(duration(), kept, unlimited, unlimited, unlimited)
+    return Qos(*common, Policy.Durability.TransientLocal, late)
 
 
 @functools.lru_cache(maxsize=8)

@@ -12,6 +12,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.messages import Observation, People, PointCloud, RiderCommand, Scan
+from cohelm.platforms import LeadingReadings
 from cohelm.recordings.bags import ros_messages as ros
 from cohelm.recordings.transforms import name, planar
 from cohelm.ros2.clocks import Clock
@@ -83,6 +84,8 @@ class Inputs:
             self._rider = RiderCommand(heartbeat=NEVER, deflection=np.zeros(2))
         self._scans: deque[Scan] = deque(maxlen=MAX_READINGS)
         self._clouds: deque[PointCloud] = deque(maxlen=MAX_READINGS)
+        self.leading = LeadingReadings()
+        """Arrivals on :attr:`Ros2Parameters.leading`."""
         self.last_scan: dict[str, Scan] = {}
         """Newest scan of each topic."""
         self.topics: dict[str, TopicStatistics] = {}
@@ -132,7 +135,7 @@ class Inputs:
             self._count(topic, now, now - time, frame, problem=problem)
             if scan is not None:
                 self._scans.append(scan)
-                self._read_at[topic] = scan.time
+                self._read(topic, scan.time)
                 self.last_scan[topic] = scan
 
     def take_stick(self, message: Any) -> None:
@@ -168,7 +171,7 @@ class Inputs:
             self._count(topic, now, now - time, frame, problem=problem)
             if cloud is not None:
                 self._clouds.append(cloud)
-                self._read_at[topic] = cloud.time
+                self._read(topic, cloud.time)
 
     def take_people(self, message: Any) -> None:
         """Take a People of another node."""
@@ -200,6 +203,7 @@ class Inputs:
             scans, clouds = tuple(self._scans), tuple(self._clouds)
             self._scans.clear()
             self._clouds.clear()
+            self.leading.taken()
             rider, people = self._rider, self._people
             if self._parameters.people is not None:
                 people, scans, clouds = self._with_people(now, people, scans, clouds)
@@ -282,6 +286,12 @@ class Inputs:
         if pose is None:
             return None, f"no transform from '{base}' to '{frame}'"
         return mount_of(pose), ""
+
+    def _read(self, topic: str, time: float) -> None:
+        """Note a reading that can be observed now."""
+        self._read_at[topic] = time
+        if topic == self._parameters.leading:
+            self.leading.arrived()
 
     def _count(
         self, topic: str, now: float, delay: float, frame: str, *, problem: str = ""

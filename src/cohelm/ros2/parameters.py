@@ -65,7 +65,7 @@ class StickParameters(Model):
 class InputLimits(Model):
     """Ages from which an input counts as lost; the safety gate has limits of its own."""
 
-    localiser: float = Field(0.3, gt=0.0, le=5.0)
+    localiser: float = Field(0.25, gt=0.0, le=5.0)
     """Maximum time since the last transform from ``odom`` to ``map`` arrived, s."""
     people: float = Field(0.5, gt=0.0, le=5.0)
     """Maximum age of people from another node, and of scans beside them, s."""
@@ -83,7 +83,7 @@ class Ros2Parameters(Model):
     """Take the time from ``/clock``."""
     frames: FrameNames = FrameNames()
     scans: tuple[Topic, ...] = ("/scan",)
-    """sensor_msgs/LaserScan."""
+    """sensor_msgs/LaserScan; each message of the first one begins a control step."""
     clouds: tuple[Topic, ...] = ()
     """sensor_msgs/PointCloud2."""
     odometry: Topic = "/odom"
@@ -118,6 +118,11 @@ class Ros2Parameters(Model):
             *(("stick", topic) for topic in self.page_sticks),
             *(("people", topic) for topic in [self.people] if topic is not None),
         )
+
+    @property
+    def leading(self) -> Topic:
+        """Topic whose messages begin the control steps: the first of scans, else of clouds."""
+        return (*self.scans, *self.clouds)[0]
 
     @property
     def page_sticks(self) -> tuple[Topic, ...]:

@@ -118,11 +118,12 @@ class Ros2Platform:
     def __init__(self, node: RobotNode) -> None:
         self._node, self._closed = node, False
         self._command = CommandClient(node.parameters, node.stop)
-        self._capabilities = Capabilities(name=f"ROS 2 robot on {node.parameters.command}")
+        name, wait = f"ROS 2 robot on {node.parameters.command}", node.inputs.leading.wait
+        self._capabilities = Capabilities(name=name, wait=wait)
 
     @property
     def capabilities(self) -> Capabilities:
-        """Nothing beyond driving."""
+        """A leading scanner."""
         return self._capabilities
 
     @property

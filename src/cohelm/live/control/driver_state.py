@@ -46,6 +46,11 @@ class DriverState:
         """Ignore the stick until it has been centred once."""
         self.link = driver_link.require_centring(self.link)
 
+    def require_confirmation_of_trip(self) -> None:
+        """Ask the driver to confirm if a destination was chosen before the chair was ready."""
+        if self.mission.under_way:
+            self.link = driver_link.require_confirmation(self.link)
+
     def arrive(self) -> str:
         """End the trip at its destination; returns what the rider is told."""
         goal = self.mission.goal

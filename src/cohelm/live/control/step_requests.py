@@ -26,6 +26,11 @@ class UnsentReadings:
         self._scans: tuple[Scan, ...] = ()
         self._clouds: tuple[PointCloud, ...] = ()
 
+    @property
+    def waiting(self) -> bool:
+        """True if there are readings."""
+        return bool(self._scans or self._clouds)
+
     def keep(self, observation: Observation) -> None:
         """Keep the readings of an observation that was not sent; too old ones are dropped."""
         self._scans = (*self._scans, *observation.scans)[-_MAX_UNSENT:]

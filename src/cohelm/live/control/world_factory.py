@@ -18,6 +18,7 @@ from cohelm.live.control.added_people import (
     new_pedestrian,
     walkable_floor,
 )
+from cohelm.live.control.step_timing import Wait
 from cohelm.live.messages import ChangeSimulation
 from cohelm.messages import Decision, Observation
 from cohelm.platforms import Platform, SimulatedWorld, is_simulated, open_platform
@@ -79,9 +80,20 @@ class LiveWorld:
         return self._world is not None
 
     @property
+    def wait(self) -> Wait | None:
+        """Wait for a reading of the leading sensor; see ``Capabilities``."""
+        return self._platform.capabilities.wait
+
+    @property
     def truth(self) -> GroundTruth | None:
         """Ground truth, for logs and the page only; None: the chair is real."""
         return self._world.truth if self._world is not None else None
+
+    @property
+    def touches(self) -> bool:
+        """True if a simulated chair is in contact with a person or a wall."""
+        truth = self.truth
+        return truth is not None and (bool(truth.hit_moving.any()) or truth.hit_wall)
 
     @property
     def shut(self) -> frozenset[int]:

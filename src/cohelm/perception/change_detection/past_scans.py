@@ -59,6 +59,9 @@ class ChangeDetectionParameters(Model):
     no_return_weight: float = Field(0.35, ge=0.0, le=1.0)
     """Weight of a beam without a return against one that passed through: dark and glossy objects
     appear only now and then."""
+    same_view: float = Field(0.05, ge=0.0, le=100.0)
+    """Motion up to which a scanner without a map has the same view, m and rad. On a rocking robot,
+    other views show furniture where nothing was seen before."""
     arrival_time: float = Field(1.5, gt=0.0, le=60.0)
     """An arrival longer ago than this is no evidence any more, s: the object is at rest."""
     rest_time: float = Field(5.0, gt=0.0, le=60.0)

@@ -7,6 +7,7 @@ sensor, so that the comparison works for a moving chair as well.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import number_record
+from cohelm.geometry import wrap_angle
 from cohelm.perception.api import Detections
 from cohelm.perception.change_detection.past_scans import (
     ChangeDetectionParameters,
@@ -46,17 +48,23 @@ class _Evidence(NamedTuple):
     """(d,) number of observations before that, with a return from there or from behind."""
     lost: Floats
     """(d,) number of observations before that without any return from that direction."""
+    same_view: Floats
+    """(d,) number of observations before that, from the present view."""
     still_occupied: Booleans
     """(d,) True as long as no free place was found."""
 
 
 def detect_changes(
-    found: Detections, past: PastScans, parameters: ChangeDetectionParameters | None = None
+    found: Detections,
+    past: PastScans,
+    parameters: ChangeDetectionParameters | None = None,
+    X_MS: Floats | None = None,
 ) -> Detections:
     """Add ``arrival_log_odds`` to ``found``.
 
     From the youngest scan backwards, the time for which the place is occupied without interruption
-    is skipped; the object has arrived then if the place was free before that.
+    is skipped; the object has arrived then if the place was free before that, as seen from ``X_MS``
+    (3,), the present pose of the scanner; None: from anywhere.
     """
     p = parameters or ChangeDetectionParameters()
     d = len(found.position)
@@ -64,9 +72,8 @@ def detect_changes(
         return replace(found, arrival_log_odds=np.zeros(d))
     detection = found.detection_of_return
     width = np.concatenate([2.0 * found.ellipse[:, 2], [0.0]])[found.cluster_of_return]
-    present, occupied, looks, lost = np.zeros((4, d))
-    evidence = _Evidence(present, occupied, looks, lost, np.zeros(d, dtype=np.bool_))
-    record, consistent, inconsistent, first = _record(p), 0, 0, True
+    evidence = _Evidence(*np.zeros((5, d)), np.zeros(d, dtype=np.bool_))
+    record, consistent, inconsistent, first, same_view = _record(p), 0, 0, True, True
     for each in past:
         age = found.time - each.scan.time
         if not p.min_age <= age <= p.max_age:
@@ -74,19 +81,31 @@ def detect_changes(
         if first:
             # After a pause longer than ``arrival_time``, all scans show the time before an arrival.
             evidence.still_occupied[:] = age <= p.arrival_time
-        if _look_back(found.points, width, detection, past_beams(each), age, evidence, record):
+        same = X_MS is None or _is_same_view(X_MS, each.X_MS, p)
+        same_view = same if first else same_view
+        beams = past_beams(each)
+        if _look_back(found.points, width, detection, beams, same, age, evidence, record):
             consistent += age <= p.arrival_time
             first = False
         else:
             inconsistent += age <= p.arrival_time
     if inconsistent > consistent:
-        return replace(found, arrival_log_odds=np.full(d, p.mislocalised_log_odds))
+        arrival = np.full(d, p.mislocalised_log_odds)
+        return replace(found, arrival_log_odds=arrival, same_view=same_view)
     # Something that was often seen there is dark: without a return, it was there nevertheless.
     looks = evidence.looks + evidence.lost
     looks = np.where(evidence.occupied > _DARK_FROM * looks, evidence.looks, looks)
     arrival = _arrival_log_odds(evidence.present, evidence.occupied, looks, p)
-    thin = np.bincount(detection[detection >= 0], minlength=d) < p.min_returns
-    return replace(found, arrival_log_odds=np.where(thin, np.minimum(arrival, 0.0), arrival))
+    doubtful = np.bincount(detection[detection >= 0], minlength=d) < p.min_returns
+    doubtful |= evidence.same_view < p.min_looks
+    arrival = np.where(doubtful, np.minimum(arrival, 0.0), arrival)
+    return replace(found, arrival_log_odds=arrival, same_view=same_view)
+
+
+def _is_same_view(a: Floats, b: Floats, p: ChangeDetectionParameters) -> bool:
+    """Check that two scanner poses (3,) see the same."""
+    apart = math.hypot(a[0] - b[0], a[1] - b[1])
+    return apart <= p.same_view and abs(float(wrap_angle(a[2] - b[2]))) <= p.same_view
 
 
 def _arrival_log_odds(
@@ -116,6 +135,7 @@ def _look_back(  # noqa: PLR0917  # a kernel takes plain arrays
     width: Floats,
     detection: Integers,
     beams: PastBeams,
+    same_view: bool,
     age: float,
     evidence: _Evidence,
     p: ChangeDetectionParameters,
@@ -125,6 +145,7 @@ def _look_back(  # noqa: PLR0917  # a kernel takes plain arrays
     Args:
         points, width, beams: as for :func:`compare_places`.
         detection: (p,) detection of each return, −1: surroundings.
+        same_view: the past scan shows the present view.
         age: of the past scan, s.
         evidence: of the younger scans.
         p: the parameters.
@@ -156,6 +177,7 @@ def _look_back(  # noqa: PLR0917  # a kernel takes plain arrays
             evidence.present[k] = age
         else:
             evidence.occupied[k] += share
+            evidence.same_view[k] += same_view
             if returned[k]:
                 evidence.looks[k] += 1.0
             else:

@@ -71,8 +71,7 @@ class TrackerParameters(Model):
     unmoved_reject_log_odds: float = Field(0.4, ge=-5.0, le=5.0)
     """Log-odds below which a track is rejected that arrived but has not walked: a door, a chair."""
     arrived_log_odds: float = Field(1.0, ge=0.0, le=5.0)
-    """Log-odds of motion of a track that has arrived at its place. Others must have the clear shape
-    of a person."""
+    """Log-odds of motion of a track that has arrived. Others must clearly look like a person."""
     arrived_shape: float = Field(-0.2, ge=-5.0, le=5.0)
     """Mean log-odds of a shape that confirm a track that arrived and has not walked: thin and
     glossy objects appear only now and then."""
@@ -153,8 +152,7 @@ TRACK = np.dtype(
         ("shape_looks", np.float64),
         # Log-odds of a person gained by walking or arriving, ≥ 0.
         ("motion_log_odds", np.float64),
-        # Log-odds of a person lost by standing at a place that was always occupied, ≤ 0: running
-        # mean.
+        # Log-odds lost by standing at a place that was always occupied, ≤ 0: running mean.
         ("static_penalty", np.float64),
         # Bit k: detected k scans ago, of those that looked there.
         ("detection_history", np.int64),
@@ -224,6 +222,7 @@ class ScanTable(NamedTuple):
     on_legs: Booleans
     """(d,) True where legs are seen, or nothing is known about that."""
     has_changes: bool
+    same_view: bool
     is_planar: bool
     """False for clouds, whose detections are whole bodies."""
 
@@ -247,6 +246,7 @@ def scan_table(found: Detections) -> ScanTable:
         _UNKNOWN if arrival is None else arrival,
         np.ones(len(found.radius), dtype=np.bool_) if found.on_legs is None else found.on_legs,
         arrival is not None,
+        found.same_view,
         found.heights is None,
     )
 
