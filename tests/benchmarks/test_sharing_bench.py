@@ -32,6 +32,20 @@ def test_every_seed_has_every_scene_rider_and_mode():
     assert [len(task) for task in hands] == [2, 2, 1]
 
 
+def test_riders_take_seeds_in_turn():
+    whole, turns = sharing.create().tasks(range(4)), sharing.create(rotate=True).tasks(range(4))
+    # Four seeds have four riders of a scene once each, and the same world as without turns.
+    ridden = [(columns(each)["scene"], columns(each)["rider"]) for task in turns for each in task]
+    for family in FAMILIES.values():
+        for scene in family.scenes:
+            for rider in scene.riders:
+                count = ridden.count((scene.scenario, rider))
+                assert count == len(MODES) * 4 // len(scene.riders)
+    for all_riders, one in zip(whole, turns, strict=True):
+        assert len(one) == len(MODES)
+        assert set(one) <= set(all_riders)
+
+
 def test_rides_of_one_scene_and_seed_differ_in_rider_and_mode_alone():
     for task in sharing.create().tasks(range(1)):
         own = ("mode=", "rider.use=")

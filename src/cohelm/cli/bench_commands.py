@@ -118,7 +118,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "planning": ("map_file", "size", "plan_settings"),
     "riders": ("riders", "modes", "scenes", "true_people", "settings"),
     "rides": ("planners", "scenes", "blind", "both", "true_people", "tuned", "settings"),
-    "sharing": ("families", "modes", "settings"),
+    "sharing": ("families", "modes", "rotate", "settings"),
     "solver": ("part", "share", "solver_settings"),
     "speed": ("planners", "scenes", "settings"),
 }

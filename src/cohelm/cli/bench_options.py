@@ -144,6 +144,9 @@ OWN: Mapping[str, Option] = {
             typer.Option(metavar="A,B", help="unseen, old-map, goal, way, hands; default: all."),
         ]
     ),
+    "rotate": Option(
+        _flag("--rotate", "One rider per scene and seed, in turn: a quarter of the rides."), False
+    ),
     "ride_modes": Option(
         Annotated[
             str | None,

@@ -33,6 +33,8 @@ class SharingBench:
     families: tuple[str, ...]
     modes: tuple[str, ...]
     settings: tuple[str, ...] = ()
+    rotate: bool = False
+    """One rider per scene and seed, in turn: a quarter of the rides in most families."""
     TITLE: str = TITLE
     SEEDS: int = 20
     WORKERS: int | None = None
@@ -67,7 +69,7 @@ class SharingBench:
     def _rides(self, family: str, scene: SplitScene, seed: int) -> Iterator[RideTask]:
         """Rides of one world: nothing but rider and mode differs."""
         world = scene.settings_for(seed)
-        for rider in scene.riders:
+        for rider in scene.riders_of(seed) if self.rotate else scene.riders:
             for mode in self.modes:
                 # Alone, the chair carries a rider without a device.
                 hand = "none" if mode == Mode.AUTONOMOUS.value else rider
@@ -97,6 +99,7 @@ def create(
     families: str | None = None,
     modes: str | None = None,
     settings: Sequence[str] = (),
+    rotate: bool = False,
 ) -> SharingBench:
     """Create the study from its options; names are comma-separated.
 
@@ -110,6 +113,6 @@ def create(
     driven = split_names(modes, "--modes") or MODES
     for mode in driven:
         known_name(mode, MODES, "mode", "--modes")
-    bench = SharingBench(chosen, driven, tuple(settings))
+    bench = SharingBench(chosen, driven, tuple(settings), rotate)
     check_rides(bench.tasks(range(1)), "rider")
     return bench

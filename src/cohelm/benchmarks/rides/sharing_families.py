@@ -28,6 +28,10 @@ class SplitScene:
     riders: tuple[str, ...] = HANDS
     settings: tuple[str, ...] = ()
 
+    def riders_of(self, seed: int) -> tuple[str, ...]:
+        """The one rider of a seed, if seeds take riders in turn."""
+        return (self.riders[seed % len(self.riders)],)
+
     def settings_for(self, seed: int) -> tuple[str, ...]:
         """Settings of all rides of a seed, whatever rider and mode: a start beside the usual one.
 
