@@ -126,23 +126,26 @@ class Ride:
             time.sleep(0.005)
 
     def drive(self) -> None:
-        """Let go, confirm and push, until the chair has moved for a second."""
+        """Let go, confirm and push, until the chair moves."""
         stick, end = self.parts["stick"], time.monotonic() + START
         while time.monotonic() < end:
-            stick.say(forward=0.0, confirm=False)
+            stick.say(forward=0.0, left=0.0, confirm=False)
             self.wait(0.3)
             if self.link == "confirm":
                 stick.say(confirm=True)
                 self.wait(0.3)
                 stick.say(confirm=False)
-            if self.link == "ready":
-                if not NEAR < self.x < FAR:
-                    self.direction = 1.0 if self.x <= NEAR else -1.0
-                stick.say(forward=0.6 * self.direction)
-                self.wait(1.5)
-                newest = [moves for at, moves in self.commands if at > time.monotonic() - 0.5]
-                if len(newest) > 5 and all(newest):
-                    return
+            if self.link != "ready":
+                continue
+            if not NEAR < self.x < FAR:
+                self.direction = 1.0 if self.x <= NEAR else -1.0
+            stick.say(forward=0.6 * self.direction)
+            self.wait(1.5)
+            newest = [moves for at, moves in self.commands if at > time.monotonic() - 0.5]
+            if len(newest) > 5 and all(newest):
+                return
+            stick.say(forward=0.0, left=0.8)  # something is in the way: look elsewhere
+            self.wait(2.0)
         sys.exit(f"the chair does not drive: {self.link}, {self.reason}")
 
     def fault(self, part: str, how: str) -> tuple[float, bool, str]:

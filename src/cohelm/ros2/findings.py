@@ -157,7 +157,15 @@ def _silent(topic: str, offered: dict[str, str]) -> CheckFinding:
             f"no message, though it is published as {offered[topic]}",
             "compare type and quality of service: ros2 topic info --verbose " + topic,
         )
-    known = ", ".join(sorted(offered)) or "none"
+    if not offered:
+        return CheckFinding(
+            False,
+            topic,
+            "nobody publishes it, nor any other topic",
+            "is the robot on? compare ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE there, and "
+            "'dds.interface' in the file (loopback: lo)",
+        )
+    known = ", ".join(sorted(offered))
     return CheckFinding(
         False,
         topic,
@@ -292,7 +300,7 @@ def check_motion(commanded: float, before: Floats, after: Floats) -> CheckFindin
 
     Args:
         commanded: Distance that was commanded, m, forwards.
-        before, after: X_OR by odometry, (3,).
+        before, after: X_MR by localiser and odometry, (3,).
     """
     ahead = np.array([math.cos(before[2]), math.sin(before[2])])
     moved = float((after[:2] - before[:2]) @ ahead)
