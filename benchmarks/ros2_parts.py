@@ -60,7 +60,11 @@ def serve_base() -> None:
 
     def take(message: Any) -> None:
         nonlocal at
-        speed = message.twist
+        stamp, speed = message.header.stamp, message.twist
+        # After a cut the middleware may deliver a command that it had held back.
+        if time.time() - stamp.sec - 1e-9 * stamp.nanosec > BASE_TIMEOUT:
+            say("dropped")
+            return
         twist[:] = speed.linear.x, speed.linear.y, speed.angular.z
         at = time.monotonic()
         say("command", at, bool(twist.any()))
