@@ -207,8 +207,8 @@ def measure(ride: Ride, part: str, how: str, times: int) -> bool:
         reasons.add(reason)
     worst, median = max(delays), float(np.median(delays))
     print(f"{part:10} {how:7} {times:3} times: zero after {median:.3f} s, worst {worst:.3f} s; "
-          f"moved again {again}; old commands dropped by the base {ride.dropped - dropped}; load {os.getloadavg()[0]:.1f}; {', '.join(sorted(reasons))}",
-          flush=True)  # fmt: skip
+          f"moved again {again}; dropped by the base as old {ride.dropped - dropped}; "
+          f"load {os.getloadavg()[0]:.1f}; {', '.join(sorted(reasons))}", flush=True)  # fmt: skip
     return worst <= 0.35 and not again
 
 

@@ -29,6 +29,10 @@ NEAR = 0.15
 _MOUNT_TOLERANCE = 0.1
 """Maximum distance between the mount in robot file and transforms, m."""
 _MAX_BEAMS = 180
+_NO_ROBOT = (
+    "is the robot on? compare ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE there, and "
+    "'dds.interface' in the file (loopback: lo)"
+)
 
 
 class CheckFinding(NamedTuple):
@@ -158,20 +162,11 @@ def _silent(topic: str, offered: dict[str, str]) -> CheckFinding:
             "compare type and quality of service: ros2 topic info --verbose " + topic,
         )
     if not offered:
-        return CheckFinding(
-            False,
-            topic,
-            "nobody publishes it, nor any other topic",
-            "is the robot on? compare ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE there, and "
-            "'dds.interface' in the file (loopback: lo)",
-        )
+        return CheckFinding(False, topic, "nobody publishes it, nor any other topic", _NO_ROBOT)
+    text = f"nobody publishes it{nearest(topic, list(offered))}"
     known = ", ".join(sorted(offered))
-    return CheckFinding(
-        False,
-        topic,
-        f"nobody publishes it{nearest(topic, list(offered))}",
-        f"start its driver, or name another topic in the file; published are: {known}",
-    )
+    remedy = f"start its driver, or name another topic in the file; published are: {known}"
+    return CheckFinding(False, topic, text, remedy)
 
 
 def _mount_remedy(found: TopicStatistics, inputs: Inputs) -> str:
