@@ -3,7 +3,7 @@
 base        the chair with its odometry; prints each command and, ten times a second, its motion
 scanner     /scan, from the base's /raw_scan
 localiser   map → odom, 20 times a second
-stick       /joy with a dead-man button; reads `{"forward": 0.5, "confirm": false}` from stdin
+stick       /joy with a dead-man button; reads `{"forward": 0.5, "left": 0, "confirm": false}`
 cohelm      the whole live ride, driven by /joy; prints its state when it changes
 
 Each prints JSON lines. The environment variable COHELM_INTERFACE names the network interface.
@@ -60,7 +60,11 @@ def serve_base() -> None:
 
     def take(message: Any) -> None:
         nonlocal at
-        speed = message.twist
+        stamp, speed = message.header.stamp, message.twist
+        # After a cut the middleware may deliver a command that it had held back.
+        if time.time() - stamp.sec - 1e-9 * stamp.nanosec > BASE_TIMEOUT:
+            say("dropped")
+            return
         twist[:] = speed.linear.x, speed.linear.y, speed.angular.z
         at = time.monotonic()
         say("command", at, bool(twist.any()))
@@ -107,7 +111,7 @@ def serve_localiser() -> None:
 
 def serve_stick() -> None:
     """Send the position that stdin tells, with the dead-man button held."""
-    node, state = DdsNode(NETWORK, "stick"), {"forward": 0.0, "confirm": False}
+    node, state = DdsNode(NETWORK, "stick"), {"forward": 0.0, "left": 0.0, "confirm": False}
     publish = node.publisher("/joy", JOY, SENSOR)
     node.start()
 
@@ -120,7 +124,8 @@ def serve_stick() -> None:
         command = RiderCommand(heartbeat=time.time(), deflection=np.array([state["forward"], 0.0]))
         message = ros.joy("", command)
         # A hand is never quite at rest: without a change the dead-man button ends after a while.
-        message.axes = np.array([1e-3 * (k % 2), state["forward"]], dtype=np.float32)
+        left = state["left"] + 1e-3 * (k % 2)
+        message.axes = np.array([left, state["forward"]], dtype=np.float32)
         message.buttons = np.array([state["confirm"], False, True], dtype=np.int32)
         publish(message)
         time.sleep(STEP)

@@ -90,9 +90,12 @@ class Robot:
 
     def _take(self, message: Any) -> None:
         speed, stamp = message.twist, message.header.stamp
+        stamped_at, now = stamp.sec + 1e-9 * stamp.nanosec, time.time()
+        if now - stamped_at > TIMEOUT:  # held back by a network that was cut
+            return
         self._twist[:] = speed.linear.x, speed.linear.y, speed.angular.z
-        self._commanded_at = time.time()
-        line = stamp.sec + 1e-9 * stamp.nanosec, self._commanded_at, float(speed.linear.x)
+        self._commanded_at = now
+        line = stamped_at, now, float(speed.linear.x)
         sys.stdout.write(json.dumps(line) + "\n")
         sys.stdout.flush()
 

@@ -1,6 +1,7 @@
 """The contract of a platform finds platforms that break it."""
 
 import dataclasses
+import time
 
 import numpy as np
 import pytest
@@ -81,3 +82,14 @@ def test_a_sound_platform_passes(setup):
 def test_a_plugin_that_does_not_say_whether_it_is_simulated_is_refused():
     with pytest.raises(ConformanceError, match="simulated"):
         check_platform(object())
+
+
+@pytest.mark.parametrize(
+    ("wait", "text"),
+    [(lambda after, timeout: 1.0, "None"), (lambda after, timeout: time.sleep(0.4), "timeout")],
+)
+def test_a_wait_for_readings_that_ignores_its_arguments_is_found(setup, wait, text):
+    broken = Broken(setup)
+    broken._capabilities = dataclasses.replace(broken.capabilities, wait=wait)
+    with pytest.raises(ConformanceError, match=text):
+        check_open_platform(broken)

@@ -66,12 +66,13 @@ def check(
     """Watch the topics for five seconds, and print what is missing or wrong."""
     from cohelm.ros2 import checking  # noqa: PLC0415 # needs the extra
 
-    print_line(f"watching for {WATCH:g} s; nothing moves")
     has_map = given.map is not None
     if parameters.map is not None:
+        print_line(f"waiting for {parameters.map}, at most {parameters.wait:g} s")
         with contextlib.suppress(ConfigError):  # the findings say that it is missing
             given, has_map = _with_map(given, parameters, files), True
     setup = drive.drive_setup_of(given, request.file, _as_drive(request), files)
+    print_line(f"watching for {WATCH:g} s; nothing moves")
     report = checking.check(parameters, setup.scenario, watch=WATCH, has_map=has_map)
     findings = list(report.findings)
     if request.move and all(each.fine for each in findings):

@@ -282,9 +282,10 @@ class ControlLoop:
         try:
             world = self._services.world_factory.finished()
         except CohelmError as error:
-            _log.error("no world: %s", error)
             self.cycle.awaits_world = False
             first = self.cycle.world is None
+            # The first one ends the drive, whose owner gets the error.
+            _log.log(logging.INFO if first else logging.ERROR, "no world: %s", error)
             self.error, self.failure = (str(error), error) if first else ("", None)
             self._announce(error.code, str(error))
             return

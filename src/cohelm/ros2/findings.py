@@ -29,6 +29,10 @@ NEAR = 0.15
 _MOUNT_TOLERANCE = 0.1
 """Maximum distance between the mount in robot file and transforms, m."""
 _MAX_BEAMS = 180
+_NO_ROBOT = (
+    "is the robot on? compare ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE there, and "
+    "'dds.interface' in the file (loopback: lo)"
+)
 
 
 class CheckFinding(NamedTuple):
@@ -157,13 +161,12 @@ def _silent(topic: str, offered: dict[str, str]) -> CheckFinding:
             f"no message, though it is published as {offered[topic]}",
             "compare type and quality of service: ros2 topic info --verbose " + topic,
         )
-    known = ", ".join(sorted(offered)) or "none"
-    return CheckFinding(
-        False,
-        topic,
-        f"nobody publishes it{nearest(topic, list(offered))}",
-        f"start its driver, or name another topic in the file; published are: {known}",
-    )
+    if not offered:
+        return CheckFinding(False, topic, "nobody publishes it, nor any other topic", _NO_ROBOT)
+    text = f"nobody publishes it{nearest(topic, list(offered))}"
+    known = ", ".join(sorted(offered))
+    remedy = f"start its driver, or name another topic in the file; published are: {known}"
+    return CheckFinding(False, topic, text, remedy)
 
 
 def _mount_remedy(found: TopicStatistics, inputs: Inputs) -> str:
@@ -292,7 +295,7 @@ def check_motion(commanded: float, before: Floats, after: Floats) -> CheckFindin
 
     Args:
         commanded: Distance that was commanded, m, forwards.
-        before, after: X_OR by odometry, (3,).
+        before, after: X_MR by localiser and odometry, (3,).
     """
     ahead = np.array([math.cos(before[2]), math.sin(before[2])])
     moved = float((after[:2] - before[:2]) @ ahead)

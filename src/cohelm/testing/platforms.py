@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from cohelm.arrays import identical
 from cohelm.messages import Decision, Observation
-from cohelm.platforms import Platform, PlatformPlugin
+from cohelm.platforms import Capabilities, Platform, PlatformPlugin
 from cohelm.reasons import Reason
 from cohelm.safety import stop
 from cohelm.scenarios import build_scenario, load_scenario
@@ -67,6 +68,7 @@ def check_open_platform(
     """
     capabilities = platform.capabilities
     require(bool(capabilities.name), "a platform must have a name")
+    _check_wait(capabilities)
     creep = Decision(twist=np.array([_CREEP, 0.0, 0.0]))
     seen: list[Observation] = []
     spent = {"observe": 0.0, "apply": 0.0}
@@ -90,6 +92,17 @@ def check_open_platform(
     platform.close()
     platform.close()
     return tuple(seen)
+
+
+def _check_wait(capabilities: Capabilities) -> None:
+    """Check that the wait for a reading ends without one, in time."""
+    if capabilities.wait is None:
+        return
+    began = time.monotonic()
+    at = capabilities.wait(math.inf, STEP)
+    spent = time.monotonic() - began
+    require(at is None, "wait must return None where no reading is later than 'after'")
+    require(spent <= 4.0 * STEP, f"wait must end at its timeout; it took {spent:.2f} s")
 
 
 def _check_times(seen: list[Observation]) -> None:

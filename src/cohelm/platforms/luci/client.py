@@ -85,7 +85,7 @@ class LuciClient:
         self._sender.start()
 
     def send(self, twist: Floats) -> None:
-        """TimedTwist a twist (3,); it holds for 0.15 s.
+        """Send a twist (3,); it holds for 0.15 s.
 
         Raises:
             PlatformError: LUCI has not answered for a second.

@@ -1,7 +1,7 @@
 """Pace of the remote joystick: 20 messages a second whatever the control loop does; no clock.
 
 a new command           sent at once
-no new one for 65 ms    the last one again, every 50 ms: below 10 Hz LUCI applies the brakes
+no new one for 54 ms    the last one again, every 50 ms: below 10 Hz LUCI applies the brakes
 none for MAX_AGE        a centred joystick, every 50 ms
 """
 
@@ -23,7 +23,7 @@ _LEAST = 0.046
 
 
 class TimedTwist(NamedTuple):
-    """TimedTwist of the control loop."""
+    """Command of the control loop."""
 
     made_at: float
     """Monotonic time, s."""
@@ -51,7 +51,7 @@ class Pacer:
         return max(min(due, self._due) - now, 0.0)
 
     def next(self, now: float) -> tuple[bool, Floats | None]:
-        """Return (whether a message is due, its twist; None is a centred joystick)."""
+        """Return True if a message is due, and its twist; None is a centred joystick."""
         fresh = self._fresh and now - self._sent_at >= _LEAST - 1e-9
         if not fresh and now < self._due:
             return False, None
