@@ -54,7 +54,7 @@ class Verification(Model):
     """Gap to a wall that counts as contact while the ride is stalled, m."""
     clearance_share: float = Field(1.0, ge=0.0, le=2.0)
     """Share of the clearance that a trajectory must keep from people."""
-    people_acceleration: float = Field(1.0, ge=0.0)
+    people_acceleration: float = Field(2.0, ge=0.0)
     """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
     that they can reach, so the robot is slow near people."""
     min_probability: float = Field(0.1, ge=0.0, le=1.0)
