@@ -36,6 +36,8 @@ class Frame:
     """None: not labelled."""
     posed: bool = True
     """True where the recording has the robot's pose; otherwise it is (0, 0, 0)."""
+    unplaced: str = ""
+    """Name of the sensor where its place on the robot is unknown: its frames fit no other's."""
 
 
 class SensorRecording(Protocol):

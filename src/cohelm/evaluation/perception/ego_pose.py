@@ -42,12 +42,16 @@ class EgoPoses:
 
     def __init__(self, *, at_rest: bool = False) -> None:
         self._at_rest = at_rest
-        self._ego_motions: dict[Hashable, EgoMotion] = {}
+        self._ego_motions: dict[tuple[str, Hashable], EgoMotion] = {}
 
-    @property
-    def parts(self) -> int:
-        """Number of restarts of the estimation; the pose between two parts is unknown."""
-        return sum(ego_motion.segment for ego_motion in self._ego_motions.values())
+    def parts(self, unplaced: str = "") -> int:
+        """Count restarts of the estimation; the pose between two parts is unknown.
+
+        Args:
+            unplaced: the sensor, see ``Frame``.
+        """
+        known = self._ego_motions.items()
+        return sum(ego_motion.segment for (name, _), ego_motion in known if name == unplaced)
 
     def __call__(self, frame: Frame) -> PosedFrame:
         """Next frame with its pose."""
@@ -55,7 +59,8 @@ class EgoPoses:
             return PosedFrame(frame=frame, source=PoseSource.RECORDED)
         if self._at_rest:
             return PosedFrame(frame=frame, source=PoseSource.ASSUMED)
-        observation, sensor = frame.observation, _sensor(frame.observation)
+        observation = frame.observation
+        sensor = frame.unplaced, _sensor(observation)
         ego_motion = update_ego_motion(
             self._ego_motions.get(sensor), extract_features(observation), observation.time
         )

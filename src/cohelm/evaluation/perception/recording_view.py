@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,13 @@ from cohelm.errors import ConfigError
 from cohelm.evaluation.perception.ego_pose import EgoPathSummary, EgoPoses, PoseSource
 from cohelm.maps import DistanceField
 from cohelm.messages import Observation, Sensing
-from cohelm.perception import EgoMotion, PerceptionParts, PerceptionResult, perceive
+from cohelm.perception import (
+    EgoMotion,
+    PerceptionMemory,
+    PerceptionParts,
+    PerceptionResult,
+    perceive,
+)
 from cohelm.recordings import Frame, Labels
 from cohelm.scenarios.scenario import PARTS
 
@@ -31,6 +37,8 @@ LASTING = 2.0
 """Duration above which a track counts as a person who stayed in view, s."""
 REPEATS, REPEAT_STEP = 10, 0.1
 """Repetitions of a single frame before it is scored, and the time between them, s."""
+_SENSOR_IDS = 10**6
+"""Difference of the first ids of two sensors with an origin each."""
 NO_MAP = DistanceField(
     distance=np.full((2, 2), 1e6, dtype=np.float32), resolution=1.0, X_MG=np.zeros(3)
 )
@@ -90,7 +98,8 @@ def perceive_frames(
 
     A single frame is repeated ``REPEATS`` times at ``REPEAT_STEP`` before its result counts, since
     the tracker reports no person at first sight. Poses that are not recorded are estimated from the
-    readings; where consecutive readings do not match, tracking restarts.
+    readings; where consecutive readings do not match, tracking restarts. Each sensor whose place on
+    the robot is unknown has its own origin, poses and people.
 
     Args:
         frames: frames of a recording.
@@ -99,32 +108,43 @@ def perceive_frames(
         still: every frame is independent, as in a recording with a single one.
         at_rest: assume a robot without recorded poses at rest at (0, 0, 0).
     """
-    memory, own_way, parts_of_way, ids = None, EgoPoses(at_rest=at_rest or still), 0, Ids()
+    own_way, streams = EgoPoses(at_rest=at_rest or still), dict[str, _Stream]()
     for placed in map(own_way, frames):
         frame = placed.frame
-        if own_way.parts != parts_of_way:
-            memory, parts_of_way = None, own_way.parts
-            ids.start_part()
+        stream = streams.setdefault(frame.unplaced, _Stream(ids=Ids(_SENSOR_IDS * len(streams))))
+        parts_of_way = own_way.parts(frame.unplaced)
+        if parts_of_way != stream.parts_of_way:
+            stream.memory, stream.parts_of_way = None, parts_of_way
+            stream.ids.start_part()
         if still:
-            memory = None
+            stream.memory = None
             for k in range(REPEATS, 0, -1):
                 before = earlier(frame.observation, k * REPEAT_STEP)
-                _, memory = perceive(parts, before, walls, memory)
-        perceived, memory = perceive(parts, frame.observation, walls, memory)
+                _, stream.memory = perceive(parts, before, walls, stream.memory)
+        perceived, stream.memory = perceive(parts, frame.observation, walls, stream.memory)
         yield PerceivedFrame(
             observation=frame.observation,
             labels=frame.labels,
-            perceived=ids(perceived),
+            perceived=stream.ids(perceived),
             source=placed.source,
             ego_motion=placed.ego_motion,
         )
 
 
+@dataclass
+class _Stream:
+    """Tracking of the frames that share one origin."""
+
+    ids: Ids
+    memory: PerceptionMemory | None = None
+    parts_of_way: int = 0
+
+
 class Ids:
     """Keeps ids of separately tracked parts of a recording apart."""
 
-    def __init__(self) -> None:
-        self._first = self._next = 0
+    def __init__(self, first: int = 0) -> None:
+        self._first = self._next = first
 
     def start_part(self) -> None:
         """Start a part whose ids begin at 0."""

@@ -114,8 +114,9 @@ def _update_motion(
     far = math.hypot(away_x, away_y) > least + p.parallax * driven
     # Few returns seen from a moving sensor are little evidence of motion.
     credit = 1.0 - driven * (1.0 - shape_weight)
-    # The view of a driving scanner without a map changes: only what looks like legs walks there.
-    known = (legs or (scan.same_view and track.shape_log_odds > p.walking_shape)) and (
+    # What comes into the view of a driving scanner without a map must look like a person.
+    least_shape = p.walking_shape if scan.same_view else p.walking_shape_driven
+    known = track.shape_log_odds > least_shape and (
         scan.time - track.birth_time >= (p.walking_age_legs if legs else p.walking_age)
     )
     changed = arrival >= p.static_moved and (arrival > 0.0 or known or not scan.has_changes)

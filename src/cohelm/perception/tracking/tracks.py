@@ -97,8 +97,7 @@ class TrackerParameters(Model):
     motion_loss: float = Field(0.2, ge=0.0, le=5.0)
     """Log-odds lost per detection at rest."""
     arrival_loss: float = Field(0.3, ge=0.0, le=5.0)
-    """Log-odds lost per detection of a track that arrived and has not walked since: objects that
-    appear only now and then do so."""
+    """Log-odds lost per detection of a track that arrived and has not walked: it may flicker."""
     walked_distance: float = Field(0.4, ge=0.0, le=5.0)
     """Distance from its birthplace of a track that has walked, m: more than a localisation error
     of 3 cm and 1° shifts an object 8 m away."""
@@ -110,8 +109,10 @@ class TrackerParameters(Model):
     walking_shape: float = Field(-3.0, ge=-5.0, le=5.0)
     """Mean log-odds of a shape below which a track does not walk at a place that was, or may have
     been, occupied: the visible part of a wall moves along it."""
+    walking_shape_driven: float = Field(0.0, ge=-5.0, le=5.0)
+    """The same for a driving scanner without a map."""
     walking_age: float = Field(0.8, ge=0.0, le=10.0)
-    """Age from which such a track may walk, s: the past of its place is unknown before."""
+    """Age from which such a track may walk, s: its place has no past before."""
     walking_speed: float = Field(0.3, ge=0.0, le=3.0)
     """Least speed of walking, m/s."""
     leg_shape: float = Field(1.0, ge=-5.0, le=5.0)
@@ -124,8 +125,7 @@ class TrackerParameters(Model):
     heading_speed: float = Field(0.2, ge=0.0, le=3.0)
     """Least speed at which the heading follows the motion, m/s."""
     patience: float = Field(2.0, gt=0.0, le=20.0)
-    """Unseen time after which a confirmed track is deleted, s; occluded time counts two fifths,
-    time in which its place was seen through threefold."""
+    """Unseen time that ends a confirmed track, s; occluded counts two fifths, seen through 3."""
     tentative_patience: float = Field(0.35, gt=0.0, le=20.0)
     """Unseen time after which a tentative track is deleted, s; all time counts in full."""
     report_deviation: float = Field(0.4, gt=0.0, le=5.0)

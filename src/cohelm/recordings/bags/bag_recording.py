@@ -161,6 +161,7 @@ class BagRecording:
             ),
             labels=None if labels is None else _labels(labels, time, place),
             posed=place.known,
+            unplaced="" if place.known or place.mounted else reading.header.frame_id,
         )
 
     def _decode(self, message: BagMessage) -> Any:

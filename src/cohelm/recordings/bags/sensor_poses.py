@@ -49,6 +49,8 @@ class SensorPose(NamedTuple):
     """X_RS, (6,); z is NaN unless the robot's frame lies on the floor."""
     known: bool
     """True where the bag has the robot's pose."""
+    mounted: bool = True
+    """False where the bag does not say where on a robot the sensor is."""
 
 
 class SensorPoses:
@@ -99,14 +101,16 @@ class SensorPoses:
             self._chosen[sensor] = self._choose(sensor)
         robot, fixed = self._chosen[sensor]
         X_MR = np.eye(4) if fixed is None else self._transforms.at(fixed, robot, time)
-        mount = np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0])
+        mount, mounted = np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0]), True
         if robot == sensor:
-            mount[3:5] = fixed_axes(X_MR)[3:5]
+            mount[3:5], mounted = fixed_axes(X_MR)[3:5], False
         elif self._transforms.connected(robot, sensor):
             mount = fixed_axes(self._transforms.at(robot, sensor, time))
             if _last(robot) != _ON_THE_FLOOR:
                 mount[2] = np.nan
-        return SensorPose(planar(X_MR), self._twist(robot, fixed, time), mount, fixed is not None)
+        return SensorPose(
+            planar(X_MR), self._twist(robot, fixed, time), mount, fixed is not None, mounted
+        )
 
     def _choose(self, sensor: str) -> tuple[str, str | None]:
         """The robot's frame, and the map's or None."""
