@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from cohelm.arrays import Floats
 from cohelm.health.agreement import MotionHistory, disagreement, update_motion
 from cohelm.health.drive_response import DriveBand, update_drive
 from cohelm.health.evidence import NO_EVIDENCE, Evidence, findings, update_evidence
@@ -62,6 +63,7 @@ def monitor(
     known: SolidMap,
     memory: HealthState | None,
     parameters: HealthParameters,
+    *,
     people: Floats | None = None,
 ) -> tuple[Health, HealthState]:
     """Judge an observation that has passed the checks of the safety gate.

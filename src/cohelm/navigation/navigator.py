@@ -166,7 +166,7 @@ class Navigator:
         before = memory.health or HealthState(changes=self._changes)
         people = last.people.mean[:, :2] if last else None
         health, health_state = monitor(
-            observation, request, setup.robot, self.beams, before, setup.health, people
+            observation, request, setup.robot, self.beams, before, setup.health, people=people
         )
         memory = dataclasses.replace(memory, health=health_state)
         if health.stop is not None:

@@ -72,7 +72,9 @@ def detect_changes(
         return replace(found, arrival_log_odds=np.zeros(d))
     detection = found.detection_of_return
     width = np.concatenate([2.0 * found.ellipse[:, 2], [0.0]])[found.cluster_of_return]
-    evidence = _Evidence(*np.zeros((5, d)), np.zeros(d, dtype=np.bool_))
+    present, occupied, looks, lost, alike = np.zeros((5, d))
+    still = np.zeros(d, dtype=np.bool_)
+    evidence = _Evidence(present, occupied, looks, lost, alike, still)
     record, consistent, inconsistent, first, same_view = _record(p), 0, 0, True, True
     for each in past:
         age = found.time - each.scan.time
