@@ -9,6 +9,7 @@ from cohelm.health.map_changes import (
     MapChanges,
     update_map_changes,
     updated_map,
+    without_people,
 )
 from cohelm.health.map_fit import BeamTable, fit_map
 from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -59,6 +60,20 @@ def test_an_obstacle_is_reported_and_taken_back_when_beams_pass_it():
     standing = after(PERSISTENT, new)
     assert len(standing.persistent(new=True))
     assert not len(after(PERSISTENT + 1, lambda r: r, standing).persistent(new=True))
+
+
+def test_who_stood_there_was_no_obstacle():
+    standing = after(PERSISTENT, new)
+    places = standing.persistent(new=True)
+    assert not len(without_people(standing, places).cells)
+    assert without_people(standing, places + 20.0).cells.tolist() == standing.cells.tolist()
+    assert without_people(standing, np.empty((0, 2))) is standing
+
+
+def test_a_wall_that_is_gone_stays_gone_when_somebody_stands_there():
+    missing = after(PERSISTENT, gone)
+    walls = missing.persistent(new=False)
+    assert without_people(missing, walls).persistent(new=False).tolist() == walls.tolist()
 
 
 def test_sweeps_in_quick_succession_count_once():

@@ -25,6 +25,9 @@ _PERIOD = 0.5
 _MOST = 50
 """Largest balance, so that a change back is noticed in time."""
 _MAX_CELLS = 2000
+_NEAR_PERSON = 0.8
+"""Distance from a person within which obstacles are theirs, m: a body, a cell, and the way that
+somebody who stood has walked when the tracker recognises them."""
 
 
 class MapChanges(NamedTuple):
@@ -84,6 +87,21 @@ def update_map_changes(
     if keep.sum() > _MAX_CELLS:
         keep &= balance >= np.partition(balance, -_MAX_CELLS)[-_MAX_CELLS]
     return MapChanges(cells[keep], balance[keep], time)
+
+
+def without_people(changes: MapChanges, people: Floats) -> MapChanges:
+    """Forget new obstacles beside people: somebody who stood there was no obstacle.
+
+    Args:
+        changes: contradictions so far.
+        people: positions (n, 2), m.
+    """
+    if not len(people) or not len(changes.cells):
+        return changes
+    apart = (changes.cells[:, None, :2] + 0.5) * CELL - people
+    near = (np.hypot(apart[..., 0], apart[..., 1]) < _NEAR_PERSON).any(axis=1)
+    keep = ~(near & (changes.cells[:, 2] == 1))
+    return MapChanges(changes.cells[keep], changes.balance[keep], changes.time)
 
 
 def _cells(X_MS: Floats, angle: Floats, distance: Floats) -> Integers:

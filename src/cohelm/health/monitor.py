@@ -17,11 +17,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from cohelm.arrays import Floats
 from cohelm.health.agreement import MotionHistory, disagreement, update_motion
 from cohelm.health.drive_response import DriveBand, update_drive
 from cohelm.health.evidence import NO_EVIDENCE, Evidence, findings, update_evidence
 from cohelm.health.localisation import stated_doubt, update_localisation
-from cohelm.health.map_changes import NO_CHANGES, MapChanges, update_map_changes
+from cohelm.health.map_changes import NO_CHANGES, MapChanges, update_map_changes, without_people
 from cohelm.health.map_fit import SolidMap
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.stick import StickHistory, update_stick
@@ -62,6 +63,8 @@ def monitor(
     known: SolidMap,
     memory: HealthState | None,
     parameters: HealthParameters,
+    *,
+    people: Floats | None = None,
 ) -> tuple[Health, HealthState]:
     """Judge an observation that has passed the checks of the safety gate.
 
@@ -72,6 +75,7 @@ def monitor(
         known: the map, see :func:`~cohelm.health.map_fit.beam_map`.
         memory: of the last call; None at first.
         parameters: bounds.
+        people: positions (n, 2) of the people seen last, m: they are no change of the map.
 
     Returns:
         (health, memory for the next call).
@@ -81,6 +85,7 @@ def monitor(
     drive, drive_symptom = update_drive(memory.drive, observation, robot, p)
     stick, stick_symptom = update_stick(memory.stick, observation, request, p)
     scanners, localisation, changes = _update_scanners(observation, robot, known, motion, memory, p)
+    changes = changes if people is None else without_people(changes, people)
     symptoms = [each for each in (drive_symptom, stick_symptom) if each is not None]
     fresh = [s for s in scanners if s is not None and observation.time - s.time <= _FRESH]
     symptoms += _scan_symptoms(scanners, observation, robot, localisation, p)

@@ -164,14 +164,15 @@ class Navigator:
             return stopped_by_input(observation, request, fault, gate_state, last)
         # Redundant input that does not agree slows the chair, or stops it.
         before = memory.health or HealthState(changes=self._changes)
+        people = last.people.mean[:, :2] if last else None
         health, health_state = monitor(
-            observation, request, setup.robot, self.beams, before, setup.health
+            observation, request, setup.robot, self.beams, before, setup.health, people=people
         )
         memory = dataclasses.replace(memory, health=health_state)
         if health.stop is not None:
-            memory, people = keep_watching(setup, self.walls, observation, health, memory)
+            memory, watched = keep_watching(setup, self.walls, observation, health, memory)
             return stopped_by_health(
-                observation, request, health, gate_state, memory, last, people=people
+                observation, request, health, gate_state, memory, last, people=watched
             )
         limit = min(request.speed_limit, health.speed_limit)
         limited = dataclasses.replace(request, speed_limit=limit)
