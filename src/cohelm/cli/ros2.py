@@ -84,7 +84,7 @@ def check(
         checking.draw(report, request.plot)
         print_line(f"drawn in {request.plot}")
     faults = sum(not each.fine for each in findings)
-    print_line("ready to drive" if not faults else f"{faults} faults; see above")
+    print_line("ready to drive" if not faults else f"{faults} fault{'s' * (faults > 1)}; see above")
     return 0 if not faults else 1
 
 

@@ -87,7 +87,7 @@ def check_base(parameters: Ros2Parameters, subscribers: int) -> CheckFinding:
     """Return the finding about the number of subscribers of the command topic."""
     kind, other = ("TwistStamped", "false") if parameters.stamped else ("Twist", "true")
     if subscribers:
-        return CheckFinding(True, parameters.command, f"{kind}, {subscribers} subscribers")
+        return CheckFinding(True, parameters.command, f"{kind}, {subscribers} subscriber{'s' * (subscribers > 1)}")
     return CheckFinding(
         False,
         parameters.command,
