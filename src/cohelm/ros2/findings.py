@@ -87,7 +87,8 @@ def check_base(parameters: Ros2Parameters, subscribers: int) -> CheckFinding:
     """Return the finding about the number of subscribers of the command topic."""
     kind, other = ("TwistStamped", "false") if parameters.stamped else ("Twist", "true")
     if subscribers:
-        return CheckFinding(True, parameters.command, f"{kind}, {subscribers} subscriber{'s' * (subscribers > 1)}")
+        many = "subscribers" if subscribers > 1 else "subscriber"
+        return CheckFinding(True, parameters.command, f"{kind}, {subscribers} {many}")
     return CheckFinding(
         False,
         parameters.command,
