@@ -15,6 +15,7 @@ from cohelm.config import Model, load, nearest
 from cohelm.errors import ConfigError
 from cohelm.geometry import distance_to_polygon
 from cohelm.plugins import build, names
+from cohelm.robots.chassis import Chassis
 from cohelm.robots.kinematics import InputBounds, Kinematics
 from cohelm.robots.mounts import CloudMount, DepthCameraMount, LaserMount, LidarMount
 
@@ -56,6 +57,8 @@ class Robot(Model):
     """Planar scanners."""
     lidars: tuple[LidarMount, ...] = ()
     depth_cameras: tuple[DepthCameraMount, ...] = ()
+    chassis: Chassis = Chassis()
+    """Mechanics for the MuJoCo twin; nothing else reads them."""
     source: str = ""
     """Source of the figures, and which of them are assumed."""
 

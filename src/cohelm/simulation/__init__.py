@@ -11,7 +11,7 @@ from cohelm.simulation.crowds import (
 )
 from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
 from cohelm.simulation.faults import FAULT_KINDS, Fault, FaultKind
-from cohelm.simulation.ground_truth import GroundTruth, is_standing
+from cohelm.simulation.ground_truth import GroundTruth, Touch, is_standing
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.riders import (
     Biased,
@@ -32,6 +32,7 @@ from cohelm.simulation.riders import (
     Watchful,
 )
 from cohelm.simulation.sensors import Localisation, Odometry
+from cohelm.simulation.simulated_chair import Contacts, CrowdStep, PlanarChair, SimulatedChair
 from cohelm.simulation.spawning import NewPedestrian
 from cohelm.simulation.split_knowledge import GoalChange, SplitCells, with_cells
 from cohelm.simulation.world import World
@@ -41,8 +42,10 @@ __all__ = [
     "FAULT_KINDS",
     "Aggressive",
     "Biased",
+    "Contacts",
     "Crowd",
     "CrowdScene",
+    "CrowdStep",
     "Delayed",
     "Distracted",
     "Dropout",
@@ -67,12 +70,15 @@ __all__ = [
     "OneSwitch",
     "Orca",
     "PedestrianModel",
+    "PlanarChair",
     "Reluctant",
     "Rider",
     "RiderAct",
     "RiderView",
+    "SimulatedChair",
     "SocialForce",
     "SplitCells",
+    "Touch",
     "Tremor",
     "Uncooperative",
     "Watchful",

@@ -77,18 +77,30 @@ def step_drivetrain(
     The set-point follows the command within the acceleration limits, and the wheels follow the
     set-point with a first-order lag; the pose moves on an exact arc.
     """
-    rise, fall, hardest = command.rise, command.fall, command.braking
-    if hardest is not None:
-        rise = np.where(state.setpoint < 0.0, np.maximum(rise, hardest), rise)
-        fall = np.where(state.setpoint > 0.0, np.maximum(fall, hardest), fall)
-    lag = robot.actuation_lag
-    follow = 1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0
-    setpoint, inputs = _followed(
-        state.setpoint, state.inputs, command.target, -fall * dt, rise * dt, follow
-    )
+    setpoint, inputs = controlled(state.setpoint, state.inputs, command, dt, robot.actuation_lag)
     twist = grip(robot.motion_model.twist(inputs))
     pose = move(state.pose, twist, dt)
     return unchecked(state, pose=pose, setpoint=setpoint, inputs=inputs, twist=twist)
+
+
+def controlled(
+    setpoint: Floats, inputs: Floats, command: DriveCommand, dt: float, lag: float
+) -> tuple[Floats, Floats]:
+    """Return set-point and inputs of the motor controller, (m,) each, ``dt`` later.
+
+    Args:
+        setpoint: after the controller's ramps.
+        inputs: set-point after the lag.
+        command: to follow.
+        dt: s.
+        lag: time constant from set-point to inputs, s.
+    """
+    rise, fall, hardest = command.rise, command.fall, command.braking
+    if hardest is not None:
+        rise = np.where(setpoint < 0.0, np.maximum(rise, hardest), rise)
+        fall = np.where(setpoint > 0.0, np.maximum(fall, hardest), fall)
+    follow = 1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0
+    return _followed(setpoint, inputs, command.target, -fall * dt, rise * dt, follow)
 
 
 _STILL = 1e-4

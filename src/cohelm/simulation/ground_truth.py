@@ -15,6 +15,28 @@ STANDING_TURN_RATE = 0.05
 
 
 @value
+class Touch:
+    """Contact of the chair with a person or a wall, with measured forces."""
+
+    time: float
+    """Beginning, s."""
+    person: int
+    """Index of the person; −1: a wall or an object."""
+    part: str
+    """Part of the body, as ``thigh``; or ``wall``."""
+    chair_part: str
+    """Part of the chair."""
+    force: float
+    """Maximum force along the normal, N."""
+    energy: float
+    """Maximum energy in the compliance of the body part, J; 0 for a wall."""
+    speed: float
+    """Closing speed at the beginning, m/s."""
+    chair_speed: float
+    """Speed of the chair at the beginning, m/s."""
+
+
+@value
 class GroundTruth:
     """True state, and contacts since the last one; n people."""
 
@@ -35,6 +57,8 @@ class GroundTruth:
     """Contact since the last state while the chair stood."""
     hit_wall: bool
     """Contact with a wall since the last state."""
+    touches: tuple[Touch, ...] = ()
+    """Contacts that ended or lasted since the last state, where the world measures forces."""
 
     def as_people(self) -> People:
         """Return the present people as exact measurements."""

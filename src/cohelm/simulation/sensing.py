@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from cohelm.arrays import Floats, value
+from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.messages import PointCloud, Scan
 from cohelm.robots import CloudMount, LaserMount, Robot
 from cohelm.simulation.random_streams import generator
@@ -31,6 +31,39 @@ class SensorReadings:
         return SensorReadings(scans=self.scans + later.scans, clouds=self.clouds + later.clouds)
 
 
+class Casting(Protocol):
+    """Rays of a chair's sensors at one instant."""
+
+    def scan(self, mount: LaserMount, *, time: float, rng: np.random.Generator) -> Scan:
+        """Sweep a planar scanner; the number of random draws is constant."""
+        ...
+
+    def cloud(self, mount: CloudMount, *, time: float, rng: np.random.Generator) -> PointCloud:
+        """Sweep a LiDAR or depth camera; the number of random draws is constant."""
+        ...
+
+
+@value
+class PlanarCasting:
+    """Rays on a floor's grid; a planar scanner detects obstacles of any height."""
+
+    scene: StaticScene
+    """True obstacles."""
+    bodies: HumanBodies
+    """True people."""
+    X_MR: Annotated[Floats, Shape("3")]
+    """True pose of the chair."""
+
+    def scan(self, mount: LaserMount, *, time: float, rng: np.random.Generator) -> Scan:
+        """See :meth:`Casting.scan`."""
+        discs = planar_discs(self.bodies)
+        return sweep(mount, self.scene.grid, discs, self.X_MR, time=time, rng=rng)
+
+    def cloud(self, mount: CloudMount, *, time: float, rng: np.random.Generator) -> PointCloud:
+        """See :meth:`Casting.cloud`."""
+        return scan_cloud(mount, self.scene, self.bodies, self.X_MR, time=time, rng=rng)
+
+
 class SensorSuite:
     """All sensors of a robot; only their sweep counters and random streams change.
 
@@ -50,26 +83,16 @@ class SensorSuite:
         """Check for a sensor that sweeps at ``time``, s."""
         return any(each.is_due(time) for each in (*self._lasers, *self._clouds))
 
-    def sense(
-        self, time: float, scene: StaticScene, bodies: HumanBodies, X_MR: Floats
-    ) -> SensorReadings:
-        """Return the sweeps due at ``time``; a planar scanner detects obstacles of any height.
-
-        Args:
-            time: s.
-            scene: true obstacles.
-            bodies: true people.
-            X_MR: (3,) the chair's true pose.
-        """
-        discs = planar_discs(bodies)
+    def sense(self, time: float, casting: Casting) -> SensorReadings:
+        """Return the sweeps due at ``time``, s."""
         return SensorReadings(
             scans=tuple(
-                sweep(each.mount, scene.grid, discs, X_MR, time=time, rng=each.next())
+                casting.scan(each.mount, time=time, rng=each.next())
                 for each in self._lasers
                 if each.is_due(time)
             ),
             clouds=tuple(
-                scan_cloud(each.mount, scene, bodies, X_MR, time=time, rng=each.next())
+                casting.cloud(each.mount, time=time, rng=each.next())
                 for each in self._clouds
                 if each.is_due(time)
             ),

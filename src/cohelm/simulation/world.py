@@ -8,7 +8,7 @@ for bit.
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -18,11 +18,10 @@ from cohelm.arrays import Booleans, Floats
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision, Observation
-from cohelm.robots import Robot
 from cohelm.simulation.api import Crowd, CrowdScene, RiderAct, RiderView
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
 from cohelm.simulation.crowds.motion import displacement, interpolated
-from cohelm.simulation.drivetrain import DriveState, at_rest, drive_command, step_drivetrain
+from cohelm.simulation.drivetrain import drive_command
 from cohelm.simulation.dynamic_objects import (
     braking_outlines,
     current_grid,
@@ -30,7 +29,7 @@ from cohelm.simulation.dynamic_objects import (
     with_shut_doors,
 )
 from cohelm.simulation.faults import FaultInjector
-from cohelm.simulation.ground_truth import GroundTruth, is_standing
+from cohelm.simulation.ground_truth import GroundTruth
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.rider_view import DIRECTIONS, view_from
 from cohelm.simulation.sensing import SensorReadings, SensorSuite
@@ -38,14 +37,15 @@ from cohelm.simulation.sensors.human_bodies import STEP_LENGTH, HumanBodies
 from cohelm.simulation.sensors.localisation import with_error
 from cohelm.simulation.sensors.planar_bodies import BodyKind
 from cohelm.simulation.sensors.static_scene import StaticScene
+from cohelm.simulation.simulated_chair import Contacts, CrowdStep, PlanarChair, SimulatedChair
 from cohelm.simulation.spawning import NewPedestrian, with_pedestrian
 from cohelm.simulation.split_knowledge import grid_views
 from cohelm.simulation.world_setup import WorldSetup
 
 STATURE = 1.7
 """Default height of people, m."""
-_ROUNDING = 1e-6
-"""Bound on the rounding error of a gap, m."""
+ChairMaker = Callable[[WorldSetup], SimulatedChair]
+"""Makes the chair of a world, at its start."""
 _STREAMS = ("people", "localisation", "odometry", "rider", "strides", "newcomers")
 
 
@@ -55,9 +55,10 @@ class World:
     Args:
         setup: definition of the world.
         seed: of all randomness, ≥ 0.
+        make_chair: makes the chair; None: a planar one.
     """
 
-    def __init__(self, setup: WorldSetup, seed: int) -> None:
+    def __init__(self, setup: WorldSetup, seed: int, make_chair: ChairMaker | None = None) -> None:
         self.setup = setup
         self._random = {purpose: generator(seed, purpose) for purpose in _STREAMS}
         self._ticks = 0
@@ -80,10 +81,11 @@ class World:
         statures = setup.statures
         self._statures = np.full_like(self._walked, STATURE) if statures is None else statures
         self._kinds = setup.kinds
-        self._drive = at_rest(setup.robot, setup.start)
+        planar = PlanarChair(setup.robot, setup.start)
+        self._chair: SimulatedChair = planar if make_chair is None else make_chair(setup)
         self._act: RiderAct | None = None
         self._error = setup.localisation.first(self._random["localisation"])
-        self._truth = self._ground_truth(setup.crowd, _no_contact(setup.crowd), hit_wall=False)
+        self._truth = self._ground_truth(_no_contact(setup.crowd))
         readings = self._sense(0.0, setup.crowd, setup.crowd, 1.0)
         self._observation = self._observe(readings)
 
@@ -126,34 +128,29 @@ class World:
         readings, sent = SensorReadings(), decision.twist
         decision = self._faults.received(decision, start)
         command = self._faults.command(drive_command(setup.robot, decision), start)
-        self._drive = self._carried(self._drive, start)
-        hits, hit_wall = _no_contact(before), False
-
-        # Lower bounds of the gaps: exact gaps are computed only when a bound is used up.
-        wall_gap = self._truth.gap_wall if self.grid is old_grid else 0.0
-        there = before.there & after.there
+        self._carry(start)
         walked = np.hypot(*displacement(before, after).T)
-        people_gap = float((self._truth.gap_people - walked).min(initial=np.inf))
-        for k in range(1, steps + 1):
-            old = self._drive
-            self._drive = step_drivetrain(
-                setup.robot, old, command, dt, lambda twist: self._faults.twist(twist, start)
+        same = self.grid is old_grid
+        self._chair.begin(
+            CrowdStep(
+                before=before,
+                after=after,
+                people=lambda share: self._people(before, after, share, walked),
+                grid=self.grid,
+                gap_people=self._truth.gap_people,
+                gap_wall=self._truth.gap_wall if same else 0.0,
             )
-            moved = _max_motion(setup.robot, old, self._drive)
-            people_gap, wall_gap = people_gap - moved, wall_gap - moved
-            if people_gap <= _ROUNDING:
-                gaps = self._gaps(interpolated(before, after, k / steps), before.radius, there)
-                hits[int(is_standing(self._drive.twist))] |= gaps <= 0.0
-            if wall_gap <= 0.0:
-                wall_gap = gap_to_walls(setup.robot.outline, self._drive.pose, self.grid)
-                hit_wall |= wall_gap <= 0.0
+        )
+        for k in range(1, steps + 1):
+            self._chair.move(command, dt, k / steps, lambda twist: self._faults.twist(twist, start))
             time = start + k * dt
             if self._sensors.are_due(time):
                 readings += self._sense(time, before, after, k / steps)
+        contacts = self._chair.end()
         self._walked += walked
         self._ticks += 1
         self._command = sent
-        self._truth = self._ground_truth(after, hits, hit_wall=hit_wall)
+        self._truth = self._ground_truth(contacts)
         self._error = setup.localisation.after(
             self._error, setup.control_step, self._random["localisation"]
         )
@@ -193,7 +190,7 @@ class World:
             raise IndexError(f"no door {door}: there are {len(self.setup.doors)} doors")
         shut_doors = self._shut | {door} if shut else self._shut - {door}
         if shut_doors != self._shut and shut:
-            robot, drive, bodies = self.setup.robot, self._drive, self._bodies()
+            robot, drive, bodies = self.setup.robot, self._chair, self._bodies()
             outlines = braking_outlines(
                 robot.outline, drive.pose, drive.twist, robot.max_deceleration
             )
@@ -208,7 +205,7 @@ class World:
 
     def _update_grid(self) -> OccupancyGrid:
         """Apply due changes; a timed door waits for people and chair in its way."""
-        outline = transform(self._drive.pose, self.setup.robot.outline)
+        outline = transform(self._chair.pose, self.setup.robot.outline)
         self._open = current_grid(
             self.setup.changes, self._open, self._now, outline, self._bodies()
         )
@@ -223,32 +220,35 @@ class World:
     def _now(self) -> float:
         return self._ticks * self.setup.control_step
 
-    def _carried(self, drive: DriveState, time: float) -> DriveState:
-        pose = self._faults.carried(drive.pose, self.grid, self._bodies(), time)
-        return drive if pose is drive.pose else replace(drive, pose=pose)
+    def _carry(self, time: float) -> None:
+        pose = self._chair.pose
+        there = self._faults.carried(pose, self.grid, self._bodies(), time)
+        if there is not pose:
+            self._chair.carry(there)
 
-    def _ground_truth(self, crowd: Crowd, hits: Booleans, *, hit_wall: bool) -> GroundTruth:
-        pose, outline = self._drive.pose, self.setup.robot.outline
+    def _ground_truth(self, contacts: Contacts) -> GroundTruth:
+        pose, outline, crowd = self._chair.pose, self.setup.robot.outline, contacts.after
         return GroundTruth(
             time=self._now,
             pose=pose,
-            twist=self._drive.twist,
+            twist=self._chair.twist,
             crowd=crowd,
             gap_people=self._gaps(crowd.position, crowd.radius, crowd.there),
             gap_wall=gap_to_walls(outline, pose, self.grid),
-            hit_moving=hits[0],
-            hit_standing=hits[1],
-            hit_wall=hit_wall,
+            hit_moving=contacts.hit_moving,
+            hit_standing=contacts.hit_standing,
+            hit_wall=contacts.hit_wall,
+            touches=contacts.touches,
         )
 
     def _gaps(self, position: Floats, radius: Floats, there: Booleans) -> Floats:
         """Gap (n,) between footprint and each body, m; +inf for absent people."""
-        gaps = gap_to_people(self.setup.robot.outline, self._drive.pose, position, radius)
+        gaps = gap_to_people(self.setup.robot.outline, self._chair.pose, position, radius)
         return np.where(there, gaps, np.inf)
 
     def _crowd_scene(self) -> CrowdScene:
         """Surroundings of the pedestrians; the chair is the disc about its footprint."""
-        robot, drive = self.setup.robot, self._drive
+        robot, drive = self.setup.robot, self._chair
         low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
         centre = (low + high) / 2.0
         vx, vy, turn_rate = drive.twist
@@ -266,16 +266,27 @@ class World:
         unseen = self._faults.unseen(len(before.there), time)
         there = before.there & after.there & ~unseen
         walked = np.hypot(*displacement(before, after).T)
-        bodies = HumanBodies(
-            position=interpolated(before, after, share)[there],
-            heading=after.heading[there],
-            walked=(self._walked + share * walked)[there],
-            speed=walked[there] / self.setup.control_step,
-            height=self._statures[there],
-            radius=before.radius[there],
-            kind=None if self._kinds is None else self._kinds[there],
+        bodies = self._people(before, after, share, walked, there)
+        return self._sensors.sense(time, self._chair.casting(self._scene, bodies, there))
+
+    def _people(
+        self,
+        before: Crowd,
+        after: Crowd,
+        share: float,
+        walked: Floats,
+        which: Booleans | slice = slice(None),
+    ) -> HumanBodies:
+        """Some people, a share of a control step after ``before``; walked: (n,) in it, m."""
+        return HumanBodies(
+            position=interpolated(before, after, share)[which],
+            heading=after.heading[which],
+            walked=(self._walked + share * walked)[which],
+            speed=walked[which] / self.setup.control_step,
+            height=self._statures[which],
+            radius=before.radius[which],
+            kind=None if self._kinds is None else self._kinds[which],
         )
-        return self._sensors.sense(time, self._scene, bodies, self._drive.pose)
 
     def _observe(self, readings: SensorReadings) -> Observation:
         setup, truth = self.setup, self._truth
@@ -286,7 +297,7 @@ class World:
             # Along the heading at the start, so that a rotated world has the same ride rotated.
             pose=with_error(truth.pose, self._error, axis=setup.start[2]),
             pose_time=truth.time,
-            twist=setup.odometry.measure(truth.twist, self._random["odometry"]),
+            twist=setup.odometry.measure(self._chair.wheel_twist, self._random["odometry"]),
             twist_time=truth.time,
             command=self._command,
             scans=readings.scans,
@@ -315,13 +326,6 @@ class World:
         return replace(view, people=people, bearings=DIRECTIONS, free=free)
 
 
-def _no_contact(crowd: Crowd) -> Booleans:
-    """(2, n) False: contact while the chair moved, contact while it stood."""
-    return np.zeros((2, len(crowd.radius)), dtype=bool)
-
-
-def _max_motion(robot: Robot, old: DriveState, new: DriveState) -> float:
-    """Upper bound of the motion of any point of the footprint, m."""
-    dx, dy, _ = new.pose - old.pose
-    turn = abs(math.remainder(new.pose[2] - old.pose[2], 2.0 * math.pi))
-    return math.hypot(dx, dy) + turn * robot.circumscribed_radius
+def _no_contact(crowd: Crowd) -> Contacts:
+    none = np.zeros(len(crowd.radius), dtype=bool)
+    return Contacts(hit_moving=none, hit_standing=none, hit_wall=False, after=crowd)

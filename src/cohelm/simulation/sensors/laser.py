@@ -36,24 +36,35 @@ def sweep(
         time: of the sweep, s.
         rng: for noise and dropouts.
     """
-    first, increment = _directions(mount)
-    angles = first + increment * np.arange(mount.beams, dtype=np.float64)
-    X_RL = np.asarray(mount.pose, dtype=float)
     ranges = cast(
         walls_of(grid, unknown=False).solid,
         grid.resolution,
         grid.X_MG,
         people,
-        compose(X_MR, X_RL),
-        angles,
+        compose(X_MR, np.asarray(mount.pose, dtype=float)),
+        beam_angles(mount),
         mount.range_max,
     )
+    return measured_scan(mount, ranges, time=time, rng=rng)
+
+
+def beam_angles(mount: LaserMount) -> Floats:
+    """Directions (b,) of the beams in the sensor's frame, rad."""
+    first, increment = _directions(mount)
+    return first + increment * np.arange(mount.beams, dtype=np.float64)
+
+
+def measured_scan(
+    mount: LaserMount, ranges: Floats, *, time: float, rng: np.random.Generator
+) -> Scan:
+    """Add noise and dropouts to true ranges (b,), m; +inf: no return."""
+    first, increment = _directions(mount)
     noise = mount.noise * rng.standard_normal(mount.beams)
     lost = rng.random(mount.beams) < mount.dropout
     seen = np.clip(ranges + noise, 0.0, mount.range_max)
     return Scan(
         time=time,
-        mount=X_RL,
+        mount=np.asarray(mount.pose, dtype=float),
         angle_min=first,
         angle_increment=increment,
         range_max=mount.range_max,

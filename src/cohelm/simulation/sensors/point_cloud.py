@@ -70,22 +70,29 @@ def sweep_cloud(
         A cloud with one row for each ray, column after column, lowest first; a row is NaN without a
         return, after a dropout, and in a blind sector.
     """
-    rays, hidden = _rays(mount)
     distance, owner, visible = _cast(mount, scene, bodies, X_MR)
+    cloud = measured_cloud(mount, distance, time=time, rng=rng)
+    gone = np.isnan(cloud.points[:, 0])
+    return LabelledCloud(cloud=cloud, owner=np.where(gone, -1, owner), visible=visible)
+
+
+def measured_cloud(
+    mount: CloudMount, distance: Floats, *, time: float, rng: np.random.Generator
+) -> PointCloud:
+    """Add noise, dropouts and blind sectors to the true distances (p,) of all rays, m."""
+    rays, hidden = rays_of(mount)
     noise = rng.standard_normal(len(rays))
     lost = rng.random(len(rays)) < mount.dropout
     gone = lost | hidden | (distance < mount.range_min) | np.isinf(distance)
     distance = np.where(gone, np.nan, distance)
     seen = np.clip(distance + mount.deviation(distance) * noise, mount.range_min, mount.range_max)
     points = (seen[:, None] * rays).astype(np.float32)
-    cloud = PointCloud(
+    return PointCloud(
         time=time,
         mount=np.asarray(mount.pose, dtype=float),
         points=points,
         range_max=mount.range_max,
     )
-    owner = np.where(gone, -1, owner)
-    return LabelledCloud(cloud=cloud, owner=owner, visible=visible)
 
 
 def visible_shares(
@@ -109,14 +116,14 @@ def sensor_pose(mount: CloudMount, scene: StaticScene, X_MR: Floats) -> tuple[Fl
     ahead /= np.linalg.norm(ahead)
     R_MR = np.stack([ahead, np.cross(up, ahead), up], axis=-1)
     foot = np.array([*transform(X_MR, np.zeros(2)), float(scene.floor.height(X_MR[:2]))])
-    return foot + R_MR @ np.array([x, y, z]), R_MR @ _rotation(roll, pitch, yaw)
+    return foot + R_MR @ np.array([x, y, z]), R_MR @ rotation_of(roll, pitch, yaw)
 
 
 def _cast(
     mount: CloudMount, scene: StaticScene, bodies: HumanBodies, X_MR: Floats
 ) -> tuple[Floats, Integers, Floats]:
     """Distance (p,), m, owner (p,) and visible share (n,), without noise and dropouts."""
-    rays, hidden = _rays(mount)
+    rays, hidden = rays_of(mount)
     origin, R_MS = sensor_pose(mount, scene, X_MR)
     towards = rays @ R_MS.T
     level = np.maximum(np.hypot(towards[:, 0], towards[:, 1]), _UPRIGHT)
@@ -142,12 +149,12 @@ def _cast(
 
 
 @lru_cache(maxsize=8)
-def _rays(mount: CloudMount) -> tuple[Floats, Booleans]:
+def rays_of(mount: CloudMount) -> tuple[Floats, Booleans]:
     """Unit vectors (p, 3) in the sensor's frame, and mask (p,) of the blind ones."""
     return read_only(mount.rays().reshape(-1, 3)), mount.hidden().reshape(-1)
 
 
-def _rotation(roll: float, pitch: float, yaw: float) -> Floats:
+def rotation_of(roll: float, pitch: float, yaw: float) -> Floats:
     """Rotation (3, 3) about the fixed axes x, y, z in this order (REP-103)."""
     (cr, sr), (cp, sp), (cy, sy) = ((math.cos(a), math.sin(a)) for a in (roll, pitch, yaw))
     about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
