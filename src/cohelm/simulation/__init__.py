@@ -11,6 +11,7 @@ from cohelm.simulation.crowds import (
 )
 from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
 from cohelm.simulation.faults import FAULT_KINDS, Fault, FaultKind
+from cohelm.simulation.floor_relief import FLAT, FloorRelief, ThresholdEdge
 from cohelm.simulation.ground_truth import GroundTruth, Touch, is_standing
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.riders import (
@@ -40,6 +41,7 @@ from cohelm.simulation.world_setup import WorldSetup
 
 __all__ = [
     "FAULT_KINDS",
+    "FLAT",
     "Aggressive",
     "Biased",
     "Contacts",
@@ -52,6 +54,7 @@ __all__ = [
     "EightDirections",
     "Fault",
     "FaultKind",
+    "FloorRelief",
     "GoalChange",
     "GroundTruth",
     "Ideal",
@@ -78,6 +81,7 @@ __all__ = [
     "SimulatedChair",
     "SocialForce",
     "SplitCells",
+    "ThresholdEdge",
     "Touch",
     "Tremor",
     "Uncooperative",

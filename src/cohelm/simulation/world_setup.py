@@ -10,6 +10,7 @@ from cohelm.robots import Robot
 from cohelm.simulation.api import Crowd, PedestrianModel, Rider
 from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
 from cohelm.simulation.faults import Fault
+from cohelm.simulation.floor_relief import FLAT, FloorRelief
 from cohelm.simulation.sensors.localisation import Localisation, Odometry
 from cohelm.simulation.split_knowledge import GoalChange, SplitCells
 
@@ -28,6 +29,8 @@ class WorldSetup:
     """m."""
     ceiling: float = math.inf
     """Height of the ceiling, m; +inf: none."""
+    relief: FloorRelief = FLAT
+    """Ramp and thresholds, for worlds with wheels."""
     robot: Robot
     start: Annotated[Floats, Shape("3")]
     """X_MR at time 0."""
