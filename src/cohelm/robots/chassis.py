@@ -28,6 +28,9 @@ class DriveWheels(Model):
     """Of one wheel with hub, kg (assumed)."""
     friction: float = Field(0.8, ge=0.05, le=2.0)
     """Tyre on dry vinyl floor, without unit (assumed: rubber, 0.6 to 1.0)."""
+    scrub: float = Field(0.02, ge=0.0, le=0.2)
+    """Effective radius of the patch on the floor, m: turning on the spot takes friction · load ·
+    radius (assumed: two thirds of half the width)."""
     rolling_resistance: float = Field(0.015, ge=0.0, le=0.2)
     """Share of the load (assumed: solid tyres on smooth floor, 0.01 to 0.02)."""
     load: float = Field(0.55, gt=0.1, lt=1.0)
@@ -151,9 +154,11 @@ class Chassis(Model):
             (m.rider, m.rider_centre[0], m.rider_centre[2]),
             (2.0 * self.drive.mass, 0.0, self.drive.radius),
         ]
-        for each in (self.front, self.rear):
-            if each is not None:
-                parts.append((2.0 * each.mass, each.axis[0] - each.trail, each.radius))
+        parts += [
+            (2.0 * each.mass, each.axis[0] - each.trail, each.radius)
+            for each in (self.front, self.rear)
+            if each is not None
+        ]
         total = self.total_mass
         return sum(w * x for w, x, _ in parts) / total, sum(w * z for w, _, z in parts) / total
 

@@ -57,8 +57,8 @@ class Robot(Model):
     """Planar scanners."""
     lidars: tuple[LidarMount, ...] = ()
     depth_cameras: tuple[DepthCameraMount, ...] = ()
-    chassis: Chassis = Chassis()
-    """Mechanics for the MuJoCo twin; nothing else reads them."""
+    chassis: Chassis | None = None
+    """Mechanics for the MuJoCo twin; nothing else reads them. None: no twin of this robot."""
     source: str = ""
     """Source of the figures, and which of them are assumed."""
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
+from cohelm.platforms.twin.motors import chassis_of, speed_gain
 from cohelm.robots import Robot
-from cohelm.robots.chassis import Casters, Chassis
+from cohelm.robots.chassis import Body, Casters, Chassis
 
 GRAVITY = 9.81
 """m/s²."""
@@ -18,7 +18,8 @@ _SEAT = (0.12, 0.30, 0.45, 1.0)
 _TYRE = (0.08, 0.08, 0.08, 1.0)
 _FLOOR = 1
 _SOLID = 2
-"""Bits of contact: floor and wheels; bodies, walls and people."""
+_SOFT = 4
+"""Bits of contact: floor and wheels; bodies and walls; people."""
 
 
 def add_chair(spec: Any, mujoco: Any, robot: Robot) -> None:
@@ -29,11 +30,11 @@ def add_chair(spec: Any, mujoco: Any, robot: Robot) -> None:
         mujoco: the module.
         robot: with its chassis.
     """
-    chassis = robot.chassis
+    chassis = chassis_of(robot)
     chair = spec.worldbody.add_body(name="chair")
     chair.add_freejoint(name="chair")
     _add_masses(chair, mujoco, chassis)
-    _add_bodies(chair, mujoco, robot)
+    _add_bodies(chair, mujoco, chassis.body, robot)
     weight = chassis.total_mass * GRAVITY
     front, rear = chassis.caster_loads
     for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -66,12 +67,6 @@ def add_chair(spec: Any, mujoco: Any, robot: Robot) -> None:
     )
 
 
-def speed_gain(chassis: Chassis) -> float:
-    """Gain of the speed controller of one wheel, N m s/rad, for its bandwidth."""
-    inertia = chassis.total_mass / 2.0 * chassis.drive.radius**2
-    return 2.0 * math.pi * chassis.motors.bandwidth * inertia
-
-
 def _add_masses(chair: Any, mujoco: Any, chassis: Chassis) -> None:
     """Base and rider as boxes of even density, which touch nothing."""
     m = chassis.masses
@@ -90,9 +85,8 @@ def _add_masses(chair: Any, mujoco: Any, chassis: Chassis) -> None:
         )
 
 
-def _add_bodies(chair: Any, mujoco: Any, robot: Robot) -> None:
+def _add_bodies(chair: Any, mujoco: Any, b: Body, robot: Robot) -> None:
     """Boxes that touch people and walls, within the footprint."""
-    b = robot.chassis.body
     low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
     half_width = (high[1] - low[1]) / 2.0
     nose = min(max(b.nose, low[0] + 0.05), high[0])
@@ -114,7 +108,7 @@ def _add_bodies(chair: Any, mujoco: Any, robot: Robot) -> None:
             pos=[(x0 + x1) / 2.0, (low[1] + high[1]) / 2.0, (z0 + z1) / 2.0],
             size=[(x1 - x0) / 2.0, width, (z1 - z0) / 2.0],
             mass=0.0,
-            contype=_SOLID,
+            contype=_SOLID | _SOFT,
             conaffinity=_SOLID,
             friction=[0.3, 0.0, 0.0],
             group=CHAIR_GROUP,
@@ -127,7 +121,7 @@ def _add_bodies(chair: Any, mujoco: Any, robot: Robot) -> None:
             size=[0.11, 0.0, 0.0],
             pos=[low[0] + 0.22, 0.0, b.eyes],
             mass=0.0,
-            contype=_SOLID,
+            contype=_SOLID | _SOFT,
             conaffinity=_SOLID,
             group=CHAIR_GROUP,
             rgba=_RIDER,
@@ -145,15 +139,17 @@ def _add_drive_wheel(
         frictionloss=d.rolling_resistance * load * d.radius,
         armature=0.05,
     )
+    # A crowned tyre has one point of contact. The two points of a cylinder would let the effective
+    # track jump by the tyre's width, since either may stick while the other slides.
     wheel.add_geom(
         name=f"drive_{side}",
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=[d.radius, d.width / 2.0, 0.0],
-        quat=[math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0],
+        type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        size=[d.radius, d.width / 2.0, d.radius],
         mass=d.mass,
-        contype=_FLOOR | _SOLID,
+        contype=_FLOOR | _SOLID | _SOFT,
         conaffinity=_FLOOR | _SOLID,
-        friction=[d.friction, 0.0, 0.0],
+        condim=4,
+        friction=[d.friction, d.friction * d.scrub, 0.0],
         priority=1,
         group=CHAIR_GROUP,
         rgba=_TYRE,
