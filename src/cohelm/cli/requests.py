@@ -44,6 +44,10 @@ class RunRequest:
     """Options of ``cohelm run``; None: as the scenario has it."""
 
     scenario: Scenario = "hospital"
+    platform: Annotated[
+        str | None,
+        typer.Option(metavar="planar|twin", help="Simulation: planar, or MuJoCo's mechanics."),
+    ] = None
     map: OwnMap = None
     start: Annotated[
         str | None, typer.Option(metavar="X,Y[,DEG]|NAME", help="Start, m and degrees, or a place.")

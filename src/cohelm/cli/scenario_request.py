@@ -52,6 +52,10 @@ def scenario_of(request: RunRequest) -> Scenario:
         changes["robot"] = _robot(request.robot)
     if request.mode is not None:
         changes["mode"] = request.mode
+    if request.platform is not None and request.platform != base.platform["use"]:
+        if ":" not in request.platform:
+            _check_installed("platforms", request.platform, "--platform")
+        changes["platform"] = {"use": request.platform}
     for key, (option, field) in _PART_OPTIONS.items():
         name = getattr(request, field)
         if name is not None and name != getattr(base, key)["use"]:
@@ -100,7 +104,7 @@ def _option_for(request: RunRequest, key: str) -> str | None:
             return f"--set {key}"
     if top in _KEY_OPTIONS and getattr(request, top) not in {None, ()}:
         return f"--{top}"
-    option, field = _PART_OPTIONS.get(top, ("", ""))
+    option, field = {**_PART_OPTIONS, "platform": ("--platform", "platform")}.get(top, ("", ""))
     return option if option and getattr(request, field) is not None else None
 
 

@@ -27,7 +27,7 @@ from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
 from cohelm.scenarios.bodies import draw_kinds, statures_of, with_bodies
 from cohelm.scenarios.crowd import make_crowd
-from cohelm.scenarios.floor import doorways, floor_plan
+from cohelm.scenarios.floor import doorways, floor_plan, relief_of
 from cohelm.scenarios.rider_plan import goal_change, route_past
 from cohelm.scenarios.scenario import (
     NAVIGATOR_PARAMETERS,
@@ -279,6 +279,7 @@ def _world(
         heights=world.heights,
         wall_height=storey.wall_height,
         ceiling=storey.wall_height if storey.ceiling else math.inf,
+        relief=relief_of(storey),
         robot=robot,
         start=routes.start,
         crowd=crowd,

@@ -12,9 +12,10 @@ from cohelm.arrays import Booleans, Floats32
 from cohelm.config import read_yaml, validate
 from cohelm.errors import ScenarioError
 from cohelm.maps import OCCUPIED, FloorPlan, OccupancyGrid
-from cohelm.scenarios.objects import Obstacle, ScheduledDoor
+from cohelm.scenarios.objects import Obstacle, ScheduledDoor, Storey
 from cohelm.scenarios.scenario import Scenario, floor_file
-from cohelm.simulation import ManualDoor, MapChange
+from cohelm.simulation import FloorRelief, ManualDoor, MapChange, ThresholdEdge
+from cohelm.simulation.sensors.static_scene import LEVEL, FloorSurface
 
 WIDEST = 2.5
 """Greatest width of an opening that has a door, m."""
@@ -48,6 +49,29 @@ def doorways(plan: FloorPlan) -> tuple[ManualDoor, ...]:
     has_door = [door.width <= WIDEST for door in plan.doors]
     ends = plan.openings[np.array(has_door, dtype=bool)]
     return tuple(ManualDoor(a=a, b=b, depth=plan.wall) for a, b in ends)
+
+
+def relief_of(storey: Storey) -> FloorRelief:
+    """Heights of a floor that wheels drive over."""
+    ramp = storey.ramp
+    floor = LEVEL
+    if ramp is not None:
+        floor = FloorSurface(
+            at=np.array(ramp.at),
+            direction=math.radians(ramp.direction_deg),
+            gradient=ramp.gradient,
+            length=ramp.length,
+        )
+    edges = tuple(
+        ThresholdEdge(
+            at=np.array(each.at),
+            size=np.array(each.size),
+            angle=math.radians(each.angle_deg),
+            height=each.height,
+        )
+        for each in storey.thresholds
+    )
+    return FloorRelief(floor=floor, thresholds=edges)
 
 
 def covered_by(grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]) -> Booleans:

@@ -75,13 +75,50 @@ class ScheduledDoor(Model):
         return any(start <= time < end for start, end in self.closed)
 
 
+class Threshold(Model):
+    """Bar on the floor that wheels drive over; the planar simulation does not notice it."""
+
+    at: Point
+    """Centre, m."""
+    size: tuple[Length, Length]
+    """Width and depth, m."""
+    angle_deg: float = 0.0
+    """Rotation, degrees."""
+    height: float = Field(0.02, gt=0.0, le=0.3)
+    """m."""
+
+
+class Ramp(Model):
+    """Ramp across the whole floor, level before and behind; the planar simulation ignores it."""
+
+    at: Point
+    """Beginning, m."""
+    direction_deg: float = 0.0
+    """Direction, degrees."""
+    gradient: float = Field(ge=-0.5, le=0.5)
+    """Rise over run: 1:12 is 0.0833."""
+    length: float = Field(gt=0.0, le=1000.0)
+    """Run, m."""
+
+
 class Storey(Model):
-    """Vertical extent of the building for 3-D sensors; assumed."""
+    """Vertical extent of the building for 3-D sensors and wheels; assumed."""
 
     wall_height: float = Field(2.5, gt=0.0, le=20.0)
     """Height of the walls, m."""
     ceiling: bool = True
     """Close the storey by a ceiling on top of the walls."""
+    thresholds: tuple[Threshold, ...] = ()
+    """Bars on the floor, for the MuJoCo twin."""
+    ramp: Ramp | None = None
+    """Ramp, for the MuJoCo twin."""
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, serialize: Any) -> dict[str, Any]:
+        """Omit a flat floor: its presence must not change a configuration hash."""
+        out: dict[str, Any] = serialize(self)
+        flat = {"thresholds": not self.thresholds, "ramp": self.ramp is None}
+        return {key: each for key, each in out.items() if not flat.get(key, False)}
 
 
 class Zone(Model):

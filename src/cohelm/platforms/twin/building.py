@@ -242,6 +242,4 @@ def _runs(row: Integers) -> set[tuple[int, int, int]]:
     """Runs (column, end column, label) of equal labels > 0 in one row."""
     change = np.flatnonzero(np.diff(row)) + 1
     start, end = np.append(0, change), np.append(change, len(row))
-    return {
-        (int(a), int(b), int(row[a])) for a, b in zip(start, end, strict=True) if row[a] > 0
-    }
+    return {(int(a), int(b), int(row[a])) for a, b in zip(start, end, strict=True) if row[a] > 0}

@@ -142,7 +142,9 @@ def _add_person(
     hip = 0.47 if seated else _HIP * height
     shoulder = _SHOULDER * height
     parts = _Parts(mujoco, i)
-    parts.ellipsoid(trunk, "torso", (0.5 * breadth, breadth), (hip - 0.03, shoulder), colour, 0.5 * mass)
+    parts.ellipsoid(
+        trunk, "torso", (0.5 * breadth, breadth), (hip - 0.03, shoulder), colour, 0.5 * mass
+    )
     half = max(breadth - 0.10, 0.03)
     parts.capsule(trunk, "pelvis", (0.0, -half, hip), (0.0, half, hip), 0.10, colour, 0.2 * mass)
     head = min(0.41 * breadth, 0.057 * height)
@@ -172,7 +174,7 @@ class _Parts:
     def __init__(self, mujoco: Any, person: int) -> None:
         self._mujoco, self._person, self._count = mujoco, person, 0
 
-    def capsule(
+    def capsule(  # noqa: PLR0917  # two points and four properties
         self,
         body: Any,
         part: str,
@@ -190,7 +192,7 @@ class _Parts:
             **self._options(part, colour, mass),
         )
 
-    def ellipsoid(
+    def ellipsoid(  # noqa: PLR0917  # as above
         self,
         body: Any,
         part: str,

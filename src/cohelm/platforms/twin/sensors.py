@@ -51,7 +51,7 @@ class BodyCasting:
         height: of planar scanners over the floor, m.
     """
 
-    def __init__(  # noqa: PLR0917  # the four values of MuJoCo belong together
+    def __init__(  # the four values of MuJoCo belong together
         self,
         mujoco: Any,
         model: Any,

@@ -108,9 +108,7 @@ class TwinChair:
             fresh = build_model(self._mujoco, self._setup, step.grid, step.people(0.0))
             fresh.take_chair(self._twin)
             self._twin, self._grid = fresh, step.grid
-            self._pushed = np.append(
-                self._pushed, np.zeros(n - len(self._pushed), dtype=np.bool_)
-            )
+            self._pushed = np.append(self._pushed, np.zeros(n - len(self._pushed), dtype=np.bool_))
         self._step = step
         self._hits = np.zeros((2, n), dtype=np.bool_)
         self._hit_wall = False
