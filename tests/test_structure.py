@@ -104,6 +104,7 @@ def test_what_is_imported_is_what_is_declared():
         *(SOURCE / "web").glob("*.py"),
         *(SOURCE / "ros2").glob("*.py"),
         *(SOURCE / "platforms" / "luci").glob("*.py"),
+        *(SOURCE / "platforms" / "twin").glob("*.py"),
     }
     used = {name for file in FILES if file not in extras for name in imports(file)}
     assert used - set(sys.stdlib_module_names) - {"cohelm"} == declared

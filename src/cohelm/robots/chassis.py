@@ -28,9 +28,9 @@ class DriveWheels(Model):
     """Of one wheel with hub, kg (assumed)."""
     friction: float = Field(0.8, ge=0.05, le=2.0)
     """Tyre on dry vinyl floor, without unit (assumed: rubber, 0.6 to 1.0)."""
-    scrub: float = Field(0.02, ge=0.0, le=0.2)
+    scrub: float = Field(0.01, ge=0.0, le=0.05)
     """Effective radius of the patch on the floor, m: turning on the spot takes friction · load ·
-    radius (assumed: two thirds of half the width)."""
+    radius (two thirds of the radius of a disc under even pressure; 15 mm is assumed)."""
     rolling_resistance: float = Field(0.015, ge=0.0, le=0.2)
     """Share of the load (assumed: solid tyres on smooth floor, 0.01 to 0.02)."""
     load: float = Field(0.55, gt=0.1, lt=1.0)
@@ -87,7 +87,7 @@ class Motors(Model):
     and an edge of 5 cm twice that)."""
     bandwidth: float = Field(6.0, gt=0.1, le=50.0)
     """Of the speed controller, Hz (assumed)."""
-    integral: float = Field(3.0, ge=0.0, le=50.0)
+    integral: float = Field(6.0, ge=0.0, le=50.0)
     """Integral action as share of the proportional one, 1/s (assumed)."""
 
 

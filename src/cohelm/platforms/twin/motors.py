@@ -26,6 +26,8 @@ class MotorState:
     """After the ramps, inputs of the kinematics."""
     inputs: Annotated[Floats, Shape("m")]
     """After the lag."""
+    expected: Annotated[Floats, Shape("2")]
+    """Speeds that the wheels would have without friction, rad/s."""
     integral: Annotated[Floats, Shape("2")]
     """Integral action of the left and the right wheel, rad/s."""
 
@@ -43,7 +45,7 @@ class WheelCommand:
 def motors_at_rest(robot: Robot) -> MotorState:
     """Return the state of a controller at rest."""
     zero = np.zeros(robot.motion_model.inputs)
-    return MotorState(setpoint=zero, inputs=zero, integral=np.zeros(2))
+    return MotorState(setpoint=zero, inputs=zero, expected=np.zeros(2), integral=np.zeros(2))
 
 
 def control_wheels(
@@ -68,15 +70,18 @@ def control_wheels(
     """
     chassis = chassis_of(robot)
     motors = chassis.motors
-    lag = max(robot.actuation_lag - 1.0 / (2.0 * math.pi * motors.bandwidth), 0.0)
+    answer = 1.0 / (2.0 * math.pi * motors.bandwidth)
+    lag = max(robot.actuation_lag - answer, 0.0)
     setpoint, inputs = controlled(state.setpoint, state.inputs, command, dt, lag)
     wanted = wheel_speeds(chassis, grip(robot.motion_model.twist(inputs)))
     parked = not setpoint.any() and bool((np.abs(measured) < PARKED).all())
-    integral = state.integral + motors.integral * dt * (wanted - measured)
+    # Only the difference from the expected answer is integrated: no overshoot without friction.
+    expected = wanted + math.exp(-dt / answer) * (state.expected - wanted)
+    integral = state.integral + motors.integral * dt * (state.expected - measured)
     # Beyond what saturates the torque, the integral would only delay the answer.
     limit = motors.torque / speed_gain(chassis)
     integral = np.zeros(2) if parked else np.clip(integral, -limit, limit)
-    after = MotorState(setpoint=setpoint, inputs=inputs, integral=integral)
+    after = MotorState(setpoint=setpoint, inputs=inputs, expected=expected, integral=integral)
     return after, WheelCommand(speed=wanted + integral, parked=parked)
 
 

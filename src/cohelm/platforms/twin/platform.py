@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import Any
 
 from cohelm.config import Model
@@ -88,8 +87,9 @@ def load_mujoco() -> Any:
         PlatformError: It is not installed, or does not load.
     """
     try:
-        return importlib.import_module("mujoco")
+        import mujoco  # noqa: PLC0415  # an extra, needed here alone
     except ImportError as cause:
         missing = isinstance(cause, ModuleNotFoundError) and cause.name == "mujoco"
         why = "MuJoCo is not installed" if missing else f"MuJoCo does not load ({cause})"
         raise PlatformError(f"{why}: pip install 'cohelm[twin]'") from None
+    return mujoco
