@@ -138,6 +138,7 @@ def _add_drive_wheel(
         axis=[0.0, 1.0, 0.0],
         frictionloss=d.rolling_resistance * load * d.radius,
         armature=0.05,
+        solimp_friction=[0.9999, 0.9999, 0.001, 0.5, 2.0],  # a parking brake does not creep
     )
     # A crowned tyre has one point of contact. The two points of a cylinder would let the effective
     # track jump by the tyre's width, since either may stick while the other slides.

@@ -54,13 +54,17 @@ class ContactForce:
 
 
 def contact_forces(mujoco: Any, model: Any, data: Any, table: ContactTable) -> list[ContactForce]:
-    """Forces of the chair's contacts with people and walls now; empty without any."""
+    """Forces of the chair's contacts with people and walls now; empty without any.
+
+    Points of contact between the same two parts are one contact, whose forces add up.
+    """
     if data.ncon == 0:
         return []
     pairs = data.contact.geom
     is_chair, other = table.chair[pairs], table.other[pairs]
     rows = np.flatnonzero((is_chair.sum(axis=1) == 1) & (other.max(axis=1) >= WALL))
-    out, wrench = [], np.zeros(6)
+    found: dict[tuple[int, int], ContactForce] = {}
+    wrench = np.zeros(6)
     for row in rows:
         mujoco.mj_contactForce(model, data, int(row), wrench)
         if wrench[0] <= 0.0:
@@ -68,17 +72,15 @@ def contact_forces(mujoco: Any, model: Any, data: Any, table: ContactTable) -> l
         side = int(is_chair[row].argmax())
         mine, theirs = int(pairs[row, side]), int(pairs[row, 1 - side])
         sign = 1.0 if side == 0 else -1.0
-        person = int(table.other[theirs])
-        out.append(
-            ContactForce(
-                person=person,
-                part=table.names[theirs].split("_")[2] if person >= 0 else "wall",
-                chair_part=table.names[mine],
-                force=float(wrench[0]),
-                normal=sign * data.contact.frame[row, :3],
-            )
+        person, before = int(table.other[theirs]), found.get((mine, theirs))
+        found[mine, theirs] = ContactForce(
+            person=person,
+            part=table.names[theirs].split("_")[2] if person >= 0 else "wall",
+            chair_part=table.names[mine],
+            force=float(wrench[0]) + (0.0 if before is None else before.force),
+            normal=sign * data.contact.frame[row, :3],
         )
-    return out
+    return list(found.values())
 
 
 @dataclass(slots=True)

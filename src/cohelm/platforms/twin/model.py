@@ -78,7 +78,7 @@ def build_model(
     model = spec.compile()
     n = len(bodies.height)
     persons = person_table(model, n)
-    soften(model, persons, float(model.body_subtreemass[model.body("chair").id]))
+    soften(model, persons, model.body("chair").id)
     wheels = [int(model.joint(f"drive_{side}").dofadr[0]) for side in ("left", "right")]
     trunks = [model.body(f"person_{i}_trunk").id for i in range(n)]
     return TwinModel(

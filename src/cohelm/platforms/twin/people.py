@@ -28,6 +28,8 @@ _BODY_MASS = 25.0
 """Mass by the square of the height, kg/m²."""
 _ANCHOR = 500.0
 """Inertia that keeps joints, which the crowd moves, as they are in a contact, kg or kg m²."""
+_IMPEDANCE = 0.05
+"""Impedance of contacts with people; see :func:`soften`."""
 _DAMPING = 0.2
 """Share of critical damping in the compliance of a body (assumed)."""
 _HIP, _KNEE, _SHOULDER = 0.53, 0.28, 0.83
@@ -97,18 +99,32 @@ def person_table(model: Any, people: int) -> PersonTable:
     return PersonTable(owner=owner, geoms=np.flatnonzero(owner >= 0))
 
 
-def soften(model: Any, table: PersonTable, chair_mass: float) -> None:
+def soften(model: Any, table: PersonTable, chair: int) -> None:
     """Give people's geometries the stiffness of their body regions.
 
-    A contact's force is stiffness · depth / A, where A is the inverse of the reduced mass of chair
-    and person (MuJoCo, "Solver parameters", direct form); so the stiffness is multiplied by A.
+    A contact's force is (stiffness · depth + damping · speed) · d / (A d + Â (1 − d)) / d, where A
+    is the inverse of the reduced mass, Â MuJoCo's estimate of it, and d the impedance (MuJoCo,
+    "Solver parameters", direct form). With a small d the force no longer depends on A, so that two
+    legs are two springs side by side; stiffness and damping are then those of the region times Â.
+    A capsule touches the chair's boxes at two points, each of which therefore has half of them.
+
+    Args:
+        model: compiled, changed in place.
+        table: geometries of people.
+        chair: index of the chair's body.
     """
+    chair_mass = float(model.body_subtreemass[chair])
     for geom in table.geoms:
-        region = model.geom(int(geom)).name.split("_")[2]
-        mass = float(model.body_subtreemass[model.body(f"person_{table.owner[geom]}_trunk").id])
-        reference = REGIONS[region].stiffness * (1.0 / mass + 1.0 / chair_mass)
-        model.geom_solref[geom] = (-reference, -2.0 * _DAMPING * np.sqrt(reference))
-        model.geom_solimp[geom] = (0.9, 0.9, 0.001, 0.5, 2.0)
+        region = REGIONS[model.geom(int(geom)).name.split("_")[2]]
+        person = float(model.body_subtreemass[model.body(f"person_{table.owner[geom]}_trunk").id])
+        reduced = person * chair_mass / (person + chair_mass)
+        damping = 2.0 * _DAMPING * np.sqrt(region.stiffness * reduced)
+        inverse = (
+            model.body_invweight0[model.geom_bodyid[geom], 0] + model.body_invweight0[chair, 0]
+        )
+        half = inverse / 2.0
+        model.geom_solref[geom] = (-region.stiffness * half, -damping * half)
+        model.geom_solimp[geom] = (_IMPEDANCE, _IMPEDANCE, 0.001, 0.5, 2.0)
         model.geom_priority[geom] = 2
 
 

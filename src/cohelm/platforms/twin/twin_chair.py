@@ -50,6 +50,8 @@ class TwinChair:
         self._time = 0.0
         self._grid = setup.grid
         self._pushed = np.zeros(len(setup.crowd.radius), dtype=np.bool_)
+        self._untouched = np.full(len(setup.crowd.radius), np.inf)
+        self._walked_into_us = np.zeros(len(setup.crowd.radius), dtype=np.bool_)
         bodies = _bodies_at_start(setup)
         self._twin = build_model(mujoco, setup, setup.grid, bodies)
         self._place(setup.start)
@@ -108,7 +110,10 @@ class TwinChair:
             fresh = build_model(self._mujoco, self._setup, step.grid, step.people(0.0))
             fresh.take_chair(self._twin)
             self._twin, self._grid = fresh, step.grid
-            self._pushed = np.append(self._pushed, np.zeros(n - len(self._pushed), dtype=np.bool_))
+            new = n - len(self._pushed)
+            self._pushed = np.append(self._pushed, np.zeros(new, dtype=np.bool_))
+            self._untouched = np.append(self._untouched, np.full(new, np.inf))
+            self._walked_into_us = np.append(self._walked_into_us, np.zeros(new, dtype=np.bool_))
         self._step = step
         self._hits = np.zeros((2, n), dtype=np.bool_)
         self._hit_wall = False
@@ -135,7 +140,7 @@ class TwinChair:
         model.opt.timestep = dt / steps
         self._mujoco.mj_step(model, data, steps)
         self._time += dt
-        self._note_contacts(twist)
+        self._note_contacts(twist, dt)
 
     def casting(self, scene: StaticScene, bodies: HumanBodies, visible: Booleans) -> Casting:
         """See :class:`cohelm.simulation.SimulatedChair`."""
@@ -159,8 +164,11 @@ class TwinChair:
             touches=self._log.touches(),
         )
 
-    def _note_contacts(self, twist: Floats) -> None:
-        """Log the forces after a motion step; twist: (3,) of the chair before it."""
+    def _note_contacts(self, twist: Floats, dt: float) -> None:
+        """Log the forces after a motion step of ``dt``; twist: (3,) of the chair before it.
+
+        A contact that began while the chair stood stays one, also where it pushes the chair away.
+        """
         twin = self._twin
         forces = contact_forces(self._mujoco, twin.model, twin.data, twin.contacts)
         yaw, speed = _yaw(twin.data.qpos[3:7]), math.hypot(twist[0], twist[1])
@@ -174,9 +182,13 @@ class TwinChair:
                 continue
             touched[force.person] = True
             closing[force.person] = mine - self._velocity[force.person]
-            self._hits[int(is_standing(twist)), force.person] = True
+        began = touched & (self._untouched >= _APART)
+        self._walked_into_us = np.where(began, bool(is_standing(twist)), self._walked_into_us)
+        self._hits[0] |= touched & ~self._walked_into_us
+        self._hits[1] |= touched & self._walked_into_us
         self._log.add(forces, self._time, closing, speed)
         self._pushed |= touched
+        self._untouched = np.where(touched, 0.0, self._untouched + dt)
 
     def _move_people(self, bodies: HumanBodies) -> None:
         """Put untouched people in their places, and let those who were pushed walk on."""
@@ -186,8 +198,7 @@ class TwinChair:
         q, v, applied = twin.people_state()
         places = places_of(bodies, self._setup.relief.floor)
         error = np.hypot(*(places[:, :2] - q[:, :2]).T)
-        back = self._pushed & (error < _BACK) & ~self._hits.any(axis=0)
-        self._pushed &= ~back
+        self._pushed &= (error > _BACK) | (self._untouched < _APART)
         free = ~self._pushed
         q[:, 2:], v[:, 2:] = places[:, 2:], 0.0
         q[free, :2], v[free, :2] = places[free, :2], self._velocity[free]
@@ -242,8 +253,10 @@ class TwinChair:
         return R.reshape(3, 3)
 
 
-_BACK = 0.005
-"""Distance from the place in the crowd at which a pushed person is free again, m."""
+_BACK = 0.01
+"""Distance from the place in the crowd within which a pushed person is free again, m …"""
+_APART = 0.3
+"""… after this time without a touch, s."""
 
 
 def _bodies_at_start(setup: WorldSetup) -> HumanBodies:
