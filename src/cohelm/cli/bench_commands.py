@@ -95,6 +95,10 @@ BENCHES = {
         "cohelm.benchmarks.ride_speed",
         "Real-time factor of simulation, perception and planning.",
     ),
+    "twin": (
+        "cohelm.benchmarks.rides.twin",
+        "Planar simulation beside the MuJoCo twin: arrivals, contacts, forces.",
+    ),
 }
 """Name → ``module`` or ``module:function`` (default ``create``) that returns a bench, and help."""
 
@@ -121,6 +125,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "sharing": ("families", "modes", "rotate", "settings"),
     "solver": ("part", "share", "solver_settings"),
     "speed": ("planners", "scenes", "settings"),
+    "twin": ("scenes", "settings"),
 }
 """Benchmark → its own options, by their names in ``bench_options.OWN``."""
 

@@ -208,7 +208,7 @@ class _Parts:
             **self._options(part, colour, mass),
         )
 
-    def ellipsoid(  # noqa: PLR0917  # as above
+    def ellipsoid(  # as above
         self,
         body: Any,
         part: str,
