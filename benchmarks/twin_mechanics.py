@@ -93,8 +93,7 @@ def tip_angle(robot: Robot, direction: float) -> float:
             -g * math.cos(a),
         )
         tipping.drive((0.0, 0.0), 0.05)
-        w, x, y, _ = tipping.data.qpos[3:7]
-        del w
+        _, x, y, _ = tipping.data.qpos[3:7]
         if 2.0 * math.hypot(x, y) > math.radians(12.0):
             return float(angle)
         if math.hypot(*tipping.chair.pose[:2]) > 0.5:

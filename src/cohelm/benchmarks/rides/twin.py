@@ -198,7 +198,7 @@ def _changed(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
 
 def _contacts(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     touched = [row for row in rows if _number(row.get("force")) > 0.0]
-    out = []
+    out: list[tuple[str, ...]] = []
     for row in sorted(touched, key=lambda row: -float(row["force"])):
         region = REGIONS[str(row["part"])]
         out.append(

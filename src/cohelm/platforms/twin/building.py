@@ -58,8 +58,8 @@ def blocks_of(setup: WorldSetup, grid: OccupancyGrid) -> Blocks:
     rows = np.array([*_rectangles(label)], dtype=np.int64).reshape(-1, 5)
     kind = rows[:, 4] - 1
     return Blocks(
-        low=rows[:, [1, 0]] * grid.resolution,
-        high=rows[:, [3, 2]] * grid.resolution,
+        low=np.asarray(rows[:, [1, 0]] * grid.resolution, dtype=np.float64),
+        high=np.asarray(rows[:, [3, 2]] * grid.resolution, dtype=np.float64),
         height=levels[kind // 2].reshape(-1).astype(float),
         sensed=kind % 2,
     )
