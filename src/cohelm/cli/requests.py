@@ -75,6 +75,12 @@ class RunRequest:
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the ride.")] = None
     animate: Animate = None
     speed_up: SpeedUp = 1.0
+    view: Annotated[
+        str | None,
+        typer.Option(
+            metavar="follow|above|rider", help="Draw --animate in three dimensions, by MuJoCo."
+        ),
+    ] = None
     record: Annotated[
         Path | None,
         typer.Option(metavar="FILE.mcap", help="Record the ride, for viewers and cohelm replay."),

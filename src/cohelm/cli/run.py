@@ -117,6 +117,12 @@ def _check_outputs(request: RunRequest) -> None:
             check_picture(request.plot)
         if request.animate is not None:
             check_animation(request.animate)
+    if request.view is not None:
+        from cohelm.platforms.twin import check_film  # noqa: PLC0415 # lazy
+
+        if request.animate is None:
+            raise ConfigError("needs --animate FILE.gif or FILE.mp4", key="--view")
+        check_film(request.animate, request.view)
     if request.record is not None:
         check_record(request.record)
     if request.out is not None:
@@ -153,7 +159,11 @@ def _draw(ride: Ride, report: Mapping[str, Any], title: str, request: RunRequest
     for file in files:
         if file is not None:
             draw_ride(ride, file, title=headline)
-    if request.animate is not None:
+    if request.animate is not None and request.view is not None:
+        from cohelm.platforms.twin import film_ride  # noqa: PLC0415 # lazy
+
+        film_ride(ride, request.animate, request.view, speed_up=request.speed_up)
+    elif request.animate is not None:
         style = AnimationStyle(speed_up=request.speed_up)
         animate_ride(ride, request.animate, title, style)
 

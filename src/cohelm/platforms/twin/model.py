@@ -101,3 +101,8 @@ def _set_solver(spec: Any, mujoco: Any) -> None:
     spec.option.impratio = 10.0
     visual = spec.visual.global_
     visual.offwidth, visual.offheight = _WIDTH, _HEIGHT
+    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    spec.visual.headlight.diffuse = [0.45, 0.45, 0.45]
+    spec.visual.headlight.specular = [0.05, 0.05, 0.05]
+    spec.visual.map.znear = 0.005
+    spec.stat.extent = 20.0

@@ -63,6 +63,17 @@ class TwinChair:
         return self._twin
 
     @property
+    def eyes(self) -> float:
+        """Height of the rider's eyes over the floor, m."""
+        return self._chassis.body.eyes
+
+    def show(self, pose: Floats, bodies: HumanBodies) -> None:
+        """Put chair and people in places for a picture, without any motion."""
+        self._place(pose)
+        self._twin.people_state()[0][:] = places_of(bodies, self._setup.relief.floor)
+        self._mujoco.mj_forward(self._twin.model, self._twin.data)
+
+    @property
     def pose(self) -> Floats:
         """See :class:`cohelm.simulation.SimulatedChair`."""
         q = self._twin.data.qpos
