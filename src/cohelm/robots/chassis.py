@@ -2,8 +2,8 @@
 
 The planar simulation and the planners ignore all of this. Lengths are in the robot's frame, whose
 origin lies on the floor under the middle of the drive axle (REP-103). The defaults are a mid-wheel
-drive chair for adults after the data sheets of the Quantum Q6 Edge 2.0 and 3, rounded; where none
-is named, the value is assumed.
+drive chair for adults that fits the base of the Quantum Q6 Edge 2.0. No data sheet gives most of
+these values: they are assumed, in the range of such chairs, and say so.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ class DriveWheels(Model):
     """Two driven wheels on one axle, fixed to the base."""
 
     radius: float = Field(0.178, gt=0.02, le=0.5)
-    """m; tyres of 14 in. (manufacturer)."""
+    """m (assumed: tyres of 14 in., common on such chairs)."""
     width: float = Field(0.06, gt=0.005, le=0.3)
     """Width of the tyre on the floor, m (assumed)."""
     track: float = Field(0.53, gt=0.05, le=2.0)
-    """Distance between the wheels' middles, m: base of 0.61 m less a tyre and its guard."""
+    """Distance between the wheels' middles, m (assumed: base of 0.61 m less a tyre and a guard)."""
     mass: float = Field(9.0, gt=0.0, le=100.0)
     """Of one wheel with hub, kg (assumed)."""
     friction: float = Field(0.8, ge=0.05, le=2.0)
@@ -43,7 +43,7 @@ class Casters(Model):
     axis: tuple[float, float]
     """Swivel axis of the left one: x, and distance y from the middle, m."""
     radius: float = Field(0.076, gt=0.01, le=0.3)
-    """m; wheels of 6 in. (manufacturer)."""
+    """m (assumed: wheels of 6 in., common on such chairs)."""
     width: float = Field(0.045, gt=0.005, le=0.2)
     """m (assumed)."""
     trail: float = Field(0.05, ge=0.0, le=0.3)
@@ -95,7 +95,7 @@ class Body(Model):
     """Parts that touch people and walls, as boxes over the footprint."""
 
     ground_clearance: float = Field(0.075, gt=0.0, le=0.5)
-    """Under the base, m (manufacturer: 3 in.)."""
+    """Under the base, m (assumed: 3 in.)."""
     deck: float = Field(0.40, gt=0.0, le=2.0)
     """Height of the base's top, m (assumed)."""
     nose: float = Field(0.45, ge=-2.0, le=5.0)
