@@ -30,6 +30,8 @@ Prefer = Annotated[
     tuple[str, ...], typer.Option(metavar="X,Y", help="Point that attracts the route; repeatable.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+RidePlatform = Annotated[str | None, typer.Option(metavar="planar|twin", help="Simulation.")]
+FilmView = Annotated[str | None, typer.Option(metavar="follow|above|rider", help="3-D --animate.")]
 Animate = Annotated[
     Path | None,
     typer.Option(metavar="FILE.gif|mp4", help="Write an animation, in real time; see --speed-up."),
@@ -44,10 +46,7 @@ class RunRequest:
     """Options of ``cohelm run``; None: as the scenario has it."""
 
     scenario: Scenario = "hospital"
-    platform: Annotated[
-        str | None,
-        typer.Option(metavar="planar|twin", help="Simulation: planar, or MuJoCo's mechanics."),
-    ] = None
+    platform: RidePlatform = None
     map: OwnMap = None
     start: Annotated[
         str | None, typer.Option(metavar="X,Y[,DEG]|NAME", help="Start, m and degrees, or a place.")
@@ -75,12 +74,7 @@ class RunRequest:
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the ride.")] = None
     animate: Animate = None
     speed_up: SpeedUp = 1.0
-    view: Annotated[
-        str | None,
-        typer.Option(
-            metavar="follow|above|rider", help="Draw --animate in three dimensions, by MuJoCo."
-        ),
-    ] = None
+    view: FilmView = None
     record: Annotated[
         Path | None,
         typer.Option(metavar="FILE.mcap", help="Record the ride, for viewers and cohelm replay."),

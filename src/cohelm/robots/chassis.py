@@ -91,7 +91,7 @@ class Motors(Model):
     """Integral action as share of the proportional one, 1/s (assumed)."""
 
 
-class Body(Model):
+class ChairBody(Model):
     """Parts that touch people and walls, as boxes over the footprint."""
 
     ground_clearance: float = Field(0.075, gt=0.0, le=0.5)
@@ -122,7 +122,7 @@ class Chassis(Model):
     """None: front casters only, a rear-wheel drive."""
     masses: Masses = Masses()
     motors: Motors = Motors()
-    body: Body = Body()
+    body: ChairBody = ChairBody()
     laser_height: float = Field(0.30, gt=0.0, le=3.0)
     """Height of planar scanners over the floor, m (assumed: over the footrests, under the seat)."""
 

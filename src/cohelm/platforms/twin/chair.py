@@ -6,7 +6,7 @@ from typing import Any
 
 from cohelm.platforms.twin.motors import chassis_of, speed_gain
 from cohelm.robots import Robot
-from cohelm.robots.chassis import Body, Casters, Chassis
+from cohelm.robots.chassis import Casters, ChairBody, Chassis
 
 GRAVITY = 9.81
 """m/s²."""
@@ -85,7 +85,7 @@ def _add_masses(chair: Any, mujoco: Any, chassis: Chassis) -> None:
         )
 
 
-def _add_bodies(chair: Any, mujoco: Any, b: Body, robot: Robot) -> None:
+def _add_bodies(chair: Any, mujoco: Any, b: ChairBody, robot: Robot) -> None:
     """Boxes that touch people and walls, within the footprint."""
     low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
     half_width = (high[1] - low[1]) / 2.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.platforms.twin.body_regions import REGIONS
-from cohelm.platforms.twin.people import PersonTable
+from cohelm.platforms.twin.people import PersonGeoms
 from cohelm.simulation import Touch
 
 WALL = -1
@@ -30,7 +30,7 @@ class ContactTable:
     """Name of each geometry."""
 
 
-def contact_table(model: Any, people: PersonTable) -> ContactTable:
+def contact_table(model: Any, people: PersonGeoms) -> ContactTable:
     """Sort the geometries of a model."""
     names = tuple(model.geom(i).name for i in range(model.ngeom))
     chair = model.body_rootid[model.geom_bodyid] == model.body("chair").id

@@ -12,7 +12,7 @@ from cohelm.maps import OccupancyGrid
 from cohelm.platforms.twin.building import add_building
 from cohelm.platforms.twin.chair import add_chair
 from cohelm.platforms.twin.contacts import ContactTable, contact_table
-from cohelm.platforms.twin.people import JOINTS, PersonTable, add_people, person_table, soften
+from cohelm.platforms.twin.people import JOINTS, PersonGeoms, add_people, person_table, soften
 from cohelm.simulation import WorldSetup
 from cohelm.simulation.sensors.human_bodies import HumanBodies
 
@@ -27,7 +27,7 @@ class TwinModel:
     model: Any
     data: Any
     people: int
-    persons: PersonTable
+    persons: PersonGeoms
     contacts: ContactTable
     drive_dofs: Integers
     """(2,) degrees of freedom of the left and the right drive wheel."""

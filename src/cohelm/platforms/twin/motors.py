@@ -33,7 +33,7 @@ class MotorState:
 
 
 @value
-class WheelCommand:
+class SpeedCommand:
     """Command to the wheels until the next call."""
 
     speed: Annotated[Floats, Shape("2")]
@@ -55,7 +55,7 @@ def control_wheels(
     dt: float,
     measured: Floats,
     grip: Grip = lambda twist: twist,
-) -> tuple[MotorState, WheelCommand]:
+) -> tuple[MotorState, SpeedCommand]:
     """Follow a command with limited acceleration and a lag, and compensate friction.
 
     The lag of the filter and that of the proportional controller add up to ``actuation_lag``.
@@ -82,7 +82,7 @@ def control_wheels(
     limit = motors.torque / speed_gain(chassis)
     integral = np.zeros(2) if parked else np.clip(integral, -limit, limit)
     after = MotorState(setpoint=setpoint, inputs=inputs, expected=expected, integral=integral)
-    return after, WheelCommand(speed=wanted + integral, parked=parked)
+    return after, SpeedCommand(speed=wanted + integral, parked=parked)
 
 
 def speed_gain(chassis: Chassis) -> float:

@@ -75,7 +75,7 @@ def places_of(bodies: HumanBodies, floor: FloorSurface) -> Floats:
 
 
 @value
-class PersonTable:
+class PersonGeoms:
     """Geometries of people in a model with g geometries and n people."""
 
     owner: Annotated[Integers, Shape("g")]
@@ -88,7 +88,7 @@ class PersonTable:
         return self.geoms[~visible[self.owner[self.geoms]]]
 
 
-def person_table(model: Any, people: int) -> PersonTable:
+def person_table(model: Any, people: int) -> PersonGeoms:
     """Find the geometries of each person by their names."""
     owner = np.full(model.ngeom, -1, dtype=np.int64)
     bodies = {f"person_{i}_{part}" for i in range(people) for part in ("trunk", "left", "right")}
@@ -96,10 +96,10 @@ def person_table(model: Any, people: int) -> PersonTable:
         body = model.body(name)
         first, count = int(body.geomadr[0]), int(body.geomnum[0])
         owner[first : first + count] = int(name.split("_")[1])
-    return PersonTable(owner=owner, geoms=np.flatnonzero(owner >= 0))
+    return PersonGeoms(owner=owner, geoms=np.flatnonzero(owner >= 0))
 
 
-def soften(model: Any, table: PersonTable, chair: int) -> None:
+def soften(model: Any, table: PersonGeoms, chair: int) -> None:
     """Give people's geometries the stiffness of their body regions.
 
     A contact's force is (stiffness · depth + damping · speed) · d / (A d + Â (1 − d)) / d, where A

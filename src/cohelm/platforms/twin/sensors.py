@@ -12,7 +12,7 @@ import numpy as np
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.messages import PointCloud, Scan
 from cohelm.platforms.twin.building import CEILING, PEOPLE, SEEN
-from cohelm.platforms.twin.people import PersonTable
+from cohelm.platforms.twin.people import PersonGeoms
 from cohelm.robots import CloudMount, LaserMount
 from cohelm.simulation.sensors.laser import beam_angles, measured_scan
 from cohelm.simulation.sensors.point_cloud import measured_cloud, rays_of, rotation_of
@@ -56,7 +56,7 @@ class BodyCasting:
         mujoco: Any,
         model: Any,
         data: Any,
-        table: PersonTable,
+        table: PersonGeoms,
         visible: Booleans,
         height: float,
     ) -> None:
