@@ -60,7 +60,7 @@ class RunRequest:
     rider: Annotated[str | None, typer.Option(metavar="NAME", help="Simulated rider.")] = None
     mode: Annotated[
         str | None,
-        typer.Option(metavar="autonomous|shared|assisted|stop_only|manual", help="Driving mode."),
+        typer.Option(metavar="autonomous|shared|assisted|stop_only|manual", help="Mode."),
     ] = None
     seed: Seed = None
     settings: ScenarioSettings = ()
@@ -68,16 +68,13 @@ class RunRequest:
         Path | None, typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv.")
     ] = None
     json: Json = False
-    all: Annotated[
-        bool, typer.Option("--all", help="Print every measure, not only the main ones.")
-    ] = False
+    all: Annotated[bool, typer.Option("--all", help="Print every measure.")] = False
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the ride.")] = None
     animate: Animate = None
     speed_up: SpeedUp = 1.0
     view: FilmView = None
     record: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.mcap", help="Record the ride, for viewers and cohelm replay."),
+        Path | None, typer.Option(metavar="FILE.mcap", help="Record for viewers and cohelm replay.")
     ] = None
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the outcome only.")] = False
 
