@@ -14,9 +14,7 @@ _Request = TypeVar("_Request")
 
 MapFile = Annotated[str, typer.Argument(metavar="MAP.yaml", help="Map as Nav2 map_server YAML.")]
 Scenario = Annotated[str, typer.Argument(help="Name of a scenario, or a .yaml file.")]
-OwnMap = Annotated[
-    str | None, typer.Option("--map", metavar="FILE.yaml", help="Use this map instead.")
-]
+OwnMap = Annotated[str | None, typer.Option("--map", metavar="FILE.yaml", help="Own map instead.")]
 Robot = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="Wheelchair.")]
 People = Annotated[int | None, typer.Option(min=0, max=300, help="Number of pedestrians.")]
 Seed = Annotated[int | None, typer.Option(min=0, help="Random seed.")]
