@@ -1,4 +1,4 @@
-"""The direction ring says what the scanners measure, from the outline on; remembered people are told apart."""
+"""The direction ring tells what the scanners measure; remembered people are told apart."""
 
 import math
 
