@@ -99,7 +99,7 @@ function changed(was: ReasonDisplay, why: ReasonText | null, now: number): Reaso
     return reworded ? { ...was, shown: why, trueAt: now, spoken: "" } : { ...was, trueAt: now };
   }
   const read = !shown || now - was.since >= READ;
-  const due = next && next.code !== shown?.code && now - was.nextSince >= LASTS[claimOf(next.code)];
+  const due = next && next.code !== shown?.code && was.nextAt - was.nextSince >= LASTS[claimOf(next.code)];
   if (next && due && (read || (shown && rank(next) > rank(shown)))) {
     return { ...was, shown: next, since: now, trueAt: now, spoken: "" };
   }

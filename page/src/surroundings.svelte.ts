@@ -11,6 +11,11 @@ const CAUSED = new Set([
 ]);
 /** A cause stays pointed at so long although another one is nearer for a moment, ms (assumed). */
 const KEEPS = 1_000;
+/** Rates of time below which a computer is slow, and above which it is not any more (assumed). */
+const SLOW = 0.8;
+const FAST = 0.95;
+/** So long either must last before it is told, ms (assumed). */
+const PACE_LASTS = 3_000;
 const RING = "cohelm.ring";
 
 class Surroundings {
@@ -19,7 +24,10 @@ class Surroundings {
   cause = $state.raw<Cause | null>(null);
   /** True if the ring is shown about chair and joystick. */
   shown = $state(kept());
+  /** True while this computer is too slow for real time, and that for some seconds. */
+  slow = $state(false);
   #causedAt = -Infinity;
+  #pacedAt = -Infinity;
 
   show(on: boolean): void {
     this.shown = on;
@@ -39,6 +47,7 @@ class Surroundings {
       this.cause = null;
       return;
     }
+    this.#pace(state.rate ?? 1, now);
     this.ring = this.shown ? ring(state, scene, mapView.isWall) : [];
     const code = this.saying.shown?.code ?? "";
     if (!CAUSED.has(code)) {
@@ -52,6 +61,13 @@ class Surroundings {
     if (held) return;
     this.#causedAt = now;
     this.cause = found;
+  }
+
+  /** Told only after it has lasted, and until it is over for as long. */
+  #pace(rate: number, now: number): void {
+    const other = this.slow ? rate > FAST : rate < SLOW;
+    if (!other) this.#pacedAt = now;
+    else if (now - this.#pacedAt > PACE_LASTS) this.slow = !this.slow;
   }
 }
 

@@ -42,6 +42,8 @@ export class Trip {
   draft = $state.raw<Draft | null>(null);
   #asked = 0;
   #startedAt = -Infinity;
+  /** The chair starts up: it plans as soon as it can. */
+  #waits = false;
 
   constructor() {
     selection.drawing = (line, avoided) => {
@@ -121,6 +123,10 @@ export class Trip {
       this.#startedAt = -Infinity;
       link.send({ type: "resume" });
     }
+    if (draft && this.#waits && state.reason?.code !== "starting") {
+      void this.#plan();
+      return;
+    }
     if (!draft?.from || draft.busy) return;
     if (Math.hypot(state.pose[0] - draft.from[0], state.pose[1] - draft.from[1]) > STALE) void this.#plan();
   }
@@ -146,6 +152,8 @@ export class Trip {
     const { draft } = this;
     if (!draft) return;
     this.draft = { ...draft, busy: true };
+    this.#waits = chair.state?.reason?.code === "starting";
+    if (this.#waits) return;
     const number = ++this.#asked;
     const pose = chair.state?.pose;
     const wishes = draft.wishes.map((each) => each.wish);

@@ -93,9 +93,10 @@ export function minutes(seconds: number): string {
   return t("unit.minutes", { n: `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}` });
 }
 
-/** A time to come, no more exact than it is known: "less than 1 min", "about 3 min". */
+/** A time to come, no more exact than it is known: "about 40 s", "about 3 min". */
 export function roughly(seconds: number): string {
-  if (seconds < 45) return t("unit.lessThanMinute");
+  if (seconds < 8) return t("unit.fewSeconds");
+  if (seconds < 95) return t("unit.aboutSeconds", { n: 5 * Math.round(seconds / 5) });
   return t("unit.aboutMinutes", { n: Math.round(seconds / 60) });
 }
 
@@ -120,6 +121,7 @@ export function turnWords(turn: Turn | null, left: number, name: string): string
     : t(side, { n: roundly(turn.after) });
 }
 
+/** A length to come: to the metre, from 10 m on to five. */
 function roundly(length: number): string {
   return num(length < 10 ? Math.round(length) : 5 * Math.round(length / 5), 0);
 }

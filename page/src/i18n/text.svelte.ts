@@ -25,7 +25,7 @@ function kept(): string | null {
   }
 }
 
-let language = $state<Language>(preferred(kept(), navigator.language));
+let language = $state<Language>(preferred(kept(), globalThis.navigator?.language ?? ""));
 
 export function languageNow(): Language {
   return language;

@@ -87,6 +87,17 @@ class SessionArchive:
         except OSError:
             raise StoreError(f"there is no map of {id_}, or not yet") from None
 
+    def timeline(self, ride: str) -> bytes:
+        """Return the timeline of a ride as JSON, see :mod:`.timeline`.
+
+        Raises:
+            StoreError: There is no timeline, or not yet.
+        """
+        try:
+            return self._ride(ride).with_suffix(".timeline").read_bytes()
+        except OSError:
+            raise StoreError(f"there is no timeline of {ride}, or not yet") from None
+
     def _folders(self) -> tuple[Path, ...]:
         """Return the folders of all sessions, unordered."""
         return tuple(f for f in self.folder.iterdir() if SESSION.fullmatch(f.name))
