@@ -19,6 +19,7 @@ from cohelm.live.sessions.session_files import (
     session_sort_key,
     unknown_session,
 )
+from cohelm.live.sessions.timeline import Timeline
 
 _log = logging.getLogger(__name__)
 
@@ -65,7 +66,11 @@ class SessionArchive:
         for ride in summary.rides:
             with contextlib.suppress(StoreError):
                 maps[ride.id] = self.png(ride.id)
-        return report.session_html(summary, maps)
+        timelines = {}
+        for ride in summary.rides:
+            with contextlib.suppress(StoreError, ValueError):  # of another version, or missing
+                timelines[ride.id] = Timeline.model_validate_json(self.timeline(ride.id))
+        return report.session_html(summary, maps, timelines)
 
     def csv(self, session: str) -> str:
         """Return the CSV table of a session; errors as in :meth:`summary`."""
