@@ -78,7 +78,7 @@ def session_html(
             "stops",
             "nearest person, m",
             "rating",
-        ),  # fmt: skip
+        ),
         rows=[
             (
                 str(number),
