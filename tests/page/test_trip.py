@@ -57,7 +57,8 @@ def test_a_tap_outside_the_building_cancels_nothing(rider, chair):
     rider.follow("Ward 4")
     rider.press("Whole floor")
     floor = chair.scene["floor"]
-    rider.page.mouse.click(*pixel(rider, floor["x"] - 1.0, floor["y"] + 2.0))
+    top = floor["y"] + floor["height"] * floor["resolution"]
+    rider.page.mouse.click(*pixel(rider, floor["x"] + 20.0, top + 3.0))
     rider.press("Go here")
     rider.sees("This place is outside the map.")
     rider.holds(lambda state: state["goal"] and state["goal"]["name"] == "Ward 4")
