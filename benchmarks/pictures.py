@@ -86,10 +86,13 @@ def desktops(browser: Browser, address: str, folder: Path) -> None:
         until_arrival(page)
         keep(page, folder / "page-arrived.png")
         page.get_by_role("button", name="Skip").click()
-        show(page, "Simulation")
-        for door in page.get_by_role("button", name=re.compile(": open$")).all():
-            door.click()
         go(page, "Pharmacy")
+        ride(page, 1.0)
+        show(page, "Simulation")
+        doors = page.get_by_role("button", name=re.compile(": open$"))
+        while doors.count():
+            doors.first.click()
+            page.wait_for_timeout(150)
         go_on(page, lambda: page.locator(".why").filter(has_text="is shut").is_visible())
         keep(page, folder / "page-door.png")
         show(page, "Simulation")

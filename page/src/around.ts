@@ -35,6 +35,8 @@ const NARROW = 0.9;
 const MATCH = 0.7;
 /** A cause lies no farther than this from the chair, m. */
 const NEAR = 4;
+/** A door that shuts off a place lies no farther from it than this, m (assumed). */
+const FAR = 8;
 const AHEAD = (75 * Math.PI) / 180;
 const WALKS = 0.25;
 
@@ -128,6 +130,15 @@ function closed(state: About, scene: Pick<SceneInfo, "doors">): Door[] {
 
 export function middleOf(door: Pick<Door, "a" | "b">): Point {
   return [(door.a[0] + door.b[0]) / 2, (door.a[1] + door.b[1]) / 2];
+}
+
+/** The shut door that is nearest to a point, and not far from it: what may keep a route from there. */
+export function doorBy(state: About, scene: Pick<SceneInfo, "doors" | "places">, point: Point): Cause | null {
+  const [door] = closed(state, scene)
+    .map(middleOf)
+    .filter((at) => distance(at, point) < FAR)
+    .sort((a, b) => distance(a, point) - distance(b, point));
+  return door ? { thing: "door", at: door, name: nearestName(scene.places, door) } : null;
 }
 
 /** Name of the place that is nearest to a point. */

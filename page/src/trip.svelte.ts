@@ -33,15 +33,12 @@ export interface Draft {
 
 /** After this way the routes are planned anew: lengths and prices are told from where the chair is, m. */
 const STALE = 3;
-/** So long after "Start" a confirmation that the chair asks for is given by that press, ms. */
-const START_COUNTS = 4_000;
 /** Radius of the area to avoid about a place, m. */
 const AVOIDED = 1.5;
 
 export class Trip {
   draft = $state.raw<Draft | null>(null);
   #asked = 0;
-  #startedAt = -Infinity;
   /** The chair starts up: it plans as soon as it can. */
   #waits = false;
 
@@ -114,15 +111,11 @@ export class Trip {
     await this.#go(draft.to, draft.name, wishes);
   }
 
-  /** Looks, from time to time, whether what is shown is old, and whether the chair asks for what was just said. */
-  look(now: number): void {
+  /** Looks, from time to time, whether what is shown is old. */
+  look(): void {
     const { draft } = this;
     const { state } = chair;
     if (!state) return;
-    if (state.link === "confirm" && chair.driving && now - this.#startedAt < START_COUNTS) {
-      this.#startedAt = -Infinity;
-      link.send({ type: "resume" });
-    }
     if (draft && this.#waits && state.reason?.code !== "starting") {
       void this.#plan();
       return;
@@ -133,10 +126,12 @@ export class Trip {
 
   async #go(to: To, name: string, wishes: readonly Required<RouteWish>[] | null): Promise<void> {
     if (!chair.state?.driver) link.send({ type: "take_control" });
+    // The press is the confirmation that the chair waits for now. Before the destination, and never
+    // later: a STOP that comes after it must hold.
+    else if (chair.driving && chair.state.link === "confirm") link.send({ type: "resume" });
     const answer = await link.ask({ type: "set_goal", ...to, ...(wishes ? { wishes: [...wishes] } : {}) });
     selection.heed(answer);
     if (answer.type === "rejected") return;
-    this.#startedAt = performance.now();
     this.draft = null;
     mapView.back();
     if (name) remember(name);

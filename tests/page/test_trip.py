@@ -100,16 +100,36 @@ def test_the_therapist_may_allow_to_set_off_at_once(rider, chair):
         therapist.close()
 
 
-def test_a_shut_door_is_named_and_pointed_at(rider, chair):
-    """All doors of the hospital shut: the chair says which one it stands before."""
+def shut_all(chair):
     for door in chair.scene["doors"]:
         chair.say("change_simulation", action="door", door=door["id"], on=True)
+
+
+def test_a_shut_door_is_named_before_the_trip(rider, chair):
+    shut_all(chair)
+    rider.show("Go to")
+    rider.press("Pharmacy")
+    rider.sees(re.compile("No route there is wide enough. The door to .* is shut."))
+    expect(rider.button("Start")).to_have_attribute("aria-disabled", "true")
+
+
+def test_a_door_that_shuts_on_the_way_is_named_and_pointed_at(rider, chair):
     rider.take()
     rider.choose("Pharmacy")
     rider.makes(moves, rider.go_on)
+    shut_all_from(rider)
     expect(rider.page.get_by_test_id("why")).to_contain_text(
         re.compile("The door to .* is shut"), timeout=60_000
     )
+
+
+def shut_all_from(rider):
+    """By the page that drives."""
+    rider.show("Simulation")
+    doors = rider.page.get_by_role("button", name=re.compile(": open$"))
+    while doors.count():
+        doors.first.click()
+        rider.rest(0.15)
 
 
 def test_a_phone_keeps_its_map_under_a_sheet(riders):
