@@ -1,14 +1,19 @@
 """A recording in the page: served to this machine only, and the same ride as the file's."""
 
+import json
+import threading
+import urllib.error
+import urllib.request
+
 import numpy as np
 import pytest
-from starlette.testclient import TestClient
 
 from cohelm.errors import ConfigError, RecordingError
 from cohelm.live.sessions.timeline import PERIOD, timeline_of_recording
 from cohelm.recordings.rides.reader import RecordedRide
 from cohelm.web.page_files import Asset
-from cohelm.web.replay import replay_app
+from cohelm.web.replay import replay_app, replay_server
+from cohelm.web.server import listening
 
 PAGE = {"replay.html": Asset(body=b"<html>", zipped=None, kind="text/html", tag="x", lasting=False)}
 
@@ -27,11 +32,24 @@ def test_the_timeline_is_the_recorded_ride(recorded):
 
 def test_it_is_served_with_its_page(recorded):
     app = replay_app(timeline_of_recording(recorded), PAGE, "127.0.0.1")
-    with TestClient(app, base_url="http://127.0.0.1") as client:
-        assert client.get("/").text == "<html>"
-        assert client.get("/api/replay").json()["period"] == PERIOD
-        assert client.get("/api/limits").status_code == 404
-        assert "default-src 'none'" in client.get("/").headers["content-security-policy"]
+    ready = threading.Event()
+    with listening("127.0.0.1", 0) as bound:
+        server = replay_server(app, ready.set)
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]})
+        thread.start()
+        assert ready.wait(20.0)
+        address = f"http://127.0.0.1:{bound.getsockname()[1]}"
+        try:
+            with urllib.request.urlopen(f"{address}/") as answer:
+                assert answer.read() == b"<html>"
+                assert "default-src 'none'" in answer.headers["content-security-policy"]
+            with urllib.request.urlopen(f"{address}/api/replay") as answer:
+                assert json.load(answer)["period"] == PERIOD
+            with pytest.raises(urllib.error.HTTPError, match="404"):
+                urllib.request.urlopen(f"{address}/api/limits")
+        finally:
+            server.should_exit = True
+            thread.join(20.0)
 
 
 def test_other_machines_get_none(recorded):

@@ -23,7 +23,7 @@ from cohelm.live.sessions.timeline import timeline_of_recording
 from cohelm.web.certificate import Tls, own_certificate
 from cohelm.web.origins import VIEWER_PATH, address, is_loopback, names_of
 from cohelm.web.page_files import BuiltPage, read_page
-from cohelm.web.replay import replay_app, serve_replay
+from cohelm.web.replay import replay_app, replay_server
 from cohelm.web.server import listening, make_context, serve
 from cohelm.web.signin import new_token
 
@@ -52,7 +52,7 @@ def show_recording(file: Path, page: BuiltPage, request: DriveRequest) -> None:
             if request.open:
                 threading.Thread(target=webbrowser.open, args=(base,), daemon=True).start()
 
-        serve_replay(app, bound, started)
+        replay_server(app, started).run(sockets=[bound])
 
 
 def serve_ride(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Callable
 
 import uvicorn
@@ -54,7 +53,7 @@ def replay_app(timeline: Timeline, page: BuiltPage, host: str) -> FastAPI:
     return app
 
 
-def serve_replay(app: FastAPI, bound: socket.socket, started: Callable[[], None]) -> None:
-    """Serve until the process gets a signal to end."""
+def replay_server(app: FastAPI, started: Callable[[], None] = lambda: None) -> uvicorn.Server:
+    """Return the server, which ends by a signal or once ``should_exit`` is set."""
     config = uvicorn.Config(app, log_config=None, log_level="error", server_header=False)
-    Server(config, started).run(sockets=[bound])
+    return Server(config, started)

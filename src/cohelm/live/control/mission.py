@@ -31,15 +31,19 @@ MARGIN = 2.0
 
 
 class GoalRefused(CohelmError):
-    """No chair can stand at the requested destination; the current one stays.
+    """No chair can stand at the requested destination; the current one stays."""
 
-    Args:
-        reason: Reason for the rider.
-    """
 
-    def __init__(self, reason: Reason) -> None:
-        self.code = reason.value
-        super().__init__(reason.sentence)
+class GoalOutside(GoalRefused):
+    """The destination lies outside the known part of the map."""
+
+    code = Reason.OUTSIDE_MAP.value
+
+
+class GoalOnObstacle(GoalRefused):
+    """The destination lies on an obstacle of the map."""
+
+    code = Reason.GOAL_BLOCKED.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,13 +111,14 @@ def check_goal(goal: Destination, grid: OccupancyGrid) -> None:
     """Reject a destination at which no chair can stand, before it replaces another one.
 
     Raises:
-        GoalRefused: It lies outside the map, where the map is unknown, or on an obstacle.
+        GoalOutside: It lies outside the map, or where the map is unknown.
+        GoalOnObstacle: It lies on an obstacle.
     """
     point = np.array([goal.x, goal.y])
     if not grid.contains(point) or grid.data[tuple(grid.cells(point))] < 0:
-        raise GoalRefused(Reason.OUTSIDE_MAP)
+        raise GoalOutside(Reason.OUTSIDE_MAP.sentence)
     if grid.occupied()[tuple(grid.cells(point))]:
-        raise GoalRefused(Reason.GOAL_BLOCKED)
+        raise GoalOnObstacle(Reason.GOAL_BLOCKED.sentence)
 
 
 def wish_of(message: AddWish | RouteWish, number: int) -> ActiveWish:

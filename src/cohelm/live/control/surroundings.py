@@ -66,7 +66,7 @@ def in_view(observation: Observation, points: Floats) -> tuple[bool, ...]:
 
 
 def _beams(scan: Scan) -> Floats:
-    return scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    return scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges), dtype=np.float64)
 
 
 def _ends(scan: Scan) -> Floats:
@@ -74,14 +74,17 @@ def _ends(scan: Scan) -> Floats:
     ranges = np.where(np.isinf(scan.ranges), scan.range_max, scan.ranges)
     valid = np.isfinite(ranges)
     angles, ranges = _beams(scan)[valid], ranges[valid]
-    ends = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
-    return transform(scan.mount, ends)
+    return _in_robot_frame(scan, angles, ranges)
 
 
 def _returns(scan: Scan) -> Floats:
     """Returns (k, 2) in the robot's frame."""
     valid = np.isfinite(scan.ranges)
     angles, ranges = _beams(scan)[valid], scan.ranges[valid]
+    return _in_robot_frame(scan, angles, ranges)
+
+
+def _in_robot_frame(scan: Scan, angles: Floats, ranges: Floats) -> Floats:
     ends = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
     return transform(scan.mount, ends)
 

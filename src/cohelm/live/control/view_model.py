@@ -75,7 +75,7 @@ def people_of(tick: Tick, sweeps: Observation) -> tuple[PersonRow, ...]:
     if tick.groups is not None and len(tick.groups.member) == n and len(tick.groups.id):
         member = tick.groups.member
         group = np.where(member >= 0, tick.groups.id[np.maximum(member, 0)], -1)
-    seen = in_view(sweeps, tracked.mean[:, :2])
+    seen = np.array(in_view(sweeps, tracked.mean[:, :2]), dtype=np.float64)
     columns = [tracked.id, tracked.mean, tracked.radius, shape, group, seen]
     rows = np.column_stack(columns).round(3)
     return tuple(PersonRow(*row) for row in rows.tolist() if all(map(math.isfinite, row)))

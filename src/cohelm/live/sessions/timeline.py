@@ -83,14 +83,14 @@ def timeline_of(ride: Ride, stops: Sequence[RideStop]) -> Timeline:
     positions = ride.people[ticks, :, :2]
     return Timeline(
         period=period,
-        pose=tuple(_row(pose, 3) for pose in ride.pose[ticks]),
+        pose=tuple(_pose(pose) for pose in ride.pose[ticks]),
         speed=_numbers(ride.twist[ticks, 0]),
         eta=_numbers(ride.eta[ticks]),
-        stick=tuple(_row(stick, 2) for stick in np.nan_to_num(ride.stick[ticks])),
+        stick=tuple(_pair(stick) for stick in ride.stick[ticks]),
         people=tuple(_points(each) for each in positions),
         reasons=tuple(stop for stop in stops if stop.duration >= MIN_DURATION),
         route=_points(ride.path.points[::_SPACING]) if ride.path is not None else (),
-        goal=_row(ride.goal, 2) if np.isfinite(ride.goal).all() else None,
+        goal=_pair(ride.goal) if np.isfinite(ride.goal).all() else None,
         outline=_points(ride.robot.outline),
         floor=_floor(ride.grid),
     )
@@ -118,7 +118,7 @@ def timeline_of_recording(file: Path) -> Timeline:
     chosen, period = _samples(np.array([tick.time for tick in ticks]) - begun)
     return Timeline(
         period=period,
-        pose=tuple(_row(ticks[k].pose, 3) for k in chosen),
+        pose=tuple(_pose(ticks[k].pose) for k in chosen),
         speed=_numbers([ticks[k].speed for k in chosen]),
         eta=_numbers([topics.eta_at(k) for k in chosen]),
         stick=tuple(ticks[k].stick for k in chosen),
@@ -188,7 +188,7 @@ def _bodies(markers: Iterable[object]) -> tuple[Point, ...]:
 
 def _stick(rider: object) -> Point:
     deflection = getattr(rider, "deflection", None)
-    return (0.0, 0.0) if deflection is None else _row(np.nan_to_num(deflection), 2)
+    return (0.0, 0.0) if deflection is None else _pair(deflection)
 
 
 def _reasons(ticks: Sequence[_Tick]) -> tuple[RideStop, ...]:
@@ -237,8 +237,14 @@ def _points(line: Floats) -> tuple[Point, ...]:
     )
 
 
-def _row(numbers: Floats, count: int) -> tuple[float, ...]:
-    return tuple(round(float(each), 3) for each in numbers[:count])
+def _pose(pose: Floats) -> tuple[float, float, float]:
+    x, y, heading = pose.tolist()
+    return round(x, 3), round(y, 3), round(heading, 3)
+
+
+def _pair(pair: Floats) -> Point:
+    first, second = np.nan_to_num(pair).tolist()
+    return round(first, 2), round(second, 2)
 
 
 def _numbers(column: Iterable[float]) -> tuple[float, ...]:
