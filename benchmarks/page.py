@@ -73,9 +73,11 @@ def served(people: int) -> Iterator[tuple[str, str]]:
             text=True,
         )
         try:
-            said = "".join(
-                iter(program.stdout.readline if program.stdout else str, "Ctrl-C ends it.\n")
-            )
+            said = ""
+            for line in program.stdout or ():
+                said += line
+                if "Ctrl-C" in line:
+                    break
             address = re.search(r"drive +(http://\S+?)/?\n", said)[1]  # type: ignore[index] # is said
             token = re.search(r"therapist#token=(\S+)", said)[1]  # type: ignore[index] # is said
             while not health(address)["ready"]:
@@ -232,7 +234,7 @@ def keys(browser: Browser, address: str) -> None:
 def listen(socket: Any, beats: list[dict[str, Any]], states: list[dict[str, Any]]) -> None:
     """Record the messages in both directions."""
     socket.on("framesent", lambda text: '"heartbeat"' in text and beats.append(json.loads(text)))
-    socket.on("framereceived", lambda text: '"heard"' in text and states.append(json.loads(text)))
+    socket.on("framereceived", lambda text: '"state"' in text and states.append(json.loads(text)))
 
 
 def wheels(

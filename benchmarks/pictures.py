@@ -28,23 +28,18 @@ def main() -> int:
     """Make all pictures."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--into", type=Path, default=Path("docs/images"))
-    folder = options.parse_args().into
+    options.add_argument("--only", choices=[*PARTS], help="one part only")
+    chosen = options.parse_args()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         with served(people=12) as (address, token):
-            pictures(browser, address, token, folder)
+            for name, part in PARTS.items():
+                if chosen.only in {None, name}:
+                    part(browser, address, token, chosen.into)
     return 0
 
 
-def pictures(browser: Browser, address: str, token: str, folder: Path) -> None:
-    """Make a picture of every state."""
-    phones(browser, address, folder)
-    desktops(browser, address, folder)
-    themes(browser, address, folder)
-    sessions(browser, address, token, folder)
-
-
-def phones(browser: Browser, address: str, folder: Path) -> None:
+def phones(browser: Browser, address: str, _: str, folder: Path) -> None:
     """Make the pictures of a phone: places, overview, trip."""
     with opened(browser, address, 390, 844, has_touch=True) as page:
         show(page, "Go to")
@@ -66,7 +61,7 @@ def phones(browser: Browser, address: str, folder: Path) -> None:
         keep(page, folder / "page-tablet.png")
 
 
-def desktops(browser: Browser, address: str, folder: Path) -> None:
+def desktops(browser: Browser, address: str, _: str, folder: Path) -> None:
     """Make the pictures of a trip on a desktop, to its end, and of a shut door."""
     with opened(browser, address, 1280, 800) as page:
         look_at(page, "Cafeteria")
@@ -101,7 +96,7 @@ def desktops(browser: Browser, address: str, folder: Path) -> None:
         release(page)
 
 
-def themes(browser: Browser, address: str, folder: Path) -> None:
+def themes(browser: Browser, address: str, _: str, folder: Path) -> None:
     """Make the pictures of the other palettes, of one switch and of German."""
     with opened(browser, address, 1280, 800, color_scheme="dark") as page:
         go(page, "Ward 4")
@@ -167,6 +162,8 @@ def keep(page: Page, path: Path) -> None:
     if path.stat().st_size > LARGEST:
         raise ValueError(f"{path} is too large")
 
+
+PARTS = {"phones": phones, "desktops": desktops, "themes": themes, "sessions": sessions}
 
 if __name__ == "__main__":
     sys.exit(main())
