@@ -19,6 +19,10 @@ const KINDS: readonly (readonly [Key, RegExp])[] = [
   ["places.food", /\b(cafe|café|cafeteria|canteen|kitchen|restaurant|dining|kiosk|vending|kantine|küche)/i],
   ["places.ways", /\b(entrance|exit|lift|elevator|stairs|lobby|reception|waiting|parking|eingang|ausgang|aufzug)/i],
 ];
+/** Order in which the kinds are shown. */
+const ORDER: readonly Key[] = [
+  "places.wards", "places.toilets", "places.food", "places.care", "places.ways", "places.other",
+];
 const MOST_RECENT = 4;
 const RECENT = "cohelm.recent";
 const FAVOURITES = "cohelm.favourites";
@@ -31,7 +35,9 @@ export function grouped<P extends Named>(places: readonly P[]): Group<P>[] {
     for (const each of fitting) left.delete(each);
     return { title, places: fitting };
   });
-  return [...groups, { title: "places.other" as Key, places: [...left] }].filter((each) => each.places.length > 0);
+  return [...groups, { title: "places.other" as Key, places: [...left] }]
+    .filter((each) => each.places.length > 0)
+    .sort((a, b) => ORDER.indexOf(a.title) - ORDER.indexOf(b.title));
 }
 
 /** A name moves to the front of the recent ones. */

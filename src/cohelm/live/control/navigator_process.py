@@ -99,6 +99,7 @@ class NavigatorServer:
         self._last: Tick | None = None
         self._sweeps: Observation | None = None
         """Newest observation with scans."""
+        self._free: tuple[float, ...] = ()
         self._outline = tuple((float(x), float(y)) for x, y in ride_setup.robot.outline)
         self._path: Path | None = None
         self._ride_log = RideLogWriter()
@@ -119,6 +120,7 @@ class NavigatorServer:
         self._last = tick
         if tick.observation.scans or self._sweeps is None or step.restart:
             self._sweeps = tick.observation
+            self._free = free_distances(self._sweeps, self._outline)
         log, self._finished_log = self._finished_log, None
         return StepAnswer(
             step_id=step.step_id,
@@ -134,7 +136,7 @@ class NavigatorServer:
             people=people_of(tick, self._sweeps),
             groups=groups_of(tick),
             offers=offers_of(tick),
-            free=free_distances(self._sweeps, self._outline),
+            free=self._free,
             log=log,
             unstored=self._unstored,
             planning_context=(

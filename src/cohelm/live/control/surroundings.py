@@ -61,8 +61,8 @@ def in_view(observation: Observation, points: Floats) -> tuple[bool, ...]:
     returns = np.concatenate([transform(X_MR, _returns(scan)) for scan in observation.scans])
     if not len(returns):
         return (False,) * len(points)
-    apart = np.hypot(*(points[:, None, :] - returns[None, :, :]).transpose(2, 0, 1))
-    return tuple((apart.min(axis=1) < BODY).tolist())
+    dx, dy = (points[:, None, axis] - returns[None, :, axis] for axis in (0, 1))
+    return tuple(((dx * dx + dy * dy).min(axis=1) < BODY**2).tolist())
 
 
 def _beams(scan: Scan) -> Floats:
