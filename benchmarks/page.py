@@ -1,7 +1,7 @@
 """Speed of the rider's page in Chromium without a graphics card: frames, first load, key to wheels.
 
-    python benchmarks/page.py                         # all figures
-    python benchmarks/page.py --pictures docs/images  # the pictures of the documents instead
+    python benchmarks/page.py                # all figures
+    python benchmarks/pictures.py            # the pictures of the documents
 
 ``cohelm drive`` runs beside it on the hospital floor. Frames are counted by
 ``requestAnimationFrame`` while the chair follows its path. The first load is the number of
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import io
 import json
 import re
 import signal
@@ -23,11 +22,9 @@ import tempfile
 import time
 import urllib.request
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 CHROMIUM = "/usr/bin/chromium"
@@ -36,8 +33,7 @@ SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900)}
 SECONDS = 8.0
 """Time for which frames are counted, s."""
 PRESSES = 150
-LARGEST = 150_000
-"""Maximum size of a picture, bytes."""
+START = re.compile("^(Start|Use this trip)$")
 FRAMES = """
 seconds => new Promise((done) => {
   const at = [];
@@ -51,28 +47,22 @@ seconds => new Promise((done) => {
 
 
 def main() -> int:
-    """Print all figures, or make the pictures."""
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--pictures", type=Path)
-    chosen = options.parse_args()
+    """Print all figures."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        if chosen.pictures is not None:
-            with served(people=12) as address:
-                pictures(browser, address, chosen.pictures)
-            return 0
-        with served(people=30) as address:
+        with served(people=30) as (address, _):
             first_load(browser, address)
             for name, (width, height) in SIZES.items():
                 frames(browser, address, name, width, height)
-        with served(people=12) as address:
+        with served(people=12) as (address, _):
             keys(browser, address)
     return 0
 
 
 @contextlib.contextmanager
-def served(people: int) -> Iterator[str]:
-    """Start a ride among a number of people; yields the address of the page."""
+def served(people: int) -> Iterator[tuple[str, str]]:
+    """Start a ride among a number of people; yields the page's address, the therapist's token."""
     with tempfile.TemporaryDirectory() as folder:
         program = subprocess.Popen(  # own program, fixed arguments
             [
@@ -83,13 +73,16 @@ def served(people: int) -> Iterator[str]:
             text=True,
         )
         try:
-            said = "".join(
-                iter(program.stdout.readline if program.stdout else str, "Ctrl-C ends it.\n")
-            )
+            said = ""
+            for line in program.stdout or ():
+                said += line
+                if "Ctrl-C" in line:
+                    break
             address = re.search(r"drive +(http://\S+?)/?\n", said)[1]  # type: ignore[index] # is said
+            token = re.search(r"therapist#token=(\S+)", said)[1]  # type: ignore[index] # is said
             while not health(address)["ready"]:
                 time.sleep(1.0)
-            yield address
+            yield address, token
         finally:
             program.send_signal(signal.SIGINT)
             program.wait(60)
@@ -103,13 +96,20 @@ def health(address: str) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def opened(browser: Browser, address: str, width: int, height: int, **more: Any) -> Iterator[Page]:
-    """Open a new page that is connected to the chair."""
+def opened(
+    browser: Browser,
+    address: str,
+    width: int,
+    height: int,
+    words: str = "No driver.",
+    **more: Any,
+) -> Iterator[Page]:
+    """Open a new page that is connected to the chair, and says these words."""
     context = browser.new_context(viewport={"width": width, "height": height}, **more)
     page = context.new_page()
     page.set_default_timeout(60_000)
     page.goto(address)
-    expect(page.get_by_text("No driver.")).to_be_visible(timeout=60_000)
+    expect(page.get_by_text(words)).to_be_visible(timeout=60_000)
     yield page
     context.close()
 
@@ -131,12 +131,21 @@ def take(page: Page) -> None:
         page.wait_for_timeout(300)
 
 
-def go(page: Page, place: str) -> None:
-    """Choose a destination."""
+def look_at(page: Page, place: str) -> None:
+    """Choose a place, and wait for the overview of the trip."""
     show(page, "Go to")
     field = page.get_by_role("searchbox")
     field.fill(place)
     field.press("Enter")
+    start = page.get_by_role("button", name=START)
+    expect(start).to_have_attribute("aria-disabled", "false", timeout=60_000)
+
+
+def go(page: Page, place: str) -> None:
+    """Start a trip to a place."""
+    look_at(page, place)
+    page.get_by_role("button", name=START).click()
+    page.wait_for_timeout(500)
 
 
 def ride(page: Page, seconds: float) -> None:
@@ -225,7 +234,7 @@ def keys(browser: Browser, address: str) -> None:
 def listen(socket: Any, beats: list[dict[str, Any]], states: list[dict[str, Any]]) -> None:
     """Record the messages in both directions."""
     socket.on("framesent", lambda text: '"heartbeat"' in text and beats.append(json.loads(text)))
-    socket.on("framereceived", lambda text: '"heard"' in text and states.append(json.loads(text)))
+    socket.on("framereceived", lambda text: '"state"' in text and states.append(json.loads(text)))
 
 
 def wheels(
@@ -239,52 +248,6 @@ def wheels(
         if state["heartbeat"] >= told["seq"]:
             return float(state["clock"] - epoch - pressed / 1000.0)
     return None
-
-
-def pictures(browser: Browser, address: str, folder: Path) -> None:
-    """Make the pictures of all kinds of screens."""
-    with opened(browser, address, 390, 844, has_touch=True) as page:
-        take(page)
-        go(page, "Ward 4")
-        ride(page, 9.0)
-        keep(page, folder / "page-phone.png")
-        release(page)
-    with opened(browser, address, 820, 1180) as page:
-        show(page, "Route")
-        page.get_by_label("Or choose a place").select_option("Laboratory")
-        page.get_by_role("button", name="Go via here").click()
-        page.wait_for_timeout(4000)
-        keep(page, folder / "page-tablet.png")
-        page.get_by_role("button", name="Use this route").click()
-        page.wait_for_timeout(1000)
-    with opened(browser, address, 1280, 800) as page:
-        take(page)
-        show(page, "Route")
-        ride(page, 9.0)
-        keep(page, folder / "page-desktop.png")
-        release(page)
-    with opened(browser, address, 1280, 800, color_scheme="dark") as page:
-        take(page)
-        show(page, "Drive")
-        ride(page, 6.0)
-        keep(page, folder / "page-dark.png")
-        release(page)
-    with opened(browser, address, 1280, 800, contrast="more") as page:
-        show(page, "Settings")
-        page.get_by_label("One switch").check()
-        take(page)
-        show(page, "Go to")
-        ride(page, 6.0)
-        keep(page, folder / "page-high-contrast.png")
-
-
-def keep(page: Page, path: Path) -> None:
-    """Write a picture with a reduced palette."""
-    shown = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    shown.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
-    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
-    if path.stat().st_size > LARGEST:
-        raise ValueError(f"{path} is too large")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ export default defineConfig({
     target: "es2022",
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
-    rollupOptions: { input: ["index.html", "therapist.html"] },
+    rollupOptions: { input: ["index.html", "therapist.html", "replay.html"] },
   },
   server: {
     proxy: {

@@ -40,6 +40,8 @@ export class Chair {
   /** The finished ride, until it is rated or the next one begins. */
   ended = $state.raw<RideEnded | null>(null);
   notice = $state.raw<Notice | null>(null);
+  /** Name of the newest destination, which is told when it is reached. */
+  lastGoal = $state("");
   /** When the newest state came, by the page's own clock, ms. */
   came = 0;
   /** Connected, and yet no state comes. */
@@ -77,6 +79,7 @@ export class Chair {
       case "state":
         this.state = message;
         this.came = performance.now();
+        if (message.goal && message.goal.name !== this.lastGoal) this.lastGoal = message.goal.name;
         this.stale = false;
         if (this.ended && message.ride && message.ride !== this.ended.ride) this.ended = null;
         break;

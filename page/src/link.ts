@@ -1,10 +1,19 @@
 // The WebSocket to the chair: it reconnects by itself and matches answers to questions.
 
-import { VERSION, type Accepted, type FromPage, type WishPreview, type Rejected, type ToPage } from "./messages";
+import { t } from "./i18n/text.svelte";
+import {
+  VERSION,
+  type Accepted,
+  type FromPage,
+  type Rejected,
+  type ToPage,
+  type TripPlans,
+  type WishPreview,
+} from "./messages";
 
 /** `outdated`: the chair speaks another version of the messages than this page. */
 export type Status = "connecting" | "open" | "lost" | "sign-in" | "outdated";
-export type Answer = Accepted | WishPreview | Rejected;
+export type Answer = Accepted | WishPreview | TripPlans | Rejected;
 /** A message that carries a number, without it: `ask` gives it one. */
 export type Question = Extract<FromPage, { id?: number }> extends infer Each
   ? Each extends { id?: number }
@@ -74,7 +83,7 @@ export class Link {
     return new Promise((resolve) => {
       const refuse = (code: string, text: string): void =>
         answer({ type: "rejected", id, code, text });
-      const timer = setTimeout(() => refuse("no_answer", "The chair did not respond."), within);
+      const timer = setTimeout(() => refuse("no_answer", t("link.noAnswer")), within);
       const answer = (given: Answer): void => {
         clearTimeout(timer);
         this.#open.delete(id);
@@ -82,7 +91,7 @@ export class Link {
       };
       this.#open.set(id, answer);
       if (!this.send({ ...question, id } as FromPage)) {
-        refuse("link_lost", "Connection to the chair lost.");
+        refuse("link_lost", t("link.gone"));
       }
     });
   }
@@ -109,7 +118,12 @@ export class Link {
       this.#wait = FIRST_WAIT;
       this.#become("open");
     }
-    if (message.type === "accepted" || message.type === "wish_preview" || message.type === "rejected") {
+    if (
+      message.type === "accepted" ||
+      message.type === "wish_preview" ||
+      message.type === "trip_plans" ||
+      message.type === "rejected"
+    ) {
       this.#open.get(message.id)?.(message);
     }
     for (const listener of this.#listeners) listener(message);
@@ -119,7 +133,7 @@ export class Link {
     if (this.#socket !== socket) return;
     this.#socket = null;
     for (const [id, answer] of [...this.#open]) {
-      answer({ type: "rejected", id, code: "link_lost", text: "Connection to the chair lost." });
+      answer({ type: "rejected", id, code: "link_lost", text: t("link.gone") });
     }
     if (this.status === "open") this.#become("lost");
     if (!(await this.allowed())) {

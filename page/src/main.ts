@@ -1,12 +1,14 @@
 import { mount } from "svelte";
 import App from "./App.svelte";
 import { chair } from "./chair.svelte";
+import { applyLanguage } from "./i18n/text.svelte";
 import { link } from "./link";
 import { heedLinks, signIn, tokenOfLink } from "./server";
 import { applyTheme } from "./theme";
 import "./theme.css";
 
 applyTheme();
+applyLanguage();
 heedLinks(window);
 chair.follow(link);
 mount(App, { target: document.querySelector("#page")! });

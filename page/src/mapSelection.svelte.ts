@@ -1,6 +1,7 @@
 // Selected point on the map, and the price of a route preference before it is applied.
 
 import { chair } from "./chair.svelte";
+import { t } from "./i18n/text.svelte";
 import { link, PRICE_WITHIN, type Answer } from "./link";
 import { drawn, zoneOf } from "./map/strokes";
 import type { Point } from "./map/view";
@@ -21,8 +22,12 @@ export interface Proposal {
   readonly words: string;
   readonly price: WishPreview | null;
   readonly trouble: string;
+  /** Where the chair was when the price was asked for. */
+  readonly from: Point | null;
 }
 
+/** After this way a price is asked for anew, m: it is told from where the chair is. */
+const STALE = 3;
 /** Radius of the area to avoid about a place, m. */
 const BY = 1.5;
 
@@ -34,6 +39,8 @@ export class MapSelection {
   line = $state.raw<readonly Point[] | null>(null);
   /** Why the last thing asked was not done. */
   refusal = $state("");
+  /** Takes a drawn line in place of this; returns whether it does. */
+  drawing: (line: readonly Point[], avoided: boolean) => boolean = () => false;
 
   /** True while something on the map is being selected, so that the map must be visible. */
   readonly busy = $derived(this.tool !== "look" || this.proposal !== null || this.touched !== null);
@@ -48,25 +55,28 @@ export class MapSelection {
     const { tool } = this;
     this.line = null;
     this.tool = "look";
+    if (tool === "look" || this.drawing(line, tool === "not-this-way")) return;
     if (tool === "not-this-way") {
-      void this.propose({ kind: "avoid", ...zoneOf(line) }, "Avoid this area");
-    } else if (tool === "this-way") {
+      void this.propose({ kind: "avoid", ...zoneOf(line) }, t("trip.avoidArea"));
+    } else {
       const points = drawn(line);
-      void this.propose({ kind: "stroke", points, radius: 0 }, "Follow this line");
+      void this.propose({ kind: "stroke", points, radius: 0 }, t("trip.followLine"));
     }
   }
 
   by(point: Point, name: string): Promise<void> {
-    return this.propose({ kind: "attract", points: [point], radius: 0 }, `Go via ${name}`);
+    return this.propose({ kind: "attract", points: [point], radius: 0 }, t("trip.via", { name }));
   }
 
   notBy(point: Point, name: string): Promise<void> {
-    return this.propose({ kind: "avoid", points: [point], radius: BY }, `Avoid ${name}`);
+    return this.propose({ kind: "avoid", points: [point], radius: BY }, t("trip.avoid", { name }));
   }
 
   async propose(wish: Wish, words: string): Promise<void> {
     this.touched = null;
-    const proposal: Proposal = { wish, words, price: null, trouble: "" };
+    const pose = chair.state?.pose;
+    const from = pose ? ([pose[0], pose[1]] as const) : null;
+    const proposal: Proposal = { wish, words, price: null, trouble: "", from };
     this.proposal = proposal;
     if (!chair.goal) return;
     const answer = await link.ask({ type: "add_wish", ...wish, preview: true }, PRICE_WITHIN);
@@ -76,6 +86,15 @@ export class MapSelection {
     } else if (answer.type === "rejected") {
       this.proposal = { ...proposal, trouble: answer.text };
     }
+  }
+
+  /** Looks, from time to time, whether the chair has gone on since the price was told. */
+  look(): void {
+    const { proposal } = this;
+    const pose = chair.state?.pose;
+    if (!proposal?.price || !proposal.from || !pose) return;
+    const gone = Math.hypot(pose[0] - proposal.from[0], pose[1] - proposal.from[1]);
+    if (gone > STALE) void this.propose(proposal.wish, proposal.words);
   }
 
   async confirm(): Promise<void> {
@@ -92,9 +111,10 @@ export class MapSelection {
     this.tool = "look";
   }
 
-  async go(to: { place: string } | { point: Point } | null): Promise<void> {
+  /** Ends the trip. */
+  async cancelTrip(): Promise<void> {
     this.cancel();
-    this.heed(await link.ask({ type: "set_goal", ...to }));
+    this.heed(await link.ask({ type: "set_goal" }));
   }
 
   async ask(question: Parameters<typeof link.ask>[0]): Promise<boolean> {

@@ -1,52 +1,85 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { SILENT, told, type ReasonDisplay } from "./reasonDisplay";
+import { felt, SILENT, told, type ReasonDisplay, type Seen } from "./reasonDisplay";
 
 const close = { code: "too_close", text: "Too close." };
 const blocked = { code: "blocked", text: "Blocked." };
+const lost = { code: "lost", text: "Lost." };
+const STANDS = { speed: 0, command: [0, 0] } as const;
+const DRIVES = { speed: 0.7, command: [0.7, 0] } as const;
+const CRAWLS = { speed: 0.2, command: [0.2, 0] } as const;
 
-/** One reason, twenty times a second from one time to another, ms. */
-function lasting(was: ReasonDisplay, why: typeof close | null, from: number, to: number): ReasonDisplay {
+type Why = { code: string; text: string } | null;
+
+/** One reason, twenty times a second from one time to another, ms; the chair stands unless told otherwise. */
+function lasting(was: ReasonDisplay, why: Why, from: number, to: number, moves: Omit<Seen, "reason"> = STANDS): ReasonDisplay {
   let saying = was;
-  for (let now = from; now <= to; now += 50) saying = told(saying, why, now);
+  for (let now = from; now <= to; now += 50) saying = told(saying, { ...moves, reason: why }, now);
   return saying;
 }
 
 describe("a reason", () => {
-  it("is shown at once and spoken when it lasts", () => {
-    const first = told(SILENT, close, 0);
-    expect(first.shown).toEqual(close);
-    expect(first.spoken).toBe("");
-    expect(lasting(first, close, 50, 700).spoken).toBe("Too close.");
+  it("of a stop is shown once it lasts, and then spoken", () => {
+    expect(lasting(SILENT, blocked, 0, 350).shown).toBeNull();
+    expect(lasting(SILENT, blocked, 0, 450).shown).toEqual(blocked);
+    expect(lasting(SILENT, blocked, 0, 1_300).spoken).toBe("Blocked.");
   });
 
-  it("that is gone at once is not spoken, yet can be read", () => {
-    const gone = lasting(told(SILENT, close, 0), null, 50, 1_400);
-    expect(gone.spoken).toBe("");
-    expect(gone.shown).toEqual(close);
-    expect(lasting(gone, null, 1_450, 1_600).shown).toBeNull();
+  it("that asks for something, or is a fault, is shown at once", () => {
+    expect(told(SILENT, { ...DRIVES, reason: lost }, 0).shown).toEqual(lost);
   });
 
-  it("leaves nothing behind to be read once it is gone", () => {
-    const once = lasting(SILENT, close, 0, 1_000);
-    expect(lasting(once, null, 1_050, 1_600).spoken).toBe("");
+  it("shorter than that is never shown, however often it comes", () => {
+    let saying = SILENT;
+    for (let k = 0; k < 10; k++) {
+      saying = lasting(saying, blocked, 1_000 * k, 1_000 * k + 100);
+      saying = lasting(saying, null, 1_000 * k + 150, 1_000 * k + 950);
+      expect(saying.shown).toBeNull();
+    }
+  });
+
+  it("stays at least a second, and is gone soon after it is over", () => {
+    const shown = lasting(SILENT, blocked, 0, 450);
+    expect(lasting(shown, null, 500, 1_350).shown).toEqual(blocked);
+    expect(lasting(shown, null, 500, 2_000).shown).toBeNull();
+  });
+
+  it("that says the chair stands goes when it drives, although the chair still sends it", () => {
+    const shown = lasting(SILENT, blocked, 0, 3_000);
+    expect(shown.shown).toEqual(blocked);
+    expect(lasting(shown, blocked, 3_050, 3_600, DRIVES).shown).toBeNull();
   });
 
   it("does not flicker with another one", () => {
     let saying = SILENT;
-    const shown = new Set<string | undefined>();
-    for (let k = 0; k < 20; k++) {
-      saying = told(saying, k % 2 ? close : blocked, 50 * k);
-      shown.add(saying.shown?.code);
+    const shown: (string | undefined)[] = [];
+    for (let k = 0; k < 200; k++) {
+      saying = told(saying, { ...STANDS, reason: k % 2 ? close : blocked }, 50 * k);
+      if (shown.at(-1) !== saying.shown?.code) shown.push(saying.shown?.code);
     }
-    expect([...shown]).toEqual(["blocked"]);
+    expect(shown.length).toBeLessThanOrEqual(2);
+  });
+
+  it("gives way at once to a more important one", () => {
+    const shown = lasting(SILENT, blocked, 0, 500);
+    expect(lasting(shown, lost, 550, 550).shown).toEqual(lost);
   });
 
   it("is not spoken again soon", () => {
-    const once = lasting(SILENT, close, 0, 1_000);
-    const back = lasting(lasting(once, null, 1_050, 4_000), close, 4_050, 6_000);
+    const once = lasting(SILENT, blocked, 0, 2_000);
+    const back = lasting(lasting(once, null, 2_050, 5_000), blocked, 5_050, 7_000);
     expect(back.lastAt).toBe(once.lastAt);
-    const later = lasting(lasting(back, null, 6_050, 20_000), close, 20_050, 21_500);
+    const later = lasting(lasting(back, null, 7_050, 20_000), blocked, 20_050, 21_600);
     expect(later.lastAt).toBeGreaterThan(20_000);
+  });
+});
+
+describe("a slow-down", () => {
+  it("is told only if it is felt", () => {
+    expect(felt({ ...DRIVES, reason: close }, 0.8)).toBeNull(); // 0.7 of 0.8 m/s
+    expect(felt({ ...CRAWLS, reason: close }, 0.8)).toEqual(close);
+    const cruising = lasting(SILENT, null, 0, 2_000, DRIVES);
+    expect(lasting(cruising, close, 2_050, 4_000, DRIVES).shown).toBeNull();
+    expect(lasting(cruising, close, 2_050, 4_000, CRAWLS).shown).toEqual(close);
   });
 });

@@ -1,9 +1,10 @@
 // Asking the chair's server; what both views need of it.
 
+import { serverText, t } from "./i18n/text.svelte";
+
 export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; text: string };
 export type Role = "driver" | "therapist";
 
-const UNREACHABLE = "The server does not respond.";
 
 /** Asks the server; what it refuses comes back in its own words, and nothing is thrown. */
 export async function ask<T>(method: string, path: string, body?: unknown): Promise<Answer<T>> {
@@ -12,9 +13,9 @@ export async function ask<T>(method: string, path: string, body?: unknown): Prom
     const answer = await fetch(path, { method, credentials: "same-origin", ...sent });
     const said: unknown = await answer.json().catch(() => null);
     if (answer.ok) return { ok: true, value: said as T };
-    return { ok: false, status: answer.status, text: sentence(textOf(said, answer.status)) };
+    return { ok: false, status: answer.status, text: serverText(sentence(textOf(said, answer.status))) };
   } catch {
-    return { ok: false, status: 0, text: UNREACHABLE };
+    return { ok: false, status: 0, text: t("server.unreachable") };
   }
 }
 
@@ -39,7 +40,7 @@ function textOf(said: unknown, status: number): string {
   if (said !== null && typeof said === "object" && "text" in said && typeof said.text === "string") {
     return said.text;
   }
-  return `the server refused this (${status})`;
+  return t("server.refused", { status: String(status) });
 }
 
 /** The server's words begin small and end without a stop. */

@@ -1,19 +1,19 @@
 // STOP: repeated until the chair has received it, with the result in words.
 
 import { chair } from "./chair.svelte";
+import { t } from "./i18n/text.svelte";
 import { inputs } from "./input/live";
 import { link } from "./link";
 
 /** Until it is said again, ms. */
 const AGAIN = 150;
 const TIMES = 10;
-const PRESSED = "STOP pressed.";
 
 class StopButton {
   /** Text for screen readers; empty if there is nothing to say. */
   words = $state("");
   /** Problem in words; empty: none. */
-  readonly trouble = $derived(this.words === PRESSED ? "" : this.words);
+  readonly trouble = $derived(this.words === t("stop.pressed") ? "" : this.words);
 
   constructor() {
     inputs.stopping = () => this.#pressed();
@@ -26,11 +26,11 @@ class StopButton {
 
   #pressed(): void {
     if (chair.status !== "open") {
-      this.words = "Connection lost. The chair stops by itself.";
+      this.words = t("stop.lost");
       void this.#asked();
       return;
     }
-    this.words = PRESSED;
+    this.words = t("stop.pressed");
     this.#check(TIMES);
   }
 
@@ -42,7 +42,7 @@ class StopButton {
   /** Without a socket, as when there is room for no more pages: another one may be driving. */
   async #asked(): Promise<void> {
     try {
-      if ((await fetch("/api/stop", { method: "POST" })).ok) this.words = PRESSED;
+      if ((await fetch("/api/stop", { method: "POST" })).ok) this.words = t("stop.pressed");
     } catch {
       // what is said already holds
     }
@@ -52,7 +52,7 @@ class StopButton {
     setTimeout(() => {
       if (chair.state?.link !== "ready") return;
       if (left === 0) {
-        this.words = "The chair did not receive STOP. Close this page: the chair then stops by itself.";
+        this.words = t("stop.notReceived");
         return;
       }
       link.send({ type: "stop" });

@@ -2,12 +2,6 @@
 
 export const THEMES = ["auto", "light", "dark", "contrast"] as const;
 export type Theme = (typeof THEMES)[number];
-export const THEME_NAMES: Readonly<Record<Theme, string>> = {
-  auto: "System",
-  light: "Light",
-  dark: "Dark",
-  contrast: "High contrast",
-};
 export type Palette = Exclude<Theme, "auto">;
 
 const KEY = "cohelm.theme";

@@ -1,23 +1,17 @@
-// Texts of the page.
+// Texts that depend on values: lengths, times, states. All words are in the catalogue.
 
-import type { RideEnded, WishPreview, ChairState } from "./messages";
+import type { Cause } from "./around";
+import { isKey, languageNow, num, plural, serverText, t, type Key } from "./i18n/text.svelte";
+import type { ChairState, ReasonText, RideEnded, RouteDifference, WishPreview } from "./messages";
+import type { Turn } from "./turns";
 
 export type Mode = ChairState["mode"];
 export type Pace = ChairState["pace"];
+export const PACES: readonly Pace[] = ["slow", "normal", "brisk"];
 
-export const MODES: Readonly<Record<Mode, { name: string; about: string }>> = {
-  shared: { name: "Shared", about: "The chair follows the route; your steering bends it." },
-  autonomous: { name: "Autonomous", about: "The chair drives the route by itself." },
-  assisted: { name: "Assisted", about: "You steer; the chair helps round people and things. Release the stick and it stops." },
-  stop_only: { name: "Stop only", about: "You steer; the chair only slows and stops before people and walls." },
-  manual: { name: "Manual", about: "Only you steer. The chair does not stop by itself: it can collide." },
-};
-
-export const PACES: Readonly<Record<Pace, string>> = {
-  slow: "Slow",
-  normal: "Normal",
-  brisk: "Brisk",
-};
+export function modeName(mode: Mode): string {
+  return t(`mode.${mode}`);
+}
 
 export interface Readiness {
   readonly text: string;
@@ -26,46 +20,49 @@ export interface Readiness {
   readonly label: string;
 }
 
+type Next = Pick<ChairState, "link" | "driver" | "goal" | "arrived" | "reason">;
+
 /** Next step of the driver before the chair moves. */
-export function readiness(
-  state: Pick<ChairState, "link" | "driver" | "goal" | "arrived" | "reason"> | null,
-  driving: boolean,
-  trouble = "",
-): Readiness {
-  if (!state) return { text: "Not connected to the chair.", action: null, label: "Go on" };
-  if (!state.driver) return { text: "No driver.", action: "take_control", label: "Take control" };
-  if (!driving) return { text: "Another screen drives.", action: "take_control", label: "Take over" };
+export function readiness(state: Next | null, driving: boolean, trouble = ""): Readiness {
+  const goOn = t("ready.goOn");
+  if (!state) return { text: t("ready.notConnected"), action: null, label: goOn };
+  if (!state.driver) return { text: t("ready.noDriver"), action: "take_control", label: t("ready.take") };
+  if (!driving) return { text: t("ready.other"), action: "take_control", label: t("ready.takeOver") };
   switch (state.link) {
     case "stick_held":
-      return { text: "Stopped. Release the stick.", action: null, label: "Go on" };
+      return { text: t("ready.stoppedRelease"), action: null, label: goOn };
     case "centre_stick":
-      return { text: "Release the stick first.", action: null, label: "Go on" };
+      return { text: t("ready.release"), action: null, label: goOn };
     case "confirm":
-      return { text: "Stopped. Tap “Go on” when you are ready.", action: "resume", label: "Go on" };
+      return { text: t("ready.confirm"), action: "resume", label: goOn };
     case "no_heartbeat":
     case "no_driver":
-      return { text: "Connection to this screen lost.", action: null, label: "Go on" };
+      return { text: t("ready.lost"), action: null, label: goOn };
     case "ready":
       return under(state, trouble);
   }
 }
 
-function under(state: Pick<ChairState, "goal" | "arrived" | "reason">, trouble: string): Readiness {
-  const label = "Ready";
+function under(state: Next, trouble: string): Readiness {
+  const label = t("ready.ready");
   if (state.reason?.code === "starting") {
-    return { text: "Starting. This takes a while.", action: null, label: "Not ready yet" };
+    return { text: t("ready.starting"), action: null, label: t("ready.notYet") };
   }
-  if (state.arrived) return { text: "You have arrived.", action: null, label };
-  if (!state.goal) return { text: "Steer, or choose a destination.", action: null, label };
-  const name = state.goal.name || "the selected point";
-  const text = trouble ? `No route to ${name}. Choose another destination.` : `On the way to ${name}.`;
-  return { text, action: null, label };
+  if (!state.goal) return { text: t("ready.steer"), action: null, label };
+  const name = goalName(state.goal);
+  return { text: t(trouble ? "ready.noRoute" : "ready.onTheWay", { name }), action: null, label };
+}
+
+export function goalName(goal: { readonly name: string }): string {
+  return goal.name || t("trip.point");
 }
 
 /** Motion of the chair in words. */
 export function movement({ speed, turn_rate }: Pick<ChairState, "speed" | "turn_rate">): string {
-  if (Math.abs(speed) >= 0.05) return `${speed < 0 ? "reverse, " : ""}${Math.abs(speed).toFixed(1)} m/s`;
-  return Math.abs(turn_rate) >= 0.05 ? "turning" : "stopped";
+  if (Math.abs(speed) >= 0.05) {
+    return t(speed < 0 ? "motion.reverse" : "motion.forward", { speed: num(Math.abs(speed), 1) });
+  }
+  return t(Math.abs(turn_rate) >= 0.05 ? "motion.turning" : "motion.standing");
 }
 
 /** A ride that was left after less than this is not asked about, m (assumed). */
@@ -77,23 +74,70 @@ export function memorable(ended: Pick<RideEnded, "outcome" | "length">): boolean
 }
 
 export function metres(length: number): string {
-  return `${length < 9.95 ? length.toFixed(1) : length.toFixed(0)} m`;
+  return t("unit.metres", { n: num(length, length < 9.95 ? 1 : 0) });
 }
 
 /** "+4.2 m", or "no detour". */
 export function detour(extra: number): string {
-  if (Math.abs(extra) < 0.05) return "no detour";
-  return extra > 0 ? `+${metres(extra)}` : `−${metres(-extra)}`;
+  if (Math.abs(extra) < 0.05) return t("trip.noDetour");
+  return `${extra > 0 ? "+" : "−"}${metres(Math.abs(extra))}`;
 }
 
 export function price(preview: Pick<WishPreview, "extra_length" | "length">): string {
-  return `${detour(preview.extra_length)}, ${metres(preview.length)} in total`;
+  return t("trip.price", { detour: detour(preview.extra_length), length: metres(preview.length) });
 }
 
 export function minutes(seconds: number): string {
   const whole = Math.round(seconds);
-  if (whole < 60) return `${whole} s`;
-  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;
+  if (whole < 60) return t("unit.seconds", { n: whole });
+  return t("unit.minutes", { n: `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}` });
+}
+
+/** A time to come, no more exact than it is known: "about 40 s", "about 3 min". */
+export function roughly(seconds: number): string {
+  if (seconds < 8) return t("unit.fewSeconds");
+  if (seconds < 95) return t("unit.aboutSeconds", { n: 5 * Math.round(seconds / 5) });
+  return t("unit.aboutMinutes", { n: Math.round(seconds / 60) });
+}
+
+/** "6 m longer, quieter"; "nearly equal" where nothing is noticed. */
+export function compared(differences: readonly RouteDifference[]): string {
+  const said = differences.map(({ what, more }) => {
+    const n = Math.round(Math.abs(more));
+    const side = more > 0 ? "more" : "less";
+    if (what === "clearance" || what === "encounters") return t(`differs.${what}.${side}`);
+    return plural(`differs.${what}.${side}.one`, `differs.${what}.${side}`, n);
+  });
+  return said.join(", ") || t("differs.equal");
+}
+
+/** What a passenger is told next. */
+export function turnWords(turn: Turn | null, left: number, name: string): string {
+  if (!turn) return left < 3 ? t("turn.arriving") : t("turn.straight", { n: roundly(left) });
+  const side = turn.side === "left" ? "turn.left" : "turn.right";
+  if (turn.after < 2) return t(`${side}.now`);
+  return name
+    ? t(`${side}.at`, { n: roundly(turn.after), name })
+    : t(side, { n: roundly(turn.after) });
+}
+
+/** A length to come: to the metre, from 10 m on to five. */
+function roundly(length: number): string {
+  return num(length < 10 ? Math.round(length) : 5 * Math.round(length / 5), 0);
+}
+
+/** The reason on display in one sentence or two, with its cause first. */
+export function reasonWords(reason: ReasonText, cause: Cause | null, rate: number): string {
+  if (reason.code === "navigator_timeout" && rate > 0.95) return t("reason.silent");
+  const effect: Key | "" = isKey(`effect.${reason.code}`) ? (`effect.${reason.code}` as Key) : "";
+  if (!cause || !effect) return serverText(reason.text);
+  return `${causeWords(cause)} ${t(effect)}`;
+}
+
+export function causeWords({ thing, moves, name }: Cause): string {
+  if (thing === "person") return t(`cause.person.${moves ?? "standing"}`);
+  if (thing === "door") return name ? t("cause.door", { name }) : t("cause.someDoor");
+  return t(`cause.${thing}`);
 }
 
 /** The places whose name has every word of the search; those that begin with it first. */
@@ -101,7 +145,9 @@ export function found<P extends { readonly name: string }>(places: readonly P[],
   const words = plain(search).split(/\s+/).filter(Boolean);
   const fitting = places.filter(({ name }) => words.every((word) => plain(name).includes(word)));
   const begins = (place: P): number => (plain(place.name).startsWith(plain(search).trim()) ? 0 : 1);
-  return fitting.sort((a, b) => begins(a) - begins(b) || a.name.localeCompare(b.name, undefined, { numeric: true }));
+  return fitting.sort(
+    (a, b) => begins(a) - begins(b) || a.name.localeCompare(b.name, languageNow(), { numeric: true }),
+  );
 }
 
 function plain(text: string): string {

@@ -121,6 +121,7 @@ class Rig:
             floor,
             settings,
             effects,
+            grid=ride_setup.grid,
             send=self.send,
             log_event=log_event,
         )

@@ -128,7 +128,7 @@ def test_a_ride_is_measured_and_mapped_in_a_process_aside(tmp_path, ride_setup, 
         assert max(picture.size) <= 1200
     assert store.png(facts.id) == store.png(ride)
     left = {file.name for file in (store.folder / facts.id).iterdir()}
-    assert left == {"session.json", f"{ride}.json", f"{ride}.png"}
+    assert left == {"session.json", f"{ride}.json", f"{ride}.png", f"{ride}.timeline"}
     assert not store.error
     store.close()
 

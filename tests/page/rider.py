@@ -144,12 +144,27 @@ class Rider:
     def let_go(self, key="ArrowLeft"):
         self.page.keyboard.up(key)
 
-    def choose(self, place):
-        """Choose where to go by its name."""
+    def look_at(self, place):
+        """Choose a place by its name, and wait for the overview of the trip."""
         self.show("Go to")
         field = self.page.get_by_role("searchbox", name="Search for a place")
         field.fill(place.lower())
         field.press("Enter")
+        self.until_button(re.compile("^(Start|Use this trip)$"))
+
+    def choose(self, place):
+        """Start a trip to a place; takes control where nobody has it."""
+        self.look_at(place)
+        self.button(re.compile("^(Start|Use this trip)$")).click()
+        return self.until(lambda state: state["goal"] and state["goal"]["name"] == place)
+
+    def until_button(self, name):
+        """A button that may be pressed."""
+        expect(self.button(name)).to_have_attribute("aria-disabled", "false", timeout=PATIENCE)
+
+    def aim(self, place):
+        """Set the destination of a chair that nobody drives, so that it stands."""
+        self.chair.say("set_goal", place=place)
         return self.until(lambda state: state["goal"] and state["goal"]["name"] == place)
 
     def follow(self, place="Ward 4"):

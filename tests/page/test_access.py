@@ -78,9 +78,36 @@ def switches(rider):
     rider.page.get_by_label("Two switches").check()
 
 
+def overview(rider):
+    """Of another trip, with what can be wished for."""
+    rider.page.get_by_label("No switch").check()
+    rider.look_at("Cafeteria")
+    rider.press("Go via, avoid, draw…")
+    rider.sees("Draw area to avoid")
+
+
+def legend(rider):
+    """Over the map, and the overview shut."""
+    rider.press("Back without starting")
+    rider.press("Legend")
+    rider.sees("Person that the chair sees")
+
+
+def spoken(rider):
+    """Settings of cues, with speech."""
+    rider.button("Legend").first.click()
+    rider.show("Settings")
+    rider.page.get_by_label("Speak messages").check()
+
+
+def german(rider):
+    rider.press("Deutsch")
+    rider.sees("Sprache")
+    rider.press("English")
+
+
 def point(rider):
     """A card over the map; on a phone the panel is shut for it."""
-    rider.page.get_by_label("No switch").check()
     rider.show("Go to")
     if rider.page.viewport_size["width"] < 600:
         rider.page.get_by_role("navigation").get_by_role("button", name="Go to").click()
@@ -114,6 +141,10 @@ VIEWS = {
     "people": panel("Simulation"),
     "more": panel("Settings"),
     "switches": switches,
+    "overview": overview,
+    "legend": legend,
+    "spoken": spoken,
+    "german": german,
     "point": point,
     "wish": wish,
     "wishes": wishes,
@@ -159,7 +190,7 @@ def test_the_driver_s_page(riders, size):
     """Every panel and card: rules, targets, Tab; and STOP on top of it all."""
     rider = page_of(riders, size)
     rider.sees("No driver.")
-    rider.choose("Ward 4")
+    rider.aim("Ward 4")
     palettes = PALETTES if size != "tablet" else ["light"]
     for name, open_view in VIEWS.items():
         open_view(rider)
@@ -230,6 +261,9 @@ def test_a_ride_by_keyboard_alone(rider):
     keyboard.press("Enter")
     tab_to("Search for a place")
     keyboard.type("ward 4")
+    keyboard.press("Enter")
+    rider.until_button("Start")
+    tab_to("Start")
     keyboard.press("Enter")
     rider.until(lambda state: state["goal"] and state["goal"]["name"] == "Ward 4")
     keyboard.press("Escape")

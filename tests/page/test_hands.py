@@ -91,7 +91,7 @@ def test_a_gamepad_counts_from_its_centre_on(rider):
     pad = lambda *at: rider.page.evaluate("at => pad(...at)", list(at))  # noqa: E731 # short
     rider.take()
     pad(0, 0.8)
-    rider.sees("Release the gamepad’s stick first.")
+    rider.sees("Release the gamepad first.")
     rider.holds(held)
     pad(0, 0)
     rider.rest(0.1)

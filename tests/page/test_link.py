@@ -1,6 +1,7 @@
 """Whatever becomes of a page, its network or the navigator: the wheels stand within 400 ms."""
 
 import os
+import re
 import signal
 import time
 
@@ -123,7 +124,7 @@ def test_a_navigator_that_is_killed(rider, chair):
     os.kill(chair.navigator, signal.SIGKILL)
     rider.until(stands)
     assert chair.stood(began) - began <= 0.4 + chair.lateness(began)
-    rider.sees("This computer is too slow for real time. Stopped.")
+    rider.sees(re.compile("The navigator did not answer in time|This computer is too slow"))
     rider.until(lambda state: state["link"] == "confirm", within=120.0)
     chair.heard(lambda told: told.get("code") == "navigator_ready", within=240.0)
     assert chair.health()["restarts"] == 1

@@ -95,6 +95,7 @@ def test_a_destination_on_the_map_is_driven_to(rider, chair):
     rider.press("Whole floor")
     rider.page.mouse.click(*pixel(rider, x, y + 2.0))
     rider.press("Go here")
+    rider.press("Start")
     rider.until(lambda state: state["goal"])
     rider.makes(moves, rider.go_on)
     rider.until(lambda state: state["goal"] is None, within=60.0)

@@ -52,7 +52,7 @@ def test_while_it_follows_its_way(rider):
 
 def test_while_nobody_drives(rider):
     """Who comes next has to say to go on."""
-    rider.choose("Ward 4")
+    rider.aim("Ward 4")
     rider.press("STOP")
     rider.press("Take control")
     rider.until(lambda state: rider.drives and state["link"] == "confirm")

@@ -1,3 +1,4 @@
+import { t } from "../i18n/text.svelte";
 import type { Choice } from "./scan";
 
 /** A choice and what it stands for on the page. */
@@ -50,7 +51,7 @@ function rows(items: readonly Reached[]): Reached[] {
 function row(items: readonly Reached[]): Reached {
   const [first, last] = [items[0]!, items[items.length - 1]!];
   const elements = items.flatMap((each) => each.elements);
-  return { key: `${first.key} to ${last.key}`, label: `${first.label} to ${last.label}`, elements, items };
+  return { key: `${first.key} to ${last.key}`, label: t("scan.from", { first: first.label, last: last.label }), elements, items };
 }
 
 function rank(choice: Reached): number {

@@ -1,3 +1,5 @@
+import { t } from "../i18n/text.svelte";
+
 /** Something that a switch can choose; one with `items` opens them. */
 export interface Choice {
   readonly key: string;
@@ -24,7 +26,12 @@ export interface Pace {
 
 export const RESTING: Scan = { path: [], lit: null, since: 0, rounds: 0 };
 /** The last choice of an open group. */
-export const BACK: Choice = { key: "back", label: "Back" };
+export const BACK: Choice = {
+  key: "back",
+  get label() {
+    return t("scan.back");
+  },
+};
 /** After so many rounds without a choice a group closes, and the whole scan rests (assumed). */
 const GROUP_ROUNDS = 2;
 const ROUNDS = 5;

@@ -1,6 +1,7 @@
 // Layer that changes seldom, drawn once: floor, doors, preferences, routes. Frames only copy it.
 
-import type { WishPreview, RouteUpdate, SceneInfo } from "../messages";
+import { num } from "../i18n/text.svelte";
+import type { WishPreview, RouteUpdate, SceneInfo, TripRoute } from "../messages";
 import type { Colours } from "./palette";
 import { farthestFrom, lastOf, lengthOf } from "./strokes";
 import { toScreen, type Point, type View } from "./view";
@@ -18,6 +19,9 @@ export interface Ground {
   /** Remaining route length, to the metre; null: unknown. */
   readonly left: number | null;
   readonly preview: WishPreview | null;
+  /** Routes of a trip that is looked at, and the chosen one; none: there is no overview. */
+  readonly routes: readonly TripRoute[];
+  readonly chosen: number;
   readonly shut: readonly number[];
   /** True if doors carry their numbers. */
   readonly numbered: boolean;
@@ -88,7 +92,8 @@ export class Backdrop {
     drawFloor(context, ground, view);
     drawDoors(context, ground, view);
     drawWishes(context, ground, view);
-    drawWays(context, ground, view);
+    if (ground.routes.length > 0) drawChoices(context, ground, view);
+    else drawWays(context, ground, view);
   }
 }
 
@@ -101,6 +106,8 @@ function same(a: Ground | null, b: Ground): boolean {
     a.route === b.route &&
     a.left === b.left &&
     a.preview === b.preview &&
+    a.routes === b.routes &&
+    a.chosen === b.chosen &&
     a.numbered === b.numbered &&
     a.shut.join() === b.shut.join()
   );
@@ -198,7 +205,32 @@ function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View)
   const where = farthestFrom(of, from);
   if (!where || Math.abs(extra) < 0.05) return;
   const [x, y] = toScreen(view, ...where);
-  badge(context, `${extra > 0 ? "+" : "−"}${Math.abs(extra).toFixed(extra < 9.5 ? 1 : 0)} m`, x, y, colour, colours.free);
+  badge(context, `${extra > 0 ? "+" : "−"}${num(Math.abs(extra), extra < 9.5 ? 1 : 0)} m`, x, y, colour, colours.free);
+}
+
+/** Routes to choose from: the chosen one last and strongest, each with its number. */
+function drawChoices(context: CanvasRenderingContext2D, ground: Ground, view: View): void {
+  const { colours, routes, chosen } = ground;
+  const order = [...routes.keys()].sort((a, b) => Number(a === chosen) - Number(b === chosen));
+  context.lineJoin = context.lineCap = "round";
+  for (const k of order) {
+    const { points } = routes[k]!;
+    const own = k === chosen;
+    traced(context, points, view);
+    context.strokeStyle = colours.free;
+    context.lineWidth = own ? 11 : 8;
+    context.stroke();
+    context.strokeStyle = own ? colours.route : colours.without;
+    context.lineWidth = own ? 7 : 4;
+    context.stroke();
+  }
+  context.lineCap = "butt";
+  if (routes.length < 2) return;
+  for (const k of order) {
+    const others = routes.filter((_, n) => n !== k).flatMap((each) => each.points);
+    const [x, y] = toScreen(view, ...(farthestFrom(routes[k]!.points, others) ?? routes[k]!.points[0]!));
+    badge(context, `${k + 1}`, x, y, k === chosen ? colours.route : colours.without, colours.free);
+  }
 }
 
 export function traced(context: CanvasRenderingContext2D, line: readonly Point[], view: View): void {

@@ -1,7 +1,8 @@
 // Moving layer: people in their personal spaces, the plan, the chair.
 
+import type { Cause, Direction } from "../around";
 import type { ChairInfo, Destination, PersonInfo, ChairState } from "../messages";
-import { traced } from "./backdrop";
+import { badge, traced } from "./backdrop";
 import type { Shown } from "./motion";
 import type { Colours } from "./palette";
 import { toScreen, type Point, type View } from "./view";
@@ -14,6 +15,10 @@ export interface Moving {
   readonly state: ChairState;
   readonly chair: ChairInfo;
   readonly colours: Colours;
+  /** Directions about the chair; none: not shown. */
+  readonly ring: readonly Direction[];
+  /** What the shown reason is about. */
+  readonly cause: Cause | null;
 }
 
 export function drawFigures(context: CanvasRenderingContext2D, moving: Moving, view: View): void {
@@ -29,6 +34,8 @@ export function drawFigures(context: CanvasRenderingContext2D, moving: Moving, v
   drawPlan(context, state, colours, view);
   for (const person of shown.people) drawPerson(context, person, colours, view);
   drawChair(context, shown, moving, view);
+  drawRing(context, shown, moving, view);
+  if (moving.cause) drawCause(context, moving.cause, colours, view);
   if (state.goal) drawGoal(context, state.goal, colours, view);
 }
 
@@ -95,6 +102,16 @@ function drawPerson(
   context.fillStyle = colours.person;
   context.beginPath();
   context.arc(x, y, r, 0, 2 * Math.PI);
+  if (person.seen === false) {
+    // Remembered: a full ring about a pale body.
+    context.globalAlpha = 0.3;
+    context.fill();
+    context.globalAlpha = 1;
+    context.strokeStyle = colours.person;
+    context.lineWidth = 2;
+    context.stroke();
+    return;
+  }
   context.fill();
   if (Math.hypot(person.vx, person.vy) < 0.15) return;
   const ahead = -(Math.atan2(person.vy, person.vx) + view.turn);
@@ -129,6 +146,7 @@ function drawPlan(
   context.lineCap = "butt";
 }
 
+/** Drawn from above: seat and footrest, two large wheels behind, two small ones ahead, the rider's head. */
 function drawChair(
   context: CanvasRenderingContext2D,
   { pose }: Shown,
@@ -136,31 +154,73 @@ function drawChair(
   view: View,
 ): void {
   const [x, y] = toScreen(view, pose[0], pose[1]);
-  const outline = chair.outline;
-  const front = Math.max(...outline.map((corner) => corner[0]));
-  const half = Math.max(...outline.map((corner) => Math.abs(corner[1])));
+  const xs = chair.outline.map((corner) => corner[0]);
+  const [rear, front] = [Math.min(...xs), Math.max(...xs)];
+  const half = Math.max(...chair.outline.map((corner) => Math.abs(corner[1])));
   // Far away it is drawn larger than it is, so that it is found.
-  const k = Math.max(view.scale, 9 / half);
+  const k = Math.max(view.scale, 11 / half);
+  const box = (ahead: number, left: number, long: number, wide: number, round: number): void => {
+    context.beginPath();
+    context.roundRect(k * (ahead - long / 2), k * (-left - wide / 2), k * long, k * wide, k * round);
+    context.fill();
+    context.stroke();
+  };
+  const long = front - rear;
   context.save();
   context.translate(x, y);
   context.rotate(-(pose[2] + view.turn));
-  context.beginPath();
-  for (const [ahead, left] of outline) context.lineTo(k * ahead, -k * left);
-  context.closePath();
   context.fillStyle = colours.chair;
   context.strokeStyle = colours.onChair;
-  context.lineWidth = 2;
-  context.lineJoin = "round";
-  context.fill();
-  context.stroke();
+  context.lineWidth = 1.5;
+  const [wheel, caster] = [0.5 * long, 0.2 * long];
+  for (const side of [-1, 1]) {
+    box(rear + 0.42 * long, side * 0.88 * half, wheel, 0.24 * half, 0.05);
+    box(front - 0.3 * long, side * 0.8 * half, caster, 0.2 * half, 0.04);
+    box(front - 0.09 * long, side * 0.3 * half, 0.18 * long, 0.42 * half, 0.05); // footrest
+  }
+  box(rear + 0.42 * long, 0, 0.62 * long, 1.36 * half, 0.1); // seat
+  box(rear + 0.09 * long, 0, 0.14 * long, 1.3 * half, 0.05); // backrest
   context.fillStyle = colours.onChair;
   context.beginPath();
-  context.moveTo(k * front * 0.75, 0);
-  context.lineTo(k * (front * 0.75 - half), k * half * 0.62);
-  context.lineTo(k * (front * 0.75 - half), -k * half * 0.62);
-  context.closePath();
+  context.arc(k * (rear + 0.36 * long), 0, k * 0.34 * half, 0, 2 * Math.PI);
   context.fill();
   context.restore();
+}
+
+const RING = { free: 0, narrow: 3, blocked: 7, unseen: 0 } as const;
+
+/** Arcs about the chair where it is narrow or blocked. */
+function drawRing(context: CanvasRenderingContext2D, { pose }: Shown, moving: Moving, view: View): void {
+  const { ring, chair, colours } = moving;
+  if (ring.length === 0) return;
+  const [x, y] = toScreen(view, pose[0], pose[1]);
+  const reach = Math.max(...chair.outline.map(([ahead, left]) => Math.hypot(ahead, left)));
+  const radius = Math.max(24, (reach + 0.12) * view.scale);
+  const half = Math.PI / ring.length;
+  context.lineCap = "butt";
+  for (const { angle, freedom } of ring) {
+    if (RING[freedom] === 0) continue;
+    const at = -(pose[2] + angle + view.turn);
+    context.strokeStyle = freedom === "blocked" ? colours.unwish : colours.space;
+    context.lineWidth = RING[freedom];
+    context.beginPath();
+    context.arc(x, y, radius, at - half, at + half);
+    context.stroke();
+  }
+}
+
+/** Two rings and a mark at what the chair waits for. */
+function drawCause(context: CanvasRenderingContext2D, { at }: Cause, colours: Colours, view: View): void {
+  const [x, y] = toScreen(view, ...at);
+  const radius = Math.max(16, 0.5 * view.scale);
+  for (const [colour, width] of [[colours.free, 7], [colours.unwish, 4]] as const) {
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.stroke();
+  }
+  badge(context, "!", x, y - radius - 4, colours.unwish, colours.free);
 }
 
 function drawGoal(

@@ -17,6 +17,6 @@ it("reads colours", () => {
 });
 
 it("rings only those whom the chair does not see", () => {
-  const seen = { id: 1, x: 0.2, y: 0, vx: 0, vy: 0, radius: 0.25, axis: 0, front: 1, side: 1, rear: 1, group: -1 };
+  const seen = { id: 1, x: 0.2, y: 0, vx: 0, vy: 0, radius: 0.25, axis: 0, front: 1, side: 1, rear: 1, group: -1, seen: true };
   expect(unseen({ true_people: [[0, 0, 0.25], [4, 0, 0.25]], people: [seen] })).toEqual([[4, 0, 0.25]]);
 });

@@ -1,4 +1,4 @@
-// Names on the map that do not lie on each other.
+// Names on the map that do not lie on each other, nor on the chair.
 
 export interface Label {
   readonly name: string;
@@ -9,11 +9,12 @@ export interface Label {
   readonly height: number;
 }
 
-/** A label's middle. */
+/** A label's middle, and where it lies from its point. */
 export interface Placed {
   readonly label: Label;
   readonly x: number;
   readonly y: number;
+  readonly aside: number;
 }
 
 /** On its point, or a little above, below, right or left of it: the first that is free. */
@@ -26,12 +27,17 @@ const ASIDE: readonly (readonly [number, number])[] = [
 ];
 const AIR = 4;
 
-/** The labels that find room, those that come first before the others. */
-export function placed(labels: readonly Label[]): Placed[] {
+/** The labels that find room, those that come first before the others; where they lay before, if
+ * that is free: on a map that turns, names do not jump. */
+export function placed(labels: readonly Label[], before: readonly Placed[] = []): Placed[] {
+  const was = new Map(before.map((each) => [each.label.name, each.aside]));
+  // Those that were shown come first, so that none comes and goes with every step of a turn.
+  const order = [...labels].sort((a, b) => Number(was.has(b.name)) - Number(was.has(a.name)));
   const done: Placed[] = [];
-  for (const label of labels) {
-    for (const [across, down] of ASIDE) {
-      const one = { label, x: label.x + across * label.width, y: label.y + down * label.height };
+  for (const label of order) {
+    const first = was.get(label.name) ?? 0;
+    for (const aside of [first, ...ASIDE.keys()]) {
+      const one = at(label, aside);
       if (done.some((other) => overlap(one, other))) continue;
       done.push(one);
       break;
@@ -40,9 +46,27 @@ export function placed(labels: readonly Label[]): Placed[] {
   return done;
 }
 
+function at(label: Label, aside: number): Placed {
+  const [across, down] = ASIDE[aside]!;
+  return { label, x: label.x + across * label.width, y: label.y + down * label.height, aside };
+}
+
 export function overlap(a: Placed, b: Placed): boolean {
   return (
     2 * Math.abs(a.x - b.x) < a.label.width + b.label.width + 2 * AIR &&
     2 * Math.abs(a.y - b.y) < a.label.height + b.label.height + AIR
   );
+}
+
+/** A round area on the screen that names keep clear of. */
+export interface Disc {
+  readonly x: number;
+  readonly y: number;
+  readonly radius: number;
+}
+
+export function covers(label: Pick<Label, "width" | "height">, x: number, y: number, { x: cx, y: cy, radius }: Disc): boolean {
+  const dx = Math.max(0, Math.abs(x - cx) - label.width / 2);
+  const dy = Math.max(0, Math.abs(y - cy) - label.height / 2);
+  return Math.hypot(dx, dy) < radius;
 }

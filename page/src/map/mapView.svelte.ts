@@ -1,17 +1,48 @@
-// State of the map view, stored on this device.
+// State of the map view; the way of following is kept on this device.
 
+import type { IsWall } from "../around";
 import type { Point } from "./view";
 
-export type Follow = "chair" | "heading" | "free";
+/** `heading`: the chair's direction up; `chair`: north up; `route`: the whole route; `free`: moved by hand. */
+export type Follow = "heading" | "chair" | "route" | "free";
+
+const KEPT = "cohelm.map";
 
 class MapViewState {
-  follow = $state<Follow>("chair");
+  follow = $state<Follow>(kept());
   /** The map shall show this point; taken by the map. */
   wanted = $state.raw<Point | null>(null);
+  legend = $state(false);
+  /** Height at the bottom of the map that a sheet covers, px. */
+  covered = $state(0);
+  isWall = $state.raw<IsWall>(() => false);
+
+  /** Follows the chair, and does so the next time, too. */
+  keep(follow: "heading" | "chair"): void {
+    this.follow = follow;
+    try {
+      localStorage.setItem(KEPT, follow);
+    } catch {
+      // A device that keeps nothing begins with the heading up.
+    }
+  }
+
+  /** Back to the way of following that is kept. */
+  back(): void {
+    this.follow = kept();
+  }
 
   show(point: Point): void {
     this.follow = "free";
     this.wanted = point;
+  }
+}
+
+function kept(): Follow {
+  try {
+    return localStorage.getItem(KEPT) === "chair" ? "chair" : "heading";
+  } catch {
+    return "heading";
   }
 }
 

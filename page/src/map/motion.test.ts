@@ -4,7 +4,7 @@ import type { PersonInfo } from "../messages";
 import { between, mixedAngle, Motion, placed, type Shown } from "./motion";
 
 const person = (id: number, x: number): PersonInfo => ({
-  id, x, y: 0, vx: 1, vy: 0, radius: 0.25, axis: 0, front: 1, side: 0.6, rear: 0.5, group: -1,
+  id, x, y: 0, vx: 1, vy: 0, radius: 0.25, axis: 0, front: 1, side: 0.6, rear: 0.5, group: -1, seen: true,
 });
 const at = (x: number, people: PersonInfo[] = []): Shown => ({ pose: [x, 0, 0], people, true_people: [] });
 

@@ -1,7 +1,7 @@
 // The places' names on the screen: drawn once each, copied into every frame.
 
 import type { PlaceInfo } from "../messages";
-import { placed, type Label, type Placed } from "./labels";
+import { covers, placed, type Disc, type Label, type Placed } from "./labels";
 import type { Colours } from "./palette";
 import { toScreen, type View } from "./view";
 
@@ -21,6 +21,7 @@ export class Names {
     colours: Colours,
     view: View,
     ratio: number,
+    clear: readonly Disc[] = [],
   ): void {
     if (colours !== this.#of || ratio !== this.#ratio) {
       this.#made.clear();
@@ -29,6 +30,7 @@ export class Names {
     }
     const [dx, dy] = this.#moved(places, view);
     for (const { label, x, y } of this.#known!.shown) {
+      if (clear.some((disc) => covers(label, x + dx, y + dy, disc))) continue;
       const image = this.#image(label.name);
       context.drawImage(
         image,
@@ -52,7 +54,7 @@ export class Names {
       const width = this.#image(place.name).width / this.#ratio - 2 * EDGE;
       return { name: place.name, x, y, width, height: HEIGHT - 4 };
     });
-    this.#known = { places, view, shown: placed(labels) };
+    this.#known = { places, view, shown: placed(labels, known?.places === places ? known.shown : []) };
     return [0, 0];
   }
 

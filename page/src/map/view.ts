@@ -63,13 +63,23 @@ export function zoomed(view: View, factor: number, x: number, y: number): View {
 
 /** North up, with all of a box of the map on the screen. */
 export function fitted(box: Box, width: number, height: number, margin = 16): View {
-  const scale = Math.min((width - 2 * margin) / box.width, (height - 2 * margin) / box.height);
+  const room = (full: number): number => Math.max(40, full - 2 * margin);
+  const scale = Math.min(room(width) / Math.max(box.width, 0.1), room(height) / Math.max(box.height, 0.1));
   return {
     at: [box.x + box.width / 2, box.y + box.height / 2],
     middle: [width / 2, height / 2],
     scale: Math.min(CLOSEST, Math.max(1, scale)),
     turn: 0,
   };
+}
+
+/** The smallest box about some points; null: there are none. */
+export function boxOf(points: readonly Point[]): Box | null {
+  if (points.length === 0) return null;
+  const xs = points.map(([x]) => x);
+  const ys = points.map(([, y]) => y);
+  const [x, y] = [Math.min(...xs), Math.min(...ys)];
+  return { x, y, width: Math.max(...xs) - x, height: Math.max(...ys) - y };
 }
 
 /** North up, moved no more than it takes to have the chair within the middle of the screen. */
@@ -108,7 +118,7 @@ export function headed(
   return {
     ...view,
     at: [pose[0], pose[1]],
-    middle: [width / 2, 0.66 * height],
+    middle: [width / 2, 0.7 * height],
     turn: STEP * Math.round((Math.PI / 2 - pose[2]) / STEP),
   };
 }

@@ -4,6 +4,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { chair } from "../chair.svelte";
 import { selection } from "../mapSelection.svelte";
 import type { ChairState } from "../messages";
+import { trip } from "../trip.svelte";
 import Offers from "./Offers.svelte";
 
 type Offer = ChairState["offers"][number];
@@ -37,12 +38,12 @@ describe("the offers", () => {
     expect(screen.getByRole("group", { name: "Suggested destinations" })).toBeTruthy();
   });
 
-  it("choose a destination by one press, as the list does, and never by themselves", async () => {
-    const go = vi.spyOn(selection, "go").mockResolvedValue();
+  it("open the overview of a destination by one press, as the list does, and never by themselves", async () => {
+    const go = vi.spyOn(trip, "choose").mockResolvedValue();
     await offered([{ ...WARD, highlighted: true }]);
     expect(go).not.toHaveBeenCalled();
     await fireEvent.click(screen.getByRole("button"));
-    expect(go).toHaveBeenCalledExactlyOnceWith({ place: "Ward 4" });
+    expect(go).toHaveBeenCalledExactlyOnceWith({ place: "Ward 4" }, "Ward 4");
   });
 
   it("keep their slots when one of them goes", async () => {

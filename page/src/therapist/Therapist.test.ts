@@ -7,7 +7,7 @@ import SignIn from "./SignIn.svelte";
 const RIDE = {
   id: "20260131-142530-r1", started: "2026-01-31T14:25:30+00:00", seed: 0, destination: "Ward A",
   outcome: "arrived", duration: 61, length: 34, modes: { shared: 61 }, devices: { keys: 20 }, wishes: 1,
-  limits: [], stops: [{ time: 5, duration: 2, code: "x", text: "Somebody was near." }], rating: 4,
+  limits: [{ time: 0, limits: { max_speed: 1, max_acceleration: 0.6, min_distance: 0.75 } }], stops: [{ time: 5, duration: 2, code: "x", text: "Somebody was near." }], rating: 4,
   measures: { min_distance: 0.6 }, error: "",
 } as const;
 const SESSION = {
@@ -42,7 +42,13 @@ describe("sessions", () => {
     render(Sessions);
     await fireEvent.click(await screen.findByText(/hospital, one ride/));
     expect(screen.getByText("Ride 1: Ward A")).toBeTruthy();
+    expect(screen.getByText("Nearest person 0.60 m: closer than the target of 0.75 m.")).toBeTruthy();
+    expect(screen.queryByText("Somebody was near.")).toBeNull(); // details are folded
+    const details = screen.getByText("Timeline, map, measures").closest("details")!;
+    details.open = true;
+    await fireEvent(details, new Event("toggle"));
     expect(screen.getByText("0.60 m")).toBeTruthy();
+    expect(await screen.findByText("No timeline is stored for this ride.")).toBeTruthy();
     expect(screen.getByText("Somebody was near.")).toBeTruthy();
     expect(screen.getByRole("img", { hidden: true }).getAttribute("src")).toBe("/api/sessions/20260131-142530-r1.png");
     const links = screen.getAllByRole("link", { hidden: true }).map((each) => each.getAttribute("href"));

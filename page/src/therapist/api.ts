@@ -56,6 +56,6 @@ export const api = {
 };
 
 /** Address of a session's export or a ride's map. */
-export function fileOf(id: string, ending: "html" | "csv" | "png"): string {
+export function fileOf(id: string, ending: "html" | "csv" | "png" | "timeline.json"): string {
   return `/api/sessions/${encodeURIComponent(id)}.${ending}`;
 }

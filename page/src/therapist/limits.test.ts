@@ -17,7 +17,8 @@ describe("changes", () => {
     (name, quantities) => {
       const { properties } = SCHEMA.definitions[name];
       const named = (quantities as readonly Quantity<string>[]).map((q) => [q.name, q.least, q.most]);
-      const bounded = Object.entries(properties).map(([key, p]) => [key, p.minimum, p.maximum]);
+      const numbers = Object.entries(properties).filter(([, p]) => p.minimum !== undefined);
+      const bounded = numbers.map(([key, p]) => [key, p.minimum, p.maximum]);
       expect(named).toEqual(bounded);
     },
   );
@@ -38,7 +39,7 @@ describe("changes", () => {
 
   it("say of what was changed what is in force", () => {
     const next = { max_speed: 3, min_distance: 0.45 };
-    expect(inForce(LIMITS, next, NOW)).toBe("Applied: Maximum speed 1 m/s, Minimum distance from people 0.45 m.");
+    expect(inForce(LIMITS, next, NOW)).toBe("Applied: Maximum speed 1 m/s, Target distance from people 0.45 m.");
     expect(inForce(RIDER, { dead_zone: 0.1 }, { tremor_filter: 0, dead_zone: 0.1, dwell: 1 })).toBe(
       "Applied: Dead zone 0.1.",
     );

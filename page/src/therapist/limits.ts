@@ -1,5 +1,6 @@
 // Limits and settings with their bounds, and the comparison "looser than before".
 
+import { t, type Key } from "../i18n/text.svelte";
 import type { ChairInfo, Limits, RiderSettings } from "../messages";
 
 /** Result of a change in words. */
@@ -11,8 +12,8 @@ export interface Outcome {
 /** A number that the therapist sets. */
 export interface Quantity<Name extends string> {
   readonly name: Name;
-  readonly label: string;
-  readonly about: string;
+  readonly label: Key;
+  readonly about: Key;
   readonly unit: string;
   readonly least: number;
   readonly most: number;
@@ -23,32 +24,33 @@ export interface Quantity<Name extends string> {
 
 export const LIMITS: readonly Quantity<keyof Limits>[] = [
   {
-    name: "max_speed", label: "Maximum speed", about: "The chair never drives faster.",
+    name: "max_speed", label: "limit.speed", about: "limit.speed.about",
     unit: "m/s", least: 0.1, most: 3, step: 0.05, looser: 1,
   },
   {
-    name: "max_acceleration", label: "Maximum acceleration",
-    about: "How quickly it may become faster. Braking is never limited.",
+    name: "max_acceleration", label: "limit.acceleration", about: "limit.acceleration.about",
     unit: "m/s²", least: 0.1, most: 2, step: 0.05, looser: 1,
   },
   {
-    name: "min_distance", label: "Minimum distance from people", about: "Applies in every mode except Manual.",
+    name: "min_distance", label: "limit.distance", about: "limit.distance.about",
     unit: "m", least: 0, most: 2, step: 0.05, looser: -1,
   },
 ];
 
-export const RIDER: readonly Quantity<keyof RiderSettings>[] = [
+/** Settings that are numbers. */
+export type RiderNumber = Exclude<keyof RiderSettings, "start_at_once">;
+
+export const RIDER: readonly Quantity<RiderNumber>[] = [
   {
-    name: "tremor_filter", label: "Tremor filter",
-    about: "Smooths the stick; 0 is off. More makes the chair answer later.",
+    name: "tremor_filter", label: "rider.tremor", about: "rider.tremor.about",
     unit: "s", least: 0, most: 1, step: 0.05, looser: 0,
   },
   {
-    name: "dead_zone", label: "Dead zone", about: "How far the stick moves before it counts, of its whole way.",
+    name: "dead_zone", label: "rider.deadZone", about: "rider.deadZone.about",
     unit: "", least: 0, most: 0.6, step: 0.01, looser: 0,
   },
   {
-    name: "dwell", label: "Dwell time", about: "How long each item stays highlighted.",
+    name: "dwell", label: "rider.dwell", about: "rider.dwell.about",
     unit: "s", least: 0.3, most: 5, step: 0.1, looser: 0,
   },
 ];
@@ -61,7 +63,7 @@ export function limitsOf(chair: Pick<ChairInfo, "max_speed"> | undefined): typeo
 
 /** Message for limits that were sent, given those now in force. */
 export function told(sent: Limits, now: Limits): string {
-  return isSame(LIMITS, sent, now) ? "Saved." : "Saved, limited to what the chair can do.";
+  return isSame(LIMITS, sent, now) ? t("limits.saved") : t("limits.bounded");
 }
 
 /** Applied values of the changed quantities: "Maximum speed 0.6 m/s, …". */
@@ -72,16 +74,16 @@ export function inForce<Name extends string>(
 ): string {
   const said = quantities
     .filter(({ name }) => changed[name] !== undefined)
-    .map(({ name, label, unit }) => `${label} ${now[name]}${unit && ` ${unit}`}`);
-  return `Applied: ${said.join(", ")}.`;
+    .map(({ name, label, unit }) => `${t(label)} ${now[name]}${unit && ` ${unit}`}`);
+  return t("limits.applied", { what: said.join(", ") });
 }
 
 /** Why a value cannot be set; empty: it can. */
 export function fault(quantity: Quantity<string>, value: number): string {
-  if (!Number.isFinite(value)) return "A number is missing.";
+  if (!Number.isFinite(value)) return t("limits.noNumber");
   if (value >= quantity.least && value <= quantity.most) return "";
   const unit = quantity.unit && ` ${quantity.unit}`;
-  return `Between ${quantity.least} and ${quantity.most}${unit}.`;
+  return t("limits.between", { least: String(quantity.least), most: `${quantity.most}${unit}` });
 }
 
 /** True if any new value allows the chair more than now. */

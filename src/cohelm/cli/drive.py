@@ -37,6 +37,9 @@ def drive(request: DriveRequest) -> int:
     from cohelm.cli import web_server  # noqa: PLC0415 # needs the extra
 
     page = web_server.read_page()
+    if request.replay is not None:
+        web_server.show_recording(request.replay, page, request)
+        return 0
     if (request.cert is None) != (request.key is None):
         raise ConfigError("--cert and --key belong together", key="--cert")
     if request.record is not None:

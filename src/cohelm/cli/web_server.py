@@ -12,19 +12,47 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable
+from pathlib import Path
 
 import qrcode
 
 from cohelm.cli.requests import DriveRequest
 from cohelm.live import Drive, DriveSetup
 from cohelm.live.messages import Role
+from cohelm.live.sessions.timeline import timeline_of_recording
 from cohelm.web.certificate import Tls, own_certificate
 from cohelm.web.origins import VIEWER_PATH, address, is_loopback, names_of
 from cohelm.web.page_files import BuiltPage, read_page
+from cohelm.web.replay import replay_app, replay_server
 from cohelm.web.server import listening, make_context, serve
 from cohelm.web.signin import new_token
 
-__all__ = ["qr_code", "read_page", "serve_ride"]
+__all__ = ["qr_code", "read_page", "serve_ride", "show_recording"]
+
+
+def show_recording(file: Path, page: BuiltPage, request: DriveRequest) -> None:
+    """Show a recording in the page until interrupted.
+
+    Args:
+        file: MCAP file of a ride.
+        page: Files of the page.
+        request: Host and port.
+
+    Raises:
+        CohelmError: if the file, the host or the port cannot be used.
+    """
+    sys.stdout.write(f"reading {file}\n")
+    app = replay_app(timeline_of_recording(file), page, request.host)
+    with listening(request.host, request.port) as bound:
+        base = address(names_of(request.host)[0], int(bound.getsockname()[1]), tls=False)
+
+        def started() -> None:
+            sys.stdout.write(f"  replay     {base}/\nPress Ctrl-C to end.\n")
+            sys.stdout.flush()
+            if request.open:
+                threading.Thread(target=webbrowser.open, args=(base,), daemon=True).start()
+
+        replay_server(app, started).run(sockets=[bound])
 
 
 def serve_ride(

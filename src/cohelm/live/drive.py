@@ -164,6 +164,7 @@ class Drive:
             model.scene.floor,
             self._settings,
             LoopEffects(self._loop, services),
+            grid=model.grid,
             send=self._send,
             log_event=log_event,
         )

@@ -6,7 +6,8 @@ import numpy as np
 
 from cohelm.live.control.world_factory import NotSimulated
 from cohelm.live.control_loop import ControlLoop, NotPossibleNow
-from cohelm.live.messages import AddWish, ChangeSimulation
+from cohelm.live.messages import AddWish, ChangeSimulation, Destination, PlanTrip
+from cohelm.live.page.route_preview import TripQuestion
 from cohelm.live.services import Services
 from cohelm.reasons import Reason
 
@@ -46,6 +47,10 @@ class LoopEffects:
     def preview(self, client: str, wish: AddWish) -> None:
         """Request the cost of a wish; the answer comes later."""
         self._services.route_preview.request(client, wish)
+
+    def plan_trip(self, client: str, trip: PlanTrip, goal: Destination) -> None:
+        """Request the routes to a destination; the answer comes later."""
+        self._services.route_preview.request(client, TripQuestion(trip, goal))
 
     def rate(self, ride: str, rating: int) -> None:
         """Store a rating.

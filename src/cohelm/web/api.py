@@ -248,6 +248,12 @@ def session_png(session: SessionId, _: Therapist, here: Here) -> Response:
     return Response(here.drive.sessions.png(session), media_type="image/png")
 
 
+@router.get("/sessions/{ride}.timeline.json", response_class=Response)
+def ride_timeline(ride: SessionId, _: Therapist, here: Here) -> Response:
+    """Return the timeline of a ride: samples, people, reasons and the map."""
+    return Response(here.drive.sessions.timeline(ride), media_type="application/json")
+
+
 @router.get("/sessions/{session}")
 def session_summary(session: SessionId, _: Therapist, here: Here) -> SessionSummary:
     """Return a session with its rides."""

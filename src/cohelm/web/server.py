@@ -160,10 +160,10 @@ def server(
         ssl_certfile=None if tls is None else str(tls.certificate),
         ssl_keyfile=None if tls is None else str(tls.key),
     )
-    return _Server(config, started)
+    return Server(config, started)
 
 
-class _Server(uvicorn.Server):
+class Server(uvicorn.Server):
     """Server that ends quietly: a signal is no failure."""
 
     def __init__(self, config: uvicorn.Config, started: Callable[[], None]) -> None:
@@ -171,6 +171,7 @@ class _Server(uvicorn.Server):
         self._then = started
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen with the server's own backlog, and tell that it listens."""
         if self.config.is_ssl:  # uvicorn has no option for it
             loop = asyncio.get_running_loop()
             hasty = functools.partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE_TIMEOUT)

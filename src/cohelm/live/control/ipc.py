@@ -97,6 +97,8 @@ class PersonRow(NamedTuple):
     rear: float
     group: float
     """Id of the person's group; −1: none."""
+    seen: float
+    """1: a scanner sees them now; 0: remembered."""
 
 
 class OfferRow(NamedTuple):
@@ -135,6 +137,8 @@ class StepAnswer:
     """Outlines of the groups' spaces."""
     offers: tuple[OfferRow, ...] = ()
     """Destinations that the rider may want; empty with a destination."""
+    free: tuple[float, ...] = ()
+    """Free distance in each direction, see :mod:`.surroundings`."""
     log: RideLog | None = None
     """Log of the ride that ended with an earlier request."""
     unstored: str = ""
@@ -142,7 +146,7 @@ class StepAnswer:
     paused: bool = False
     """No decision was made; see ``StepRequest.paused``."""
     planning_context: bytes | None = None
-    """Pickled ``PlanningContext``, empty without a destination; None: not requested. The control
+    """Pickled ``PlanningContext``, empty before the first tick; None: not requested. The control
     loop passes it on without opening it."""
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cohelm.errors import InvalidProblem
+from cohelm.errors import CohelmError, InvalidProblem
 from cohelm.live.control.limits import PACES, limited_profile
 from cohelm.live.messages import (
     ActiveWish,
@@ -16,9 +16,11 @@ from cohelm.live.messages import (
     Limits,
     Pace,
     RiderSettings,
+    RouteWish,
 )
-from cohelm.maps import Places
+from cohelm.maps import OccupancyGrid, Places
 from cohelm.messages import Mode, Request, RiderProfile, Wish
+from cohelm.reasons import Reason
 
 MAX_WISHES = 12
 """Maximum number of active wishes."""
@@ -26,6 +28,22 @@ MAX_LENGTH = 300.0
 """Maximum length of a drawn line, m; scribbles are longer than they look."""
 MARGIN = 2.0
 """Distance by which a wish may exceed the map, m."""
+
+
+class GoalRefused(CohelmError):
+    """No chair can stand at the requested destination; the current one stays."""
+
+
+class GoalOutside(GoalRefused):
+    """The destination lies outside the known part of the map."""
+
+    code = Reason.OUTSIDE_MAP.value
+
+
+class GoalOnObstacle(GoalRefused):
+    """The destination lies on an obstacle of the map."""
+
+    code = Reason.GOAL_BLOCKED.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +71,10 @@ class Mission:
     def with_goal(self, goal: Destination | None) -> Mission:
         """Return the mission with another destination, or with none."""
         return replace(self, goal=goal, version=self.version + 1)
+
+    def with_trip(self, goal: Destination, wishes: tuple[ActiveWish, ...]) -> Mission:
+        """Return the mission with another destination and other wishes."""
+        return replace(self, goal=goal, wishes=wishes, version=self.version + 1)
 
     def with_wish(self, wish: ActiveWish) -> Mission:
         """Return the mission with one more wish."""
@@ -85,12 +107,26 @@ def goal_of(
     return None
 
 
-def wish_of(message: AddWish, number: int) -> ActiveWish:
+def check_goal(goal: Destination, grid: OccupancyGrid) -> None:
+    """Reject a destination at which no chair can stand, before it replaces another one.
+
+    Raises:
+        GoalOutside: It lies outside the map, or where the map is unknown.
+        GoalOnObstacle: It lies on an obstacle.
+    """
+    point = np.array([goal.x, goal.y])
+    if not grid.contains(point) or grid.data[tuple(grid.cells(point))] < 0:
+        raise GoalOutside(Reason.OUTSIDE_MAP.sentence)
+    if grid.occupied()[tuple(grid.cells(point))]:
+        raise GoalOnObstacle(Reason.GOAL_BLOCKED.sentence)
+
+
+def wish_of(message: AddWish | RouteWish, number: int) -> ActiveWish:
     """Return the wish of a message, with ``number`` as its id."""
     return ActiveWish(id=number, kind=message.kind, points=message.points, radius=message.radius)
 
 
-def check_wish(message: AddWish, floor: FloorInfo) -> None:
+def check_wish(message: AddWish | RouteWish, floor: FloorInfo) -> None:
     """Reject a wish that no route can satisfy, before any planning.
 
     Raises:

@@ -27,6 +27,7 @@ from cohelm.live.control.ipc import (
 )
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
+from cohelm.live.control.surroundings import free_distances
 from cohelm.live.control.view_model import (
     groups_of,
     offers_of,
@@ -40,7 +41,7 @@ from cohelm.live.control.view_model import (
 from cohelm.live.sessions.mcap_recording import DriveRecording
 from cohelm.live.sessions.records import RideLog
 from cohelm.live.sessions.ride_log import RideLogWriter
-from cohelm.messages import Mode, Path, Request, RiderCommand
+from cohelm.messages import Mode, Observation, Path, Request, RiderCommand
 from cohelm.navigation import Navigator, Tick
 from cohelm.platforms import MeasuredTruth
 from cohelm.processes import end_with_owner, leave_interrupts
@@ -96,6 +97,10 @@ class NavigatorServer:
     def __init__(self, ride_setup: RideSetup, changes: MapChanges = NO_CHANGES) -> None:
         self._navigator = Navigator(ride_setup.navigator).remembering(changes)
         self._last: Tick | None = None
+        self._sweeps: Observation | None = None
+        """Newest observation with scans."""
+        self._free: tuple[float, ...] = ()
+        self._outline = tuple((float(x), float(y)) for x, y in ride_setup.robot.outline)
         self._path: Path | None = None
         self._ride_log = RideLogWriter()
         self._measured = MeasuredTruth(ride_setup.robot.outline, ride_setup.grid)
@@ -113,6 +118,9 @@ class NavigatorServer:
                 self._navigator = self._navigator.remembering(remembered)
         tick = self._navigator.step(step.observation, self._shared(step.request), self._last)
         self._last = tick
+        if tick.observation.scans or self._sweeps is None or step.restart:
+            self._sweeps = tick.observation
+            self._free = free_distances(self._sweeps, self._outline)
         log, self._finished_log = self._finished_log, None
         return StepAnswer(
             step_id=step.step_id,
@@ -125,9 +133,10 @@ class NavigatorServer:
             route_error=route_error_of(tick),
             route=self._route(tick, restart=step.restart),
             plan=plan_of(tick),
-            people=people_of(tick),
+            people=people_of(tick, self._sweeps),
             groups=groups_of(tick),
             offers=offers_of(tick),
+            free=self._free,
             log=log,
             unstored=self._unstored,
             planning_context=(

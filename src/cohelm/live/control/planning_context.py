@@ -20,27 +20,27 @@ class PlanningContext:
     pose: Floats
     """(3,), X_MR."""
     goal: Floats
-    """(2,), m."""
+    """(2,), m; NaN: none."""
     wishes: tuple[Wish, ...]
     """Wishes that the chair has not passed yet."""
     wish_origin: Floats
     """Position at which they were set, (2,), m."""
     clearance: float
     """m."""
+    speed: float
+    """Preferred speed, m/s."""
     live: LiveObstacles | None
     crowding: Crowding | None
 
 
 def planning_context_of(tick: Tick, request: Request) -> bytes:
-    """Return the pickled context of a tick; empty without a destination.
+    """Return the pickled context of a tick.
 
     Args:
         tick: Last tick.
         request: Current request; it differs from the tick's after a pause only.
     """
     memory = tick.memory
-    if np.isnan(request.goal).any():
-        return b""
     route = memory.route if identical(request.wishes, tick.request.wishes) else None
     here = tick.observation.pose
     crowding = memory.crowding.published if memory.crowding is not None else None
@@ -50,6 +50,7 @@ def planning_context_of(tick: Tick, request: Request) -> bytes:
         wishes=route.wishes if route is not None else request.wishes,
         wish_origin=route.wish_origin if route is not None else here[:2],
         clearance=request.profile.clearance,
+        speed=request.profile.preferred_speed,
         live=memory.obstacles.obstacles if memory.obstacles is not None else None,
         crowding=crowding if crowding is not None and crowding.density.any() else None,
     )

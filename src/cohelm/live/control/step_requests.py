@@ -19,12 +19,18 @@ _MAX_UNSENT = 8
 """Maximum number of scans, and of clouds, kept for a navigator that is late."""
 
 
+MAX_SKIPPED = 2
+"""Number of skipped observations from which the last command does not explain the motion."""
+
+
 class UnsentReadings:
-    """Scans and clouds of the steps in which the navigator was busy."""
+    """Scans and clouds of the steps in which the navigator was busy, and their number."""
 
     def __init__(self) -> None:
         self._scans: tuple[Scan, ...] = ()
         self._clouds: tuple[PointCloud, ...] = ()
+        self._skipped = 0
+        """Number of observations since the last one that was sent."""
 
     @property
     def waiting(self) -> bool:
@@ -33,22 +39,28 @@ class UnsentReadings:
 
     def keep(self, observation: Observation) -> None:
         """Keep the readings of an observation that was not sent; too old ones are dropped."""
+        self._skipped += 1
         self._scans = (*self._scans, *observation.scans)[-_MAX_UNSENT:]
         self._clouds = (*self._clouds, *observation.clouds)[-_MAX_UNSENT:]
 
     def take(self, observation: Observation) -> Observation:
-        """Return an observation with all readings, which are kept no longer."""
-        scans, clouds = self._scans, self._clouds
+        """Return an observation with all readings, which are kept no longer.
+
+        After several steps without the navigator the watchdog may have commanded a stop that it
+        does not know of: then the command that the wheels have followed counts as unknown.
+        """
+        scans, clouds, skipped = self._scans, self._clouds, self._skipped
         self.clear()
         return replace(
             observation,
+            command=None if skipped >= MAX_SKIPPED else observation.command,
             scans=(*scans, *observation.scans),
             clouds=(*clouds, *observation.clouds),
         )
 
     def clear(self) -> None:
         """Drop all readings."""
-        self._scans, self._clouds = (), ()
+        self._scans, self._clouds, self._skipped = (), (), 0
 
 
 def step_request(

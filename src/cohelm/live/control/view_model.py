@@ -8,7 +8,8 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.live.control.ipc import OfferRow, PersonRow, Points, Poses, RouteView
-from cohelm.messages import Mode, Path, SocialSpaces
+from cohelm.live.control.surroundings import in_view
+from cohelm.messages import Mode, Observation, Path, SocialSpaces
 from cohelm.navigation import Tick
 from cohelm.shapes import extent, hull_outline
 
@@ -56,8 +57,13 @@ def plan_of(tick: Tick) -> Poses:
     return tuple((round(x, 3), round(y, 3), round(h, 3)) for x, y, h in shown.tolist())
 
 
-def people_of(tick: Tick) -> tuple[PersonRow, ...]:
-    """Return ``StepAnswer.people``; a person without a space yet has that of their body."""
+def people_of(tick: Tick, sweeps: Observation) -> tuple[PersonRow, ...]:
+    """Return ``StepAnswer.people``; a person without a space yet has that of their body.
+
+    Args:
+        tick: Tick of the navigator.
+        sweeps: Newest observation with scans.
+    """
     tracked, spaces = tick.people, tick.spaces
     n = len(tracked)
     shape = np.zeros((n, 4))
@@ -69,7 +75,8 @@ def people_of(tick: Tick) -> tuple[PersonRow, ...]:
     if tick.groups is not None and len(tick.groups.member) == n and len(tick.groups.id):
         member = tick.groups.member
         group = np.where(member >= 0, tick.groups.id[np.maximum(member, 0)], -1)
-    columns = [tracked.id, tracked.mean, tracked.radius, shape, group]
+    seen = np.array(in_view(sweeps, tracked.mean[:, :2]), dtype=np.float64)
+    columns = [tracked.id, tracked.mean, tracked.radius, shape, group, seen]
     rows = np.column_stack(columns).round(3)
     return tuple(PersonRow(*row) for row in rows.tolist() if all(map(math.isfinite, row)))
 

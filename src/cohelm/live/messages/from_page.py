@@ -60,6 +60,28 @@ class ResumeCommand(WireMessage):
     type: Literal["resume"] = "resume"
 
 
+class RouteWish(WireMessage):
+    """Wish about a route that is not driven yet; fields as in ``AddWish``."""
+
+    kind: WishKind
+    points: Line
+    radius: Annotated[float, Field(ge=0.0, le=20.0)] = 0.0
+
+
+Wishes = Annotated[tuple[RouteWish, ...], Field(max_length=12)]
+
+
+class PlanTrip(WireMessage):
+    """Request for the routes to a destination; the chair and its trip stay as they are."""
+
+    type: Literal["plan_trip"] = "plan_trip"
+    id: Number = 0
+    place: Name | None = None
+    point: Point | None = None
+    wishes: Wishes = ()
+    """All wishes of the trip."""
+
+
 class SetGoal(WireMessage):
     """New destination: a named place or a point; without both, the trip is cancelled."""
 
@@ -67,6 +89,8 @@ class SetGoal(WireMessage):
     id: Number = 0
     place: Name | None = None
     point: Point | None = None
+    wishes: Wishes | None = None
+    """Replace the active wishes; None: they stay."""
 
 
 class AddWish(WireMessage):
@@ -144,6 +168,7 @@ FromPage = Annotated[
     | ReleaseControl
     | StopCommand
     | ResumeCommand
+    | PlanTrip
     | SetGoal
     | AddWish
     | RemoveWish

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from cohelm.config import FrozenModel
 
-VERSION = 2
+VERSION = 3
 """Version of the messages; grows with every change that an older page would not understand."""
 MAX_MESSAGE_SIZE = 16_384
 """Maximum size of a message from a page, bytes."""

@@ -75,6 +75,8 @@ class RiderSettings(WireMessage):
     """Time constant of the low-pass filter on the stick, s; 0 is off."""
     dead_zone: Annotated[float, Field(ge=0.0, le=MAX_DEAD_ZONE)] = 0.08
     """Deflection below which the stick counts as centred."""
+    start_at_once: bool = False
+    """True: a chosen destination needs no confirmation."""
     dwell: Annotated[float, Field(ge=0.3, le=5.0)] = 1.2
     """Time for which switch scanning stays on each choice, s."""
 

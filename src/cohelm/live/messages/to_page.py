@@ -69,6 +69,8 @@ class PersonInfo(WireMessage):
     rear: float
     group: int = -1
     """Id of the person's group; −1: none."""
+    seen: bool = True
+    """False: remembered, no scanner sees them now."""
 
 
 class Destination(WireMessage):
@@ -134,6 +136,9 @@ class ChairState(WireMessage):
     """Destinations that the rider may want, at most three; empty with a destination."""
     true_people: tuple[tuple[float, float, float], ...] = ()
     """Ground truth of all people, (x, y, radius), m; in simulation only."""
+    free: tuple[float, ...] = ()
+    """Free distance from the chair's outline in 36 directions, from ahead counter-clockwise, m;
+    −1: no scanner looks there. Empty without a planar scanner."""
     closed_doors: tuple[int, ...] = ()
     """Ids of closed doors."""
     lateness: float = 0.0
@@ -185,6 +190,41 @@ class WishPreview(WireMessage):
     """Reason why there is no route; empty if there is one."""
 
 
+class RouteDifference(WireMessage):
+    """Noticeable difference of a route from the first one."""
+
+    what: Literal["length", "clearance", "encounters", "turns", "doors"]
+    more: float
+    """Of the route, less that of the first one; m, m, people, turns, narrow passages."""
+
+
+class TripRoute(WireMessage):
+    """Route to choose from."""
+
+    points: tuple[tuple[float, float], ...]
+    """m."""
+    length: float
+    """m."""
+    duration: float
+    """Travel time at the chosen pace without people in the way, s."""
+    differences: tuple[RouteDifference, ...] = ()
+    """The most important first; empty for the first route."""
+    via: tuple[float, float] | None = None
+    """Point to wish for in order to get this route; None: it needs none."""
+
+
+class TripPlans(WireMessage):
+    """Answer to ``PlanTrip``: the planner's own route and alternatives."""
+
+    type: Literal["trip_plans"] = "trip_plans"
+    id: int
+    routes: tuple[TripRoute, ...] = ()
+    extra_length: float = 0.0
+    """Additional length of the first route due to the wishes, m."""
+    error: str = ""
+    """Reason why there is no route; empty if there is one."""
+
+
 class Accepted(WireMessage):
     """Positive answer to the request with this number."""
 
@@ -227,6 +267,7 @@ ToPage = Annotated[
     | ChairState
     | RouteUpdate
     | WishPreview
+    | TripPlans
     | Accepted
     | Rejected
     | Notice

@@ -16,15 +16,17 @@ from cohelm.live.control import driver_link
 from cohelm.live.control.driver_link import RequiredAction
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
-from cohelm.live.control.mission import MAX_WISHES, check_wish, goal_of, wish_of
+from cohelm.live.control.mission import MAX_WISHES, check_goal, check_wish, goal_of, wish_of
 from cohelm.live.messages import (
     Accepted,
     AddWish,
     ChangeSimulation,
+    Destination,
     FloorInfo,
     FromPage,
     Heartbeat,
     Notice,
+    PlanTrip,
     RateRide,
     Rejected,
     ReleaseControl,
@@ -39,7 +41,7 @@ from cohelm.live.messages import (
     TakeControl,
 )
 from cohelm.live.sessions.audit import LogEvent
-from cohelm.maps import Places
+from cohelm.maps import OccupancyGrid, Places
 from cohelm.reasons import Reason
 
 
@@ -54,6 +56,10 @@ class CommandEffects(Protocol):
         """Request the cost of a wish; the answer comes later."""
         ...
 
+    def plan_trip(self, client: str, trip: PlanTrip, goal: Destination) -> None:
+        """Request the routes to a destination; the answer comes later."""
+        ...
+
     def rate(self, ride: str, rating: int) -> None:
         """Store the rating of a ride."""
         ...
@@ -63,6 +69,12 @@ class NotDriver(CohelmError):
     """Only the driver may request this."""
 
     code = "not_driver"
+
+
+class NoDestination(CohelmError):
+    """The cost of a wish depends on a destination."""
+
+    code = "no_destination"
 
 
 class StickDeflected(CohelmError):
@@ -86,6 +98,7 @@ class CommandHandler:
         floor: Bounds of wishes.
         settings: Limits and rider's settings.
         effects: Commands that need the control loop.
+        grid: Map, which tells where a chair can stand.
         send: Sends answers and notices.
         log_event: Adds entries to the audit log.
     """
@@ -98,12 +111,13 @@ class CommandHandler:
         settings: ActiveSettings,
         effects: CommandEffects,
         *,
+        grid: OccupancyGrid,
         send: Send,
         log_event: LogEvent,
     ) -> None:
         self._driver, self._places, self._floor = driver, places, floor
         self._settings, self._effects = settings, effects
-        self._send, self._log_event = send, log_event
+        self._send, self._log_event, self._grid = send, log_event, grid
         self._wish_count = 0
 
     def connect(self, client: str, role: Role) -> None:
@@ -189,13 +203,33 @@ class CommandHandler:
     def _set_goal(self, client: str, message: SetGoal, _: float) -> bool:
         self._check_driver(client)
         goal = goal_of(message.place, message.point, self._places)
-        self._driver.mission = self._driver.mission.with_goal(goal)
+        if goal is not None:
+            check_goal(goal, self._grid)
+        for wish in message.wishes or ():
+            check_wish(wish, self._floor)
+        if goal is None or message.wishes is None:
+            self._driver.mission = self._driver.mission.with_goal(goal)
+        else:
+            wishes = tuple(wish_of(wish, self._next_wish()) for wish in message.wishes)
+            self._driver.mission = self._driver.mission.with_trip(goal, wishes)
         logged = None if goal is None else goal.name or [round(goal.x, 2), round(goal.y, 2)]
         self._log_event(client, "goal_changed", goal=logged)
         return True
 
+    def _plan_trip(self, client: str, message: PlanTrip, _: float) -> bool:
+        goal = goal_of(message.place, message.point, self._places)
+        if goal is None:
+            raise NoDestination("Choose a destination first.")
+        check_goal(goal, self._grid)
+        for wish in message.wishes:
+            check_wish(wish, self._floor)
+        self._effects.plan_trip(client, message, goal)
+        return False
+
     def _add_wish(self, client: str, message: AddWish, _: float) -> bool:
         check_wish(message, self._floor)
+        if message.preview and self._driver.mission.goal is None:
+            raise NoDestination("Choose a destination first.")
         if message.preview:
             self._effects.preview(client, message)
             return False
@@ -203,9 +237,12 @@ class CommandHandler:
         mission = self._driver.mission
         if len(mission.wishes) >= MAX_WISHES:
             raise TooManyActiveWishes(Reason.TOO_MANY_WISHES.sentence)
-        self._wish_count += 1
-        self._driver.mission = mission.with_wish(wish_of(message, self._wish_count))
+        self._driver.mission = mission.with_wish(wish_of(message, self._next_wish()))
         return True
+
+    def _next_wish(self) -> int:
+        self._wish_count += 1
+        return self._wish_count
 
     def _remove_wish(self, client: str, message: RemoveWish, _: float) -> bool:
         self._check_driver(client)
@@ -251,6 +288,7 @@ HANDLERS: Mapping[type, Handler] = {
     ReleaseControl: Handler(CommandHandler._release_control),
     StopCommand: Handler(CommandHandler._stop),
     ResumeCommand: Handler(CommandHandler._resume),
+    PlanTrip: Handler(CommandHandler._plan_trip),
     SetGoal: Handler(CommandHandler._set_goal),
     AddWish: Handler(CommandHandler._add_wish),
     RemoveWish: Handler(CommandHandler._remove_wish),

@@ -1,4 +1,4 @@
-"""Process of route previews: plans with and without a wish, and returns the difference.
+"""Process of route previews: the difference that a wish makes, and the routes of a trip.
 
 It is separate from the navigator's process, so that nothing waits for these plans.
 """
@@ -13,17 +13,31 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
+from cohelm.arrays import Floats
 from cohelm.errors import PlanningError
+from cohelm.geometry import nearest_on_polyline, resample
 from cohelm.live.control.ipc import Points, ProcessReady, ProcessSetup
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import PlanningContext, warm_up_wishes
 from cohelm.live.control.view_model import route_view
+from cohelm.live.messages import RouteDifference, TripRoute
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
 from cohelm.navigation import planning_reason
 from cohelm.planning import GlobalPlanner, RouteProblem
+from cohelm.planning.alternatives.alternatives import (
+    Alternative,
+    AlternativeCriteria,
+    find_alternatives,
+)
+from cohelm.planning.alternatives.features import FeatureParameters
+from cohelm.planning.alternatives.proposal import differences
 from cohelm.processes import end_with_owner, leave_interrupts
 from cohelm.scenarios import RideSetup
 
+MAX_ROUTES = 3
+"""Maximum number of routes to choose from."""
+VIA_TOLERANCE = 1.0
+"""Maximum distance of the planned route from the point that was wished for, m; assumed."""
 _NICENESS = 10
 """Niceness added to that of the navigator's process."""
 
@@ -37,6 +51,30 @@ class PreviewRequest:
     wish: Wish
     planning_context: bytes
     """Pickled :class:`PlanningContext`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TripRequest:
+    """Request for the routes to a destination."""
+
+    id: int
+    client: str
+    goal: tuple[float, float]
+    """m."""
+    wishes: tuple[Wish, ...]
+    planning_context: bytes
+    """Pickled :class:`PlanningContext`; its goal and wishes do not matter."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TripAnswer:
+    """Routes of a request; fields as in ``TripPlans``."""
+
+    id: int
+    client: str
+    routes: tuple[TripRoute, ...] = ()
+    extra_length: float = 0.0
+    error: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +111,9 @@ def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
 def _serve(pipe: OwnerPipe, ride_setup: RideSetup) -> None:
     pipe.send(ProcessReady(done=True))
     while True:
-        pipe.send(preview(pipe.receive(), ride_setup))
+        request = pipe.receive()
+        is_trip = isinstance(request, TripRequest)
+        pipe.send(plan_trip(request, ride_setup) if is_trip else preview(request, ride_setup))
 
 
 def warm_up(ride_setup: RideSetup) -> None:
@@ -87,6 +127,7 @@ def warm_up(ride_setup: RideSetup) -> None:
         wishes=(),
         wish_origin=start,
         clearance=request.profile.clearance,
+        speed=request.profile.preferred_speed,
         live=LiveObstacles(corner=np.array(grid.cells(start)), occupied=obstacle, version=1),
         crowding=Crowding(
             density=np.full((4, 4), 0.1, dtype=np.float32),
@@ -100,6 +141,10 @@ def warm_up(ride_setup: RideSetup) -> None:
         preview(
             PreviewRequest(id=number, client="", wish=wish, planning_context=pickled), ride_setup
         )
+    goal = (float(request.goal[0]), float(request.goal[1]))
+    for wishes in ((), warm_up_wishes(ride_setup)[:1]):
+        trip = TripRequest(id=0, client="", goal=goal, wishes=wishes, planning_context=pickled)
+        plan_trip(trip, ride_setup)
 
 
 def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
@@ -111,18 +156,7 @@ def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
     """
     context: PlanningContext = pickle.loads(request.planning_context)  # from our own process
     planner = ride_setup.navigator.global_planner
-    problem = RouteProblem(
-        grid=ride_setup.grid,
-        robot=ride_setup.robot,
-        start=context.pose[:2],
-        goal=context.goal,
-        wishes=context.wishes,
-        wish_origin=context.wish_origin,
-        live=context.live,
-        crowding=context.crowding,
-        filters=ride_setup.navigator.filters,
-        clearance=context.clearance,
-    )
+    problem = _problem(context, ride_setup)
     wishes = (*context.wishes, request.wish)
     wished = replace(problem, wishes=wishes, wish_origin=context.pose[:2])
     try:
@@ -137,6 +171,98 @@ def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
         points=route_view(path).points,
         length=round(path.length, 2),
         extra_length=round(path.length - current.length, 2) if current is not None else 0.0,
+    )
+
+
+def plan_trip(request: TripRequest, ride_setup: RideSetup) -> TripAnswer:
+    """Plan the routes to a destination: the planner's own, then alternatives by their cost.
+
+    An alternative comes with the point where it is farthest from the first route. It is offered
+    only if the planner takes that route once the point is wished for.
+
+    Args:
+        request: Destination, wishes and context.
+        ride_setup: Map, chair and planner.
+    """
+    context: PlanningContext = pickle.loads(request.planning_context)  # from our own process
+    problem = replace(
+        _problem(context, ride_setup),
+        goal=np.array(request.goal),
+        wishes=request.wishes,
+        wish_origin=context.pose[:2],
+    )
+    measuring = FeatureParameters(speed=context.speed)
+    criteria = AlternativeCriteria(measuring=measuring)
+    planner = ride_setup.navigator.global_planner
+    try:
+        found = find_alternatives(problem, planner, MAX_ROUTES, criteria)
+    except PlanningError as error:
+        text = planning_reason(error).sentence
+        return TripAnswer(id=request.id, client=request.client, error=text)
+    return TripAnswer(
+        id=request.id,
+        client=request.client,
+        routes=(
+            _trip_route(found[0], found[0], None),
+            *(
+                _trip_route(each, found[0], via)
+                for each in found[1:]
+                if (via := _via(each, found[0], problem, planner)) is not None
+            ),
+        ),
+        extra_length=round(found[0].path.wishes.extra_length, 2),
+    )
+
+
+def _via(
+    route: Alternative, first: Alternative, problem: RouteProblem, planner: GlobalPlanner
+) -> tuple[float, float] | None:
+    """Return the point whose wish makes the planner take a route; None: there is none."""
+    via = _farthest(route.path.points, first.path.points)
+    wish = Wish(points=np.array([via]))
+    path = _plan_or_none(planner, replace(problem, wishes=(*problem.wishes, wish)))
+    if path is None or nearest_on_polyline(path.points, *via)[1] > VIA_TOLERANCE:
+        return None
+    return via
+
+
+def _trip_route(
+    route: Alternative, first: Alternative, via: tuple[float, float] | None
+) -> TripRoute:
+    path = route.path
+    return TripRoute(
+        points=route_view(path).points,
+        length=round(path.length, 2),
+        duration=round(route.features.time, 1),
+        differences=tuple(
+            RouteDifference.model_validate({"what": name, "more": round(more, 2)})
+            for name, more in differences(route, first)
+        ),
+        via=via,
+    )
+
+
+def _farthest(line: Floats, other: Floats) -> tuple[float, float]:
+    """Point of a line (k, 2) that is farthest from another line (m, 2), m."""
+    points = resample(line, 0.5)
+    apart = [nearest_on_polyline(other, x, y)[1] for x, y in points]
+    x, y = points[int(np.argmax(apart))]
+    return round(float(x), 2), round(float(y), 2)
+
+
+def _problem(context: PlanningContext, ride_setup: RideSetup) -> RouteProblem:
+    """Return the problem of the current route."""
+    return RouteProblem(
+        grid=ride_setup.grid,
+        robot=ride_setup.robot,
+        start=context.pose[:2],
+        goal=context.goal,
+        wishes=context.wishes,
+        wish_origin=context.wish_origin,
+        live=context.live,
+        crowding=context.crowding,
+        filters=ride_setup.navigator.filters,
+        clearance=context.clearance,
     )
 
 

@@ -4,12 +4,27 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from typing import NamedTuple
 
 from cohelm.live.control.ipc import ProcessReady, ProcessSetup
 from cohelm.live.control.mission import wish_of, wishes_of
 from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
-from cohelm.live.messages import AddWish, Rejected, Send, WishPreview
-from cohelm.live.page.preview_process import PreviewAnswer, PreviewRequest, serve_previews
+from cohelm.live.messages import (
+    AddWish,
+    Destination,
+    PlanTrip,
+    Rejected,
+    Send,
+    TripPlans,
+    WishPreview,
+)
+from cohelm.live.page.preview_process import (
+    PreviewAnswer,
+    PreviewRequest,
+    TripAnswer,
+    TripRequest,
+    serve_previews,
+)
 
 MAX_QUEUED_PREVIEWS = 8
 """Maximum number of waiting requests; then the oldest is rejected."""
@@ -17,6 +32,21 @@ ANSWER_TIMEOUT = 25.0
 """Maximum time for an answer, s; then the process is replaced. A page waits somewhat longer."""
 MAX_LOST = 5
 """Number of processes that may fail before no more are started and all requests are rejected."""
+
+
+class TripQuestion(NamedTuple):
+    """Question for the routes of a trip, with its destination."""
+
+    message: PlanTrip
+    goal: Destination
+
+    @property
+    def id(self) -> int:
+        """Number of the request."""
+        return self.message.id
+
+
+Question = AddWish | TripQuestion
 
 
 class RoutePreview:
@@ -32,9 +62,9 @@ class RoutePreview:
         self._process: WorkerProcess | None = None
         self._ready = False
         self._lost = 0
-        self._pending: PreviewRequest | None = None
+        self._pending: PreviewRequest | TripRequest | None = None
         self._requested_at = 0.0
-        self._waiting: deque[tuple[str, AddWish]] = deque()
+        self._waiting: deque[tuple[str, Question]] = deque()
 
     @property
     def needs_context(self) -> bool:
@@ -46,32 +76,25 @@ class RoutePreview:
         """True if the process is ready, or has failed once: the chair does not wait longer."""
         return self._ready or self._lost > 0
 
-    def request(self, client: str, wish: AddWish) -> None:
-        """Request the cost of a wish; it replaces an older request of the same page."""
+    def request(self, client: str, question: Question) -> None:
+        """Request the cost of a wish or the routes of a trip; replaces the page's older request."""
         if self._lost >= MAX_LOST:
-            self._reject(client, wish.id)
+            self._reject(client, question.id)
             return
         others = [each for each in self._waiting if each[0] != client]
         for replaced in [each for each in self._waiting if each[0] == client]:
             self._reject(replaced[0], replaced[1].id)
-        self._waiting = deque([*others, (client, wish)])
+        self._waiting = deque([*others, (client, question)])
         if len(self._waiting) > MAX_QUEUED_PREVIEWS:
             oldest, dropped = self._waiting.popleft()
             self._reject(oldest, dropped.id)
 
     def set_planning_context(self, context: bytes) -> None:
-        """Send the next request with a pickled context; empty: there is no destination."""
-        if not self._waiting or self._process is None:
+        """Send the next request with a pickled context; empty: the navigator has none yet."""
+        if not self._waiting or self._process is None or not context:
             return
-        client, message = self._waiting.popleft()
-        if not context:
-            text = "Choose a destination first."
-            self._send(Rejected(id=message.id, code="no_destination", text=text), client)
-            return
-        wish = wishes_of((wish_of(message, 0),))[0]
-        self._pending = PreviewRequest(
-            id=message.id, client=client, wish=wish, planning_context=context
-        )
+        client, question = self._waiting.popleft()
+        self._pending = _request_of(client, question, context)
         self._requested_at = time.monotonic()
         try:
             self._process.send(self._pending)
@@ -108,6 +131,15 @@ class RoutePreview:
                 error=message.error,
             )
             self._send(answer, message.client)
+        if isinstance(message, TripAnswer):
+            self._pending = None
+            plans = TripPlans(
+                id=message.id,
+                routes=message.routes,
+                extra_length=message.extra_length,
+                error=message.error,
+            )
+            self._send(plans, message.client)
 
     def close(self) -> None:
         """End the process."""
@@ -130,5 +162,23 @@ class RoutePreview:
             self._waiting.clear()
 
     def _reject(self, client: str, request_id: int) -> None:
-        text = "The cost of this wish could not be computed."
+        text = "The route could not be computed."
         self._send(Rejected(id=request_id, code="preview_failed", text=text), client)
+
+
+def _request_of(client: str, question: Question, context: bytes) -> PreviewRequest | TripRequest:
+    if isinstance(question, AddWish):
+        return PreviewRequest(
+            id=question.id,
+            client=client,
+            wish=wishes_of((wish_of(question, 0),))[0],
+            planning_context=context,
+        )
+    message, goal = question
+    return TripRequest(
+        id=message.id,
+        client=client,
+        goal=(goal.x, goal.y),
+        wishes=tuple(wishes_of(tuple(wish_of(each, 0) for each in message.wishes))),
+        planning_context=context,
+    )

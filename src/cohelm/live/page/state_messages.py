@@ -41,6 +41,7 @@ class PageView:
     people: tuple[PersonInfo, ...] = ()
     groups: tuple[Points, ...] = ()
     offers: tuple[OfferInfo, ...] = ()
+    free: tuple[float, ...] = ()
     route: RouteView | None = None
     """None: no answer yet."""
     route_error: str = ""
@@ -67,6 +68,7 @@ class PageView:
             people=tuple(_person(row) for row in answer.people),
             groups=answer.groups,
             offers=tuple(_offer(row) for row in answer.offers),
+            free=answer.free,
             route=route,
             route_error=answer.route_error,
             wishes=wishes,
@@ -150,6 +152,7 @@ def state_message(
         people=view.people,
         groups=view.groups,
         offers=view.offers if mission.goal is None else (),
+        free=view.free,
         **_world_fields(world),
     )
 
@@ -209,5 +212,9 @@ def _offer(row: OfferRow) -> OfferInfo:
 
 
 def _person(row: PersonRow) -> PersonInfo:
-    fields = row._asdict() | {"id": int(row.id), "group": int(row.group)}
+    fields = row._asdict() | {
+        "id": int(row.id),
+        "group": int(row.group),
+        "seen": bool(row.seen),
+    }
     return PersonInfo.model_construct(**fields)

@@ -19,6 +19,7 @@ from cohelm.live.sessions.session_files import (
     session_sort_key,
     unknown_session,
 )
+from cohelm.live.sessions.timeline import Timeline
 
 _log = logging.getLogger(__name__)
 
@@ -65,7 +66,11 @@ class SessionArchive:
         for ride in summary.rides:
             with contextlib.suppress(StoreError):
                 maps[ride.id] = self.png(ride.id)
-        return report.session_html(summary, maps)
+        timelines = {}
+        for ride in summary.rides:
+            with contextlib.suppress(StoreError, ValueError):  # of another version, or missing
+                timelines[ride.id] = Timeline.model_validate_json(self.timeline(ride.id))
+        return report.session_html(summary, maps, timelines)
 
     def csv(self, session: str) -> str:
         """Return the CSV table of a session; errors as in :meth:`summary`."""
@@ -86,6 +91,17 @@ class SessionArchive:
             return file.read_bytes()
         except OSError:
             raise StoreError(f"there is no map of {id_}, or not yet") from None
+
+    def timeline(self, ride: str) -> bytes:
+        """Return the timeline of a ride as JSON, see :mod:`.timeline`.
+
+        Raises:
+            StoreError: There is no timeline, or not yet.
+        """
+        try:
+            return self._ride(ride).with_suffix(".timeline").read_bytes()
+        except OSError:
+            raise StoreError(f"there is no timeline of {ride}, or not yet") from None
 
     def _folders(self) -> tuple[Path, ...]:
         """Return the folders of all sessions, unordered."""

@@ -23,6 +23,7 @@ from cohelm.live.sessions.files import write_atomically
 from cohelm.live.sessions.records import RideLog, RideSummary
 from cohelm.live.sessions.ride_map import ride_map
 from cohelm.live.sessions.ride_rows import ChairColumn, PersonColumn, read_rows
+from cohelm.live.sessions.timeline import timeline_of
 from cohelm.maps import OccupancyGrid
 from cohelm.processes import end_with_owner, spawn, without_interrupts
 from cohelm.robots import Robot
@@ -54,7 +55,7 @@ def task_of(log: RideLog, scenario: Scenario, robot: Robot, grid: OccupancyGrid)
 
 
 def measure_in_subprocess(task: Path, into: Path, ends: threading.Event) -> dict[str, float]:
-    """Return the measures of a ride; its map is written as ``into`` with ``.png``.
+    """Return the measures of a ride; map and timeline get ``.png`` and ``.timeline`` beside them.
 
     Args:
         task: File with the result of :func:`task_of`, in our own folder: it is unpickled.
@@ -160,9 +161,12 @@ def _write_measures(task: Path, into: Path) -> None:
     os.nice(19)
     answer: dict[str, float] | str
     try:
-        ride = ride_of(*pickle.loads(task.read_bytes()))
+        log, scenario, robot, grid = pickle.loads(task.read_bytes())
+        ride = ride_of(log, scenario, robot, grid)
         answer = measures_of(ride)
         write_atomically(into.with_suffix(".png"), ride_map(ride))
+        told = timeline_of(ride, log.stops).model_dump_json(exclude_none=False)
+        write_atomically(into.with_suffix(".timeline"), told.encode())
     except Exception as error:  # a task of another program version may fail in any way
         answer = f"the ride was not measured: {type(error).__name__} {error}".strip()
     try:

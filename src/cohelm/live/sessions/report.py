@@ -5,13 +5,18 @@ from __future__ import annotations
 import base64
 import csv
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from cohelm.evaluation.metrics.measures import RIDE_MEASURES, measure_info
 from cohelm.evaluation.report.html import Table, render
 from cohelm.live.messages import Limits
 from cohelm.live.sessions.records import RideSummary, SessionInfo, SessionSummary
+from cohelm.live.sessions.timeline import Timeline
+
+BREACH_TOLERANCE = 0.005
+"""Distance by which a person may be closer than the target before a report says so, m."""
 
 
 class _Column(NamedTuple):
@@ -19,6 +24,18 @@ class _Column(NamedTuple):
 
     name: str
     cell: Callable[[SessionInfo, RideSummary], object]
+
+
+class _Strip(NamedTuple):
+    """Plot of a ride over its time, in a box of 1000 × 110."""
+
+    duration: str
+    fastest: str
+    speed: str
+    """Points of a polyline."""
+    share: str
+    reasons: tuple[tuple[float, float], ...]
+    """Left side and width of each reason."""
 
 
 class _RideSection(NamedTuple):
@@ -29,23 +46,39 @@ class _RideSection(NamedTuple):
     facts: tuple[tuple[str, str], ...]
     image: str
     """PNG map as base64; empty: none."""
+    strip: _Strip | None
+    """Speed and share over time; None: no timeline is stored."""
     message: str
     measures: Table | None
     stops: Table | None
 
 
-def session_html(summary: SessionSummary, maps: Mapping[str, bytes]) -> str:
-    """Return the session as one printable page, light or dark as the reader's device.
+def session_html(
+    summary: SessionSummary,
+    maps: Mapping[str, bytes],
+    timelines: Mapping[str, Timeline] = MappingProxyType({}),
+) -> str:
+    """Return the session as one page with folded details, light or dark as the reader's device.
 
     Args:
         summary: Session with its rides.
         maps: PNG maps by ride id, as far as they exist.
+        timelines: Timelines by ride id, as far as they exist.
     """
     session = summary.session
     where = "in simulation" if session.simulation else "on the chair"
     started = session.started[:16].replace("T", " at ")
     rides = Table(
-        columns=("ride", "destination", "outcome", "duration, s", "length, m", "rating"),
+        columns=(
+            "ride",
+            "destination",
+            "outcome",
+            "duration, s",
+            "length, m",
+            "stops",
+            "nearest person, m",
+            "rating",
+        ),
         rows=[
             (
                 str(number),
@@ -53,6 +86,8 @@ def session_html(summary: SessionSummary, maps: Mapping[str, bytes]) -> str:
                 _outcome(ride),
                 f"{ride.duration:.0f}",
                 f"{ride.length:.1f}",
+                str(len(ride.stops)),
+                _nearest(ride),
                 _rating(ride),
             )
             for number, ride in enumerate(summary.rides, 1)
@@ -66,7 +101,7 @@ def session_html(summary: SessionSummary, maps: Mapping[str, bytes]) -> str:
         summary=f"{session.scene} {where}, {session.robot}; started {started} UTC.",
         rides=rides,
         details=[
-            _section(number, ride, maps.get(ride.id))
+            _section(number, ride, maps.get(ride.id), timelines.get(ride.id))
             for number, ride in enumerate(summary.rides, 1)
         ],
     )
@@ -83,7 +118,9 @@ def session_csv(summary: SessionSummary) -> str:
     return out.getvalue()
 
 
-def _section(number: int, ride: RideSummary, image: bytes | None) -> _RideSection:
+def _section(
+    number: int, ride: RideSummary, image: bytes | None, timeline: Timeline | None
+) -> _RideSection:
     outcome = f"{_outcome(ride)} after {ride.duration:.0f} s, {ride.length:.1f} m"
     measures = [
         (info.heading, info.text(ride.measures[name]))
@@ -102,9 +139,33 @@ def _section(number: int, ride: RideSummary, image: bytes | None) -> _RideSectio
             ("Limits", "; ".join(_limits(each.time, each.limits) for each in ride.limits)),
         ),
         image="" if image is None else base64.b64encode(image).decode(),
+        strip=None if timeline is None else _strip(timeline),
         message=ride.error or ("" if measures else "The measures are not ready yet."),
         measures=Table(("measure", "value"), measures, "Measures") if measures else None,
         stops=Table(("time, s", "duration, s", "reason"), stops, "Stops") if stops else None,
+    )
+
+
+def _strip(timeline: Timeline) -> _Strip:
+    duration = max((len(timeline.pose) - 1) * timeline.period, timeline.period)
+    fastest = max(0.5, *timeline.speed)
+
+    def line(values: Sequence[float], most: float) -> str:
+        xs = (1000.0 * k / max(len(values) - 1, 1) for k in range(len(values)))
+        return " ".join(
+            f"{x:.1f},{105.0 - 100.0 * max(value, 0.0) / most:.1f}"
+            for x, value in zip(xs, values, strict=True)
+        )
+
+    return _Strip(
+        duration=f"{duration:.0f}",
+        fastest=f"{fastest:.1f}",
+        speed=line(timeline.speed, fastest),
+        share=line(timeline.eta, 1.0),
+        reasons=tuple(
+            (round(1000.0 * each.time / duration, 1), round(1000.0 * each.duration / duration, 1))
+            for each in timeline.reasons
+        ),
     )
 
 
@@ -122,6 +183,16 @@ def _rating(ride: RideSummary) -> str:
     return "not rated" if ride.rating is None else f"{ride.rating} of 5"
 
 
+def _nearest(ride: RideSummary) -> str:
+    """Distance of the nearest person, and the target if somebody came closer."""
+    nearest = ride.measures.get("min_distance")
+    if nearest is None:
+        return "–"
+    target = max((each.limits.min_distance for each in ride.limits), default=0.0)
+    closer = nearest < target - BREACH_TOLERANCE
+    return f"{nearest:.2f}" + (f", closer than the target of {target:g}" if closer else "")
+
+
 def _durations(seconds: Mapping[Any, float]) -> str:
     """``shared 41 s, assisted 3 s``, the longest first."""
     longest = sorted(seconds.items(), key=lambda each: -each[1])
@@ -131,7 +202,7 @@ def _durations(seconds: Mapping[Any, float]) -> str:
 def _limits(time: float, limits: Limits) -> str:
     text = (
         f"{limits.max_speed:g} m/s, {limits.max_acceleration:g} m/s², "
-        f"{limits.min_distance:g} m from people"
+        f"target {limits.min_distance:g} m from people"
     )
     return text if time <= 0.0 else f"from {time:.0f} s: {text}"
 

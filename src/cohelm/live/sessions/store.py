@@ -6,7 +6,7 @@
       audit.jsonl              audit log; it stays when sessions are deleted
       20260131-142530/         a session
         session.json
-        20260131-142530-r1.json   summary of a ride; .png its map; .rows and .task its log, until
+        20260131-142530-r1.json   summary of a ride; .png, .timeline; .rows and .task its log, until
                                   it is measured, now or at the next start, if it can be; .begun:
                                   summary of a ride that goes on
       .deleted-…/              session being deleted, now or at the next start
@@ -299,7 +299,8 @@ class SessionStore(SessionArchive):
         into = self._file(ride, ".measures.json")
         try:
             measures = measure_in_subprocess(task, into, self._closing)
-            into.with_suffix(".png").replace(self._file(ride, ".png"))
+            for made in (".png", ".timeline"):
+                into.with_suffix(made).replace(self._file(ride, made))
         except MeasuringPostponed:
             return
         except (StoreError, OSError) as error:

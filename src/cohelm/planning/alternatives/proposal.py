@@ -93,19 +93,32 @@ def compare_routes(
 
     The wishes come first, then the others by the rider's weights, if they are known.
     """
-    a, b = route.features, other.features
-    said: list[tuple[float, str]] = []
+    said: list[str] = []
     farther = wish_distance(route.path) - wish_distance(other.path)
     if abs(farther) >= 0.25:
         side = "farther from" if farther > 0.0 else "nearer to"
-        said.append((float("inf"), f"{abs(farther):.1f} m {side} the wishes"))
+        said.append(f"{abs(farther):.1f} m {side} the wishes")
+    said += [
+        FEATURE_WORDS[name].compared(more) for name, more in differences(route, other, weights)
+    ]
+    return ", ".join(said[:_MOST_WORDS]) or "nearly equal"
+
+
+def differences(
+    route: Alternative, other: Alternative, weights: FeatureVector | None = None
+) -> tuple[tuple[str, float], ...]:
+    """Return (name, difference) of the figures in which two routes noticeably differ.
+
+    The order is by the rider's weights, if they are known, else by the size of the difference.
+    """
+    found: list[tuple[float, str, float]] = []
     for name, trait in FEATURE_WORDS.items():
-        more = _number(a, name) - _number(b, name)
+        more = _number(route.features, name) - _number(other.features, name)
         if abs(more) >= trait.noticed:
             weight = 1.0 if weights is None else abs(getattr(weights, name))
-            said.append((weight * abs(more) / trait.unit, trait.compared(more)))
-    said.sort(key=lambda each: -each[0])
-    return ", ".join(text for _, text in said[:_MOST_WORDS]) or "nearly equal"
+            found.append((weight * abs(more) / trait.unit, name, more))
+    found.sort(key=lambda each: -each[0])
+    return tuple((name, more) for _, name, more in found[:_MOST_WORDS])
 
 
 def _utility_for(route: Alternative, weights: FeatureVector) -> float:

@@ -1,0 +1,169 @@
+"""Pictures of every state of the page, for the documents.
+
+    python benchmarks/pictures.py              # into docs/images
+    python benchmarks/pictures.py --into DIR
+
+``cohelm drive`` runs beside it on the hospital floor.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from page import CHROMIUM, FLAGS, START, go, look_at, opened, release, ride, served, show
+
+LARGEST = 150_000
+"""Maximum size of a picture, bytes."""
+
+
+def main() -> int:
+    """Make all pictures."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--into", type=Path, default=Path("docs/images"))
+    options.add_argument("--only", choices=[*PARTS], help="one part only")
+    chosen = options.parse_args()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        with served(people=12) as (address, token):
+            for name, part in PARTS.items():
+                if chosen.only in {None, name}:
+                    part(browser, address, token, chosen.into)
+    return 0
+
+
+def phones(browser: Browser, address: str, _: str, folder: Path) -> None:
+    """Make the pictures of a phone: places, overview, trip."""
+    with opened(browser, address, 390, 844, has_touch=True) as page:
+        show(page, "Go to")
+        keep(page, folder / "page-phone-places.png")
+        look_at(page, "Ward 4")
+        page.wait_for_timeout(700)
+        keep(page, folder / "page-phone-overview.png")
+        page.get_by_role("button", name=START).click()
+        page.get_by_role("button", name="OK").click()
+        ride(page, 9.0)
+        keep(page, folder / "page-phone.png")
+        release(page)
+    with opened(browser, address, 820, 1180) as page:
+        look_at(page, "Ward 4")
+        page.get_by_role("button", name="Go via, avoid, draw").click()
+        page.get_by_label("Choose a place").select_option("Laboratory")
+        page.get_by_role("button", name="Go via here").click()
+        expect(page.get_by_text("With your wishes")).to_be_visible(timeout=60_000)
+        keep(page, folder / "page-tablet.png")
+
+
+def desktops(browser: Browser, address: str, _: str, folder: Path) -> None:
+    """Make the pictures of a trip on a desktop, to its end, and of a shut door."""
+    with opened(browser, address, 1280, 800) as page:
+        look_at(page, "Cafeteria")
+        page.wait_for_timeout(700)
+        keep(page, folder / "page-overview.png")
+        page.get_by_role("button", name=START).click()
+        page.get_by_role("button", name="OK").click()
+        ride(page, 6.0)
+        keep(page, folder / "page-desktop.png")
+        page.get_by_role("button", name="Legend").click()
+        page.wait_for_timeout(400)
+        keep(page, folder / "page-legend.png")
+        page.get_by_role("button", name="Legend").first.click()
+        page.get_by_role("button", name="STOP", exact=True).click()
+        page.wait_for_timeout(1500)
+        keep(page, folder / "page-stopped.png")
+        until_arrival(page)
+        keep(page, folder / "page-arrived.png")
+        page.get_by_role("button", name="Skip").click()
+        go(page, "Pharmacy")
+        ride(page, 1.0)
+        show(page, "Simulation")
+        doors = page.get_by_role("button", name=re.compile(": open$"))
+        while doors.count():
+            doors.first.click()
+            page.wait_for_timeout(150)
+        go_on(page, lambda: page.locator(".why").filter(has_text="is shut").is_visible())
+        keep(page, folder / "page-door.png")
+        show(page, "Simulation")
+        page.get_by_role("button", name="Restart").click()
+        page.wait_for_timeout(3000)
+        release(page)
+
+
+def themes(browser: Browser, address: str, _: str, folder: Path) -> None:
+    """Make the pictures of the other palettes, of one switch and of German."""
+    with opened(browser, address, 1280, 800, color_scheme="dark") as page:
+        go(page, "Ward 4")
+        show(page, "Drive")
+        ride(page, 6.0)
+        keep(page, folder / "page-dark.png")
+        release(page)
+    with opened(browser, address, 1280, 800, contrast="more") as page:
+        show(page, "Settings")
+        page.get_by_label("One switch").check()
+        go(page, "Ward 4")
+        ride(page, 6.0)
+        keep(page, folder / "page-high-contrast.png")
+        release(page)
+    with opened(browser, address, 1280, 800, locale="de-DE", words="Niemand fährt.") as page:
+        page.get_by_role("button", name="Einstellungen").click()
+        page.wait_for_timeout(400)
+        keep(page, folder / "page-german.png")
+
+
+def sessions(browser: Browser, address: str, token: str, folder: Path) -> None:
+    """Make the pictures of the therapist's view and of a ride's timeline."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    page = context.new_page()
+    page.set_default_timeout(60_000)
+    page.goto(f"{address}/therapist#token={token}")
+    page.get_by_text("Target distance from people").wait_for()
+    page.wait_for_timeout(2000)
+    keep(page, folder / "therapist.png")
+    page.locator("summary").first.click()
+    page.get_by_text("Timeline, map, measures").first.click()
+    slider = page.get_by_role("slider", name="Time in the ride")
+    slider.wait_for()
+    slider.fill("9")
+    slider.scroll_into_view_if_needed()
+    page.wait_for_timeout(1000)
+    keep(page, folder / "page-timeline.png")
+    context.close()
+
+
+def go_on(page: Page, done: Callable[[], bool]) -> None:
+    """Confirm whatever the page asks for, until something is the case."""
+    button = page.get_by_role("button", name="Go on", exact=True)
+    for _ in range(400):
+        if done():
+            return
+        if button.count() and button.get_attribute("aria-disabled") != "true":
+            button.click()
+        page.wait_for_timeout(300)
+    raise TimeoutError("it did not happen")
+
+
+def until_arrival(page: Page) -> None:
+    """Go on to the destination."""
+    go_on(page, page.get_by_text("You have arrived").first.is_visible)
+
+
+def keep(page: Page, path: Path) -> None:
+    """Write a picture with a reduced palette."""
+    shown = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    shown.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    if path.stat().st_size > LARGEST:
+        raise ValueError(f"{path} is too large")
+
+
+PARTS = {"phones": phones, "desktops": desktops, "themes": themes, "sessions": sessions}
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,8 @@
+// German: a text for every key of the English catalogue, or this does not compile.
+
+import { chair } from "./de/chair";
+import { rider } from "./de/rider";
+import { therapist } from "./de/therapist";
+import type { Key } from "./en";
+
+export const de: Readonly<Record<Key, string>> = { ...rider, ...chair, ...therapist };

@@ -1,0 +1,82 @@
+// What is about the chair now: the ring of directions, and the reason on display with its cause.
+
+import { causeOf, ring, type Cause, type Direction } from "./around";
+import { chair } from "./chair.svelte";
+import { mapView } from "./map/mapView.svelte";
+import { SILENT, told } from "./reasonDisplay";
+
+/** Reasons whose cause is something about the chair. */
+const CAUSED = new Set([
+  "too_close", "blocked", "waiting", "no_safe_plan", "replanning", "creeping", "backing_up", "ask_rider", "no_path",
+]);
+/** A cause stays pointed at so long although another one is nearer for a moment, ms (assumed). */
+const KEEPS = 1_000;
+/** Rates of time below which a computer is slow, and above which it is not any more (assumed). */
+const SLOW = 0.8;
+const FAST = 0.95;
+/** So long either must last before it is told, ms (assumed). */
+const PACE_LASTS = 3_000;
+const RING = "cohelm.ring";
+
+class Surroundings {
+  ring = $state.raw<readonly Direction[]>([]);
+  saying = $state.raw(SILENT);
+  cause = $state.raw<Cause | null>(null);
+  /** True if the ring is shown about chair and joystick. */
+  shown = $state(kept());
+  /** True while this computer is too slow for real time, and that for some seconds. */
+  slow = $state(false);
+  #causedAt = -Infinity;
+  #pacedAt = -Infinity;
+
+  show(on: boolean): void {
+    this.shown = on;
+    try {
+      localStorage.setItem(RING, on ? "1" : "0");
+    } catch {
+      // A device that keeps nothing shows it again the next time.
+    }
+  }
+
+  /** Called ten times a second. */
+  look(now: number): void {
+    const { state, scene } = chair;
+    this.saying = told(this.saying, chair.stale ? null : state, now);
+    if (!state || !scene || chair.stale) {
+      this.ring = [];
+      this.cause = null;
+      return;
+    }
+    this.#pace(state.rate ?? 1, now);
+    this.ring = this.shown ? ring(state, scene, mapView.isWall) : [];
+    const code = this.saying.shown?.code ?? "";
+    if (!CAUSED.has(code)) {
+      this.cause = null;
+      return;
+    }
+    const found = causeOf(state, scene, chair.route.points, mapView.isWall);
+    // Its words stay for a while, its place follows at once.
+    const held = this.cause !== null && now - this.#causedAt < KEEPS;
+    if (held && found?.thing === this.cause?.thing && found) this.cause = { ...this.cause!, at: found.at };
+    if (held) return;
+    this.#causedAt = now;
+    this.cause = found;
+  }
+
+  /** Told only after it has lasted, and until it is over for as long. */
+  #pace(rate: number, now: number): void {
+    const other = this.slow ? rate > FAST : rate < SLOW;
+    if (!other) this.#pacedAt = now;
+    else if (now - this.#pacedAt > PACE_LASTS) this.slow = !this.slow;
+  }
+}
+
+function kept(): boolean {
+  try {
+    return localStorage.getItem(RING) !== "0";
+  } catch {
+    return true;
+  }
+}
+
+export const surroundings = new Surroundings();

@@ -1,0 +1,93 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { chair } from "./chair.svelte";
+import { link, type Question } from "./link";
+import type { ChairState, FromPage, RiderSettings, TripPlans } from "./messages";
+import { trip } from "./trip.svelte";
+
+const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start_at_once: false };
+const ROUTE = { points: [[0, 0], [9, 0]] as [number, number][], length: 9, duration: 13, differences: [], via: null };
+const PLANS: TripPlans = {
+  type: "trip_plans", id: 1, error: "", extra_length: 0,
+  routes: [ROUTE, { ...ROUTE, length: 12, via: [4, 3] }],
+};
+
+let asked: Question[];
+let sent: FromPage[];
+
+function state(more: Partial<ChairState> = {}): void {
+  chair.heard({ type: "state", pose: [0, 0, 0], driver: "me", link: "ready", goal: null, ...more } as ChairState);
+}
+
+beforeEach(() => {
+  [asked, sent] = [[], []];
+  chair.client = "me";
+  chair.rider = RIDER;
+  state();
+  vi.spyOn(link, "send").mockImplementation((message) => sent.push(message) > 0);
+  vi.spyOn(link, "ask").mockImplementation((question) => {
+    asked.push(question);
+    return Promise.resolve(question.type === "plan_trip" ? PLANS : { type: "accepted", id: 1 });
+  });
+});
+afterEach(() => {
+  trip.close();
+  chair.state = null;
+  chair.client = "";
+  vi.restoreAllMocks();
+});
+
+const goals = (): Question[] => asked.filter((each) => each.type === "set_goal");
+
+describe("a trip", () => {
+  it("is planned when it is chosen, and begins by Start only", async () => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    expect(trip.routes).toHaveLength(2);
+    expect(goals()).toEqual([]);
+    await trip.start();
+    expect(goals()).toEqual([{ type: "set_goal", place: "Ward 4", wishes: [] }]);
+    expect(trip.draft).toBeNull();
+  });
+
+  it("by an alternative wishes for its point", async () => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    trip.pick(1);
+    await trip.start();
+    expect(goals()).toMatchObject([{ wishes: [{ kind: "attract", points: [[4, 3]] }] }]);
+  });
+
+  it("takes control where nobody drives", async () => {
+    state({ driver: null, link: "no_driver" });
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    await trip.start();
+    expect(sent).toEqual([{ type: "take_control" }]);
+  });
+
+  it("confirms what the chair waits for now, before the destination, and nothing later", async () => {
+    state({ link: "confirm" });
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    await trip.start();
+    expect(sent).toEqual([{ type: "resume" }]);
+    state({ link: "confirm" }); // STOP after the press
+    trip.look();
+    expect(sent).toHaveLength(1);
+  });
+
+  it("is planned anew when a wish is added or the chair has gone on", async () => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    await trip.via([2, 2], "Laboratory");
+    expect(asked).toHaveLength(2);
+    state({ pose: [2, 0, 0] });
+    trip.look();
+    expect(asked).toHaveLength(2);
+    state({ pose: [3.5, 0, 0] });
+    trip.look();
+    expect(asked).toHaveLength(3);
+    expect(asked[2]).toMatchObject({ type: "plan_trip", wishes: [{ points: [[2, 2]] }] });
+  });
+
+  it("sets off at once where the therapist allows it", async () => {
+    chair.rider = { ...RIDER, start_at_once: true };
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    expect(goals()).toEqual([{ type: "set_goal", place: "Ward 4" }]);
+  });
+});

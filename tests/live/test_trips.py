@@ -1,0 +1,95 @@
+"""A trip is planned before it begins, and what cannot be reached replaces nothing."""
+
+import pickle
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.planning.floors import problem, room
+
+from cohelm.live.control.mission import GoalRefused, Mission, check_goal, wish_of
+from cohelm.live.control.planning_context import PlanningContext
+from cohelm.live.messages import Destination, RouteWish
+from cohelm.live.page.preview_process import TripRequest, plan_trip
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import Wish
+from cohelm.planning import AStar, SoftVia
+
+SIDE_BY_SIDE = ((4.0, 2.0, 16.0, 4.8), (4.0, 6.8, 16.0, 10.0))
+"""Two blocks in a room of 20 × 12 m: three ways from left to right."""
+THREE_WAYS = problem(room(20.0, 12.0, 0.1, boxes=SIDE_BY_SIDE), (1.5, 5.8), (18.5, 5.8))
+
+
+def asked(goal=(18.5, 5.8), wishes=(), planner=None):
+    context = PlanningContext(
+        pose=np.array([1.5, 5.8, 0.0]), goal=np.full(2, np.nan), wishes=(),
+        wish_origin=np.array([1.5, 5.8]), clearance=THREE_WAYS.clearance, speed=0.7, live=None,
+        crowding=None,
+    )  # fmt: skip
+    request = TripRequest(
+        id=7, client="a", goal=goal, wishes=wishes, planning_context=pickle.dumps(context)
+    )
+    navigator = SimpleNamespace(global_planner=planner or SoftVia(), filters=())
+    setup = SimpleNamespace(grid=THREE_WAYS.grid, robot=THREE_WAYS.robot, navigator=navigator)
+    return plan_trip(request, setup)
+
+
+def test_a_trip_has_the_planners_route_and_alternatives_with_their_differences():
+    answer = asked()
+    assert (answer.id, answer.error, len(answer.routes)) == (7, "", 3)
+    first, *others = answer.routes
+    assert (first.differences, first.via) == ((), None)
+    # 17 m at 0.7 m/s, and a little to start and to stop
+    assert 17.0 / 0.7 < first.duration < 17.0 / 0.7 + 5.0
+    for route in others:
+        told = {each.what: each.more for each in route.differences}
+        assert told["length"] == pytest.approx(route.length - first.length, abs=0.1)
+
+
+def test_wishing_for_the_point_of_an_alternative_gives_that_route():
+    for route in asked().routes[1:]:
+        assert route.via is not None
+        wished = replace(
+            THREE_WAYS, wishes=(Wish(points=np.array([route.via])),), wish_origin=THREE_WAYS.start
+        )
+        driven = SoftVia().plan(wished)
+        assert driven.length == pytest.approx(route.length, rel=0.05)
+        assert np.hypot(*(driven.points - route.via).T).min() < 0.5
+
+
+def test_a_planner_that_heeds_no_wishes_offers_no_alternatives():
+    assert len(asked(planner=AStar()).routes) == 1
+
+
+def test_a_wish_on_the_way_costs_what_it_adds():
+    free = asked().routes[0].length
+    answer = asked(wishes=(Wish(points=np.array([[10.0, 1.0]])),))
+    assert answer.extra_length == pytest.approx(answer.routes[0].length - free, abs=0.2)
+    assert answer.extra_length > 1.0
+
+
+def test_no_route_is_an_answer():
+    assert asked(goal=(10.0, 3.5)).error
+
+
+def test_a_goal_outside_on_a_wall_or_in_the_unknown_is_refused():
+    data = np.zeros((40, 40), dtype=np.int8)
+    data[:, 30:] = -1
+    data[0] = 100
+    grid = OccupancyGrid(data=data, resolution=0.1, X_MG=np.zeros(3))
+    check_goal(Destination(name="", x=1.0, y=1.0), grid)
+    for x, y, code in ((-1.0, 1.0, "outside_map"), (3.5, 1.0, "outside_map")):
+        with pytest.raises(GoalRefused) as refused:
+            check_goal(Destination(name="", x=x, y=y), grid)
+        assert refused.value.code == code
+    with pytest.raises(GoalRefused) as refused:
+        check_goal(Destination(name="", x=1.0, y=0.05), grid)
+    assert refused.value.code == "goal_blocked"
+
+
+def test_a_trip_replaces_destination_and_wishes_at_once():
+    goal = Destination(name="Ward 3", x=1.0, y=2.0)
+    wish = wish_of(RouteWish(kind="attract", points=((1.0, 1.0),)), 4)
+    mission = Mission().with_trip(goal, (wish,))
+    assert (mission.goal, mission.wishes, mission.version) == (goal, (wish,), 1)

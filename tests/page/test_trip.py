@@ -1,0 +1,172 @@
+"""A trip from the choice to the arrival: overview, one button, what is told on the way."""
+
+import re
+
+from playwright.sync_api import expect
+
+from .served import moves, stands
+from .test_choosing import nearest, pixel, ways
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True}
+
+
+def test_nothing_sets_off_before_start_and_the_whole_route_is_seen(rider, chair):
+    rider.look_at("Cafeteria")
+    rider.sees(re.compile(r"^about \d+ (s|min)$"))
+    rider.holds(lambda state: state["goal"] is None)
+    expect(rider.button("Whole route")).to_have_attribute("aria-pressed", "true")
+    rider.press("Start")  # the only press: it takes control, too
+    rider.until(lambda state: rider.drives and state["goal"] and state["link"] == "ready")
+    rider.makes(moves, rider.go_on)
+    panel = rider.page.get_by_role("region", name="Your trip")
+    expect(panel).to_contain_text(re.compile(r"(Turn (left|right)|Straight on)"))
+    expect(panel).to_contain_text("Cafeteria")
+    assert rider.page.get_by_role("button", name="Pharmacy").count() == 0  # places are away
+    rider.press("Cancel trip")
+    rider.until(lambda state: state["goal"] is None and stands(state))
+
+
+def test_an_alternative_is_driven_if_it_is_chosen(rider, chair):
+    """To the cafeteria there is the south corridor, and a longer way round by the north."""
+    rider.look_at("Cafeteria")
+    second = rider.page.get_by_role("button", name=re.compile("m longer"))
+    expect(second).to_have_count(1)
+    second.click()
+    rider.press("Start")
+    way = ways(chair, lambda way: way["points"] and way["length"] > 36.0)
+    at = {place["name"]: (place["x"], place["y"]) for place in chair.scene["places"]}
+    assert nearest(way["points"], at["North corridor"]) < 3.0
+    assert way["wishes"]
+
+
+def test_a_trip_by_way_of_the_laboratory(rider, chair):
+    rider.look_at("Ward 4")
+    rider.press("Go via, avoid, draw…")
+    rider.page.get_by_label("Choose a place").select_option("Laboratory")
+    rider.press("Go via here")
+    rider.sees(re.compile(r"With your wishes: \+[\d.]+ m\."))
+    rider.until_button("Start")
+    rider.press("Start")
+    way = ways(chair, lambda way: way["wishes"] and way["extra_length"] > 0.0)
+    at = {place["name"]: (place["x"], place["y"]) for place in chair.scene["places"]}
+    assert nearest(way["points"], at["Laboratory"]) < 3.0
+
+
+def test_a_tap_outside_the_building_cancels_nothing(rider, chair):
+    rider.take()
+    rider.follow("Ward 4")
+    rider.press("Whole floor")
+    floor = chair.scene["floor"]
+    top = floor["y"] + floor["height"] * floor["resolution"]
+    rider.page.mouse.click(*pixel(rider, floor["x"] + 20.0, top + 3.0))
+    rider.press("Go here")
+    rider.sees("This place is outside the map.")
+    rider.holds(lambda state: state["goal"] and state["goal"]["name"] == "Ward 4")
+
+
+def test_arrival_is_told_once(rider, chair):
+    x, y, _ = chair.state["pose"]
+    rider.press("Whole floor")
+    rider.page.mouse.click(*pixel(rider, x, y + 2.5))
+    rider.press("Go here")
+    rider.until_button("Start")
+    rider.press("Start")
+    rider.until(lambda state: state["goal"])
+    rider.makes(lambda state: state["arrived"], rider.go_on)
+    told = rider.page.get_by_text("You have arrived").filter(visible=True)
+    expect(told).to_have_count(1)
+    rider.rest(1.0)
+    expect(told).to_have_count(1)
+
+
+def test_the_therapist_may_allow_to_set_off_at_once(rider, chair):
+    rider.page.route("**/ws", lambda route: route.continue_())
+    chair.say("set_goal")  # nobody drives, and nothing is chosen
+    therapist = rider.context.new_page()
+    therapist.goto(rider.address + f"/therapist#token={chair.token}")
+    box = therapist.get_by_label("Set off without confirmation")
+    box.check()
+    expect(therapist.get_by_text("Saved.")).to_be_visible()
+    try:
+        rider.page.bring_to_front()
+        rider.show("Go to")
+        field = rider.page.get_by_role("searchbox", name="Search for a place")
+        field.fill("ward 4")
+        field.press("Enter")
+        rider.until(lambda state: state["goal"] and state["goal"]["name"] == "Ward 4")
+    finally:
+        box.uncheck()
+        expect(box).not_to_be_checked()
+        therapist.close()
+
+
+def shut_all(chair):
+    for door in chair.scene["doors"]:
+        chair.say("change_simulation", action="door", door=door["id"], on=True)
+
+
+def test_a_shut_door_is_named_before_the_trip(rider, chair):
+    shut_all(chair)
+    rider.show("Go to")
+    rider.press("Pharmacy")
+    rider.sees(re.compile("No route there is wide enough. The door to .* is shut."))
+    expect(rider.button("Start")).to_have_attribute("aria-disabled", "true")
+
+
+def test_a_door_that_shuts_on_the_way_is_named_and_pointed_at(rider, chair):
+    rider.take()
+    rider.choose("Pharmacy")
+    rider.makes(moves, rider.go_on)
+    shut_all_from(rider)
+    expect(rider.page.get_by_test_id("why")).to_contain_text(
+        re.compile("The door to .* is shut"), timeout=60_000
+    )
+
+
+def shut_all_from(rider):
+    """By the page that drives."""
+    rider.show("Simulation")
+    doors = rider.page.get_by_role("button", name=re.compile(": open$"))
+    while doors.count():
+        doors.first.click()
+        rider.rest(0.15)
+
+
+def test_a_phone_keeps_its_map_under_a_sheet(riders):
+    rider = riders(**PHONE)
+    rider.sees("No driver.")
+    rider.show("Go to")
+    sheet = rider.page.locator("#panel").bounding_box()
+    canvas = rider.page.locator("canvas").bounding_box()
+    assert sheet["height"] <= 0.65 * canvas["height"]
+    assert sheet["y"] + sheet["height"] <= canvas["y"] + canvas["height"] + 1
+
+
+def test_the_way_of_following_is_kept(rider):
+    heading, north = rider.button("Rotate with the chair"), rider.button(re.compile("north up"))
+    expect(heading).to_have_attribute("aria-pressed", "true")  # ahead is up, at first
+    north.click()
+    rider.page.reload()
+    rider.sees("No driver.")
+    expect(north).to_have_attribute("aria-pressed", "true")
+
+
+def test_the_page_speaks_german(rider):
+    rider.show("Settings")
+    rider.press("Deutsch")
+    rider.sees("Niemand fährt.")
+    assert rider.page.evaluate("document.documentElement.lang") == "de"
+    rider.page.reload()
+    rider.sees("Niemand fährt.")
+
+
+def test_who_steers_is_one_sentence_and_nothing_while_the_chair_stands(rider):
+    rider.take()
+    meter = rider.page.get_by_role("meter", name="Your share of the steering")
+    rider.until(stands)
+    rider.sees("You have control")
+    expect(meter).to_have_count(0)
+    rider.hold("ArrowUp", moves)
+    rider.sees("You steer")
+    expect(meter).to_have_attribute("aria-valuenow", "100")
+    rider.let_go("ArrowUp")
