@@ -85,7 +85,7 @@ export function wallsOf({ scene: { floor }, solids, pixels }: Omit<Plan, "colour
 export function wallBatch(walls: readonly Region[], colours: Colours): Batch {
   const batch = new Batch();
   const wall = new Color(colours.wall);
-  const light = wall.clone().lerp(new Color(colours.free), 0.55);
+  const light = wall.clone().lerp(new Color(colours.free), 0.68);
   const paint: Paint = { top: wall, side: light, foot: light.clone().multiplyScalar(0.8) };
   for (const region of walls) batch.prism(region, 0, 1, paint);
   return batch;

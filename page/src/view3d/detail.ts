@@ -3,8 +3,6 @@
 /** Slower than this the picture gets coarser, frames a second (assumed: 30 with some to spare). */
 const ENOUGH = 34;
 const FRAMES = 24;
-/** A longer gap is a pause in which nothing moved, ms. */
-const PAUSE = 250;
 const COARSER = 0.8;
 export const COARSEST = 0.5;
 
@@ -17,11 +15,16 @@ export class Detail {
     public ratio: number,
   ) {}
 
+  /** Nothing moves: the time until the next frame is nobody's fault. */
+  pause(): void {
+    this.#last = -Infinity;
+  }
+
   /** A frame was drawn at this time, ms; true if the ratio has changed. */
   drawn(now: number): boolean {
     const gap = now - this.#last;
     this.#last = now;
-    if (gap > PAUSE) return false;
+    if (gap === Infinity) return false;
     this.#gaps.push(gap);
     if (this.#gaps.length < FRAMES) return false;
     const mean = this.#gaps.reduce((sum, each) => sum + each, 0) / FRAMES;

@@ -11,11 +11,21 @@ import {
 } from "three";
 import { tinted } from "../map/floor";
 import { rgbOf, type Colours } from "../map/palette";
-import type { FloorInfo } from "../messages";
+import type { Point } from "../map/view";
+import type { SolidShape } from "./floorSolids";
+import type { Floor } from "./world";
 
 /** Reach of the soft shadow beside a wall (assumed), m. */
 const SHADOW = 0.45;
 const SHADOW_STRENGTH = 0.34;
+/** Side of a tile, m, and how much darker its joints are. */
+const TILE = 1;
+const TILE_STRENGTH = 0.13;
+
+interface Picture extends Floor {
+  readonly pixels: ImageData;
+  readonly colours: Colours;
+}
 
 /** Grey pixels of the map's picture. */
 export function pixelsOf(image: HTMLImageElement): ImageData {
@@ -27,8 +37,17 @@ export function pixelsOf(image: HTMLImageElement): ImageData {
   return context.getImageData(0, 0, canvas.width, canvas.height);
 }
 
-export function ground(image: HTMLImageElement, pixels: ImageData, floor: FloorInfo, colours: Colours, most: number): Mesh {
-  const texture = new CanvasTexture(fitting(shaded(tinted(image, colours), pixels, floor, colours), most));
+/** The floor below walls and furniture, as a texture with sides of at most `most` px. */
+export function ground({ scene: { floor }, solids, image, pixels, colours }: Picture, most: number): Mesh {
+  const picture = tinted(image, colours);
+  const context = picture.getContext("2d")!;
+  context.imageSmoothingQuality = "high";
+  const perMetre = picture.width / (floor.width * floor.resolution);
+  const [left, upper] = [floor.x, floor.y + floor.height * floor.resolution];
+  cleared(context, solids.solids, ([x, y]) => [(x - left) * perMetre, (upper - y) * perMetre], colours.free);
+  tiled(context, perMetre, colours);
+  shaded(context, pixels, floor.resolution, colours);
+  const texture = new CanvasTexture(fitting(picture, most));
   texture.colorSpace = SRGBColorSpace;
   texture.minFilter = LinearMipmapLinearFilter;
   texture.anisotropy = 2;
@@ -42,10 +61,43 @@ export function ground(image: HTMLImageElement, pixels: ImageData, floor: FloorI
   return new Mesh(made, new MeshBasicMaterial({ map: texture }));
 }
 
-/** Soft shadows by drawing what stands there small and enlarging it. */
-function shaded(picture: HTMLCanvasElement, pixels: ImageData, floor: FloorInfo, colours: Colours): HTMLCanvasElement {
+/** Furniture stands on free floor; on the map it has the colour of walls. */
+function cleared(
+  context: CanvasRenderingContext2D,
+  solids: readonly SolidShape[],
+  pixel: (point: Point) => Point,
+  free: string,
+): void {
+  context.fillStyle = context.strokeStyle = free;
+  context.lineWidth = 6;
+  context.beginPath();
+  for (const { outline, on_map } of solids) {
+    if (!on_map) continue;
+    outline.forEach((point, k) => (k === 0 ? context.moveTo(...pixel(point)) : context.lineTo(...pixel(point))));
+    context.closePath();
+  }
+  context.fill();
+  context.stroke();
+}
+
+/** Tiles: on an even floor one does not see that one moves. */
+function tiled(context: CanvasRenderingContext2D, perMetre: number, colours: Colours): void {
+  const { width, height } = context.canvas;
+  context.strokeStyle = colours.wall;
+  context.globalAlpha = TILE_STRENGTH;
+  context.lineWidth = Math.max(1, 0.025 * perMetre);
+  context.beginPath();
+  const step = TILE * perMetre;
+  for (let x = step; x < width; x += step) context.rect(x, 0, 0, height);
+  for (let y = height - step; y > 0; y -= step) context.rect(0, y, width, 0);
+  context.stroke();
+  context.globalAlpha = 1;
+}
+
+/** Soft shadows, by drawing what stands there small and enlarging it. */
+function shaded(context: CanvasRenderingContext2D, pixels: ImageData, resolution: number, colours: Colours): void {
   const [r, g, b] = rgbOf(colours.free);
-  if (r + g + b < 30) return picture; // on black no shadow is seen
+  if (r + g + b < 30) return; // on black no shadow is seen
   const mask = document.createElement("canvas");
   mask.width = pixels.width;
   mask.height = pixels.height;
@@ -53,18 +105,15 @@ function shaded(picture: HTMLCanvasElement, pixels: ImageData, floor: FloorInfo,
   for (let k = 0; k < dark.data.length; k += 4) dark.data[k + 3] = pixels.data[k]! < 64 ? 255 : 0;
   mask.getContext("2d")!.putImageData(dark, 0, 0);
   const small = document.createElement("canvas");
-  const cells = Math.max(1, SHADOW / floor.resolution / 1.5);
+  const cells = Math.max(1, SHADOW / resolution / 1.5);
   small.width = Math.max(1, Math.round(pixels.width / cells));
   small.height = Math.max(1, Math.round(pixels.height / cells));
   const shrunk = small.getContext("2d")!;
   shrunk.imageSmoothingQuality = "high";
   shrunk.drawImage(mask, 0, 0, small.width, small.height);
-  const context = picture.getContext("2d")!;
   context.globalAlpha = SHADOW_STRENGTH;
-  context.imageSmoothingQuality = "high";
-  context.drawImage(small, 0, 0, picture.width, picture.height);
+  context.drawImage(small, 0, 0, context.canvas.width, context.canvas.height);
   context.globalAlpha = 1;
-  return picture;
 }
 
 /** No side longer than the graphics card takes. */

@@ -151,7 +151,8 @@ function legAt(x: number, y: number, heading: number, wide: Vector3, side: numbe
 
 function kinds(colours: Colours): Readonly<Record<string, Kind>> {
   const cloth = new Color(colours.person);
-  const dark = cloth.clone().multiplyScalar(0.45);
+  const hair = new Color("#4a3524");
+  const trousers = new Color("#3e4f63");
   const skin = new Color("#d9b597");
   const lit = new MeshLambertMaterial({ vertexColors: true });
   const pale = new MeshLambertMaterial({ color: cloth, transparent: true, opacity: 0.28, depthWrite: false });
@@ -161,8 +162,8 @@ function kinds(colours: Colours): Readonly<Record<string, Kind>> {
   const edge = flat(colours.space, 0.6);
   const own = (geometry: BufferGeometry, material: Material, order = 0): Kind => ({ geometry, material, order });
   return {
-    body: own(body(cloth, dark, skin), lit),
-    leg: own(leg(dark), lit),
+    body: own(body(cloth, trousers, { hair, skin }), lit),
+    leg: own(leg(trousers), lit),
     pale: own(ghost(cloth), pale, 5),
     ring: own(dashedRing(), flat(colours.person, 0.9), 3),
     arrow: own(arrow(0.34, 0.58, 0.17), flat(colours.person, 1), 3),
@@ -175,7 +176,7 @@ function kinds(colours: Colours): Readonly<Record<string, Kind>> {
 }
 
 /** A person of 1.72 m without legs, looking along x. */
-function body(cloth: Color, hair: Color, skin: Color): BufferGeometry {
+function body(cloth: Color, trousers: Color, { hair, skin }: { hair: Color; skin: Color }): BufferGeometry {
   const arms = [1, -1].flatMap((side) => [
     limb([0, side * 0.205, 1.36], [-0.01, side * 0.235, 1.1], 0.045, cloth, 8),
     limb([-0.01, side * 0.235, 1.1], [0.06, side * 0.225, 0.88], 0.036, cloth, 8),
@@ -184,7 +185,7 @@ function body(cloth: Color, hair: Color, skin: Color): BufferGeometry {
   return joined([
     limb([0, 0, 0.98], [0, 0, 1.25], 0.135, cloth, 12),
     limb([0, 0.12, 1.37], [0, -0.12, 1.37], 0.085, cloth, 10),
-    block([0, 0, 0.89], [0.21, 0.28, 0.16], hair, 0.06),
+    block([0, 0, 0.89], [0.21, 0.28, 0.16], trousers, 0.06),
     rod([0, 0, 1.38], [0.01, 0, 1.52], 0.048, skin, 10),
     ball([0.02, 0, 1.6], 0.1, skin, [1, 0.85, 1.18]),
     ball([-0.012, 0, 1.628], 0.103, hair, [1, 0.9, 1.08]),

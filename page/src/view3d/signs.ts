@@ -13,7 +13,7 @@ const SHOWN = 20;
 /** Above the floor, m: above the head of a person. */
 const Z = 1.9;
 /** Names farther from the camera are not read, m (assumed). */
-const FAR = 32;
+const FAR = 21;
 /** Near ones would cover the view, m (assumed). */
 const NEAR = 2.5;
 

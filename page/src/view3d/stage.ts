@@ -39,6 +39,7 @@ export class Stage {
   zoom = 1;
   /** Nothing moves between two states, and no camera flies. */
   still = false;
+  readonly #fast = isFast();
   readonly #renderer: WebGLRenderer;
   readonly #world: World;
   readonly #eye = new PerspectiveCamera(50, 1, 0.12, 160);
@@ -58,8 +59,7 @@ export class Stage {
 
   constructor(readonly options: Options) {
     const { canvas, floor, colours } = options;
-    const fast = isFast();
-    this.#renderer = new WebGLRenderer({ canvas, antialias: fast, powerPreference: "low-power" });
+    this.#renderer = new WebGLRenderer({ canvas, antialias: this.#fast, powerPreference: "low-power" });
     this.#renderer.outputColorSpace = SRGBColorSpace;
     this.#renderer.xr.enabled = true;
     this.#world = new World(floor, colours, this.#renderer.capabilities.maxTextureSize);
@@ -96,7 +96,7 @@ export class Stage {
   resize(width: number, height: number): void {
     if (width === 0 || height === 0) return;
     this.#size = [width, height];
-    this.#detail = new Detail(isFast() ? Math.min(FINEST, devicePixelRatio) : Math.min(1, devicePixelRatio));
+    this.#detail = new Detail(Math.min(FINEST, devicePixelRatio));
     this.#scale();
   }
 
@@ -154,6 +154,7 @@ export class Stage {
   #frame(now: number): void {
     const worn = this.#renderer.xr.isPresenting;
     const moving = this.#dirty || (!this.still && this.#motion.moving(now));
+    if (this.still || !moving) this.#detail.pause();
     if (!worn && (now < this.#next || !moving)) return;
     const shown = this.#motion.at(now, this.still);
     if (!shown) return;
@@ -194,18 +195,25 @@ export class Stage {
   }
 }
 
-/** False where the picture is made by the processor, or not at all. */
+/** False where the picture is made by the processor. */
 function isFast(): boolean {
-  return contextOf({ failIfMajorPerformanceCaveat: true });
+  return !/swiftshader|llvmpipe|software|basic render/i.test(withContext(nameOf) ?? "software");
 }
 
 /** True if this browser draws in three dimensions. */
 export function canDraw(): boolean {
-  return contextOf({});
+  return withContext(() => true) ?? false;
 }
 
-function contextOf(options: WebGLContextAttributes): boolean {
-  const context = document.createElement("canvas").getContext("webgl2", options);
+function nameOf(context: WebGL2RenderingContext): string {
+  const info = context.getExtension("WEBGL_debug_renderer_info");
+  return String(context.getParameter(info?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
+}
+
+/** Something of a context that is given back at once; null: there is none. */
+function withContext<T>(of: (context: WebGL2RenderingContext) => T): T | null {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const found = context && of(context);
   context?.getExtension("WEBGL_lose_context")?.loseContext();
-  return context !== null;
+  return found;
 }

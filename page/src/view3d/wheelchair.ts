@@ -1,9 +1,10 @@
 // The chair with its rider, in the base frame: x forward, y left, z up, origin below the drive axle.
 
-import { Color, Group, Mesh, MeshLambertMaterial, type BufferGeometry } from "three";
+import { CircleGeometry, Color, Group, Mesh, MeshLambertMaterial, type BufferGeometry } from "three";
 import type { Colours } from "../map/palette";
 import type { ChairInfo } from "../messages";
 import type { Pose } from "./cameras";
+import { shadow } from "./flat";
 import { ball, block, joined, limb, rod } from "./parts";
 
 /** The model's own outline, to which a chair's outline is fitted: a mid-wheel chair, m. */
@@ -35,6 +36,7 @@ interface Tints {
   readonly trousers: Color;
   readonly skin: Color;
   readonly mark: Color;
+  readonly hair: Color;
 }
 
 export function chairModel(chair: ChairInfo, colours: Colours): ChairModel {
@@ -46,6 +48,11 @@ export function chairModel(chair: ChairInfo, colours: Colours): ChairModel {
     group.add(mesh(carrier(extent, tints)));
     return { group, rider: null, place: (pose) => put(group, pose) };
   }
+  const shade = new Mesh(new CircleGeometry(1, 24), shadow());
+  shade.scale.set(0.62 * long, 1.5 * extent.half, 1);
+  shade.position.set((extent.front + extent.rear) / 2, 0, 0.005);
+  shade.renderOrder = 1;
+  group.add(shade);
   const fitted = new Group();
   fitted.scale.set(long / (MODEL.front - MODEL.rear), extent.half / MODEL.half, 1);
   fitted.position.x = extent.front - MODEL.front * fitted.scale.x;
@@ -106,6 +113,7 @@ function tintsOf(colours: Colours): Tints {
     trousers: new Color("#3e4f63"),
     skin: new Color("#d9b597"),
     mark: new Color(colours.accent),
+    hair: new Color("#4a3524"),
   };
 }
 
@@ -133,18 +141,19 @@ function frame({ body, dark, metal, seat, mark }: Tints): BufferGeometry {
 }
 
 /** Head, trunk and arms: the right hand at the joystick. */
-function upperBody({ cloth, skin, dark }: Tints): BufferGeometry {
+function upperBody({ cloth, skin, hair }: Tints): BufferGeometry {
   const arms = [1, -1].flatMap((side) => [
-    limb([-0.18, side * 0.2, 0.98], [-0.08, side * 0.265, 0.8], 0.047, cloth),
-    limb([-0.08, side * 0.265, 0.8], [side > 0 ? 0.14 : 0.16, side * 0.262, 0.795], 0.037, cloth),
+    limb([-0.11, side * 0.2, 0.98], [-0.06, side * 0.265, 0.8], 0.047, cloth),
+    limb([-0.06, side * 0.265, 0.8], [side > 0 ? 0.14 : 0.16, side * 0.262, 0.795], 0.037, cloth),
     ball([side > 0 ? 0.17 : 0.195, side * 0.262, 0.815], 0.042, skin),
   ]);
   return joined([
-    limb([-0.17, 0, 0.66], [-0.19, 0, 0.92], 0.145, cloth, 14),
-    limb([-0.185, 0.09, 0.985], [-0.185, -0.09, 0.985], 0.09, cloth, 12),
-    rod([-0.18, 0, 1.0], [-0.17, 0, 1.12], 0.05, skin),
-    ball([-0.16, 0, 1.2], 0.1, skin, [1, 0.86, 1.14]),
-    ball([-0.185, 0, 1.225], 0.103, dark, [1, 0.9, 1.08]), // hair
+    limb([-0.08, 0, 0.66], [-0.1, 0, 0.92], 0.135, cloth, 14),
+    limb([-0.115, 0.09, 0.985], [-0.115, -0.09, 0.985], 0.085, cloth, 12),
+    rod([-0.11, 0, 1.0], [-0.1, 0, 1.12], 0.05, skin),
+    ball([-0.08, 0, 1.2], 0.1, skin, [1, 0.86, 1.14]),
+    ball([-0.108, 0, 1.228], 0.103, hair, [1, 0.9, 1.08]),
+    ball([0.022, 0, 1.19], 0.017, skin), // nose
     ...arms,
   ]);
 }

@@ -68,7 +68,7 @@ export class World {
     this.scene.background = new Color(colours.unknown);
     this.#content.add(
       ...lights(colours),
-      ground(image, pixels, scene.floor, colours, this.mostPixels),
+      ground({ ...this.floor, pixels, colours }, this.mostPixels),
       this.#building.group,
       this.#markings.group,
       this.#people.group,
