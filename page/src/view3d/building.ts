@@ -8,7 +8,6 @@ import {
   Group,
   Mesh,
   MeshBasicMaterial,
-  MeshLambertMaterial,
 } from "three";
 import type { Colours } from "../map/palette";
 import type { Point } from "../map/view";
@@ -83,7 +82,7 @@ export function wallsOf({ scene: { floor }, solids, pixels }: Omit<Plan, "colour
 
 /** Walls of height 1: the mesh is as high as the camera lets it be. */
 export function wallBatch(walls: readonly Region[], colours: Colours): Batch {
-  const batch = new Batch();
+  const batch = new Batch(colours);
   const wall = new Color(colours.wall);
   const light = wall.clone().lerp(new Color(colours.free), 0.68);
   const paint: Paint = { top: wall, side: light, foot: light.clone().multiplyScalar(0.8) };
@@ -92,7 +91,7 @@ export function wallBatch(walls: readonly Region[], colours: Colours): Batch {
 }
 
 export function furnitureBatch(solids: readonly SolidShape[], colours: Colours): Batch {
-  const batch = new Batch();
+  const batch = new Batch(colours);
   const wood = new Color(colours.wall).lerp(new Color(colours.door), 0.45).lerp(new Color(colours.free), 0.5);
   const paint = painted(wood, 0.86, 0.62);
   for (const { outline, height, glass } of solids) {
@@ -123,12 +122,12 @@ function inward(a: Point, b: Point, turn: number): Point {
 }
 
 function glassOf(solids: readonly SolidShape[], colours: Colours): Mesh {
-  const batch = new Batch();
+  const batch = new Batch(colours);
   const tint = new Color(colours.route).lerp(new Color(colours.free), 0.5);
   for (const { outline, height, glass } of solids) {
     if (glass) batch.prism({ outer: outline, holes: [] }, 0, height, painted(tint, 1, 1));
   }
-  const material = new MeshLambertMaterial({
+  const material = new MeshBasicMaterial({
     vertexColors: true,
     transparent: true,
     opacity: 0.32,
@@ -143,7 +142,7 @@ function glassOf(solids: readonly SolidShape[], colours: Colours): Mesh {
 
 /** Wall above the doors, seen from within only. */
 function lintelBatch(doors: readonly DoorInfo[], whole: number, colours: Colours): Batch {
-  const batch = new Batch();
+  const batch = new Batch(colours);
   const light = new Color(colours.wall).lerp(new Color(colours.free), 0.5);
   if (whole <= DOOR_HEIGHT) return batch;
   for (const { a, b } of doors) batch.prism(bar(a, b, LINTEL), DOOR_HEIGHT, whole, painted(light, 0.95, 0.8));
@@ -151,7 +150,7 @@ function lintelBatch(doors: readonly DoorInfo[], whole: number, colours: Colours
 }
 
 function leafBatch(doors: readonly DoorInfo[], colours: Colours): Batch {
-  const batch = new Batch();
+  const batch = new Batch(colours);
   const paint = painted(new Color(colours.unwish));
   for (const { a, b } of doors) batch.prism(bar(a, b, LEAF), 0, 1, paint);
   return batch;
@@ -182,7 +181,7 @@ function ceilingOf({ x, y, width, height, resolution }: FloorInfo, z: number, co
 }
 
 function mesh(batch: Batch): Mesh {
-  const made = new Mesh(batch.geometry(), new MeshLambertMaterial({ vertexColors: true }));
+  const made = new Mesh(batch.geometry(), new MeshBasicMaterial({ vertexColors: true }));
   made.visible = batch.triangles > 0;
   return made;
 }

@@ -19,8 +19,9 @@ export interface Region {
 
 /** Steps of the four directions: +x, +y, −x, −y. */
 const STEPS = [[1, 0], [0, 1], [-1, 0], [0, -1]] as const;
-/** Slanted walls are stairs of cells; a line this near to all their corners replaces them, cells. */
-const TOLERANCE = 0.75;
+/** Slanted walls are stairs of cells, whose corners lie up to one cell from a line along the outer
+ * ones; a line this near to all of them replaces them, cells. */
+const TOLERANCE = 1.01;
 
 /** Solid cells of grey pixels (RGBA, first row at the top): 0 is a wall, 128 unknown, 255 free. */
 export function maskOf(pixels: Uint8ClampedArray, width: number, height: number): Mask {
@@ -60,7 +61,7 @@ export function regionsOf(mask: Mask): Region[] {
   return outers;
 }
 
-/** Twice-signed halves summed: the area, positive for an anticlockwise polygon. */
+/** Area of a polygon, positive where it is anticlockwise (Gauss's formula). */
 export function areaOf(polygon: readonly Point[]): number {
   let sum = 0;
   for (let k = 0; k < polygon.length; k++) {

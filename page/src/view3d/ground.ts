@@ -5,6 +5,7 @@ import {
   CanvasTexture,
   Float32BufferAttribute,
   LinearMipmapLinearFilter,
+  LinearMipmapNearestFilter,
   Mesh,
   MeshBasicMaterial,
   SRGBColorSpace,
@@ -37,8 +38,16 @@ export function pixelsOf(image: HTMLImageElement): ImageData {
   return context.getImageData(0, 0, canvas.width, canvas.height);
 }
 
-/** The floor below walls and furniture, as a texture with sides of at most `most` px. */
-export function ground({ scene: { floor }, solids, image, pixels, colours }: Picture, most: number): Mesh {
+/** What the graphics card takes, or the processor in its stead. */
+export interface TextureLimits {
+  /** Longest side, px. */
+  readonly most: number;
+  /** True if smooth sampling costs little. */
+  readonly fast: boolean;
+}
+
+/** The floor below walls and furniture. */
+export function ground({ scene: { floor }, solids, image, pixels, colours }: Picture, { most, fast }: TextureLimits): Mesh {
   const picture = tinted(image, colours);
   const context = picture.getContext("2d")!;
   context.imageSmoothingQuality = "high";
@@ -49,8 +58,8 @@ export function ground({ scene: { floor }, solids, image, pixels, colours }: Pic
   shaded(context, pixels, floor.resolution, colours);
   const texture = new CanvasTexture(fitting(picture, most));
   texture.colorSpace = SRGBColorSpace;
-  texture.minFilter = LinearMipmapLinearFilter;
-  texture.anisotropy = 2;
+  texture.minFilter = fast ? LinearMipmapLinearFilter : LinearMipmapNearestFilter;
+  texture.anisotropy = fast ? 4 : 1;
   const { x, y, width, height, resolution } = floor;
   const [right, top] = [x + width * resolution, y + height * resolution];
   const made = new BufferGeometry();

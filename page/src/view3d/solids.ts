@@ -1,8 +1,11 @@
-// Upright prisms gathered in one geometry, so that a whole building is one draw call.
+// Upright prisms gathered in one geometry, so that a whole building is one draw call, with the light
+// on them in their colours.
 
 import { BufferGeometry, Color, Float32BufferAttribute, ShapeUtils, Vector2 } from "three";
 import type { Point } from "../map/view";
+import type { Colours } from "../map/palette";
 import { areaOf, type Region } from "./contours";
+import { lightOn } from "./light";
 
 export interface Paint {
   readonly top: Color;
@@ -13,9 +16,11 @@ export interface Paint {
 
 export class Batch {
   readonly #positions: number[] = [];
-  readonly #normals: number[] = [];
   readonly #colours: number[] = [];
   readonly #indices: number[] = [];
+
+  /** `colours`: of the page, which colour the light too. */
+  constructor(readonly colours: Colours) {}
 
   get triangles(): number {
     return this.#indices.length / 3;
@@ -32,15 +37,13 @@ export class Batch {
   geometry(): BufferGeometry {
     const made = new BufferGeometry();
     made.setAttribute("position", new Float32BufferAttribute(this.#positions, 3));
-    made.setAttribute("normal", new Float32BufferAttribute(this.#normals, 3));
     made.setAttribute("color", new Float32BufferAttribute(this.#colours, 3));
     made.setIndex(this.#indices);
     return made;
   }
 
-  #vertex(x: number, y: number, z: number, normal: readonly number[], colour: Color): number {
+  #vertex(x: number, y: number, z: number, colour: Color): number {
     this.#positions.push(x, y, z);
-    this.#normals.push(...normal);
     this.#colours.push(colour.r, colour.g, colour.b);
     return this.#positions.length / 3 - 1;
   }
@@ -51,19 +54,21 @@ export class Batch {
       const b = loop[(k + 1) % loop.length]!;
       const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
       if (length === 0) return;
-      const out = [(b[1] - a[1]) / length, -(b[0] - a[0]) / length, 0];
-      const low = this.#vertex(a[0], a[1], z0, out, foot);
-      this.#vertex(b[0], b[1], z0, out, foot);
-      this.#vertex(b[0], b[1], z1, out, side);
-      this.#vertex(a[0], a[1], z1, out, side);
-      this.#indices.push(low, low + 1, low + 2, low, low + 2, low + 3);
+      const light = lightOn([(b[1] - a[1]) / length, -(b[0] - a[0]) / length, 0], this.colours);
+      const [low, high] = [foot.clone().multiply(light), side.clone().multiply(light)];
+      const first = this.#vertex(a[0], a[1], z0, low);
+      this.#vertex(b[0], b[1], z0, low);
+      this.#vertex(b[0], b[1], z1, high);
+      this.#vertex(a[0], a[1], z1, high);
+      this.#indices.push(first, first + 1, first + 2, first, first + 2, first + 3);
     });
   }
 
   #cap(outer: readonly Point[], holes: readonly (readonly Point[])[], z: number, colour: Color): void {
     const vectors = (loop: readonly Point[]): Vector2[] => loop.map(([x, y]) => new Vector2(x, y));
     const first = this.#positions.length / 3;
-    for (const [x, y] of [outer, ...holes].flat()) this.#vertex(x, y, z, [0, 0, 1], colour);
+    const lit = colour.clone().multiply(lightOn([0, 0, 1], this.colours));
+    for (const [x, y] of [outer, ...holes].flat()) this.#vertex(x, y, z, lit);
     for (const triangle of ShapeUtils.triangulateShape(vectors(outer), holes.map(vectors))) {
       this.#indices.push(...triangle.map((index) => first + index));
     }

@@ -62,7 +62,8 @@ export class Stage {
     this.#renderer = new WebGLRenderer({ canvas, antialias: this.#fast, powerPreference: "low-power" });
     this.#renderer.outputColorSpace = SRGBColorSpace;
     this.#renderer.xr.enabled = true;
-    this.#world = new World(floor, colours, this.#renderer.capabilities.maxTextureSize);
+    const most = this.#renderer.capabilities.maxTextureSize;
+    this.#world = new World(floor, colours, { most, fast: this.#fast });
     this.#sign = stopSign(options.stopColour);
     this.#rig.add(this.#eye, this.#sign);
     this.#world.scene.add(this.#rig);

@@ -1,22 +1,19 @@
 // Everything that is drawn, in the map's frame (REP-103: x forward, y left, z up).
 
-import { Color, DirectionalLight, Group, HemisphereLight, Scene, type PerspectiveCamera } from "three";
+import { Color, Group, Scene, type PerspectiveCamera } from "three";
 import type { Shown } from "../map/motion";
 import type { Colours } from "../map/palette";
 import type { ChairState, SceneInfo } from "../messages";
 import { building, type Building } from "./building";
 import type { Sight } from "./cameras";
 import type { FloorSolids } from "./floorSolids";
-import { ground, pixelsOf } from "./ground";
+import { ground, pixelsOf, type TextureLimits } from "./ground";
+import { lights } from "./light";
 import { Markings, type Ways } from "./markings";
 import { release } from "./parts";
 import { People } from "./people";
 import { Signs } from "./signs";
 import { chairModel, type ChairModel } from "./wheelchair";
-
-/** Light of the sky and of a lamp aside: together a floor has its own colour (π is all of it). */
-const SKY = 2.45;
-const LAMP = 0.85;
 
 export interface Floor {
   readonly scene: SceneInfo;
@@ -48,8 +45,7 @@ export class World {
   constructor(
     readonly floor: Floor,
     colours: Colours,
-    /** Longest side of a texture, px. */
-    readonly mostPixels: number,
+    readonly texture: TextureLimits,
   ) {
     this.scene.add(this.#content);
     this.recolour(colours);
@@ -68,7 +64,7 @@ export class World {
     this.scene.background = new Color(colours.unknown);
     this.#content.add(
       ...lights(colours),
-      ground({ ...this.floor, pixels, colours }, this.mostPixels),
+      ground({ ...this.floor, pixels, colours }, this.texture),
       this.#building.group,
       this.#markings.group,
       this.#people.group,
@@ -109,13 +105,4 @@ export class World {
     release(this.#content);
     this.scene.clear();
   }
-}
-
-function lights(colours: Colours): [HemisphereLight, DirectionalLight] {
-  const below = new Color(colours.free).lerp(new Color(colours.wall), 0.35);
-  const sky = new HemisphereLight(new Color("#ffffff"), below, SKY);
-  sky.position.set(0, 0, 1);
-  const lamp = new DirectionalLight(new Color("#fff6e8"), LAMP);
-  lamp.position.set(-0.5, -0.75, 1.2);
-  return [sky, lamp];
 }
