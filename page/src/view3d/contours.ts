@@ -22,6 +22,9 @@ const STEPS = [[1, 0], [0, 1], [-1, 0], [0, -1]] as const;
 /** Slanted walls are stairs of cells, whose corners lie up to one cell from a line along the outer
  * ones; a line this near to all of them replaces them, cells. */
 const TOLERANCE = 1.01;
+/** Round columns keep more of their corners: what is smaller than SMALL cells (assumed). */
+const SMALL = 150;
+const SMALL_TOLERANCE = 0.75;
 
 /** Solid cells of grey pixels (RGBA, first row at the top): 0 is a wall, 128 unknown, 255 free. */
 export function maskOf(pixels: Uint8ClampedArray, width: number, height: number): Mask {
@@ -130,13 +133,14 @@ function traced(leaving: Uint8Array, start: number, wide: number): Point[] {
 }
 
 function closedSimplified(loop: readonly Point[]): Point[] {
+  const tolerance = Math.abs(areaOf(loop)) < SMALL ? SMALL_TOLERANCE : TOLERANCE;
   const first = loop[0]!;
   let far = 0;
   loop.forEach((point, k) => {
     if (distance(point, first) > distance(loop[far]!, first)) far = k;
   });
-  const there = simplified(loop.slice(0, far + 1), TOLERANCE);
-  const back = simplified([...loop.slice(far), first], TOLERANCE);
+  const there = simplified(loop.slice(0, far + 1), tolerance);
+  const back = simplified([...loop.slice(far), first], tolerance);
   const found = [...there.slice(0, -1), ...back.slice(0, -1)];
   // What is a cell or two in size would lose its area.
   const kept = found.length > 2 && areaOf(found) / areaOf(loop) > 0.7;
