@@ -16,9 +16,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import page as rider_page
 from PIL import Image
 from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+import page as rider_page
 
 FLAGS = [*rider_page.FLAGS, "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = (1280, 800)
@@ -108,9 +109,7 @@ def pictures(browser: Browser, address: str, folder: Path) -> None:
         ("view3d-dark", "From behind", {"color_scheme": "dark"}),
     )
     for name, camera, options in views:
-        with rider_page.opened(
-            browser, address, *SIZE, device_scale_factor=2, **options
-        ) as page:
+        with rider_page.opened(browser, address, *SIZE, device_scale_factor=2, **options) as page:
             show(page)
             page.get_by_role("button", name=camera).click()
             rider_page.take(page)
