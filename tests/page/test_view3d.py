@@ -79,7 +79,7 @@ def test_opens_draws_changes_its_camera_and_closes(open_view):
     assert "The chair stands" in words
     rider.press("3-D view")
     expect(rider.page.get_by_test_id("view3d")).to_have_count(0)
-    expect(rider.page.get_by_role("img", name="Map of the floor")).to_be_visible()
+    expect(rider.page.get_by_role("img", name="Map of the floor").locator("canvas")).to_be_visible()
 
 
 @pytest.mark.slow
@@ -125,7 +125,7 @@ def test_without_webgl_the_map_stays_and_says_why(riders):
     rider.sees("No driver.")
     rider.press("3-D view")
     rider.sees("This browser cannot draw in 3-D")
-    expect(rider.page.get_by_role("img", name="Map of the floor")).to_be_visible()
+    expect(rider.page.get_by_role("img", name="Map of the floor").locator("canvas")).to_be_visible()
     rider.press("Close")
     expect(rider.page.get_by_text("This browser cannot draw in 3-D")).to_have_count(0)
 
