@@ -28,7 +28,7 @@ LOSE = """() => {
 }"""
 HEADSET = """
 const device = new IWER.XRDevice(IWER.metaQuest3);
-device.installRuntime();
+device.installRuntime({ forceInstall: true });
 """
 
 
