@@ -12,6 +12,7 @@ export default defineConfig({
     target: "es2022",
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
+    chunkSizeWarningLimit: 650, // kB; the 3-D view with three.js, which no first load contains
     rollupOptions: { input: ["index.html", "therapist.html", "replay.html"] },
   },
   server: {

@@ -21,6 +21,7 @@ from cohelm.live.messages import (
     SceneInfo,
     Welcome,
 )
+from cohelm.live.page.floor_solids import FloorSolids, SolidShape
 from cohelm.web.page_files import Asset
 from cohelm.web.server import listening, make_context, server
 
@@ -88,6 +89,11 @@ class Still:
 
     def floor_png(self):
         return b"\x89PNG"
+
+    def solids(self):
+        square = ((0.0, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1))
+        box = SolidShape(outline=square, height=0.5)
+        return FloorSolids(wall_height=2.5, ceiling=True, solids=(box,), wet=())
 
     def connect(self, client, role):
         self.joined_as[client] = role

@@ -38,7 +38,9 @@ def beats(drive):
 
 def test_no_token(closed_server, drive):
     with closed_server.http() as client:
-        for path in ("/api/me", "/api/limits", "/api/audit", "/api/floor/abc.png"):
+        for path in (
+            "/api/me", "/api/limits", "/api/audit", "/api/floor/abc.png", "/api/floor/solids",
+        ):  # fmt: skip
             assert client.get(path).status_code == 401, path
     assert asyncio.run(refused(closed_server)) == 401
     assert drive.joined_as == {}

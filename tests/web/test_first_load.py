@@ -45,6 +45,9 @@ def test_first_load(chromium, served, drive, path):
         view.close()
     assert {address.split("/")[2] for address in addresses} == {server.name}
     assert sum(size["responseBodySize"] for size in sizes) <= 150_000
+    # The 3-D view has a file of its own, which is loaded when it is opened.
+    assert any((FOLDER / "assets").glob("View-*.js"))
+    assert not any("/View-" in address for address in addresses)
     faults = [text for kind, text in said if kind in {"error", "warning"}]
     allowed = ("401", "403") if path == "/therapist" else ()
     assert [text for text in faults if not any(code in text for code in allowed)] == []

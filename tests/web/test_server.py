@@ -122,6 +122,12 @@ def test_the_floor_is_kept_by_its_name(open_server):
         assert client.get("/api/floor/old.png").status_code == 404
 
 
+def test_the_floor_s_solids_have_heights(open_server):
+    with open_server.http() as client:
+        found = client.get("/api/floor/solids").json()
+        assert (found["wall_height"], found["solids"][0]["height"]) == (2.5, 0.5)
+
+
 def test_a_page_is_welcomed_first_and_answered(open_server, drive):
     async def talk():
         async with open_server.ws() as page:

@@ -9,6 +9,7 @@
     POST   /api/stop                STOP without a socket; 204
     GET    /api/schema              the messages' JSON Schema; needs no sign-in
     GET    /api/floor/{digest}.png  image of the map
+    GET    /api/floor/solids        heights of what stands on it, for the 3-D view
     GET    /api/limits, /api/rider  in force; PUT: the therapist; 409: try again later
     GET    /api/audit               who drove and who changed what; the therapist
     GET    /api/sessions            rides that have ended; the therapist

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.live.messages import Limits, RiderSettings, Role, StopCommand
+from cohelm.live.page.floor_solids import FloorSolids
 from cohelm.live.sessions.audit import AuditEntry
 from cohelm.live.sessions.records import SessionSummary
 from cohelm.web.problems import ProblemResponse, RequestRefused
@@ -180,6 +181,12 @@ def floor(digest: Annotated[str, Path(max_length=100)], _: SignedIn, here: Here)
         raise RequestRefused(404, "no_floor", "that is not the map that is driven on")
     kept = {"Cache-Control": "private, max-age=31536000, immutable"}
     return Response(here.drive.floor_png(), media_type="image/png", headers=kept)
+
+
+@router.get("/floor/solids")
+async def solids(_: SignedIn, here: Here) -> FloorSolids:
+    """Return heights and outlines of what stands on the floor, for the 3-D view."""
+    return here.drive.solids()
 
 
 @router.get("/limits")
