@@ -3,6 +3,7 @@
 import { chair } from "./de/chair";
 import { rider } from "./de/rider";
 import { therapist } from "./de/therapist";
+import { view3d } from "./de/view3d";
 import type { Key } from "./en";
 
-export const de: Readonly<Record<Key, string>> = { ...rider, ...chair, ...therapist };
+export const de: Readonly<Record<Key, string>> = { ...rider, ...chair, ...therapist, ...view3d };

@@ -3,6 +3,7 @@
 import { chair } from "./en/chair";
 import { rider } from "./en/rider";
 import { therapist } from "./en/therapist";
+import { view3d } from "./en/view3d";
 
-export const en = { ...rider, ...chair, ...therapist } as const;
+export const en = { ...rider, ...chair, ...therapist, ...view3d } as const;
 export type Key = keyof typeof en;

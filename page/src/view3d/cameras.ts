@@ -2,11 +2,6 @@
 
 export const CAMERAS = ["behind", "above", "eyes"] as const;
 export type CameraName = (typeof CAMERAS)[number];
-export const CAMERA_NAMES: Readonly<Record<CameraName, string>> = {
-  behind: "From behind",
-  above: "From above",
-  eyes: "Rider’s eyes",
-};
 
 export type Vector = readonly [x: number, y: number, z: number];
 export type Pose = readonly [x: number, y: number, heading: number];

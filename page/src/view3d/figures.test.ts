@@ -21,7 +21,7 @@ const CHAIR: ChairInfo = {
 };
 
 const person = (more: Partial<PersonInfo> = {}): PersonInfo => ({
-  id: 1, x: 2, y: 1, vx: 0, vy: 0, radius: 0.25, axis: 0.5, front: 1.2, side: 0.6, rear: 0.5, group: -1, ...more,
+  id: 1, x: 2, y: 1, vx: 0, vy: 0, radius: 0.25, axis: 0.5, front: 1.2, side: 0.6, rear: 0.5, group: -1, seen: true, ...more,
 });
 
 const shown = (people: PersonInfo[], bodies: Shown["true_people"] = []): Shown => ({ pose: [0, 0, 0], people, true_people: bodies });

@@ -1,5 +1,6 @@
 // The view in words, for whoever does not see it.
 
+import { num, serverText, t } from "../i18n/text.svelte";
 import type { ChairState, PersonInfo } from "../messages";
 
 /** People farther away are not told, m (assumed). */
@@ -11,24 +12,23 @@ type Told = Pick<ChairState, "pose" | "speed" | "turn_rate" | "goal" | "remainin
 
 /** Chair, trip and the nearest people, in sentences. */
 export function inWords(state: Told | null): string {
-  if (!state) return "Not connected to the chair.";
+  if (!state) return t("view3d.notConnected");
   return [motion(state), trip(state), ...people(state)].filter(Boolean).join(" ");
 }
 
 function motion({ speed, turn_rate, reason }: Told): string {
   if (Math.abs(speed) < 0.05 && Math.abs(turn_rate) < 0.1) {
-    return reason ? `The chair stands: ${reason.text}` : "The chair stands.";
+    return reason ? t("view3d.standsBecause", { reason: serverText(reason.text) }) : t("view3d.stands");
   }
-  if (Math.abs(speed) < 0.05) return `The chair turns ${turn_rate > 0 ? "left" : "right"}.`;
-  const way = speed > 0 ? "forward" : "back";
-  return `The chair drives ${way} at ${Math.abs(speed).toFixed(1)} m/s.`;
+  if (Math.abs(speed) < 0.05) return t(turn_rate > 0 ? "view3d.turnsLeft" : "view3d.turnsRight");
+  return t(speed > 0 ? "view3d.forward" : "view3d.back", { speed: num(Math.abs(speed), 1) });
 }
 
 function trip({ goal, remaining, arrived }: Told): string {
   if (!goal) return "";
-  const name = goal.name || "the selected point";
-  if (arrived) return `It has arrived at ${name}.`;
-  return remaining === null ? `It goes to ${name}.` : `${Math.round(remaining)} m remain to ${name}.`;
+  const name = goal.name || t("view3d.point");
+  if (arrived) return t("view3d.arrived", { name });
+  return remaining === null ? t("view3d.goes", { name }) : t("view3d.remain", { metres: remaining, name });
 }
 
 function people({ people: all, pose }: Told): string[] {
@@ -36,27 +36,28 @@ function people({ people: all, pose }: Told): string[] {
     .map((person) => ({ person, far: Math.hypot(person.x - pose[0], person.y - pose[1]) }))
     .filter(({ far }) => far <= NEAR)
     .sort((a, b) => a.far - b.far);
-  if (near.length === 0) return [`Nobody within ${NEAR} m.`];
-  const count = near.length === 1 ? "1 person" : `${near.length} people`;
+  const count = near.length;
+  if (count === 0) return [t("view3d.nobody", { near: NEAR })];
   const told = near.slice(0, MOST_TOLD).map(({ person, far }) => one(person, far, pose));
-  return [`${count} within ${NEAR} m:`, `${told.join("; ")}.`];
+  return [t(count === 1 ? "view3d.person" : "view3d.people", { count, near: NEAR }), `${told.join("; ")}.`];
 }
 
 function one(person: PersonInfo, far: number, pose: ChairState["pose"]): string {
   const [dx, dy] = [person.x - pose[0], person.y - pose[1]];
   const walks = Math.hypot(person.vx, person.vy) >= WALKS;
   const nearer = -(dx * person.vx + dy * person.vy) / Math.max(far, 1e-6);
-  const way = !walks ? "standing" : nearer > 0.3 ? "coming nearer" : nearer < -0.3 ? "going away" : "crossing";
-  return `${far.toFixed(1)} m ${direction(Math.atan2(dy, dx) - pose[2])}, ${way}`;
+  const moves = nearer > 0.3 ? "comes" : nearer < -0.3 ? "leaves" : "crosses";
+  const way = t(`view3d.${walks ? moves : "standing"}`);
+  return t("view3d.one", { far: num(far, 1), direction: direction(Math.atan2(dy, dx) - pose[2]), way });
 }
 
 /** Direction of an angle from straight ahead, rad; positive is to the left (REP-103). */
 export function direction(angle: number): string {
   const turned = Math.atan2(Math.sin(angle), Math.cos(angle));
-  const side = turned > 0 ? "left" : "right";
+  const left = turned > 0;
   const size = (Math.abs(turned) * 180) / Math.PI;
-  if (size < 22.5) return "ahead";
-  if (size < 67.5) return `ahead on the ${side}`;
-  if (size < 112.5) return `on the ${side}`;
-  return size < 157.5 ? `behind on the ${side}` : "behind";
+  if (size < 22.5) return t("view3d.ahead");
+  if (size < 67.5) return t(left ? "view3d.aheadLeft" : "view3d.aheadRight");
+  if (size < 112.5) return t(left ? "view3d.onLeft" : "view3d.onRight");
+  return size < 157.5 ? t(left ? "view3d.behindLeft" : "view3d.behindRight") : t("view3d.straightBehind");
 }
