@@ -6,7 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.sharing import YieldingParameters, update_yielding
+from cohelm.sharing import (
+    SteeringParameters,
+    YieldingParameters,
+    at_its_word,
+    update_yielding,
+)
 
 TICK = 0.05
 P = YieldingParameters()
@@ -78,3 +83,16 @@ def test_mirrored_angles_mirror_it(angles):
     assert left.disagreement == -right.disagreement
     assert left.yields == right.yields
     assert abs(left.disagreement) <= 0.5  # no angle counts for more
+
+
+def test_a_chair_that_yields_takes_every_hand_at_its_word():
+    steering = SteeringParameters()
+    led = at_its_word(steering, P)
+    # a coarse hand waits between both times: they are one
+    assert led.clear_time == led.steady_clear_time == steering.steady_clear_time
+    assert led.attraction == 0.0
+    # never farther from walls than usual help
+    assert led.wall_gap == P.wall_gap < steering.wall_gap
+    assert at_its_word(SteeringParameters(wall_gap=0.0), P).wall_gap == 0.0
+    # how far the chair may turn from the stick is not touched
+    assert led.max_deviation == steering.max_deviation

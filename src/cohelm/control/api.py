@@ -57,8 +57,6 @@ class LocalProblem:
     rad, or the angle now if it is larger."""
     rider_inputs: Floats | None = None
     """(L, m) inputs of the motion that the rider asks for; the plan reports how far it deviates."""
-    yields: bool = False
-    """Use the rider's motion, or a slower one along it, if it can be verified."""
     commanded: Annotated[Floats, Shape("3")] | None = None
     """Twist that the wheels were sent last, after the gate; None: that of the previous plan."""
     last_contact: float = -np.inf

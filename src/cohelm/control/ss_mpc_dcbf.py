@@ -38,7 +38,7 @@ from cohelm.control.planner_memory import (
     remembered,
     unexpired_memory,
 )
-from cohelm.control.rider_motion import disagreement, nearest_to, rider_motion
+from cohelm.control.rider_motion import disagreement
 from cohelm.control.sampling import Sampling
 from cohelm.control.stack import Terms
 from cohelm.control.terms import ExtraTerm
@@ -127,7 +127,7 @@ class SsMpcDcbf:
             candidates, iterations = self._continue(cycle, warm)
             for candidate in candidates:
                 if cycle.accepts(candidate):
-                    return self._or_rider(cycle, candidate, iterations, resampled=False)
+                    return self._plan_of(cycle, candidate, iterations, resampled=False)
         return self._resample(cycle, warm, trusted=trusted, iterations=iterations)
 
     def _prepare(self, problem: LocalProblem, previous: LocalPlan | None) -> PlanningCycle:
@@ -190,27 +190,18 @@ class SsMpcDcbf:
         usable = found if trusted else [each for each in found if each.origin != PREVIOUS]
         ranked = sorted([*improved, *usable], key=lambda each: each.score)
         own = self._first_verified(cycle, ranked)
-        return self._or_rider(cycle, own, iterations + programs, resampled=True)
+        return self._plan_of(cycle, own, iterations + programs, resampled=True)
 
-    def _or_rider(
-        self, cycle: PlanningCycle, own: Candidate | None, iterations: int, *, resampled: bool
+    def _plan_of(
+        self, cycle: PlanningCycle, chosen: Candidate | None, iterations: int, *, resampled: bool
     ) -> LocalPlan:
-        """Plan of the planner's own choice, or of the rider's motion where the chair yields."""
-        rider, chosen = rider_motion(cycle), own
-        apart = np.nan
-        if rider is not None:
-            motion = nearest_to(cycle, rider)
-            # A rider whose way is not free is led for a reason that the planner knows.
-            if motion.free:
-                apart = disagreement(own, rider, cycle.prepared.scene.step)
-            if cycle.problem.yields:
-                chosen = motion.used or own
+        """Plan of the choice, with the angle to the rider's motion."""
         if chosen is None:
             return self._stop(cycle, cycle.braking(), iterations, urgent=True)
         if chosen.origin in {STOPPING, BRAKING}:
             return self._stop(cycle, chosen, iterations)
         plan = self._as_plan(cycle, chosen, iterations, resampled=resampled)
-        return dataclasses.replace(plan, disagreement=apart)
+        return dataclasses.replace(plan, disagreement=disagreement(cycle, chosen))
 
     def _improve(self, cycle: PlanningCycle, seeds: list[Candidate]) -> tuple[list[Candidate], int]:
         """Return (the seeds after the SQP, number of quadratic programs)."""

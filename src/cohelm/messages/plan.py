@@ -81,4 +81,4 @@ class Authority:
     wants_stop: bool = False
     """True while the stick is held against the direction of travel."""
     yields: bool = False
-    """The chair yields: the rider's own motion is used wherever it can be verified."""
+    """The chair yields: it helps the rider with steering, without attraction."""

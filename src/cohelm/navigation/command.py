@@ -93,7 +93,6 @@ def local_problem(
         extra_clearance=max(step.request.extra_clearance, 0.0),
         max_deviation=allowance.max_deviation,
         rider_inputs=allowance.rider_inputs,
-        yields=authority.yields,
         commanded=step.commanded,
         last_contact=world.last_contact,
         late=observation.late,

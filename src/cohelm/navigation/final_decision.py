@@ -21,23 +21,23 @@ def decide(
     world: WorldModel,
     command: Command,
     *,
-    planned: bool,
+    by_rider: bool,
     without_keepout: DistanceField | None,
 ) -> Decision:
     """Pass the command through the gate; keep its own reason where the gate gives none.
 
-    A plan keeps clear of walls by itself, also if the rider drives.
+    A plan keeps clear of walls by itself, the motion of a rider who is helped does not.
 
     Args:
         step: input of the step.
         world: people and obstacles.
         command: of rider or planner.
-        planned: the local planner made it.
+        by_rider: it is the motion of a rider who is helped, and no plan.
         without_keepout: distance to the walls of the map alone; None: there is no keepout zone.
     """
-    if planned and step.request.mode is Mode.ASSISTED:
-        shared = dataclasses.replace(step.request, mode=Mode.SHARED)
-        step = dataclasses.replace(step, request=shared)
+    if step.request.mode in {Mode.ASSISTED, Mode.SHARED}:
+        mode = Mode.ASSISTED if by_rider else Mode.SHARED
+        step = dataclasses.replace(step, request=dataclasses.replace(step.request, mode=mode))
     if command.twist is None:
         return stop(command.reason or Reason.PLANNING)
     decision = gated(command.twist, step, world, world.walls)

@@ -30,8 +30,9 @@ from cohelm.navigation.chair_confidence import update_confidence
 from cohelm.navigation.command import Allowance, Command, local_problem, tight_limit
 from cohelm.navigation.destination_inference import destination_inference
 from cohelm.navigation.final_approach import has_arrived
-from cohelm.navigation.final_decision import decide, gated
+from cohelm.navigation.final_decision import decide
 from cohelm.navigation.local_walls import local_walls
+from cohelm.navigation.motion import Motion, helped_motion
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
 from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
 from cohelm.navigation.recovery.stages import RecoveryAction
@@ -45,13 +46,12 @@ from cohelm.navigation.stage_results import (
     with_health_reason,
 )
 from cohelm.navigation.static_people import with_closed_side
-from cohelm.navigation.steering_help import intent_of, steer
+from cohelm.navigation.steering_help import intent_of
 from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import WorldModel, keep_watching, update_world_model
-from cohelm.navigation.yielding import rider_inputs, with_yielding
+from cohelm.navigation.yielding import measured_by, rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import GateState, check_input
-from cohelm.sharing import SteeringState
 from cohelm.stopwatch import Stopwatch
 
 
@@ -106,7 +106,7 @@ class Navigator:
         world = update_world_model(step, self.walls, self.barriers, stopwatch)
         confidence = update_confidence(observation, self.walls, step.memory.confidence)
         authority, authority_state = rider_authority(step, confidence)
-        authority, yielding = with_yielding(step, authority, last)
+        authority, yielding = with_yielding(step, authority)
         destinations, destination_state = inferred_destinations(self.destinations, step, authority)
         stopwatch.lap("sharing")
 
@@ -146,7 +146,7 @@ class Navigator:
             plan=motion.plan,
             decision=decision,
             steering=motion.steering,
-            yielding=yielding,
+            yielding=measured_by(yielding, motion.own),
             confidence=confidence,
             destinations=destinations,
             destination_state=destination_state,
@@ -216,29 +216,24 @@ class Navigator:
         recovery: RecoveryAction,
         last: Tick | None,
         arrived: bool,
-    ) -> _Motion:
+    ) -> Motion:
         """Compute the command: that of a rider who is helped with steering, or of the planner."""
         mode, steering = step.request.mode, None
         if mode is Mode.ASSISTED:
             helped = with_belief_help(step, self.destinations, belief, authority)
             intent, steering = intent_of(step, world, helped)
-            plan, command = steer(
-                step,
-                world,
-                helped,
-                intent,
-                last.plan if last else None,
-                lambda twist: gated(twist, step, world, world.walls),
-            )
-            course = dataclasses.replace(course, shared=intent.reference)
-            return _Motion(plan, command, course, steering)
+            motion = helped_motion(step, world, helped, course, intent, last)
+            return motion._replace(steering=steering)
         if mode is Mode.SHARED:
             intent, steering = intent_of(step, world, authority)
             course = dataclasses.replace(course, rider_inputs=rider_inputs(authority, intent))
         plan, command = self._plan(
             step, world, authority, course, recovery=recovery, last=last, arrived=arrived
         )
-        return _Motion(plan, command, course, steering)
+        if plan is not None and authority.yields:
+            motion = helped_motion(step, world, authority, course, intent, last)
+            return motion._replace(steering=steering, own=plan)
+        return Motion(plan, command, course, steering, own=plan)
 
     def _plan(
         self,
@@ -308,7 +303,7 @@ class Navigator:
         self,
         step: StepInput,
         world: WorldModel,
-        motion: _Motion,
+        motion: Motion,
         health: Health,
         recovery: RecoveryAction,
     ) -> Decision:
@@ -317,7 +312,7 @@ class Navigator:
             step,
             world,
             motion.command,
-            planned=motion.plan is not None,
+            by_rider=motion.by_rider,
             without_keepout=None if self.barriers is self.walls else self.walls,
         )
         decision = with_recovery_reason(decision, motion.plan, step.observation.twist, recovery)
@@ -331,15 +326,6 @@ class _Checked(NamedTuple):
     gate: GateState
     health: Health
     health_state: HealthState
-
-
-class _Motion(NamedTuple):
-    """Command of rider or planner."""
-
-    plan: LocalPlan | None
-    command: Command
-    course: PathAndReference
-    steering: SteeringState | None
 
 
 def _with_mode(request: Request) -> Request:

@@ -31,7 +31,14 @@ from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 from cohelm.robots.contact import contact_times
 from cohelm.robots.contact_kernel import ContactMargins
-from cohelm.sharing import InputHorizon, RiderIntent, SteeringState, Surroundings, rider_intent
+from cohelm.sharing import (
+    InputHorizon,
+    RiderIntent,
+    SteeringState,
+    Surroundings,
+    at_its_word,
+    rider_intent,
+)
 
 _SHARES = (0.75, 0.5, 0.25, 0.0)
 """Shares of the rider's speed at which people who walk may pass."""
@@ -49,6 +56,9 @@ def intent_of(
     step: StepInput, world: WorldModel, authority: Authority
 ) -> tuple[RiderIntent, SteeringState]:
     """The motion that the rider's stick asks for in this step."""
+    parameters = step.setup.steering
+    if authority.yields:
+        parameters = at_its_word(parameters, step.setup.yielding)
     setup, people = step.setup, world.people
     stand = np.hypot(*people.mean[:, 2:].T) < setup.recovery.walking_speed
     standing = np.column_stack([people.mean[stand, :2], people.radius[stand]])
@@ -60,7 +70,7 @@ def intent_of(
         speed_limit=setup.speed_limit(step.request),
         surroundings=Surroundings(walls=world.walls, standing=standing),
         memory=step.memory.steering,
-        parameters=setup.steering,
+        parameters=parameters,
     )
 
 
@@ -118,7 +128,7 @@ def steer(
             return None, Command(twist=slow, reason=None if blocked else Reason.TOO_CLOSE)
     if plan.reason is None and intent.late_time > 0.0:
         own = float(twist[2]) + intent.return_rate
-        least = _least_change(step, world, plan.command, own, intent.late_time)
+        least = _least_change(step, world, plan.command, own, intent)
         if least is not None:
             return None, Command(twist=least)
     told = None if plan.brief else plan.reason
@@ -142,18 +152,19 @@ def _meets_people(step: StepInput, world: WorldModel, twist: Floats) -> bool:
 
 
 def _least_change(
-    step: StepInput, world: WorldModel, planned: Floats, own: float, clear: float
+    step: StepInput, world: WorldModel, planned: Floats, own: float, intent: RiderIntent
 ) -> Floats | None:
     """Planned twist (3,) with the turn rate that differs least from the rider's own, rad/s.
 
-    None if each of them meets something before ``clear``, s: then only the plan itself leads out.
+    None if each of them soon meets something: then only the plan itself leads out.
     """
     robot = step.setup.robot
-    steps = max(round(clear / step.setup.local_planner.step), 1)
+    steps = max(round(intent.late_time / step.setup.local_planner.step), 1)
+    margins = _clear_of(step, intent)
     for share in _CHANGES:
         tried = np.array([planned[0], planned[1], own + share * (planned[2] - own)])
         inputs = np.tile(robot.motion_model.input(tried), (steps, 1))
-        if (_contacts(step, world, inputs) == np.inf).all():
+        if (_contacts(step, world, inputs, margins) == np.inf).all():
             return tried
     return None
 
@@ -164,7 +175,7 @@ def _turn_share(step: StepInput, world: WorldModel, intent: RiderIntent, twist: 
         return 1.0
     steps = max(round(_SWEPT_TIME / step.setup.local_planner.step), 1)
     inputs = np.tile(step.setup.robot.motion_model.input(twist), (steps, 1))
-    near = bool(_contacts(step, world, inputs)[0] < np.inf)
+    near = bool(_contacts(step, world, inputs, _clear_of(step, intent))[0] < np.inf)
     return min(intent.turn_share, _BESIDE_WALL) if near else intent.turn_share
 
 
@@ -181,23 +192,35 @@ def _clear_share(step: StepInput, world: WorldModel, intent: RiderIntent) -> flo
     """
     walks = np.hypot(*world.people.mean[:, 2:].T) >= step.setup.recovery.walking_speed
     near = np.append(intent.clear_time, np.where(walks, np.inf, intent.clear_time))
-    met = _contacts(step, world, intent.inputs) < near
+    margins = _clear_of(step, intent)
+    met = _contacts(step, world, intent.inputs, margins) < near
     if not met.any():
         return 1.0
     if met[0] or (met[1:] & ~walks).any():
         return None
     for share in _SHARES:
-        if share == 0.0 or not (_contacts(step, world, share * intent.inputs) < near).any():
+        slower = share * intent.inputs
+        if share == 0.0 or not (_contacts(step, world, slower, margins) < near).any():
             return share
     return 0.0
 
 
+def _clear_of(step: StepInput, intent: RiderIntent) -> ContactMargins:
+    """Margins of a clear way."""
+    return ContactMargins(
+        wall=intent.wall_gap,
+        people=step.setup.steering.people_gap,
+        extra=max(step.request.extra_clearance, 0.0),
+        standing_share=step.setup.clearance.standing,
+    )
+
+
 def _contacts(
-    step: StepInput, world: WorldModel, inputs: Floats, margins: ContactMargins | None = None
+    step: StepInput, world: WorldModel, inputs: Floats, margins: ContactMargins
 ) -> Floats:
     """Times (1 + n,) at which the motion meets walls and each person, s; else +inf.
 
-    The inputs (k, m) count up to ``clear_time``; the default margins are those of a clear way.
+    The inputs (k, m) count up to ``clear_time``.
     """
     setup, p = step.setup, step.setup.steering
     dt = setup.local_planner.step
@@ -210,11 +233,5 @@ def _contacts(
         people=world.people,
         predictions=world.predictions,
         walls=world.walls,
-        margins=margins
-        or ContactMargins(
-            wall=p.wall_gap,
-            people=p.people_gap,
-            extra=max(step.request.extra_clearance, 0.0),
-            standing_share=setup.clearance.standing,
-        ),
+        margins=margins,
     )

@@ -1,4 +1,4 @@
-"""Yielding in shared mode: its state from the last plan, and the motion that the rider asks for."""
+"""Yielding in shared mode: the disagreement of rider and chair, and where it is measured."""
 
 from __future__ import annotations
 
@@ -7,32 +7,29 @@ import dataclasses
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.messages import Authority, Mode
+from cohelm.messages import Authority, LocalPlan, Mode
 from cohelm.navigation.recovery.context import is_standing_still
-from cohelm.navigation.tick import StepInput, Tick
+from cohelm.navigation.tick import StepInput
 from cohelm.sharing import RiderIntent, YieldingState, update_yielding
 
 
-def with_yielding(
-    step: StepInput, authority: Authority, last: Tick | None
-) -> tuple[Authority, YieldingState | None]:
+def with_yielding(step: StepInput, authority: Authority) -> tuple[Authority, YieldingState | None]:
     """Decide whether the chair yields to the rider; only in shared mode.
 
     Args:
         step: input of the step.
         authority: of the rider.
-        last: the previous tick, whose plan reports how far the chair's own choice deviates.
 
     Returns:
         The authority, and the disagreement to remember.
     """
     if step.request.mode is not Mode.SHARED:
         return authority, None
-    plan = last.plan if last else None
+    memory = step.memory.yielding
     state = update_yielding(
         step.observation.time,
-        np.nan if plan is None else plan.disagreement,
-        step.memory.yielding,
+        np.nan if memory is None else memory.measured,
+        memory,
         step.setup.yielding,
         deflected=bool(authority.deflection.any()),
         stands=is_standing_still(step.observation.twist),
@@ -42,12 +39,15 @@ def with_yielding(
 
 
 def rider_inputs(authority: Authority, intent: RiderIntent) -> Floats | None:
-    """Inputs of the motion that the rider asks for; None for a rider who leaves it to the chair.
+    """Inputs of the motion that the rider asks for; None for a rider who leaves it to the chair."""
+    return intent.inputs if authority.deflection.any() else None
 
-    A rider to whom the chair yields asks to stand by letting go.
-    """
-    asks = authority.yields or bool(authority.deflection.any())
-    return intent.inputs if asks else None
+
+def measured_by(state: YieldingState | None, plan: LocalPlan | None) -> YieldingState | None:
+    """State with the angle that the chair's own plan of this tick reports."""
+    if state is None or plan is None:
+        return state
+    return dataclasses.replace(state, measured=plan.disagreement)
 
 
 def _docking(step: StepInput) -> float:

@@ -27,7 +27,12 @@ from cohelm.sharing.intent import (
 )
 from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
 from cohelm.sharing.steering import rider_intent
-from cohelm.sharing.yielding import YieldingParameters, YieldingState, update_yielding
+from cohelm.sharing.yielding import (
+    YieldingParameters,
+    YieldingState,
+    at_its_word,
+    update_yielding,
+)
 
 __all__ = [
     "EMPTY",
@@ -47,6 +52,7 @@ __all__ = [
     "Surroundings",
     "YieldingParameters",
     "YieldingState",
+    "at_its_word",
     "authority",
     "belief",
     "helped_deflection",

@@ -101,6 +101,8 @@ class RiderIntent:
     """The stick is overruled no more than keeps this time clear, s; 0: no such limit."""
     clear_time: float
     """The rider's own motion is taken while no thing that stands is closer than this, s."""
+    wall_gap: float
+    """The rider's own motion is taken while it keeps this gap to walls, m."""
     squeezes: bool
     """A push has moved nothing for a while."""
 

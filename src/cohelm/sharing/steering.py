@@ -89,6 +89,7 @@ def rider_intent(
         forward=bool(raw[0] > _FORWARD and stick[0] > _FORWARD),
         late_time=_late_time(hand, lean, p),
         clear_time=_clear_time(hand, p),
+        wall_gap=p.wall_gap,
         squeezes=observation.time < state.squeezes_until,
     )
     return intent, state

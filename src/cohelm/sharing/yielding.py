@@ -1,6 +1,6 @@
 """Yielding: the rider's way wins where the rider persistently steers otherwise than the chair.
 
-Each plan reports the angle between the chair's own choice and the motion that the stick asks for.
+The chair's own plan reports the angle to the motion that the stick asks for.
 Its low-pass is the disagreement: a tremor or a short push leaves nothing of it, a rider who goes
 round something that the chair does not know does. Above a threshold the chair yields, until both
 agree again or the rider has let go for a while.
@@ -14,6 +14,7 @@ from pydantic import Field
 
 from cohelm.arrays import value
 from cohelm.config import Model
+from cohelm.sharing.intent import SteeringParameters
 
 _LARGEST = 0.5
 """Largest angle that counts, rad: a turn on the spot says no more than a clear turn."""
@@ -36,6 +37,10 @@ class YieldingParameters(Model):
     """Time constant of the low-pass while the stick is deflected, s …"""
     release_time: float = Field(3.0, gt=0.0, le=60.0)
     """… and of its decay once it is centred, s."""
+    wall_gap: float = Field(0.02, ge=0.0, le=0.5)
+    """Gap to walls from which the rider is helped while the chair yields, m: that of the
+    verification. At a larger one the chair turns away from walls that it sees, towards things that
+    it does not."""
 
 
 @value
@@ -48,6 +53,8 @@ class YieldingState:
     """Angle from the rider's motion to the chair's own choice after the low-pass, rad."""
     yields: bool = False
     """The chair yields."""
+    measured: float = math.nan
+    """Angle in this tick, for the next call, rad; NaN: not known."""
 
 
 def update_yielding(
@@ -84,3 +91,18 @@ def update_yielding(
     begin = p.begin + max(p.docking_begin - p.begin, 0.0) * (1.0 - docking)
     limit = p.end if memory.yields else begin
     return YieldingState(time=time, disagreement=now, yields=abs(now) > limit)
+
+
+def at_its_word(steering: SteeringParameters, p: YieldingParameters) -> SteeringParameters:
+    """Parameters of the help that a rider gets while the chair yields.
+
+    Such a chair was wrong about the way: nothing attracts, every hand is taken at its word for as
+    long as a steady one, and walls turn the chair aside as late as the verification allows.
+    """
+    return steering.model_copy(
+        update={
+            "attraction": 0.0,
+            "clear_time": steering.steady_clear_time,
+            "wall_gap": min(p.wall_gap, steering.wall_gap),
+        }
+    )

@@ -1,0 +1,52 @@
+"""Motion of one step: the command of a planner, or of a rider who is helped with steering."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import NamedTuple
+
+from cohelm.messages import Authority, LocalPlan, Mode
+from cohelm.navigation.command import Command
+from cohelm.navigation.final_decision import gated
+from cohelm.navigation.path_and_reference import PathAndReference
+from cohelm.navigation.steering_help import steer
+from cohelm.navigation.tick import StepInput, Tick
+from cohelm.navigation.world_model import WorldModel
+from cohelm.sharing import RiderIntent, SteeringState
+
+
+class Motion(NamedTuple):
+    """Command of rider or planner."""
+
+    plan: LocalPlan | None
+    """Plan that the command comes from; None: it does not come from a plan."""
+    command: Command
+    course: PathAndReference
+    steering: SteeringState | None = None
+    own: LocalPlan | None = None
+    """The chair's own plan, also while it yields."""
+    by_rider: bool = False
+    """The command is the motion of a rider who is helped, and no plan."""
+
+
+def helped_motion(
+    step: StepInput,
+    world: WorldModel,
+    authority: Authority,
+    course: PathAndReference,
+    intent: RiderIntent,
+    last: Tick | None,
+) -> Motion:
+    """Motion of a rider who is helped with steering, also one to whom the chair yields."""
+    request = dataclasses.replace(step.request, mode=Mode.ASSISTED)
+    step = dataclasses.replace(step, request=request)
+    plan, command = steer(
+        step,
+        world,
+        authority,
+        intent,
+        last.plan if last else None,
+        lambda twist: gated(twist, step, world, world.walls),
+    )
+    course = dataclasses.replace(course, shared=intent.reference)
+    return Motion(plan, command, course, by_rider=plan is None)
