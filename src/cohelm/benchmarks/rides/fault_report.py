@@ -19,6 +19,8 @@ from cohelm.simulation import FAULT_KINDS
 
 SOFT, HARD = 0.1, 0.3
 """Speeds of a contact, m/s: what the figures count, and what no detectable fault may exceed."""
+STEP = 0.06
+"""Longest time from the end of a ride to an onset that it still reached, s."""
 NONE = "none"
 TABLE = "hazards.md"
 Row = Mapping[str, Any]
@@ -27,8 +29,9 @@ Case = tuple[str, str]
 
 def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
     """Tables of all faults, and the table of hazards as a Markdown file."""
-    rows = [r.row for r in results if not r.row["error"]]
+    ridden = [r.row for r in results if not r.row["error"]]
     failed = [r.row for r in results if r.row["error"]]
+    rows = [row for row in ridden if float(row["duration"]) >= float(row["onset"]) - STEP]
     watched = _by_case([row for row in rows if row["monitor"] == "on"])
     before = _by_case([row for row in rows if row["monitor"] == "off"])
     sound = watched.pop((NONE, "nan"), [])
@@ -47,6 +50,9 @@ def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
         sheets=tuple(sheet for sheet in sheets if sheet.rows),
         notes=(
             f"{sum(map(len, watched.values()))} faulted rides, {len(failed)} with program errors",
+            f"{len(ridden) - len(rows)} more ended before the fault",
+            f"{_undecided(watched)} ended before the fault was noticed, because somebody walked "
+            "into the standing chair: they do not count as missed",
             alarm_note(sound),
             *(f"contact at {v:.2f} m/s although detectable: {k}" for k, v in broken.items()),
             *([] if broken else ["no contact above 0.3 m/s by a fault that is detectable"]),
@@ -67,7 +73,7 @@ def detection_sheet(watched: Mapping[Case, Sequence[Row]]) -> Sheet:
     """Share of rides in which a fault was noticed, its delay, and the way to a standstill."""
     rows = []
     for (kind, size), group in watched.items():
-        share = wilson_share(_column(group, "noticed") > 0.0)
+        share = wilson_share(_column(_decided(group), "noticed") > 0.0)
         delay = bootstrap_median(_column(group, "delay"))
         stop = _column(group, "stop_distance")
         stopped = stop[np.isfinite(stop)]
@@ -162,7 +168,7 @@ def hazard_table(
         median = f"{np.median(found):.2f}" if len(found) else "–"
         lines.append(
             f"| `{kind}`: {FAULT_KINDS[kind].text} | {hazard.effect} "
-            f"| {noticed} of {len(group)} | {median} | {_reasons(group) or '–'} "
+            f"| {noticed} of {len(_decided(group))} | {median} | {_reasons(group) or '–'} "
             f"| {_count(off, SOFT)} → {_count(speeds, SOFT)} | {max(speeds):.2f} "
             f"| {'' if hazard.detectable else 'not reliably detectable: '}{hazard.residual} |"
         )
@@ -174,6 +180,15 @@ def _by_case(rows: Sequence[Row]) -> dict[Case, list[Row]]:
     for row in rows:
         out[str(row["fault"]), str(row["magnitude"])].append(row)
     return out
+
+
+def _decided(group: Sequence[Row]) -> list[Row]:
+    """Rides that show whether the fault is noticed: not those that somebody ended before."""
+    return [row for row in group if float(row["noticed"]) or not float(row["walked_into"])]
+
+
+def _undecided(watched: Mapping[Case, Sequence[Row]]) -> int:
+    return sum(len(group) - len(_decided(group)) for group in watched.values())
 
 
 def _pair(row: Row) -> tuple[Any, ...]:
@@ -214,7 +229,7 @@ def _figures(group: Sequence[Row], reference: Mapping[tuple[Any, ...], Row]) -> 
     found = delay[np.isfinite(delay)]
     return {
         "rides": len(group),
-        "noticed": float(_column(group, "noticed").mean()),
+        "noticed": float(_column(_decided(group), "noticed").mean()),
         "delay": float(np.median(found)) if len(found) else math.nan,
         "contact_speed": max(_speeds(group, reference)),
     }
