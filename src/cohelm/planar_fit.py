@@ -1,8 +1,8 @@
 """Least squares for a motion (x, y, turn) in the plane: one row for each distance to a line.
 
-Fits of scans to maps, to earlier scans and to features share it. A row says that a point, seen from
-the centre of the turn, lies ``e`` from a line with unit normal (nx, ny); its derivative with respect
-to the turn is ``ny · rx − nx · ry`` for a point (rx, ry) relative to that centre.
+Fits of scans to maps, to earlier scans and to features share it. A row says that a point lies
+``e`` from a line with unit normal (nx, ny); its derivative with respect to the turn is
+``ny · rx − nx · ry`` for a point (rx, ry) relative to the centre of the turn.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from cohelm.arrays import Floats
 
 
 @njit(cache=True, inline="always")
-def add_row(
+def add_row(  # noqa: PLR0917  # a row as plain numbers, in hot loops
     H: Floats, g: Floats, nx: float, ny: float, turn: float, e: float, weight: float
 ) -> None:
     """Add one row to the upper triangle of H (3, 3) and to the gradient g (3,).
