@@ -13,7 +13,7 @@ from scipy import stats
 
 from cohelm.arrays import Floats
 from cohelm.benchmarks.bench import BenchReport, Result, Sheet
-from cohelm.benchmarks.rides.fault_hazards import HAZARDS
+from cohelm.benchmarks.rides.fault_hazards import HAZARDS, Hazard
 from cohelm.evaluation.report.statistics import bootstrap_median, wilson_share
 from cohelm.simulation import FAULT_KINDS
 
@@ -41,10 +41,15 @@ def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
     text = hazard_table(watched, before, reference)
     file = folder / TABLE
     file.write_text(text, encoding="utf-8")
+    sure = {
+        case: group
+        for case, group in watched.items()
+        if HAZARDS[case[0]].detectable_at(float(case[1]))
+    }
     broken = {
         f"{kind} {size}": speed
-        for (kind, size), group in watched.items()
-        if HAZARDS[kind].detectable and (speed := max(_speeds(group, reference))) > HARD
+        for (kind, size), group in sure.items()
+        if (speed := max(_speeds(group, reference))) > HARD
     }
     return BenchReport(
         sheets=tuple(sheet for sheet in sheets if sheet.rows),
@@ -53,6 +58,7 @@ def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
             f"{len(ridden) - len(rows)} more ended before the fault",
             f"{_undecided(watched)} ended before the fault was noticed, because somebody walked "
             "into the standing chair: they do not count as missed",
+            *detectable_notes([row for group in sure.values() for row in group], reference),
             alarm_note(sound),
             *(f"contact at {v:.2f} m/s although detectable: {k}" for k, v in broken.items()),
             *([] if broken else ["no contact above 0.3 m/s by a fault that is detectable"]),
@@ -128,6 +134,22 @@ def contact_sheet(
     )
 
 
+def detectable_notes(
+    group: Sequence[Row], reference: Mapping[tuple[Any, ...], Row]
+) -> tuple[str, ...]:
+    """Sentences on the rides whose fault is listed as detectable, with intervals of 95 %."""
+    if not group:
+        return ()
+    speeds = np.array(_speeds(group, reference))
+    noticed = wilson_share(_column(_decided(group), "noticed") > 0.0)
+    soft, hard = (wilson_share(np.asarray(speeds > bound)) for bound in (SOFT, HARD))
+    return (
+        f"{len(group)} rides with a fault listed as detectable, noticed: {noticed:.3f}",
+        f"of these with a contact above {SOFT:g} m/s: {int((speeds > SOFT).sum())} ({soft:.4f}), "
+        f"above {HARD:g} m/s: {int((speeds > HARD).sum())} ({hard:.4f})",
+    )
+
+
 def alarm_note(sound: Sequence[Row]) -> str:
     """Sentence on false alarms per hour of faultless rides, with its exact Poisson interval."""
     hours = sum(float(row["duration"]) for row in sound) / 3600.0
@@ -170,9 +192,18 @@ def hazard_table(
             f"| `{kind}`: {FAULT_KINDS[kind].text} | {hazard.effect} "
             f"| {noticed} of {len(_decided(group))} | {median} | {_reasons(group) or '–'} "
             f"| {_count(off, SOFT)} → {_count(speeds, SOFT)} | {max(speeds):.2f} "
-            f"| {'' if hazard.detectable else 'not reliably detectable: '}{hazard.residual} |"
+            f"| {_proviso(hazard)}{hazard.residual} |"
         )
     return "\n".join(lines) + "\n"
+
+
+def _proviso(hazard: Hazard) -> str:
+    """Beginning of the residual: is the fault detectable, and at every magnitude."""
+    if not hazard.detectable:
+        return "not reliably detectable: "
+    if hazard.except_at:
+        return f"not reliably detectable at {', '.join(f'{m:g}' for m in hazard.except_at)}: "
+    return ""
 
 
 def _by_case(rows: Sequence[Row]) -> dict[Case, list[Row]]:
