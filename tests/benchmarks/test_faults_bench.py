@@ -1,6 +1,7 @@
 """Faults and lost chairs: pairs, tables, options, and hazards for every kind."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from cohelm.benchmarks.rides import faults
 from cohelm.benchmarks.rides.fault_hazards import HAZARDS
 from cohelm.benchmarks.rides.fault_report import fault_report
 from cohelm.errors import ConfigError
+from cohelm.evaluation import run
+from cohelm.messages import Reason
 from cohelm.simulation import FAULT_KINDS
 
 
@@ -44,13 +47,14 @@ def test_wrong_options_are_refused(options, message):
         faults.create(**options)
 
 
-def row(fault, seed, *, monitor="on", delay=math.nan, contact=0.0, alarms=0):
+def row(fault, seed, *, monitor="on", delay=math.nan, contact=0.0, alarms=0, into=0.0):
     return Result(
         {
             **{"scene": "crossing", "mode": "autonomous", "fault": fault, "magnitude": "nan"},
             **{"monitor": monitor, "seed": seed, "error": "", "duration": 36.0, "alarms": alarms},
             **{"noticed": float(math.isfinite(delay)), "delay": delay, "noticed_by": "scan_frozen"},
             **{"stop_time": 1.0, "stop_distance": 0.4, "contact_speed": contact},
+            **{"onset": 3.0, "walked_into": into},
         }
     )
 
@@ -70,6 +74,67 @@ def test_contacts_of_the_sound_ride_are_not_caused_by_the_fault(tmp_path):
     assert any("although detectable" in note for note in report.notes)
     table = (tmp_path / "hazards.md").read_text()
     assert "| 2 of 2 | 0.60 | scan_frozen | 1 of 2 → 1 of 2 | 0.50 |" in table
+
+
+def test_rides_that_decide_nothing_are_neither_missed_nor_detected(tmp_path):
+    undecided, early = row("scan_frozen", 2, into=1.0), row("scan_frozen", 3)
+    early.row["duration"] = 1.5
+    results = [row("none", 0), row("scan_frozen", 0, delay=0.1), row("scan_frozen", 1)]
+    report = fault_report([*results, undecided, early], tmp_path)
+    figures = report.summary["cases"]["scan_frozen nan"]
+    assert figures["noticed"] == 0.5
+    assert figures["rides"] == 3
+    assert any(note.startswith("1 ended before the fault was noticed") for note in report.notes)
+
+
+def finding(reason, *, stops):
+    """Tick of a chair with one finding."""
+    health = SimpleNamespace(
+        findings=(SimpleNamespace(reason=reason),), stop=reason if stops else None
+    )
+    return SimpleNamespace(health=health, decision=SimpleNamespace(reason=reason))
+
+
+def truth(time, speed, *, into=False):
+    twist, hit = np.array([speed, 0.0, 0.0]), np.array([into])
+    return SimpleNamespace(time=time, twist=twist, hit_standing=hit)
+
+
+def test_a_ride_ends_when_the_chair_has_stood_for_a_finding_or_is_walked_into():
+    watch = faults.FaultWatch(1.0)
+    stop, slow = (finding(Reason.LOST, stops=each) for each in (True, False))
+    assert not watch.see(slow, truth(1.0, 0.0))
+    assert not watch.see(stop, truth(2.0, 0.3))
+    assert not any(watch.see(stop, truth(2.5 + t, 0.0)) for t in (0.0, 1.0, 2.9))
+    assert not watch.see(slow, truth(5.45, 0.0))  # interrupted
+    assert not watch.see(stop, truth(5.5, 0.0))
+    assert watch.see(stop, truth(5.5 + faults.STOOD, 0.0))
+    assert faults.FaultWatch(1.0).see(slow, truth(0.5, 0.0, into=True))
+
+
+@pytest.mark.parametrize("kind", ["none", "kidnapped:3", "command_delayed:0.3", "scan_frozen"])
+def test_a_ride_from_the_onset_equals_one_from_the_start(kind):
+    """Also as the second one that leaves the same beginning."""
+    bench = faults.create(kinds=f"pose_frozen,{kind}" if kind != "none" else "pose_frozen")
+    ((none, *_, last),) = [
+        [ride for ride in task if dict(ride.columns)["mode"] == "stop_only"]
+        for task in bench.tasks(range(1))[1:2]
+    ]
+    task = none if kind == "none" else last
+    start, scenario = faults.FaultStart(0.4), load_with_onset(task)
+    start.drive(load_with_onset(last), 0)
+    branched = start.drive(scenario, 0)
+    alone = run(scenario, 0, faults.FaultWatch(0.4).see)
+    for name in ("pose", "twist", "command", "stick", "people", "time"):
+        np.testing.assert_array_equal(getattr(branched, name), getattr(alone, name))
+    assert branched.outcome is alone.outcome
+
+
+def load_with_onset(task):
+    """Scenario of a task whose fault begins at 0.4 s, for two seconds."""
+    scenario = task.load(("time_limit=2.4",))
+    faulted = tuple(each.model_copy(update={"at": 0.4}) for each in scenario.faults)
+    return scenario.model_copy(update={"faults": faulted})
 
 
 def drive(carried, contradiction, found=math.nan):

@@ -11,8 +11,8 @@ from cohelm.health.map_changes import (
     updated_map,
     without_people,
 )
-from cohelm.health.map_fit import BeamTable, fit_map
-from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.health.map_fit import HIT, BeamTable, beam_map, fit_map
+from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, distance_field
 
 from .test_map_fit import ANGLES, KNOWN, POSE, ranges_at
 
@@ -54,6 +54,26 @@ def test_a_wall_that_is_gone_is_reported_where_it_stood():
     walls = ranges_at(POSE)[AHEAD]
     assert np.all((distance > walls.min() - 2 * CELL) & (distance < walls.max() + 2 * CELL))
     assert not len(after(PERSISTENT - 1, gone).persistent(new=False))
+
+
+def test_a_wall_that_is_gone_is_reported_although_beams_end_on_the_next_one():
+    """A door in a wall between two rooms: behind it beams end where the map has walls again."""
+    grid = np.zeros((100, 100), dtype=np.int8)
+    grid[:, [40, 80]] = OCCUPIED
+    floor = OccupancyGrid(data=grid, resolution=0.1, X_MG=np.zeros(3))
+    known = beam_map(floor, distance_field(floor))
+    angles, pose = np.radians(np.arange(-40.0, 41.0, 2.0)), np.array([2.0, 5.0, 0.0])
+    door = np.abs(angles) < np.radians(14.0)  # 1 m wide, at x = 4 m
+    ranges = np.where(door, 6.05, 2.05) / np.cos(angles)
+    beams = BeamTable(angles, ranges, np.ones(len(angles), dtype=bool))
+    fit, changes = fit_map(known, beams, pose, 10.0, 0.15), NO_CHANGES
+    assert (fit.beams == HIT).all()
+    for k in range(PERSISTENT):
+        changes = update_map_changes(changes, fit, beams, pose, np.zeros(3), 0.5 * k)
+    found = changes.persistent(new=False)
+    np.testing.assert_allclose(found[:, 0], 4.125)
+    assert 4.4 < found[:, 1].min() < found[:, 1].max() < 5.6
+    assert not len(changes.persistent(new=True))
 
 
 def test_an_obstacle_is_reported_and_taken_back_when_beams_pass_it():

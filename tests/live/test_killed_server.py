@@ -18,6 +18,8 @@ pytestmark = pytest.mark.slow
 
 RIDE = 4.0
 """Duration of the ride before the program is killed, s."""
+SLOWER = 0.2
+"""Limit that a therapist sets in mid-ride, m/s."""
 spawn = multiprocessing.get_context("spawn")
 
 
@@ -101,3 +103,59 @@ def test_a_full_disk_in_mid_ride_is_said_at_once_and_the_chair_drives_on(tmp_pat
     assert reports[-1][1] > 0.1
     (ride,) = kept_in(tmp_path)
     assert ride.error
+
+
+def limiting(folder, pipe, damage):
+    """Drive fast, take the disk away, and lower the limit of the speed.
+
+    Reports the time since then, the speed, what the page is told, and what health says.
+    """
+    drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=folder))
+    drive.start()
+    while not drive.health.ready:
+        time.sleep(0.05)
+    page = Page(drive, "a")
+    page.drives()
+    page.stick = (1.0, 0.0)
+    page.until(lambda s: s.speed > 2.0 * SLOWER)
+    damage(folder)
+    begun = page.state.time
+    drive.set_limits(drive.limits.model_copy(update={"max_speed": SLOWER}), "therapist")
+    while True:
+        state = page.state
+        pipe.send((state.time - begun, state.speed, state.unstored, drive.health.unstored))
+        time.sleep(0.05)
+
+
+def full(folder):
+    """Let no file grow any more, as a full disk does."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+
+
+def gone(folder):
+    """Put a file where the data folder was, as a disk that is no longer mounted."""
+    folder.rename(folder.with_name("elsewhere"))
+    folder.write_bytes(b"")
+
+
+@pytest.mark.parametrize("damage", [full, gone])
+def test_a_slower_limit_acts_at_once_whatever_the_disk_does(tmp_path, damage):
+    """Within the braking from 0.5 to 0.2 m/s at the gentlest deceleration, and it is said."""
+    folder = tmp_path / "sessions"
+    ours, theirs = spawn.Pipe()
+    process = spawn.Process(target=limiting, args=(folder, theirs, damage))
+    process.start()
+    reports = []
+    try:
+        while not reports or reports[-1][0] < 3.0 or not reports[-1][2]:
+            assert ours.poll(240.0)
+            reports.append(ours.recv())
+            assert reports[-1][0] < 15.0, reports[-1]
+    finally:
+        os.kill(process.pid, signal.SIGKILL)
+        process.join()
+    late = [speed for since, speed, _, _ in reports if since > 2.0]
+    assert max(late) < SLOWER + 0.03
+    assert reports[-1][3]
+    assert "Traceback" not in reports[-1][2]

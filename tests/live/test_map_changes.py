@@ -1,5 +1,7 @@
 """Contradictions between map and building: kept over rides, and forgotten on request."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,8 @@ from cohelm.arrays import replace
 from cohelm.errors import StoreError
 from cohelm.health import NO_CHANGES, MapChanges
 from cohelm.health.map_changes import PERSISTENT
+from cohelm.live import Drive, DriveSetup
+from cohelm.live.messages import ReleaseControl
 from cohelm.live.sessions.map_changes import (
     FILE,
     forget_changes,
@@ -20,6 +24,8 @@ from cohelm.navigation import Navigator
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario
 from cohelm.simulation import World
+
+from .test_drive import Page
 
 GRID = OccupancyGrid(data=np.zeros((20, 30), dtype=np.int8), resolution=0.1, X_MG=np.zeros(3))
 FOUND = MapChanges(np.array([[3, 4, 0], [5, 1, 1]]), np.array([PERSISTENT, 2]), time=12.5)
@@ -76,3 +82,31 @@ def test_a_ride_begins_with_what_earlier_rides_have_seen():
         tick = navigator.step(world.observe(), ride_setup.request, tick)
         world.advance(tick.decision)
     assert [4000, 4000, 0] in tick.memory.health.changes.cells.tolist()
+
+
+@pytest.mark.slow
+def test_a_live_ride_past_a_door_that_moved_is_remembered(tmp_path):
+    """The map has a wall at (7, 7.5), where the building has a door; the old one is walled up."""
+    drive = Drive(DriveSetup(scenario=load_scenario("moved-door"), folder=tmp_path))
+    try:
+        drive.start()
+        end = time.monotonic() + 240.0
+        while not drive.health.ready:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        page = Page(drive, "a")
+        page.drives()
+        page.moves()
+        _, begun = page.until(lambda s: True)
+        page.until(lambda s: s.time - begun.time > 10.0, patience=120.0)
+        page.rests()
+        page.say(ReleaseControl())
+        page.until(lambda s: s.driver is None)
+        page.close()
+    finally:
+        drive.close()
+    grid = build_scenario(load_scenario("moved-door"), 0).navigator.grid
+    found = remembered_changes(tmp_path, grid)
+    door = np.array([7.0, 7.5])
+    assert np.hypot(*(found.persistent(new=False) - door).T).min() < 0.6
+    assert len(found.persistent(new=True))  # the old door

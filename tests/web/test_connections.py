@@ -57,6 +57,31 @@ def test_to_say_it_a_letter_at_a_time_does_not_help(open_server, hasty):
         assert ended(slow)
 
 
+def test_while_many_wait_only_stop_is_read(open_server, monkeypatch):
+    """Also a STOP that comes in two pieces; the others are told that the server is busy."""
+    monkeypatch.setattr(connections, "MAX_WAITING", 4)
+    host = f"Host: {open_server.name}\r\nOrigin: {open_server.origin}\r\n"
+    with contextlib.ExitStack() as stack:
+        for _ in range(4):  # their bodies never come
+            waiting = connected(open_server, stack)
+            waiting.sendall(
+                f"POST /api/limits HTTP/1.1\r\n{host}Content-Length: 9\r\n\r\n".encode()
+            )
+        time.sleep(0.2)
+        refused = connected(open_server, stack)
+        refused.sendall(f"GET /api/health HTTP/1.1\r\n{host}\r\n".encode())
+        answer = refused.recv(1000)
+        assert answer.startswith(b"HTTP/1.1 503")
+        assert b'"busy"' in answer
+        assert ended(refused)
+        stop = connected(open_server, stack)
+        stop.sendall(b"POST /api/stop HTTP/1.1\r\n")
+        time.sleep(0.1)
+        stop.sendall(f"{host}Content-Length: 0\r\n\r\n".encode())
+        assert stop.recv(1000).startswith(b"HTTP/1.1 204")
+    assert any(isinstance(said, StopCommand) for _, said, _ in open_server.drive.said)
+
+
 async def empty_parts():
     for _ in range(1000):
         yield ""

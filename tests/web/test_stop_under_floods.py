@@ -90,8 +90,7 @@ def test_stop_gets_through_a_flood_of_connections_from_the_same_address(
     assert np.median(took) < WITHIN
     # The first STOP comes right behind a burst of all connections; on a busy machine other programs
     # take time from the server, so that its computing time is what is bounded.
-    assert worked[1:].max() < WITHIN
-    assert worked[0] < 2 * WITHIN
+    assert worked.max() < WITHIN
 
 
 @pytest.mark.parametrize("text", [FLOODS["silent"], FLOODS["part of a request"]])

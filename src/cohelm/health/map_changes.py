@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.geometry import compose, transform
 from cohelm.health.map_fit import HIT, SHORT, THROUGH, BeamTable, MapFit
 from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -25,6 +25,9 @@ _PERIOD = 0.5
 _MOST = 50
 """Largest balance, so that a change back is noticed in time."""
 _MAX_CELLS = 2000
+_BEHIND = 0.3
+"""Distance beyond a mapped wall from which a beam has passed it, m: twice the width of a wall's
+place in the fit."""
 _NEAR_PERSON = 0.8
 """Distance from a person within which obstacles are theirs, m: a body, a cell, and the way that
 somebody who stood has walked when the tracker recognises them."""
@@ -67,12 +70,12 @@ def update_map_changes(
     X_MS = compose(X_MR, mount)
     walls = _cells(X_MS, beams.angle, fit.expected)
     ends = _cells(X_MS, beams.angle, beams.range)
-    gone, new = fit.beams == THROUGH, fit.beams == SHORT
-    agreeing = _votes(walls[fit.beams == HIT], 0)
-    passed = fit.beams == THROUGH
+    hit, new = fit.beams == HIT, fit.beams == SHORT
+    gone = (fit.beams == THROUGH) | (hit & _beyond(fit, beams))
+    agreeing = _votes(walls[hit & ~gone], 0)
     contradicting = np.vstack([_votes(walls[gone], 0), _votes(ends[new], 1)])
     # A beam that goes on beyond a place takes back an obstacle there.
-    freed = _freed(before, X_MS, beams, passed | (fit.beams == HIT))
+    freed = _freed(before, X_MS, beams, gone | hit)
     rows = np.vstack([before.cells, contradicting, agreeing, freed])
     votes = np.concatenate(
         [
@@ -102,6 +105,16 @@ def without_people(changes: MapChanges, people: Floats) -> MapChanges:
     near = (np.hypot(apart[..., 0], apart[..., 1]) < _NEAR_PERSON).any(axis=1)
     keep = ~(near & (changes.cells[:, 2] == 1))
     return MapChanges(changes.cells[keep], changes.balance[keep], changes.time)
+
+
+def _beyond(fit: MapFit, beams: BeamTable) -> Booleans:
+    """Mask (n,) of the beams that pass a mapped wall, and end on another one behind it.
+
+    As for those that end in free space, a neighbour that expects a longer range excuses an edge.
+    """
+    e = fit.expected
+    far = np.maximum(np.maximum(np.roll(e, 1), e), np.roll(e, -1))  # NaN where one is not known
+    return np.asarray(beams.range > far + _BEHIND)
 
 
 def _cells(X_MS: Floats, angle: Floats, distance: Floats) -> Integers:

@@ -17,6 +17,7 @@ from numba import njit
 from cohelm.arrays import Booleans, Floats, Floats32, Integers, SignedBytes
 from cohelm.maps import FREE, UNKNOWN, DistanceField, OccupancyGrid, distance_field
 from cohelm.maps.distance import sample
+from cohelm.planar_fit import add_row, newton_step
 
 IGNORED, HIT, SHORT, THROUGH, MISSING, UNUSABLE = 0, 1, 2, 3, 4, 5
 """Class of a beam: no expectation; on a wall of the map; before it; beyond it; free although a wall
@@ -196,22 +197,12 @@ def _best_offset(
                 continue
             w = 1.0 / (1.0 + (d / scale) ** 2) ** 2
             turn = -gx * ry + gy * rx
-            H[0, 0] += w * gx * gx
-            H[0, 1] += w * gx * gy
-            H[1, 1] += w * gy * gy
-            H[0, 2] += w * gx * turn
-            H[1, 2] += w * gy * turn
-            H[2, 2] += w * turn * turn
-            g[0] += w * gx * d
-            g[1] += w * gy * d
-            g[2] += w * turn * d
+            add_row(H, g, gx, gy, turn, d, w)
         if k == 0:
             on_before = on_after
         if k == _PASSES:
             break
-        H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
-        step = np.linalg.solve(H, g)
-        offset -= step
+        offset += newton_step(H, g)
         if abs(offset[0]) > 1.0 or abs(offset[1]) > 1.0 or abs(offset[2]) > 0.6:
             return np.zeros(3), 0.0
     return offset, (on_after - on_before) / max(returns, 1)

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.planar_fit import add_row, newton_step
 
 _PASSES = ((0.6, 0.3), (0.5, 0.2), (0.4, 0.15), (0.3, 0.1), (0.2, 0.08), (0.2, 0.06), (0.2, 0.05))
 """Largest misfit, m, and scale of the weights, m, from coarse to fine."""
@@ -93,7 +94,7 @@ def _match(earlier: Sweep, now: Sweep, guess: Floats) -> tuple[Floats, float, fl
             break
         H += np.diag(np.full(3, _PRIOR))
         g += _PRIOR * (pose - guess)
-        pose -= np.linalg.solve(H, g)
+        pose += newton_step(H, g)
         if abs(pose[0]) > _TOO_FAR or abs(pose[1]) > _TOO_FAR:
             return guess, at_guess, at_guess, compared
     return pose, share, at_guess, compared
@@ -118,7 +119,7 @@ def _points(now: Sweep) -> Floats:
 def _normal_equations(
     earlier: Sweep, points: Floats, pose: Floats, reach: float, scale: float
 ) -> tuple[Floats, Floats, int, int]:
-    """Weighted (H, g, inliers, points compared) of the points moved by ``pose``."""
+    """Weighted (upper triangle of H, g, inliers, points compared) of points moved by ``pose``."""
     H, g = np.zeros((3, 3)), np.zeros(3)
     c, s = math.cos(pose[2]), math.sin(pose[2])
     inliers, compared = 0, 0
@@ -133,16 +134,7 @@ def _normal_equations(
         inliers += abs(e) <= _INLIER
         w = 1.0 / (1.0 + (e / scale) ** 2) ** 2
         turn = ny * rx - nx * ry
-        H[0, 0] += w * nx * nx
-        H[0, 1] += w * nx * ny
-        H[1, 1] += w * ny * ny
-        H[0, 2] += w * nx * turn
-        H[1, 2] += w * ny * turn
-        H[2, 2] += w * turn * turn
-        g[0] += w * nx * e
-        g[1] += w * ny * e
-        g[2] += w * turn * e
-    H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+        add_row(H, g, nx, ny, turn, e, w)
     return H, g, inliers, compared
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -74,6 +75,10 @@ class SimulatedChair(Protocol):
         """Twist (3,) by the wheels' speeds, as exact encoders measure it."""
         ...
 
+    def branch(self) -> SimulatedChair:
+        """Copy that moves by itself, between two control steps."""
+        ...
+
     def carry(self, pose: Floats) -> None:
         """Put the chair elsewhere, in motion as before."""
         ...
@@ -127,6 +132,10 @@ class PlanarChair:
     def wheel_twist(self) -> Floats:
         """See :class:`SimulatedChair`: no wheel slips."""
         return self._drive.twist
+
+    def branch(self) -> PlanarChair:
+        """See :class:`SimulatedChair`; all that changes is a value."""
+        return copy.copy(self)
 
     def carry(self, pose: Floats) -> None:
         """See :class:`SimulatedChair`."""

@@ -8,6 +8,7 @@ for bit.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -28,7 +29,7 @@ from cohelm.simulation.dynamic_objects import (
     is_clear,
     with_shut_doors,
 )
-from cohelm.simulation.faults import FaultInjector
+from cohelm.simulation.faults import Fault, FaultInjector
 from cohelm.simulation.ground_truth import GroundTruth
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.rider_view import DIRECTIONS, view_from
@@ -88,6 +89,21 @@ class World:
         self._truth = self._ground_truth(_no_contact(setup.crowd))
         readings = self._sense(0.0, setup.crowd, setup.crowd, 1.0)
         self._observation = self._observe(readings)
+
+    def branch(self, faults: tuple[Fault, ...]) -> World:
+        """Copy that goes on with other faults, as if it had had them from the start.
+
+        Neither changes the other. No fault of either may have begun yet.
+        """
+        out = copy.copy(self)
+        out.setup = replace(self.setup, faults=faults)
+        for name in ("_random", "_sensors"):
+            setattr(out, name, copy.deepcopy(getattr(self, name)))
+        for name in ("_walked", "_statures"):
+            setattr(out, name, getattr(self, name).copy())
+        out._chair = self._chair.branch()
+        out._faults = self._faults.branch(faults)
+        return out
 
     @property
     def truth(self) -> GroundTruth:

@@ -4,7 +4,8 @@ A silent or very slow client must not block others, who may want to press STOP; 
 floods the server with frames that are no messages. Beyond the maximum number of connections, the
 one that owes its request for the longest time makes room for the new one: whoever sends a request
 at once is served, however many connections are half open. The newest ones are spared, since their
-requests may have come and not been read yet.
+requests may have come and not been read yet. While as many requests are answered as may wait for
+their turn, new ones are refused unread, but for STOP and sockets: reading costs most of the time.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import Frame
 
+from cohelm.web.guard import BUSY, MAX_WAITING, STOP_PATH
 from cohelm.web.rate_limits import RateLimit
 
 MAX_CONNECTIONS = 200
@@ -34,6 +36,12 @@ MAX_FRAME_RATE = 50.0
 """Maximum rate of frames that are no message by themselves, pings and parts, per socket, 1/s."""
 _CHECK_PERIOD = 2.0
 """Time between two checks of a connection, s."""
+_ALWAYS_READ = (f"POST {STOP_PATH} ".encode(), b"GET /ws")
+_UNREAD = (
+    b"HTTP/1.1 503 Service Unavailable\r\nconnection: close\r\ncache-control: no-store\r\n"
+    b"content-type: application/json\r\ncontent-length: %d\r\n\r\n%s"
+) % (len(BUSY.body), BUSY.body)
+"""Answer to a request that is refused unread."""
 
 
 class HttpConnection(H11Protocol):
@@ -45,7 +53,7 @@ class HttpConnection(H11Protocol):
         While all others are new or get answers, there may be twice as many.
         """
         super().connection_made(transport)
-        self._since = self.loop.time()
+        self._since, self._is_read = self.loop.time(), False
         all_ = [each for each in self.connections if not each.transport.is_closing()]
         here = [each for each in all_ if _host(each) == _host(self)]
         crowd = here if len(here) > MAX_CONNECTIONS_PER_ADDRESS else all_
@@ -55,6 +63,15 @@ class HttpConnection(H11Protocol):
         elif len(all_) > 2 * MAX_CONNECTIONS:
             _owing(all_)[0].drop()
         self.loop.call_later(_CHECK_PERIOD, self._check)
+
+    def data_received(self, data: bytes) -> None:
+        """Read a request, or refuse the first one of a connection unread."""
+        if self._is_read or len(self.tasks) < MAX_WAITING or data.startswith(_ALWAYS_READ):
+            self._is_read = True
+            super().data_received(data)
+        elif not self.transport.is_closing():
+            self.transport.write(_UNREAD)
+            self.transport.close()
 
     @property
     def owes_request(self) -> bool:

@@ -6,7 +6,6 @@ It also adds the headers of every answer that forbid a page to load, or be loade
 from __future__ import annotations
 
 import asyncio
-import json
 from collections.abc import MutableMapping
 from typing import Any
 
@@ -23,7 +22,7 @@ MAX_WAITING = 64
 BODY_TIMEOUT = 10.0
 """Maximum time for the body of a request to arrive, s."""
 _TOO_LARGE = Refusal(status=413, code="too_large", text="the request is too large")
-_BUSY = Refusal(status=503, code="busy", text="too many requests at once; try again")
+BUSY = Refusal(status=503, code="busy", text="too many requests at once; try again")
 _GONE = bytes(bytearray(b"gone"))
 """Body of a request whose client has gone; compared by identity."""
 _TOO_SLOW = Refusal(status=408, code="too_slow", text="the request did not come in time")
@@ -105,7 +104,7 @@ class Guard:
         elif scope["path"] == STOP_PATH or await self._takes_turn():
             await self._app(scope, _once(body, receive), guarded)
         else:
-            await deny(scope, guarded, _BUSY)
+            await deny(scope, guarded, BUSY)
 
     async def _takes_turn(self) -> bool:
         """Wait for the turn of a request; False if too many wait.
@@ -138,7 +137,7 @@ class Guard:
 
 async def deny(scope: Scope, send: Send, refusal: Refusal) -> None:
     """Answer with a refusal; a socket is refused before it is open."""
-    body = json.dumps({"code": refusal.code, "text": refusal.text}).encode()
+    body = refusal.body
     prefix = "websocket." if scope["type"] == "websocket" else ""
     headers = [
         (b"content-type", b"application/json"),

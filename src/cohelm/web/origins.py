@@ -8,6 +8,7 @@ in every request and at the beginning of every socket.
 from __future__ import annotations
 
 import ipaddress
+import json
 import socket
 from collections.abc import Iterable
 
@@ -32,6 +33,11 @@ class Refusal:
     status: int
     code: str
     text: str
+
+    @property
+    def body(self) -> bytes:
+        """Answer as JSON."""
+        return json.dumps({"code": self.code, "text": self.text}).encode()
 
 
 @value

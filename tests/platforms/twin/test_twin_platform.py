@@ -110,3 +110,19 @@ def test_the_shipped_chair_has_the_mass_of_its_parts():
     chassis = load_robot("quantum_q6_edge").chassis
     assert chassis.total_mass == pytest.approx(118 + 75 + 2 * 9 + 4 * 1.5)
     assert sum(chassis.caster_loads) + chassis.drive.load == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("platform", ["planar", "twin"])
+def test_a_branch_goes_on_as_its_world_and_neither_changes_the_other(platform):
+    setup = build_scenario(load_scenario("crossing", [f"platform.use={platform}"]), 3)
+    there, world = open_simulation(setup)
+    for _ in range(5):
+        there.apply(AHEAD)
+    branch = world.branch(())
+    for _ in range(10):
+        branch.advance(AHEAD)
+    assert world.truth.time == pytest.approx(0.25)
+    for _ in range(10):
+        world.advance(AHEAD)
+    np.testing.assert_array_equal(world.truth.pose, branch.truth.pose)
+    np.testing.assert_array_equal(world.truth.crowd.position, branch.truth.crowd.position)

@@ -14,6 +14,12 @@ class Hazard(NamedTuple):
     residual: str
     detectable: bool = True
     """False: no redundant input reveals it in time, for the reason in ``residual``."""
+    except_at: tuple[float, ...] = ()
+    """Magnitudes at which it is not reliably detectable either, for the same reason."""
+
+    def detectable_at(self, magnitude: float) -> bool:
+        """Check that a magnitude is detectable."""
+        return self.detectable and magnitude not in self.except_at
 
 
 _BRAKING = "the distance of braking from the speed at the onset"
@@ -28,7 +34,9 @@ HAZARDS: Mapping[str, Hazard] = MappingProxyType(
         "scan_nan": Hazard("nothing is seen", _BRAKING),
         "scan_blind": Hazard("nothing is seen ahead", "gaps narrower than 9° stay unnoticed"),
         "scan_free_sector": Hazard(
-            "people ahead are missed", "unnoticed in halls wider than the scanner's range"
+            "people ahead are missed",
+            "in halls wider than the scanner's range nothing tells a lost beam from a free path",
+            except_at=(20.0, 45.0),
         ),
         "scan_free_beams": Hazard("thin things are missed", "25 % lost beams may pass as glass"),
         "scan_scaled": Hazard("people seem farther or nearer", "scales within 10 % near walls"),

@@ -13,12 +13,14 @@ from scipy import stats
 
 from cohelm.arrays import Floats
 from cohelm.benchmarks.bench import BenchReport, Result, Sheet
-from cohelm.benchmarks.rides.fault_hazards import HAZARDS
+from cohelm.benchmarks.rides.fault_hazards import HAZARDS, Hazard
 from cohelm.evaluation.report.statistics import bootstrap_median, wilson_share
 from cohelm.simulation import FAULT_KINDS
 
 SOFT, HARD = 0.1, 0.3
 """Speeds of a contact, m/s: what the figures count, and what no detectable fault may exceed."""
+STEP = 0.06
+"""Longest time from the end of a ride to an onset that it still reached, s."""
 NONE = "none"
 TABLE = "hazards.md"
 Row = Mapping[str, Any]
@@ -27,8 +29,9 @@ Case = tuple[str, str]
 
 def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
     """Tables of all faults, and the table of hazards as a Markdown file."""
-    rows = [r.row for r in results if not r.row["error"]]
+    ridden = [r.row for r in results if not r.row["error"]]
     failed = [r.row for r in results if r.row["error"]]
+    rows = [row for row in ridden if float(row["duration"]) >= float(row["onset"]) - STEP]
     watched = _by_case([row for row in rows if row["monitor"] == "on"])
     before = _by_case([row for row in rows if row["monitor"] == "off"])
     sound = watched.pop((NONE, "nan"), [])
@@ -38,15 +41,24 @@ def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
     text = hazard_table(watched, before, reference)
     file = folder / TABLE
     file.write_text(text, encoding="utf-8")
+    sure = {
+        case: group
+        for case, group in watched.items()
+        if HAZARDS[case[0]].detectable_at(float(case[1]))
+    }
     broken = {
         f"{kind} {size}": speed
-        for (kind, size), group in watched.items()
-        if HAZARDS[kind].detectable and (speed := max(_speeds(group, reference))) > HARD
+        for (kind, size), group in sure.items()
+        if (speed := max(_speeds(group, reference))) > HARD
     }
     return BenchReport(
         sheets=tuple(sheet for sheet in sheets if sheet.rows),
         notes=(
             f"{sum(map(len, watched.values()))} faulted rides, {len(failed)} with program errors",
+            f"{len(ridden) - len(rows)} more ended before the fault",
+            f"{_undecided(watched)} ended before the fault was noticed, because somebody walked "
+            "into the standing chair: they do not count as missed",
+            *detectable_notes([row for group in sure.values() for row in group], reference),
             alarm_note(sound),
             *(f"contact at {v:.2f} m/s although detectable: {k}" for k, v in broken.items()),
             *([] if broken else ["no contact above 0.3 m/s by a fault that is detectable"]),
@@ -67,7 +79,7 @@ def detection_sheet(watched: Mapping[Case, Sequence[Row]]) -> Sheet:
     """Share of rides in which a fault was noticed, its delay, and the way to a standstill."""
     rows = []
     for (kind, size), group in watched.items():
-        share = wilson_share(_column(group, "noticed") > 0.0)
+        share = wilson_share(_column(_decided(group), "noticed") > 0.0)
         delay = bootstrap_median(_column(group, "delay"))
         stop = _column(group, "stop_distance")
         stopped = stop[np.isfinite(stop)]
@@ -122,6 +134,22 @@ def contact_sheet(
     )
 
 
+def detectable_notes(
+    group: Sequence[Row], reference: Mapping[tuple[Any, ...], Row]
+) -> tuple[str, ...]:
+    """Sentences on the rides whose fault is listed as detectable, with intervals of 95 %."""
+    if not group:
+        return ()
+    speeds = np.array(_speeds(group, reference))
+    noticed = wilson_share(_column(_decided(group), "noticed") > 0.0)
+    soft, hard = (wilson_share(np.asarray(speeds > bound)) for bound in (SOFT, HARD))
+    return (
+        f"{len(group)} rides with a fault listed as detectable, noticed: {noticed:.3f}",
+        f"of these with a contact above {SOFT:g} m/s: {int((speeds > SOFT).sum())} ({soft:.4f}), "
+        f"above {HARD:g} m/s: {int((speeds > HARD).sum())} ({hard:.4f})",
+    )
+
+
 def alarm_note(sound: Sequence[Row]) -> str:
     """Sentence on false alarms per hour of faultless rides, with its exact Poisson interval."""
     hours = sum(float(row["duration"]) for row in sound) / 3600.0
@@ -162,11 +190,20 @@ def hazard_table(
         median = f"{np.median(found):.2f}" if len(found) else "–"
         lines.append(
             f"| `{kind}`: {FAULT_KINDS[kind].text} | {hazard.effect} "
-            f"| {noticed} of {len(group)} | {median} | {_reasons(group) or '–'} "
+            f"| {noticed} of {len(_decided(group))} | {median} | {_reasons(group) or '–'} "
             f"| {_count(off, SOFT)} → {_count(speeds, SOFT)} | {max(speeds):.2f} "
-            f"| {'' if hazard.detectable else 'not reliably detectable: '}{hazard.residual} |"
+            f"| {_proviso(hazard)}{hazard.residual} |"
         )
     return "\n".join(lines) + "\n"
+
+
+def _proviso(hazard: Hazard) -> str:
+    """Beginning of the residual: is the fault detectable, and at every magnitude."""
+    if not hazard.detectable:
+        return "not reliably detectable: "
+    if hazard.except_at:
+        return f"not reliably detectable at {', '.join(f'{m:g}' for m in hazard.except_at)}: "
+    return ""
 
 
 def _by_case(rows: Sequence[Row]) -> dict[Case, list[Row]]:
@@ -174,6 +211,15 @@ def _by_case(rows: Sequence[Row]) -> dict[Case, list[Row]]:
     for row in rows:
         out[str(row["fault"]), str(row["magnitude"])].append(row)
     return out
+
+
+def _decided(group: Sequence[Row]) -> list[Row]:
+    """Rides that show whether the fault is noticed: not those that somebody ended before."""
+    return [row for row in group if float(row["noticed"]) or not float(row["walked_into"])]
+
+
+def _undecided(watched: Mapping[Case, Sequence[Row]]) -> int:
+    return sum(len(group) - len(_decided(group)) for group in watched.values())
 
 
 def _pair(row: Row) -> tuple[Any, ...]:
@@ -214,7 +260,7 @@ def _figures(group: Sequence[Row], reference: Mapping[tuple[Any, ...], Row]) -> 
     found = delay[np.isfinite(delay)]
     return {
         "rides": len(group),
-        "noticed": float(_column(group, "noticed").mean()),
+        "noticed": float(_column(_decided(group), "noticed").mean()),
         "delay": float(np.median(found)) if len(found) else math.nan,
         "contact_speed": max(_speeds(group, reference)),
     }

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +15,14 @@ from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split
 from cohelm.benchmarks.rides.fault_report import fault_report
 from cohelm.benchmarks.rides.modes import MODES
 from cohelm.errors import ConfigError
+from cohelm.evaluation.episode.episode import Course
 from cohelm.evaluation.episode.ride import Ride
 from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.messages import Mode, Reason
-from cohelm.navigation import Tick
-from cohelm.simulation import FAULT_KINDS, GroundTruth, generator, is_standing
+from cohelm.navigation import Navigator, Tick
+from cohelm.platforms import PlanarPlatform
+from cohelm.scenarios import RideSetup, Scenario, build_scenario
+from cohelm.simulation import FAULT_KINDS, Fault, GroundTruth, World, generator, is_standing
 
 TITLE = "Faults: detection, stopping and contacts"
 SCENES = ("crossing", "narrow-doorway")
@@ -26,7 +30,10 @@ DRIVEN = (Mode.AUTONOMOUS.value, Mode.STOP_ONLY.value)
 ONSET = (2.0, 4.0)
 """Range of the onset, s: the chair is under way."""
 LASTING = 8.0
-"""Time from the onset to the end of a ride, s."""
+"""Longest time from the onset to the end of a ride, s."""
+STOOD = 3.0
+"""Time of standing for a finding after which a ride ends, s: three times the longest time after
+which a finding that is gone ends, so the finding has been made again meanwhile."""
 NONE = "none"
 """Column ``fault`` of rides without one."""
 COMPARED = {
@@ -68,29 +75,29 @@ class FaultBench:
     WORKERS: int | None = None
 
     def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per ride: seed by seed, in each scene and mode first the one without a fault."""
+        """One per seed, scene and mode, with and without the monitor: all faults, and none."""
         return [
-            (ride,)
+            tuple(self._rides(scene, mode, seed, watched=watched))
             for seed in seeds
             for scene in self.scenes
             for mode in self.modes
-            for ride in self._rides(scene, mode, seed)
+            for watched in ((True, False) if self.unwatched else (True,))
         ]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride, and record when the fault was noticed."""
-        out = []
-        for ride in task:
-            watch = FaultWatch(_onset(ride.seed))
-            result = ride_row(ride, empty_floor=False, more=watch.columns, on_tick=watch.see)
-            out.append(Result(result.row))
-        return out
+        """Ride once up to the onset, and from there on with each fault."""
+        start = FaultStart(_onset(task[0].seed))
+        rides = [
+            ride_row(each, empty_floor=False, more=start.columns, drive=start.drive)
+            for each in task
+        ]
+        return [Result(each.row) for each in rides]
 
     def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
         """Tables of detection and contacts, false alarms, and the table of hazards."""
         return fault_report(results, folder)
 
-    def _rides(self, scene: str, mode: str, seed: int) -> Iterator[RideTask]:
+    def _rides(self, scene: str, mode: str, seed: int, *, watched: bool) -> Iterator[RideTask]:
         onset = _onset(seed)
         rider = "none" if mode == Mode.AUTONOMOUS.value else "noisy"
         common = (
@@ -99,20 +106,69 @@ class FaultBench:
             "people.see_robot=false",
             f"time_limit={onset + LASTING}",
         )
-        for watched in (True, False) if self.unwatched else (True,):
-            for case in (FaultCase(NONE), *cases_of(self.kinds)):
-                yield RideTask(
-                    columns=(
-                        ("scene", scene),
-                        ("mode", mode),
-                        ("fault", case.kind),
-                        ("magnitude", f"{case.magnitude:g}"),
-                        ("monitor", "on" if watched else "off"),
-                    ),
-                    scenario=scene,
-                    settings=(*common, *_fault(case, onset), *_watched(watched), *self.settings),
-                    seed=seed,
-                )
+        for case in (FaultCase(NONE), *cases_of(self.kinds)):
+            yield RideTask(
+                columns=(
+                    ("scene", scene),
+                    ("mode", mode),
+                    ("fault", case.kind),
+                    ("magnitude", f"{case.magnitude:g}"),
+                    ("monitor", "on" if watched else "off"),
+                ),
+                scenario=scene,
+                settings=(*common, *_fault(case, onset), *_watched(watched), *self.settings),
+                seed=seed,
+            )
+
+
+class FaultStart:
+    """Ride up to the onset, which all faults of a seed share.
+
+    Args:
+        onset: s.
+    """
+
+    def __init__(self, onset: float) -> None:
+        self._onset = onset
+        self._begun: _Begun | None = None
+        self._watch = FaultWatch(onset)
+
+    def columns(self, ride: Ride) -> Mapping[str, Any]:
+        """Columns of the ride that was driven last."""
+        return self._watch.columns(ride)
+
+    def drive(self, scenario: Scenario, seed: int) -> Ride:
+        """Ride a scenario; before the onset, only the first call drives."""
+        begun = self._begun = self._begun or self._begin(scenario, seed)
+        self._watch = copy.deepcopy(begun.watch)
+        if begun.ended is not None:
+            return replace(begun.ended, scenario=scenario)
+        world = begun.world.branch(scenario.faults)
+        setup = replace(begun.setup, scenario=scenario, world=world.setup)
+        course = begun.course.branch(setup, PlanarPlatform(world), world)
+        return course.run(self._watch.see)
+
+    def _begin(self, scenario: Scenario, seed: int) -> _Begun:
+        """Ride to the last step before the onset; with a fault, the world keeps its input."""
+        later = Fault(kind="people_swapped", at=1e6)
+        setup = build_scenario(scenario.model_copy(update={"faults": (later,)}), seed)
+        world, watch = World(setup.world, seed), FaultWatch(self._onset)
+        course = Course(setup, PlanarPlatform(world), world, Navigator(setup.navigator))
+        ended: Ride | None = None
+        while ended is None and world.truth.time < self._onset - 1.5 * setup.world.control_step:
+            ended = course.step(watch.see)
+        return _Begun(setup, world, course, watch, ended)
+
+
+class _Begun(NamedTuple):
+    """Ride up to the onset."""
+
+    setup: RideSetup
+    world: World
+    course: Course
+    watch: FaultWatch
+    ended: Ride | None
+    """The whole ride, where it ended before the onset."""
 
 
 class FaultWatch:
@@ -127,9 +183,16 @@ class FaultWatch:
         self._found: tuple[float, str] | None = None
         self._alarms: list[float] = []
         self._alarm = False
+        self._stands_since: float | None = None
+        self._walked_into = False
 
-    def see(self, tick: Tick, truth: GroundTruth) -> None:
-        """Look at a tick for findings of the monitor and reasons of the gate."""
+    def see(self, tick: Tick, truth: GroundTruth) -> bool:
+        """Look at a tick for findings of the monitor and reasons of the gate.
+
+        Returns:
+            True if the rest of the ride decides nothing: the chair stands for what was found, or
+            somebody has walked into the standing chair and now would walk through it.
+        """
         reasons = [each.reason.value for each in tick.health.findings]
         if tick.decision.reason in INPUT_REASONS:
             reasons.append(str(tick.decision.reason))
@@ -138,6 +201,14 @@ class FaultWatch:
         self._alarm = bool(reasons)
         if reasons and self._found is None and truth.time >= self._onset - 1e-9:
             self._found = truth.time, reasons[0]
+        self._walked_into = self._walked_into or bool(truth.hit_standing.any())
+        stopped = tick.health.stop is not None or tick.decision.reason in INPUT_REASONS
+        if not (stopped and self._found is not None and bool(is_standing(truth.twist))):
+            self._stands_since = None
+        elif self._stands_since is None:
+            self._stands_since = truth.time
+        stood = self._stands_since is not None and truth.time - self._stands_since >= STOOD - 1e-9
+        return stood or self._walked_into
 
     def columns(self, ride: Ride) -> Mapping[str, Any]:
         """Columns of the benchmark."""
@@ -152,6 +223,7 @@ class FaultWatch:
             "alarms": len(self._alarms),
             "noticed": float(self._found is not None),
             "delay": found,
+            "walked_into": float(self._walked_into),
             "noticed_by": "" if self._found is None else self._found[1],
             **_stop(ride, after, self._onset),
             "contact_speed": float(fastest[touched].max()) if touched.any() else 0.0,

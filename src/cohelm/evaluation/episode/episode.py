@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from types import MappingProxyType
 
@@ -12,7 +13,7 @@ from cohelm.evaluation.episode.ride import GOAL_RADIUS, Outcome, Replan, Ride
 from cohelm.evaluation.episode.ride_log import StopLog, row_of, states_of
 from cohelm.messages import Path
 from cohelm.navigation import Navigator, Tick
-from cohelm.platforms import open_simulation
+from cohelm.platforms import Platform, SimulatedWorld, open_simulation
 from cohelm.scenarios.build import RideSetup, build_scenario
 from cohelm.scenarios.scenario import Scenario
 from cohelm.simulation import GroundTruth, is_standing
@@ -24,8 +25,8 @@ PATIENCE = 20.0
 PICTURE_STEP = 0.5
 """Time between the ticks that are recorded for pictures, s."""
 
-Watcher = Callable[[Tick, GroundTruth], None]
-"""Called after every tick with the navigator's tick and the ground truth."""
+Watcher = Callable[[Tick, GroundTruth], bool | None]
+"""Called after every tick with the navigator's tick and the ground truth; True ends the ride."""
 
 
 def run(scenario: Scenario, seed: int, on_tick: Watcher | None = None) -> Ride:
@@ -49,22 +50,62 @@ class Episode:
 
     def run(self, on_tick: Watcher | None = None) -> Ride:
         """Run the ride to its end: goal, collision, stop or time limit."""
-        setup = self.setup
-        platform, world = open_simulation(setup)
-        navigator = Navigator(setup.navigator)
-        record = _Record()
-        tick: Tick | None = None
+        platform, world = open_simulation(self.setup)
+        navigator = Navigator(self.setup.navigator)
+        return Course(self.setup, platform, world, navigator).run(on_tick)
+
+
+class Course:
+    """Ride under way.
+
+    Args:
+        setup: of the ride.
+        platform: the chair.
+        world: its ground truth.
+        navigator: decides.
+    """
+
+    def __init__(
+        self, setup: RideSetup, platform: Platform, world: SimulatedWorld, navigator: Navigator
+    ) -> None:
+        self.setup = setup
+        self.world = world
+        self._platform, self._navigator = platform, navigator
+        self._record = _Record()
+        self._tick: Tick | None = None
+
+    def run(self, on_tick: Watcher | None = None) -> Ride:
+        """Run the ride to its end: goal, collision, stop, time limit, or the watcher's word."""
         while True:
-            truth = world.truth
-            tick = navigator.step(platform.observe(), setup.request, tick)
-            record.add(truth, tick)
-            if on_tick is not None:
-                on_tick(tick, truth)
-            outcome = record.outcome(setup)
-            if outcome is not None:
-                platform.close()
-                return record.ride(setup, outcome)
-            platform.apply(tick.decision)
+            ride = self.step(on_tick)
+            if ride is not None:
+                return ride
+
+    def step(self, on_tick: Watcher | None = None) -> Ride | None:
+        """Run one tick; the ride, if it has ended."""
+        truth = self.world.truth
+        tick = self._navigator.step(self._platform.observe(), self.setup.request, self._tick)
+        self._tick = tick
+        self._record.add(truth, tick)
+        ended = on_tick is not None and on_tick(tick, truth)
+        outcome = self._record.outcome(self.setup) or (Outcome.ENDED if ended else None)
+        if outcome is not None:
+            self._platform.close()
+            return self._record.ride(self.setup, outcome)
+        self._platform.apply(tick.decision)
+        return None
+
+    def branch(self, setup: RideSetup, platform: Platform, world: SimulatedWorld) -> Course:
+        """Copy of the ride so far that goes on in a copy of its world; neither changes the other.
+
+        Args:
+            setup: of the copy; until now it must have been the same ride.
+            platform: the chair in that world.
+            world: its ground truth.
+        """
+        out = Course(setup, platform, world, self._navigator)
+        out._record, out._tick = self._record.copy(), self._tick
+        return out
 
 
 class _Record:
@@ -81,6 +122,14 @@ class _Record:
         self._path: Path | None = None
         self.first: Tick | None = None
         self._entered: float | None = None
+
+    def copy(self) -> _Record:
+        """Copy that grows by itself; what is recorded is shared."""
+        out = copy.copy(self)
+        for name in ("truths", "rows", "durations", "pictures", "replans"):
+            setattr(out, name, list(getattr(self, name)))
+        out.stops = copy.deepcopy(self.stops)
+        return out
 
     def add(self, truth: GroundTruth, tick: Tick) -> None:
         """Add one tick and its ground truth."""

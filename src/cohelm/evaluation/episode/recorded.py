@@ -29,10 +29,9 @@ def run_recorded(scenario: Scenario, seed: int, file: Path, on_tick: Watcher | N
     setup = build_scenario(scenario, seed)
     with RideRecorder(file, facts_of(setup)) as recorder:
 
-        def watch(tick: Tick, truth: GroundTruth) -> None:
+        def watch(tick: Tick, truth: GroundTruth) -> bool | None:
             recorder(tick, truth)
-            if on_tick is not None:
-                on_tick(tick, truth)
+            return on_tick(tick, truth) if on_tick is not None else None
 
         ride = Episode(setup).run(watch)
         recorder.end(ride.outcome.value)

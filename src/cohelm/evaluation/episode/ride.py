@@ -28,6 +28,8 @@ class Outcome(StrEnum):
     """The chair stood for more than 20 s."""
     TIMEOUT = "timeout"
     """The time limit came first."""
+    ENDED = "ended"
+    """Whoever watched ended it, because it had seen enough."""
 
 
 @value

@@ -20,7 +20,7 @@ import numpy as np
 
 from cohelm import plugins
 from cohelm.arrays import Booleans, Floats
-from cohelm.evaluation.episode.episode import Watcher, run
+from cohelm.evaluation.episode.episode import run
 from cohelm.evaluation.episode.ride import Outcome, Ride
 from cohelm.evaluation.metrics.measures import RIDE_MEASURES, measure
 from cohelm.evaluation.metrics.motion import time as time_to_goal
@@ -92,19 +92,19 @@ def ride_row(
     *,
     empty_floor: bool = True,
     more: Callable[[Ride], Mapping[str, Any]] | None = None,
-    on_tick: Watcher | None = None,
+    drive: Callable[[Scenario, int], Ride] | None = None,
 ) -> Result:
     """Ride once; equal tasks give equal rows and curves, except for ``TIMINGS``.
 
     An exception gives a row with its traceback and the command that repeats the ride. With
     ``empty_floor`` the ride is repeated without people, for the column ``time_empty_floor``.
-    ``more`` gives columns of one benchmark; ``on_tick`` sees every tick before it.
+    ``more`` gives columns of one benchmark; ``drive`` rides in its own way.
     """
     row = _empty(task)
     try:
         scenario = task.load()
         row["config"] = config_hash(scenario)
-        ride = run(scenario, task.seed, on_tick)
+        ride = (drive or run)(scenario, task.seed)
         row |= ride_figures(ride)
         row |= more(ride) if more is not None else {}
         if empty_floor:

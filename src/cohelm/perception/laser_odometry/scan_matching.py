@@ -17,6 +17,7 @@ from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.geometry import compose, wrap_angle
 from cohelm.perception.laser_odometry.local_map import CELL, Cells, FeatureMap, nearest
 from cohelm.perception.laser_odometry.scan_features import ScanFeatures
+from cohelm.planar_fit import add_row, newton_step
 
 CAP = 9.0
 """Squared misfit of a point, in standard deviations, above which it is unmatched."""
@@ -125,21 +126,12 @@ def _align(cells: Cells, seen: Floats, guess: Floats) -> tuple[Floats, int]:
                         nx, ny = 1.0 - axis, 1.0 * axis
                     across = -nx * ry + ny * rx
                     e = nx * dx + ny * dy
-                    H[0, 0] += weight * nx * nx
-                    H[0, 1] += weight * nx * ny
-                    H[1, 1] += weight * ny * ny
-                    H[0, 2] += weight * nx * across
-                    H[1, 2] += weight * ny * across
-                    H[2, 2] += weight * across * across
-                    g[0] += weight * nx * e
-                    g[1] += weight * ny * e
-                    g[2] += weight * across * e
+                    add_row(H, g, nx, ny, across, e, weight)
             support = max(_MIN_SUPPORT[0], _MIN_SUPPORT[1] * k)
             constrained = _hold_unconstrained(H, g, pose, guess, support)
-            H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
             if H[2, 2] < 1e-3:
                 return pose, 0
-            step = -np.linalg.solve(H + 1e-6 * np.eye(3), g)
+            step = newton_step(H + 1e-6 * np.eye(3), g)
             pose += step
             if np.abs(step).max() < _MIN_STEP:
                 break

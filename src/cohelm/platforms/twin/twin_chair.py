@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import replace
 from typing import Any
@@ -103,6 +104,15 @@ class TwinChair:
             turn_rate=data.sensor("gyro").data.copy(),
             tilt=np.array([math.atan2(R[2, 1], R[2, 2]), -math.asin(R[2, 0])]),
         )
+
+    def branch(self) -> TwinChair:
+        """See ``SimulatedChair``; the model is shared until the building changes."""
+        out = copy.copy(self)
+        out._log = copy.deepcopy(self._log)
+        out._twin = replace(self._twin, data=copy.copy(self._twin.data))
+        for name in ("_pushed", "_untouched", "_walked_into_us"):
+            setattr(out, name, getattr(self, name).copy())
+        return out
 
     def carry(self, pose: Floats) -> None:
         """See :class:`cohelm.simulation.SimulatedChair`."""

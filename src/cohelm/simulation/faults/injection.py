@@ -24,7 +24,12 @@ HISTORY = 2.0
 """Time for which sound input is kept, s: the longest delay."""
 _DIRECTIONS = 64
 _ROOM = 0.8
-"""Distance from walls and people at the place to which a chair is carried, m."""
+"""Distance from walls at the place to which a chair is carried, and ``_AHEAD`` of it, m."""
+_AHEAD = 0.5
+"""m: nearer walls are met whatever a chair does that notices the carry within 0.25 s and brakes."""
+_ROOM_PEOPLE = 2.5
+"""Distance from people there, m: outline (0.7), and the way of chair and walker until a chair that
+notices the carry within 0.25 s stands (0.4 and 1.1); nearer, they meet whatever it does."""
 
 Streams = Callable[[int, str], np.random.Generator]
 """Generator for a fault's index and a purpose; ``moving`` goes on, ``pattern`` begins anew."""
@@ -85,6 +90,13 @@ class FaultInjector:
         self._sent: list[tuple[float, Decision]] = []
         self._arrived = Decision(twist=np.zeros(3))
         self._carried: dict[int, Floats] = {}
+
+    def branch(self, faults: tuple[Fault, ...]) -> FaultInjector:
+        """Injector of other faults with the sound input so far; no fault may have begun yet."""
+        out = FaultInjector(faults, self._seed)
+        out._memory = replace(self._memory, held=(), held_scans=())
+        out._sent, out._arrived = list(self._sent), self._arrived
+        return out
 
     def observed(self, observation: Observation) -> Observation:
         """Observation as the navigator gets it."""
@@ -163,6 +175,8 @@ def _free_shift(
         x0, y0, x1, y1 = grid.bounds
         inside = x0 < point[0] < x1 and y0 < point[1] < y1
         apart = np.hypot(*(bodies[:, :2] - point).T) - bodies[:, 2] if len(bodies) else np.inf
-        if inside and float(walls.at(point)) > _ROOM and np.min(apart) > _ROOM:
+        ahead = transform([*point, pose[2]], np.array([_AHEAD, 0.0]))
+        free = min(float(walls.at(point)), float(walls.at(ahead))) > _ROOM
+        if inside and free and np.min(apart) > _ROOM_PEOPLE:
             return np.array([*(point - pose[:2]), 0.0])
     return np.zeros(3)
