@@ -7,6 +7,7 @@ from cohelm.simulation.crowds import (
     Inattentive,
     Orca,
     SocialForce,
+    TurningBack,
     prepare_crowd,
 )
 from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
@@ -74,6 +75,7 @@ __all__ = [
     "SocialForce",
     "SplitCells",
     "Tremor",
+    "TurningBack",
     "Uncooperative",
     "Watchful",
     "World",
