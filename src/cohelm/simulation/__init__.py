@@ -7,6 +7,7 @@ from cohelm.simulation.crowds import (
     Inattentive,
     Orca,
     SocialForce,
+    TurningBack,
     prepare_crowd,
 )
 from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
@@ -84,6 +85,7 @@ __all__ = [
     "ThresholdEdge",
     "Touch",
     "Tremor",
+    "TurningBack",
     "Uncooperative",
     "Watchful",
     "World",

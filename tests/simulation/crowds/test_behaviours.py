@@ -1,4 +1,4 @@
-"""Aggressive, distracted and inattentive people."""
+"""Aggressive, distracted and inattentive people, and people who turn back."""
 
 import dataclasses
 
@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import identical
-from cohelm.simulation import Aggressive, Distracted, Inattentive, Orca, prepare_crowd
+from cohelm.maps import OccupancyGrid
+from cohelm.simulation import (
+    Aggressive,
+    Distracted,
+    Inattentive,
+    Orca,
+    TurningBack,
+    prepare_crowd,
+)
+from cohelm.simulation.crowds.motion import opposite_targets
 
 ROBOT = np.array([5.0, 0.1])
 RADIUS, BODY, DT = 0.5, 0.25, 0.05
@@ -111,3 +120,45 @@ def test_moods_go_on_top_of_each_other(make_crowd, make_scene):
     assert np.isfinite(turned[0])
     assert np.isnan(noticed[0])
     assert np.isnan(turned[1])
+
+
+def aisle(make_crowd, trips):
+    """Two people in an aisle of their own width, who want to pass each other."""
+    starts = [trip[0] for trip in trips]
+    n = len(trips)
+    return make_crowd(starts, trips, loop=np.ones(n, dtype=bool), target=np.ones(n, dtype=np.int64))
+
+
+def test_of_two_who_meet_in_an_aisle_one_turns_back(make_crowd, make_scene):
+    there, back = (0.0, 0.0), (10.0, 0.0)
+    crowd = aisle(make_crowd, ((there, back), (back, there)))
+    walls = np.zeros((12, 140), dtype=np.int8)
+    walls[:3] = walls[-3:] = 100  # 0.6 m remain between them
+    grid = OccupancyGrid(data=walls, resolution=0.1, X_MG=np.array([-2.0, -0.6, 0.0]))
+    scene = make_scene(grid=grid, robot_position=np.array([50.0, 50.0]))
+    turns = [
+        np.ptp([c.target for c in walk(model, crowd, scene, 14.0)], axis=0)
+        for model in (Orca(), TurningBack())
+    ]
+    assert turns[0].tolist() == [0, 0]
+    assert sorted(turns[1].tolist()) == [0, 1]
+
+
+@pytest.mark.parametrize("inner", ["orca", "social_force"])
+def test_nobody_turns_back_on_a_free_way(make_crowd, scene, inner):
+    trip = ((0.0, 3.0), (4.0, 3.0), (8.0, 3.0), (4.0, 3.0))
+    crowd = aisle(make_crowd, (trip,))
+    plain, patient = (
+        walk(Model(Model.Parameters(walk=inner)), crowd, scene, 20.0)
+        for Model in (Aggressive, TurningBack)
+    )
+    assert identical(positions(plain), positions(patient))
+
+
+def test_the_way_back_of_a_round_trip_mirrors_the_way_out():
+    a, b, c = (0.0, 0.0), (1.0, 0.0), (1.0, 1.0)
+    waypoints = np.array([[a, b, c, b], [a, b, c, a]])
+    # From a towards b, turned back: to a. From b towards c, turned back: to b on the way back.
+    for target, opposite in ((1, 0), (2, 3), (3, 2), (0, 1)):
+        found = opposite_targets(waypoints, np.array([target, target]))
+        assert found.tolist() == [opposite, -1]  # a round with a corner of its own has no way back

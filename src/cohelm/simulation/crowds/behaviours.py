@@ -15,6 +15,7 @@ from cohelm import plugins
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.simulation.api import Crowd, CrowdScene, PedestrianModel
+from cohelm.simulation.crowds.motion import GOLDEN_RATIO, current_targets, opposite_targets
 
 BaseModelSpec = plugins.Spec
 """Pedestrian model whose people behave differently."""
@@ -191,3 +192,51 @@ class Distracted:
         near = gap_to_robot(crowd, scene) <= self.parameters.distance
         now = np.isnan(before) & near & selected(crowd, self.parameters.only) & (crowd.target > 0)
         return np.where(now, scene.time, before), np.where(now, crowd.target - 1, crowd.target)
+
+
+class TurningBack:
+    """People on round trips who turn back where they get nowhere.
+
+    Without it two people who meet a chair from both ends of an aisle as wide as a chair and a
+    person stand there for ever. The memory is the time for which a person has been held up, s:
+    it grows below a fifth of the preferred progress and shrinks above.
+    """
+
+    class Parameters(Model):
+        """Base model and patience."""
+
+        walk: BaseModelSpec = DEFAULT_MODEL
+        """Pedestrian model of people on their way."""
+        patience: float = Field(6.0, gt=0.0, le=600.0)
+        """Median time for which a person is held up before turning back, s (assumed)."""
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or self.Parameters()
+        self._base = base_model(self.parameters.walk)
+
+    def enter(self, crowd: Crowd) -> Crowd:
+        """Prepare the people at time 0, whom nothing has held up."""
+        return with_own(prepare_crowd(self._base, crowd), np.zeros(len(crowd.radius)))
+
+    def step(self, crowd: Crowd, scene: CrowdScene, dt: float, rng: np.random.Generator) -> Crowd:
+        """See :meth:`cohelm.simulation.api.PedestrianModel.step`."""
+        held = np.nan_to_num(own_memory(crowd))
+        opposite = opposite_targets(crowd.waypoints, crowd.target)
+        turns = (held > self._patience(len(held))) & (opposite >= 0)
+        target = np.where(turns, opposite, crowd.target)
+        after = self._base.step(replace(without_own(crowd), target=target), scene, dt, rng)
+        held = np.where(_is_held_up(after), held + dt, np.maximum(held - dt, 0.0))
+        return with_own(after, np.where(turns, 0.0, held))
+
+    def _patience(self, count: int) -> Floats:
+        """Patience (count,), 0.5 to 1.5 times the median: of two who meet one turns first."""
+        return self.parameters.patience * (0.5 + np.arange(count) * GOLDEN_RATIO % 1.0)
+
+
+def _is_held_up(crowd: Crowd) -> Booleans:
+    """Mask (n,) of people who walk to a way-point and make less than a fifth of their progress."""
+    offset = current_targets(crowd.waypoints, crowd.target) - crowd.position
+    away = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), 1e-9)
+    progress = (offset * crowd.velocity).sum(axis=1) / away
+    held: Booleans = progress < 0.2 * crowd.preferred_speed  # False for NaN: those who are done
+    return held

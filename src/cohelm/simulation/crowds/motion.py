@@ -11,6 +11,8 @@ from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.geometry import wrap_angle
 from cohelm.simulation.api import Crowd
 
+GOLDEN_RATIO = 0.6180339887498949
+"""Fraction of the golden ratio: its multiples spread over 0 to 1 and never coincide."""
 _WALKING = 0.1
 """Speed above which a person turns to the direction of motion, m/s."""
 _FAR, _SPACING = 1e6, 10.0
@@ -140,4 +142,25 @@ def last_of(waypoints: Floats, target: Integers) -> Floats:
         count = waypoint_count(waypoints, i)
         if 0 < count <= target[i]:
             out[i] = waypoints[i, count - 1]
+    return out
+
+
+@njit(cache=True)
+def opposite_targets(waypoints: Floats, target: Integers) -> Integers:
+    """Index (n,) of each person's way-point after turning back; −1 unless the route is a round trip.
+
+    A round trip has an even number m of way-points, and the way back mirrors the way out: way-point
+    m − j lies at way-point j.
+    """
+    out = np.full(target.shape[0], -1, dtype=np.int64)
+    for i in range(target.shape[0]):
+        count = waypoint_count(waypoints, i)
+        if count < 2 or target[i] >= count:
+            continue
+        mirrored = True
+        for j in range(1, count):
+            apart = waypoints[i, j] - waypoints[i, count - j]
+            mirrored = mirrored and apart[0] == 0.0 and apart[1] == 0.0
+        if mirrored:
+            out[i] = (count - target[i] + 1) % count
     return out

@@ -20,6 +20,7 @@ from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.simulation.api import Crowd, CrowdScene
 from cohelm.simulation.crowds.motion import (
+    GOLDEN_RATIO,
     advance_targets,
     current_targets,
     last_passed,
@@ -29,9 +30,6 @@ from cohelm.simulation.crowds.motion import (
 from cohelm.simulation.crowds.velocity_constraints import orca_velocities
 from cohelm.simulation.sensors.grid_raycast import in_sight
 from cohelm.simulation.wall_geometry import NO_WALLS, GridWalls, walls_of
-
-_GOLDEN = 0.6180339887498949
-"""Fraction of the golden ratio: its multiples never coincide."""
 
 
 class Orca:
@@ -162,7 +160,7 @@ def _oscillation(time: float, noise: Floats) -> Floats:
 
     Of two people who block each other one then gives way for a while, and no symmetry lasts.
     """
-    phase = np.arange(len(noise)) * _GOLDEN
+    phase = np.arange(len(noise)) * GOLDEN_RATIO
     wave = np.sin(2.0 * np.pi * (time * (0.12 + 0.06 * (phase % 1.0)) + phase))
     return np.clip(wave + 0.3 * noise, -1.5, 1.5)
 
