@@ -186,6 +186,7 @@ class Server(uvicorn.Server):
         self._then()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Shut down, and let garbage be searched again."""
         await super().shutdown(sockets)
         gc.unfreeze()
 

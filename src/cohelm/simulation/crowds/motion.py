@@ -147,7 +147,7 @@ def last_of(waypoints: Floats, target: Integers) -> Floats:
 
 @njit(cache=True)
 def opposite_targets(waypoints: Floats, target: Integers) -> Integers:
-    """Index (n,) of each person's way-point after turning back; −1 unless the route is a round trip.
+    """Index (n,) of a person's way-point after turning back; −1 unless the route is a round trip.
 
     A round trip has an even number m of way-points, and the way back mirrors the way out: way-point
     m − j lies at way-point j.
