@@ -7,6 +7,7 @@ ISO/TS 15066; what they leave out stands in ``platforms/twin/body_regions.py``.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from cohelm.benchmarks.bench import BenchReport, Result, Sheet, Task, split_names, unset
-from cohelm.evaluation import Ride
+from cohelm.evaluation import Ride, run
 from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.navigation import Tick
 from cohelm.platforms import is_simulated
@@ -96,7 +97,8 @@ class TwinBench:
         out = []
         for each in task:
             watch = _Watch()
-            out.append(ride_row(each, empty_floor=False, more=watch.columns, on_tick=watch))
+            drive = functools.partial(run, on_tick=watch)
+            out.append(ride_row(each, empty_floor=False, more=watch.columns, drive=drive))
         return out
 
     def report(self, results: Sequence[Result], folder: Path) -> BenchReport:

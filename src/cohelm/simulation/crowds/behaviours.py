@@ -230,7 +230,8 @@ class TurningBack:
 
     def _patience(self, count: int) -> Floats:
         """Patience (count,), 0.5 to 1.5 times the median: of two who meet one turns first."""
-        return self.parameters.patience * (0.5 + np.arange(count) * GOLDEN_RATIO % 1.0)
+        spread: Floats = 0.5 + np.arange(count) * GOLDEN_RATIO % 1.0
+        return self.parameters.patience * spread
 
 
 def _is_held_up(crowd: Crowd) -> Booleans:
