@@ -54,7 +54,7 @@ def row(fault, seed, *, monitor="on", delay=math.nan, contact=0.0, alarms=0, int
             **{"monitor": monitor, "seed": seed, "error": "", "duration": 36.0, "alarms": alarms},
             **{"noticed": float(math.isfinite(delay)), "delay": delay, "noticed_by": "scan_frozen"},
             **{"stop_time": 1.0, "stop_distance": 0.4, "contact_speed": contact},
-            **{"onset": 3.0, "walked_into": into},
+            **{"onset": 3.0, "walked_into": into, "largest_step": 0.04},
         }
     )
 
@@ -85,6 +85,25 @@ def test_rides_that_decide_nothing_are_neither_missed_nor_detected(tmp_path):
     assert figures["noticed"] == 0.5
     assert figures["rides"] == 3
     assert any(note.startswith("1 ended before the fault was noticed") for note in report.notes)
+
+
+def test_a_chair_that_was_not_carried_is_not_missed(tmp_path):
+    carried, stayed = row("kidnapped", 0), row("kidnapped", 1)
+    carried.row["largest_step"] = 1.0
+    report = fault_report([row("none", 0), carried, stayed], tmp_path)
+    assert report.summary["cases"]["kidnapped nan"]["noticed"] == 0.0
+    report = fault_report([row("none", 0), row("kidnapped", 2, delay=0.2), stayed], tmp_path)
+    assert report.summary["cases"]["kidnapped nan"]["noticed"] == 1.0
+
+
+def test_a_fault_may_be_undetectable_at_some_magnitudes(tmp_path):
+    """Contacts at these break no promise, and the table says so."""
+    results = [row("none", 0), row("scan_free_sector", 0, contact=0.7)]
+    for magnitude, broken in (("20", False), ("90", True)):
+        results[1].row["magnitude"] = magnitude
+        report = fault_report(results, tmp_path)
+        assert any("although detectable" in note for note in report.notes) is broken
+    assert "not reliably detectable at 20, 45" in (tmp_path / "hazards.md").read_text()
 
 
 def finding(reason, *, stops):

@@ -21,6 +21,8 @@ SOFT, HARD = 0.1, 0.3
 """Speeds of a contact, m/s: what the figures count, and what no detectable fault may exceed."""
 STEP = 0.06
 """Longest time from the end of a ride to an onset that it still reached, s."""
+CARRIED = 0.2
+"""Step from which a chair was carried, m; it drives 0.04 m."""
 NONE = "none"
 TABLE = "hazards.md"
 Row = Mapping[str, Any]
@@ -57,7 +59,7 @@ def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
             f"{sum(map(len, watched.values()))} faulted rides, {len(failed)} with program errors",
             f"{len(ridden) - len(rows)} more ended before the fault",
             f"{_undecided(watched)} ended before the fault was noticed, because somebody walked "
-            "into the standing chair: they do not count as missed",
+            "into the standing chair, or had no place to carry it to: they do not count as missed",
             *detectable_notes([row for group in sure.values() for row in group], reference),
             alarm_note(sound),
             *(f"contact at {v:.2f} m/s although detectable: {k}" for k, v in broken.items()),
@@ -214,8 +216,20 @@ def _by_case(rows: Sequence[Row]) -> dict[Case, list[Row]]:
 
 
 def _decided(group: Sequence[Row]) -> list[Row]:
-    """Rides that show whether the fault is noticed: not those that somebody ended before."""
-    return [row for row in group if float(row["noticed"]) or not float(row["walked_into"])]
+    """Rides that show whether the fault is noticed.
+
+    Not those that somebody ended before, nor those of a chair that there was no place to carry to.
+    """
+    return [
+        row
+        for row in group
+        if float(row["noticed"]) or not (float(row["walked_into"]) or _stayed(row))
+    ]
+
+
+def _stayed(row: Row) -> bool:
+    """Check for a chair that should have been carried, and was not."""
+    return row["fault"] == "kidnapped" and float(row["largest_step"]) < CARRIED
 
 
 def _undecided(watched: Mapping[Case, Sequence[Row]]) -> int:

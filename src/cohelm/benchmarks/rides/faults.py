@@ -223,11 +223,17 @@ class FaultWatch:
             "alarms": len(self._alarms),
             "noticed": float(self._found is not None),
             "delay": found,
+            "largest_step": _largest_step(ride),
             "walked_into": float(self._walked_into),
             "noticed_by": "" if self._found is None else self._found[1],
             **_stop(ride, after, self._onset),
             "contact_speed": float(fastest[touched].max()) if touched.any() else 0.0,
         }
+
+
+def _largest_step(ride: Ride) -> float:
+    """Longest way between two ticks, m: of a chair that was carried, that of the carry."""
+    return float(np.hypot(*np.diff(ride.pose[:, :2], axis=0).T).max(initial=0.0))
 
 
 def _stop(ride: Ride, after: np.ndarray, onset: float) -> Mapping[str, float]:
