@@ -230,8 +230,8 @@ class TurningBack:
 
     def _patience(self, count: int) -> Floats:
         """Patience (count,), 0.5 to 1.5 times the median: of two who meet one turns first."""
-        spread: Floats = 0.5 + np.arange(count) * GOLDEN_RATIO % 1.0
-        return self.parameters.patience * spread
+        spread = np.arange(count, dtype=np.float64) * GOLDEN_RATIO % 1.0
+        return self.parameters.patience * (0.5 + spread)
 
 
 def _is_held_up(crowd: Crowd) -> Booleans:
