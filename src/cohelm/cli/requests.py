@@ -115,10 +115,7 @@ class DriveRequest:
     record: Annotated[
         Path | None, typer.Option(metavar="FILE.mcap", help="Record everything, for viewers.")
     ] = None
-    replay: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.mcap", help="Show a recorded ride instead of driving."),
-    ] = None
+    replay: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Show a ride.")] = None
     viewer: Annotated[
         tuple[str, ...], typer.Option(metavar="ORIGIN", help="Site that may watch at /foxglove.")
     ] = ()

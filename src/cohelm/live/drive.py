@@ -45,7 +45,6 @@ from cohelm.live.messages import (
 )
 from cohelm.live.page.commands import HANDLERS, CommandHandler
 from cohelm.live.page.floor_model import floor_model
-from cohelm.live.page.floor_solids import FloorSolids, floor_solids
 from cohelm.live.page.route_preview import RoutePreview
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
@@ -114,8 +113,7 @@ class Drive:
     def __init__(self, setup: DriveSetup) -> None:
         cold = not kernel_cache.is_filled()  # before the floor model compiles its few kernels
         model = floor_model(setup.scenario, setup.seed)
-        self._scene, self._png = model.scene, model.png
-        self._solids = floor_solids(setup.scenario)
+        self._scene, self._png, self.solids = model.scene, model.png, model.solids
         self._temporary: tempfile.TemporaryDirectory[str] | None = None
         if setup.folder is None:
             self._temporary = tempfile.TemporaryDirectory(prefix="cohelm-")
@@ -202,10 +200,6 @@ class Drive:
     def floor_png(self) -> bytes:
         """Return the map as grey PNG: 0 occupied, 128 unknown, 255 free; first row at the top."""
         return self._png
-
-    def solids(self) -> FloorSolids:
-        """Return heights and outlines of what stands on the floor."""
-        return self._solids
 
     def listen(self, callback: Send) -> None:
         """Pass every message from now on to ``callback``.

@@ -186,7 +186,7 @@ def floor(digest: Annotated[str, Path(max_length=100)], _: SignedIn, here: Here)
 @router.get("/floor/solids")
 async def solids(_: SignedIn, here: Here) -> FloorSolids:
     """Return heights and outlines of what stands on the floor, for the 3-D view."""
-    return here.drive.solids()
+    return here.drive.solids
 
 
 @router.get("/limits")

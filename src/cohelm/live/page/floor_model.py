@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cohelm.live.messages import ChairInfo, DoorInfo, PlaceInfo, SceneInfo
+from cohelm.live.page.floor_solids import FloorSolids, floor_solids
 from cohelm.live.sessions.map_image import map_image
 from cohelm.maps import OccupancyGrid, Places
 from cohelm.messages import Mode
@@ -27,6 +28,7 @@ class FloorModel:
     grid: OccupancyGrid
     places: Places
     robot: Robot
+    solids: FloorSolids
 
 
 def floor_model(scenario: Scenario, seed: int) -> FloorModel:
@@ -60,4 +62,11 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
         ),
         modes=MODES,
     )
-    return FloorModel(scene=scene, png=png, grid=grid, places=places, robot=robot)
+    return FloorModel(
+        scene=scene,
+        png=png,
+        grid=grid,
+        places=places,
+        robot=robot,
+        solids=floor_solids(scenario),
+    )

@@ -6,9 +6,8 @@
       audit.jsonl              audit log; it stays when sessions are deleted
       20260131-142530/         a session
         session.json
-        20260131-142530-r1.json   summary of a ride; .png, .timeline; .rows and .task its log, until
-                                  it is measured, now or at the next start, if it can be; .begun:
-                                  summary of a ride that goes on
+        20260131-142530-r1.json   summary of a ride; .png, .timeline; .begun: of one that goes
+                                  on; .rows and .task: its log, until it is measured, if it can be
       .deleted-…/              session being deleted, now or at the next start
 
 Every method may be called from any thread. A writer thread keeps the order of all writes but those
