@@ -105,7 +105,12 @@ def test_limits_that_are_none_are_refused(therapist, drive, body):
 
 def test_the_riders_settings_change(therapist, drive):
     answer = therapist.put("/api/rider", json={"dwell": 2.0})
-    assert answer.json() == {"tremor_filter": 0.0, "dead_zone": 0.08, "dwell": 2.0}
+    assert answer.json() == {
+        "tremor_filter": 0.0,
+        "dead_zone": 0.08,
+        "dwell": 2.0,
+        "start_at_once": False,
+    }
     assert drive.rider.dwell == 2.0
 
 
