@@ -41,4 +41,6 @@ def add_row(  # noqa: PLR0917  # a row as plain numbers, in hot loops
 def newton_step(H: Floats, g: Floats) -> Floats:
     """Step (3,) to add to the motion; completes the lower triangle of H, which must be regular."""
     H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
-    return -np.linalg.solve(H, g)
+    step = np.empty(3)
+    step[:] = -np.linalg.solve(H, g)
+    return step
