@@ -23,8 +23,8 @@ PART = "held-out recordings"
 LABELLED = tuple(f"legtracker_positive_{k}_extracted.bag" for k in (1, 2, 3))
 EMPTY = ("legtracker_negative_2_first28s.bag",)
 SCANNERS = (None, "/left_scan", "/rear_scan", "/right_scan")
-"""Topics of the empty rooms. None: all at once; their mounts are not recorded, so that tracking
-restarts every fifth of a second while they move."""
+"""Topics of the empty rooms. None: all at once; their mounts are not recorded, so that each is
+tracked by itself."""
 LEAST_FOUND, MOST_UNLABELLED = Bound(low=0.92), Bound(high=1.2)
 MEAN_FOUND, MEAN_UNLABELLED = Bound(low=0.95), Bound(high=0.7)
 """Bounds of each recording, and of the mean over the recordings."""
