@@ -90,6 +90,7 @@ class Still:
     def floor_png(self):
         return b"\x89PNG"
 
+    @property
     def solids(self):
         square = ((0.0, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1))
         box = SolidShape(outline=square, height=0.5)
