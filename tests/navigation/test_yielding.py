@@ -66,9 +66,22 @@ def test_a_rider_who_keeps_steering_otherwise_gets_their_heading(drive):
     assert alone[-1].pose[2] < 0.5 * TURNED
     # where it yields in the open, the wheels get what the stick asks, and no plan
     led = [t for t in ticks if t.authority.yields]
+    assert all(t.plan is None for t in led)
+    assert led[-1].decision.twist[0] == pytest.approx(led[-1].authority.twist[0], abs=0.01)
+
+
+def test_a_stick_that_jumps_does_not_jolt_a_chair_that_yields(drive):
+    def jumping(time, truth):
+        ahead, left = towards(time, truth)
+        return (ahead if int(4.0 * time) % 2 else 0.15), left
+
+    ticks, _ = drive(4.0, jumping, authority=SMALL_ETA)
+    led = [t for t in ticks if t.authority.yields]
+    assert led
+    # 0.8 and 1.0 m/s² over half a step of 0.16 s
     for tick in led:
-        assert tick.plan is None
-        assert tick.decision.twist[0] == pytest.approx(tick.authority.twist[0], abs=1e-9)
+        change = tick.decision.twist[0] - tick.observation.twist[0]
+        assert -0.08 - 1e-9 <= change <= 0.064 + 1e-9
 
 
 def test_a_rider_who_agrees_is_not_yielded_to(drive):

@@ -5,6 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import NamedTuple
 
+import numpy as np
+
+from cohelm.arrays import Floats
 from cohelm.messages import Authority, LocalPlan, Mode
 from cohelm.navigation.command import Command
 from cohelm.navigation.final_decision import gated
@@ -48,5 +51,19 @@ def helped_motion(
         last.plan if last else None,
         lambda twist: gated(twist, step, world, world.walls),
     )
+    if authority.yields and plan is None and command.twist is not None:
+        command = dataclasses.replace(command, twist=_reachable(step, command.twist))
     course = dataclasses.replace(course, shared=intent.reference)
     return Motion(plan, command, course, by_rider=plan is None)
+
+
+def _reachable(step: StepInput, twist: Floats) -> Floats:
+    """Twist (3,) with a speed that is reached within the accelerations, as that of a plan is.
+
+    The stick of a rider who goes with the chair jumps more than one of a rider who drives alone.
+    """
+    robot, now = step.setup.robot, float(step.observation.twist[0])
+    _, _, rise, fall = robot.input_bounds
+    half = step.setup.local_planner.step / 2.0
+    low, high = now - float(fall[0]) * half, now + float(rise[0]) * half
+    return np.array([min(max(float(twist[0]), low), high), twist[1], twist[2]])

@@ -6,7 +6,8 @@
 2. A motion that is clear of walls and people is left as it is, but that a chair that was led aside
    turns back to the direction of the push. Clear means for 0.8 s to a steady hand, for 3 s to a
    coarse or unsteady one.
-3. Where only people who walk are in its way, the chair goes the rider's way more slowly.
+3. Where only people who walk are in its way, the chair goes the rider's way more slowly; a chair
+   that yields takes step 4 at once.
 4. Otherwise the local planner tracks where the stick leads: it slides along walls, rounds people
    and things, and goes through doors, never faster than the stick asks, and never farther from its
    direction than ``SteeringParameters.max_deviation``.
@@ -101,7 +102,8 @@ def steer(
         return None, Command(twist=twist * np.array([1.0, 1.0, turn]))
     if not intent.squeezes:
         share = _clear_share(step, world, intent)
-        if share is not None:
+        # Shares differ from tick to tick: where the chair has a path of its own, it plans instead.
+        if share == 1.0 or (share is not None and not authority.yields):
             own = share * (twist + np.array([0.0, 0.0, intent.return_rate]))
             return None, Command(twist=own, reason=_slowed(share))
     problem = local_problem(
