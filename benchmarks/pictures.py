@@ -44,12 +44,7 @@ def phones(browser: Browser, address: str, _: str, folder: Path) -> None:
     with opened(browser, address, 390, 844, has_touch=True) as page:
         show(page, "Go to")
         keep(page, folder / "page-phone-places.png")
-        look_at(page, "Ward 4")
-        page.wait_for_timeout(700)
-        keep(page, folder / "page-phone-overview.png")
-        page.get_by_role("button", name=START).click()
-        page.get_by_role("button", name="OK").click()
-        ride(page, 9.0)
+        set_off(page, "Ward 4", folder / "page-phone-overview.png", 9.0)
         keep(page, folder / "page-phone.png")
         release(page)
     with opened(browser, address, 820, 1180) as page:
@@ -64,12 +59,7 @@ def phones(browser: Browser, address: str, _: str, folder: Path) -> None:
 def desktops(browser: Browser, address: str, _: str, folder: Path) -> None:
     """Make the pictures of a trip on a desktop, to its end, and of a shut door."""
     with opened(browser, address, 1280, 800) as page:
-        look_at(page, "Cafeteria")
-        page.wait_for_timeout(700)
-        keep(page, folder / "page-overview.png")
-        page.get_by_role("button", name=START).click()
-        page.get_by_role("button", name="OK").click()
-        ride(page, 6.0)
+        set_off(page, "Cafeteria", folder / "page-overview.png", 6.0)
         keep(page, folder / "page-desktop.png")
         page.get_by_role("button", name="Legend").click()
         page.wait_for_timeout(400)
@@ -135,6 +125,16 @@ def sessions(browser: Browser, address: str, token: str, folder: Path) -> None:
     page.wait_for_timeout(1000)
     keep(page, folder / "page-timeline.png")
     context.close()
+
+
+def set_off(page: Page, place: str, overview: Path, seconds: float) -> None:
+    """Look at a trip, keep its overview, start it, and ride for a while."""
+    look_at(page, place)
+    page.wait_for_timeout(700)
+    keep(page, overview)
+    page.get_by_role("button", name=START).click()
+    page.get_by_role("button", name="OK").click()
+    ride(page, seconds)
 
 
 def go_on(page: Page, done: Callable[[], bool]) -> None:

@@ -141,22 +141,23 @@ def caster_kick(robot: Robot) -> tuple[float, float]:
 
 def climbs(robot: Robot, height: float, speed: float) -> bool:
     """Check that the chair gets over a bar of 5 cm depth, head on."""
-    bar = ThresholdEdge(
-        at=np.array([1.5, 0.0]), size=np.array([0.05, 3.0]), angle=0.0, height=height
-    )
-    over = Manoeuvre(robot, FloorRelief(thresholds=(bar,)))
-    over.drive((speed, 0.0), 3.5 / speed + 3.0)
-    return bool(over.chair.pose[0] > 2.3)
+    return passes(robot, (1.5, 0.05), height, speed)
 
 
 def mounts(robot: Robot, height: float, speed: float) -> bool:
     """Check that the chair gets onto a step."""
-    step = ThresholdEdge(
-        at=np.array([3.5, 0.0]), size=np.array([4.0, 3.0]), angle=0.0, height=height
+    return passes(robot, (3.5, 4.0), height, speed)
+
+
+def passes(robot: Robot, run: tuple[float, float], height: float, speed: float) -> bool:
+    """Check that the chair gets past 2.3 m, with an edge whose middle and depth are ``run``."""
+    middle, depth = run
+    edge = ThresholdEdge(
+        at=np.array([middle, 0.0]), size=np.array([depth, 3.0]), angle=0.0, height=height
     )
-    up = Manoeuvre(robot, FloorRelief(thresholds=(step,)))
-    up.drive((speed, 0.0), 3.5 / speed + 3.0)
-    return bool(up.chair.pose[0] > 2.3)
+    ride = Manoeuvre(robot, FloorRelief(thresholds=(edge,)))
+    ride.drive((speed, 0.0), 3.5 / speed + 3.0)
+    return bool(ride.chair.pose[0] > 2.3)
 
 
 def takes_ramp(robot: Robot, degrees: float) -> bool:

@@ -23,17 +23,23 @@ SLOWER = 0.2
 spawn = multiprocessing.get_context("spawn")
 
 
-def driving(folder, pipe, largest):
-    """Drive; report the time of the simulation at the first motion, and then in every state.
-
-    ``largest``: maximum size of a file from the first motion on, bytes: the disk is full beyond.
-    """
+def ready_drive(folder):
+    """A drive that is ready, and the page that drives it."""
     drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=folder))
     drive.start()
     while not drive.health.ready:
         time.sleep(0.05)
     page = Page(drive, "a")
     page.drives()
+    return drive, page
+
+
+def driving(folder, pipe, largest):
+    """Drive; report the time of the simulation at the first motion, and then in every state.
+
+    ``largest``: maximum size of a file from the first motion on, bytes: the disk is full beyond.
+    """
+    drive, page = ready_drive(folder)
     if largest is not None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.prlimit(drive.navigator_pid, resource.RLIMIT_FSIZE, (largest, largest))
@@ -110,12 +116,7 @@ def limiting(folder, pipe, damage):
 
     Reports the time since then, the speed, what the page is told, and what health says.
     """
-    drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=folder))
-    drive.start()
-    while not drive.health.ready:
-        time.sleep(0.05)
-    page = Page(drive, "a")
-    page.drives()
+    drive, page = ready_drive(folder)
     page.stick = (1.0, 0.0)
     page.until(lambda s: s.speed > 2.0 * SLOWER)
     damage(folder)

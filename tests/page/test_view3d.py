@@ -1,5 +1,6 @@
 """The 3-D view in a Chromium that draws without a graphics card; and in one that cannot draw."""
 
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ from playwright.sync_api import expect
 
 from .conftest import CHROMIUM, FLAGS
 from .rider import Rider
+from .served import wants
 from .test_access import STOP, TARGETS, faults, unreached
 
 IWER = Path(__file__).parents[2] / "page/node_modules/iwer/build/iwer.min.js"
@@ -62,7 +64,7 @@ def open_view(drawing, chair):
 
 
 def draws(rider):
-    """Whether something is drawn within a second."""
+    """Check that something is drawn within a second."""
     before = rider.page.evaluate("window.draws")
     rider.page.wait_for_function("before => window.draws > before", arg=before)
     return True
@@ -102,6 +104,22 @@ def test_stop_is_on_top_and_axe_finds_nothing(open_view):
     assert unreached(rider) == []
     stop = rider.page.evaluate(STOP)
     assert (stop["count"], stop["inside"], stop["top"]) == (1, True, True)
+
+
+def test_beside_a_driving_chair_it_waits_until_the_chair_stands(drawing, chair):
+    """Building it takes longer than a heartbeat may be late."""
+    rider = Rider(drawing, chair, viewport={"width": 1280, "height": 800})
+    with closing(rider):
+        rider.sees("No driver.")
+        rider.take()
+        rider.hold()
+        rider.press("3-D view")
+        rider.sees("The 3-D view opens as soon as the chair stands.")
+        rider.holds(wants)
+        assert rider.button("From behind").count() == 0
+        rider.let_go()
+        expect(rider.button("From behind")).to_be_visible(timeout=60_000)
+    assert rider.faults == []
 
 
 def test_a_lost_context_is_told_and_comes_back(open_view):

@@ -3,6 +3,7 @@
 After the model of ISO/TS 15066:2016, annex A: a body region is a spring with an effective mass; a
 contact that lasts is quasi-static, a short one transient with twice the limit. Those limits are for
 healthy adults at work, and pressure, edges and falls are left out: a comparison, not an assessment.
+The numbers were entered without the standard at hand and wait for a check against its tables.
 """
 
 from __future__ import annotations

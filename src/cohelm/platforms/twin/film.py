@@ -33,7 +33,7 @@ _BACKENDS = ("egl", "osmesa")
 
 
 class FilmedRide(Protocol):
-    """What a film needs of a ride of k instants and n people."""
+    """Ride of k instants and n people, as far as a film needs it."""
 
     @property
     def setup(self) -> WorldSetup | None:
