@@ -32,7 +32,7 @@ beforeEach(() => {
   again = 0;
   chair = new Chair();
   chair.client = "me";
-  chair.rider = { dead_zone: 0.1, dwell: 1, tremor_filter: 0, start_at_once: false };
+  chair.rider = { dead_zone: 0.1, dwell: 1, tremor_filter: 0, start_at_once: false, switches: null };
   state();
   inputs = new Inputs(
     {
@@ -264,7 +264,7 @@ describe("one switch", () => {
     expect(lit()).toBe("Forward");
     pass(1040);
     expect(inputs.scanner.lit?.label).toBe("Places");
-    chair.rider = { dead_zone: 0.1, dwell: 3, tremor_filter: 0, start_at_once: false };
+    chair.rider = { dead_zone: 0.1, dwell: 3, tremor_filter: 0, start_at_once: false, switches: null };
     pass(1500);
     expect(inputs.scanner.lit?.label).toBe("Places");
   });

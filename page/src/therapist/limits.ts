@@ -38,7 +38,7 @@ export const LIMITS: readonly Quantity<keyof Limits>[] = [
 ];
 
 /** Settings that are numbers. */
-export type RiderNumber = Exclude<keyof RiderSettings, "start_at_once">;
+export type RiderNumber = Exclude<keyof RiderSettings, "start_at_once" | "switches">;
 
 export const RIDER: readonly Quantity<RiderNumber>[] = [
   {
