@@ -36,7 +36,7 @@ export function plotOf(name: Quantity, progress: RiderProgress): Plot {
   const whole = progress.sessions.map((each) => each.values[name]);
   const known = whole.flatMap((value, k) => (value === null ? [] : [[k, value] as const]));
   const values = known.map(([, value]) => value);
-  const top = SHARES.has(name) ? 1 : Math.max(...values, 1e-9);
+  const top = Math.max(...values, 1); // the whole, for a share
   const across = (WIDTH - 2 * MARGIN) / Math.max(whole.length - 1, 1);
   const direction = directionText(progress, name, values.length);
   const title = t(`progress.${name}`);
