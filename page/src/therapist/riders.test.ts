@@ -61,7 +61,7 @@ describe("a plot", () => {
   it("of a share reaches from nothing to the whole", () => {
     const plot = plotOf("arrivals", progressOf([0.5], "few"));
     expect(plot.dots).toEqual([[WIDTH / 2, 32]]);
-    expect([plot.top, plot.latest]).toEqual(["100", "latest 50"]);
+    expect([plot.top, plot.latest]).toEqual(["100", "last value 50"]);
     expect(plotOf("effort", progressOf([null], "few")).dots).toEqual([]);
   });
 });

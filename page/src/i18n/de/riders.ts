@@ -93,7 +93,7 @@ export const riders = {
   "progress.plot": "{what}, {unit}: von {first} in der ersten auf {last} in der letzten von {n} Sitzungen, zwischen {least} und {most}. {direction}",
   "progress.plotOne": "{what}, {unit}: {first} in der einzigen Sitzung. {direction}",
   "progress.noValue": "Kein Wert: eine Fahrt wird einige Sekunden nach ihrem Ende vermessen, und ohne Stick oder ohne Menschen gibt es keinen.",
-  "progress.latest": "zuletzt {value}",
+  "progress.latest": "letzter Wert {value}",
   "sessions.rider": "Es fuhr: {name}",
   "audit.rider_created": "Person angelegt",
   "audit.rider_changed": "Person geändert",

@@ -93,7 +93,7 @@ export const riders = {
   "progress.plot": "{what}, {unit}: from {first} in the first to {last} in the latest of {n} sessions, between {least} and {most}. {direction}",
   "progress.plotOne": "{what}, {unit}: {first} in the only session. {direction}",
   "progress.noValue": "No value: a ride is measured some seconds after its end, and rides without a stick or without people have none.",
-  "progress.latest": "latest {value}",
+  "progress.latest": "last value {value}",
   "sessions.rider": "Rider: {name}",
   "audit.rider_created": "Created a rider",
   "audit.rider_changed": "Changed a rider",
