@@ -340,6 +340,24 @@ def test_quantities_of_a_session_are_those_of_its_rides():
     assert [(each.reached, each.done) for each in found.goals] == [(1, True), (1, False), (1, True)]
 
 
+def test_sessions_in_another_mode_are_not_compared():
+    def sessions(first):
+        modes = [first] * 3 + [Mode.MANUAL] * 5
+        return [
+            session(
+                f"2026010{day}-101010", "a",
+                ride(
+                    f"2026010{day}-101010-r1", modes={mode: 60.0},
+                    measures={"rider_reversals": float(day)},
+                ),
+            )
+            for day, mode in enumerate(modes, 1)
+        ]  # fmt: skip
+
+    assert rider_progress(sessions(Mode.MANUAL)).directions["reversals"] == "rising"
+    assert rider_progress(sessions(Mode.SHARED)).directions["reversals"] == "few"
+
+
 def test_nobody_s_progress_is_empty():
     found = rider_progress([])
     assert found.sessions == ()

@@ -144,19 +144,19 @@ def test_progress_is_shown_with_its_meaning_and_no_direction_from_two(therapist,
     page.reload()
     row = therapist.row(NAMES[1])
     row.locator("summary").first.click()
-    rider.sees("2 of the 6 sessions that are needed to tell a direction.")
+    rider.sees("2 of the 6 sessions in this mode that are needed to tell a direction.")
     rider.sees("2 of 2 trips without help in steering")
     assert row.locator("polyline").count() == 0
     for day in range(3, 8):
         session(data, day, file.stem, rider_reversals=30.0 - day, min_distance=0.5)
     page.reload()
     row.locator("summary").first.click()
-    rider.sees("Falling over 7 sessions.")
+    rider.sees("Falling over 7 sessions in this mode.")
     plot = row.get_by_role("img", name=re.compile("^Stick reversals"))
     expect(plot).to_have_attribute(
         "aria-label",
         "Stick reversals, per minute: from 29.0 in the first to 23.0 in the latest of 7 sessions,"
-        " between 23.0 and 29.0. Falling over 7 sessions.",
+        " between 23.0 and 29.0. Falling over 7 sessions in this mode.",
     )
     assert plot.locator("circle").count() == 7
     row.get_by_text("All values as a table").click()

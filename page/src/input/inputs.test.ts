@@ -269,6 +269,23 @@ describe("one switch", () => {
     expect(inputs.scanner.lit?.label).toBe("Places");
   });
 
+  it("are as many as the therapist has set, until the rider changes it", () => {
+    const rider = { dead_zone: 0.1, dwell: 1, tremor_filter: 0, start_at_once: false };
+    const settings = (switches: 0 | 1 | 2 | null): void => {
+      chair.rider = { ...rider, switches };
+      pass(40);
+    };
+    settings(2);
+    expect(inputs.scanner.settings.count).toBe(2);
+    inputs.scanner.change({ count: 1 });
+    pass(40);
+    expect(inputs.scanner.settings.count).toBe(1);
+    settings(null);
+    expect(inputs.scanner.settings.count).toBe(1);
+    settings(0);
+    expect(inputs.scanner.settings.count).toBe(0);
+  });
+
   it("drives what is chosen until it is pressed again", () => {
     press();
     press();

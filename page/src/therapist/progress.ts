@@ -10,6 +10,13 @@ export const WIDTH = 240;
 export const HEIGHT = 64;
 const MARGIN = 6;
 
+export interface Dot {
+  readonly x: number;
+  readonly y: number;
+  /** True if the session was mostly in the mode of the latest one: only these are compared. */
+  readonly compared: boolean;
+}
+
 export interface Plot {
   readonly name: Quantity;
   readonly title: string;
@@ -17,8 +24,8 @@ export interface Plot {
   /** What it means, and whether it has a direction. */
   readonly about: string;
   readonly direction: string;
-  /** Centres of the dots, the oldest session first. */
-  readonly dots: readonly (readonly [number, number])[];
+  /** The oldest session first. */
+  readonly dots: readonly Dot[];
   /** Sessions with a value may be joined by a line: there are enough of them. */
   readonly joined: boolean;
   readonly top: string;
@@ -38,7 +45,9 @@ export function plotOf(name: Quantity, progress: RiderProgress): Plot {
   const values = known.map(([, value]) => value);
   const top = Math.max(...values, 1); // the whole, for a share
   const across = (WIDTH - 2 * MARGIN) / Math.max(whole.length - 1, 1);
-  const direction = directionText(progress, name, values.length);
+  const mode = progress.sessions.at(-1)?.mode;
+  const compared = known.filter(([k]) => progress.sessions[k]?.mode === mode);
+  const direction = directionText(progress, name, compared.length);
   const title = t(`progress.${name}`);
   const unit = t(`progress.${name}.unit`);
   const first = valueText(name, values[0] ?? null);
@@ -51,10 +60,11 @@ export function plotOf(name: Quantity, progress: RiderProgress): Plot {
     unit,
     about: t(`progress.${name}.about`),
     direction,
-    dots: known.map(([k, value]) => [
-      whole.length === 1 ? WIDTH / 2 : MARGIN + k * across,
-      HEIGHT - MARGIN - ((HEIGHT - 2 * MARGIN) * value) / top,
-    ]),
+    dots: known.map(([k, value]) => ({
+      x: whole.length === 1 ? WIDTH / 2 : MARGIN + k * across,
+      y: HEIGHT - MARGIN - ((HEIGHT - 2 * MARGIN) * value) / top,
+      compared: progress.sessions[k]?.mode === mode,
+    })),
     joined: progress.directions[name] !== "few",
     top: valueText(name, top),
     latest: t("progress.latest", { value: last }),

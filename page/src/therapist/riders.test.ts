@@ -50,17 +50,25 @@ describe("a rider's form", () => {
 describe("a plot", () => {
   it("has a dot for each value, where its session is, and no line where there are few", () => {
     const plot = plotOf("stops", progressOf([4, null, 2], "few"));
-    expect(plot.dots).toEqual([[6, 6], [WIDTH - 6, 32]]); // 4 of 4 at the top; 2 of 4 half-way down
+    expect(plot.dots).toEqual([{ x: 6, y: 6, compared: true }, { x: WIDTH - 6, y: 32, compared: true }]); // 4 of 4 at the top; 2 of 4 half-way down
     expect(plot.joined).toBe(false);
     expect(plot.words).toBe(
       "Stops, on 100 m: from 4.0 in the first to 2.0 in the latest of 2 sessions, between 2.0 and 4.0. " +
-        "2 of the 6 sessions that are needed to tell a direction.",
+        "2 of the 6 sessions in this mode that are needed to tell a direction.",
     );
+  });
+
+  it("compares the sessions in the mode of the latest one", () => {
+    const progress = progressOf([1, 2, 3], "few");
+    progress.sessions[0]!.mode = "manual";
+    const plot = plotOf("effort", progress);
+    expect(plot.dots.map((dot) => dot.compared)).toEqual([false, true, true]);
+    expect(plot.direction).toBe("2 of the 6 sessions in this mode that are needed to tell a direction.");
   });
 
   it("of a share reaches from nothing to the whole", () => {
     const plot = plotOf("arrivals", progressOf([0.5], "few"));
-    expect(plot.dots).toEqual([[WIDTH / 2, 32]]);
+    expect(plot.dots).toEqual([{ x: WIDTH / 2, y: 32, compared: true }]);
     expect([plot.top, plot.latest]).toEqual(["100", "last value 50"]);
     expect(plotOf("effort", progressOf([null], "few")).dots).toEqual([]);
   });

@@ -3,7 +3,8 @@
 A direction is said only if chance alone would seldom produce it: Kendall's rank test of a quantity
 against the order of the sessions, two-sided, at 1 %. Fewer than six sessions cannot reach that: the
 most extreme order has the probability 2/n!, which is 1.7 % for five and 0.3 % for six. Five
-quantities at 1 % give one false direction in twenty riders.
+quantities at 1 % give one false direction in twenty riders. Only sessions mostly in the mode of
+the latest one are compared, because another mode changes all of the quantities.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class RiderProgress(Model):
     sessions: tuple[SessionProgress, ...]
     """The oldest first."""
     directions: Mapping[str, Direction]
-    """Quantity → direction over the sessions."""
+    """Quantity → direction over the sessions in the mode of the latest one."""
     goals: tuple[GoalProgress, ...]
     min_sessions: int = MIN_SESSIONS
 
@@ -82,7 +83,8 @@ def rider_progress(
     return RiderProgress(
         sessions=points,
         directions={
-            name: direction([point.values[name] for point in points]) for name in QUANTITIES
+            name: direction([p.values[name] for p in points if p.mode == points[-1].mode])
+            for name in QUANTITIES
         },
         goals=tuple(_goal(each, points) for each in goals),
     )
