@@ -14,6 +14,7 @@ from cohelm.errors import StoreError
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings, ChairMoves
 from cohelm.live.messages import Limits, RiderSettings
+from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.rider_choice import RiderChoice
 from cohelm.live.sessions.progress import MIN_SESSIONS, SIGNIFICANCE, direction, rider_progress
 from cohelm.live.sessions.records import (
@@ -117,7 +118,8 @@ def test_nobody_gets_the_name_of_another_rider(riders, same):
 @pytest.mark.parametrize(
     "given",
     [
-        {"name": ""}, {"name": "  \n"}, {"name": "\x00\x07"}, {"name": "x" * 81},
+        {"name": ""}, {"name": "  \n"}, {"name": "\x00\x07"}, {"name": "\u200b"},
+        {"name": "x" * 81},
         {"name": "x" * 10_000}, {"notes": "x" * 2001}, {"name": "a", "goals": [{"kind": "words"}]},
         {"goals": [{"kind": "arrivals", "target": 0}]}, {"goals": [{"kind": "arrivals"}] * 9},
     ],
@@ -210,6 +212,34 @@ def test_the_preset_of_who_is_chosen_is_in_force_and_stays_with_the_program_s_en
     assert (again.person, again.limits, again.rider) == (made.id, CALM, PRESET.settings)
     desk.riders.choose(made.id, "t")
     assert desk.ended == ["cancelled"]  # the same rider goes on
+
+
+def test_who_rode_last_rides_on_and_a_rider_that_is_gone_does_not(desk, tmp_path):
+    made = desk.riders.create(draft(), "t")
+    desk.riders.choose(made.id, "t")
+    desk.store.close()
+    again = Desk(tmp_path)
+    again.riders.restore()
+    assert again.riders.list().current == made.id
+    assert (again.driver.mission.mode, again.driver.mission.pace) == (Mode.STOP_ONLY, "slow")
+    assert again.ended == []
+    again.store.riders.remove(made.id)
+    again.riders.restore()
+    assert again.riders.list().current == ""
+    again.store.close()
+
+
+def test_another_rider_begins_another_session(tmp_path):
+    begun = []
+    store = SimpleNamespace(begin=lambda ride_setup, rider: begun.append(rider))
+    settings = ActiveSettings(tmp_path, ROBOT)
+    rides = RideTracker(store, settings, lambda *_: None)
+    rides.enter(SimpleNamespace())
+    rides.enter(SimpleNamespace())
+    assert begun == [""]  # one session for a drive
+    settings.choose("rider-00000001", None, None, lambda: True)
+    rides.enter(SimpleNamespace())
+    assert begun == ["", "rider-00000001"]
 
 
 def test_nobody_is_changed_while_the_chair_moves(desk):
@@ -305,6 +335,13 @@ def test_six_sessions_are_the_fewest_that_can_show_a_direction():
     assert direction(range(MIN_SESSIONS, 0, -1)) == "falling"
     assert direction([1.0] * 12) == "unclear"
     assert direction([3, 1, 4, 1, 5, 9, 2, 6]) == "unclear"
+
+
+@pytest.mark.parametrize("values", [[0, 0, 1, 2, 3, 4], [0, 0, 0, 1, 1, 2], [0, 1, 2, 3, 4, 5]])
+def test_of_all_orders_at_most_one_in_a_hundred_has_a_direction(values):
+    """The share of false directions if the order says nothing, with ties and without."""
+    orders = [direction(order) for order in itertools.permutations(values)]
+    assert sum(each != "unclear" for each in orders) <= SIGNIFICANCE * len(orders)
 
 
 def test_quantities_of_a_session_are_those_of_its_rides():

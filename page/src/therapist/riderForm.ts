@@ -16,7 +16,7 @@ export function tooLong(text: string, most: number): string {
 }
 
 export function nameFault(name: string, others: readonly string[]): string {
-  if (name.trim() === "") return t("rider.form.nameMissing");
+  if (!/[^\p{C}\p{Z}]/u.test(name)) return t("rider.form.nameMissing");
   if (others.some((other) => plain(other) === plain(name))) return t("rider.form.nameTaken");
   return tooLong(name.trim(), MOST_NAME);
 }

@@ -28,6 +28,7 @@ describe("a rider's form", () => {
   it("takes what the server takes", () => {
     expect(isWhole(DRAFT, ["Bo"])).toBe(true);
     expect(isWhole({ ...DRAFT, name: "  " }, [])).toBe(false);
+    expect(isWhole({ ...DRAFT, name: "\u200b" }, [])).toBe(false); // nothing that is seen
     expect(isWhole({ ...DRAFT, name: "x".repeat(81) }, [])).toBe(false);
     expect(isWhole({ ...DRAFT, notes: "x".repeat(2001) }, [])).toBe(false);
     expect(isWhole({ ...DRAFT, preset: { ...DRAFT.preset, limits: { ...LIMITS, max_speed: NaN } } }, [])).toBe(false);

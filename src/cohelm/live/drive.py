@@ -167,6 +167,7 @@ class Drive:
         """
         scene = self._scene
         self._audit.log_event("chair", "drive_started", scene=scene.name, seed=scene.seed)
+        self.riders.restore()
         self._loop.start()
 
     def close(self) -> None:

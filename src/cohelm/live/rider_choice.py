@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection
 from dataclasses import replace
 
 from cohelm.config import Model
+from cohelm.errors import StoreError
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control_loop import ControlLoop
@@ -74,6 +75,19 @@ class RiderChoice:
         """Return all riders, and who rides."""
         riders, damaged = self._sessions.riders.list()
         return RiderList(riders=riders, damaged=damaged, current=self._settings.person)
+
+    def restore(self) -> None:
+        """Put mode and speed of who rode last in force; nobody rides if their record is gone."""
+        rider = self._settings.person
+        if not rider:
+            return
+        try:
+            preset = self._sessions.riders.get(rider).preset
+        except StoreError as error:
+            if error.file is None:
+                self._settings.choose("", None, None, lambda: True)
+            return
+        self._loop.call(lambda: self._begin(preset, other=False))
 
     def create(self, draft: RiderDraft, actor: str) -> RiderRecord:
         """Store a new rider; errors as in ``RiderStore.create``."""

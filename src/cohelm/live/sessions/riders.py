@@ -50,7 +50,7 @@ def _line(text: str) -> str:
 
 
 def _not_empty(text: str) -> str:
-    if not text:
+    if not any(unicodedata.category(c)[0] not in "CZ" for c in text):  # nothing that is seen
         raise ValueError("a name or a number is missing")
     return text
 
