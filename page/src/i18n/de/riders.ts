@@ -51,6 +51,7 @@ export const riders = {
   "rider.form.goalKind": "Art von Ziel {n}",
   "rider.form.goalTarget": "Anzahl der Fahrten von Ziel {n}",
   "rider.form.goalText": "Worte von Ziel {n}",
+  "rider.form.goalNote": "Bemerkung, freiwillig",
   "rider.form.goalDone": "Erreicht",
   "rider.form.goalNumber": "Eine ganze Zahl von 1 bis 1000.",
   "rider.form.goalWords": "Die Worte eines Ziels fehlen.",

@@ -51,6 +51,7 @@ export const riders = {
   "rider.form.goalKind": "Kind of goal {n}",
   "rider.form.goalTarget": "Number of trips of goal {n}",
   "rider.form.goalText": "Words of goal {n}",
+  "rider.form.goalNote": "Note, optional",
   "rider.form.goalDone": "Reached",
   "rider.form.goalNumber": "A whole number from 1 to 1000.",
   "rider.form.goalWords": "The words of a goal are missing.",
