@@ -18,7 +18,7 @@ class Kept:
     def __init__(self):
         self.rides, self.ratings, self.count = [], {}, 0
 
-    def begin(self, _):
+    def begin(self, ride_setup, rider):
         return SimpleNamespace(id="s")
 
     def begin_ride(self):
