@@ -316,7 +316,7 @@ class Drive:
         found = (
             (
                 limits.error,
-                "The limits, settings and rider in force are not stored, and end with the program",
+                "The limits in force are not stored, and end with the program",
             ),
             (rides.error, "Rides are not stored"),
             (audit.error, "The audit log is not stored"),
