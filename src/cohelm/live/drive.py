@@ -314,10 +314,7 @@ class Drive:
         """Sentences about what cannot be stored, and why; empty: everything is stored."""
         rides, limits, audit = self._services.rides, self._settings, self._audit
         found = (
-            (
-                limits.error,
-                "The limits in force are not stored, and end with the program",
-            ),
+            (limits.error, "The limits in force are not stored, and end with the program"),
             (rides.error, "Rides are not stored"),
             (audit.error, "The audit log is not stored"),
         )
