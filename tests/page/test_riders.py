@@ -105,6 +105,7 @@ def test_wrong_input_is_named_and_nothing_is_stored(therapist, data):
 
 def test_a_rider_is_created_chosen_edited_and_deleted(therapist, chair, data):
     page, rider = therapist.page, therapist.rider
+    limits = page.request.get(f"{rider.address}/api/limits").json()
     therapist.add(NAMES[0], HTML, goals=[10])
     rider.sees(HTML)  # as it was written, and not as a page
     assert page.locator(".notes img, .notes b").count() == 0
@@ -133,6 +134,11 @@ def test_a_rider_is_created_chosen_edited_and_deleted(therapist, chair, data):
     rider.sees("Nobody is chosen")
     assert not [*data.glob("riders/*.json")]
     assert NAMES[0] not in (data / "audit.jsonl").read_text(encoding="utf-8")
+    # the same chair serves other tests
+    headers = {"Origin": rider.address}
+    assert page.request.put(f"{rider.address}/api/limits", data=limits, headers=headers).ok
+    chair.say("set_mode", mode="shared")
+    rider.until(lambda state: state["mode"] == "shared")
 
 
 def test_progress_is_shown_with_its_meaning_and_no_direction_from_two(therapist, data, tmp_path):
