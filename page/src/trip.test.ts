@@ -4,7 +4,7 @@ import { link, type Question } from "./link";
 import type { ChairState, FromPage, RiderSettings, TripPlans } from "./messages";
 import { trip } from "./trip.svelte";
 
-const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start_at_once: false };
+const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start_at_once: false, switches: null };
 const ROUTE = { points: [[0, 0], [9, 0]] as [number, number][], length: 9, duration: 13, differences: [], via: null };
 const PLANS: TripPlans = {
   type: "trip_plans", id: 1, error: "", extra_length: 0,

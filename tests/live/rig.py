@@ -70,7 +70,7 @@ class Kept:
     def __init__(self):
         self.kept, self.count = [], 0
 
-    def begin(self, ride_setup):
+    def begin(self, ride_setup, rider=""):
         return SimpleNamespace(id="session")
 
     def begin_ride(self):

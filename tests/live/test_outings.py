@@ -18,7 +18,7 @@ class Kept:
     def __init__(self):
         self.rides, self.ratings, self.count = [], {}, 0
 
-    def begin(self, _):
+    def begin(self, ride_setup, rider):
         return SimpleNamespace(id="s")
 
     def begin_ride(self):
@@ -44,7 +44,7 @@ def ended():
     """A ride that is over, whose log the navigator's process still has."""
     kept = Kept()
     limits = Limits(max_speed=1.0, max_acceleration=0.5, min_distance=0.3)
-    rides = RideTracker(kept, SimpleNamespace(limits=limits), lambda *_: None)
+    rides = RideTracker(kept, SimpleNamespace(limits=limits, person=""), lambda *_: None)
     rides.enter(SimpleNamespace(seed=0))
     rides.step(MOVING, Mission(), elapsed=0.05, length=0.1, device="keys")
     rides.end("cancelled")

@@ -208,7 +208,7 @@ def test_who_still_writes_while_all_is_deleted_keeps_nothing_of_it(
         remove(folder)
 
     with monkeypatch.context() as slow:
-        slow.setattr(module.shutil, "rmtree", slowly)
+        slow.setattr(session_files.shutil, "rmtree", slowly)
         assert store.delete_all() == 1
         store.wait_until_idle()
     assert late
@@ -221,7 +221,7 @@ def test_what_could_not_be_deleted_is_named_and_is_the_next_time(
     store.begin(ride_setup)
     ride = driven(store, ride_setup, ticks)
     with monkeypatch.context() as broken:
-        broken.setattr(module.shutil, "rmtree", refuses)
+        broken.setattr(session_files.shutil, "rmtree", refuses)
         with pytest.raises(StoreError, match=r"data/\.deleted-.*cannot be deleted \(Read-only"):
             store.delete_all()
     assert store.list() == ()

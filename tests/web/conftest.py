@@ -9,8 +9,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from cohelm.errors import StoreError
-from cohelm.live import LimitsLoosened
-from cohelm.live.drive import DriveHealth
+from cohelm.live import DriveHealth, LimitsLoosened
 from cohelm.live.messages import (
     ChairInfo,
     ChairState,

@@ -110,6 +110,7 @@ def test_the_riders_settings_change(therapist, drive):
         "dead_zone": 0.08,
         "dwell": 2.0,
         "start_at_once": False,
+        "switches": None,
     }
     assert drive.rider.dwell == 2.0
 

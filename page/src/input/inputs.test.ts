@@ -32,7 +32,7 @@ beforeEach(() => {
   again = 0;
   chair = new Chair();
   chair.client = "me";
-  chair.rider = { dead_zone: 0.1, dwell: 1, tremor_filter: 0, start_at_once: false };
+  chair.rider = { dead_zone: 0.1, dwell: 1, tremor_filter: 0, start_at_once: false, switches: null };
   state();
   inputs = new Inputs(
     {
@@ -264,9 +264,26 @@ describe("one switch", () => {
     expect(lit()).toBe("Forward");
     pass(1040);
     expect(inputs.scanner.lit?.label).toBe("Places");
-    chair.rider = { dead_zone: 0.1, dwell: 3, tremor_filter: 0, start_at_once: false };
+    chair.rider = { dead_zone: 0.1, dwell: 3, tremor_filter: 0, start_at_once: false, switches: null };
     pass(1500);
     expect(inputs.scanner.lit?.label).toBe("Places");
+  });
+
+  it("are as many as the therapist has set, until the rider changes it", () => {
+    const rider = { dead_zone: 0.1, dwell: 1, tremor_filter: 0, start_at_once: false };
+    const settings = (switches: 0 | 1 | 2 | null): void => {
+      chair.rider = { ...rider, switches };
+      pass(40);
+    };
+    settings(2);
+    expect(inputs.scanner.settings.count).toBe(2);
+    inputs.scanner.change({ count: 1 });
+    pass(40);
+    expect(inputs.scanner.settings.count).toBe(1);
+    settings(null);
+    expect(inputs.scanner.settings.count).toBe(1);
+    settings(0);
+    expect(inputs.scanner.settings.count).toBe(0);
   });
 
   it("drives what is chosen until it is pressed again", () => {

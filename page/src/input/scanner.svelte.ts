@@ -27,6 +27,8 @@ export class Scanner {
   #searched = -Infinity;
   #letGo = -Infinity;
   #marked: readonly HTMLElement[] = [];
+  /** Number of switches that the therapist has set, as far as it was applied. */
+  #prescribed: number | null = null;
 
   constructor(readonly inputs: Inputs) {}
 
@@ -48,6 +50,7 @@ export class Scanner {
   }
 
   tick(now: number): void {
+    this.#prescribe();
     if (this.settings.count === 0) return;
     if (now - this.#searched >= SEARCH) {
       this.#searched = now;
@@ -59,6 +62,14 @@ export class Scanner {
       this.#scan = ticked(this.#scan, this.#choices, { dwell: this.dwell }, now);
     }
     this.#show();
+  }
+
+  /** Applies the therapist's number of switches once; the rider may change it afterwards. */
+  #prescribe(): void {
+    const count = this.inputs.chair.rider?.switches ?? null;
+    if (count === this.#prescribed) return;
+    this.#prescribed = count;
+    if (count !== null && count !== this.settings.count) this.change({ count });
   }
 
   /** A switch goes down. While the chair moves any of them stops it. */

@@ -34,7 +34,7 @@ export interface RideSummary {
 }
 
 export interface SessionSummary {
-  session: { id: string; started: string; scene: string; robot: string; simulation: boolean };
+  session: { id: string; started: string; scene: string; robot: string; simulation: boolean; rider: string };
   rides: RideSummary[];
 }
 

@@ -1,6 +1,6 @@
 // Limits and settings with their bounds, and the comparison "looser than before".
 
-import { t, type Key } from "../i18n/text.svelte";
+import { languageNow, t, type Key } from "../i18n/text.svelte";
 import type { ChairInfo, Limits, RiderSettings } from "../messages";
 
 /** Result of a change in words. */
@@ -38,7 +38,7 @@ export const LIMITS: readonly Quantity<keyof Limits>[] = [
 ];
 
 /** Settings that are numbers. */
-export type RiderNumber = Exclude<keyof RiderSettings, "start_at_once">;
+export type RiderNumber = Exclude<keyof RiderSettings, "start_at_once" | "switches">;
 
 export const RIDER: readonly Quantity<RiderNumber>[] = [
   {
@@ -74,8 +74,13 @@ export function inForce<Name extends string>(
 ): string {
   const said = quantities
     .filter(({ name }) => changed[name] !== undefined)
-    .map(({ name, label, unit }) => `${t(label)} ${now[name]}${unit && ` ${unit}`}`);
+    .map(({ name, label, unit }) => `${t(label)} ${figure(now[name])}${unit && ` ${unit}`}`);
   return t("limits.applied", { what: said.join(", ") });
+}
+
+/** A number as the reader's language writes it, with as many digits as were set. */
+export function figure(value: number): string {
+  return value.toLocaleString(languageNow(), { maximumFractionDigits: 3 });
 }
 
 /** Why a value cannot be set; empty: it can. */
@@ -83,7 +88,7 @@ export function fault(quantity: Quantity<string>, value: number): string {
   if (!Number.isFinite(value)) return t("limits.noNumber");
   if (value >= quantity.least && value <= quantity.most) return "";
   const unit = quantity.unit && ` ${quantity.unit}`;
-  return t("limits.between", { least: String(quantity.least), most: `${quantity.most}${unit}` });
+  return t("limits.between", { least: figure(quantity.least), most: `${figure(quantity.most)}${unit}` });
 }
 
 /** True if any new value allows the chair more than now. */

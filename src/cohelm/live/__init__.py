@@ -29,6 +29,7 @@ processes get and return the values of ``control/ipc.py`` through a pipe.
 """
 
 from cohelm.live.control.limits import PACES, LimitsLoosened
-from cohelm.live.drive import Drive, DriveHealth, DriveSetup
+from cohelm.live.drive import Drive, DriveSetup
+from cohelm.live.drive_health import DriveHealth
 
 __all__ = ["PACES", "Drive", "DriveHealth", "DriveSetup", "LimitsLoosened"]

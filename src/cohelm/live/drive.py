@@ -29,6 +29,7 @@ from cohelm.live.control.navigator_client import NavigatorClient
 from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.control_loop import ControlLoop
+from cohelm.live.drive_health import DriveHealth
 from cohelm.live.loop_effects import LoopEffects
 from cohelm.live.messages import (
     Echo,
@@ -47,6 +48,7 @@ from cohelm.live.page.commands import HANDLERS, CommandHandler
 from cohelm.live.page.floor_model import floor_model
 from cohelm.live.page.route_preview import RoutePreview
 from cohelm.live.ride_tracker import RideTracker
+from cohelm.live.rider_choice import RiderChoice
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import AuditLog
 from cohelm.live.sessions.files import lock_folder
@@ -73,30 +75,6 @@ class DriveSetup:
     """Initial limits; None: the stored ones, else those of the robot."""
     rider: RiderSettings | None = None
     """Initial rider's settings; None: the stored ones, else those of the profile."""
-
-
-@value
-class DriveHealth:
-    """Condition of the control loop and its processes."""
-
-    ready: bool
-    """True if the chair can drive."""
-    error: str
-    """Reason why it cannot, and will not without a restart; empty: there is none."""
-    ticks: int
-    """Control steps so far."""
-    missed: int
-    """Steps that overran their period, since the chair was ready."""
-    longest_streak: int
-    """Maximum number of consecutive missed steps."""
-    stops: int
-    """Stops by the watchdog."""
-    restarts: int
-    """Restarts of the navigator."""
-    rate: float = 1.0
-    """Speed of simulated time, 1: real time."""
-    unstored: str = ""
-    """Sentences about what cannot be stored; empty: everything is."""
 
 
 class Drive:
@@ -168,6 +146,17 @@ class Drive:
             send=self._send,
             log_event=log_event,
         )
+        self.riders = RiderChoice(
+            self._sessions,
+            self._settings,
+            driver,
+            services.rides,
+            self._loop,
+            log_event=log_event,
+            announce=self._announce_settings,
+            modes=model.scene.modes,
+        )
+        """Riders, their presets and their progress."""
         self._closed = False
 
     def start(self) -> None:
@@ -178,6 +167,7 @@ class Drive:
         """
         scene = self._scene
         self._audit.log_event("chair", "drive_started", scene=scene.name, seed=scene.seed)
+        self.riders.restore()
         self._loop.start()
 
     def close(self) -> None:

@@ -141,7 +141,8 @@ class RideTracker:
         send: Send,
     ) -> None:
         self._store, self._settings, self._send = store, settings, send
-        self._in_session = False
+        self._session_rider: str | None = None
+        """Rider of the current session; None: none has begun."""
         self._ride: LiveRide | None = None
         self._ride_setup: RideSetup | None = None
         self._ended: dict[str, _EndedRide] = {}
@@ -260,14 +261,15 @@ class RideTracker:
                 self._store.rate(ride.id, rating)
 
     def _begin_session(self, ride_setup: RideSetup) -> None:
-        """Begin the session of this drive, unless it has begun.
+        """Begin the session of this drive and rider, unless it has begun.
 
         Raises:
             StoreError: The session cannot be written.
         """
-        if not self._in_session:
-            self._store.begin(ride_setup)
-            self._in_session = True
+        rider = self._settings.person
+        if self._session_rider != rider:
+            self._store.begin(ride_setup, rider)
+            self._session_rider = rider
 
     def _begin(self) -> None:
         if self._ride_setup is None:

@@ -20,12 +20,13 @@ from cohelm.web.signin import SESSION_DURATION, Session, SignInLocked, WrongToke
 
 EXPORT_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
 """Content security policy of an exported session: a page without scripts."""
-_PROBLEMS: dict[int | str, dict[str, Any]] = {
+PROBLEMS: dict[int | str, dict[str, Any]] = {
     status: {"model": ProblemResponse}
     for status in (400, 401, 403, 404, 405, 408, 409, 413, 421, 422)
 }
+"""Error answers of every path, for the description of the API."""
 
-router = APIRouter(prefix="/api", responses=_PROBLEMS)
+router = APIRouter(prefix="/api", responses=PROBLEMS)
 
 
 class SignInRequest(Model):

@@ -12,7 +12,7 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from cohelm.errors import CohelmError
-from cohelm.web import api, problems
+from cohelm.web import api, problems, riders_api
 from cohelm.web.guard import Guard
 from cohelm.web.origins import VIEWER_PATH, Refusal
 from cohelm.web.page_connections import PageConnections
@@ -50,6 +50,7 @@ def create_app(server_context: ServerContext) -> FastAPI:
     app.add_exception_handler(CohelmError, problems.on_failed)
     app.add_exception_handler(HTTPException, problems.on_unknown)
     app.include_router(api.router)
+    app.include_router(riders_api.router)
     app.include_router(router)
     app.add_middleware(Guard, origins=server_context.origins)
     return app

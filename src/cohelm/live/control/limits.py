@@ -34,12 +34,20 @@ class LimitsLoosened(CohelmError):
     code: ClassVar[str] = "limits_loosened"
 
 
+class ChairMoves(CohelmError):
+    """Another rider can be chosen only while the chair stands; nothing was changed."""
+
+    code: ClassVar[str] = "chair_moves"
+
+
 class StoredSettings(Model):
     """Content of ``settings.json``."""
 
     version: int = 1
     limits: Limits
     rider: RiderSettings
+    person: str = ""
+    """Id of the rider, see ``sessions.riders``; empty: nobody was chosen."""
 
 
 class ActiveSettings:
@@ -71,7 +79,9 @@ class ActiveSettings:
         stored = _read(self._file) if self._file is not None else None
         first = stored or defaults(robot, profile or RiderProfile())
         self._current = StoredSettings(
-            limits=bounded(limits or first.limits, robot), rider=rider or first.rider
+            limits=bounded(limits or first.limits, robot),
+            rider=rider or first.rider,
+            person=first.person,
         )
         self._stored: StoredSettings | None = stored
         """Content of the file; None: there is none yet, and none is needed for the defaults."""
@@ -85,6 +95,11 @@ class ActiveSettings:
     def rider(self) -> RiderSettings:
         """Rider's settings in force."""
         return self._current.rider
+
+    @property
+    def person(self) -> str:
+        """Id of the rider; empty: nobody was chosen."""
+        return self._current.person
 
     @property
     def error(self) -> str:
@@ -143,10 +158,46 @@ class ActiveSettings:
             self._current = self._current.model_copy(update={"rider": rider})
         return before
 
+    def choose(
+        self,
+        person: str,
+        limits: Limits | None,
+        rider: RiderSettings | None,
+        standing: Callable[[], bool],
+    ) -> None:
+        """Choose who rides, with their limits and settings; None: those in force stay.
+
+        All of it takes effect also if it cannot be stored, except for limits that are looser.
+        :attr:`error` says so then, and :meth:`retry` tries again.
+
+        Args:
+            person: Id of the rider; empty: nobody.
+            limits, rider: Limits, bounded by the robot's, and settings of the rider.
+            standing: Returns True while the chair stands.
+
+        Raises:
+            ChairMoves: The chair moves; nothing was changed.
+        """
+        with self._lock:
+            if not standing():
+                raise ChairMoves("the rider can be changed only while the chair stands")
+            before = self._current
+            requested = bounded(limits or before.limits, self._robot)
+            tight = tightest(before.limits, requested)
+            self._current = StoredSettings(limits=tight, rider=rider or before.rider, person=person)
+        try:
+            self._store(requested)
+        except StoreError as error:
+            self._error = error.problem
+            return
+        with self._lock:
+            if self._current.limits == tight and standing():
+                self._current = self._current.model_copy(update={"limits": requested})
+
     def _store(self, limits: Limits, rider: RiderSettings | None = None) -> None:
         """Write the file, unless it has this content already."""
         with self._disk:
-            settings = StoredSettings(limits=limits, rider=rider or self.rider)
+            settings = StoredSettings(limits=limits, rider=rider or self.rider, person=self.person)
             if self._file is not None and settings != self._stored:
                 write_atomically(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
             self._stored, self._error = settings, ""

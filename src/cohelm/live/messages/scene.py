@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -79,6 +79,8 @@ class RiderSettings(WireMessage):
     """True: a chosen destination needs no confirmation."""
     dwell: Annotated[float, Field(ge=0.3, le=5.0)] = 1.2
     """Time for which switch scanning stays on each choice, s."""
+    switches: Literal[0, 1, 2] | None = None
+    """Number of switches that the page is operated with; None: as it was set on the page."""
 
 
 class SceneInfo(WireMessage):

@@ -10,6 +10,7 @@ from cohelm.errors import StoreError
 from cohelm.live.sessions import report
 from cohelm.live.sessions.files import make_private_folder
 from cohelm.live.sessions.records import SessionInfo, SessionSummary
+from cohelm.live.sessions.riders import RiderStore
 from cohelm.live.sessions.session_files import (
     RIDE,
     SESSION,
@@ -36,6 +37,7 @@ class SessionArchive:
 
     def __init__(self, folder: Path) -> None:
         self.folder = make_private_folder(folder)
+        self.riders = RiderStore(self.folder)
 
     def list(self) -> tuple[SessionSummary, ...]:
         """Return all sessions with a ride, the newest first."""
@@ -70,7 +72,8 @@ class SessionArchive:
         for ride in summary.rides:
             with contextlib.suppress(StoreError, ValueError):  # of another version, or missing
                 timelines[ride.id] = Timeline.model_validate_json(self.timeline(ride.id))
-        return report.session_html(summary, maps, timelines)
+        name = self.riders.name(summary.session.rider)
+        return report.session_html(summary, maps, timelines, rider=name)
 
     def csv(self, session: str) -> str:
         """Return the CSV table of a session; errors as in :meth:`summary`."""
@@ -102,6 +105,25 @@ class SessionArchive:
             return self._ride(ride).with_suffix(".timeline").read_bytes()
         except OSError:
             raise StoreError(f"there is no timeline of {ride}, or not yet") from None
+
+    def list_of(self, rider: str) -> tuple[SessionSummary, ...]:
+        """Return the sessions of one rider with a ride, the newest first."""
+        return tuple(each for each in self.list() if rider and each.session.rider == rider)
+
+    def folders_of(self, rider: str) -> tuple[Path, ...]:
+        """Return the folders of the sessions of a rider, unordered."""
+        return tuple(f for f in self._folders() if rider and self._rider_of(f) == rider)
+
+    def unreadable(self) -> int:
+        """Return the number of sessions of which the rider cannot be read."""
+        return sum(self._rider_of(folder) is None for folder in self._folders())
+
+    def _rider_of(self, folder: Path) -> str | None:
+        """Id of the rider of a session; None: it cannot be read."""
+        try:
+            return read(SessionInfo, folder / "session.json").rider
+        except StoreError:
+            return None
 
     def _folders(self) -> tuple[Path, ...]:
         """Return the folders of all sessions, unordered."""

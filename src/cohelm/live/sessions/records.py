@@ -31,6 +31,8 @@ class SessionInfo(Model):
     """Name of the scenario or map."""
     robot: str
     simulation: bool = True
+    rider: str = ""
+    """Id of the rider, see ``sessions.riders``; empty: nobody was chosen."""
 
 
 class LimitsAt(Model):

@@ -17,6 +17,8 @@ from cohelm.live.sessions.timeline import Timeline
 
 BREACH_TOLERANCE = 0.005
 """Distance by which a person may be closer than the target before a report says so, m."""
+SPEED_TOLERANCE = 0.05
+"""Speed above the limit before a report says so, m/s: the error of a measured speed; assumed."""
 
 
 class _Column(NamedTuple):
@@ -57,6 +59,8 @@ def session_html(
     summary: SessionSummary,
     maps: Mapping[str, bytes],
     timelines: Mapping[str, Timeline] = MappingProxyType({}),
+    *,
+    rider: str = "",
 ) -> str:
     """Return the session as one page with folded details, light or dark as the reader's device.
 
@@ -64,6 +68,7 @@ def session_html(
         summary: Session with its rides.
         maps: PNG maps by ride id, as far as they exist.
         timelines: Timelines by ride id, as far as they exist.
+        rider: Name of the rider; empty: nobody was chosen.
     """
     session = summary.session
     where = "in simulation" if session.simulation else "on the chair"
@@ -98,13 +103,46 @@ def session_html(
         "session.html",
         package="cohelm.live.sessions",
         title=f"Session of {session.started[:10]}",
+        rider=rider or "nobody was chosen",
         summary=f"{session.scene} {where}, {session.robot}; started {started} UTC.",
+        breaches=[
+            f"Ride {number}: {text}"
+            for number, ride in enumerate(summary.rides, 1)
+            for text in breaches(ride, timelines.get(ride.id))
+        ],
+        checked=bool(timelines) or any("min_distance" in ride.measures for ride in summary.rides),
         rides=rides,
         details=[
             _section(number, ride, maps.get(ride.id), timelines.get(ride.id))
             for number, ride in enumerate(summary.rides, 1)
         ],
     )
+
+
+def breach_of_distance(ride: RideSummary) -> tuple[float, float] | None:
+    """Return (nearest person, target) if somebody came closer than the target, m; else None."""
+    nearest = ride.measures.get("min_distance")
+    if nearest is None or not ride.limits:
+        return None
+    target = max(each.limits.min_distance for each in ride.limits)
+    return (nearest, target) if nearest < target - BREACH_TOLERANCE else None
+
+
+def breaches(ride: RideSummary, timeline: Timeline | None) -> list[str]:
+    """Return a sentence for each limit that a ride did not keep.
+
+    The acceleration has none: its limit does not hold for braking, which the measure contains.
+    """
+    found = []
+    near = breach_of_distance(ride)
+    if near is not None:
+        found.append(f"a person was at {near[0]:.2f} m, closer than the target of {near[1]:g} m.")
+    if timeline is not None and ride.limits:
+        limit = max(each.limits.max_speed for each in ride.limits)
+        fastest = max((abs(speed) for speed in timeline.speed), default=0.0)
+        if fastest > limit + SPEED_TOLERANCE:
+            found.append(f"the chair drove at {fastest:.2f} m/s, above the limit of {limit:g} m/s.")
+    return found
 
 
 def session_csv(summary: SessionSummary) -> str:
@@ -188,9 +226,8 @@ def _nearest(ride: RideSummary) -> str:
     nearest = ride.measures.get("min_distance")
     if nearest is None:
         return "–"
-    target = max((each.limits.min_distance for each in ride.limits), default=0.0)
-    closer = nearest < target - BREACH_TOLERANCE
-    return f"{nearest:.2f}" + (f", closer than the target of {target:g}" if closer else "")
+    near = breach_of_distance(ride)
+    return f"{nearest:.2f}" + (f", closer than the target of {near[1]:g}" if near else "")
 
 
 def _durations(seconds: Mapping[Any, float]) -> str:
@@ -232,6 +269,7 @@ _COLUMNS = (
     _Column("session", lambda session, _: session.id),
     _Column("ride", lambda _, ride: ride.id),
     _Column("started", lambda _, ride: ride.started),
+    _Column("rider", lambda session, _: session.rider),
     _Column("scene", lambda session, _: session.scene),
     _Column("robot", lambda session, _: session.robot),
     _Column("seed", lambda _, ride: ride.seed),

@@ -13,8 +13,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TypeVar
 
+from cohelm.config import Model
 from cohelm.errors import StoreError
-from cohelm.live.sessions.records import RideSummary, SessionInfo
+from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo
+from cohelm.platforms import is_simulated
+from cohelm.scenarios.build import RideSetup
 
 SESSION = re.compile(r"\d{8}-\d{6}(-\d+)?")
 """Pattern of a session's id; nothing else becomes part of a path."""
@@ -23,7 +26,7 @@ RIDE = re.compile(r"(\d{8}-\d{6}(?:-\d+)?)-r\d+")
 DELETED = ".deleted-"
 """Prefix of the folder of a session that is being deleted."""
 _log = logging.getLogger(__name__)
-_T = TypeVar("_T", SessionInfo, RideSummary)
+_T = TypeVar("_T", bound=Model)
 _DAY = 86_400.0
 
 
@@ -112,6 +115,18 @@ def unknown_ride(ride: str, error: str) -> RideSummary:
     )
 
 
+def session_info(ride_setup: RideSetup, rider: str) -> SessionInfo:
+    """Return the properties of a session that begins now and has no id so far."""
+    return SessionInfo(
+        id="",
+        started=now_utc(),
+        scene=ride_setup.scenario.name,
+        robot=ride_setup.robot.name,
+        simulation=is_simulated(ride_setup.scenario),
+        rider=rider,
+    )
+
+
 def unknown_session(session: str) -> SessionInfo:
     """Return the properties of a session of which only the id can be read."""
     scene = "unknown (session.json cannot be read)"
@@ -130,7 +145,7 @@ def read(kind: type[_T], file: Path) -> _T:
         raise StoreError("cannot be read", file=file) from None
 
 
-def as_json(model: SessionInfo | RideSummary) -> bytes:
+def as_json(model: Model) -> bytes:
     """Return the content of a file."""
     return model.model_dump_json(indent=1).encode() + b"\n"
 
@@ -160,6 +175,37 @@ def now_utc() -> str:
 def not_deleted(folder: Path, cause: OSError) -> StoreError:
     """Return the error for a folder that cannot be deleted."""
     return StoreError(f"cannot be deleted ({cause.strerror or cause})", file=folder)
+
+
+def remove_file(file: Path) -> None:
+    """Remove a file, if it exists.
+
+    Raises:
+        StoreError: It cannot be removed.
+    """
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as cause:
+        raise not_deleted(file, cause) from None
+
+
+def remove_empty_session(folder: Path) -> None:
+    """Remove the folder of a session without a ride."""
+    if {*_names(folder)} <= {"session.json"}:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def text_of_lost_rows(log: RideLog) -> str:
+    """Return the error of a ride some rows of which could not be written; empty: none is lost."""
+    if not log.lost_rows:
+        return ""
+    return f"{log.lost_rows} ticks of this ride, {log.lost_rows * log.step:.1f} s, are not stored."
+
+
+def _names(folder: Path) -> Iterator[str]:
+    """Yield the names of all files in a folder; none if it is missing."""
+    with contextlib.suppress(OSError):
+        yield from (file.name for file in folder.iterdir())
 
 
 def _remove(folder: Path) -> None:

@@ -3,6 +3,7 @@
     DIR/                       0700, every file in it 0600
       settings.json            limits and the rider's settings, see ``control.limits``
       map-changes.json         where the building differs from its map
+      riders/                  who rides, see ``riders``; they stay when sessions are deleted
       audit.jsonl              audit log; it stays when sessions are deleted
       20260131-142530/         a session
         session.json
@@ -12,19 +13,17 @@
 
 Every method may be called from any thread. A writer thread keeps the order of all writes but those
 of :meth:`SessionStore.begin`, which makes a folder with one small file and flushes both to disk in
-the calling thread, the control loop: some ms, once for each drive, and once more after its session
-was deleted. The chair stands then, or begins to move. :attr:`SessionStore.error` says what could
-not be written; it is tried again with every further write, and by :meth:`SessionStore.retry`.
+the calling thread, the control loop: some ms, once for each drive and rider, and once more after
+its session was deleted. The chair stands then, or begins to move. :attr:`SessionStore.error` says
+what could not be written; it is tried again with every further write, and by ``retry``.
 """
 
 from __future__ import annotations
 
 import contextlib
 import functools
-import logging
-import shutil
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -51,11 +50,14 @@ from cohelm.live.sessions.session_files import (
     now_utc,
     read,
     remove_deleted,
+    remove_empty_session,
+    remove_file,
     rides_in,
+    session_info,
     session_of,
     sweep,
+    text_of_lost_rows,
 )
-from cohelm.platforms import is_simulated
 from cohelm.scenarios.build import RideSetup
 
 FAILED = ".failed"
@@ -64,7 +66,6 @@ LOST = "The navigator was lost before it delivered stops, route and destination.
 """Error of a ride without a log."""
 CLOSE_TIMEOUT = 4.0
 """Time for open measurements when the program ends, s; the rest is done at the next start."""
-_log = logging.getLogger(__name__)
 
 
 class SessionStore(SessionArchive):
@@ -100,22 +101,20 @@ class SessionStore(SessionArchive):
             if RIDE.fullmatch(task.stem):
                 self._measure_later(task.stem)
 
-    def begin(self, ride_setup: RideSetup) -> SessionInfo:
-        """Begin a session, to which all further rides belong.
+    def begin(self, ride_setup: RideSetup, rider: str = "") -> SessionInfo:
+        """Begin a session, to which all further rides belong; one without a ride is removed.
+
+        Args:
+            ride_setup: World of its rides.
+            rider: Id of the rider; empty: nobody was chosen.
 
         Raises:
             StoreError: The session cannot be written.
         """
         with self._lock:
-            self._current = self._open_session(
-                SessionInfo(
-                    id="",
-                    started=now_utc(),
-                    scene=ride_setup.scenario.name,
-                    robot=ride_setup.robot.name,
-                    simulation=is_simulated(ride_setup.scenario),
-                )
-            )
+            if self._current is not None and not self._ride_count:
+                remove_empty_session(self.folder / self._current.id)
+            self._current = self._open_session(session_info(ride_setup, rider))
             self._ride_count = 0
             return self._current
 
@@ -174,7 +173,7 @@ class SessionStore(SessionArchive):
                 destination, and the measures come from the rows on disk.
             ride_setup: World of the ride.
         """
-        error = LOST if log is None else _lost_rows(log)
+        error = LOST if log is None else text_of_lost_rows(log)
         session = session_of(record.id)
         record = record.model_copy(update={"session": session, "error": error})
         self._stored_rides.add(record.id)
@@ -226,12 +225,17 @@ class SessionStore(SessionArchive):
         """
         return int(self._background.write(self._delete_all).result())
 
+    def delete_of(self, rider: str) -> int:
+        """Delete the sessions of one rider, and return their number; errors as above."""
+        found = self.folders_of(rider)
+        return int(self._background.write(lambda: self._delete(lambda: found)).result())
+
     def wait_until_idle(self) -> None:
         """Wait for all pending writes and measurements."""
         self._background.wait_until_idle()
 
     def close(self) -> None:
-        """Finish pending work for some seconds, then close; a session without a ride is removed.
+        """Finish pending work for some seconds, then close; remove a session without a ride.
 
         A ride that is not measured by then is measured at the next start.
         """
@@ -239,9 +243,9 @@ class SessionStore(SessionArchive):
         self._closing.set()
         self.wait_until_idle()
         self._background.close()
-        facts, self._current = self._current, None
-        if facts is not None and {*_names(self.folder / facts.id)} <= {"session.json"}:
-            shutil.rmtree(self.folder / facts.id, ignore_errors=True)
+        if self._current is not None:
+            remove_empty_session(self.folder / self._current.id)
+        self._current = None
 
     @property
     def error(self) -> str:
@@ -325,26 +329,21 @@ class SessionStore(SessionArchive):
             task.replace(task.with_suffix(FAILED))
 
     def _delete_all(self) -> int:
-        """Delete all sessions, in the writer thread; an open measurement finds its folder gone."""
+        """Delete all sessions, in the writer thread."""
+        count = self._delete(self._folders)
+        remove_file(self.folder / map_changes.FILE)
+        return count
+
+    def _delete(self, which: Callable[[], Iterable[Path]]) -> int:
+        """Delete sessions, in the writer thread; an open measurement finds its folder gone."""
         try:
-            count = sum(any(rides_in(folder)) for folder in self._folders())
+            count = sum(any(rides_in(folder)) for folder in which())
             with self._lock:  # no session is created meanwhile
-                self._stored_rides.clear()
-                mark_deleted(self._folders())
-                (self.folder / map_changes.FILE).unlink(missing_ok=True)
+                gone = {folder.name: folder for folder in which()}
+                stored = tuple(self._stored_rides)  # at once: the control thread adds to it
+                self._stored_rides.difference_update(r for r in stored if session_of(r) in gone)
+                mark_deleted(gone.values())
         except OSError as cause:
             raise not_deleted(self.folder, cause) from None
         remove_deleted(self.folder)
         return count
-
-
-def _names(folder: Path) -> Iterator[str]:
-    """Yield the names of all files in a folder; none if it is missing."""
-    with contextlib.suppress(OSError):
-        yield from (file.name for file in folder.iterdir())
-
-
-def _lost_rows(log: RideLog) -> str:
-    if not log.lost_rows:
-        return ""
-    return f"{log.lost_rows} ticks of this ride, {log.lost_rows * log.step:.1f} s, are not stored."
