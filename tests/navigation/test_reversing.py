@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohelm.geometry import arc_length
 from cohelm.messages import Reason
 from cohelm.navigation.recovery.driven_track import (
     TRACK_LENGTH,
@@ -84,6 +85,15 @@ def test_the_way_back_begins_at_the_chair_and_joins_the_track():
     assert np.diff(back[:, 0]).max() < 0.0
     assert back[2:, 1] == pytest.approx(0.0)
     assert poses_along(back, np.array([0.0, 1.0]))[1, 0] == pytest.approx(2.05, abs=0.02)
+
+
+def test_the_way_back_follows_a_bend_in_which_the_chair_still_stands():
+    """On an arc of 0.5 m radius the heading turns by 0.8 rad in 0.4 m, which is no pivot."""
+    angle = np.arange(0.0, 1.2, 0.05)
+    bend = zip(2.0 + 0.5 * np.sin(angle), 0.5 * (1.0 - np.cos(angle)), angle, strict=True)
+    poses = [*straight(2.0), *bend]
+    back = way_back(driven(poses), np.array(poses[-1]), 10.0)
+    assert arc_length(back[:, :2])[-1] == pytest.approx(2.0 + 0.5 * 1.2, abs=0.15)
 
 
 def test_the_way_back_ends_where_the_chair_turned_on_the_spot():

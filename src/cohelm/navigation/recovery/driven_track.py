@@ -22,6 +22,8 @@ _PIVOT = 0.6
 """Turn between two poses that ends the way back, rad: the chair turned on the spot there."""
 _MERGE = 0.4
 """Distance within which the way back joins the track, m; a nearer point would need a sharp turn."""
+_ON_TRACK, _ALIGNED = 0.1, 0.2
+"""Offset, m, and turn, rad, from the nearest pose up to which the chair is on its track."""
 
 
 def extend_track(track: Floats | None, pose: Floats) -> Floats:
@@ -52,7 +54,12 @@ def way_back(track: Floats, pose: Floats, limit: float) -> Floats:
         limit: maximum length, m.
     """
     back = track[::-1]
-    back = back[np.hypot(*(back[:, :2] - pose[:2]).T) >= _MERGE] if len(back) else back
+    if len(back):
+        distance = np.hypot(*(back[:, :2] - pose[:2]).T)
+        near = int(np.argmin(distance))
+        turn = abs(float(wrap_angle(back[near, 2] - pose[2])))
+        on_track = distance[near] <= _ON_TRACK and turn <= _ALIGNED
+        back = back[distance >= (_SPACING if on_track else _MERGE)]
     poses = np.concatenate([np.asarray(pose, dtype=float)[None], back])
     turns = np.asarray(wrap_angle(np.diff(poses[:, 2])))
     gaps = np.hypot(*np.diff(poses[:, :2], axis=0).T)

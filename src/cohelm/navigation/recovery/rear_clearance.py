@@ -33,6 +33,10 @@ _PEOPLE_BEHIND = 1.0
 """No person may be, or come within a second, this near behind the backed-up chair, m …"""
 _PEOPLE_BESIDE = 0.5
 """… and this near beside it, m."""
+_STANDING_BEHIND, _STANDING_BESIDE = 0.5, 0.2
+"""The same for people who stand, m: in a jam people wait near the chair."""
+_STANDS = 0.15
+"""Speed below which a person stands, m/s."""
 _RECENT = 0.3
 """Validity of an observation, s: scans are less frequent than ticks."""
 ALONG_TRACK = np.inf
@@ -214,12 +218,13 @@ def _person_behind(robot: Robot, pose: Floats, people: People, limit: float) -> 
     """Check for a person behind the chair now or within a second."""
     low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
     X_RM = inverse(pose)
+    stands = np.hypot(*people.mean[:, 2:].T) < _STANDS
+    extent = np.where(stands, _STANDING_BEHIND, _PEOPLE_BEHIND) + people.radius
+    width = np.where(stands, _STANDING_BESIDE, _PEOPLE_BESIDE) + people.radius
     for after in (0.0, 0.5, 1.0):
         x, y = transform(X_RM, people.mean[:, :2] + after * people.mean[:, 2:]).T
-        extent = _PEOPLE_BEHIND + people.radius
         behind = (x < 0.5 * low[0]) & (x > low[0] - limit - extent)
-        beside = y > low[1] - _PEOPLE_BESIDE - people.radius
-        beside &= y < high[1] + _PEOPLE_BESIDE + people.radius
+        beside = (y > low[1] - width) & (y < high[1] + width)
         if (behind & beside).any():
             return True
     return False
