@@ -3,6 +3,7 @@
 1. Without a forward push the wheels get what the rider asks, behind the gate: the chair turns on
    the spot, backs up or stands.
    A switch turns slowly at first and past a door, where something is near.
+   Before a narrow passage the chair waits for people who come through it the other way.
 2. A motion that is clear of walls and people is left as it is, but that a chair that was led aside
    turns back to the direction of the push. Clear means for 0.8 s to a steady hand, for 3 s to a
    coarse or unsteady one.
@@ -61,15 +62,15 @@ def intent_of(
     if authority.yields:
         parameters = at_its_word(parameters, step.setup.yielding)
     setup, people = step.setup, world.people
-    stand = np.hypot(*people.mean[:, 2:].T) < setup.recovery.walking_speed
-    standing = np.column_stack([people.mean[stand, :2], people.radius[stand]])
+    walks = np.hypot(*people.mean[:, 2:].T) >= setup.recovery.walking_speed
+    standing = np.column_stack([people.mean[~walks, :2], people.radius[~walks]])
     return rider_intent(
         step.observation,
         authority,
         setup.robot,
         horizon=InputHorizon(steps=setup.local_planner.steps, step=setup.local_planner.step),
         speed_limit=setup.speed_limit(step.request),
-        surroundings=Surroundings(walls=world.walls, standing=standing),
+        surroundings=Surroundings(walls=world.walls, standing=standing, walking=people.mean[walks]),
         memory=step.memory.steering,
         parameters=parameters,
     )
@@ -97,9 +98,8 @@ def steer(
         The plan, None where the rider's own motion is taken, and the command for the gate.
     """
     twist = authority.twist
-    if not intent.forward:
-        turn = _turn_share(step, world, intent, twist)
-        return None, Command(twist=twist * np.array([1.0, 1.0, turn]))
+    if intent.waits or not intent.forward:
+        return None, _without_push(step, world, intent, twist)
     if not intent.squeezes:
         share = _clear_share(step, world, intent)
         # Shares differ from tick to tick: where the chair has a path of its own, it plans instead.
@@ -135,6 +135,16 @@ def steer(
             return None, Command(twist=least)
     told = None if plan.brief else plan.reason
     return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
+
+
+def _without_push(
+    step: StepInput, world: WorldModel, intent: RiderIntent, twist: Floats
+) -> Command:
+    """Motion of a chair that waits before a passage, turns on the spot, backs up or stands."""
+    if intent.waits:
+        return Command(twist=np.zeros(3), reason=Reason.WAITING)
+    turn = _turn_share(step, world, intent, twist)
+    return Command(twist=twist * np.array([1.0, 1.0, turn]))
 
 
 def slowly(twist: Floats, outline: Floats, speed: float) -> Floats:
