@@ -7,6 +7,8 @@
 2. A motion that is clear of walls and people is left as it is, but that a chair that was led aside
    turns back to the direction of the push. Clear means for 0.8 s to a steady hand, for 3 s to a
    coarse or unsteady one.
+   A wall of the map that the scan passes stops the chair, but does not turn it
+   (``navigation.map_openings``).
 3. Where only people who walk are in its way, the chair goes the rider's way more slowly; a chair
    that yields takes step 4 at once.
 4. Otherwise the local planner tracks where the stick leads: it slides along walls, rounds people
@@ -20,6 +22,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -28,7 +31,7 @@ from cohelm.arrays import Floats
 from cohelm.errors import ControlError
 from cohelm.messages import Authority, Decision, LocalPlan, Reason
 from cohelm.navigation.command import Allowance, Command, local_problem
-from cohelm.navigation.recovery.context import is_standing_still
+from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 from cohelm.robots.contact import contact_times
@@ -102,6 +105,10 @@ def steer(
         return None, _without_push(step, world, intent, twist)
     if not intent.squeezes:
         share = _clear_share(step, world, intent)
+        if share is None and world.seen_walls is not world.walls:
+            # A wall that only the map has turns no rider aside: the gate stops before it, and a
+            # rider who pushes on opens it.
+            share = _clear_share(step, dataclasses.replace(world, walls=world.seen_walls), intent)
         # Shares differ from tick to tick: where the chair has a path of its own, it plans instead.
         if share == 1.0 or (share is not None and not authority.yields):
             own = share * (twist + np.array([0.0, 0.0, intent.return_rate]))
