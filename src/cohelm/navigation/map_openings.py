@@ -269,10 +269,16 @@ def _opened(static: DistanceField, free: FreeCells) -> tuple[Integers, Floats32]
     blocked = before <= 0.0
     rows, cols = (cells - first).T
     blocked[rows, cols] = False
-    rows, cols = blocked.shape
-    from_row, from_col = np.arange(rows), np.arange(cols)
     border = np.minimum.outer(
-        np.minimum(from_row, rows - 1 - from_row), np.minimum(from_col, cols - 1 - from_col)
+        *(_to_border(*ends) for ends in zip(first, end, static.distance.shape, strict=True))
     )
     bound = np.maximum(before, (border * static.resolution).astype(np.float32))
     return first, read_only(np.minimum(signed_distance(blocked, static.resolution), bound))
+
+
+def _to_border(first: int, end: int, size: int) -> Floats:
+    """Cells from each row or column of a part to its border; that of the map is none."""
+    at = np.arange(first, end)
+    before = at - first if first > 0 else np.inf
+    after = end - 1 - at if end < size else np.inf
+    return np.minimum(before, after) + np.zeros(len(at))
