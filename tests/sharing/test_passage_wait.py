@@ -90,7 +90,7 @@ def test_it_waits_on_for_a_moment_and_longer_while_somebody_is_in_the_passage():
     inside = about(standing=[(0.2, 0.0, 0.25)])
     # people in the passage hide that it leads on
     assert wait(STAND_OFF, about(), now=1.0, memory=seen, found=False).stands
-    assert wait(STAND_OFF, about(), now=3.0, memory=seen, found=False) is None
+    assert wait(STAND_OFF, about(), now=6.0, memory=seen, found=False) is None
     assert wait(STAND_OFF, inside, now=10.0, memory=seen, found=False).stands
     assert wait(STAND_OFF, inside, now=16.0, memory=seen, found=False) is None
 

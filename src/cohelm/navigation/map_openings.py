@@ -161,7 +161,8 @@ def _distances(codes: Integers, found: Detections, grid: OccupancyGrid) -> Float
     """Distances (k,) of cells from a sensor, m."""
     x, y = transform(inverse(grid.X_MG), found.origin)
     columns, side = grid.shape[1], grid.resolution
-    return np.hypot((codes % columns + 0.5) * side - x, (codes // columns + 0.5) * side - y)
+    dx, dy = (codes % columns + 0.5) * side - x, (codes // columns + 0.5) * side - y
+    return np.asarray(np.hypot(dx, dy), dtype=float)
 
 
 def _passed_and_hit(

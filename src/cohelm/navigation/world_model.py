@@ -148,8 +148,8 @@ def _openings(
     """Update the openings by new sweeps, and by a stick that moves nothing."""
     before, now = step.memory.openings or CLOSED, step.observation.time
     rider, mode = step.observation.rider, step.request.mode
-    helped = rider is not None and mode in {Mode.ASSISTED, Mode.SHARED}
-    pushes = helped and bool((np.abs(rider.deflection) > _PUSHED).any())
+    stick = np.zeros(2) if rider is None else np.abs(rider.deflection)
+    pushes = mode in {Mode.ASSISTED, Mode.SHARED} and bool(stick.max() > _PUSHED)
     held = pushes and is_standing_still(step.observation.twist)
     return update_openings(
         before,

@@ -29,7 +29,7 @@ _TOWARDS = 0.4
 """Share of a person's speed that leads to the passage: people walk round what is before it."""
 _MARGIN = 0.5
 """Time that the chair must be through before a person arrives, s."""
-_HOLD = 2.0
+_HOLD = 5.0
 """Time for which the chair goes on waiting for whom it has seen come, s: they stop and turn …"""
 _PATIENCE = 15.0
 """… and the time while somebody is in the passage, where they squeeze through or stand, s."""
