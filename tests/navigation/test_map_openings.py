@@ -106,6 +106,15 @@ def test_what_stands_in_the_opening_closes_it():
     assert not ((cols == 121) & (np.abs(0.05 * rows - 4.0) < 0.3)).any()
 
 
+def test_beams_without_a_return_open_nothing():
+    blind = replace(Detections.empty(0.0, SENSOR), free_ends=sweep(0.0).points)
+    now = CLOSED
+    for k in range(30):
+        found = replace(blind, time=0.1 * (k + 1))
+        now = update_openings(now, (found,), GRID, OPENABLE, pushes=True, held_since=0.0)
+    assert not len(now.seen.codes)
+
+
 def test_a_wall_that_the_scan_sees_never_opens():
     assert not len(swept(3.0, door=(4.0, 4.0)).seen.codes)
 

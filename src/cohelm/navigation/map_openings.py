@@ -168,10 +168,13 @@ def _distances(codes: Integers, found: Detections, grid: OccupancyGrid) -> Float
 def _passed_and_hit(
     found: Detections, grid: OccupancyGrid, openable: Booleans
 ) -> tuple[Integers, Integers]:
-    """Codes of the walls that a sweep passes, and of those where its beams end."""
+    """Codes of the walls that a sweep passes, and of those where its beams end.
+
+    Only beams with a return count: a scanner that fails sees no wall either.
+    """
     X_GM, side = inverse(grid.X_MG), grid.resolution
     origin = transform(X_GM, found.origin) / side
-    ends = transform(X_GM, np.concatenate([found.points, found.free_ends])) / side
+    ends = transform(X_GM, found.points) / side
     around = np.array([1.0, 1.0]) * (_REACH + _BEHIND) / side
     low = np.maximum(np.floor(origin - around).astype(np.int64), 0)
     (c0, r0), (c1, r1) = low, np.ceil(origin + around).astype(np.int64)
@@ -180,7 +183,7 @@ def _passed_and_hit(
         return _NONE, _NONE
     passed, hit = np.zeros_like(near), np.zeros_like(near)
     limits = (_REACH / side, _BEHIND / side)
-    _mark(near, origin - low, ends - low, len(found.points), limits, passed, hit)
+    _mark(near, origin - low, ends - low, limits, passed, hit)
     return _codes(passed & ~hit, r0, c0, grid), _codes(hit, r0, c0, grid)
 
 
@@ -196,7 +199,6 @@ def _mark(  # noqa: PLR0917  # a kernel takes plain arrays
     openable: Booleans,
     origin: Floats,
     ends: Floats,
-    returns: int,
     limits: tuple[float, float],
     passed: Booleans,
     hit: Booleans,
@@ -206,7 +208,7 @@ def _mark(  # noqa: PLR0917  # a kernel takes plain arrays
     Args:
         openable: (rows, cols).
         origin: (column, row) of the sensor.
-        ends: (p, 2) (column, row) of the ends; the first ``returns`` are returns.
+        ends: (p, 2) (column, row) of the returns.
         limits: reach, and the last part of a beam that passes nothing, in cells.
         passed: (rows, cols).
         hit: (rows, cols).
@@ -217,7 +219,7 @@ def _mark(  # noqa: PLR0917  # a kernel takes plain arrays
     for i in range(ends.shape[0]):
         away = ends[i] - origin
         length = np.hypot(away[0], away[1])
-        if i < returns and length < reach + behind:
+        if length < reach + behind:
             c, r = int(np.floor(ends[i, 0])), int(np.floor(ends[i, 1]))
             if 0 <= r < rows and 0 <= c < cols:
                 hit[r, c] = openable[r, c]
