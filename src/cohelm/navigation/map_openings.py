@@ -195,7 +195,7 @@ def _codes(mask: Booleans, row: int, column: int, grid: OccupancyGrid) -> Intege
 
 
 @njit(cache=True)
-def _mark(  # noqa: PLR0917  # a kernel takes plain arrays
+def _mark(  # a kernel takes plain arrays
     openable: Booleans,
     origin: Floats,
     ends: Floats,
