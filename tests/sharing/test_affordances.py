@@ -32,7 +32,7 @@ def led(pose, *, walls=WALLS, width=math.pi / 4, centre=None, standing=NOBODY, r
         reach=reach,
         last=math.nan,
         standing=np.asarray(standing, dtype=float).reshape(-1, 3),
-    )
+    ).heading
 
 
 @pytest.mark.parametrize("y", [3.7, 4.0, 4.3, 4.6, 5.0])

@@ -122,6 +122,17 @@ def test_sessions_are_deleted_at_once_and_the_log_says_so(therapist, drive):
     assert drive.audit.noted[-1] == ("therapist 1", "sessions_deleted", {"sessions": 3})
 
 
+def test_what_is_learned_is_shown_to_the_therapist_and_forgotten(therapist, drive, tmp_path):
+    drive.sessions.folder = tmp_path
+    shown = therapist.get("/api/response").json()
+    assert (shown["tight_speed"], shown["rides"]["tight_speed"], shown["since"]) == (0.8, 0, "")
+    assert therapist.delete("/api/response").json()["since"]
+    assert drive.audit.noted[-1] == ("therapist 1", "response_reset", {})
+    (tmp_path / "response.json").write_text("{", encoding="utf-8")
+    assert therapist.get("/api/response").status_code >= 400
+    assert therapist.delete("/api/response").status_code == 200
+
+
 def test_the_floor_is_kept_by_its_name(open_server):
     with open_server.http() as client:
         assert client.get("/api/floor/abc.png").headers["content-type"] == "image/png"

@@ -1,6 +1,7 @@
 import { fireEvent, render, screen, within } from "@testing-library/svelte";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { SessionSummary } from "./api";
+import Learned from "./Learned.svelte";
 import Sessions from "./Sessions.svelte";
 import SignIn from "./SignIn.svelte";
 
@@ -74,6 +75,34 @@ describe("sessions", () => {
     answers = { "GET /api/sessions": [403, { code: "therapist_only", text: "only the therapist may do this" }] };
     render(Sessions);
     expect((await screen.findByRole("alert")).textContent).toBe("Only the therapist may do this.");
+  });
+});
+
+describe("what is learned", () => {
+  const NOTHING = { tight_speed: 0.8, turn_share: 1, steadiness: 1, rides: { tight_speed: 0 }, since: "" };
+
+  it("is shown, and forgotten with one press", async () => {
+    const learned = { ...NOTHING, tight_speed: 0.7, steadiness: 0.91, rides: { tight_speed: 1, steadiness: 3 } };
+    answers = { "GET /api/response": [200, learned], "DELETE /api/response": [200, NOTHING] };
+    const forgotten = vi.fn();
+    render(Learned, { forgotten });
+    expect(await screen.findByText("0.70 m/s")).toBeTruthy();
+    expect(screen.getByText("(one ride)")).toBeTruthy();
+    expect(screen.getByText("91 %")).toBeTruthy();
+    await fireEvent.click(screen.getByRole("button", { name: "Forget" }));
+    expect(await screen.findByText("0.80 m/s")).toBeTruthy();
+    expect(screen.getByRole("status").textContent).toContain("Forgotten");
+    expect(forgotten).toHaveBeenCalledOnce();
+    expect((screen.getByRole("button", { name: "Forget" }) as HTMLButtonElement).disabled).toBe(true);
+  });
+
+  it("says why it cannot be forgotten", async () => {
+    const learned = { ...NOTHING, rides: { tight_speed: 2 } };
+    answers = { "GET /api/response": [200, learned], "DELETE /api/response": [403, { code: "therapist_only", text: "only the therapist may do this" }] };
+    render(Learned, { forgotten: vi.fn() });
+    await fireEvent.click(await screen.findByRole("button", { name: "Forget" }));
+    expect((await screen.findByRole("alert")).textContent).toBe("Only the therapist may do this.");
+    expect(screen.getByText("(2 rides)")).toBeTruthy();
   });
 });
 

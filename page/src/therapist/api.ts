@@ -38,6 +38,15 @@ export interface SessionSummary {
   rides: RideSummary[];
 }
 
+/** What the chair has learned of its rider, and from how many rides. */
+export interface RiderResponse {
+  tight_speed: number;
+  turn_share: number;
+  steadiness: number;
+  rides: Partial<Record<"tight_speed" | "turn_share" | "steadiness", number>>;
+  since: string;
+}
+
 export interface AuditEntry {
   time: string;
   actor: string;
@@ -52,6 +61,8 @@ export const api = {
   rider: (rider: RiderSettings) => ask<RiderSettings>("PUT", "/api/rider", rider),
   sessions: () => ask<SessionSummary[]>("GET", "/api/sessions"),
   deleteSessions: () => ask<{ deleted: number }>("DELETE", "/api/sessions"),
+  learned: () => ask<RiderResponse>("GET", "/api/response"),
+  forget: () => ask<RiderResponse>("DELETE", "/api/response"),
   audit: () => ask<AuditEntry[]>("GET", "/api/audit"),
 };
 

@@ -45,7 +45,9 @@ def decide(
         decision = dataclasses.replace(decision, twist=np.zeros(3), emergency=True)
     if decision.reason is Reason.BLOCKED and without_keepout is not None:
         setup, position = step.setup, step.observation.pose[:2]
-        physical = local_walls(setup.grid, without_keepout, world.live, position, setup.window)
+        physical = local_walls(
+            setup.grid, without_keepout, world.live, world.openings.opened, position, setup.window
+        )
         if gated(command.twist, step, world, physical).reason is not Reason.BLOCKED:
             return dataclasses.replace(decision, reason=Reason.KEEPOUT)
     if decision.reason is None and command.reason is not None:

@@ -1,4 +1,4 @@
-"""Local distance field about the robot: the map's field and the live obstacles."""
+"""Local distance field about the robot: the map's field with openings, and the live obstacles."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from cohelm.arrays import Floats, Floats32
 from cohelm.geometry import transform
 from cohelm.maps import DistanceField, OccupancyGrid, signed_distance
 from cohelm.messages import LiveObstacles
+from cohelm.navigation.map_openings import FreeCells, with_openings
 
 
 def local_walls(
     grid: OccupancyGrid,
     static: DistanceField,
     live: LiveObstacles,
+    free: FreeCells,
     position: Floats,
     extent: float,
 ) -> DistanceField:
@@ -25,6 +27,7 @@ def local_walls(
         grid: the map.
         static: its distance field.
         live: obstacles that are not in the map.
+        free: walls of the map that are not there.
         position: (2,), m.
         extent: half the side of the window, m.
     """
@@ -34,7 +37,8 @@ def local_walls(
     r1, c1 = min(int(row) + half, grid.shape[0]), min(int(col) + half, grid.shape[1])
     r1, c1 = max(r1, r0 + 1), max(c1, c0 + 1)
     r0, c0 = min(r0, grid.shape[0] - 1), min(c0, grid.shape[1] - 1)
-    window = static.distance[r0:r1, c0:c1]
+    corner = np.array([r0, c0])
+    window = with_openings(static.distance[r0:r1, c0:c1], corner, static, free)
     live_distance = _live_distances(live, grid.resolution)
     if live_distance is None:
         # Contiguous as with obstacles; otherwise kernels are compiled for both layouts.

@@ -14,6 +14,7 @@ from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
 from cohelm.health import NO_CHANGES, Health, HealthState, MapChanges, beam_map, monitor, registered
 from cohelm.maps import DistanceField, distance_field
+from cohelm.maps.masks import closed_cells
 from cohelm.messages import (
     Authority,
     Decision,
@@ -48,7 +49,12 @@ from cohelm.navigation.stage_results import (
 from cohelm.navigation.static_people import with_closed_side
 from cohelm.navigation.steering_help import intent_of
 from cohelm.navigation.tick import Memory, StepInput, Tick
-from cohelm.navigation.world_model import WorldModel, keep_watching, update_world_model
+from cohelm.navigation.world_model import (
+    WorldModel,
+    creeping_through,
+    keep_watching,
+    update_world_model,
+)
 from cohelm.navigation.yielding import measured_by, rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import GateState, check_input
@@ -70,6 +76,7 @@ class Navigator:
         self.walls = distance_field(setup.grid)
         closed = with_keepout_walls(setup.grid, setup.filters)
         self.beams = beam_map(setup.grid, self.walls)
+        self.openable = setup.grid.occupied() & ~closed_cells(setup.filters, setup.grid)
         self.barriers = self.walls if closed is setup.grid else distance_field(closed)
         self.destinations = destination_inference(
             setup.grid,
@@ -103,7 +110,8 @@ class Navigator:
         stopwatch.lap("health")
 
         step = checked.step
-        world = update_world_model(step, self.walls, self.barriers, stopwatch)
+        world = update_world_model(step, self.walls, self.barriers, self.openable, stopwatch)
+        step = creeping_through(step, world)
         confidence = update_confidence(observation, self.walls, step.memory.confidence)
         authority, authority_state = rider_authority(step, confidence)
         authority, yielding = with_yielding(step, authority)
@@ -297,7 +305,9 @@ class Navigator:
         """Close the side that the rider did not select for passing."""
         setup, speed = self.setup, self.setup.replanning.standing_speed
         live = with_closed_side(recovery.side, world.live, setup.grid, world.people, pose, speed)
-        return local_walls(setup.grid, self.barriers, live, pose[:2], setup.window)
+        return local_walls(
+            setup.grid, self.barriers, live, world.openings.opened, pose[:2], setup.window
+        )
 
     def _decide(
         self,

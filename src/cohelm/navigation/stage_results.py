@@ -94,6 +94,7 @@ def _memory(results: StageResults) -> Memory:
         predictor=world.predictor,
         obstacles=world.layer,
         obstacle_memory=world.obstacle_memory,
+        openings=world.openings,
         crowding=world.crowding,
         route=course.route,
         planning_failure=course.failure,

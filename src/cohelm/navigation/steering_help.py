@@ -3,9 +3,12 @@
 1. Without a forward push the wheels get what the rider asks, behind the gate: the chair turns on
    the spot, backs up or stands.
    A switch turns slowly at first and past a door, where something is near.
+   Before a narrow passage the chair waits for people who come through it the other way.
 2. A motion that is clear of walls and people is left as it is, but that a chair that was led aside
    turns back to the direction of the push. Clear means for 0.8 s to a steady hand, for 3 s to a
    coarse or unsteady one.
+   A wall of the map that the scan passes stops the chair, but does not turn it
+   (``navigation.map_openings``).
 3. Where only people who walk are in its way, the chair goes the rider's way more slowly; a chair
    that yields takes step 4 at once.
 4. Otherwise the local planner tracks where the stick leads: it slides along walls, rounds people
@@ -19,6 +22,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -27,7 +31,7 @@ from cohelm.arrays import Floats
 from cohelm.errors import ControlError
 from cohelm.messages import Authority, Decision, LocalPlan, Reason
 from cohelm.navigation.command import Allowance, Command, local_problem
-from cohelm.navigation.recovery.context import is_standing_still
+from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 from cohelm.robots.contact import contact_times
@@ -61,15 +65,15 @@ def intent_of(
     if authority.yields:
         parameters = at_its_word(parameters, step.setup.yielding)
     setup, people = step.setup, world.people
-    stand = np.hypot(*people.mean[:, 2:].T) < setup.recovery.walking_speed
-    standing = np.column_stack([people.mean[stand, :2], people.radius[stand]])
+    walks = np.hypot(*people.mean[:, 2:].T) >= setup.recovery.walking_speed
+    standing = np.column_stack([people.mean[~walks, :2], people.radius[~walks]])
     return rider_intent(
         step.observation,
         authority,
         setup.robot,
         horizon=InputHorizon(steps=setup.local_planner.steps, step=setup.local_planner.step),
         speed_limit=setup.speed_limit(step.request),
-        surroundings=Surroundings(walls=world.walls, standing=standing),
+        surroundings=Surroundings(walls=world.walls, standing=standing, walking=people.mean[walks]),
         memory=step.memory.steering,
         parameters=parameters,
     )
@@ -97,11 +101,14 @@ def steer(
         The plan, None where the rider's own motion is taken, and the command for the gate.
     """
     twist = authority.twist
-    if not intent.forward:
-        turn = _turn_share(step, world, intent, twist)
-        return None, Command(twist=twist * np.array([1.0, 1.0, turn]))
+    if intent.waits or not intent.forward:
+        return None, _without_push(step, world, intent, twist)
     if not intent.squeezes:
         share = _clear_share(step, world, intent)
+        if share is None and world.seen_walls is not world.walls:
+            # A wall that only the map has turns no rider aside: the gate stops before it, and a
+            # rider who pushes on opens it.
+            share = _clear_share(step, dataclasses.replace(world, walls=world.seen_walls), intent)
         # Shares differ from tick to tick: where the chair has a path of its own, it plans instead.
         if share == 1.0 or (share is not None and not authority.yields):
             own = share * (twist + np.array([0.0, 0.0, intent.return_rate]))
@@ -135,6 +142,16 @@ def steer(
             return None, Command(twist=least)
     told = None if plan.brief else plan.reason
     return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
+
+
+def _without_push(
+    step: StepInput, world: WorldModel, intent: RiderIntent, twist: Floats
+) -> Command:
+    """Motion of a chair that waits before a passage, turns on the spot, backs up or stands."""
+    if intent.waits:
+        return Command(twist=np.zeros(3), reason=Reason.WAITING)
+    turn = _turn_share(step, world, intent, twist)
+    return Command(twist=twist * np.array([1.0, 1.0, turn]))
 
 
 def slowly(twist: Floats, outline: Floats, speed: float) -> Floats:

@@ -32,6 +32,7 @@ from cohelm.messages import (
 )
 from cohelm.navigation.crowding import CrowdingState
 from cohelm.navigation.destination_inference import DestinationState
+from cohelm.navigation.map_openings import MapOpenings
 from cohelm.navigation.obstacle_memory import ObstacleMemory
 from cohelm.navigation.recovery.progress_checker import ProgressState
 from cohelm.navigation.recovery.rear_clearance import RearMemory
@@ -56,6 +57,7 @@ class Memory:
     """The predictor's own record."""
     obstacles: ObstacleLayerState | None = None
     obstacle_memory: ObstacleMemory | None = None
+    openings: MapOpenings | None = None
     crowding: CrowdingState | None = None
     route: RouteState | None = None
     planning_failure: PlanningFailure | None = None

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from cohelm.arrays import Booleans
 from cohelm.health import Health
 from cohelm.maps import DistanceField
 from cohelm.messages import (
     Groups,
     LiveObstacles,
+    Mode,
     Observation,
     People,
     Predictions,
@@ -21,8 +26,10 @@ from cohelm.messages import (
 from cohelm.navigation.contact_watch import update_last_contact
 from cohelm.navigation.crowding import CrowdingState, update_crowding
 from cohelm.navigation.local_walls import local_walls
+from cohelm.navigation.map_openings import CLOSED, MapOpenings, update_openings
 from cohelm.navigation.obstacle_memory import EMPTY, ObstacleMemory, update_obstacle_memory
 from cohelm.navigation.setup import NavigatorSetup
+from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import Memory, StepInput
 from cohelm.perception import (
     Detections,
@@ -33,6 +40,8 @@ from cohelm.perception import (
 )
 from cohelm.stopwatch import Stopwatch
 
+_PUSHED = 0.15
+"""Deflection of a stick that would move a chair whose way is free, share of full."""
 _OBSTRUCTED = frozenset({Reason.SCAN_IMPLAUSIBLE, Reason.SCAN_BLIND})
 """Reasons of health for which the rest of the view may still be believed."""
 
@@ -47,6 +56,8 @@ class WorldModel:
     spaces: SocialSpaces
     walls: DistanceField
     """Map, keepout zones and live obstacles, in a window about the robot."""
+    seen_walls: DistanceField
+    """The same without the walls of the map that the scan passes."""
     live: LiveObstacles
     sensing: Sensing
     detections: tuple[Detections, ...]
@@ -58,12 +69,18 @@ class WorldModel:
     obstacle_memory: ObstacleMemory
     """Obstacles outside the window of the layer."""
     crowding: CrowdingState
+    openings: MapOpenings
+    """Walls of the map that the scan passes, and where the rider has pushed on."""
     last_contact: float
     """Time when a walking person last touched the chair, s."""
 
 
 def update_world_model(
-    step: StepInput, map_walls: DistanceField, barriers: DistanceField, stopwatch: Stopwatch
+    step: StepInput,
+    map_walls: DistanceField,
+    barriers: DistanceField,
+    openable: Booleans,
+    stopwatch: Stopwatch,
 ) -> WorldModel:
     """Run perception, prediction and the social model.
 
@@ -71,6 +88,7 @@ def update_world_model(
         step: input of the step.
         map_walls: distance field of the static map.
         barriers: the same with keepout zones as walls, which hold in every mode but manual.
+        openable: (rows, cols) walls of the map that are no keepout zone.
         stopwatch: books the time by stage.
     """
     setup, observation, memory = step.setup, step.observation, step.memory
@@ -97,7 +115,12 @@ def update_world_model(
     )
     stopwatch.lap("social")
     live = layer.obstacles
-    walls = local_walls(setup.grid, barriers, live, observation.pose[:2], setup.window)
+    openings = _openings(step, detections, openable)
+    position = observation.pose[:2]
+    walls = local_walls(setup.grid, barriers, live, openings.opened, position, setup.window)
+    seen_walls = walls
+    if len(openings.seen.codes) > len(openings.opened.codes):
+        seen_walls = local_walls(setup.grid, barriers, live, openings.seen, position, setup.window)
     stopwatch.lap("walls")
     return WorldModel(
         people=people,
@@ -105,6 +128,7 @@ def update_world_model(
         predictions=predictions,
         spaces=spaces,
         walls=walls,
+        seen_walls=seen_walls,
         live=live,
         sensing=perceived.sensing,
         detections=detections,
@@ -113,8 +137,36 @@ def update_world_model(
         layer=layer,
         obstacle_memory=obstacle_memory,
         crowding=crowding,
+        openings=openings,
         last_contact=update_last_contact(memory.last_contact, setup.robot, observation, people),
     )
+
+
+def _openings(
+    step: StepInput, detections: tuple[Detections, ...], openable: Booleans
+) -> MapOpenings:
+    """Update the openings by new sweeps, and by a stick that moves nothing."""
+    before, now = step.memory.openings or CLOSED, step.observation.time
+    rider, mode = step.observation.rider, step.request.mode
+    stick = np.zeros(2) if rider is None else np.abs(rider.deflection)
+    pushes = mode in {Mode.ASSISTED, Mode.SHARED} and bool(stick.max() > _PUSHED)
+    held = pushes and is_standing_still(step.observation.twist)
+    return update_openings(
+        before,
+        detections,
+        step.setup.grid,
+        openable,
+        pushes=pushes,
+        held_since=min(before.held_since, now) if held else math.inf,
+    )
+
+
+def creeping_through(step: StepInput, world: WorldModel) -> StepInput:
+    """Limit the speed of a chair that has just been led through a wall of the map."""
+    if step.observation.time >= world.openings.slow_until:
+        return step
+    limit = min(step.request.speed_limit, step.setup.progress.creep_speed)
+    return dataclasses.replace(step, request=dataclasses.replace(step.request, speed_limit=limit))
 
 
 def keep_watching(

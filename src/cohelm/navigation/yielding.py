@@ -8,7 +8,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.messages import Authority, LocalPlan, Mode
-from cohelm.navigation.recovery.context import is_standing_still
+from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import StepInput
 from cohelm.sharing import RiderIntent, YieldingState, update_yielding
 

@@ -23,9 +23,9 @@ from cohelm.sharing.intent import (
     RiderIntent,
     SteeringParameters,
     SteeringState,
-    Surroundings,
 )
 from cohelm.sharing.offers import EMPTY, OfferParameters, OfferState, update_offers
+from cohelm.sharing.passage_wait import Surroundings
 from cohelm.sharing.steering import rider_intent
 from cohelm.sharing.yielding import (
     YieldingParameters,

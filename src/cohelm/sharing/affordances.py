@@ -69,6 +69,15 @@ class NarrowPassage(NamedTuple):
     """m; +inf: there is none."""
 
 
+class Aim(NamedTuple):
+    """Direction to which the chair is led."""
+
+    heading: float
+    """rad."""
+    passage: NarrowPassage | None = None
+    """Narrow passage that lies there."""
+
+
 def aim(
     pose: Floats,
     walls: DistanceField,
@@ -79,7 +88,7 @@ def aim(
     reach: float,
     last: float,
     standing: Floats = _NOBODY,
-) -> float:
+) -> Aim:
     """Find the heading that leads on within an interval of directions.
 
     It is the middle of the interval where this is free over the whole reach, or where nothing else
@@ -96,11 +105,11 @@ def aim(
         standing: people who stand, (n, 3) as x, y and radius, m.
 
     Returns:
-        The heading, rad.
+        The heading, and the narrow passage that it leads to.
     """
     count = int(width / _SPACING)
     if count == 0:
-        return centre
+        return Aim(centre)
     offsets: Floats = np.arange(-float(count), count + 1.0) * _SPACING
     grid, radius = wall_grid(walls), robot.inscribed_radius + _GAP
     headings: Floats = centre + offsets
@@ -113,10 +122,11 @@ def aim(
         best = count
     heading = centre + float(offsets[best])
     passage = find_passage(grid, pose[:2], heading, float(lengths[best]))
-    if passage.width < _NARROW:
+    narrow = passage.width < _NARROW
+    if narrow:
         heading = _onto_axis(pose, passage)
     off = float(wrap_angle(heading - centre))
-    return centre + min(max(off, -width), width)
+    return Aim(centre + min(max(off, -width), width), passage if narrow else None)
 
 
 def is_open(pose: Floats, walls: DistanceField, robot: Robot, standing: Floats = _NOBODY) -> bool:

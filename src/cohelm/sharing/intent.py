@@ -9,9 +9,9 @@ from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
-from cohelm.maps import DistanceField
 from cohelm.messages import Reference
 from cohelm.sharing.hand import FREE_STICK, HandState
+from cohelm.sharing.passage_wait import PassageWait
 
 
 class SteeringParameters(Model):
@@ -77,6 +77,8 @@ class SteeringState:
     """Time since which a push has moved nothing, s."""
     squeezes_until: float = -math.inf
     """s."""
+    wait: PassageWait | None = None
+    """For somebody who comes through the narrow passage ahead."""
 
 
 @value
@@ -105,13 +107,5 @@ class RiderIntent:
     """The rider's own motion is taken while it keeps this gap to walls, m."""
     squeezes: bool
     """A push has moved nothing for a while."""
-
-
-@value
-class Surroundings:
-    """Things about the chair that do not walk."""
-
-    walls: DistanceField
-    """Of map and live obstacles."""
-    standing: Annotated[Floats, Shape("n 3")]
-    """People who stand, as x, y and radius, m."""
+    waits: bool = False
+    """Somebody comes through the narrow passage ahead, and needs the room before it."""

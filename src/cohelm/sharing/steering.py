@@ -20,10 +20,11 @@ from cohelm.arrays import Floats
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Authority, Observation, Reference
 from cohelm.robots import Robot
-from cohelm.sharing.affordances import aim, faces_passage, is_open
+from cohelm.sharing.affordances import Aim, aim, faces_passage, is_open
 from cohelm.sharing.authority import InputHorizon, stick_twist
 from cohelm.sharing.hand import COARSE, HandState, update_hand
-from cohelm.sharing.intent import RiderIntent, SteeringParameters, SteeringState, Surroundings
+from cohelm.sharing.intent import RiderIntent, SteeringParameters, SteeringState
+from cohelm.sharing.passage_wait import Surroundings, waits_before
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
 _FORWARD = 0.02
@@ -66,9 +67,7 @@ def rider_intent(
         parameters: what a stick means.
     """
     memory = memory or SteeringState(time=observation.time, stick=authority.deflection)
-    state, lean = _updated(
-        observation, authority.deflection, robot, surroundings, memory, parameters
-    )
+    state, lean = _updated(observation, authority, robot, surroundings, memory, parameters)
     p, raw, stick, hand = parameters, authority.deflection, state.stick, state.hand
     heading = float(observation.pose[2])
     twist = stick_twist(np.array([max(stick[0], 0.0), stick[1]]), robot, speed_limit)
@@ -91,19 +90,21 @@ def rider_intent(
         clear_time=_clear_time(hand, p),
         wall_gap=p.wall_gap,
         squeezes=observation.time < state.squeezes_until,
+        waits=raw[0] > _FORWARD and state.wait is not None and state.wait.stands,
     )
     return intent, state
 
 
 def _updated(
     observation: Observation,
-    raw: Floats,
+    authority: Authority,
     robot: Robot,
     surroundings: Surroundings | None,
     memory: SteeringState,
     p: SteeringParameters,
 ) -> tuple[SteeringState, int]:
     """(memory after the newest deflection, side to which the stick leans)."""
+    raw = authority.deflection
     heading, elapsed = float(observation.pose[2]), observation.time - memory.time
     stick = _smoothed(raw, memory.stick, elapsed, p.smoothing)
     hand = _hand(observation, stick, elapsed, memory.hand, p)
@@ -113,15 +114,19 @@ def _updated(
     kept = _on_open_side(kept, heading, lean)
     aimed = _aimed(observation.pose, robot, surroundings, (kept, hand.width), memory.aim, p)
     pushed, until = _squeezing(observation, raw, memory, p)
+    wait = waits_before(
+        observation, float(authority.twist[0]), aimed.passage, surroundings, robot, memory.wait
+    )
     state = SteeringState(
         time=observation.time,
         stick=stick,
         hand=hand,
         heading=kept,
-        aim=_on_open_side(aimed, heading, lean),
+        aim=_on_open_side(aimed.heading, heading, lean),
         turned_since=_turned_since(observation.time, raw, memory),
         pushed_since=pushed,
         squeezes_until=until,
+        wait=wait,
     )
     return state, lean
 
@@ -175,11 +180,11 @@ def _aimed(
     interval: tuple[float, float],
     last: float,
     p: SteeringParameters,
-) -> float:
-    """Heading that leads on within an interval, rad, given as its middle and half its width."""
+) -> Aim:
+    """Heading that leads on within an interval, given as its middle and half its width, rad."""
     kept, width = interval[0], min(interval[1] * p.attraction, p.max_deviation)
     if surroundings is None or math.isnan(kept):
-        return kept
+        return Aim(kept)
     return aim(
         pose,
         surroundings.walls,

@@ -13,6 +13,7 @@ from cohelm.live.messages import Limits, RiderSettings, Role, StopCommand
 from cohelm.live.page.floor_solids import FloorSolids
 from cohelm.live.sessions.audit import AuditEntry
 from cohelm.live.sessions.records import SessionSummary
+from cohelm.live.sessions.response import RiderResponse, reset_response, stored_response
 from cohelm.web.problems import ProblemResponse, RequestRefused
 from cohelm.web.schema import messages_schema
 from cohelm.web.server_context import ServerContext, address_of
@@ -234,6 +235,20 @@ def delete_sessions(who: Therapist, here: Here) -> DeletedSessions:
     count = here.drive.sessions.delete_all()
     here.log_event(who.name, "sessions_deleted", sessions=count)
     return DeletedSessions(deleted=count)
+
+
+@router.get("/response")
+def learned_response(_: Therapist, here: Here) -> RiderResponse:
+    """Return what the chair has learned of its rider from the stored rides."""
+    return stored_response(here.drive.sessions.folder)
+
+
+@router.delete("/response")
+def forget_response(who: Therapist, here: Here) -> RiderResponse:
+    """Forget it: rides until now no longer count; takes effect when the drive starts anew."""
+    reset_response(here.drive.sessions.folder)
+    here.log_event(who.name, "response_reset")
+    return stored_response(here.drive.sessions.folder)
 
 
 @router.get("/sessions/{session}.html", response_class=Response)

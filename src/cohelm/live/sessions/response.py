@@ -1,4 +1,4 @@
-"""Response of a rider, learned slowly from the stored rides, shown, and reset with one command.
+"""Response of a rider, learned slowly from the stored rides, shown, and reset at once.
 
 Each measured ride has its own estimates (``evaluation.metrics.rider``), stored with the ride and
 deleted with it. Nothing else is stored but the time of the last reset.

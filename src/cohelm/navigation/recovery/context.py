@@ -37,11 +37,10 @@ from cohelm.navigation.recovery.stages import (
 from cohelm.navigation.replanning.remaining_path import remaining_path
 from cohelm.navigation.replanning.replanner import RouteState
 from cohelm.navigation.replanning.route_query import PlanReason
+from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 
-_STANDING_SPEED, _STANDING_TURN_RATE = 0.05, 0.1
-"""Odometry below this is noise or standstill, m/s and rad/s."""
 _DIRECTION_POINTS = 8
 """Number of path points over which its direction is computed."""
 _MAX_CURVATURE = 1.5
@@ -49,12 +48,6 @@ _MAX_CURVATURE = 1.5
 _REQUESTED = frozenset({PlanReason.FIRST, PlanReason.GOAL, PlanReason.WISH})
 _LESS_SPECIFIC = frozenset({None, Reason.NO_SAFE_PLAN, Reason.BLOCKED, Reason.OVER_LIMITS})
 """Reasons that the reason of the recovery replaces."""
-
-
-def is_standing_still(twist: Floats) -> bool:
-    """Check that a measured twist (3,) is that of a chair at rest."""
-    speed, turn_rate = float(np.hypot(*twist[:2])), abs(float(twist[2]))
-    return speed < _STANDING_SPEED and turn_rate < _STANDING_TURN_RATE
 
 
 class RecoveryUpdate(NamedTuple):
