@@ -127,10 +127,14 @@ def _update_scanners(
         at = PosesAtSweep(
             move(observation.pose, observation.twist, since),
             move(motion.odometry, observation.twist, scan.time - observation.time),
+            jumped=before is not None and motion.jumped > before.time,
         )
         now = update_scanner(before, scan, at, known, p)
         elapsed = scan.time - before.time if before else p.smoothing
-        localisation = update_localisation(localisation, now.fit, elapsed, scan.time, p)
+        carried = now.continuity.fall >= p.break_fall
+        localisation = update_localisation(
+            localisation, now.fit, elapsed, scan.time, p, carried=carried
+        )
         if localisation.state is LocalisationState.GOOD:
             changes = update_map_changes(
                 changes, now.fit, now.beams, at.reported, scan.mount, scan.time

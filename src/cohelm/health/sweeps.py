@@ -10,6 +10,7 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.geometry import compose, inverse
 from cohelm.health.agreement import ratio
+from cohelm.health.continuity import Continuity, update_continuity
 from cohelm.health.map_fit import BeamTable, MapFit, SolidMap, fit_map
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.scan_motion import ScanMotion, Sweep, scan_motion
@@ -47,6 +48,8 @@ class SweepAgreement(NamedTuple):
     """True if the sweeps fit each other."""
     torn: bool = False
     """True if one sweep does not continue the other at all."""
+    inliers: float = math.nan
+    """Share of the points that continue the earlier sweep; NaN: not compared."""
 
 
 class ScannerState(NamedTuple):
@@ -59,6 +62,7 @@ class ScannerState(NamedTuple):
     beams: BeamTable
     agreement: SweepAgreement
     earlier: EarlierSweep
+    continuity: Continuity = Continuity()
 
 
 class PosesAtSweep(NamedTuple):
@@ -66,6 +70,8 @@ class PosesAtSweep(NamedTuple):
 
     reported: Floats
     odometry: Floats
+    jumped: bool = False
+    """True if the localiser corrects itself: no break of the view."""
 
 
 def update_scanner(
@@ -93,9 +99,11 @@ def update_scanner(
     now = EarlierSweep(scan.time, scan.ranges, at.reported, at.odometry)
     earlier = memory.earlier if memory else now
     agreement, keep = _compare(earlier, now, scan, memory, p)
-    return ScannerState(
-        scan.time, scan.ranges, check, fit, beams, agreement, earlier if keep else now
-    )
+    usual = memory.continuity if memory and not at.jumped else Continuity()
+    elapsed = scan.time - memory.time if memory else p.smoothing
+    continuity = update_continuity(usual, agreement.inliers, fit, elapsed, scan.time, p)
+    earlier = earlier if keep else now
+    return ScannerState(scan.time, scan.ranges, check, fit, beams, agreement, earlier, continuity)
 
 
 def _compare(
@@ -126,6 +134,7 @@ def _compare(
         pose=_excess(from_pose, scan.mount, by_pose, p) if best >= p.min_inliers else 0.0,
         matched=best >= p.min_inliers,
         torn=best < p.lost_inliers,
+        inliers=best,
     ), keep
 
 
