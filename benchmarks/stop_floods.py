@@ -17,9 +17,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from cohelm.web.connections import MAX_CONNECTIONS, MAX_CONNECTIONS_PER_ADDRESS
 from tests.web.conftest import TOKENS, Served, Still
 from tests.web.test_stop_under_floods import FLOODS, WITHIN, flooded, measured
+
+from cohelm.web.connections import MAX_CONNECTIONS, MAX_CONNECTIONS_PER_ADDRESS
 
 
 def main() -> int:

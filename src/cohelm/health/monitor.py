@@ -214,7 +214,8 @@ def _motion_symptoms(
     matched = [s.agreement for s in fresh if s.agreement.matched]
     wheels = any(a.wheels >= 1.0 for a in matched)
     pose = any(a.pose >= 1.0 for a in matched)
-    if any(s.agreement.torn for s in fresh) and not matched:
+    torn = any(s.agreement.torn for s in fresh) and not matched
+    if torn or any(s.objects.vanished(s.time) for s in fresh):
         out.append(Reason.SCAN_MOTION)
     if wheels and pose:
         out.append(Reason.SENSORS_DISAGREE if apart else Reason.SCAN_MOTION)

@@ -15,6 +15,7 @@ from cohelm.health.map_fit import BeamTable, MapFit, SolidMap, fit_map
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.scan_motion import ScanMotion, Sweep, scan_motion
 from cohelm.health.scan_values import SweepCheck, check_sweep
+from cohelm.health.vanished import NO_OBJECTS, FreeObjects, update_free_objects
 from cohelm.messages import Scan
 
 _MAX_AGE = 1.0
@@ -63,6 +64,7 @@ class ScannerState(NamedTuple):
     agreement: SweepAgreement
     earlier: EarlierSweep
     continuity: Continuity = Continuity()
+    objects: FreeObjects = NO_OBJECTS
 
 
 class PosesAtSweep(NamedTuple):
@@ -102,8 +104,18 @@ def update_scanner(
     usual = memory.continuity if memory and not at.jumped else Continuity()
     elapsed = scan.time - memory.time if memory else p.smoothing
     continuity = update_continuity(usual, agreement.inliers, fit, elapsed, scan.time, p)
+    objects = update_free_objects(
+        memory.objects if memory else NO_OBJECTS,
+        scan.ranges,
+        scan.angle_min,
+        scan.angle_increment,
+        compose(at.odometry, scan.mount),
+        scan.time,
+    )
     earlier = earlier if keep else now
-    return ScannerState(scan.time, scan.ranges, check, fit, beams, agreement, earlier, continuity)
+    return ScannerState(
+        scan.time, scan.ranges, check, fit, beams, agreement, earlier, continuity, objects
+    )
 
 
 def _compare(
