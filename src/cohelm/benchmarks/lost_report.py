@@ -70,7 +70,7 @@ def lost_report(results: Sequence[Result], folder: Path) -> BenchReport:
 
 
 def roc(rows: Sequence[Mapping[str, Any]], series: Sequence[Floats]) -> list[RocPoint]:
-    """Curve of the fit of scan and map alone over its threshold."""
+    """Curve of the fit of scan and map, with breaks of the view, over multiples of the bounds."""
     p, out = HealthParameters(), []
     scores = [
         np.max(each[:, 1:] / [p.lost_share, p.lost_offset, p.lost_turn, p.break_fall], axis=1)
