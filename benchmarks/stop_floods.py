@@ -10,6 +10,7 @@ Printed are the times from the press to the answer, which follows the chair's.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -28,6 +29,7 @@ def main() -> int:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--times", type=int, default=3, help="floods of each kind and size")
     chosen = options.parse_args()
+    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     worst, drive = 0.0, Still()
     with Served(drive, tokens={"therapist": TOKENS["therapist"]}) as server:
         measured(server, drive)  # the first requests import and compile
