@@ -116,7 +116,8 @@ def _free_objects(ranges: Floats, first: float, increment: float) -> Floats:
 def _joined(ranges: Floats, i: int, j: int) -> bool:
     """Check that two neighbouring beams meet one object."""
     one, other = ranges[i], ranges[j]
-    return 0.05 < one < 1e3 and 0.05 < other < 1e3 and abs(one - other) < _STEP
+    returned: bool = 0.05 < one < 1e3 and 0.05 < other < 1e3
+    return returned and bool(abs(one - other) < _STEP)
 
 
 @njit(cache=True)
