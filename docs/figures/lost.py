@@ -3,7 +3,8 @@
     cohelm bench lost --seeds 100 --out benches/lost
     python docs/figures/lost.py benches/lost
 
-The curve is the fit of scan and map alone; the point is the whole monitor.
+The curve is the fit of scan and map, with breaks of the view, at multiples of the bounds; the point
+is the whole monitor.
 """
 
 from __future__ import annotations
@@ -27,7 +28,9 @@ def main() -> None:
     figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
     alarms = [each["alarms"] for each in curve]
     detected = [100.0 * each["detected"] for each in curve]
-    axes.plot(alarms, detected, ".-", color="tab:blue", label="scan against map, by threshold")
+    axes.plot(
+        alarms, detected, ".-", color="tab:blue", label="scan against map and breaks, by threshold"
+    )
     bound = min(curve, key=lambda each: abs(each["threshold"] - 1.0))
     axes.plot(bound["alarms"], 100.0 * bound["detected"], "o", color="tab:blue", ms=9, mfc="none")
     axes.plot(

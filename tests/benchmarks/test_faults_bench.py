@@ -159,7 +159,7 @@ def load_with_onset(task):
 def drive(carried, contradiction, found=math.nan):
     time = np.arange(0.0, 8.05, 0.1)
     level = np.where(time > 5.0, contradiction, 0.02)
-    series = np.column_stack([time, level, np.zeros((len(time), 2))])
+    series = np.column_stack([time, level, np.zeros((len(time), 3))])
     columns = {"floor": "a", "seed": 0, "people": 0, "carried": float(carried), "distance": 2.0}
     return Result(
         {**columns, "at": 5.0, "duration": 8.0, "found": found, "error": ""}, {"series": series}

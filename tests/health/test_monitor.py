@@ -54,6 +54,7 @@ BELIEVED = [
     ("twist_scaled", -1.0, 0.3),
     ("command_flipped", None, 1.2),
     ("kidnapped", 2.0, 0.8),
+    ("people_lost", 1.0, 0.4),
 ]
 
 

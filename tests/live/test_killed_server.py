@@ -1,5 +1,6 @@
 """A program that is killed in mid-ride, or whose disk is full: no ride is lost without a word."""
 
+import contextlib
 import multiprocessing
 import os
 import resource
@@ -51,19 +52,28 @@ def driving(folder, pipe, largest):
         time.sleep(0.1)
 
 
-def reports_of(folder, until, largest=None):
-    """Reports of a program that drives until something holds, and is then killed."""
+@contextlib.contextmanager
+def started(target, folder, more):
+    """Pipe from a program that is killed at the end; at its early death receiving fails at once."""
     ours, theirs = spawn.Pipe()
-    process = spawn.Process(target=driving, args=(folder, theirs, largest))
+    process = spawn.Process(target=target, args=(folder, theirs, more))
     process.start()
-    reports = []
+    theirs.close()
     try:
-        while not until(reports):
-            assert ours.poll(240.0)
-            reports.append(ours.recv())
+        yield ours
     finally:
         os.kill(process.pid, signal.SIGKILL)
         process.join()
+        ours.close()
+
+
+def reports_of(folder, until, largest=None):
+    """Reports of a program that drives until something holds, and is then killed."""
+    reports = []
+    with started(driving, folder, largest) as pipe:
+        while not until(reports):
+            assert pipe.poll(240.0)
+            reports.append(pipe.recv())
     return reports
 
 
@@ -144,18 +154,12 @@ def gone(folder):
 def test_a_slower_limit_acts_at_once_whatever_the_disk_does(tmp_path, damage):
     """Within the braking from 0.5 to 0.2 m/s at the gentlest deceleration, and it is said."""
     folder = tmp_path / "sessions"
-    ours, theirs = spawn.Pipe()
-    process = spawn.Process(target=limiting, args=(folder, theirs, damage))
-    process.start()
     reports = []
-    try:
+    with started(limiting, folder, damage) as pipe:
         while not reports or reports[-1][0] < 3.0 or not reports[-1][2]:
-            assert ours.poll(240.0)
-            reports.append(ours.recv())
+            assert pipe.poll(240.0)
+            reports.append(pipe.recv())
             assert reports[-1][0] < 15.0, reports[-1]
-    finally:
-        os.kill(process.pid, signal.SIGKILL)
-        process.join()
     late = [speed for since, speed, _, _ in reports if since > 2.0]
     assert max(late) < SLOWER + 0.03
     assert reports[-1][3]

@@ -140,10 +140,13 @@ def _boxes(points: Floats, rng: np.random.Generator) -> list[str]:
 
 
 def follow(setup: RideSetup, seed: int, carried_at: float) -> tuple[Floats, float, float]:
-    """Drive the route with the monitor watching.
+    """Drive the route with the monitor watching, up to a contact.
+
+    The follower avoids nobody; who is in the chair would be within its scanner.
 
     Returns:
-        (series (k, 4): time, contradiction, offset of the best fit (m), its turn (rad);
+        (series (k, 5): time, contradiction, offset of the best fit (m), its turn (rad), fall of
+        the share on walls after a break of the view;
         time of the first finding that would stop the chair, NaN: none;
         distance by which the chair was carried, m).
     """
@@ -160,12 +163,16 @@ def follow(setup: RideSetup, seed: int, carried_at: float) -> tuple[Floats, floa
         health, state = monitor(observation, request, setup.robot, known, state, p)
         where = health.localisation
         far = float(np.hypot(*where.offset[:2]))
-        rows.append((observation.time, where.contradiction, far, abs(float(where.offset[2]))))
+        turn = abs(float(where.offset[2]))
+        fall = max((each.continuity.fall for each in state.scanners if each), default=0.0)
+        rows.append((observation.time, where.contradiction, far, turn, fall))
         if math.isnan(found) and any(each.reason in DETECTING for each in health.findings):
             found = observation.time
         end = min(LONGEST, carried_at + AFTER)
         near = np.hypot(*(observation.pose[:2] - setup.request.goal)) < 0.5
-        if truth.time >= end or near or (truth.hit_wall and truth.time > carried_at):
+        met = bool(truth.hit_moving.any() or truth.hit_standing.any())
+        hit = met or (truth.hit_wall and truth.time > carried_at)
+        if truth.time >= end or near or hit:
             return np.array(rows), found, moved
         world.advance(Decision(twist=_pursue(observation.pose, setup.route.points)))
 

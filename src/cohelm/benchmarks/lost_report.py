@@ -70,10 +70,11 @@ def lost_report(results: Sequence[Result], folder: Path) -> BenchReport:
 
 
 def roc(rows: Sequence[Mapping[str, Any]], series: Sequence[Floats]) -> list[RocPoint]:
-    """Curve of the fit of scan and map alone over its threshold."""
+    """Curve of the fit of scan and map, with breaks of the view, over multiples of the bounds."""
     p, out = HealthParameters(), []
     scores = [
-        np.max(each[:, 1:] / [p.lost_share, p.lost_offset, p.lost_turn], axis=1) for each in series
+        np.max(each[:, 1:] / [p.lost_share, p.lost_offset, p.lost_turn, p.break_fall], axis=1)
+        for each in series
     ]
     hours = sum(_sound_time(row) for row in rows) / 3600.0
     for threshold in THRESHOLDS:

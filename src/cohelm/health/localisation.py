@@ -18,7 +18,13 @@ _LOST, _UNKNOWN = LocalisationState.LOST, LocalisationState.UNKNOWN
 
 
 def update_localisation(
-    before: LocalisationHealth, fit: MapFit, elapsed: float, time: float, p: HealthParameters
+    before: LocalisationHealth,
+    fit: MapFit,
+    elapsed: float,
+    time: float,
+    p: HealthParameters,
+    *,
+    carried: bool = False,
 ) -> LocalisationHealth:
     """Add the fit of a sweep; one that shows too little of the map changes nothing.
 
@@ -28,15 +34,18 @@ def update_localisation(
         elapsed: time since the last sweep, s.
         time: of the sweep, s.
         p: parameters.
+        carried: the view broke off, and less of it is on the map since.
     """
     enough = fit.hit + fit.through + fit.missing >= _MIN_BEAMS
     if fit.informative < p.min_informative or not enough:
-        return _with(before, before.state, before.contradiction, before.offset, fit, time)
+        state = _LOST if carried else before.state
+        return _with(before, state, before.contradiction, before.offset, fit, time)
     share = 1.0 if before.state is _UNKNOWN else 1.0 - math.exp(-elapsed / p.smoothing)
     contradiction = before.contradiction + share * (fit.contradiction - before.contradiction)
     offset = fit.offset if fit.gain >= p.min_gain else np.zeros(3)
     offset = before.offset + share * (offset - before.offset)
-    return _with(before, _state(contradiction, offset, p), contradiction, offset, fit, time)
+    state = _LOST if carried else _state(contradiction, offset, p)
+    return _with(before, state, contradiction, offset, fit, time)
 
 
 def stated_doubt(observation: Observation, p: HealthParameters) -> bool:

@@ -127,10 +127,14 @@ def _update_scanners(
         at = PosesAtSweep(
             move(observation.pose, observation.twist, since),
             move(motion.odometry, observation.twist, scan.time - observation.time),
+            jumped=before is not None and motion.jumped > before.time,
         )
         now = update_scanner(before, scan, at, known, p)
         elapsed = scan.time - before.time if before else p.smoothing
-        localisation = update_localisation(localisation, now.fit, elapsed, scan.time, p)
+        carried = now.continuity.fall >= p.break_fall
+        localisation = update_localisation(
+            localisation, now.fit, elapsed, scan.time, p, carried=carried
+        )
         if localisation.state is LocalisationState.GOOD:
             changes = update_map_changes(
                 changes, now.fit, now.beams, at.reported, scan.mount, scan.time
@@ -210,7 +214,8 @@ def _motion_symptoms(
     matched = [s.agreement for s in fresh if s.agreement.matched]
     wheels = any(a.wheels >= 1.0 for a in matched)
     pose = any(a.pose >= 1.0 for a in matched)
-    if any(s.agreement.torn for s in fresh) and not matched:
+    torn = any(s.agreement.torn for s in fresh) and not matched
+    if torn or any(s.objects.vanished(s.time) for s in fresh):
         out.append(Reason.SCAN_MOTION)
     if wheels and pose:
         out.append(Reason.SENSORS_DISAGREE if apart else Reason.SCAN_MOTION)

@@ -50,6 +50,12 @@ class HealthParameters(Model):
     """Turn of the best fit from which the position is doubtful, rad."""
     lost_turn: float = Field(0.14, gt=0.0, le=math.pi)
     """Turn from which it is lost, rad."""
+    break_drop: float = Field(0.25, gt=0.0, le=1.0)
+    """Fall of the share of a sweep that continues the earlier one at which the view breaks off; in
+    sound drives one sweep in a thousand falls by 0.2."""
+    break_fall: float = Field(0.08, gt=0.0, le=1.0)
+    """Fall of the share of beams on mapped walls, from before a break, with which the pose is
+    lost."""
     min_gain: float = Field(0.08, ge=0.0, le=1.0)
     """Additional share of returns that the best fit must explain for its offset to count."""
     smoothing: float = Field(0.4, gt=0.0, le=10.0)

@@ -10,10 +10,12 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.geometry import compose, inverse
 from cohelm.health.agreement import ratio
+from cohelm.health.continuity import Continuity, update_continuity
 from cohelm.health.map_fit import BeamTable, MapFit, SolidMap, fit_map
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.scan_motion import ScanMotion, Sweep, scan_motion
 from cohelm.health.scan_values import SweepCheck, check_sweep
+from cohelm.health.vanished import NO_OBJECTS, FreeObjects, update_free_objects
 from cohelm.messages import Scan
 
 _MAX_AGE = 1.0
@@ -47,6 +49,8 @@ class SweepAgreement(NamedTuple):
     """True if the sweeps fit each other."""
     torn: bool = False
     """True if one sweep does not continue the other at all."""
+    inliers: float = math.nan
+    """Share of the points that continue the earlier sweep; NaN: not compared."""
 
 
 class ScannerState(NamedTuple):
@@ -59,6 +63,8 @@ class ScannerState(NamedTuple):
     beams: BeamTable
     agreement: SweepAgreement
     earlier: EarlierSweep
+    continuity: Continuity = Continuity()
+    objects: FreeObjects = NO_OBJECTS
 
 
 class PosesAtSweep(NamedTuple):
@@ -66,6 +72,8 @@ class PosesAtSweep(NamedTuple):
 
     reported: Floats
     odometry: Floats
+    jumped: bool = False
+    """True if the localiser corrects itself: no break of the view."""
 
 
 def update_scanner(
@@ -93,8 +101,20 @@ def update_scanner(
     now = EarlierSweep(scan.time, scan.ranges, at.reported, at.odometry)
     earlier = memory.earlier if memory else now
     agreement, keep = _compare(earlier, now, scan, memory, p)
+    usual = memory.continuity if memory and not at.jumped else Continuity()
+    elapsed = scan.time - memory.time if memory else p.smoothing
+    continuity = update_continuity(usual, agreement.inliers, fit, elapsed, scan.time, p)
+    objects = update_free_objects(
+        memory.objects if memory else NO_OBJECTS,
+        scan.ranges,
+        scan.angle_min,
+        scan.angle_increment,
+        compose(at.odometry, scan.mount),
+        scan.time,
+    )
+    earlier = earlier if keep else now
     return ScannerState(
-        scan.time, scan.ranges, check, fit, beams, agreement, earlier if keep else now
+        scan.time, scan.ranges, check, fit, beams, agreement, earlier, continuity, objects
     )
 
 
@@ -126,6 +146,7 @@ def _compare(
         pose=_excess(from_pose, scan.mount, by_pose, p) if best >= p.min_inliers else 0.0,
         matched=best >= p.min_inliers,
         torn=best < p.lost_inliers,
+        inliers=best,
     ), keep
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats32
+from cohelm.arrays import Booleans, Floats, Floats32, Integers
 from cohelm.config import read_yaml, validate
 from cohelm.errors import ScenarioError
 from cohelm.maps import OCCUPIED, FloorPlan, OccupancyGrid
@@ -78,7 +78,7 @@ def covered_by(grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]) -> Booleans
     """Cells (rows, cols) that some obstacle covers."""
     out = np.zeros(grid.shape, dtype=bool)
     for _, covered in _covered(grid, obstacles):
-        out |= covered
+        out[covered] = True
     return out
 
 
@@ -134,20 +134,30 @@ def grid_changes(grid: OccupancyGrid, doors: tuple[ScheduledDoor, ...]) -> tuple
 
 def _covered(
     grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]
-) -> Iterator[tuple[Obstacle, Booleans]]:
-    """Each obstacle with the cells (rows, cols) whose centres it covers."""
-    rows, cols = np.indices(grid.shape)
-    centres = grid.centres(np.stack([rows, cols], axis=-1))
+) -> Iterator[tuple[Obstacle, tuple[Integers, Integers]]]:
+    """Each obstacle with the cells (rows (n,), columns (n,)) whose centres it covers."""
     for each in obstacles:
-        delta = centres - np.array(each.at)
-        if each.radius is not None:
-            yield each, np.hypot(delta[..., 0], delta[..., 1]) <= each.radius
-            continue
-        angle = math.radians(each.angle_deg)
-        along = math.cos(angle) * delta[..., 0] + math.sin(angle) * delta[..., 1]
-        aside = math.cos(angle) * delta[..., 1] - math.sin(angle) * delta[..., 0]
-        half = np.array(each.size, dtype=float) / 2.0
-        yield each, (np.abs(along) <= half[0]) & (np.abs(aside) <= half[1])
+        reach = each.radius or math.hypot(*(each.size or (0.0, 0.0))) / 2.0
+        around = np.ceil(reach / grid.resolution).astype(np.int64) + 1
+        middle = grid.cells(np.array(each.at, dtype=float))
+        first = np.maximum(middle - around, 0)
+        last = np.maximum(np.minimum(middle + around + 1, grid.shape), first)
+        rows, cols = (np.arange(*span) for span in zip(first, last, strict=True))
+        rows, cols = (part.ravel() for part in np.meshgrid(rows, cols, indexing="ij"))
+        delta = grid.centres(np.stack([rows, cols], axis=-1)) - np.array(each.at)
+        inside = _inside(each, delta)
+        yield each, (rows[inside], cols[inside])
+
+
+def _inside(obstacle: Obstacle, delta: Floats) -> Booleans:
+    """Mask (n,) of the points within an obstacle, relative to its middle (n, 2), m."""
+    if obstacle.radius is not None:
+        return np.asarray(np.hypot(delta[:, 0], delta[:, 1]) <= obstacle.radius)
+    angle = math.radians(obstacle.angle_deg)
+    along = math.cos(angle) * delta[:, 0] + math.sin(angle) * delta[:, 1]
+    aside = math.cos(angle) * delta[:, 1] - math.sin(angle) * delta[:, 0]
+    half = np.array(obstacle.size, dtype=float) / 2.0
+    return np.asarray((np.abs(along) <= half[0]) & (np.abs(aside) <= half[1]))
 
 
 def _merged(base: Any, changes: Any, scenario: Scenario, key: str = "floor_plan") -> Any:

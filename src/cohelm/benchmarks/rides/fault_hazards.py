@@ -35,7 +35,8 @@ HAZARDS: Mapping[str, Hazard] = MappingProxyType(
         "scan_blind": Hazard("nothing is seen ahead", "gaps narrower than 9° stay unnoticed"),
         "scan_free_sector": Hazard(
             "people ahead are missed",
-            "in halls wider than the scanner's range nothing tells a lost beam from a free path",
+            "in halls wider than the scanner's range only who was seen before within 6 m tells a "
+            "lost beam from a free path",
             except_at=(20.0, 45.0),
         ),
         "scan_free_beams": Hazard("thin things are missed", "25 % lost beams may pass as glass"),
@@ -105,7 +106,11 @@ HAZARDS: Mapping[str, Hazard] = MappingProxyType(
             "the chair veers", "looks like a rider who steers a little: only the gate stops", False
         ),
         "people_ghost": Hazard("the chair waits for nobody", "looks like a person", False),
-        "people_lost": Hazard("a person is not seen", "no sensor has a trace of the person", False),
+        "people_lost": Hazard(
+            "a person is not seen",
+            "noticed if the person was seen free within 6 m before; else no sensor has a trace",
+            False,
+        ),
         "people_swapped": Hazard("predictions restart", "ids are not used for contact", False),
         "late": Hazard("old decisions", _BRAKING),
         "clock_backwards": Hazard("ages are wrong", _BRAKING),
