@@ -56,7 +56,7 @@ def main() -> int:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--pictures", type=Path)
     chosen = options.parse_args()
-    with sync_playwright() as playwright, rider_page.served(people=PEOPLE) as address:
+    with sync_playwright() as playwright, rider_page.served(people=PEOPLE) as (address, _):
         browser = playwright.chromium.launch(
             executable_path=rider_page.CHROMIUM, args=FLAGS, ignore_default_args=["--disable-gpu"]
         )
