@@ -34,6 +34,8 @@ MEASURES: Mapping[str, tuple[str, bool]] = {
 ORDER = "arrivals, then time"
 """Name of the order that decides about places."""
 Row = Mapping[str, Any]
+Figures = Mapping[str, Mapping[str, float]]
+"""Planner → measure → value."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +68,10 @@ class TwinPlannersBench:
             _figures([row for row in _of(rows, "platform", PLATFORMS[0]) if row["seed"] in part])
             for part in (seeds[::2], seeds[1::2])
         ]
+        pairs = [on[platform] for platform in PLATFORMS], halves
         taus = {
-            name: (_tau(*on.values(), name), _tau(*halves, name)) for name in (*MEASURES, ORDER)
+            name: (_tau(*pairs[0], name=name), _tau(*pairs[1], name=name))
+            for name in (*MEASURES, ORDER)
         }
         places = {platform: _places(each) for platform, each in on.items()}
         sheets = (_figure_sheet(on, places), _tau_sheet(taus, on))
@@ -140,7 +144,7 @@ def _key(figures: Mapping[str, float], name: str) -> tuple[float, ...]:
     return (-value if larger else value,)
 
 
-def _places(figures: Mapping[str, Mapping[str, float]], name: str = ORDER) -> dict[str, int]:
+def _places(figures: Figures, name: str = ORDER) -> dict[str, int]:
     """Place of each planner from 1 on; equal planners share the better place."""
     keys = {planner: _key(each, name) for planner, each in figures.items()}
     return {
@@ -148,7 +152,7 @@ def _places(figures: Mapping[str, Mapping[str, float]], name: str = ORDER) -> di
     }
 
 
-def _tau(one: Any, other: Any, name: str) -> float:
+def _tau(one: Figures, other: Figures, *, name: str) -> float:
     """Kendall's τ_b between two orders of the planners that both have; NaN if one is all equal."""
     both = [planner for planner in one if planner in other]
     if len(both) < 2:
@@ -157,7 +161,7 @@ def _tau(one: Any, other: Any, name: str) -> float:
     return float(stats.kendalltau(*([each[p] for p in both] for each in places)).statistic)
 
 
-def _figure_sheet(on: Mapping[str, Any], places: Mapping[str, Mapping[str, int]]) -> Sheet:
+def _figure_sheet(on: Mapping[str, Figures], places: Mapping[str, Mapping[str, int]]) -> Sheet:
     planar, twin = (on[platform] for platform in PLATFORMS)
     order = sorted(planar, key=lambda planner: places[PLATFORMS[0]][planner])
     lines = []
@@ -178,7 +182,7 @@ def _figure_sheet(on: Mapping[str, Any], places: Mapping[str, Mapping[str, int]]
     return Sheet("Planners, over all scenes", columns, tuple(lines))
 
 
-def _tau_sheet(taus: Mapping[str, tuple[float, float]], on: Mapping[str, Any]) -> Sheet:
+def _tau_sheet(taus: Mapping[str, tuple[float, float]], on: Mapping[str, Figures]) -> Sheet:
     lines = []
     for name, (tau, chance) in taus.items():
         before, after = (_places(on[p], name) for p in PLATFORMS)
