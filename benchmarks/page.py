@@ -61,13 +61,16 @@ def main() -> int:
 
 
 @contextlib.contextmanager
-def served(people: int) -> Iterator[tuple[str, str]]:
-    """Start a ride among a number of people; yields the page's address, the therapist's token."""
+def served(people: int, *options: str) -> Iterator[tuple[str, str]]:
+    """Start a ride among a number of people; yields the page's address, the therapist's token.
+
+    options: further ones of ``cohelm drive``.
+    """
     with tempfile.TemporaryDirectory() as folder:
         program = subprocess.Popen(  # own program, fixed arguments
             [
                 *(sys.executable, "-m", "cohelm", "drive", "hospital", "--port", "0"),
-                *("--people", str(people), "--data", folder),
+                *("--people", str(people), "--data", folder, *options),
             ],
             stdout=subprocess.PIPE,
             text=True,

@@ -3,7 +3,8 @@
     python benchmarks/twin_mechanics.py [ROBOT]          # about a minute
 
 Loads on the wheels, tip angles, stopping distances, turning on the spot, casters that flip after
-reversing, and the highest threshold and the steepest ramp that the chair takes.
+reversing, distance from a planner's trajectory, and the highest threshold and the steepest ramp
+that the chair takes.
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cohelm.arrays import Floats
+from cohelm.control.drive_error import DriveError
+from cohelm.control.trajectories import limited_trajectory
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision
 from cohelm.platforms.twin import TwinChair, load_mujoco
@@ -24,6 +28,7 @@ from cohelm.simulation import CrowdStep, FloorRelief, ThresholdEdge, WorldSetup
 from cohelm.simulation.drivetrain import drive_command
 from cohelm.simulation.sensors.human_bodies import HumanBodies
 from cohelm.simulation.sensors.static_scene import FloorSurface
+from cohelm.testing.scenes import local_problem
 
 STEP, DT = 0.05, 0.01
 OPEN = OccupancyGrid(data=np.zeros((10, 10), np.int8), resolution=0.05, X_MG=np.zeros(3))
@@ -182,6 +187,26 @@ def greatest(values: Iterator[float] | list[float], holds: object) -> float:
     return best
 
 
+def foretold(robot: Robot, delay: float, sequences: int = 12) -> Floats:
+    """Mean distance (3,) of the chair from a planner's trajectory after 0.6, 1.05 and 2.1 s, m.
+
+    The inputs change every 0.75 s at random; verification assumes that they act ``delay`` s late.
+    """
+    rng, out = np.random.default_rng(0), []
+    problem = replace(local_problem(steps=14, step=0.15, speed=0.0), robot=robot)
+    for _ in range(sequences):
+        targets = np.column_stack([rng.uniform(0.0, 1.0, 3), rng.uniform(-0.6, 0.6, 3)])
+        plan = limited_trajectory(problem, np.repeat(targets, 5, axis=0)[:14], np.zeros(2))
+        chair = Manoeuvre(robot)
+        driven = [chair.chair.pose]
+        for v, turn in plan.inputs:
+            chair.drive((v, turn), 0.15)
+            driven.append(chair.chair.pose)
+        off = DriveError(delay=delay).driven(plan, robot) - (np.array(driven) - driven[0])
+        out.append(np.hypot(off[[4, 7, 14], 0], off[[4, 7, 14], 1]))
+    return np.mean(out, axis=0)
+
+
 def main() -> None:
     """Print the table."""
     robot = load_robot(sys.argv[1] if len(sys.argv) > 1 else "quantum_q6_edge")
@@ -203,6 +228,9 @@ def main() -> None:
         )
     )
     print("1.5 m after reversing: {:.3f} m aside, {:.1f} deg".format(*caster_kick(robot)))
+    for delay in (0.0, 0.08, 0.12, 0.16):
+        off = foretold(robot, delay)
+        print(f"off a plan that acts {delay:.2f} s late: {np.round(100.0 * off, 1)} cm")
     heights = [0.01 * k for k in range(1, 13)]
     for speed in (0.3, 0.6, 1.0):
         bar = greatest(heights, lambda h, v=speed: climbs(robot, h, v))

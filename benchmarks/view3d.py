@@ -13,6 +13,7 @@ import argparse
 import io
 import os
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,15 @@ SIZE = (1280, 800)
 PEOPLE = 12
 SECONDS = 8.0
 CAMERAS = ("From behind", "From above", "Rider’s eyes")
+VIEWS = {
+    "planar": {
+        "view3d-behind": ("From behind", "light"),
+        "view3d-above": ("From above", "light"),
+        "view3d-eyes": ("Rider’s eyes", "light"),
+    },
+    "twin": {"view3d-twin": ("From behind", "light")},
+}
+"""Platform → name of a picture → camera and colour scheme."""
 LARGEST = 150_000
 """Maximum size of a picture, bytes."""
 DRAWN = """
@@ -56,14 +66,17 @@ def main() -> int:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--pictures", type=Path)
     chosen = options.parse_args()
-    with sync_playwright() as playwright, rider_page.served(people=PEOPLE) as address:
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=rider_page.CHROMIUM, args=FLAGS, ignore_default_args=["--disable-gpu"]
         )
         if chosen.pictures is None:
-            frames(browser, address)
-        else:
-            pictures(browser, address, chosen.pictures)
+            with rider_page.served(PEOPLE) as (address, _):
+                frames(browser, address)
+            return 0
+        for platform, views in VIEWS.items():
+            with rider_page.served(PEOPLE, "--platform", platform) as (address, _):
+                pictures(browser, address, views, chosen.pictures)
     return 0
 
 
@@ -100,16 +113,14 @@ def frames(browser: Browser, address: str) -> None:
         rider_page.release(page)
 
 
-def pictures(browser: Browser, address: str, folder: Path) -> None:
-    """Make one picture for each camera and one in dark, drawn twice as fine and made smaller."""
-    views = (
-        ("view3d-behind", "From behind", {}),
-        ("view3d-above", "From above", {}),
-        ("view3d-eyes", "Rider’s eyes", {}),
-        ("view3d-dark", "From behind", {"color_scheme": "dark"}),
-    )
-    for name, camera, options in views:
-        with rider_page.opened(browser, address, *SIZE, device_scale_factor=2, **options) as page:
+def pictures(
+    browser: Browser, address: str, views: Mapping[str, tuple[str, str]], folder: Path
+) -> None:
+    """Make one picture for each view, drawn twice as fine and made smaller."""
+    for name, (camera, scheme) in views.items():
+        with rider_page.opened(
+            browser, address, *SIZE, device_scale_factor=2, color_scheme=scheme
+        ) as page:
             show(page)
             page.get_by_role("button", name=camera).click()
             rider_page.take(page)

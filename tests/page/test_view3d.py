@@ -13,6 +13,8 @@ from .test_access import STOP, TARGETS, faults, unreached
 
 IWER = Path(__file__).parents[2] / "page/node_modules/iwer/build/iwer.min.js"
 SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+SMALL = {"width": 800, "height": 600}
+"""A third of the pixels of the page elsewhere: each of them is drawn by software."""
 COUNT = """
 window.draws = 0;
 for (const name of ["drawElements", "drawElementsInstanced"]) {
@@ -49,8 +51,7 @@ def open_view(drawing, chair):
     opened = []
 
     def open_page(before="", **options):
-        view = {"width": 1280, "height": 800}
-        rider = Rider(drawing, chair, before=COUNT + before, **{"viewport": view, **options})
+        rider = Rider(drawing, chair, before=COUNT + before, **{"viewport": SMALL, **options})
         opened.append(rider)
         rider.sees("No driver.")
         rider.press("3-D view")
@@ -79,6 +80,7 @@ def test_opens_draws_changes_its_camera_and_closes(open_view):
         assert draws(rider)
     words = rider.page.locator("#view3d-words").inner_text()
     assert "The chair stands" in words
+    expect(rider.button("Enter headset")).to_have_count(0)  # there is none
     rider.press("3-D view")
     expect(rider.page.get_by_test_id("view3d")).to_have_count(0)
     expect(rider.page.get_by_role("img", name="Map of the floor").locator("canvas")).to_be_visible()
@@ -97,8 +99,9 @@ def test_closing_gives_the_graphics_memory_back(open_view):
     assert [text for text in said if "context" in text.lower() and "Too many" in text] == []
 
 
-def test_stop_is_on_top_and_axe_finds_nothing(open_view):
-    rider = open_view(bypass_csp=True)
+def test_with_less_motion_it_begins_above_stop_is_on_top_and_axe_finds_nothing(open_view):
+    rider = open_view(bypass_csp=True, reduced_motion="reduce")
+    assert rider.button("From above").get_attribute("aria-pressed") == "true"
     assert faults(rider) == {}
     assert rider.page.evaluate(TARGETS) == []
     assert unreached(rider) == []
@@ -108,7 +111,7 @@ def test_stop_is_on_top_and_axe_finds_nothing(open_view):
 
 def test_beside_a_driving_chair_it_waits_until_the_chair_stands(drawing, chair):
     """Building it takes longer than a heartbeat may be late."""
-    rider = Rider(drawing, chair, viewport={"width": 1280, "height": 800})
+    rider = Rider(drawing, chair, viewport=SMALL)
     with closing(rider):
         rider.sees("No driver.")
         rider.take()
@@ -122,6 +125,7 @@ def test_beside_a_driving_chair_it_waits_until_the_chair_stands(drawing, chair):
     assert rider.faults == []
 
 
+@pytest.mark.slow
 def test_a_lost_context_is_told_and_comes_back(open_view):
     rider = open_view()
     rider.page.evaluate(LOSE)
@@ -129,11 +133,6 @@ def test_a_lost_context_is_told_and_comes_back(open_view):
     rider.page.evaluate("window.taken.restoreContext()")
     expect(rider.page.get_by_text("The graphics card took the 3-D view away")).to_have_count(0)
     assert draws(rider)
-
-
-def test_who_wants_less_motion_begins_above(open_view):
-    rider = open_view(reduced_motion="reduce")
-    assert rider.button("From above").get_attribute("aria-pressed") == "true"
 
 
 def test_without_webgl_the_map_stays_and_says_why(riders):
@@ -161,7 +160,3 @@ def test_a_headset_is_entered_and_drawn_in(open_view):
     assert draws(rider)
     rider.page.evaluate("window.worn.end()")
     assert draws(rider)
-
-
-def test_without_a_headset_there_is_no_button_for_it(open_view):
-    expect(open_view().button("Enter headset")).to_have_count(0)

@@ -15,6 +15,7 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.drive_error import DriveError
 from cohelm.control.turn_back import turned_back
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Predictions
@@ -75,7 +76,8 @@ class Verification(Model):
     """Time for which a trajectory must be free of contact, s; braking is checked in any case."""
     reaction: float = Field(0.2, gt=0.0)
     """Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
-
+    drive: DriveError = DriveError()
+    """Error of the drive that a trajectory must bear; none by default."""
     unaware_after: float = Field(0.1, ge=0.0)
     """Time on a course into the robot after which a person does not see it, s. The robot stands
     before such people reach it, also from behind. A small value brakes for people who are about to
@@ -169,14 +171,17 @@ class Verifier:
     def contact(self, trajectory: Trajectory) -> float:
         """Time at which a trajectory touches a wall or what is expected of people, s; or ∞."""
         problem = self.problem
-        return first_contact(
-            problem.robot,
-            trajectory.poses,
-            trajectory.step,
-            people=problem.people,
-            predictions=problem.predictions,
-            walls=problem.walls,
-            margins=self.margins,
+        return min(
+            first_contact(
+                problem.robot,
+                poses,
+                trajectory.step,
+                people=problem.people,
+                predictions=problem.predictions,
+                walls=problem.walls,
+                margins=self.margins,
+            )
+            for poses in self._displaced(self._driven(trajectory))
         )
 
     def _deviates(self, trajectory: Trajectory) -> bool:
@@ -213,7 +218,9 @@ class Verifier:
         reached = self._reached(trajectory.inputs[0], deceleration)
         if not reached.any():
             return True
-        times = self._contacts(trajectory.poses, self._sooner, self._reach, step=trajectory.step)
+        times = self._contacts(
+            self._driven(trajectory), self._sooner, self._reach, step=trajectory.step
+        )
         met = times[1:] < self.rules.horizon_of(self.problem)
         at_once = self._reached(np.zeros_like(self.current_input), deceleration)
         return not (reached & (met | ~at_once)).any()
@@ -241,7 +248,7 @@ class Verifier:
         """Times (1 + n,) of the contacts of a stop, which the drive executes later, s."""
         given = self.problem.predictions
         later = unchecked(given, mean=given.mean + (self.rules.reaction + _TICK) * given.velocity)
-        return self._contacts(stop.poses, later, self._reach, step=stop.step)
+        return self._contacts(self._driven(stop), later, self._reach, step=stop.step)
 
     def _reached(self, command: Floats, deceleration: float) -> Booleans:
         """Mask (n,) of unaware people who reach the robot while it brakes after ``command``."""
@@ -310,7 +317,7 @@ class Verifier:
             problem.pose,
             self.current_input,
             command,
-            hold=self.rules.reaction,
+            hold=self.rules.reaction + self.rules.drive.delay,
             deceleration=deceleration,
             step=_FINE,
         )
@@ -324,15 +331,28 @@ class Verifier:
     ) -> Floats:
         """Times (1 + n,) of the contacts of poses (k, 3), s; +inf: none."""
         problem = self.problem
-        return contact_times(
-            problem.robot,
-            poses,
-            step,
-            people=problem.people,
-            predictions=predictions,
-            walls=problem.walls,
-            margins=margins,
-        )
+        times = [
+            contact_times(
+                problem.robot,
+                each,
+                step,
+                people=problem.people,
+                predictions=predictions,
+                walls=problem.walls,
+                margins=margins,
+            )
+            for each in self._displaced(poses)
+        ]
+        return times[0] if len(times) == 1 else np.min(times, axis=0)
+
+    def _driven(self, trajectory: Trajectory) -> Floats:
+        """Poses (N+1, 3) of a trajectory as a late drive executes it."""
+        return self.rules.drive.driven(trajectory, self.problem.robot)
+
+    def _displaced(self, poses: Floats) -> tuple[Floats, ...]:
+        """Poses (k, 3) of a motion, as they are and as the casters may displace them."""
+        speed = float(self.current_input[0])
+        return self.rules.drive.displaced(poses, speed, self.problem.robot)
 
     @cached_property
     def _ahead(self) -> Booleans:

@@ -14,7 +14,13 @@ values of one step; it lives there because it also holds the memory of each stag
 from cohelm.messages.decision import Decision, LocalPlan, Status
 from cohelm.messages.destinations import DestinationBelief, DestinationOffer
 from cohelm.messages.environment import ChairConfidence, Crowding, LiveObstacles, Sensing
-from cohelm.messages.observation import Observation, PointCloud, RiderCommand, Scan
+from cohelm.messages.observation import (
+    Inertial,
+    Observation,
+    PointCloud,
+    RiderCommand,
+    Scan,
+)
 from cohelm.messages.people import Groups, GroupSpaces, People, Predictions, SocialSpaces
 from cohelm.messages.plan import Authority, Path, Reference, WishReport
 from cohelm.messages.request import Mode, Request, RiderProfile, Side, Wish
@@ -29,6 +35,7 @@ __all__ = [
     "DestinationOffer",
     "GroupSpaces",
     "Groups",
+    "Inertial",
     "LiveObstacles",
     "LocalPlan",
     "Mode",

@@ -52,6 +52,20 @@ class RiderCommand:
 
 
 @value
+class Inertial:
+    """Reading of an inertial unit over the drive axle, robot frame, after sensor_msgs/Imu."""
+
+    time: float
+    """s."""
+    acceleration: Annotated[Floats, Shape("3")]
+    """Specific force, m/s²: (0, 0, 9.81) at rest on level floor."""
+    turn_rate: Annotated[Floats, Shape("3")]
+    """rad/s."""
+    tilt: Annotated[Floats, Shape("2")]
+    """Roll and pitch, rad; pitch > 0 looks down (REP-103)."""
+
+
+@value
 class Observation:
     """Everything that the navigator knows of the world at one instant."""
 
@@ -77,6 +91,8 @@ class Observation:
     """None: no device."""
     people: People | None = None
     """People from an external source, which they name; None: detect them in scans and clouds."""
+    inertial: Inertial | None = None
+    """None: no inertial unit. It is recorded, and no part of cohelm uses it."""
     late: float = 0.0
     """Deadline overrun of this tick, s; 0 in simulation and replay unless injected."""
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.maps import OccupancyGrid
+from cohelm.messages import Inertial
 from cohelm.robots import Robot
 from cohelm.simulation.api import Crowd
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
@@ -75,6 +76,11 @@ class SimulatedChair(Protocol):
         """Twist (3,) by the wheels' speeds, as exact encoders measure it."""
         ...
 
+    @property
+    def inertial(self) -> Inertial | None:
+        """Reading of the inertial unit now; None: the chair has none."""
+        ...
+
     def branch(self) -> SimulatedChair:
         """Copy that moves by itself, between two control steps."""
         ...
@@ -132,6 +138,11 @@ class PlanarChair:
     def wheel_twist(self) -> Floats:
         """See :class:`SimulatedChair`: no wheel slips."""
         return self._drive.twist
+
+    @property
+    def inertial(self) -> Inertial | None:
+        """See :class:`SimulatedChair`: a planar chair has no forces to feel."""
+        return None
 
     def branch(self) -> PlanarChair:
         """See :class:`SimulatedChair`; all that changes is a value."""

@@ -320,6 +320,7 @@ class World:
             clouds=readings.clouds,
             rider=self._act.command,
             people=truth.as_people() if setup.give_people else None,
+            inertial=self._chair.inertial,
         )
         return self._faults.observed(observation)
 

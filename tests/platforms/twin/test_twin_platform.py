@@ -4,12 +4,16 @@ import builtins
 
 import numpy as np
 import pytest
+from rosbags.highlevel import AnyReader
 
+from cohelm.arrays import identical
 from cohelm.config import validate
 from cohelm.errors import PlatformError
+from cohelm.evaluation.episode.recorded import run_recorded
 from cohelm.messages import Decision
 from cohelm.platforms import open_simulation
 from cohelm.platforms.twin import Twin
+from cohelm.recordings import RecordedRide
 from cohelm.robots import load_robot
 from cohelm.robots.chassis import Chassis
 from cohelm.scenarios import build_scenario, load_scenario
@@ -26,6 +30,24 @@ def opened(scenario, settings=(), seed=0):
 
 def test_the_twin_is_a_platform():
     check_platform(Twin(Twin.Parameters()))
+
+
+def test_the_inertial_unit_is_observed_recorded_and_replayed(tmp_path):
+    scenario = load_scenario("crossing", ["platform.use=twin", "time_limit=0.5"])
+    seen = []
+    file = tmp_path / "ride.mcap"
+    run_recorded(scenario, 0, file, lambda tick, _: seen.append(tick.observation))
+    again = [tick.observation for tick in RecordedRide(file)]
+    assert len(again) == len(seen) == 11  # from 0 to 0.5 s
+    assert all(identical(*pair) for pair in zip(again, seen, strict=True))
+    assert all(each.inertial.acceleration[2] > 8.0 for each in again)
+    with AnyReader([file]) as reader:
+        [topic] = [each for each in reader.connections if each.topic == "/imu"]
+        read = [
+            reader.deserialize(data, topic.msgtype).linear_acceleration.z
+            for _, _, data in reader.messages([topic])
+        ]
+    assert read == [each.inertial.acceleration[2] for each in seen]
 
 
 def test_people_walk_as_in_the_planar_world_while_nothing_touches_them():

@@ -165,10 +165,30 @@ def _add_person(
     parts.capsule(trunk, "pelvis", (0.0, -half, hip), (0.0, half, hip), 0.10, colour, 0.2 * mass)
     head = min(0.41 * breadth, 0.057 * height)
     parts.ellipsoid(trunk, "head", (head, 0.8 * head), (shoulder, height), _SKIN, 0.06 * mass)
+    # Without mass: it joins two ellipsoids that touch in a point, for eyes and LiDARs.
+    neck = ((0.0, 0.0, shoulder - 0.03), (0.0, 0.0, shoulder + 0.05))
+    parts.capsule(trunk, "head", *neck, 0.6 * head, _SKIN, 0.0)
+    _add_legs(parts, trunk, height, breadth, hip, seated=seated, mass=mass)
+    # Legs come first in an outline, what is pushed or sat on after them.
+    for x, y, radius in outline_of(kind, 0.0, breadth)[2:]:
+        parts.capsule(trunk, "aid", (x, y, radius), (x, y, _AID_TOP), radius, _TROUSERS, 0.1)
+
+
+def _add_legs(
+    parts: _Parts,
+    trunk: Any,
+    height: float,
+    breadth: float,
+    hip: float,
+    *,
+    seated: bool,
+    mass: float,
+) -> None:
+    """Two legs that swing about the hips; those of a seated person are bent."""
     for side, sign in (("left", 1.0), ("right", -1.0)):
         y = sign * max(0.36 * breadth, 0.07)
-        leg = trunk.add_body(name=f"person_{i}_{side}", pos=[0.0, y, hip], gravcomp=1.0)
-        leg.add_joint(name=f"person_{i}_{side}", axis=[0, 1, 0], armature=_ANCHOR)
+        leg = trunk.add_body(name=f"person_{parts.person}_{side}", pos=[0.0, y, hip], gravcomp=1.0)
+        leg.add_joint(name=f"person_{parts.person}_{side}", axis=[0, 1, 0], armature=_ANCHOR)
         thick, thin = 0.36 * breadth, 0.26 * breadth
         knee = -(_HIP - _KNEE) * height
         if seated:
@@ -179,16 +199,13 @@ def _add_person(
             parts.capsule(
                 leg, "shank", (0, 0, knee), (0, 0, thin - hip), thin, _TROUSERS, 0.04 * mass
             )
-    # Legs come first in an outline, what is pushed or sat on after them.
-    for x, y, radius in outline_of(kind, 0.0, breadth)[2:]:
-        parts.capsule(trunk, "aid", (x, y, radius), (x, y, _AID_TOP), radius, _TROUSERS, 0.1)
 
 
 class _Parts:
     """Geometries of one person."""
 
     def __init__(self, mujoco: Any, person: int) -> None:
-        self._mujoco, self._person, self._count = mujoco, person, 0
+        self._mujoco, self.person, self._count = mujoco, person, 0
 
     def capsule(  # noqa: PLR0917  # two points and four properties
         self,
@@ -228,7 +245,7 @@ class _Parts:
     def _options(self, part: str, colour: tuple[float, ...], mass: float) -> dict[str, Any]:
         self._count += 1
         return {
-            "name": f"person_{self._person}_{part}_{self._count}",
+            "name": f"person_{self.person}_{part}_{self._count}",
             "mass": mass,
             "rgba": colour,
             "group": PEOPLE,

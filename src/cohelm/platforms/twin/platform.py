@@ -8,7 +8,6 @@ from cohelm.config import Model
 from cohelm.errors import PlatformError
 from cohelm.messages import Decision, Observation
 from cohelm.platforms.api import Capabilities
-from cohelm.platforms.twin.sensors import InertialReading
 from cohelm.platforms.twin.twin_chair import TwinChair
 from cohelm.scenarios import RideSetup
 from cohelm.simulation import World
@@ -62,11 +61,6 @@ class TwinPlatform:
     def capabilities(self) -> Capabilities:
         """Ground truth, people and doors."""
         return self._capabilities
-
-    @property
-    def inertial(self) -> InertialReading:
-        """Reading of the inertial unit now."""
-        return self.chair.inertial
 
     def observe(self) -> Observation:
         """Return the observation of this step."""

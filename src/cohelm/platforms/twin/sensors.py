@@ -1,4 +1,4 @@
-"""Sensors of the twin: rays of MuJoCo from the moving body, and an inertial unit."""
+"""Sensors of the twin: rays of MuJoCo from the moving body."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
+from cohelm.arrays import Booleans, Floats
 from cohelm.messages import PointCloud, Scan
 from cohelm.platforms.twin.building import CEILING, PEOPLE, SEEN
 from cohelm.platforms.twin.people import PersonGeoms
@@ -20,20 +20,6 @@ from cohelm.simulation.sensors.point_cloud import measured_cloud, rays_of, rotat
 HIDDEN = 5
 """Group of bodies that nothing sees."""
 _SEEN = np.array([group in {SEEN, PEOPLE, CEILING} for group in range(6)], dtype=np.uint8)
-
-
-@value
-class InertialReading:
-    """Reading of an inertial unit over the drive axle, without errors; robot frame."""
-
-    time: float
-    """s."""
-    acceleration: Annotated[Floats, Shape("3")]
-    """Specific force, m/s²: (0, 0, 9.81) at rest."""
-    turn_rate: Annotated[Floats, Shape("3")]
-    """rad/s."""
-    tilt: Annotated[Floats, Shape("2")]
-    """Roll and pitch, rad; pitch > 0 looks down (REP-103)."""
 
 
 class BodyCasting:

@@ -11,6 +11,7 @@ import numpy as np
 
 from cohelm.arrays import Booleans, Floats
 from cohelm.geometry import wrap_angle
+from cohelm.messages import Inertial
 from cohelm.platforms.twin.contacts import ContactLog, contact_forces
 from cohelm.platforms.twin.model import TwinModel, build_model
 from cohelm.platforms.twin.motors import (
@@ -21,7 +22,7 @@ from cohelm.platforms.twin.motors import (
     twist_of_wheels,
 )
 from cohelm.platforms.twin.people import places_of, walk_on
-from cohelm.platforms.twin.sensors import BodyCasting, InertialReading
+from cohelm.platforms.twin.sensors import BodyCasting
 from cohelm.simulation import Contacts, Crowd, CrowdStep, WorldSetup, is_standing
 from cohelm.simulation.drivetrain import DriveCommand
 from cohelm.simulation.sensing import Casting
@@ -95,10 +96,10 @@ class TwinChair:
         return twist_of_wheels(self._chassis, self._wheel_speeds())
 
     @property
-    def inertial(self) -> InertialReading:
-        """Reading of the inertial unit now."""
+    def inertial(self) -> Inertial:
+        """Reading of the inertial unit now, without errors."""
         data, R = self._twin.data, self._rotation()
-        return InertialReading(
+        return Inertial(
             time=self._time,
             acceleration=data.sensor("accelerometer").data.copy(),
             turn_rate=data.sensor("gyro").data.copy(),

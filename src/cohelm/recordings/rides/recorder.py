@@ -143,6 +143,8 @@ class RideRecorder:
         self._write("/odom", ros.odometry(now, (MAP, ROBOT), seen.pose, seen.twist), now)
         self._write("/cmd_vel", ros.twisted(now, ROBOT, tick.decision.twist), now)
         self._write("/eta", ros.number(tick.authority.eta if tick.authority else 0.0), now)
+        if seen.inertial is not None:
+            self._write("/imu", ros.imu(ROBOT, seen.inertial), now)
         if seen.rider is not None:
             self._write("/rider", ros.joy(ROBOT, seen.rider), now)
 

@@ -43,6 +43,7 @@ TOPICS: dict[str, Topic] = {
     "/odom": Topic("nav_msgs/msg/Odometry", "every tick", "that pose and the measured twist"),
     "/scan": Topic("sensor_msgs/msg/LaserScan", "every sweep", "of the planar scanner"),
     "/points": Topic("sensor_msgs/msg/PointCloud2", "every sweep", "of the 3-D sensor"),
+    "/imu": Topic("sensor_msgs/msg/Imu", "every tick", "of the inertial unit; yaw is 0"),
     "/rider": Topic("sensor_msgs/msg/Joy", "every tick", "the stick: axes forward and left, −1…1"),
     "/goal": Topic("geometry_msgs/msg/PoseStamped", "a change", "destination"),
     "/wishes": Topic("visualization_msgs/msg/MarkerArray", "a change", "points, zones, strokes"),

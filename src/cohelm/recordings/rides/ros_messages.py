@@ -14,7 +14,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.maps import OccupancyGrid
-from cohelm.messages import PointCloud, RiderCommand, Scan
+from cohelm.messages import Inertial, PointCloud, RiderCommand, Scan
 from cohelm.recordings.bags.ros_messages import store
 
 _FLOAT32 = 7
@@ -200,6 +200,20 @@ def joy(frame: str, hand: RiderCommand) -> Any:
         header=header(hand.heartbeat, frame),
         axes=hand.deflection.astype(np.float32),
         buttons=np.empty(0, np.int32),
+    )
+
+
+def imu(frame: str, reading: Inertial) -> Any:
+    """An Imu; its yaw is unknown and 0, and so are all covariances."""
+    roll, pitch = reading.tilt
+    return of("sensor_msgs/msg/Imu")(
+        header=header(reading.time, frame),
+        orientation=turned(0.0, float(roll), float(pitch)),
+        orientation_covariance=np.zeros(9),
+        angular_velocity=vector(*reading.turn_rate),
+        angular_velocity_covariance=np.zeros(9),
+        linear_acceleration=vector(*reading.acceleration),
+        linear_acceleration_covariance=np.zeros(9),
     )
 
 
