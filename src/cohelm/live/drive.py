@@ -323,12 +323,13 @@ class Drive:
     def unstored(self) -> str:
         """Sentences about what cannot be stored, and why; empty: everything is stored."""
         rides, limits, audit = self._services.rides, self._settings, self._audit
+        ends = f"The limits in force are not stored, and end with the program: it {limits.error}."
         found = (
-            (limits.error, "The limits in force are not stored, and end with the program"),
-            (rides.error, "Rides are not stored"),
-            (audit.error, "The audit log is not stored"),
+            (limits.error, ends),
+            (rides.error, f"Rides are not stored: it {rides.error}."),
+            (audit.error, f"The audit log is not stored: it {audit.error}."),
         )
-        here = [f"{what}: it {problem}." for problem, what in found if problem]
+        here = [text for problem, text in found if problem]
         return " ".join(filter(None, [*here, self._loop.cycle.unstored_rows]))
 
     @property

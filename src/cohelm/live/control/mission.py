@@ -136,13 +136,13 @@ def check_wish(message: AddWish | RouteWish, floor: FloorInfo) -> None:
     low = np.array([floor.x, floor.y]) - MARGIN
     high = low + 2.0 * MARGIN + floor.resolution * np.array([floor.width, floor.height])
     if (points < low).any() or (points > high).any():
-        raise InvalidProblem("the wish is outside the map")
+        raise InvalidProblem("The wish is outside the map.")
     if float(np.hypot(*np.diff(points, axis=0).T).sum()) > MAX_LENGTH:
-        raise InvalidProblem("the line is too long")
+        raise InvalidProblem("The line is too long.")
     if message.kind == "stroke" and len(points) < 2:
-        raise InvalidProblem("a line to follow needs two points or more")
+        raise InvalidProblem("A line to follow needs two points or more.")
     if message.kind == "avoid" and len(points) < 3 and message.radius <= 0.0:
-        raise InvalidProblem("the area to avoid is empty")
+        raise InvalidProblem("The area to avoid is empty.")
 
 
 def request_of(
