@@ -84,7 +84,8 @@ def _texts(file):
             skipped |= set(node.values)
     for node in ast.walk(tree):
         text = _text(node)
-        if node not in skipped and text not in NO_TEXT and PROSE.search(text) and not HEADER.search(text):
+        prose = PROSE.search(text) and not HEADER.search(text)
+        if prose and node not in skipped and text not in NO_TEXT:
             yield node.lineno, text
 
 

@@ -9,7 +9,7 @@ from pydantic import Field, TypeAdapter
 
 from cohelm.live.messages.from_page import Echo
 from cohelm.live.messages.message import VERSION, Device, Pace, WireMessage, WishKind
-from cohelm.live.messages.scene import Limits, RiderSettings, SceneInfo
+from cohelm.live.messages.scene import Limits, MapDifferences, RiderSettings, SceneInfo
 from cohelm.messages import Mode
 
 Role = Literal["driver", "therapist"]
@@ -266,6 +266,7 @@ ToPage = Annotated[
     | SettingsChanged
     | ChairState
     | RouteUpdate
+    | MapDifferences
     | WishPreview
     | TripPlans
     | Accepted
