@@ -16,6 +16,8 @@ class PlaceInfo(WireMessage):
     name: str
     x: float
     y: float
+    area: tuple[tuple[float, float], ...] = ()
+    """Corners of its outline, m; empty for a point."""
 
 
 class DoorInfo(WireMessage):
