@@ -123,7 +123,13 @@ def check_goal(goal: Destination, grid: OccupancyGrid) -> None:
 
 def wish_of(message: AddWish | RouteWish, number: int) -> ActiveWish:
     """Return the wish of a message, with ``number`` as its id."""
-    return ActiveWish(id=number, kind=message.kind, points=message.points, radius=message.radius)
+    return ActiveWish(
+        id=number,
+        kind=message.kind,
+        points=message.points,
+        radius=message.radius,
+        visit=message.visit,
+    )
 
 
 def check_wish(message: AddWish | RouteWish, floor: FloorInfo) -> None:
@@ -181,5 +187,6 @@ def request_of(
 def wishes_of(active: tuple[ActiveWish, ...]) -> list[Wish]:
     """Return the wishes as the planner takes them."""
     return [
-        Wish(kind=each.kind, points=np.array(each.points), radius=each.radius) for each in active
+        Wish(kind=each.kind, points=np.array(each.points), radius=each.radius, visit=each.visit)
+        for each in active
     ]

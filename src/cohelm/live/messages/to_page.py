@@ -158,6 +158,7 @@ class ActiveWish(WireMessage):
     kind: WishKind
     points: tuple[tuple[float, float], ...]
     radius: float
+    visit: bool = False
 
 
 class RouteUpdate(WireMessage):
@@ -221,6 +222,8 @@ class TripPlans(WireMessage):
     routes: tuple[TripRoute, ...] = ()
     extra_length: float = 0.0
     """Additional length of the first route due to the wishes, m."""
+    closest: tuple[float, ...] = ()
+    """Minimum distance of the first route from each point to go via, in their order, m."""
     error: str = ""
     """Reason why there is no route; empty if there is one."""
 
