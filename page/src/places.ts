@@ -20,7 +20,7 @@ const KINDS: readonly (readonly [Key, RegExp])[] = [
   ["places.ways", /\b(entrance|exit|lift|elevator|stairs|lobby|reception|waiting|parking|eingang|ausgang|aufzug)/i],
 ];
 /** Order in which the kinds are shown. */
-const ORDER: readonly Key[] = [
+export const ORDER: readonly Key[] = [
   "places.wards", "places.toilets", "places.food", "places.care", "places.ways", "places.other",
 ];
 /** Ways between rooms: they stay as white as the map. */
