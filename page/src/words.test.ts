@@ -1,6 +1,6 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { compared, detour, found, memorable, metres, minutes, movement, price, readiness } from "./words";
+import { compared, detour, found, memorable, metres, minutes, movement, price, readiness, reasonWords } from "./words";
 
 const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null } as const;
 
@@ -21,6 +21,14 @@ describe("the difference of a route", () => {
     const near = { ...first, points: [[0, 0.1], [10, 0.1]] as [number, number][] };
     expect(compared({ ...near, differences: [{ what: "length", more: 2.4 }] }, first, [ways])).toBe("2 m longer");
     expect(compared(near, first, [ways])).toBe("nearly equal");
+  });
+});
+
+describe("the reason on display", () => {
+  it("leaves what the rider must do to the button that does it", () => {
+    const reason = { code: "rider_stop", text: 'You stopped the chair. Tap "Go on".' };
+    expect(reasonWords(reason, null, 1)).toBe("You stopped the chair.");
+    expect(reasonWords({ code: "confirm", text: 'Tap "Go on".' }, null, 1)).toBe('Tap "Go on".');
   });
 });
 

@@ -1,6 +1,7 @@
 // Texts that depend on values: lengths, times, states. All words are in the catalogue.
 
 import type { Cause } from "./around";
+import { en } from "./i18n/en";
 import { isKey, languageNow, num, plural, serverText, t, type Key } from "./i18n/text.svelte";
 import { areaOf, contains, farthestFrom } from "./map/strokes";
 import type { ChairState, PlaceInfo, ReasonText, RideEnded, RouteDifference, TripRoute, WishPreview } from "./messages";
@@ -156,8 +157,14 @@ function roundly(length: number): string {
 export function reasonWords(reason: ReasonText, cause: Cause | null, rate: number): string {
   if (reason.code === "navigator_timeout" && rate > 0.95) return t("reason.silent");
   const effect: Key | "" = isKey(`effect.${reason.code}`) ? (`effect.${reason.code}` as Key) : "";
-  if (!cause || !effect) return serverText(reason.text);
+  if (!cause || !effect) return serverText(withoutRequest(reason.text));
   return `${causeWords(cause)} ${t(effect)}`;
+}
+
+/** What the rider must do stands at the button that does it, and nowhere else. */
+function withoutRequest(text: string): string {
+  const asked = (["reason.confirm", "reason.release_stick"] as const).find((key) => text.endsWith(` ${en[key]}`));
+  return asked ? text.slice(0, -en[asked].length).trim() : text;
 }
 
 export function causeWords({ thing, moves, name }: Cause): string {

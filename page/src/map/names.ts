@@ -29,7 +29,10 @@ export class Names {
       this.#ratio = ratio;
     }
     const [dx, dy] = this.#moved(places, view);
+    const edge = context.canvas.width / ratio - EDGE;
     for (const { label, x, y } of this.#known!.shown) {
+      // A name that the edge cuts cannot be read.
+      if (x + dx - label.width / 2 < EDGE || x + dx + label.width / 2 > edge) continue;
       if (clear.some((disc) => covers(label, x + dx, y + dy, disc))) continue;
       const image = this.#image(label.name);
       context.drawImage(
