@@ -69,7 +69,7 @@ def connection(browser: Browser, address: str, _: str, folder: Path) -> None:
         cut.set()
         for each in cables:
             each.close()
-        expect(page.get_by_role("alert").filter(visible=True)).to_contain_text("lost")
+        expect(page.get_by_text("Connection to the chair lost").first).to_be_visible()
         page.wait_for_timeout(600)
         keep(page, folder / f"{name}.png")
         context.close()
