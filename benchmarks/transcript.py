@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import CDPSession, Page, sync_playwright
+from playwright.sync_api import CDPSession, Page, expect, sync_playwright
 
 from page import CHROMIUM, FLAGS, opened, served
 
@@ -99,8 +99,8 @@ class Transcript:
             at = self.page.evaluate(
                 "[...document.querySelectorAll('*')].indexOf(document.activeElement)"
             )
-            if f"{at}" == first:
-                return
+            if at < 0 or f"{at}" == first or here.startswith("(no name)"):
+                return  # the end of the page: the next Tab leaves it
             first = first or f"{at}"
             self.lines.append(f"  {here}")
             self.hear()
@@ -145,11 +145,8 @@ def trip(told: Transcript, place: str) -> None:
     told.page.keyboard.type(place)
     told.lines.append(f"[{place}]")
     told.press("Enter")
-    told.page.wait_for_function(
-        "[...document.querySelectorAll('button')].some((each) => "
-        "each.textContent.trim() === 'Start' && each.ariaDisabled !== 'true')",
-        timeout=60_000,
-    )
+    start = told.page.get_by_role("button", name="Start", exact=True)
+    expect(start).to_have_attribute("aria-disabled", "false", timeout=60_000)
     told.hear()
     told.title("The overview, with Tab")
     told.tab_to("Back without starting")
@@ -195,6 +192,8 @@ def _read_out(node: dict[str, Any]) -> str:
     parts = [name, node.get("role", {}).get("value", "")]
     for each in node.get("properties", []):
         value = each["value"].get("value")
+        if each["name"] == "keyshortcuts" and value:
+            parts.append(f"key {value}")
         if each["name"] in STATES and value not in {False, "false", None}:
             parts.append(STATES[each["name"]])
         elif each["name"] == "expanded":
