@@ -91,7 +91,9 @@ class Transcript:
 
     def order(self) -> None:
         """Go once round the page with Tab, and write down what it comes to."""
-        self.page.evaluate("document.activeElement.blur()")
+        # From the top of the page, wherever the focus was.
+        self.page.evaluate("document.body.tabIndex = -1, document.body.focus()")
+        self.page.evaluate("document.body.removeAttribute('tabindex')")
         first = ""
         for _ in range(MOST_TABS):
             self.page.keyboard.press("Tab")
