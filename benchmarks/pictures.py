@@ -197,7 +197,7 @@ def until_arrival(page: Page) -> None:
 def keep(page: Page, path: Path) -> None:
     """Write a picture with a reduced palette."""
     shown = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    shown.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    shown.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     if path.stat().st_size > LARGEST:
         raise ValueError(f"{path} is too large")
