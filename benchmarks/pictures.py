@@ -114,7 +114,7 @@ def desktops(browser: Browser, address: str, _: str, folder: Path) -> None:
         go(page, "Pharmacy")
         ride(page, 1.0)
         show(page, "Simulation")
-        doors = page.get_by_role("button", name=re.compile("Pharmacy: open$"))
+        doors = page.get_by_role("button", name=re.compile(": open$"))
         while doors.count():
             doors.first.click()
             page.wait_for_timeout(150)

@@ -53,7 +53,8 @@ describe("heartbeat", () => {
       vi.advanceTimersByTime(1);
       heart.put(deflection((k % 97) / 100, 0.1), "joystick");
     }
-    expect(beats.length).toBeLessThanOrEqual(31);
+    // Thirty a second, the one of the connection, and the first change, which waits for neither.
+    expect(beats.length).toBeLessThanOrEqual(32);
     expect(beats.length).toBeGreaterThan(25);
     vi.advanceTimersByTime(34);
     // 1000 mod 97 = 30
