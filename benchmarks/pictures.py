@@ -12,11 +12,13 @@ import argparse
 import io
 import re
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from PIL import Image
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, WebSocketRoute, expect, sync_playwright
 
 from page import CHROMIUM, FLAGS, START, go, look_at, opened, release, ride, served, show
 
@@ -37,6 +39,44 @@ def main() -> int:
                 if chosen.only in {None, name}:
                     part(browser, address, token, chosen.into)
     return 0
+
+
+def connection(browser: Browser, address: str, _: str, folder: Path) -> None:
+    """Make the pictures of a chair that starts up, and of a lost connection, also on a phone."""
+    with opened(browser, address, 1280, 800) as page:
+        show(page, "Simulation")
+        page.get_by_role("button", name="Restart").click()
+        expect(page.locator(".why")).to_contain_text("Starting up")
+        keep(page, folder / "page-starting.png")
+        expect(page.locator(".why")).to_be_hidden(timeout=60_000)
+    for name, (width, height) in {"page-lost": (1280, 800), "page-phone-lost": (390, 844)}.items():
+        context = browser.new_context(viewport={"width": width, "height": height})
+        page, cables, cut = context.new_page(), list[WebSocketRoute](), threading.Event()
+
+        def cable(socket: WebSocketRoute, cables: Any = cables, cut: Any = cut) -> None:
+            if cut.is_set():
+                socket.close()
+            else:
+                cables.append(socket.connect_to_server())
+                cables.append(socket)
+
+        page.route_web_socket("**/ws", cable)
+        page.goto(address)
+        expect(page.get_by_text("No driver.")).to_be_visible(timeout=60_000)
+        go(page, "Ward 4")
+        page.get_by_role("button", name="OK").first.click()
+        ride(page, 4.0)
+        cut.set()
+        for each in cables:
+            each.close()
+        expect(page.get_by_text("Connection to the chair lost").first).to_be_visible()
+        page.wait_for_timeout(600)
+        keep(page, folder / f"{name}.png")
+        context.close()
+    with opened(browser, address, 1280, 800) as page:
+        show(page, "Simulation")
+        page.get_by_role("button", name="Restart").click()
+        page.wait_for_timeout(3000)
 
 
 def phones(browser: Browser, address: str, _: str, folder: Path) -> None:
@@ -157,13 +197,19 @@ def until_arrival(page: Page) -> None:
 def keep(page: Page, path: Path) -> None:
     """Write a picture with a reduced palette."""
     shown = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    shown.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    shown.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     if path.stat().st_size > LARGEST:
         raise ValueError(f"{path} is too large")
 
 
-PARTS = {"phones": phones, "desktops": desktops, "themes": themes, "sessions": sessions}
+PARTS = {
+    "connection": connection,
+    "phones": phones,
+    "desktops": desktops,
+    "themes": themes,
+    "sessions": sessions,
+}
 
 if __name__ == "__main__":
     sys.exit(main())

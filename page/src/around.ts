@@ -147,6 +147,11 @@ export function nearestName(places: SceneInfo["places"], at: Point): string {
   return near?.name ?? "";
 }
 
+/** Name of the place that is nearest to a point; empty where none is near. */
+export function nameBy(places: SceneInfo["places"], at: Point): string {
+  return nearestName(places.filter(({ x, y }) => distance([x, y], at) < FAR), at);
+}
+
 /** Names of the four sides, for what is read out. */
 export const SIDES = ["ahead", "left", "behind", "right"] as const;
 export type Side = (typeof SIDES)[number];

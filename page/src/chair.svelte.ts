@@ -4,6 +4,7 @@ import type { Link, Status } from "./link";
 import type {
   RideEnded,
   Limits,
+  MapDifferences,
   Notice,
   RiderSettings,
   RouteUpdate,
@@ -37,6 +38,8 @@ export class Chair {
   rider = $state.raw<RiderSettings | null>(null);
   state = $state.raw<ChairState | null>(null);
   route = $state.raw<RouteUpdate>(NO_ROUTE);
+  /** Where the building differs from the map; null: nothing is known. */
+  differences = $state.raw<MapDifferences | null>(null);
   /** The finished ride, until it is rated or the next one begins. */
   ended = $state.raw<RideEnded | null>(null);
   notice = $state.raw<Notice | null>(null);
@@ -71,6 +74,7 @@ export class Chair {
         this.scene = message.scene;
         this.limits = message.limits;
         this.rider = message.rider;
+        this.differences = null;
         break;
       case "settings_changed":
         this.limits = message.limits;
@@ -85,6 +89,9 @@ export class Chair {
         break;
       case "route":
         this.route = message;
+        break;
+      case "map_differences":
+        this.differences = message;
         break;
       case "notice":
         this.notice = message;

@@ -8,7 +8,7 @@ import type { Point } from "./map/view";
 import type { PlaceInfo, WishPreview, AddWish } from "./messages";
 
 export type Tool = "look" | "this-way" | "not-this-way";
-export type Wish = Pick<AddWish, "kind" | "points"> & { radius: number };
+export type Wish = Pick<AddWish, "kind" | "points"> & { radius: number; visit?: boolean };
 
 export interface Touched {
   readonly point: Point;
@@ -65,7 +65,7 @@ export class MapSelection {
   }
 
   by(point: Point, name: string): Promise<void> {
-    return this.propose({ kind: "attract", points: [point], radius: 0 }, t("trip.via", { name }));
+    return this.propose({ kind: "attract", points: [point], radius: 0, visit: true }, t("trip.via", { name }));
   }
 
   notBy(point: Point, name: string): Promise<void> {

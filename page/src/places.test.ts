@@ -1,6 +1,6 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { grouped, recentAfter, toggled } from "./places";
+import { grouped, kindOf, recentAfter, toggled } from "./places";
 
 const named = (...names: string[]): { name: string }[] => names.map((name) => ({ name }));
 
@@ -16,6 +16,11 @@ describe("places", () => {
       ["places.ways", ["Lift A"]],
       ["places.other", ["Day room"]],
     ]);
+  });
+
+  it("have a colour by kind; ways between them have none", () => {
+    expect(["Ward 1", "Bathroom 2", "Day room"].map(kindOf)).toEqual(["places.wards", "places.toilets", "places.other"]);
+    expect(["North corridor", "East passage", "Bed niche", "Flur"].map(kindOf)).toEqual([null, null, null, null]);
   });
 
   it("are remembered, the newest first, and only a few of them", () => {

@@ -20,9 +20,11 @@ const KINDS: readonly (readonly [Key, RegExp])[] = [
   ["places.ways", /\b(entrance|exit|lift|elevator|stairs|lobby|reception|waiting|parking|eingang|ausgang|aufzug)/i],
 ];
 /** Order in which the kinds are shown. */
-const ORDER: readonly Key[] = [
+export const ORDER: readonly Key[] = [
   "places.wards", "places.toilets", "places.food", "places.care", "places.ways", "places.other",
 ];
+/** Ways between rooms: they stay as white as the map. */
+const PASSAGES = /\b(corridor|passage|hallway|hall|niche|aisle|flur|gang|nische)\b/i;
 const MOST_RECENT = 4;
 const RECENT = "cohelm.recent";
 const FAVOURITES = "cohelm.favourites";
@@ -38,6 +40,12 @@ export function grouped<P extends Named>(places: readonly P[]): Group<P>[] {
   return [...groups, { title: "places.other" as Key, places: [...left] }]
     .filter((each) => each.places.length > 0)
     .sort((a, b) => ORDER.indexOf(a.title) - ORDER.indexOf(b.title));
+}
+
+/** Kind of a room by its name; null: a passage. */
+export function kindOf(name: string): Key | null {
+  if (PASSAGES.test(name)) return null;
+  return KINDS.find(([, pattern]) => pattern.test(name))?.[0] ?? "places.other";
 }
 
 /** A name moves to the front of the recent ones. */

@@ -1,6 +1,6 @@
 // Asking the chair's server; what both views need of it.
 
-import { serverText, t } from "./i18n/text.svelte";
+import { sentence, serverText, t } from "./i18n/text.svelte";
 
 export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; text: string };
 export type Role = "driver" | "therapist";
@@ -13,7 +13,7 @@ export async function ask<T>(method: string, path: string, body?: unknown): Prom
     const answer = await fetch(path, { method, credentials: "same-origin", ...sent });
     const said: unknown = await answer.json().catch(() => null);
     if (answer.ok) return { ok: true, value: said as T };
-    return { ok: false, status: answer.status, text: serverText(sentence(textOf(said, answer.status))) };
+    return { ok: false, status: answer.status, text: sentence(serverText(textOf(said, answer.status))) };
   } catch {
     return { ok: false, status: 0, text: t("server.unreachable") };
   }
@@ -41,12 +41,6 @@ function textOf(said: unknown, status: number): string {
     return said.text;
   }
   return t("server.refused", { status: String(status) });
-}
-
-/** The server's words begin small and end without a stop. */
-function sentence(text: string): string {
-  const end = /[.!?]$/.test(text) ? "" : ".";
-  return text.charAt(0).toUpperCase() + text.slice(1) + end;
 }
 
 const RELOADED = "cohelm.reloaded";

@@ -35,6 +35,10 @@ export interface Draft {
 const STALE = 3;
 /** Radius of the area to avoid about a place, m. */
 const AVOIDED = 1.5;
+/** A point so near to a place's own is the place, m. */
+const SAME_PLACE = 0.05;
+/** A place counts as visited within this, m (assumed): a chair's length. */
+const VISITED = 1;
 
 export class Trip {
   draft = $state.raw<Draft | null>(null);
@@ -51,6 +55,17 @@ export class Trip {
 
   readonly routes = $derived<readonly TripRoute[]>(this.draft?.plans?.routes ?? []);
   readonly route = $derived<TripRoute | null>(this.routes[this.draft?.chosen ?? 0] ?? null);
+
+  /** How far from the k-th wish the first route stays, m; null: it is no point to go via, or unknown. */
+  missed(k: number): number | null {
+    const { draft } = this;
+    if (!draft?.plans || draft.wishes[k]?.wish.kind !== "attract") return null;
+    const before = draft.wishes.slice(0, k).filter(({ wish }) => wish.kind === "attract");
+    const first = before.reduce((sum, { wish }) => sum + wish.points.length, 0);
+    const all = draft.plans.closest.slice(first, first + draft.wishes[k].wish.points.length);
+    const most = Math.max(0, ...all);
+    return most > VISITED ? most : null;
+  }
 
   /** Opens the overview; where the therapist allows it, the chair sets off at once. */
   choose(to: To, name: string): Promise<void> {
@@ -75,18 +90,18 @@ export class Trip {
   }
 
   via(point: Point, name: string): Promise<void> {
-    return this.add({ kind: "attract", points: [point], radius: 0 }, t("trip.via", { name }));
+    return this.add({ kind: "attract", points: [point], radius: 0, visit: true }, t("trip.via", { name }));
   }
 
   avoid(point: Point, name: string): Promise<void> {
-    return this.add({ kind: "avoid", points: [point], radius: AVOIDED }, t("trip.avoid", { name }));
+    return this.add({ kind: "avoid", points: [point], radius: AVOIDED, visit: false }, t("trip.avoid", { name }));
   }
 
   /** A line was drawn while the overview is open. */
   stroke(line: readonly Point[], avoided: boolean): Promise<void> {
     return avoided
-      ? this.add({ kind: "avoid", ...zoneOf(line) }, t("trip.avoidArea"))
-      : this.add({ kind: "stroke", points: drawn(line), radius: 0 }, t("trip.followLine"));
+      ? this.add({ kind: "avoid", ...zoneOf(line), visit: false }, t("trip.avoidArea"))
+      : this.add({ kind: "stroke", points: drawn(line), radius: 0, visit: false }, t("trip.followLine"));
   }
 
   add(wish: Required<RouteWish>, words: string): Promise<void> {
@@ -107,7 +122,7 @@ export class Trip {
     const { draft, route } = this;
     if (!draft) return;
     const wishes = draft.wishes.map((each) => each.wish);
-    if (route?.via) wishes.push({ kind: "attract", points: [route.via], radius: 0 });
+    if (route?.via) wishes.push({ kind: "attract", points: [route.via], radius: 0, visit: false });
     await this.#go(draft.to, draft.name, wishes);
   }
 
@@ -167,10 +182,17 @@ export class Trip {
 /** Wishes that hold already: a changed trip keeps them until they are removed. */
 function activeWishes(): readonly Wished[] {
   const words = { attract: "trip.viaPoint", avoid: "trip.avoidArea", stroke: "trip.followLine" } as const;
-  return chair.route.wishes.map(({ kind, points, radius }) => ({
-    wish: { kind, points: points.map(([x, y]) => [x, y] as const), radius },
-    words: t(words[kind]),
+  return chair.route.wishes.map(({ kind, points, radius, visit }) => ({
+    wish: { kind, points: points.map(([x, y]) => [x, y] as const), radius, visit },
+    words: viaWords(kind, points) || t(words[kind]),
   }));
+}
+
+/** The name of a place to go via is kept while the trip is under way. */
+function viaWords(kind: RouteWish["kind"], points: readonly Point[]): string {
+  const [x, y] = points[0] ?? [NaN, NaN];
+  const place = chair.scene?.places.find((each) => Math.hypot(each.x - x, each.y - y) < SAME_PLACE);
+  return place && kind === "attract" ? t("trip.via", { name: place.name }) : "";
 }
 
 export const trip = new Trip();

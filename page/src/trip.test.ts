@@ -7,7 +7,7 @@ import { trip } from "./trip.svelte";
 const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start_at_once: false, switches: null };
 const ROUTE = { points: [[0, 0], [9, 0]] as [number, number][], length: 9, duration: 13, differences: [], via: null };
 const PLANS: TripPlans = {
-  type: "trip_plans", id: 1, error: "", extra_length: 0,
+  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4],
   routes: [ROUTE, { ...ROUTE, length: 12, via: [4, 3] }],
 };
 
@@ -83,6 +83,15 @@ describe("a trip", () => {
     trip.look();
     expect(asked).toHaveLength(3);
     expect(asked[2]).toMatchObject({ type: "plan_trip", wishes: [{ points: [[2, 2]] }] });
+  });
+
+  it("goes to a place on the way, and says by how much it does not get there", async () => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    await trip.via([2, 2], "Laboratory");
+    await trip.avoid([5, 5], "Store");
+    await trip.via([3, 3], "Pharmacy");
+    expect(asked.at(-1)).toMatchObject({ wishes: [{ visit: true }, { kind: "avoid" }, { visit: true }] });
+    expect([0, 1, 2].map((k) => trip.missed(k))).toEqual([null, null, 2.4]);
   });
 
   it("sets off at once where the therapist allows it", async () => {

@@ -1,8 +1,36 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { detour, found, memorable, metres, minutes, movement, price, readiness } from "./words";
+import { compared, detour, found, memorable, metres, minutes, movement, price, readiness, reasonWords } from "./words";
 
 const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null } as const;
+
+describe("the difference of a route", () => {
+  const ways = { name: "North corridor", x: 5, y: 5, area: [[0, 4], [10, 4], [10, 6], [0, 6]] as [number, number][] };
+  const first = { points: [[0, 0], [5, 0], [10, 0]] as [number, number][], duration: 40, differences: [] };
+  const north = { ...first, points: [[0, 0], [0, 5], [10, 5], [10, 0]] as [number, number][], duration: 52 };
+
+  it("is told by where it leads, by time, and by what else is noticed", () => {
+    const differences = [{ what: "length", more: 10 }, { what: "encounters", more: -2 }, { what: "turns", more: 1 }] as const;
+    expect(compared({ ...north, differences: [...differences] }, first, [ways])).toBe(
+      "through North corridor, about 10 s longer, fewer people, 1 more turn",
+    );
+    expect(compared({ ...north, duration: 190 }, first, [])).toBe("about 3 min longer");
+  });
+
+  it("is its length where nothing else is noticed, or nothing", () => {
+    const near = { ...first, points: [[0, 0.1], [10, 0.1]] as [number, number][] };
+    expect(compared({ ...near, differences: [{ what: "length", more: 2.4 }] }, first, [ways])).toBe("2 m longer");
+    expect(compared(near, first, [ways])).toBe("nearly equal");
+  });
+});
+
+describe("the reason on display", () => {
+  it("leaves what the rider must do to the button that does it", () => {
+    const reason = { code: "rider_stop", text: 'You stopped the chair. Tap "Go on".' };
+    expect(reasonWords(reason, null, 1)).toBe("You stopped the chair.");
+    expect(reasonWords({ code: "confirm", text: 'Tap "Go on".' }, null, 1)).toBe('Tap "Go on".');
+  });
+});
 
 describe("what the driver has to do", () => {
   it("is to take control where nobody or somebody else drives", () => {

@@ -1,8 +1,10 @@
 // Texts that depend on values: lengths, times, states. All words are in the catalogue.
 
 import type { Cause } from "./around";
+import { en } from "./i18n/en";
 import { isKey, languageNow, num, plural, serverText, t, type Key } from "./i18n/text.svelte";
-import type { ChairState, ReasonText, RideEnded, RouteDifference, WishPreview } from "./messages";
+import { areaOf, contains, farthestFrom } from "./map/strokes";
+import type { ChairState, PlaceInfo, ReasonText, RideEnded, RouteDifference, TripRoute, WishPreview } from "./messages";
 import type { Turn } from "./turns";
 
 export type Mode = ChairState["mode"];
@@ -100,15 +102,40 @@ export function roughly(seconds: number): string {
   return t("unit.aboutMinutes", { n: Math.round(seconds / 60) });
 }
 
-/** "6 m longer, quieter"; "nearly equal" where nothing is noticed. */
-export function compared(differences: readonly RouteDifference[]): string {
-  const said = differences.map(({ what, more }) => {
+/** Less than this is no difference in time, s (assumed). */
+const NOTICED = 8;
+
+/** "through North corridor, about 20 s longer, fewer people"; "nearly equal" where nothing is noticed. */
+export function compared(
+  route: Pick<TripRoute, "points" | "duration" | "differences">,
+  first: Pick<TripRoute, "points" | "duration">,
+  places: readonly PlaceInfo[],
+): string {
+  const through = throughName(route.points, first.points, places);
+  const more = route.duration - first.duration;
+  const said = [
+    ...(through ? [t("differs.through", { name: through })] : []),
+    ...(Math.abs(more) >= NOTICED ? [t(`differs.time.${more > 0 ? "more" : "less"}`, { time: roughly(Math.abs(more)) })] : []),
+    ...others(route.differences.filter(({ what }) => what !== "length")),
+  ];
+  return said.join(", ") || others(route.differences)[0] || t("differs.equal");
+}
+
+/** The smallest room or passage in which a route is farthest from another one; empty: it has no name. */
+function throughName(points: TripRoute["points"], other: TripRoute["points"], places: readonly PlaceInfo[]): string {
+  const at = farthestFrom(points, other);
+  if (!at) return "";
+  const around = places.filter(({ area }) => area.length > 2 && contains(area, at));
+  return around.sort((a, b) => areaOf(a.area) - areaOf(b.area))[0]?.name ?? "";
+}
+
+function others(differences: readonly RouteDifference[]): string[] {
+  return differences.map(({ what, more }) => {
     const n = Math.round(Math.abs(more));
     const side = more > 0 ? "more" : "less";
     if (what === "clearance" || what === "encounters") return t(`differs.${what}.${side}`);
     return plural(`differs.${what}.${side}.one`, `differs.${what}.${side}`, n);
   });
-  return said.join(", ") || t("differs.equal");
 }
 
 /** What a passenger is told next. */
@@ -130,8 +157,14 @@ function roundly(length: number): string {
 export function reasonWords(reason: ReasonText, cause: Cause | null, rate: number): string {
   if (reason.code === "navigator_timeout" && rate > 0.95) return t("reason.silent");
   const effect: Key | "" = isKey(`effect.${reason.code}`) ? (`effect.${reason.code}` as Key) : "";
-  if (!cause || !effect) return serverText(reason.text);
+  if (!cause || !effect) return serverText(withoutRequest(reason.text));
   return `${causeWords(cause)} ${t(effect)}`;
+}
+
+/** What the rider must do stands at the button that does it, and nowhere else. */
+function withoutRequest(text: string): string {
+  const asked = (["reason.confirm", "reason.release_stick"] as const).find((key) => text.endsWith(` ${en[key]}`));
+  return asked ? text.slice(0, -en[asked].length).trim() : text;
 }
 
 export function causeWords({ thing, moves, name }: Cause): string {

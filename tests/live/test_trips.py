@@ -69,6 +69,40 @@ def test_a_wish_on_the_way_costs_what_it_adds():
     assert answer.extra_length > 1.0
 
 
+POCKET = problem(
+    room(20.0, 12.0, 0.1, boxes=((4.0, 2.0, 9.0, 11.9), (11.0, 2.0, 16.0, 11.9))),
+    (1.5, 1.0),
+    (18.5, 1.0),
+)
+"""A corridor along the bottom, and a pocket 2 m wide and 10 m deep in its middle."""
+
+
+def test_a_place_to_visit_is_visited_where_a_wish_for_it_is_not_worth_the_detour():
+    at = np.array([[10.0, 9.0]])
+    asked_for = replace(POCKET, wish_origin=POCKET.start)
+    planner = SoftVia(SoftVia.Parameters(closeness=1.0))
+    # A metre nearer costs two on the way in and out: with λ = 1 it is not worth it.
+    near = planner.plan(replace(asked_for, wishes=(Wish(points=at),)))
+    assert near.wishes.closest[0] > 6.0
+    visit = planner.plan(replace(asked_for, wishes=(Wish(points=at, visit=True),)))
+    assert visit.wishes.closest[0] < 0.2
+    assert visit.length == pytest.approx(near.length + 2.0 * (9.0 - 1.0), abs=1.5)
+
+
+def test_alternatives_visit_what_the_trip_visits():
+    place = (10.0, 5.8)  # in the middle way
+    answer = asked(wishes=(Wish(points=np.array([place]), visit=True),))
+    assert answer.closest[0] < 0.2
+    for route in answer.routes:
+        assert np.hypot(*(np.array(route.points) - place).T).min() < 0.2
+
+
+def test_a_place_that_cannot_be_reached_is_passed_and_the_distance_told():
+    answer = asked(wishes=(Wish(points=np.array([[10.0, 3.4]]), visit=True),))  # inside a block
+    assert not answer.error
+    assert 0.5 < answer.closest[0] < 2.5  # 1.4 m to the edge of the block, and the chair's half
+
+
 def test_no_route_is_an_answer():
     assert asked(goal=(10.0, 3.5)).error
 

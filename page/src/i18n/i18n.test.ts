@@ -89,6 +89,18 @@ describe("a text", () => {
     expect(serverText('You stopped the chair. Tap "Go on".')).toBe("Sie haben den Rollstuhl angehalten. Tippen Sie auf „Weiter“.");
     expect(serverText("You have come 6 m closer")).toBe("Sie sind 6 m näher gekommen");
     expect(serverText("Something new.")).toBe("Something new.");
+    expect(serverText("No more than 60 people can be in the simulation.")).toBe("In der Simulation können höchstens 60 Personen sein.");
+    expect(serverText("the request is too large")).toBe("Die Anfrage ist zu groß.");
+  });
+
+  it("of the chair has values that are texts themselves, each in its own sentence", () => {
+    chooseLanguageOf("de");
+    expect(serverText("The speed can be loosened only while the chair stands. The acceleration can be loosened only while the chair stands.")).toBe(
+      "Die Geschwindigkeit kann nur gelockert werden, während der Rollstuhl steht. Die Beschleunigung kann nur gelockert werden, während der Rollstuhl steht.",
+    );
+    expect(serverText("Rides are not stored: it cannot be written (No space left on device). The audit log is not stored: it cannot be read.")).toBe(
+      "Fahrten werden nicht gespeichert: kann nicht geschrieben werden (Kein Speicherplatz mehr). Das Protokoll wird nicht gespeichert: ist nicht zu lesen.",
+    );
     chooseLanguageOf("en");
     expect(serverText("You stopped the chair.")).toBe("You stopped the chair.");
   });

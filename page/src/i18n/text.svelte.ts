@@ -72,11 +72,12 @@ export function isKey(key: string): key is Key {
 /** Text that the chair sent in English, in the rider's language if it is one of the catalogue's. */
 export function serverText(text: string): string {
   if (language === "en" || !text) return text;
-  const keys = known.get(text);
-  if (keys) return t(keys);
+  const whole = sentence(text);
+  const key = known.get(whole);
+  if (key) return t(key);
   for (const [pattern, key] of patterns) {
-    const found = pattern.exec(text);
-    if (found) return t(key, found.groups ?? {});
+    const found = pattern.exec(whole);
+    if (found) return t(key, translated(found.groups ?? {}));
   }
   // Two sentences in one, as a reason and what to do.
   const parts = text.split(/(?<=[.!?"”]) (?=\S)/);
@@ -84,11 +85,24 @@ export function serverText(text: string): string {
   return text;
 }
 
-const sent = (Object.keys(en) as Key[]).filter((key) => /^(reason|offer|notice|refused)\./.test(key));
-const known = new Map<string, Key>(sent.map((key) => [en[key], key]));
+/** Words of the server with a large first letter and a stop: some of them are parts of a sentence. */
+export function sentence(text: string): string {
+  const end = /[.!?"”]$/.test(text) ? "" : ".";
+  return text.charAt(0).toUpperCase() + text.slice(1) + end;
+}
+
+/** The values in a text; they may be texts of the catalogue themselves, as the reason of a failure. */
+function translated(values: Readonly<Record<string, string>>): Values {
+  return Object.fromEntries(Object.entries(values).map(([name, value]) => [name, serverText(value)]));
+}
+
+const sent = (Object.keys(en) as Key[]).filter((key) => /^(reason|offer|notice|refused|unstored)\./.test(key));
+const known = new Map<string, Key>(sent.map((key) => [sentence(en[key]), key]));
+/** A value does not reach beyond the end of its sentence. */
+const VALUE = "(?:(?!\\. ).)+?";
 const patterns = sent
   .filter((key) => en[key].includes("{"))
   .map((key): [RegExp, Key] => {
-    const escaped = en[key].replace(/[.*+?^$()[\]\\|]/g, "\\$&");
-    return [new RegExp(`^${escaped.replace(/\{(\w+)\}/g, "(?<$1>.+?)")}$`), key];
+    const escaped = sentence(en[key]).replace(/[.*+?^$()[\]\\|]/g, "\\$&");
+    return [new RegExp(`^${escaped.replace(/\{(\w+)\}/g, `(?<$1>${VALUE})`)}$`), key];
   });

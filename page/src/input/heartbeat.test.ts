@@ -35,13 +35,26 @@ describe("heartbeat", () => {
     expect(beats.at(-1)).toMatchObject({ sent: 50, forward: 0.8, device: "keys", visible: true });
   });
 
+  it("does not let a press wait for the steady beat before it", () => {
+    heart.connected();
+    vi.advanceTimersByTime(101); // a steady beat at 100
+    heart.put(AHEAD, "keys");
+    expect(beats.at(-1)).toMatchObject({ sent: 101, forward: 0.8 });
+    vi.advanceTimersByTime(10);
+    heart.put(deflection(0.8, 0.5), "keys");
+    expect(beats.at(-1)).toMatchObject({ sent: 101 }); // another change waits
+    vi.advanceTimersByTime(24);
+    expect(beats.at(-1)).toMatchObject({ forward: 0.8, left: 0.5 });
+  });
+
   it("never sends more than thirty a second, and the newest at last", () => {
     heart.connected();
     for (let k = 1; k <= 1000; k++) {
       vi.advanceTimersByTime(1);
       heart.put(deflection((k % 97) / 100, 0.1), "joystick");
     }
-    expect(beats.length).toBeLessThanOrEqual(31);
+    // Thirty a second, the one of the connection, and the first change, which waits for neither.
+    expect(beats.length).toBeLessThanOrEqual(32);
     expect(beats.length).toBeGreaterThan(25);
     vi.advanceTimersByTime(34);
     // 1000 mod 97 = 30

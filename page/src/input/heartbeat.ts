@@ -7,7 +7,7 @@ export type BeatOut = Required<HeartbeatMessage>;
 
 /** Between beats while nothing changes, ms. */
 export const STEADY = 100;
-/** Least time between two beats, ms: thirty a second; only a stick let go does not wait. */
+/** Least time between two beats with a change, ms: thirty a second; a stick let go does not wait. */
 export const QUICKEST = 1000 / 30;
 /** A smaller change than this waits for the steady beat, share of full deflection. */
 const CHANGE = 0.01;
@@ -23,7 +23,8 @@ export class Heartbeat {
   private at: Deflection = CENTRE;
   private device: Device = "none";
   private told: { at: Deflection; device: Device } = { at: CENTRE, device: "none" };
-  private last = -Infinity;
+  /** When the last change was told: a steady beat just before a press does not let it wait. */
+  private changed = -Infinity;
   private timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
@@ -49,7 +50,7 @@ export class Heartbeat {
     this.device = device;
     if (!this.open || !this.visible || !this.differs()) return;
     const letGo = at.forward === 0 && at.left === 0;
-    const wait = this.last + QUICKEST - this.now();
+    const wait = this.changed + QUICKEST - this.now();
     if (letGo || wait <= 0) this.beat();
     else this.arm(wait);
   }
@@ -67,10 +68,11 @@ export class Heartbeat {
 
   private beat(): void {
     const { at, device, visible } = this;
-    this.last = this.now();
+    const sent = this.now();
+    if (this.differs()) this.changed = sent;
     this.told = { at, device };
     const stick = { forward: at.forward, left: at.left, device };
-    this.send({ type: "heartbeat", seq: this.seq++, sent: this.last, ...stick, visible });
+    this.send({ type: "heartbeat", seq: this.seq++, sent, ...stick, visible });
     if (visible) this.arm(STEADY);
     else clearTimeout(this.timer);
   }

@@ -64,7 +64,7 @@ function isThere(element: HTMLElement): boolean {
 }
 
 function labelOf(element: HTMLElement): string {
-  const named = element.dataset["scanGroup"] ?? element.getAttribute("aria-label");
+  const named = element.dataset["scanGroup"] ?? element.getAttribute("aria-label") ?? element.getAttribute("title");
   return (named || element.textContent || "").replace(/\s+/g, " ").trim();
 }
 

@@ -1,7 +1,8 @@
 // Layer that changes seldom, drawn once: floor, doors, preferences, routes. Frames only copy it.
 
 import { num } from "../i18n/text.svelte";
-import type { WishPreview, RouteUpdate, SceneInfo, TripRoute } from "../messages";
+import type { MapDifference, WishPreview, RouteUpdate, SceneInfo, TripRoute } from "../messages";
+import { drawDifferences } from "./differences";
 import type { Colours } from "./palette";
 import { farthestFrom, lastOf, lengthOf } from "./strokes";
 import { toScreen, type Point, type View } from "./view";
@@ -23,6 +24,9 @@ export interface Ground {
   readonly routes: readonly TripRoute[];
   readonly chosen: number;
   readonly shut: readonly number[];
+  /** Where the building differs from the map, and the side of a cell, m. */
+  readonly differences: readonly MapDifference[];
+  readonly cell: number;
   /** True if doors carry their numbers. */
   readonly numbered: boolean;
 }
@@ -90,6 +94,7 @@ export class Backdrop {
     // Mipmaps make the floor crisp from afar, and cost too much to be made in every frame.
     context.imageSmoothingQuality = screen.turning ? "low" : "medium";
     drawFloor(context, ground, view);
+    drawDifferences(context, ground.differences, ground.cell, ground.colours, view);
     drawDoors(context, ground, view);
     drawWishes(context, ground, view);
     if (ground.routes.length > 0) drawChoices(context, ground, view);
@@ -109,6 +114,7 @@ function same(a: Ground | null, b: Ground): boolean {
     a.routes === b.routes &&
     a.chosen === b.chosen &&
     a.numbered === b.numbered &&
+    a.differences === b.differences &&
     a.shut.join() === b.shut.join()
   );
 }

@@ -39,6 +39,16 @@ export function drawFigures(context: CanvasRenderingContext2D, moving: Moving, v
   if (state.goal) drawGoal(context, state.goal, colours, view);
 }
 
+/** Where the chair was last seen, once the connection is lost: nothing else is known. */
+export function drawLastSeen(
+  context: CanvasRenderingContext2D,
+  shown: Shown,
+  figure: Pick<Moving, "chair" | "colours">,
+  view: View,
+): void {
+  drawChair(context, shown, figure, view);
+}
+
 /** Half an ellipse ahead and half a one behind. */
 function drawSpaces(
   context: CanvasRenderingContext2D,
@@ -150,7 +160,7 @@ function drawPlan(
 function drawChair(
   context: CanvasRenderingContext2D,
   { pose }: Shown,
-  { chair, colours }: Moving,
+  { chair, colours }: Pick<Moving, "chair" | "colours">,
   view: View,
 ): void {
   const [x, y] = toScreen(view, pose[0], pose[1]);

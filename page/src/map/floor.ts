@@ -1,6 +1,7 @@
 // The map's picture in the page's colours, with smooth edges however near one looks.
 
-import type { FloorInfo } from "../messages";
+import type { FloorInfo, PlaceInfo } from "../messages";
+import { kindOf } from "../places";
 import { rgbOf, type Colours, type Rgb } from "./palette";
 
 /** The tinted picture has at most so many pixels. */
@@ -29,6 +30,38 @@ export function tinted(image: HTMLImageElement, colours: Colours): HTMLCanvasEle
   tint(pixels.data, colours);
   context.putImageData(pixels, 0, 0);
   return canvas;
+}
+
+/** The picture with its rooms in a calm colour of their kind; passages stay as they are. */
+export function withRooms(
+  picture: HTMLCanvasElement,
+  { x, y, width, height, resolution }: FloorInfo,
+  places: readonly PlaceInfo[],
+  colours: Colours,
+): HTMLCanvasElement {
+  const context = picture.getContext("2d")!;
+  const perMetre = picture.width / (width * resolution);
+  const upper = y + height * resolution;
+  const light = brightness(rgbOf(colours.free)) > brightness(rgbOf(colours.wall));
+  context.save();
+  // The floor takes the colour; walls, which are darker than it or lighter, stay as they are.
+  context.globalCompositeOperation = light ? "darken" : "lighten";
+  for (const { name, area } of places) {
+    const kind = kindOf(name);
+    if (area.length < 3 || !kind) continue;
+    context.fillStyle = colours[kind.slice("places.".length) as RoomKind];
+    context.beginPath();
+    for (const [px, py] of area) context.lineTo((px - x) * perMetre, (upper - py) * perMetre);
+    context.fill();
+  }
+  context.restore();
+  return picture;
+}
+
+export type RoomKind = "wards" | "toilets" | "food" | "care" | "ways" | "other";
+
+function brightness([r, g, b]: Rgb): number {
+  return r + g + b;
 }
 
 function tint(data: Uint8ClampedArray, colours: Colours): void {

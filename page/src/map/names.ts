@@ -22,6 +22,8 @@ export class Names {
     view: View,
     ratio: number,
     clear: readonly Disc[] = [],
+    /** Width at the right that something covers, px. */
+    covered = 0,
   ): void {
     if (colours !== this.#of || ratio !== this.#ratio) {
       this.#made.clear();
@@ -29,7 +31,10 @@ export class Names {
       this.#ratio = ratio;
     }
     const [dx, dy] = this.#moved(places, view);
+    const edge = context.canvas.width / ratio - EDGE - covered;
     for (const { label, x, y } of this.#known!.shown) {
+      // A name that the edge cuts cannot be read.
+      if (x + dx - label.width / 2 < EDGE || x + dx + label.width / 2 > edge) continue;
       if (clear.some((disc) => covers(label, x + dx, y + dy, disc))) continue;
       const image = this.#image(label.name);
       context.drawImage(

@@ -19,6 +19,12 @@ const NAMES = {
   unwish: "--unwish",
   door: "--door",
   accent: "--accent",
+  wards: "--room-wards",
+  toilets: "--room-toilets",
+  food: "--room-food",
+  care: "--room-care",
+  ways: "--room-ways",
+  other: "--room-other",
 } as const;
 
 export type Colours = Readonly<Record<keyof typeof NAMES, string>>;

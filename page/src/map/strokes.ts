@@ -122,3 +122,22 @@ function distanceToLine(p: Point, line: readonly Point[]): number {
   }
   return nearest;
 }
+
+/** True if a point lies within an outline (even-odd rule). */
+export function contains(outline: readonly Point[], [x, y]: Point): boolean {
+  let inside = false;
+  outline.forEach((a, k) => {
+    const b = outline[(k + 1) % outline.length]!;
+    if (a[1] > y !== b[1] > y && x < a[0] + ((y - a[1]) / (b[1] - a[1])) * (b[0] - a[0])) inside = !inside;
+  });
+  return inside;
+}
+
+/** Area of an outline, m². */
+export function areaOf(outline: readonly Point[]): number {
+  const twice = outline.reduce((sum, a, k) => {
+    const b = outline[(k + 1) % outline.length]!;
+    return sum + a[0] * b[1] - a[1] * b[0];
+  }, 0);
+  return Math.abs(twice) / 2;
+}

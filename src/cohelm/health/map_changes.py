@@ -45,8 +45,19 @@ class MapChanges(NamedTuple):
 
     def persistent(self, *, new: bool) -> Floats:
         """Centres (m, 2) of persistent contradictions, m: new obstacles, or walls that are gone."""
-        chosen = (self.balance >= PERSISTENT) & (self.cells[:, 2] == int(new))
-        return np.asarray((self.cells[chosen, :2] + 0.5) * CELL, dtype=float)
+        rows = self.persistent_rows
+        return centres_of(rows[rows[:, 2] == int(new), :2])
+
+    @property
+    def persistent_rows(self) -> Integers:
+        """Rows (m, 3) of ``cells`` that are persistent."""
+        rows: Integers = self.cells[self.balance >= PERSISTENT]
+        return rows
+
+
+def centres_of(cells: Integers) -> Floats:
+    """Centres (m, 2) of cells (m, 2) by column and row, m."""
+    return np.asarray((cells + 0.5) * CELL, dtype=float)
 
 
 NO_CHANGES = MapChanges(np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64))

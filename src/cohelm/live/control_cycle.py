@@ -78,7 +78,7 @@ class ControlCycle:
         """True if the next request restarts the navigator; first step in this world."""
         self._watchdog = Watchdog()
         self.view = PageView()
-        self._sent_route = -1
+        self._sent_route, self._sent_differences = -1, self.view.differences
         self.command = stop(Reason.STARTING)
         """Decision at the wheels."""
         self.starting_text = ""
@@ -329,6 +329,9 @@ class ControlCycle:
         if self.view.route_version != self._sent_route:
             self._sent_route = self.view.route_version
             self._send(self.view.route_update(), None)
+        if self.view.differences is not self._sent_differences:
+            self._sent_differences = self.view.differences
+            self._send(self.view.map_differences(), None)
         step = StepStatus(
             seq=self.ticks,
             command=self.command,

@@ -192,7 +192,7 @@ class ControlLoop:
     def _fail(self, text: str = "The program has failed. Stopped.") -> None:
         """Fatal: command a stop in every step, and tell the pages, until the drive is closed."""
         _log.exception("the control loop has failed")
-        self.error = "the control loop has failed; see the log"
+        self.error = "The control loop has failed; see the log."
         self._stop_after_failure()
         self._announce("loop_failed", text)
         while not self._closing.wait(STEP):
@@ -267,7 +267,7 @@ class ControlLoop:
         self.cycle.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
         self._log_event("chair", "navigator_lost", reason=lost)
         if self._navigator.gave_up:
-            self.error = "the navigator does not start; see the log"
+            self.error = "The navigator does not start; see the log."
             self._announce("navigator_failed", "The navigator does not start. Stopped.")
             return
         text = "The navigator has failed and restarts."

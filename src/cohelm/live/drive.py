@@ -195,13 +195,14 @@ class Drive:
         """Pass every message from now on to ``callback``.
 
         It is called in the control thread and, for answers that do not need the loop (Welcome,
-        RouteUpdate, SettingsChanged, Echo), in the caller's own thread before the call returns.
+        RouteUpdate, MapDifferences, SettingsChanged, Echo), in the caller's own thread before the
+        call returns.
         It must neither wait nor raise.
         """
         self._listeners = (*self._listeners, callback)
 
     def connect(self, client: str, role: Role) -> None:
-        """Add a page; it gets Welcome and the route before this returns.
+        """Add a page; it gets Welcome, route and map differences before this returns.
 
         Args:
             client: Unique name of the connection, never used again.
@@ -211,7 +212,10 @@ class Drive:
             client=client, role=role, scene=self._scene, limits=self.limits, rider=self.rider
         )
         self._send(welcome, client)
-        self._send(self._loop.cycle.view.route_update(), client)
+        view = self._loop.cycle.view
+        self._send(view.route_update(), client)
+        if view.differences:
+            self._send(view.map_differences(), client)
         self._loop.call(lambda: self._commands.connect(client, role))
 
     def disconnect(self, client: str) -> None:
@@ -313,12 +317,13 @@ class Drive:
     def unstored(self) -> str:
         """Sentences about what cannot be stored, and why; empty: everything is stored."""
         rides, limits, audit = self._services.rides, self._settings, self._audit
+        ends = f"The limits in force are not stored, and end with the program: it {limits.error}."
         found = (
-            (limits.error, "The limits in force are not stored, and end with the program"),
-            (rides.error, "Rides are not stored"),
-            (audit.error, "The audit log is not stored"),
+            (limits.error, ends),
+            (rides.error, f"Rides are not stored: it {rides.error}."),
+            (audit.error, f"The audit log is not stored: it {audit.error}."),
         )
-        here = [f"{what}: it {problem}." for problem, what in found if problem]
+        here = [text for problem, text in found if problem]
         return " ".join(filter(None, [*here, self._loop.cycle.unstored_rows]))
 
     @property

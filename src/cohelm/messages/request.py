@@ -76,6 +76,8 @@ class Wish:
     """Extent of an avoided zone beyond its points, m."""
     hard: bool = False
     """Never enter the avoided zone, even if no route is left; False: it only costs."""
+    visit: bool = False
+    """Go to attracting points however long the detour; False: only where it is worth it."""
 
 
 @value

@@ -232,4 +232,5 @@ def _first(fault: ValidationError) -> str:
     """First error in a message, without repeating its content."""
     first = fault.errors(include_url=False, include_context=False, include_input=False)[0]
     where = ".".join(str(part) for part in first["loc"])[:80]
-    return f"{where}: {first['msg']}"[:200] if where else str(first["msg"])[:200]
+    detail = f"{where}: {first['msg']}" if where else str(first["msg"])
+    return f"The request is not understood: {detail[:200]}."

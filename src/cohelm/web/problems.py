@@ -45,7 +45,8 @@ async def on_invalid(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     where = ".".join(str(part) for part in first["loc"] if part != "body")[:80]
-    return _answer(422, "invalid", f"{where}: {first['msg']}"[:300] if where else first["msg"])
+    detail = f"{where}: {first['msg']}" if where else first["msg"]
+    return _answer(422, "invalid", f"the request is not understood: {detail[:300]}")
 
 
 async def on_failed(_: Request, error: Exception) -> JSONResponse:

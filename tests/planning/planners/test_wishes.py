@@ -61,12 +61,16 @@ def test_says_how_far_zones_are_and_how_deep_the_path_is_in_them():
 
 def test_a_stroke_pays_for_the_mean_distance_along_its_length():
     (chain,) = chains_of(
-        wishing(stroke([2.0, 4.0], [8.0, 4.0])), closeness=2.0, spacing=1.0, pieces=32
+        wishing(stroke([2.0, 4.0], [8.0, 4.0])),
+        closeness=2.0,
+        visiting=20.0,
+        spacing=1.0,
+        pieces=32,
     )
     assert chain.points[:, 0].tolist() == pytest.approx([2.5, 3.5, 4.5, 5.5, 6.5, 7.5])
     assert price_of(LINE, (chain,)) == pytest.approx(2.0 * 6.0 * 1.0)  # λ · length · distance
     (few,) = chains_of(
-        wishing(stroke([2.0, 4.0], [8.0, 4.0])), closeness=2.0, spacing=1.0, pieces=3
+        wishing(stroke([2.0, 4.0], [8.0, 4.0])), closeness=2.0, visiting=20.0, spacing=1.0, pieces=3
     )
     assert len(few.points) == 3
     assert price_of(LINE, (few,)) == pytest.approx(12.0)
@@ -74,7 +78,7 @@ def test_a_stroke_pays_for_the_mean_distance_along_its_length():
 
 def test_a_line_pays_for_points_in_their_order():
     def price(*wishes):
-        chains = chains_of(wishing(*wishes), closeness=3.0, spacing=1.0, pieces=32)
+        chains = chains_of(wishing(*wishes), closeness=3.0, visiting=20.0, spacing=1.0, pieces=32)
         return price_of(LINE, chains)
 
     there, back = [2.0, 3.0], [7.0, 3.0]
@@ -87,14 +91,16 @@ def test_a_line_pays_for_points_in_their_order():
 
 def test_strokes_take_fewer_pieces_where_there_are_many_wishes():
     long = [stroke([0.0, y], [100.0, y]) for y in (1.0, 2.0, 3.0)]
-    chains = chains_of(wishing(attract([1.0, 1.0]), *long), closeness=2.0, spacing=1.0, pieces=32)
+    chains = chains_of(
+        wishing(attract([1.0, 1.0]), *long), closeness=2.0, visiting=20.0, spacing=1.0, pieces=32
+    )
     counts = [len(chain.points) for chain in chains]
     assert np.prod([count + 1 for count in counts]) <= MAX_LAYERS
     assert min(counts[1:]) >= 3
     for chain in chains[1:]:
         assert chain.price * len(chain.points) == pytest.approx(2.0 * 100.0)
     with pytest.raises(TooManyWishes):
-        chains_of(wishing(*long * 3), closeness=2.0, spacing=1.0, pieces=32)
+        chains_of(wishing(*long * 3), closeness=2.0, visiting=20.0, spacing=1.0, pieces=32)
 
 
 @pytest.mark.parametrize("X_MG", [(0.0, 0.0, 0.0), (3.0, -2.0, 0.7)])
@@ -103,7 +109,7 @@ def test_chains_on_a_grid_are_its_cells(X_MG):
     task = replace(
         problem(grid, (1, 3), (9, 3)), wishes=(attract(*grid.centres([[4, 7], [9, 2]])),)
     )
-    (chain,) = on_grid(chains_of(task, closeness=2.0, spacing=1.0, pieces=9), grid)
+    (chain,) = on_grid(chains_of(task, closeness=2.0, visiting=20.0, spacing=1.0, pieces=9), grid)
     assert chain.points == pytest.approx(np.array([[4.0, 7.0], [9.0, 2.0]]))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cohelm.health import NO_CHANGES, MapChanges
-from cohelm.live.messages import RideOutcome
+from cohelm.live.messages import MapDifference, RideOutcome
 from cohelm.live.sessions.records import RideLog
 from cohelm.messages import Decision, Observation, Request
 from cohelm.scenarios import Scenario
@@ -139,6 +139,8 @@ class StepAnswer:
     """Destinations that the rider may want; empty with a destination."""
     free: tuple[float, ...] = ()
     """Free distance in each direction, see :mod:`.surroundings`."""
+    differences: tuple[MapDifference, ...] | None = None
+    """Places where the building differs from the map; None: the same as before."""
     log: RideLog | None = None
     """Log of the ride that ended with an earlier request."""
     unstored: str = ""

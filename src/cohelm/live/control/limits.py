@@ -233,9 +233,9 @@ def loosened(before: Limits, after: Limits) -> tuple[str, ...]:
     return tuple(
         name
         for name, looser in (
-            ("the speed", after.max_speed > before.max_speed),
-            ("the acceleration", after.max_acceleration > before.max_acceleration),
-            ("the distance from people", after.min_distance < before.min_distance),
+            ("The speed", after.max_speed > before.max_speed),
+            ("The acceleration", after.max_acceleration > before.max_acceleration),
+            ("The distance from people", after.min_distance < before.min_distance),
         )
         if looser
     )
@@ -253,7 +253,9 @@ def tightest(one: Limits, other: Limits) -> Limits:
 def _check_standing(before: Limits, after: Limits, standing: Callable[[], bool]) -> None:
     looser = loosened(before, after)
     if looser and not standing():
-        raise LimitsLoosened(f"{' and '.join(looser)} can be loosened only while the chair stands")
+        # One sentence for each, so that the page can translate it.
+        texts = (f"{limit} can be loosened only while the chair stands." for limit in looser)
+        raise LimitsLoosened(" ".join(texts))
 
 
 def limited_profile(

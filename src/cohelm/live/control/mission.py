@@ -123,7 +123,13 @@ def check_goal(goal: Destination, grid: OccupancyGrid) -> None:
 
 def wish_of(message: AddWish | RouteWish, number: int) -> ActiveWish:
     """Return the wish of a message, with ``number`` as its id."""
-    return ActiveWish(id=number, kind=message.kind, points=message.points, radius=message.radius)
+    return ActiveWish(
+        id=number,
+        kind=message.kind,
+        points=message.points,
+        radius=message.radius,
+        visit=message.visit,
+    )
 
 
 def check_wish(message: AddWish | RouteWish, floor: FloorInfo) -> None:
@@ -136,13 +142,13 @@ def check_wish(message: AddWish | RouteWish, floor: FloorInfo) -> None:
     low = np.array([floor.x, floor.y]) - MARGIN
     high = low + 2.0 * MARGIN + floor.resolution * np.array([floor.width, floor.height])
     if (points < low).any() or (points > high).any():
-        raise InvalidProblem("the wish is outside the map")
+        raise InvalidProblem("The wish is outside the map.")
     if float(np.hypot(*np.diff(points, axis=0).T).sum()) > MAX_LENGTH:
-        raise InvalidProblem("the line is too long")
+        raise InvalidProblem("The line is too long.")
     if message.kind == "stroke" and len(points) < 2:
-        raise InvalidProblem("a line to follow needs two points or more")
+        raise InvalidProblem("A line to follow needs two points or more.")
     if message.kind == "avoid" and len(points) < 3 and message.radius <= 0.0:
-        raise InvalidProblem("the area to avoid is empty")
+        raise InvalidProblem("The area to avoid is empty.")
 
 
 def request_of(
@@ -181,5 +187,6 @@ def request_of(
 def wishes_of(active: tuple[ActiveWish, ...]) -> list[Wish]:
     """Return the wishes as the planner takes them."""
     return [
-        Wish(kind=each.kind, points=np.array(each.points), radius=each.radius) for each in active
+        Wish(kind=each.kind, points=np.array(each.points), radius=each.radius, visit=each.visit)
+        for each in active
     ]

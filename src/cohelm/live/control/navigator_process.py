@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cohelm.arrays import identical
+from cohelm.arrays import Integers, identical
 from cohelm.health import NO_CHANGES, MapChanges
 from cohelm.live.control.ipc import (
     ProcessReady,
@@ -25,6 +25,7 @@ from cohelm.live.control.ipc import (
     StepAnswer,
     StepRequest,
 )
+from cohelm.live.control.map_differences import map_differences
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
 from cohelm.live.control.surroundings import free_distances
@@ -38,6 +39,7 @@ from cohelm.live.control.view_model import (
     route_error_of,
     route_view,
 )
+from cohelm.live.messages import MapDifference
 from cohelm.live.sessions.mcap_recording import DriveRecording
 from cohelm.live.sessions.records import RideLog
 from cohelm.live.sessions.ride_log import RideLogWriter
@@ -102,6 +104,8 @@ class NavigatorServer:
         self._free: tuple[float, ...] = ()
         self._outline = tuple((float(x), float(y)) for x, y in ride_setup.robot.outline)
         self._path: Path | None = None
+        self._contradictions: Integers | None = None
+        """``MapChanges.persistent_rows`` of the last answer; None: there was none."""
         self._ride_log = RideLogWriter()
         self._measured = MeasuredTruth(ride_setup.robot.outline, ride_setup.grid)
         self._finished_log: RideLog | None = None
@@ -137,6 +141,7 @@ class NavigatorServer:
             groups=groups_of(tick),
             offers=offers_of(tick),
             free=self._free,
+            differences=self._new_differences(tick, restart=step.restart),
             log=log,
             unstored=self._unstored,
             planning_context=(
@@ -188,6 +193,16 @@ class NavigatorServer:
         if tick.path is None:
             return RouteView(points=(), without_wishes=(), length=0.0, extra_length=0.0)
         return route_view(tick.path)
+
+    def _new_differences(self, tick: Tick, *, restart: bool) -> tuple[MapDifference, ...] | None:
+        """Return the differences from the map if they are not those of the last answer."""
+        if tick.memory.health is None:
+            return None
+        before, rows = self._contradictions, tick.memory.health.changes.persistent_rows
+        self._contradictions = rows
+        if before is not None and not restart and np.array_equal(before, rows):
+            return None
+        return map_differences(rows)
 
 
 class _WarmUpCase(NamedTuple):

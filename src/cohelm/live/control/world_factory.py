@@ -220,7 +220,7 @@ class WorldFactory:
             self._results.put(error)
         except Exception as error:  # must not end the drive in the old world
             _log.exception("the world could not be built")
-            self._results.put(WorldError(f"the simulation could not be built: {error!r}"))
+            self._results.put(WorldError(f"The simulation could not be built: {error!r}."))
         else:
             self._results.put(world)
 

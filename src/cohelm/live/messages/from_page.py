@@ -66,6 +66,7 @@ class RouteWish(WireMessage):
     kind: WishKind
     points: Line
     radius: Annotated[float, Field(ge=0.0, le=20.0)] = 0.0
+    visit: bool = False
 
 
 Wishes = Annotated[tuple[RouteWish, ...], Field(max_length=12)]
@@ -102,6 +103,8 @@ class AddWish(WireMessage):
     points: Line
     radius: Annotated[float, Field(ge=0.0, le=20.0)] = 0.0
     """m; of ``avoid``."""
+    visit: bool = False
+    """Of ``attract``: go there, however long the detour."""
     preview: bool = False
 
 

@@ -16,6 +16,8 @@ class PlaceInfo(WireMessage):
     name: str
     x: float
     y: float
+    area: tuple[tuple[float, float], ...] = ()
+    """Corners of its outline, m; empty for a point."""
 
 
 class DoorInfo(WireMessage):
@@ -36,6 +38,27 @@ class FloorInfo(WireMessage):
     resolution: float
     x: float
     y: float
+
+
+class MapDifference(WireMessage):
+    """Place where the building differs from the map; the map itself is never changed."""
+
+    kind: Literal["gone", "new"]
+    """``gone``: a wall of the map is not there; ``new``: the map does not have what is there."""
+    x: float
+    """Middle, m."""
+    y: float
+    cells: tuple[tuple[float, float], ...]
+    """Centres of its cells, whose side is ``MapDifferences.cell``, m."""
+
+
+class MapDifferences(WireMessage):
+    """All places where rides have found the building to differ from the map."""
+
+    type: Literal["map_differences"] = "map_differences"
+    cell: float
+    """m."""
+    found: tuple[MapDifference, ...]
 
 
 class ChairInfo(WireMessage):

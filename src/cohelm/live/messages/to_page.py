@@ -9,7 +9,7 @@ from pydantic import Field, TypeAdapter
 
 from cohelm.live.messages.from_page import Echo
 from cohelm.live.messages.message import VERSION, Device, Pace, WireMessage, WishKind
-from cohelm.live.messages.scene import Limits, RiderSettings, SceneInfo
+from cohelm.live.messages.scene import Limits, MapDifferences, RiderSettings, SceneInfo
 from cohelm.messages import Mode
 
 Role = Literal["driver", "therapist"]
@@ -158,6 +158,7 @@ class ActiveWish(WireMessage):
     kind: WishKind
     points: tuple[tuple[float, float], ...]
     radius: float
+    visit: bool = False
 
 
 class RouteUpdate(WireMessage):
@@ -221,6 +222,8 @@ class TripPlans(WireMessage):
     routes: tuple[TripRoute, ...] = ()
     extra_length: float = 0.0
     """Additional length of the first route due to the wishes, m."""
+    closest: tuple[float, ...] = ()
+    """Minimum distance of the first route from each point to go via, in their order, m."""
     error: str = ""
     """Reason why there is no route; empty if there is one."""
 
@@ -266,6 +269,7 @@ ToPage = Annotated[
     | SettingsChanged
     | ChairState
     | RouteUpdate
+    | MapDifferences
     | WishPreview
     | TripPlans
     | Accepted

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from cohelm.live.messages import ChairInfo, DoorInfo, PlaceInfo, SceneInfo
 from cohelm.live.page.floor_solids import FloorSolids, floor_solids
 from cohelm.live.sessions.map_image import map_image
-from cohelm.maps import OccupancyGrid, Places
+from cohelm.maps import NamedPlace, OccupancyGrid, Places
 from cohelm.messages import Mode
 from cohelm.platforms import is_simulated
 from cohelm.robots import Robot
@@ -46,10 +46,7 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
         simulation=simulation,
         seed=seed,
         floor=floor,
-        places=tuple(
-            PlaceInfo(name=place.name, x=float(place.point[0]), y=float(place.point[1]))
-            for place in places
-        ),
+        places=tuple(_place(each) for each in places),
         doors=tuple(
             DoorInfo(id=k, a=tuple(door.a.tolist()), b=tuple(door.b.tolist()))
             for k, door in enumerate(doors if simulation else ())
@@ -69,4 +66,14 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
         places=places,
         robot=robot,
         solids=floor_solids(scenario),
+    )
+
+
+def _place(place: NamedPlace) -> PlaceInfo:
+    corners = () if place.polygon is None else place.polygon.round(3).tolist()
+    return PlaceInfo(
+        name=place.name,
+        x=float(place.point[0]),
+        y=float(place.point[1]),
+        area=tuple((x, y) for x, y in corners),
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import pickle
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 
@@ -28,9 +29,12 @@ from cohelm.planning.alternatives.alternatives import (
     Alternative,
     AlternativeCriteria,
     find_alternatives,
+    most_shared,
 )
-from cohelm.planning.alternatives.features import FeatureParameters
+from cohelm.planning.alternatives.features import FeatureParameters, route_features
 from cohelm.planning.alternatives.proposal import differences
+from cohelm.planning.planners.route import parameters_of
+from cohelm.planning.problem import prepare
 from cohelm.processes import end_with_owner, leave_interrupts
 from cohelm.scenarios import RideSetup
 
@@ -74,6 +78,7 @@ class TripAnswer:
     client: str
     routes: tuple[TripRoute, ...] = ()
     extra_length: float = 0.0
+    closest: tuple[float, ...] = ()
     error: str = ""
 
 
@@ -177,8 +182,8 @@ def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
 def plan_trip(request: TripRequest, ride_setup: RideSetup) -> TripAnswer:
     """Plan the routes to a destination: the planner's own, then alternatives by their cost.
 
-    An alternative comes with the point where it is farthest from the first route. It is offered
-    only if the planner takes that route once the point is wished for.
+    An alternative comes with the point where it is farthest from the first route, and is the path
+    that the planner takes once that point is wished for, with all other wishes.
 
     Args:
         request: Destination, wishes and context.
@@ -199,31 +204,40 @@ def plan_trip(request: TripRequest, ride_setup: RideSetup) -> TripAnswer:
     except PlanningError as error:
         text = planning_reason(error).sentence
         return TripAnswer(id=request.id, client=request.client, error=text)
+    prepared = prepare(problem, parameters_of(planner))
+    shown, vias = [found[0]], list[tuple[float, float] | None]([None])
+    for each in found[1:]:
+        via = _farthest(each.path.points, found[0].path.points)
+        path = _path_by(via, problem, planner)
+        # What is shown is what the planner drives, and it still differs from the others.
+        if path is None or most_shared(path.points, _paths(shown), criteria) > criteria.overlap:
+            continue
+        shown.append(replace(each, path=path, features=route_features(prepared, path, measuring)))
+        vias.append(via)
     return TripAnswer(
         id=request.id,
         client=request.client,
-        routes=(
-            _trip_route(found[0], found[0], None),
-            *(
-                _trip_route(each, found[0], via)
-                for each in found[1:]
-                if (via := _via(each, found[0], problem, planner)) is not None
-            ),
+        routes=tuple(
+            _trip_route(each, found[0], via) for each, via in zip(shown, vias, strict=True)
         ),
         extra_length=round(found[0].path.wishes.extra_length, 2),
+        closest=tuple(found[0].path.wishes.closest.round(2).tolist()),
     )
 
 
-def _via(
-    route: Alternative, first: Alternative, problem: RouteProblem, planner: GlobalPlanner
-) -> tuple[float, float] | None:
-    """Return the point whose wish makes the planner take a route; None: there is none."""
-    via = _farthest(route.path.points, first.path.points)
+def _path_by(
+    via: tuple[float, float], problem: RouteProblem, planner: GlobalPlanner
+) -> Path | None:
+    """Return the path with the wish for a point; None: the planner does not pass it."""
     wish = Wish(points=np.array([via]))
     path = _plan_or_none(planner, replace(problem, wishes=(*problem.wishes, wish)))
     if path is None or nearest_on_polyline(path.points, *via)[1] > VIA_TOLERANCE:
         return None
-    return via
+    return path
+
+
+def _paths(routes: Sequence[Alternative]) -> tuple[Path, ...]:
+    return tuple(each.path for each in routes)
 
 
 def _trip_route(

@@ -137,6 +137,7 @@ class RoutePreview:
                 id=message.id,
                 routes=message.routes,
                 extra_length=message.extra_length,
+                closest=message.closest,
                 error=message.error,
             )
             self._send(plans, message.client)

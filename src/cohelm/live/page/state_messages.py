@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cohelm.arrays import Floats
+from cohelm.health.map_changes import CELL
 from cohelm.live.control import driver_link
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import OfferRow, PersonRow, Points, Poses, RouteView, StepAnswer
@@ -14,6 +15,8 @@ from cohelm.live.control.world_factory import LiveWorld
 from cohelm.live.messages import (
     ActiveWish,
     ChairState,
+    MapDifference,
+    MapDifferences,
     Notice,
     OfferInfo,
     PersonInfo,
@@ -47,6 +50,8 @@ class PageView:
     route_error: str = ""
     wishes: tuple[ActiveWish, ...] = ()
     """Wishes that the route takes into account."""
+    differences: tuple[MapDifference, ...] = ()
+    """Places where the building differs from the map."""
     route_version: int = 0
     """Grows with every change of route, route error or wishes."""
 
@@ -59,6 +64,7 @@ class PageView:
         """
         route = answer.route if answer.route is not None else self.route
         wishes = mission.wishes if answer.mission_version == mission.version else self.wishes
+        differs = answer.differences
         same = (route, answer.route_error, wishes) == (self.route, self.route_error, self.wishes)
         return replace(
             self,
@@ -72,6 +78,7 @@ class PageView:
             route=route,
             route_error=answer.route_error,
             wishes=wishes,
+            differences=self.differences if differs is None else differs,
             route_version=self.route_version if same else self.route_version + 1,
         )
 
@@ -87,6 +94,10 @@ class PageView:
             wishes=self.wishes,
             error=self.route_error,
         )
+
+    def map_differences(self) -> MapDifferences:
+        """Return the message about the differences from the map."""
+        return MapDifferences(cell=CELL, found=self.differences)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -60,7 +60,7 @@ class DriveRecording:
         try:
             self._recorder(tick, truth)
         except RecordingError as error:
-            self._report("The recording has ended", error)
+            self._report(f"The recording has ended: {error.problem}.", error)
             self._close()
 
     def _open(self) -> None:
@@ -70,7 +70,7 @@ class DriveRecording:
         try:
             self._recorder = RideRecorder(_free(self._file), facts_of(self._ride_setup)).__enter__()
         except RecordingError as error:
-            self._report("Nothing is recorded", error)
+            self._report(f"Nothing is recorded: {error.problem}.", error)
 
     def _close(self) -> None:
         recorder, self._recorder = self._recorder, None
@@ -79,11 +79,11 @@ class DriveRecording:
         try:
             recorder.__exit__(None, None, None)
         except RecordingError as error:
-            self._report("The recording has ended", error)
+            self._report(f"The recording has ended: {error.problem}.", error)
 
-    def _report(self, what: str, error: RecordingError) -> None:
-        _log.error("%s: %s", what, error)
-        self.error = f"{what}: {error.problem}."
+    def _report(self, text: str, error: RecordingError) -> None:
+        _log.error("recording: %s", error)
+        self.error = text
 
 
 def _free(file: Path) -> Path:

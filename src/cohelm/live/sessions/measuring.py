@@ -168,7 +168,8 @@ def _write_measures(task: Path, into: Path) -> None:
         told = timeline_of(ride, log.stops).model_dump_json(exclude_none=False)
         write_atomically(into.with_suffix(".timeline"), told.encode())
     except Exception as error:  # a task of another program version may fail in any way
-        answer = f"the ride was not measured: {type(error).__name__} {error}".strip()
+        problem = f"{type(error).__name__} {error}".strip()
+        answer = f"the ride was not measured: {problem}"
     try:
         write_atomically(into, json.dumps(answer).encode())
     except StoreError:  # the session was deleted meanwhile

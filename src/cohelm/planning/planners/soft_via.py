@@ -37,9 +37,10 @@ class SoftVia:
     closest distance. The points p_1, p_2, … of one wish are passed in their order, different wishes
     in the best order. A stroke is followed in its direction; its integral is a sum over pieces.
 
-    In open space, and with λ above about 2, the path passes through the points. If they cannot be
-    reached, or only by a long detour, the path is the best compromise, which does not depend on the
-    robot's position when the wish was set. Without wishes the path is that of ``astar``.
+    A point to visit has its own, larger λ: the path goes there wherever the robot can stand. For
+    the others, in open space and with λ above about 2, the path passes through the points. If they
+    cannot be reached, or only by a long detour, the path is the best compromise, which does not
+    depend on the robot's position when the wish was set. Without wishes it is that of ``astar``.
     """
 
     class Parameters(GridPlannerParameters):
@@ -48,6 +49,9 @@ class SoftVia:
         closeness: float = Field(2.0, ge=0.0, le=1000.0)
         """λ: weighted metres accepted for a metre closer to a point, m/m; for a stroke per metre of
         its length, 1/m. A detour to the point and back is accepted from a value of 2 on."""
+        visiting: float = Field(20.0, ge=0.0, le=1000.0)
+        """λ of a point to visit, m/m. It exceeds the cost of a detour to the point and back, which
+        is 2 · (1 + ``cost_weight``) beside walls."""
         stroke_spacing: float = Field(1.0, ge=0.05, le=100.0)
         """Length of a stroke's pieces, m; longer if there would be too many."""
         stroke_pieces: int = Field(32, ge=1, le=255)
@@ -118,6 +122,7 @@ def _chains(
     return chains_of(
         problem,
         closeness=parameters.closeness,
+        visiting=parameters.visiting,
         spacing=parameters.stroke_spacing,
         pieces=max(pieces, 1),
     )

@@ -40,25 +40,29 @@ def has_wishes(problem: RouteProblem) -> bool:
 
 
 def chains_of(
-    problem: RouteProblem, *, closeness: float, spacing: float, pieces: int
+    problem: RouteProblem, *, closeness: float, visiting: float, spacing: float, pieces: int
 ) -> tuple[ViaChain, ...]:
     """Wishes as chains of via points in the map frame, m.
 
-    The points of a wish are a chain with the price ``closeness``. A stroke of length L is cut into
-    n pieces whose midpoints are a chain with the price closeness · L / n, so that their sum is
-    about closeness · ∫ distance ds.
+    The points of a wish are a chain with the price ``closeness`` or ``visiting``. A stroke of
+    length L is cut into n pieces whose midpoints are a chain with the price closeness · L / n, so
+    that their sum is about closeness · ∫ distance ds.
 
     Args:
         problem: with the wishes.
         closeness: weighted metres per metre of distance (for a stroke: per metre of its length).
+        visiting: the same for points to visit.
         spacing: distance between the points of a stroke, m; larger if there would be too many.
         pieces: upper limit for each stroke.
 
     Raises:
         PlanningError: TooManyWishes.
     """
-    wanted = [wish.points for wish in problem.wishes if wish.kind == "attract"]
-    single = tuple(ViaChain(points=points, price=closeness) for points in wanted if len(points))
+    single = tuple(
+        ViaChain(points=wish.points, price=visiting if wish.visit else closeness)
+        for wish in problem.wishes
+        if wish.kind == "attract" and len(wish.points)
+    )
     drawn = strokes(problem)
     lengths = [max(float(arc_length(line)[-1]), spacing) for line in drawn]
     taken = count_layers(len(chain.points) for chain in single)
