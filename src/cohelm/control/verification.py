@@ -331,8 +331,8 @@ class Verifier:
         return times[0] if len(times) == 1 else np.min(times, axis=0)
 
     def _scene(self, predictions: Predictions, margins: ContactMargins) -> dict[str, Any]:
-        people, walls = self.problem.people, self.problem.walls
-        return {"people": people, "predictions": predictions, "walls": walls, "margins": margins}
+        known = {"people": self.problem.people, "walls": self.problem.walls}
+        return {**known, "predictions": predictions, "margins": margins}
 
     def _driven(self, trajectory: Trajectory) -> Floats:
         """Poses (N+1, 3) of a trajectory as a late drive executes it."""
@@ -344,8 +344,5 @@ class Verifier:
 
     @cached_property
     def _ahead(self) -> Booleans:
-        """Mask (1 + n,) of walls and people near in the direction of motion.
-
-        Even where a contact cannot be avoided, they are at least met slowly.
-        """
+        """Mask (1 + n,) of walls and near people ahead: they are at least met slowly."""
         return np.concatenate([[True], near_ahead(self.problem, _NEAR)])
