@@ -62,3 +62,14 @@ def _on_course(
                 out[i] = True
                 break
     return out
+
+
+def near_ahead(problem: LocalProblem, near: float) -> Booleans:
+    """Mask (n,) of people nearer than ``near``, m, in the direction of the robot's motion."""
+    away = problem.people.mean[:, :2] - problem.pose[:2]
+    distance = np.hypot(away[:, 0], away[:, 1])
+    vx, vy, heading = problem.twist[0], problem.twist[1], problem.pose[2]
+    cos, sin = math.cos(heading), math.sin(heading)
+    along = away @ np.array([cos * vx - sin * vy, sin * vx + cos * vy])
+    ahead: Booleans = (along > 0.5 * distance * math.hypot(vx, vy)) & (distance < near)
+    return ahead

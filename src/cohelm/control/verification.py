@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -17,6 +18,7 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.drive_error import DriveError
 from cohelm.control.turn_back import turned_back
+from cohelm.control.unaware import near_ahead
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Predictions
 from cohelm.robots.braking import braking
@@ -170,17 +172,9 @@ class Verifier:
 
     def contact(self, trajectory: Trajectory) -> float:
         """Time at which a trajectory touches a wall or what is expected of people, s; or ∞."""
-        problem = self.problem
+        arguments = self._scene(self.problem.predictions, self.margins)
         return min(
-            first_contact(
-                problem.robot,
-                poses,
-                trajectory.step,
-                people=problem.people,
-                predictions=problem.predictions,
-                walls=problem.walls,
-                margins=self.margins,
-            )
+            first_contact(self.problem.robot, poses, trajectory.step, **arguments)
             for poses in self._displaced(self._driven(trajectory))
         )
 
@@ -218,9 +212,8 @@ class Verifier:
         reached = self._reached(trajectory.inputs[0], deceleration)
         if not reached.any():
             return True
-        times = self._contacts(
-            self._driven(trajectory), self._sooner, self._reach, step=trajectory.step
-        )
+        driven = self._driven(trajectory)
+        times = self._contacts(driven, self._sooner, self._reach, step=trajectory.step)
         met = times[1:] < self.rules.horizon_of(self.problem)
         at_once = self._reached(np.zeros_like(self.current_input), deceleration)
         return not (reached & (met | ~at_once)).any()
@@ -330,20 +323,16 @@ class Verifier:
         step: float = _FINE,
     ) -> Floats:
         """Times (1 + n,) of the contacts of poses (k, 3), s; +inf: none."""
-        problem = self.problem
+        arguments = self._scene(predictions, margins)
         times = [
-            contact_times(
-                problem.robot,
-                each,
-                step,
-                people=problem.people,
-                predictions=predictions,
-                walls=problem.walls,
-                margins=margins,
-            )
+            contact_times(self.problem.robot, each, step, **arguments)
             for each in self._displaced(poses)
         ]
         return times[0] if len(times) == 1 else np.min(times, axis=0)
+
+    def _scene(self, predictions: Predictions, margins: ContactMargins) -> dict[str, Any]:
+        known = {"people": self.problem.people, "walls": self.problem.walls}
+        return {**known, "predictions": predictions, "margins": margins}
 
     def _driven(self, trajectory: Trajectory) -> Floats:
         """Poses (N+1, 3) of a trajectory as a late drive executes it."""
@@ -351,20 +340,9 @@ class Verifier:
 
     def _displaced(self, poses: Floats) -> tuple[Floats, ...]:
         """Poses (k, 3) of a motion, as they are and as the casters may displace them."""
-        speed = float(self.current_input[0])
-        return self.rules.drive.displaced(poses, speed, self.problem.robot)
+        return self.rules.drive.displaced(poses, self.current_input[0], self.problem.robot)
 
     @cached_property
     def _ahead(self) -> Booleans:
-        """Mask (1 + n,) of walls and people near in the direction of motion.
-
-        Even where a contact cannot be avoided, they are at least met slowly.
-        """
-        problem = self.problem
-        away = problem.people.mean[:, :2] - problem.pose[:2]
-        distance = np.hypot(away[:, 0], away[:, 1])
-        vx, vy, heading = problem.twist[0], problem.twist[1], problem.pose[2]
-        cos, sin = math.cos(heading), math.sin(heading)
-        along = away @ np.array([cos * vx - sin * vy, sin * vx + cos * vy])
-        ahead = (along > 0.5 * distance * math.hypot(vx, vy)) & (distance < _NEAR)
-        return np.concatenate([[True], ahead])
+        """Mask (1 + n,) of walls and near people ahead: they are at least met slowly."""
+        return np.concatenate([[True], near_ahead(self.problem, _NEAR)])
