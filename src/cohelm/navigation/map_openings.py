@@ -3,7 +3,7 @@
 A map grows old: a door is moved, a partition is taken away. That beams pass a mapped wall is not
 enough to drive through it, because a wall of glass looks the same. So it takes the rider's word as
 well: a stick that moves nothing for a second opens the cells at hand through which the scan passes.
-The chair then creeps for some seconds.
+The chair then feels its way for some seconds.
 
 Cells where beams end close again. Keepout zones never open.
 """
@@ -36,8 +36,10 @@ _SWEEPS = 5
 """Number of sweeps that pass a cell from which no wall is seen there: half a second at 10 Hz."""
 _HELD = 1.0
 """Time for which a stick moves nothing before walls open, s."""
-_SLOW = 4.0
-"""Time for which the chair then creeps, s: the map may be right, and the wall of glass."""
+_SLOW = 5.0
+"""Time for which the chair then feels its way, s: long enough for its front to pass the wall."""
+FEELING_SPEED = 0.1
+"""Speed at that time, m/s: the map may be right, and the wall of glass."""
 _AT_HAND, _REACH = 1.0, 2.5
 """Distance from the sensor up to which a push opens cells, m, and up to which those beside them
 do."""
@@ -72,7 +74,7 @@ class MapOpenings:
     held_since: float = math.inf
     """Time since which a deflected stick moves nothing, s."""
     slow_until: float = -math.inf
-    """Time until which the chair creeps after a push has opened something, s."""
+    """Time until which the chair feels its way after a push has opened something, s."""
 
 
 _NONE = np.empty(0, dtype=np.int64)

@@ -51,7 +51,7 @@ from cohelm.navigation.steering_help import intent_of
 from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import (
     WorldModel,
-    creeping_through,
+    feeling_its_way,
     keep_watching,
     update_world_model,
 )
@@ -111,7 +111,7 @@ class Navigator:
 
         step = checked.step
         world = update_world_model(step, self.walls, self.barriers, self.openable, stopwatch)
-        step = creeping_through(step, world)
+        step = feeling_its_way(step, world)
         confidence = update_confidence(observation, self.walls, step.memory.confidence)
         authority, authority_state = rider_authority(step, confidence)
         authority, yielding = with_yielding(step, authority)

@@ -26,7 +26,12 @@ from cohelm.messages import (
 from cohelm.navigation.contact_watch import update_last_contact
 from cohelm.navigation.crowding import CrowdingState, update_crowding
 from cohelm.navigation.local_walls import local_walls
-from cohelm.navigation.map_openings import CLOSED, MapOpenings, update_openings
+from cohelm.navigation.map_openings import (
+    CLOSED,
+    FEELING_SPEED,
+    MapOpenings,
+    update_openings,
+)
 from cohelm.navigation.obstacle_memory import EMPTY, ObstacleMemory, update_obstacle_memory
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.standstill import is_standing_still
@@ -161,11 +166,11 @@ def _openings(
     )
 
 
-def creeping_through(step: StepInput, world: WorldModel) -> StepInput:
+def feeling_its_way(step: StepInput, world: WorldModel) -> StepInput:
     """Limit the speed of a chair that has just been led through a wall of the map."""
     if step.observation.time >= world.openings.slow_until:
         return step
-    limit = min(step.request.speed_limit, step.setup.progress.creep_speed)
+    limit = min(step.request.speed_limit, FEELING_SPEED)
     return dataclasses.replace(step, request=dataclasses.replace(step.request, speed_limit=limit))
 
 
