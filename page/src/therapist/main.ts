@@ -3,6 +3,7 @@ import { chair } from "../chair.svelte";
 import { link } from "../link";
 import { heedLinks } from "../server";
 import "../theme.css";
+import "./therapist.css";
 import { applyTheme } from "../theme";
 import Therapist from "./Therapist.svelte";
 
