@@ -10,6 +10,7 @@ from cohelm.errors import NoPath
 from cohelm.maps import distance_field
 from cohelm.messages import Authority, LiveObstacles, Reference, Wish
 from cohelm.navigation.local_walls import local_walls
+from cohelm.navigation.map_openings import NO_CELLS
 from cohelm.navigation.recovery.progress_checker import ProgressParameters, check_progress
 from cohelm.navigation.replanning.replanner import ReplanningParameters, update_route
 from cohelm.navigation.replanning.route_query import RouteQuery
@@ -348,7 +349,7 @@ def test_the_window_about_the_chair_is_the_maps_own_field(position):
     grid = room(boxes=[(5.0, 2.0, 5.5, 3.0)])
     static = distance_field(grid)
     live = LiveObstacles(corner=[10, 10], occupied=np.zeros((20, 20)), version=0)
-    window = local_walls(grid, static, live, np.array(position), 1.5)
+    window = local_walls(grid, static, live, NO_CELLS, np.array(position), 1.5)
     inside = np.clip(position, [0.2, 0.2], [11.8, 7.8])
     points = inside + np.random.default_rng(0).uniform(-0.15, 0.15, (50, 2))
     np.testing.assert_allclose(window.at(points), static.at(points), atol=1e-5)
@@ -357,7 +358,7 @@ def test_the_window_about_the_chair_is_the_maps_own_field(position):
 def test_a_chair_that_believes_itself_off_the_map_is_beside_a_wall():
     grid = room()
     none = LiveObstacles(corner=[0, 0], occupied=np.zeros((4, 4)), version=0)
-    window = local_walls(grid, distance_field(grid), none, np.array([-30.0, 90.0]), 1.5)
+    window = local_walls(grid, distance_field(grid), none, NO_CELLS, np.array([-30.0, 90.0]), 1.5)
     assert window.at(np.array([-30.0, 90.0])) < 0.0
 
 
@@ -367,9 +368,9 @@ def test_live_obstacles_come_nearer_than_the_maps_and_nowhere_farther():
     occupied = np.zeros((40, 40), dtype=np.uint8)
     occupied[20, 20] = 1
     live = LiveObstacles(corner=[60, 100], occupied=occupied, version=1)
-    window = local_walls(grid, static, live, np.array([6.0, 4.0]), 3.0)
+    window = local_walls(grid, static, live, NO_CELLS, np.array([6.0, 4.0]), 3.0)
     # the cell (80, 120) has its centre at (6.025, 4.025); its side is 0.025 m before that
     assert window.at(np.array([6.525, 4.025])) == pytest.approx(0.5 - 0.025, abs=1e-5)
     points = np.random.default_rng(0).uniform([3.2, 1.2], [8.8, 6.8], (200, 2))
     assert (window.at(points) <= static.at(points) + 1e-6).all()
-    assert identical(local_walls(grid, static, live, np.array([6.0, 4.0]), 3.0), window)
+    assert identical(local_walls(grid, static, live, NO_CELLS, np.array([6.0, 4.0]), 3.0), window)
