@@ -43,8 +43,9 @@ export class Chair {
   /** The finished ride, until it is rated or the next one begins. */
   ended = $state.raw<RideEnded | null>(null);
   notice = $state.raw<Notice | null>(null);
-  /** Name of the newest destination, which is told when it is reached. */
-  lastGoal = $state("");
+  /** Where the finished ride led; a later destination takes its announcement away. */
+  endedGoal = $state.raw<ChairState["goal"]>(null);
+  #lastGoal: ChairState["goal"] = null;
   /** When the newest state came, by the page's own clock, ms. */
   came = 0;
   /** Connected, and yet no state comes. */
@@ -83,9 +84,10 @@ export class Chair {
       case "state":
         this.state = message;
         this.came = performance.now();
-        if (message.goal && message.goal.name !== this.lastGoal) this.lastGoal = message.goal.name;
         this.stale = false;
         if (this.ended && message.ride && message.ride !== this.ended.ride) this.ended = null;
+        if (this.ended && message.goal && !samePlace(message.goal, this.endedGoal)) this.ended = null;
+        if (message.goal) this.#lastGoal = message.goal;
         break;
       case "route":
         this.route = message;
@@ -98,10 +100,15 @@ export class Chair {
         break;
       case "ride_ended":
         this.ended = message;
+        this.endedGoal = this.#lastGoal;
         break;
       default:
     }
   }
+}
+
+function samePlace(goal: NonNullable<ChairState["goal"]>, other: ChairState["goal"]): boolean {
+  return other !== null && goal.x === other.x && goal.y === other.y;
 }
 
 export const chair = new Chair();

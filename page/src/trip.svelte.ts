@@ -29,6 +29,8 @@ export interface Draft {
   readonly from: Point | null;
   /** The routes are being planned. */
   readonly busy: boolean;
+  /** The routes on display are those of other wishes. */
+  readonly outdated: boolean;
 }
 
 /** After this way the routes are planned anew: lengths and prices are told from where the chair is, m. */
@@ -67,12 +69,16 @@ export class Trip {
     return most > VISITED ? most : null;
   }
 
-  /** Opens the overview; where the therapist allows it, the chair sets off at once. */
-  choose(to: To, name: string): Promise<void> {
+  /**
+   * Opens the overview; where the therapist allows it, the chair sets off at once.
+   *
+   * A new destination keeps what is to be avoided; a place on the way was one of the former trip.
+   */
+  choose(to: To, name: string, wishes: readonly Wished[] = activeWishes().filter(({ wish }) => wish.kind === "avoid")): Promise<void> {
     selection.cancel();
     if (chair.rider?.start_at_once) return this.#go(to, name, null);
     this.draft = {
-      to, name, wishes: activeWishes(), plans: null, chosen: 0, trouble: "", from: null, busy: true,
+      to, name, wishes, plans: null, chosen: 0, trouble: "", from: null, busy: true, outdated: false,
     };
     mapView.follow = "route";
     return this.#plan();
@@ -82,7 +88,7 @@ export class Trip {
   change(): Promise<void> {
     const { goal } = chair;
     if (!goal) return Promise.resolve();
-    return this.choose(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name);
+    return this.choose(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name, activeWishes());
   }
 
   pick(chosen: number): void {
@@ -120,7 +126,7 @@ export class Trip {
 
   async start(): Promise<void> {
     const { draft, route } = this;
-    if (!draft) return;
+    if (!draft || draft.outdated) return;
     const wishes = draft.wishes.map((each) => each.wish);
     if (route?.via) wishes.push({ kind: "attract", points: [route.via], radius: 0, visit: false });
     await this.#go(draft.to, draft.name, wishes);
@@ -154,7 +160,7 @@ export class Trip {
 
   #wish(how: (wishes: readonly Wished[]) => readonly Wished[]): Promise<void> {
     if (!this.draft) return Promise.resolve();
-    this.draft = { ...this.draft, wishes: how(this.draft.wishes) };
+    this.draft = { ...this.draft, wishes: how(this.draft.wishes), outdated: true };
     return this.#plan();
   }
 
@@ -169,7 +175,7 @@ export class Trip {
     const wishes = draft.wishes.map((each) => each.wish);
     const answer = await link.ask({ type: "plan_trip", ...draft.to, wishes }, PRICE_WITHIN);
     if (number !== this.#asked || !this.draft) return;
-    const now = { ...this.draft, busy: false, from: pose ? ([pose[0], pose[1]] as const) : null };
+    const now = { ...this.draft, busy: false, outdated: false, from: pose ? ([pose[0], pose[1]] as const) : null };
     if (answer.type === "trip_plans") {
       const chosen = Math.min(now.chosen, Math.max(0, (answer.routes?.length ?? 0) - 1));
       this.draft = { ...now, plans: answer, chosen, trouble: answer.error ?? "" };

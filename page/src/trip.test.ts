@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { chair } from "./chair.svelte";
 import { link, type Question } from "./link";
-import type { ChairState, FromPage, RiderSettings, TripPlans } from "./messages";
+import type { ChairState, FromPage, RideEnded, RiderSettings, RouteUpdate, TripPlans } from "./messages";
 import { trip } from "./trip.svelte";
 
 const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start_at_once: false, switches: null };
@@ -10,6 +10,8 @@ const PLANS: TripPlans = {
   type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4],
   routes: [ROUTE, { ...ROUTE, length: 12, via: [4, 3] }],
 };
+
+type Wish = RouteUpdate["wishes"][number];
 
 let asked: Question[];
 let sent: FromPage[];
@@ -53,6 +55,39 @@ describe("a trip", () => {
     trip.pick(1);
     await trip.start();
     expect(goals()).toMatchObject([{ wishes: [{ kind: "attract", points: [[4, 3]] }] }]);
+  });
+
+  it("keeps what is avoided, and no place on the way, for another destination", async () => {
+    const wish = (kind: "attract" | "avoid"): Wish => ({ kind, points: [[4, 3]], radius: 1 });
+    chair.route = { ...chair.route, wishes: [wish("attract"), wish("avoid")] };
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["avoid"]);
+    trip.close();
+    state({ goal: { x: 9, y: 0, name: "Ward 4" } });
+    await trip.change();
+    expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["attract", "avoid"]);
+    chair.route = { ...chair.route, wishes: [] };
+  });
+
+  it("does not begin by routes of other wishes", async () => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    const planned = trip.via([4, 3], "Laboratory");
+    await trip.start();
+    expect(goals()).toEqual([]);
+    await planned;
+    await trip.start();
+    expect(goals()).toHaveLength(1);
+  });
+
+  it("takes away the announcement of the one before", () => {
+    const ward = { x: 9, y: 0, name: "Ward 4" };
+    state({ goal: ward });
+    chair.heard({ type: "ride_ended", ride: "a", outcome: "arrived", length: 9, duration: 13 } as RideEnded);
+    state({ goal: ward });
+    expect(chair.ended?.ride).toBe("a");
+    expect(chair.endedGoal).toEqual(ward);
+    state({ goal: { ...ward, x: 3, name: "Ward 1" } });
+    expect(chair.ended).toBeNull();
   });
 
   it("takes control where nobody drives", async () => {

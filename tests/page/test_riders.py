@@ -55,7 +55,7 @@ class Therapist:
         return self.page.locator("details", has=self.page.locator("summary", has_text=name)).first
 
     def choose(self, name):
-        self.row(name).get_by_role("button", name="Rides now").click()
+        self.row(name).get_by_role("button", name="Choose as rider").click()
         self.rider.sees(f"Riding now: {name}")
 
     def delete(self, name):

@@ -92,6 +92,7 @@ export const rider = {
   "trip.useThis": "Diese Fahrt nehmen",
   "trip.otherDrives": "Ein anderer Bildschirm fährt. Übernehmen Sie zuerst.",
   "trip.panel": "Ihre Fahrt",
+  "trip.by": "über {name}",
   "trip.goingTo": "Fahrt nach",
   "trip.left": "noch {length}",
   "trip.timeLeft": "noch {time}",

@@ -8,7 +8,7 @@ export const riders = {
   "riders.none": "Noch niemand.",
   "riders.new": "Neue Person …",
   "riders.edit": "Bearbeiten …",
-  "riders.choose": "Fährt jetzt",
+  "riders.choose": "Fahren lassen",
   "riders.again": "Vorgaben erneut anwenden",
   "riders.leave": "Niemand fährt",
   "riders.chosen": "{name} fährt jetzt. {applied}",

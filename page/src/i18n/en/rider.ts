@@ -92,6 +92,7 @@ export const rider = {
   "trip.useThis": "Use this trip",
   "trip.otherDrives": "Another screen drives. Take over first.",
   "trip.panel": "Your trip",
+  "trip.by": "by way of {name}",
   "trip.goingTo": "Going to",
   "trip.left": "{length} left",
   "trip.timeLeft": "{time} left",

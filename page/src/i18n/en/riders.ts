@@ -8,7 +8,7 @@ export const riders = {
   "riders.none": "No riders yet.",
   "riders.new": "New rider…",
   "riders.edit": "Edit…",
-  "riders.choose": "Rides now",
+  "riders.choose": "Choose as rider",
   "riders.again": "Apply preset again",
   "riders.leave": "Nobody rides",
   "riders.chosen": "{name} rides now. {applied}",
