@@ -58,7 +58,7 @@ describe("a trip", () => {
   });
 
   it("keeps what is avoided, and no place on the way, for another destination", async () => {
-    const wish = (kind: "attract" | "avoid"): Wish => ({ kind, points: [[4, 3]], radius: 1 });
+    const wish = (kind: "attract" | "avoid"): Wish => ({ kind, points: [[4, 3]], radius: 1, id: 1, visit: false });
     chair.route = { ...chair.route, wishes: [wish("attract"), wish("avoid")] };
     await trip.choose({ place: "Ward 4" }, "Ward 4");
     expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["avoid"]);
