@@ -121,11 +121,7 @@ def update_world_model(
     stopwatch.lap("social")
     live = layer.obstacles
     openings = _openings(step, detections, openable)
-    position = observation.pose[:2]
-    walls = local_walls(setup.grid, barriers, live, openings.opened, position, setup.window)
-    seen_walls = walls
-    if len(openings.seen.codes) > len(openings.opened.codes):
-        seen_walls = local_walls(setup.grid, barriers, live, openings.seen, position, setup.window)
+    walls, seen_walls = _walls(step, barriers, live, openings)
     stopwatch.lap("walls")
     return WorldModel(
         people=people,
@@ -145,6 +141,17 @@ def update_world_model(
         openings=openings,
         last_contact=update_last_contact(memory.last_contact, setup.robot, observation, people),
     )
+
+
+def _walls(
+    step: StepInput, barriers: DistanceField, live: LiveObstacles, openings: MapOpenings
+) -> tuple[DistanceField, DistanceField]:
+    """Walls about the robot, and the same without those that the scan passes."""
+    setup, position = step.setup, step.observation.pose[:2]
+    walls = local_walls(setup.grid, barriers, live, openings.opened, position, setup.window)
+    if len(openings.seen.codes) <= len(openings.opened.codes):
+        return walls, walls
+    return walls, local_walls(setup.grid, barriers, live, openings.seen, position, setup.window)
 
 
 def _openings(
