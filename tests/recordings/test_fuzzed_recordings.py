@@ -10,7 +10,7 @@ import itertools
 
 import numpy as np
 import pytest
-from tests.mutated import LONGEST, MOST_MEMORY, fuzzed
+from tests.mutated import LONGEST, MOST_MEMORY, PARTS, fuzzed
 
 from .sound_files import NAMES, read_frames, sound_files
 
@@ -20,7 +20,6 @@ FARTHEST_POSE = 1e7
 """Coordinate beyond any map, m."""
 CHECKED = {"checked.mcap", "BZ2.bag"}
 """Files with a checksum over all messages."""
-COPIES = {False: 60, True: 5000}
 
 
 @pytest.fixture(scope="module")
@@ -60,12 +59,14 @@ def difference(sound, frames):
     return "" if same else "number"
 
 
-@pytest.mark.parametrize("slow", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("copies", PARTS)
 @pytest.mark.parametrize("name", NAMES)
-def test_a_damaged_recording_is_read_or_refused_and_its_damage_is_said(sound, tmp_path, name, slow):
+def test_a_damaged_recording_is_read_or_refused_and_its_damage_is_said(
+    sound, tmp_path, name, copies
+):
     tally = fuzzed(
         tmp_path / name, sound[name], read_frames,
-        count=COPIES[slow], seed=1, difference=difference,
+        copies=copies, seed=1, difference=difference,
     )  # fmt: skip
     broken = [
         (number, what)

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from cohelm.arrays import identical
 from cohelm.messages import Observation, PointCloud, RiderCommand, Scan
-from cohelm.simulation import Fault
+from cohelm.simulation import FAULT_KINDS, Fault
 from cohelm.simulation.faults import injection
 from cohelm.simulation.faults.api import FaultMemory
 
@@ -68,7 +68,8 @@ def with_faults(observation, faults, last):
 
 
 def faulty(kind, *, at=5.0, duration=1.0):
-    return (Fault(kind=kind, at=at, duration=duration, magnitude=0.5),)
+    size = 0.5 if FAULT_KINDS[kind].unit else None
+    return (Fault(kind=kind, at=at, duration=duration, magnitude=size),)
 
 
 @pytest.mark.parametrize("kind", EXPECTED)

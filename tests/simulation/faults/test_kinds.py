@@ -58,7 +58,8 @@ SOUND = observation(2.0).scans[0].ranges
 
 @pytest.mark.parametrize("kind", FAULT_KINDS)
 def test_equal_seeds_give_equal_faults_and_the_typical_magnitude_is_allowed(kind):
-    Fault(kind=kind, at=0.0, magnitude=FAULT_KINDS[kind].typical)
+    if FAULT_KINDS[kind].unit:
+        Fault(kind=kind, at=0.0, magnitude=FAULT_KINDS[kind].typical)
     for size in FAULT_KINDS[kind].intensities:
         assert identical(delivered(kind, size), delivered(kind, size))
 
@@ -183,3 +184,46 @@ def test_slip_shows_in_the_odometry_and_not_in_the_motion():
     moving = replace(observation(2.0), twist=np.array([0.25, 0.0, 0.0]))
     fault = Fault(kind="wheel_slip", at=0.0, duration=9.0, magnitude=0.5)
     assert FaultInjector((fault,), 0).observed(moving).twist[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("kind", "magnitude", "text"),
+    [
+        ("scan_frozen", 0.5, "scan_frozen has no magnitude, got 0.5"),
+        ("scan_glass", 2.0, "magnitude of scan_glass must lie in [0, 1] share, got 2"),
+        ("pose_jump", -1.0, "magnitude of pose_jump must be at least 0 m, got -1"),
+    ],
+)
+def test_a_magnitude_that_a_kind_does_not_take_is_refused(kind, magnitude, text):
+    with pytest.raises(ValidationError) as error:
+        Fault(kind=kind, at=0.0, magnitude=magnitude)
+    assert text in str(error.value)
+
+
+@pytest.mark.parametrize("first", FAULT_KINDS)
+def test_two_faults_at_once_raise_nothing_in_any_order(first):
+    """Warnings are errors here: no effect computes with what another one made of the input."""
+    for second in FAULT_KINDS:
+        faults = (
+            Fault(kind=first, at=0.2, duration=2.0),
+            Fault(kind=second, at=0.4, duration=2.0),
+        )
+        injector = FaultInjector(faults, 3)
+        for k in range(12):
+            injector.observed(observation(k / 10))
+            decision = injector.received(Decision(twist=np.ones(3)), k / 10)
+            injector.twist(decision.twist, k / 10)
+
+
+@pytest.mark.parametrize("localiser", ["pose_turn_drift", "pose_nan"])
+def test_panes_stay_where_they_are_whatever_the_localiser_says(localiser):
+    faults = (
+        Fault(kind=localiser, at=0.5, duration=9.0),
+        Fault(kind="scan_multipath", at=0.5, duration=9.0),
+    )
+    # Stripes depend on the place in the list, so a fault that never begins stands first.
+    never = Fault(kind="late", at=99.0)
+    alone, both = FaultInjector((never, faults[1]), 3), FaultInjector(faults, 3)
+    for k in range(20):
+        one, two = (each.observed(observation(k / 10)) for each in (alone, both))
+    np.testing.assert_array_equal(one.scans[0].ranges, two.scans[0].ranges)

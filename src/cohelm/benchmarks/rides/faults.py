@@ -299,6 +299,9 @@ def create(
         known_name(kind, tuple(FAULT_KINDS), "fault", "--faults")
         if size and not _is_number(size):
             raise ConfigError(f"the magnitude of {name!r} is not a number", key="--faults")
+        refusal = FAULT_KINDS[kind].refusal(kind, float(size)) if size else ""
+        if refusal:
+            raise ConfigError(refusal, key="--faults")
     driven = split_names(modes, "--modes") or DRIVEN
     for mode in driven:
         known_name(mode, MODES, "mode", "--modes")

@@ -31,7 +31,10 @@ MAX_QUEUED_PREVIEWS = 8
 ANSWER_TIMEOUT = 25.0
 """Maximum time for an answer, s; then the process is replaced. A page waits somewhat longer."""
 MAX_LOST = 5
-"""Number of processes that may fail before no more are started and all requests are rejected."""
+"""Number of processes that may fail in a row, without an answer between them.
+
+Then no more are started and all requests are rejected.
+"""
 
 
 class TripQuestion(NamedTuple):
@@ -62,6 +65,7 @@ class RoutePreview:
         self._process: WorkerProcess | None = None
         self._ready = False
         self._lost = 0
+        """Number of lost processes since the last answer."""
         self._pending: PreviewRequest | TripRequest | None = None
         self._requested_at = 0.0
         self._waiting: deque[tuple[str, Question]] = deque()
@@ -121,8 +125,9 @@ class RoutePreview:
             return
         if isinstance(message, ProcessReady):
             self._ready = True
+        if isinstance(message, PreviewAnswer | TripAnswer):
+            self._pending, self._lost = None, 0
         if isinstance(message, PreviewAnswer):
-            self._pending = None
             answer = WishPreview(
                 id=message.id,
                 points=message.points,
@@ -132,7 +137,6 @@ class RoutePreview:
             )
             self._send(answer, message.client)
         if isinstance(message, TripAnswer):
-            self._pending = None
             plans = TripPlans(
                 id=message.id,
                 routes=message.routes,

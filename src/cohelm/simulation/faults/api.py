@@ -80,3 +80,13 @@ class FaultKind:
     bounds: tuple[float, float] = UNBOUNDED
     intensities: tuple[float, ...] = ()
     """Magnitudes of a benchmark; empty: the typical one alone."""
+
+    def refusal(self, name: str, magnitude: float) -> str:
+        """Reason why the kind of this name does not take a magnitude; empty: it does."""
+        if not self.unit:
+            return f"{name} has no magnitude, got {magnitude:g}"
+        low, high = self.bounds
+        if low <= magnitude <= high:
+            return ""
+        bounds = f"be at least {low:g}" if math.isinf(high) else f"lie in [{low:g}, {high:g}]"
+        return f"magnitude of {name} must {bounds} {self.unit}, got {magnitude:g}"

@@ -23,7 +23,7 @@ class Fault(Model):
     duration: float = Field(1.0, gt=0.0)
     """s."""
     magnitude: float | None = None
-    """Intensity in the kind's own unit; None: the kind's typical one."""
+    """Intensity in the kind's own unit, if it has one; None: the kind's typical one."""
 
     @model_validator(mode="after")
     def _kind_exists_and_takes_the_magnitude(self) -> Self:
@@ -32,11 +32,9 @@ class Fault(Model):
         kind = FAULT_KINDS.get(self.kind)
         if kind is None:
             raise ValueError(f"no fault is called {self.kind!r}{nearest(self.kind, FAULT_KINDS)}")
-        low, high = kind.bounds
-        if self.magnitude is not None and not low <= self.magnitude <= high:
-            raise ValueError(
-                f"magnitude of {self.kind} must lie in [{low:g}, {high:g}] {kind.unit}"
-            )
+        refusal = "" if self.magnitude is None else kind.refusal(self.kind, self.magnitude)
+        if refusal:
+            raise ValueError(refusal)
         return self
 
     @property

@@ -92,7 +92,7 @@ def _multipath(o: Observation, at: FaultInput) -> Observation:
 
     def ranges(scan: Scan) -> Floats:
         far = np.minimum(1.7 * scan.ranges, scan.range_max)
-        return np.where(_in_stripes(o, scan, at), far, scan.ranges)
+        return np.where(_in_stripes(scan, at), far, scan.ranges)
 
     return _with_ranges(o, ranges)
 
@@ -101,7 +101,7 @@ def _glass(o: Observation, at: FaultInput) -> Observation:
     """Panes in a share of the horizon: nine beams in ten pass without a return."""
 
     def ranges(scan: Scan) -> Floats:
-        passes = _in_stripes(o, scan, at) & (at.rng.random(len(scan.ranges)) < 0.9)
+        passes = _in_stripes(scan, at) & (at.rng.random(len(scan.ranges)) < 0.9)
         return np.where(passes, np.inf, scan.ranges)
 
     return _with_ranges(o, ranges)
@@ -111,7 +111,7 @@ def _sunlight(o: Observation, at: FaultInput) -> Observation:
     """Sunlight in a share of the horizon: seven beams in ten drop out, the others are noisy."""
 
     def ranges(scan: Scan) -> Floats:
-        lit, n = _in_stripes(o, scan, at), len(scan.ranges)
+        lit, n = _in_stripes(scan, at), len(scan.ranges)
         noisy = np.clip(scan.ranges + 0.3 * at.rng.standard_normal(n), 0.0, scan.range_max)
         dazzled = np.where(at.rng.random(n) < 0.7, np.nan, noisy)
         return np.where(lit, dazzled, scan.ranges)
@@ -119,10 +119,11 @@ def _sunlight(o: Observation, at: FaultInput) -> Observation:
     return _with_ranges(o, ranges)
 
 
-def _in_stripes(o: Observation, scan: Scan, at: FaultInput) -> Booleans:
+def _in_stripes(scan: Scan, at: FaultInput) -> Booleans:
     """Mask of the beams (b,) towards random sectors that are fixed in the map."""
     chosen = at.pattern.permutation(_STRIPES) < at.size * _STRIPES
-    world = (bearings(scan) + o.pose[2]) % (2.0 * np.pi)
+    # The sound heading: panes stay where they are, whatever a faulty localiser says.
+    world = (bearings(scan) + at.recent[-1].pose[2]) % (2.0 * np.pi)
     index = (world / (2.0 * np.pi) * _STRIPES).astype(int) % _STRIPES
     return np.asarray(chosen[index])
 
