@@ -38,6 +38,8 @@ def test_rides_of_one_scene_mode_and_seed_differ_in_the_fault_alone():
     [
         ({"kinds": "scan_frozn"}, "did you mean 'scan_frozen'"),
         ({"kinds": "scan_frozen:x"}, "not a number"),
+        ({"kinds": "scan_frozen:1"}, "has no magnitude"),
+        ({"kinds": "scan_glass:2"}, r"must lie in \[0, 1\] share"),
         ({"modes": "flying"}, "no mode"),
         ({"settings": ["time_limit=3"]}, "is set by"),
     ],
