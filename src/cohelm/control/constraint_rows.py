@@ -131,7 +131,7 @@ def limit_rows(scene: Scene, w: SolverWorkspace, inputs: Floats) -> int:
 
 
 @njit(**KERNEL)
-def person_rows(  # noqa: PLR0917  # a kernel takes plain values
+def person_rows(
     scene: Scene, o: Objective, w: SolverWorkspace, at: int, kind: int, q: int, first_key: int
 ) -> int:
     """Rows of one hypothesis under the barrier on bodies (kind 0) or social spaces (1)."""
@@ -171,7 +171,7 @@ def person_rows(  # noqa: PLR0917  # a kernel takes plain values
 
 
 @njit(**KERNEL)
-def _add_gradient(  # noqa: PLR0917  # a kernel takes plain values
+def _add_gradient(
     scene: Scene,
     o: Objective,
     w: SolverWorkspace,

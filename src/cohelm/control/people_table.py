@@ -127,7 +127,7 @@ def _widest(front: Floats, side: Floats, rear: Floats) -> float:
 
 
 @njit(cache=True)
-def _person_states(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def _person_states(
     mean: Floats,
     velocity: Floats,
     probability: Floats,

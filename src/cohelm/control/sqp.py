@@ -43,7 +43,7 @@ FULL = -99
 
 
 @njit(**KERNEL)
-def solve(  # noqa: PLR0917  # a kernel takes plain values
+def solve(
     scene: Scene,
     o: Objective,
     daqp: DaqpAddresses,

@@ -91,7 +91,7 @@ class ContactMargins(NamedTuple):
 
 
 @njit(cache=True)
-def contact_kernel(  # noqa: PLR0917  # a kernel takes plain arrays
+def contact_kernel(
     capsule: Floats,
     discs: Floats,
     poses: Floats,
@@ -161,7 +161,7 @@ def _touches_wall(discs: Floats, pose: Floats, walls: WallGrid, margin: Floats) 
 
 
 @njit(cache=True)
-def _touches(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def _touches(
     capsule: Floats,
     poses: Floats,
     k: int,
@@ -191,7 +191,7 @@ def _touches(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def _ignored(  # noqa: PLR0917  # a kernel takes plain arrays
+def _ignored(
     capsule: Floats,
     poses: Floats,
     step: float,
@@ -217,7 +217,7 @@ def _ignored(  # noqa: PLR0917  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def _needs_no_braking(  # noqa: PLR0917  # a kernel takes plain arrays
+def _needs_no_braking(
     capsule: Floats,
     pose: Floats,
     vx: float,

@@ -177,7 +177,7 @@ def _add(
 
 
 @njit(cache=True)
-def _edge(  # noqa: PLR0917  # a kernel takes plain arrays
+def _edge(
     rows: Floats,
     k: int,
     n: int,

@@ -84,7 +84,7 @@ class ProgramErrors(NamedTuple):
     traceback: str
 
 
-def write_results(  # noqa: PLR0913 # options of a report, all with defaults
+def write_results(
     results: Sequence[Result],
     folder: Path,
     *,
