@@ -160,7 +160,7 @@ def person_rows(
         if at >= w.rows.margin.shape[0]:
             return -1
         w.rows.margin[at], w.rows.upper[at] = margin, _FAR
-        w.rows.slack[at] = kind * people.count + people.person[q]
+        w.rows.slack[at] = kind * people.num_people + people.person[q]
         w.rows.key[at] = first_key + k
         w.rows.jacobian[at] = 0.0
         _add_gradient(scene, o, w, at, kind, q, k + 1, 1.0)
@@ -227,7 +227,7 @@ def wall_rows(scene: Scene, w: SolverWorkspace, at: int, first_key: int) -> int:
             if at >= w.rows.margin.shape[0]:
                 return -1
             w.rows.margin[at], w.rows.upper[at] = margin, _FAR
-            w.rows.slack[at] = 2 * scene.people.count
+            w.rows.slack[at] = 2 * scene.people.num_people
             w.rows.key[at] = first_key + j * scene.planned + k - 1
             w.rows.jacobian[at] = 0.0
             g = wall_clearance.gap_gradient(walls, robot, stage, j)

@@ -52,7 +52,7 @@ class Barrier(Model):
             norm: of the distance: 2, 1, or 0 for the largest component.
         """
         people = scene.people
-        binds = _binding(people.weight, people.person, people.count, self.min_probability)
+        binds = _binding(people.weight, people.person, people.num_people, self.min_probability)
         return BarrierTable(1.0 - self.gamma, self.l1, self.l2, binds, self.is_active, norm)
 
     def coarser(self, table: BarrierTable, stride: int) -> BarrierTable:
