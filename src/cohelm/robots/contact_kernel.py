@@ -183,9 +183,9 @@ def _touches(
     x_moved, y_moved = poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1]
     moved, vx, vy = math.hypot(x_moved, y_moved), x_moved + arm_x * turned, y_moved + arm_y * turned
     leaves = vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy)
-    leaves &= moved >= abs(turned) * math.hypot(arm_x, arm_y)  # nobody is escaped by turning
+    leaves &= moved >= abs(turned) * math.hypot(arm_x, arm_y)  # turning escapes no person
     if leaves and floor < np.inf and not leaving:
-        return False  # the robot drives away from somebody who follows
+        return False  # the robot drives away from a person who follows
     stood = gap_to_disc(capsule, poses[0], x, y, radius)
     return gap < min(most, max(stood - _NO_WORSE, floor)) or floor == np.inf
 
@@ -226,9 +226,9 @@ def _needs_no_braking(
     body: Integers,
     wanted: float,
 ) -> bool:
-    """Check whether somebody is behind a robot with velocity (vx, vy), or passes behind it.
+    """Check that a person is behind a robot with velocity (vx, vy), or passes behind it.
 
-    Somebody beside the robot passes behind it if going on keeps a gap ``wanted``.
+    A person beside the robot passes behind it if going on keeps a gap ``wanted``.
     """
     i, j = body[0], body[1]
     speed = math.hypot(vx, vy)

@@ -1,4 +1,4 @@
-"""Outlines of a scenario's pedestrians: who has a wheelchair, a walker or a trolley."""
+"""Outlines of a scenario's pedestrians, also with a wheelchair, a walker or a trolley."""
 
 from __future__ import annotations
 
