@@ -81,8 +81,8 @@ def served(people: int, *options: str) -> Iterator[tuple[str, str]]:
                 said += line
                 if "Ctrl-C" in line:
                     break
-            address = re.search(r"drive +(http://\S+?)/?\n", said)[1]  # type: ignore[index] # is said
-            token = re.search(r"therapist#token=(\S+)", said)[1]  # type: ignore[index] # is said
+            address = re.search(r"drive +(http://\S+?)/?\n", said)[1]
+            token = re.search(r"therapist#token=(\S+)", said)[1]
             while not health(address)["ready"]:
                 time.sleep(1.0)
             yield address, token

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -177,11 +177,11 @@ def takes_ramp(robot: Robot, degrees: float) -> bool:
     return bool(at > 2.6 and abs(up.chair.pose[0] - at) < 0.4)
 
 
-def greatest(values: Iterator[float] | list[float], holds: object) -> float:
+def greatest(values: Iterator[float] | list[float], holds: Callable[[float], bool]) -> float:
     """Return the last of rising values before the first that does not hold."""
     best = 0.0
     for value in values:
-        if not holds(value):  # type: ignore[operator]
+        if not holds(value):
             return best
         best = value
     return best

@@ -53,13 +53,13 @@ def main() -> None:
     seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 60.0
     scenario = load_scenario("hospital", [f"people.count={people}", "platform.use=twin"])
     platform, world = open_simulation(build_scenario(scenario, 0))
-    chair: Any = platform.chair  # type: ignore[attr-defined]
+    chair: Any = platform.chair
     assert isinstance(chair, twin_chair.TwinChair)
     decision = Decision(twist=np.array([0.3, 0.0, 0.4]))
     for _ in range(20):  # compiles
         platform.apply(decision)
     chair._mujoco = Timed(chair._mujoco)
-    BodyCasting.scan = timed("sensors", BodyCasting.scan)  # type: ignore[method-assign]
+    BodyCasting.scan = timed("sensors", BodyCasting.scan)
     began, start = time.thread_time(), world.truth.time
     while world.truth.time < start + seconds:
         platform.observe()

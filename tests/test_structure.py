@@ -65,6 +65,18 @@ def test_an_init_only_says_what_it_exports(file):
 
 
 @pytest.mark.parametrize("file", FILES, ids=relative)
+def test_only_a_compiled_function_takes_more_than_six_positional_arguments(file):
+    many = [
+        each.name
+        for each in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)
+        and len({arg.arg for arg in each.args.args} - {"self", "cls"}) > 6
+        and not any("njit" in ast.unparse(decorator) for decorator in each.decorator_list)
+    ]
+    assert many == []
+
+
+@pytest.mark.parametrize("file", FILES, ids=relative)
 def test_no_drawer_for_odds_and_ends(file):
     assert file.stem not in {"utils", "util", "helpers", "helper", "misc", "common"}
 

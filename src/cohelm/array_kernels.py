@@ -6,15 +6,17 @@ another one 0.15 s for each kernel.
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers
 
-ZERO: int = np.int64(0)  # type: ignore[assignment] # an int for callers
+ZERO = cast("int", np.int64(0))
 """0 as a variable: for numba, the constant 0 is a type of its own, and a kernel that gets it as
 argument is compiled by itself."""
-NONE: int = np.int64(-1)  # type: ignore[assignment] # an int for callers
+NONE = cast("int", np.int64(-1))
 """−1, likewise: no index."""
 
 
@@ -44,7 +46,7 @@ def stable_order(values: Floats | Integers) -> Integers:
                 right = i == middle
                 if i < middle and j < end:
                     a, b = values[order[i]], values[order[j]]
-                    right = b < a or (a != a and b == b)  # noqa: PLR0124 # NaN
+                    right = b < a or (a != a and b == b)  # noqa: PLR0124  # NaN is the one that differs
                 if right:
                     merged[k] = order[j]
                     j += 1

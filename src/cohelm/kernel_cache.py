@@ -269,7 +269,7 @@ def _install_index_files(caching: Any) -> None:
     if base.__module__ == __name__:
         return
 
-    class KernelFiles(base):  # type: ignore[misc,valid-type]
+    class KernelFiles(base):  # type: ignore[misc,valid-type]  # untyped, and found at run time
         """Index and data files of one function that may be damaged, and shared by processes."""
 
         def save(self, key: Any, data: Any) -> None:

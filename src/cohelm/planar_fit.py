@@ -14,7 +14,7 @@ from cohelm.arrays import Floats
 
 
 @njit(cache=True, inline="always")
-def add_row(  # noqa: PLR0917  # a row as plain numbers, in hot loops
+def add_row(
     H: Floats, g: Floats, nx: float, ny: float, turn: float, e: float, weight: float
 ) -> None:
     """Add one row to the upper triangle of H (3, 3) and to the gradient g (3,).

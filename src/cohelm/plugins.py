@@ -81,7 +81,7 @@ def load(group: str, name: str) -> Any:
     entry = EntryPoint(name, name, f"cohelm.{group}") if ":" in name else _entry(group, name)
     try:
         part = entry.load()
-    except Exception as cause:
+    except Exception as cause:  # the import of someone's module may raise anything
         raise PluginError(
             f"{group} {name!r} ({entry.value}) does not import: {type(cause).__name__}: {cause}"
         ) from cause

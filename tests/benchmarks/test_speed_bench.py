@@ -23,7 +23,7 @@ def test_a_ride_of_a_second_has_its_times(tmp_path):
     assert told["factor"] == pytest.approx(told["simulated"] / told["cpu"])
     # 21 ticks and the set-up are all that there is
     spent = sum(told[f"{name}_ms"] for name in (*speed.STAGES, "world"))
-    assert told["cpu"] == pytest.approx(1e-3 * (21 * spent + told["staging_ms"]), rel=1e-6)
+    assert told["cpu"] == pytest.approx(1e-3 * (21 * spent + told["build_ms"]), rel=1e-6)
 
 
 def test_what_is_asked_is_said_to_be_met_or_missed():

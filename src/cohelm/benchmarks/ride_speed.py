@@ -91,9 +91,9 @@ class SpeedBench:
         """One row per seed."""
         seeds, scene, case, planner = task
         scenario = self._scenario(scene, CASES[case], planner, folder)
-        _ridden(scenario, seeds[0])
+        _timed_ride(scenario, seeds[0])
         columns = {"scene": scene, "case": CASES[case].name, "planner": planner}
-        return [Result({**columns, "seed": seed, **_ridden(scenario, seed)}) for seed in seeds]
+        return [Result({**columns, "seed": seed, **_timed_ride(scenario, seed)}) for seed in seeds]
 
     def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
         """Real-time factors, time by stage, verdicts."""
@@ -134,23 +134,23 @@ def _lidar(folder: Path) -> Path:
     return file
 
 
-def _ridden(scenario: Scenario, seed: int) -> Mapping[str, Any]:
+def _timed_ride(scenario: Scenario, seed: int) -> Mapping[str, Any]:
     """Times of one ride; ms per tick by stage, ``world`` being everything but the navigator."""
     watch = Stopwatch()
-    stage = build_scenario(scenario, seed)
-    staged = watch.elapsed()
-    ride = Episode(stage).run()
+    built = build_scenario(scenario, seed)
+    build_time = watch.elapsed()
+    ride = Episode(built).run()
     total = watch.elapsed()
     ticks, simulated = len(ride.time), float(ride.time[-1])
     spent = {name: float(ride.durations.get(name, np.zeros(1)).sum()) for name in STAGES}
-    world = total - staged - float(ride.durations["tick"].sum())
+    world = total - build_time - float(ride.durations["tick"].sum())
     return {
         "outcome": ride.outcome.value,
         "people": len(ride.people_radius),
         "simulated": simulated,
         "cpu": total,
         "factor": simulated / total,
-        "staging_ms": 1e3 * staged,
+        "build_ms": 1e3 * build_time,
         "world_ms": 1e3 * world / ticks,
         **{f"{name}_ms": 1e3 * each / ticks for name, each in spent.items()},
     }

@@ -87,7 +87,7 @@ def _refuse(text: str) -> int:
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version  # noqa: PLC0415 # lazy
+        from importlib.metadata import version
 
         sys.stdout.write(f"cohelm {version('cohelm')}\n")
         sys.stdout.flush()

@@ -152,7 +152,7 @@ def _report(chosen: Bench, done: SweepResult, folder: Path) -> BenchReport | Non
     try:
         with log_to_stderr():
             return chosen.report(done.results, folder)
-    except Exception as failure:
+    except Exception as failure:  # a report of few rides may fail in any way
         if done.is_complete and not done.errors:
             raise
         text = f"too few results for a report ({type(failure).__name__}: {failure})"

@@ -144,7 +144,7 @@ app = typer.Typer(
 
 def _command(name: str, module: str) -> Callable[..., int]:
     def command(**given: Any) -> int:
-        from cohelm.cli import bench  # noqa: PLC0415 # lazy
+        from cohelm.cli import bench
 
         common = {option: given[option] for option in COMMON}
         return bench.bench(name, module, bench.BenchRequest(**common, options=for_bench(given)))

@@ -1,5 +1,4 @@
 """All commands but the benchmarks; each imports its work when it is called, so starting is fast."""
-# ruff: noqa: PLC0415 # lazy imports
 
 from __future__ import annotations
 
@@ -211,7 +210,7 @@ def compare(
 
 
 @app.command()
-def rate(  # noqa: PLR0917 # an option is an argument
+def rate(
     folder: Annotated[Path, typer.Argument(help="Folder of a bench or of cohelm run --out.")],
     rating: Annotated[
         int | None, typer.Option(min=1, max=5, help="1 (bad) to 5 (good); default: list ratings.")
@@ -221,6 +220,7 @@ def rate(  # noqa: PLR0917 # an option is an argument
         typer.Option(metavar="KEY=VALUE", help="Selects the ride: scene=crossing; repeatable."),
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the ride.")] = None,
+    *,
     rater: Annotated[str, typer.Option(metavar="NAME", help="Pseudonym of the person.")] = "",
     note: Annotated[str, typer.Option(help="Remark.")] = "",
     json: Json = False,

@@ -35,7 +35,7 @@ def compile_all() -> int:
     if kernel_cache.is_complete():
         print_line(f"nothing to compile; cache: {place.folder}")
         return 0
-    from cohelm.live import compilation  # noqa: PLC0415 # takes seconds
+    from cohelm.live import compilation
 
     state = kernel_cache.state()
     with _Progress(place.folder) as progress:

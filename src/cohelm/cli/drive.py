@@ -34,7 +34,7 @@ def drive(request: DriveRequest) -> int:
         CohelmError: if an option, a file or the scenario is at fault.
     """
     check_installed()
-    from cohelm.cli import web_server  # noqa: PLC0415 # needs the extra
+    from cohelm.cli import web_server
 
     page = web_server.read_page()
     if request.replay is not None:

@@ -78,9 +78,9 @@ DATA_SETS = (
 
 def scenarios(plot: Path | None = None) -> int:
     """List the scenarios under their headings, and draw each if a folder is given."""
-    from cohelm.scenarios.collection import Collection  # noqa: PLC0415 # lazy
-    from cohelm.scenarios.crowd import pedestrian_count  # noqa: PLC0415 # lazy
-    from cohelm.scenarios.scenario import load_scenario, scenario_names  # noqa: PLC0415 # lazy
+    from cohelm.scenarios.collection import Collection
+    from cohelm.scenarios.crowd import pedestrian_count
+    from cohelm.scenarios.scenario import load_scenario, scenario_names
 
     found = [load_scenario(name) for name in scenario_names()]
     table = _table("scenario", "floor", "people", "description")
@@ -100,8 +100,8 @@ def scenarios(plot: Path | None = None) -> int:
 
 
 def _draw(found: Sequence[Scenario], folder: Path) -> None:
-    from cohelm.scenarios.build import build_scenario  # noqa: PLC0415 # lazy
-    from cohelm.scenarios.picture import draw_scenario  # noqa: PLC0415 # lazy
+    from cohelm.scenarios.build import build_scenario
+    from cohelm.scenarios.picture import draw_scenario
 
     drawn = 0
     for each in found:
@@ -116,7 +116,7 @@ def _draw(found: Sequence[Scenario], folder: Path) -> None:
 
 def robots() -> int:
     """List the wheelchairs with size, speed and sensors."""
-    from cohelm.robots import load_robot, robot_names  # noqa: PLC0415 # lazy
+    from cohelm.robots import load_robot, robot_names
 
     table = _table("robot", "size, m", "maximum speed, m/s", "sensors")
     for name in robot_names():

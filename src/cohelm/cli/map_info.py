@@ -24,7 +24,7 @@ def describe_map(request: MapRequest) -> int:
         CohelmError: if there is no such map, place or robot, or a point cannot be parsed.
     """
     if request.plot is not None:
-        from cohelm.plotting import check_picture  # noqa: PLC0415 # lazy
+        from cohelm.plotting import check_picture
 
         check_picture(request.plot)
     robot = load_robot(request.robot)
@@ -39,7 +39,7 @@ def describe_map(request: MapRequest) -> int:
             )
         )
     if request.plot is not None:
-        from cohelm.plotting import draw_map  # noqa: PLC0415 # lazy
+        from cohelm.plotting import draw_map
 
         draw_map(grid, places, request.plot, title=Path(request.map).stem, checks=checks)
     facts = _facts(grid, places)

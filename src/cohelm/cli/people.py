@@ -97,7 +97,7 @@ def _check_outputs(request: PeopleRequest) -> None:
     if request.plot is None and request.at is not None:
         raise ConfigError("needs a picture: add --plot FILE.png", key="--at")
     if request.plot is not None or request.animate is not None:
-        from cohelm.plotting import check_animation, check_picture  # noqa: PLC0415 # lazy
+        from cohelm.plotting import check_animation, check_picture
 
         if request.plot is not None:
             check_picture(request.plot)
@@ -116,7 +116,7 @@ def _filming(
 ) -> FilmRecorder | None:
     if request.plot is None and request.animate is None:
         return None
-    from cohelm.evaluation.perception.film import FilmRecorder  # noqa: PLC0415 # lazy
+    from cohelm.evaluation.perception.film import FilmRecorder
 
     spacing = parts_of(request.settings, PREDICTION_PARTS)
     return FilmRecorder(

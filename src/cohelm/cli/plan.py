@@ -40,7 +40,7 @@ def plan(request: RouteRequest) -> int:
         CohelmError: if there is no such map, place, robot, planner or route.
     """
     if request.plot is not None:
-        from cohelm.plotting import check_picture  # noqa: PLC0415 # lazy
+        from cohelm.plotting import check_picture
 
         check_picture(request.plot)
     planner = planner_of(request)
@@ -118,7 +118,7 @@ def problem_of(request: RouteRequest) -> tuple[RouteProblem, Places]:
 def _draw(
     prepared: PreparedProblem, found: tuple[Alternative, ...], places: Places, file: Path
 ) -> None:
-    from cohelm.plotting import PlanRecord, draw_plan  # noqa: PLC0415 # lazy
+    from cohelm.plotting import PlanRecord, draw_plan
 
     record = PlanRecord(
         problem=prepared.problem,

@@ -81,7 +81,7 @@ def ride_of(
     Raises:
         CohelmError: naming the file and the key.
     """
-    from cohelm.cli.drive import scenario_of_drive  # noqa: PLC0415 # it imports this module
+    from cohelm.cli.drive import scenario_of_drive
 
     map_, start = request.map or _beside(file, given.map), request.start or _text(given.start)
     if map_ is None:

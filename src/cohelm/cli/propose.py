@@ -56,7 +56,7 @@ def propose(request: ProposeRequest) -> int:
             cannot be read.
     """
     if request.plot is not None:
-        from cohelm.plotting import check_picture  # noqa: PLC0415 # lazy
+        from cohelm.plotting import check_picture
 
         check_picture(request.plot)
     if request.take is not None and request.rider is None:
@@ -75,7 +75,7 @@ def propose(request: ProposeRequest) -> int:
         remarks = _notes(problem, planner, found)
     shown = _shown(request, found)
     if request.plot is not None:
-        from cohelm.plotting import draw_routes  # noqa: PLC0415 # lazy
+        from cohelm.plotting import draw_routes
 
         paths = [each.alternative.path for each in found.routes]
         draw_routes(problem, paths, request.plot, places, title=found.why)

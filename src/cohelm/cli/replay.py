@@ -68,7 +68,7 @@ def replay(request: ReplayRequest) -> int:
         CohelmError: if an option or the recording is at fault.
     """
     if request.plot is not None:
-        from cohelm.plotting import check_picture  # noqa: PLC0415 # lazy
+        from cohelm.plotting import check_picture
 
         check_picture(request.plot)
     settings = request.settings
@@ -101,7 +101,7 @@ def _with_progress(ticks: Iterator[ReplayedTick], request: ReplayRequest) -> Ite
 
 
 def _draw(count: _Differences, file: Path, settings: tuple[str, ...]) -> None:
-    from cohelm.plotting import draw_replay  # noqa: PLC0415 # lazy
+    from cohelm.plotting import draw_replay
 
     rows = np.array(count.commands).reshape(-1, 7)
     first = None if count.first is None else count.first.time

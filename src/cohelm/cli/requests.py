@@ -312,7 +312,7 @@ def takes(kind: type[_Request]) -> Callable[[Callable[[_Request], int]], Callabl
     """Decorate a command that takes a request: typer sees one option for each of its fields."""
     hints = get_type_hints(kind, include_extras=True)
     parameters = []
-    for each in fields(kind):  # type: ignore[arg-type]
+    for each in fields(kind):  # type: ignore[arg-type]  # every request is a dataclass
         default = inspect.Parameter.empty if each.default is MISSING else each.default
         hint, many = _as_list(hints[each.name])
         parameters.append(

@@ -35,7 +35,7 @@ def ros2(request: Ros2Request) -> int:
     given = load(platform_file.PlatformFile, request.file)
     if given.platform.get("use") != "ros2":
         raise ConfigError("write 'use: ros2'", file=request.file, key="platform.use")
-    from cohelm.ros2.parameters import Ros2Parameters  # noqa: PLC0415 # for this command only
+    from cohelm.ros2.parameters import Ros2Parameters
 
     if request.transport is not None:
         given = given.model_copy(
@@ -64,7 +64,7 @@ def check(
     files: contextlib.ExitStack,
 ) -> int:
     """Watch the topics for five seconds, and print what is missing or wrong."""
-    from cohelm.ros2 import checking  # noqa: PLC0415 # needs the extra
+    from cohelm.ros2 import checking
 
     has_map = given.map is not None
     if parameters.map is not None:
@@ -92,7 +92,7 @@ def _with_map(
     given: platform_file.PlatformFile, parameters: Ros2Parameters, files: contextlib.ExitStack
 ) -> platform_file.PlatformFile:
     """Return the file's content with the map that a topic brings."""
-    from cohelm.ros2 import checking  # noqa: PLC0415 # needs the extra
+    from cohelm.ros2 import checking
 
     grid = checking.take_map(parameters)
     if grid is None:
@@ -113,8 +113,8 @@ def _drive(
     files: contextlib.ExitStack,
 ) -> int:
     drive.check_installed()
-    from cohelm.cli import web_server  # noqa: PLC0415 # needs the extra
-    from cohelm.ros2.rider_node import RiderNode  # noqa: PLC0415 # needs the extra
+    from cohelm.cli import web_server
+    from cohelm.ros2.rider_node import RiderNode
 
     page, driving = web_server.read_page(), _as_drive(request)
     setup = drive.drive_setup_of(given, request.file, driving, files)

@@ -103,7 +103,7 @@ def summary(ride: Ride, wall_time: float) -> dict[str, Any]:
 def _simulated(scenario: Scenario, seed: int, progress: RideProgress, record: Path | None) -> Ride:
     if record is None:
         return run_scenario(scenario, seed, progress)
-    from cohelm.evaluation.episode.recorded import run_recorded  # noqa: PLC0415 # lazy
+    from cohelm.evaluation.episode.recorded import run_recorded
 
     return run_recorded(scenario, seed, record, progress)
 
@@ -111,14 +111,14 @@ def _simulated(scenario: Scenario, seed: int, progress: RideProgress, record: Pa
 def _check_outputs(request: RunRequest) -> None:
     """Refuse outputs that cannot be written, before the ride."""
     if request.plot is not None or request.animate is not None:
-        from cohelm.plotting import check_animation, check_picture  # noqa: PLC0415 # lazy
+        from cohelm.plotting import check_animation, check_picture
 
         if request.plot is not None:
             check_picture(request.plot)
         if request.animate is not None:
             check_animation(request.animate)
     if request.view is not None:
-        from cohelm.platforms.twin import check_film  # noqa: PLC0415 # lazy
+        from cohelm.platforms.twin import check_film
 
         if request.animate is None:
             raise ConfigError("needs --animate FILE.gif or FILE.mp4", key="--view")
@@ -151,7 +151,7 @@ def _draw(ride: Ride, report: Mapping[str, Any], title: str, request: RunRequest
     files = [request.plot, None if request.out is None else request.out / "ride.png"]
     if request.animate is None and not any(files):
         return
-    from cohelm.plotting import AnimationStyle, animate_ride, draw_ride  # noqa: PLC0415 # lazy
+    from cohelm.plotting import AnimationStyle, animate_ride, draw_ride
 
     if not request.quiet and ERRORS.is_terminal:
         ERRORS.print("drawing …")
@@ -160,7 +160,7 @@ def _draw(ride: Ride, report: Mapping[str, Any], title: str, request: RunRequest
         if file is not None:
             draw_ride(ride, file, title=headline)
     if request.animate is not None and request.view is not None:
-        from cohelm.platforms.twin import film_ride  # noqa: PLC0415 # lazy
+        from cohelm.platforms.twin import film_ride
 
         film_ride(ride, request.animate, request.view, speed_up=request.speed_up)
     elif request.animate is not None:

@@ -131,7 +131,7 @@ def limit_rows(scene: Scene, w: SolverWorkspace, inputs: Floats) -> int:
 
 
 @njit(**KERNEL)
-def person_rows(  # noqa: PLR0917  # a kernel takes plain values
+def person_rows(
     scene: Scene, o: Objective, w: SolverWorkspace, at: int, kind: int, q: int, first_key: int
 ) -> int:
     """Rows of one hypothesis under the barrier on bodies (kind 0) or social spaces (1)."""
@@ -160,7 +160,7 @@ def person_rows(  # noqa: PLR0917  # a kernel takes plain values
         if at >= w.rows.margin.shape[0]:
             return -1
         w.rows.margin[at], w.rows.upper[at] = margin, _FAR
-        w.rows.slack[at] = kind * people.count + people.person[q]
+        w.rows.slack[at] = kind * people.num_people + people.person[q]
         w.rows.key[at] = first_key + k
         w.rows.jacobian[at] = 0.0
         _add_gradient(scene, o, w, at, kind, q, k + 1, 1.0)
@@ -171,7 +171,7 @@ def person_rows(  # noqa: PLR0917  # a kernel takes plain values
 
 
 @njit(**KERNEL)
-def _add_gradient(  # noqa: PLR0917  # a kernel takes plain values
+def _add_gradient(
     scene: Scene,
     o: Objective,
     w: SolverWorkspace,
@@ -227,7 +227,7 @@ def wall_rows(scene: Scene, w: SolverWorkspace, at: int, first_key: int) -> int:
             if at >= w.rows.margin.shape[0]:
                 return -1
             w.rows.margin[at], w.rows.upper[at] = margin, _FAR
-            w.rows.slack[at] = 2 * scene.people.count
+            w.rows.slack[at] = 2 * scene.people.num_people
             w.rows.key[at] = first_key + j * scene.planned + k - 1
             w.rows.jacobian[at] = 0.0
             g = wall_clearance.gap_gradient(walls, robot, stage, j)

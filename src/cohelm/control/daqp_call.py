@@ -71,7 +71,7 @@ _call: Any = intrinsic(_call_c)
 
 
 @njit(**KERNEL)
-def solve_dense(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def solve_dense(
     daqp: DaqpAddresses,
     arrays: DaqpArrays,
     hessian: Floats,

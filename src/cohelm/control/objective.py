@@ -128,7 +128,7 @@ def advanced(scene: Scene, stage: Stage, u: Floats) -> Stage:
 
 
 @njit(**INNER)
-def step_cost(  # noqa: PLR0917  # a kernel takes plain values
+def step_cost(
     scene: Scene,
     o: Objective,
     stage: Stage,

@@ -81,7 +81,7 @@ def workspace(scene: Scene, objective: Objective) -> Workspace:
         np.zeros(FIRST_EXTRA + len(objective.extra.address)),
         np.zeros(count),
         np.zeros((count, 2)),
-        np.zeros((2, scene.people.count)),
+        np.zeros((2, scene.people.num_people)),
         np.zeros(1),
         np.zeros(2),
     )

@@ -148,7 +148,7 @@ class OptimalControl:
     def space(self, scene: Scene, objective: Objective, rows: int = _ROWS) -> SolverWorkspace:
         """A workspace for the size of a problem, made once and used again."""
         key = (
-            scene.steps, scene.planned, len(scene.robot.current_input), scene.people.count,
+            scene.steps, scene.planned, len(scene.robot.current_input), scene.people.num_people,
             len(scene.people.weight), len(scene.robot.discs), len(objective.extra.address),
         )  # fmt: skip
         known = self._workspaces.get(key)

@@ -34,7 +34,7 @@ class PeopleTable(NamedTuple):
     """(P,) m/s, over all steps."""
     fade: Floats
     """(L+1,) weight of a prediction by its age."""
-    count: int  # type: ignore[assignment]  # tuple.count is never used
+    num_people: int
     """Number of people."""
     printed: bool
     """The extent of a space is c/q as printed, not √(c/q); see ``shapes``."""
@@ -85,7 +85,7 @@ def people_table(
         person=person,
         fastest=fastest,
         fade=_fade(problem.reference.step, steps, decay_time),
-        count=len(problem.people),
+        num_people=len(problem.people),
         printed=printed,
         floor=s.floor,
         extent=max(extent, s.floor) if len(problem.people) else 0.0,
@@ -127,7 +127,7 @@ def _widest(front: Floats, side: Floats, rear: Floats) -> float:
 
 
 @njit(cache=True)
-def _person_states(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def _person_states(
     mean: Floats,
     velocity: Floats,
     probability: Floats,

@@ -85,9 +85,9 @@ def class_changes(
 
 
 def recent_speeds(people: People, memory: PlannerMemory | None, time: float) -> Floats:
-    """Highest speed of each person lately, (n,), m/s: it fades while somebody is slower.
+    """Highest recent speed of each person, (n,), m/s; it fades while the person is slower.
 
-    A person who turns back is measured as slow, as one who stands is; only this tells them apart.
+    A person who turns back is measured as slow, like one who stands; only this distinguishes them.
     """
     speeds = np.hypot(people.mean[:, 2], people.mean[:, 3])
     if memory is None:

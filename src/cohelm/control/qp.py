@@ -11,7 +11,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.daqp_call import NO_BOUND, DaqpAddresses, solve_dense
-from cohelm.control.kernels import KERNEL
+from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.solver_tables import SolverWorkspace
 
 _FIRST, _TIGHT = 96, 0.05
@@ -72,13 +72,30 @@ def _nth(values: Floats, n: int) -> float:
 
 
 @njit(**KERNEL)
-def _solve_used(  # noqa: PLR0912  # one program from its parts
-    daqp: DaqpAddresses, w: SolverWorkspace, count: int
-) -> int:
+def _solve_used(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
     """Solve with the used rows only: DAQP's flag."""
+    p = w.program
+    n, num_slacks = _choose(w, count)
+    size = p.gradient.shape[0] + num_slacks
+    whole = p.whole[: size * size].reshape((size, size))
+    stacked = p.rows[: n * size].reshape((n, size))
+    _fill_objective(w, num_slacks, whole)
+    _fill_rows(w, n, stacked)
+    total = size + n
+    flag = solve_dense(
+        daqp, w.daqp, whole, p.slope[:size], stacked, p.upper[:total], p.lower[:total],
+        p.dual[:total], p.z, p.multipliers,
+    )  # fmt: skip
+    if flag < 1 or not _finite(p.z[:size]):
+        return min(flag, 0)
+    _keep_solution(w, n, num_slacks)
+    return flag
+
+
+@njit(**INNER)
+def _choose(w: SolverWorkspace, count: int) -> tuple[int, int]:
+    """Numbers of used rows and of their slacks, which get a column each."""
     rows, p = w.rows, w.program
-    x = p.gradient.shape[0]
-    # a column for each slack of a used row
     p.column[:] = -1
     n = 0
     for r in range(count):
@@ -91,9 +108,16 @@ def _solve_used(  # noqa: PLR0912  # one program from its parts
     for s in range(p.column.shape[0]):
         if p.column[s] == 0:
             p.slacks[num_slacks] = s
+            p.column[s] = p.gradient.shape[0] + num_slacks
             num_slacks += 1
-    size = x + num_slacks
-    whole = p.whole[: size * size].reshape((size, size))
+    return n, num_slacks
+
+
+@njit(**INNER)
+def _fill_objective(w: SolverWorkspace, num_slacks: int, whole: Floats) -> None:
+    """Fill the Hessian ``whole``, the gradient and the bounds of inputs and slacks."""
+    p = w.program
+    x = p.gradient.shape[0]
     whole[:] = 0.0
     for i in range(x):
         for j in range(x):
@@ -102,10 +126,15 @@ def _solve_used(  # noqa: PLR0912  # one program from its parts
         p.dual[i] = p.of_inputs[i]
     for c in range(num_slacks):
         s, at = p.slacks[c], x + c
-        p.column[s] = at
         whole[at, at] = p.l2[s]
         p.slope[at], p.upper[at], p.lower[at], p.dual[at] = p.l1[s], NO_BOUND, 0.0, p.of_slacks[s]
-    stacked = p.rows[: n * size].reshape((n, size))
+
+
+@njit(**INNER)
+def _fill_rows(w: SolverWorkspace, n: int, stacked: Floats) -> None:
+    """Fill the ``n`` used rows with their bounds."""
+    rows, p = w.rows, w.program
+    x, size = p.gradient.shape[0], stacked.shape[1]
     for i in range(n):
         r, at = rows.chosen[i], size + i
         for j in range(x):
@@ -116,13 +145,13 @@ def _solve_used(  # noqa: PLR0912  # one program from its parts
             stacked[i, p.column[rows.slack[r]]] = 1.0
         p.upper[at], p.lower[at] = rows.upper[r], -rows.margin[r]
         p.dual[at] = p.of_rows[rows.key[r]]
-    total = size + n
-    flag = solve_dense(
-        daqp, w.daqp, whole, p.slope[:size], stacked, p.upper[:total], p.lower[:total],
-        p.dual[:total], p.z, p.multipliers,
-    )  # fmt: skip
-    if flag < 1 or not _finite(p.z[:size]):
-        return min(flag, 0)
+
+
+@njit(**INNER)
+def _keep_solution(w: SolverWorkspace, n: int, num_slacks: int) -> None:
+    """Keep slacks and multipliers, also for a warm start; those of unused rows are 0."""
+    rows, p = w.rows, w.program
+    x = p.gradient.shape[0]
     p.slack[:] = 0.0
     p.of_slacks[:] = 0.0
     p.of_rows[:] = 0.0
@@ -132,8 +161,7 @@ def _solve_used(  # noqa: PLR0912  # one program from its parts
         s = p.slacks[c]
         p.slack[s], p.of_slacks[s] = p.z[x + c], p.multipliers[x + c]
     for i in range(n):
-        p.of_rows[rows.key[rows.chosen[i]]] = p.multipliers[size + i]
-    return flag
+        p.of_rows[rows.key[rows.chosen[i]]] = p.multipliers[x + num_slacks + i]
 
 
 @njit(**KERNEL)

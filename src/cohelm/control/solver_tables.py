@@ -91,7 +91,7 @@ def solver_workspace(scene: Scene, objective: Objective, rows: int) -> SolverWor
     """Arrays for problems of this size with at most ``rows`` rows."""
     m, states = len(scene.robot.current_input), scene.steps + 1
     x, people = scene.planned * m, scene.people
-    s, keys = 2 * people.count + 1, 0
+    s = 2 * people.num_people + 1
     keys = x + scene.planned * (
         len(scene.robot.facets) + 2 * len(people.weight) + len(scene.robot.discs)
     )

@@ -43,7 +43,7 @@ FULL = -99
 
 
 @njit(**KERNEL)
-def solve(  # noqa: PLR0917  # a kernel takes plain values
+def solve(
     scene: Scene,
     o: Objective,
     daqp: DaqpAddresses,
@@ -111,7 +111,7 @@ def linearise(scene: Scene, o: Objective, w: SolverWorkspace, inputs: Floats) ->
     _condense(scene, w, inputs)
     count = limit_rows(scene, w, inputs)
     people, p = scene.people, w.program
-    n = people.count
+    n = people.num_people
     p.l1[:n], p.l1[n : 2 * n], p.l1[2 * n] = o.bodies.l1, o.social.l1, o.walls.l1
     p.l2[:n], p.l2[n : 2 * n], p.l2[2 * n] = o.bodies.l2, o.social.l2, o.walls.l2
     for s in range(p.l2.shape[0]):

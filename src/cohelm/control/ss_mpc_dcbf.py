@@ -61,15 +61,14 @@ class SsMpcDcbf:
     """The paper's local planner: people and walls are barriers of a predictive controller.
 
     In each cycle: sample trajectories; let the SQP improve the cheapest ones of different homotopy
-    classes; take the cheapest one that verification accepts, unimproved ones
-    included. Leaving the committed class has a cost (see ``planner_memory``). If none
-    is accepted, try the best one at reduced speed, then stops, the gentlest first. With
-    ``candidates = 1`` only the last plan is improved, and others are sampled only if it fails
-    verification or becomes expensive.
+    classes; take the cheapest one that verification accepts, unimproved ones included. Leaving the
+    committed class has a cost (see ``planner_memory``). If none is accepted, try the best one at
+    reduced speed, then stops, the gentlest first. With ``candidates = 1`` only the last plan is
+    improved, and others are sampled only if it fails verification or becomes expensive.
 
     Args:
         parameters: of the planner.
-        extra_terms: cost terms of one's own, see ``terms.extra``.
+        extra_terms: user-defined cost terms, see ``terms.extra``.
     """
 
     class Parameters(Model):
@@ -127,7 +126,7 @@ class SsMpcDcbf:
             candidates, iterations = self._continue(cycle, warm)
             for candidate in candidates:
                 if cycle.accepts(candidate):
-                    return self._plan_of(cycle, candidate, iterations, resampled=False)
+                    return self._plan_or_stop(cycle, candidate, iterations, resampled=False)
         return self._resample(cycle, warm, trusted=trusted, iterations=iterations)
 
     def _prepare(self, problem: LocalProblem, previous: LocalPlan | None) -> PlanningCycle:
@@ -135,7 +134,7 @@ class SsMpcDcbf:
         p = self.parameters
         memory = unexpired_memory(previous, problem.time)
         current_input = estimate_current_input(problem, previous)
-        least = len(problem.reference.speeds) - 1
+        available = len(problem.reference.speeds) - 1
         mpc_problem = problem.truncated(p.steps)
         speeds = recent_speeds(problem.people, memory, problem.time)
         courses = times_on_course(problem, memory)
@@ -144,8 +143,8 @@ class SsMpcDcbf:
             prepared=self.control.prepare(
                 problem,
                 current_input,
-                planned=min(p.steps, least),
-                steps=p.sampling.steps(problem.reference.step, least),
+                planned=min(p.steps, available),
+                steps=p.sampling.steps(problem.reference.step, available),
                 wall_margin=p.verification.wall_margin_of(problem),
                 acceleration=present_acceleration(memory, problem.time, current_input),
             ),
@@ -190,12 +189,12 @@ class SsMpcDcbf:
         usable = found if trusted else [each for each in found if each.origin != PREVIOUS]
         ranked = sorted([*improved, *usable], key=lambda each: each.score)
         own = self._first_verified(cycle, ranked)
-        return self._plan_of(cycle, own, iterations + programs, resampled=True)
+        return self._plan_or_stop(cycle, own, iterations + programs, resampled=True)
 
-    def _plan_of(
+    def _plan_or_stop(
         self, cycle: PlanningCycle, chosen: Candidate | None, iterations: int, *, resampled: bool
     ) -> LocalPlan:
-        """Plan of the choice, with the angle to the rider's motion."""
+        """Plan of the chosen candidate, with its angle to the rider's motion; else a stop."""
         if chosen is None:
             return self._stop(cycle, cycle.braking(), iterations, urgent=True)
         if chosen.origin in {STOPPING, BRAKING}:
@@ -227,13 +226,13 @@ class SsMpcDcbf:
                 slower = cycle.slowed(best, share)
                 if cycle.accepts(slower):
                     return slower
-        # the closer it is, the harder the stop
+        # The nearer the person, the harder the stop: a harder one needs to keep less of the gap.
         verifier = cycle.verifier
         stops = [*cycle.stops(best), cycle.braking(PLANNED_BRAKING)]
         helpful = []
-        for candidate, kept in zip(stops, np.linspace(1.0, 0.0, len(stops)), strict=True):
+        for candidate, share in zip(stops, np.linspace(1.0, 0.0, len(stops)), strict=True):
             trajectory = cycle.trajectory(candidate)
-            if verifier.brakes_help(trajectory, float(kept)):
+            if verifier.brakes_help(trajectory, float(share)):
                 if verifier.stands_in_time(trajectory):
                     return candidate
                 helpful.append(candidate)

@@ -39,9 +39,9 @@ round a corner."""
 _DEVIATION_NOW = 0.02
 """Increase of a deviation that is too large already, rad."""
 _REACHED = 0.08
-"""Gap at which somebody reaches a robot that stops, m: a tenth of a second of walking."""
+"""Gap at which a person reaches a robot that stops, m: a tenth of a second of walking."""
 _TICK = 0.05
-"""Time by which a stop should end before somebody reaches the robot, s."""
+"""Time by which a stop should end before a person reaches the robot, s."""
 _SURE = 4.0
 """Time on a course after which the brakes are used hard, as a multiple of that for comfort."""
 _CERTAIN = 1.0
@@ -219,11 +219,11 @@ class Verifier:
         return not (reached & (met | ~at_once)).any()
 
     def stands_in_time(self, stop: Trajectory) -> bool:
-        """Check that a stop ends before a wall, and before anybody reaches the robot."""
+        """Check that a stop ends before a wall, and before any person reaches the robot."""
         return bool((self._contacts_of_stop(stop) == np.inf).all())
 
     def only_hard_braking_helps(self, stop: Trajectory) -> bool:
-        """Check that somebody who does not see the robot walks into it unless it brakes hard.
+        """Check that a person who does not see the robot walks into it unless it brakes hard.
 
         Hard braking must not end at a wall: its turn ends sooner than that of a gentler stop.
         """
@@ -266,8 +266,8 @@ class Verifier:
 
         Args:
             trajectory: its first command counts.
-            share: of the gap to people that is kept: what is too close to drive on need not be
-                braked for hard.
+            share: of the gap to people that must be kept. A person too close to drive on is no
+                reason for hard braking yet.
         """
         command = trajectory.inputs[0]
         later = self._escape(command, share)

@@ -89,7 +89,7 @@ def update_drive(
 
 
 @njit(cache=True)
-def _follow(  # noqa: PLR0917  # a kernel takes plain arguments
+def _follow(
     band: AxisBand,
     command: float,
     measured: float,

@@ -56,6 +56,7 @@ from cohelm.live.sessions.habits import with_habits
 from cohelm.live.sessions.map_changes import remembered_changes
 from cohelm.live.sessions.response import stored_response, with_response
 from cohelm.live.sessions.store import SessionStore
+from cohelm.maps import OccupancyGrid
 from cohelm.scenarios import Scenario
 
 
@@ -104,20 +105,7 @@ class Drive:
         )
         self._listeners: tuple[Send, ...] = ()
         self._announcing = threading.Lock()
-        # Only the navigator infers; the world stays the same whatever the rider's habits.
-        known = with_habits(setup.scenario, self._sessions.list())
-        process_setup = ProcessSetup(
-            scenario=known,
-            seed=setup.seed,
-            record=setup.record,
-            changes=remembered_changes(folder, model.grid),
-        )
-        self._services = services = Services(
-            navigator=NavigatorClient(process_setup),
-            route_preview=RoutePreview(process_setup, self._send),
-            world_factory=WorldFactory(setup.scenario),
-            rides=RideTracker(self._sessions, self._settings, self._send),
-        )
+        self._services = services = self._make_services(setup, folder, model.grid)
         driver, log_event = DriverState(), self._audit.log_event
         cycle = ControlCycle(
             driver,
@@ -158,6 +146,23 @@ class Drive:
         )
         """Riders, their presets and their progress."""
         self._closed = False
+
+    def _make_services(self, setup: DriveSetup, folder: Path, grid: OccupancyGrid) -> Services:
+        """Make what runs beside the control loop; no process is started yet."""
+        # Only the navigator infers; the world stays the same whatever the rider's habits.
+        known = with_habits(setup.scenario, self._sessions.list())
+        process_setup = ProcessSetup(
+            scenario=known,
+            seed=setup.seed,
+            record=setup.record,
+            changes=remembered_changes(folder, grid),
+        )
+        return Services(
+            navigator=NavigatorClient(process_setup),
+            route_preview=RoutePreview(process_setup, self._send),
+            world_factory=WorldFactory(setup.scenario),
+            rides=RideTracker(self._sessions, self._settings, self._send),
+        )
 
     def start(self) -> None:
         """Start the ride and return at once.

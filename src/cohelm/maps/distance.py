@@ -115,7 +115,7 @@ def _distance_upward(blocked: Booleans, out: Floats32) -> None:
 
 
 @njit(cache=True)
-def _along_run(  # noqa: PLR0917  # a kernel takes plain arguments
+def _along_run(
     height: Floats, a: int, b: int, at: Integers, bound: Floats, halves: Floats, squared: Floats
 ) -> None:
     """``squared`` of the cells a ≤ x < b of one kind: the least (x − q)² + height over q.

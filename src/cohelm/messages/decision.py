@@ -42,7 +42,7 @@ class LocalPlan:
     reason: Reason | None = None
     """Given with ``Status.STOP``."""
     brief: bool = False
-    """The stop is too short to be felt so far; the rider is not told of it yet."""
+    """The stop is too short to be felt so far, so it is not reported to the rider yet."""
     urgent: bool = False
     """Comfort braking may not be enough: use the robot's maximum deceleration."""
     costs: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))

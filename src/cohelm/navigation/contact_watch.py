@@ -1,4 +1,4 @@
-"""Time of the last contact: a chair that somebody has walked into stands for a moment."""
+"""Time of the last contact: the chair stands for a moment after a person has walked into it."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def update_last_contact(
 ) -> float:
     """Time when a walking person last touches the chair, s; ``before`` if nobody does now.
 
-    Somebody behind a chair that drives on does not count. Who overlaps the footprint is hidden from
-    the sensors until they have passed: their contact is expected to last.
+    A person behind a chair that drives on does not count. A person who overlaps the footprint is
+    hidden from the sensors until they have passed, so their contact is expected to last.
     """
     pose, time = observation.pose, observation.time
     walks = np.hypot(people.mean[:, 2], people.mean[:, 3]) > WALKING

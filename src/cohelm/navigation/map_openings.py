@@ -37,8 +37,8 @@ _SWEEPS = 5
 _HELD = 1.0
 """Time for which a stick moves nothing before walls open, s."""
 _SLOW = 5.0
-"""Time for which the chair then feels its way, s: long enough for its front to pass the wall."""
-FEELING_SPEED = 0.1
+"""Time for which the chair then drives slowly, s: long enough for its front to pass the wall."""
+OPENING_SPEED = 0.1
 """Speed at that time, m/s: the map may be right, and the wall of glass."""
 _AT_HAND, _REACH = 1.0, 2.5
 """Distance from the sensor up to which a push opens cells, m, and up to which those beside them

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +39,8 @@ from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.rider_authority import limited_authority, rider_authority
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.stage_results import (
+    CheckedInput,
+    Sharing,
     StageResults,
     stopped_by_health,
     stopped_by_input,
@@ -51,13 +52,13 @@ from cohelm.navigation.steering_help import intent_of
 from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import (
     WorldModel,
-    feeling_its_way,
     keep_watching,
     update_world_model,
+    with_opening_speed,
 )
-from cohelm.navigation.yielding import measured_by, rider_inputs, with_yielding
+from cohelm.navigation.yielding import rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
-from cohelm.safety import GateState, check_input
+from cohelm.safety import check_input
 from cohelm.stopwatch import Stopwatch
 
 
@@ -111,60 +112,49 @@ class Navigator:
 
         step = checked.step
         world = update_world_model(step, self.walls, self.barriers, self.openable, stopwatch)
-        step = feeling_its_way(step, world)
-        confidence = update_confidence(observation, self.walls, step.memory.confidence)
-        authority, authority_state = rider_authority(step, confidence)
-        authority, yielding = with_yielding(step, authority)
-        destinations, destination_state = inferred_destinations(self.destinations, step, authority)
+        step = with_opening_speed(step, world)
+        sharing = self._share(step)
         stopwatch.lap("sharing")
 
         # Recovery, if the ride makes no progress although it should.
         arrived = has_arrived(step, last)
-        hold = arrived or self._holds(step.request, authority)
-        update = update_recovery(step, world, authority, hold=hold)
-        authority = limited_authority(step, authority, update.action)
+        hold = arrived or self._holds(step.request, sharing.authority)
+        recovery = update_recovery(step, world, sharing.authority, hold=hold)
+        authority = limited_authority(step, sharing.authority, recovery.action)
 
-        course = plan_path_and_reference(step, world, authority, update.action, hold=hold)
+        course = plan_path_and_reference(step, world, authority, recovery.action, hold=hold)
         stopwatch.lap("planning")
         motion = self._motion(
             step,
             world,
             authority,
             course,
-            belief=destinations,
-            recovery=update.action,
+            belief=sharing.destinations,
+            recovery=recovery.action,
             last=last,
             arrived=arrived,
         )
         stopwatch.lap("control")
 
         # The gate has the last word.
-        decision = self._decide(step, world, motion, checked.health, update.action)
+        decision = self._decide(step, world, motion, checked.health, recovery.action)
         stopwatch.lap("safety")
         results = StageResults(
-            gate=checked.gate,
-            health=checked.health,
-            health_state=checked.health_state,
+            checked=checked,
             world=world,
-            authority_state=authority_state,
+            sharing=sharing,
             authority=authority,
             arrived=arrived,
-            recovery=update,
-            course=motion.course,
-            plan=motion.plan,
+            recovery=recovery,
+            motion=motion,
             decision=decision,
-            steering=motion.steering,
-            yielding=measured_by(yielding, motion.own),
-            confidence=confidence,
-            destinations=destinations,
-            destination_state=destination_state,
         )
         return tick_of(observation, request, results, stopwatch.laps)
 
     def _check(
         self, observation: Observation, request: Request, last: Tick | None
-    ) -> _Checked | Tick:
-        """Check the input; the tick that stops the chair if it is not trusted."""
+    ) -> CheckedInput | Tick:
+        """Check the input; if it is not trusted, return the tick that stops the chair."""
         setup, memory = self.setup, last.memory if last else Memory()
         # Input that is invalid or too old stops the chair before any stage uses it.
         fault, gate_state = check_input(observation, request, setup.robot, memory.gate, setup.gate)
@@ -186,7 +176,7 @@ class Navigator:
         limited = dataclasses.replace(request, speed_limit=limit)
         placed = registered(observation, health_state, setup.robot, setup.health)
         step = self._step_input(placed, _with_mode(limited), memory, last)
-        return _Checked(step, gate_state, health, health_state)
+        return CheckedInput(step, gate_state, health, health_state)
 
     def _step_input(
         self, observation: Observation, request: Request, memory: Memory, last: Tick | None
@@ -203,6 +193,14 @@ class Navigator:
             memory=memory,
             commanded=last.decision.twist if last else None,
         )
+
+    def _share(self, step: StepInput) -> Sharing:
+        """Weigh the rider's input, and infer destinations if the rider has chosen none."""
+        confidence = update_confidence(step.observation, self.walls, step.memory.confidence)
+        authority, authority_state = rider_authority(step, confidence)
+        authority, yielding = with_yielding(step, authority)
+        belief, belief_state = inferred_destinations(self.destinations, step, authority)
+        return Sharing(authority, authority_state, yielding, confidence, belief, belief_state)
 
     def _holds(self, request: Request, authority: Authority) -> bool:
         """Check that the chair need not make progress: the rider drives or requests a stop."""
@@ -272,8 +270,8 @@ class Navigator:
             plan = setup.local_planner.plan(problem, last.plan if last else None)
         except ControlError:
             return None, Command(reason=Reason.SOLVER_FAILED)
-        told = None if plan.brief else plan.reason
-        return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
+        reported = None if plan.brief else plan.reason
+        return plan, Command(twist=plan.command, reason=reported, urgent=plan.urgent)
 
     def _local_problem(
         self,
@@ -327,15 +325,6 @@ class Navigator:
         )
         decision = with_recovery_reason(decision, motion.plan, step.observation.twist, recovery)
         return with_health_reason(decision, health)
-
-
-class _Checked(NamedTuple):
-    """Input that is trusted."""
-
-    step: StepInput
-    gate: GateState
-    health: Health
-    health_state: HealthState
 
 
 def _with_mode(request: Request) -> Request:

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 from cohelm.health import Health, HealthState
 from cohelm.messages import (
@@ -13,42 +14,57 @@ from cohelm.messages import (
     ChairConfidence,
     Decision,
     DestinationBelief,
-    LocalPlan,
     Observation,
     People,
     Reason,
     Request,
 )
 from cohelm.navigation.destination_inference import DestinationState
-from cohelm.navigation.path_and_reference import PathAndReference
+from cohelm.navigation.motion import Motion
 from cohelm.navigation.recovery.context import RecoveryUpdate
-from cohelm.navigation.tick import Memory, Tick
+from cohelm.navigation.tick import Memory, StepInput, Tick
 from cohelm.navigation.world_model import WorldModel
+from cohelm.navigation.yielding import with_disagreement
 from cohelm.safety import GateState, stop
-from cohelm.sharing import AuthorityState, SteeringState, YieldingState
+from cohelm.sharing import AuthorityState, YieldingState
+
+
+class CheckedInput(NamedTuple):
+    """Input that is trusted, and the states of the stages that have checked it."""
+
+    step: StepInput
+    gate: GateState
+    health: Health
+    health_state: HealthState
+
+
+class Sharing(NamedTuple):
+    """Rider's share in the control, and the places where the rider may want to go."""
+
+    authority: Authority
+    """Before it is limited by recovery and docking."""
+    authority_state: AuthorityState
+    yielding: YieldingState | None
+    """None outside shared mode."""
+    confidence: ChairConfidence
+    destinations: DestinationBelief | None
+    """None with a chosen destination."""
+    destination_state: DestinationState | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageResults:
     """Results of the stages, in the order of the pipeline."""
 
-    gate: GateState
-    health: Health
-    health_state: HealthState
+    checked: CheckedInput
     world: WorldModel
-    authority_state: AuthorityState
+    sharing: Sharing
     authority: Authority
     """Reduced where the chair takes over."""
     arrived: bool
     recovery: RecoveryUpdate
-    course: PathAndReference
-    plan: LocalPlan | None
+    motion: Motion
     decision: Decision
-    steering: SteeringState | None = None
-    yielding: YieldingState | None = None
-    confidence: ChairConfidence | None = None
-    destinations: DestinationBelief | None = None
-    destination_state: DestinationState | None = None
 
 
 def tick_of(
@@ -58,7 +74,7 @@ def tick_of(
     durations: Mapping[str, float],
 ) -> Tick:
     """Combine the results of all stages into the tick of a step."""
-    world, course = results.world, results.course
+    world, course, sharing = results.world, results.motion.course, results.sharing
     return Tick(
         observation=observation,
         request=request,
@@ -66,19 +82,19 @@ def tick_of(
         memory=_memory(results),
         sensing=world.sensing,
         people=world.people,
-        health=results.health,
+        health=results.checked.health,
         groups=world.groups,
         predictions=world.predictions,
         spaces=world.spaces,
         path=course.route.path if course.route else None,
         reference=course.reference,
         authority=results.authority,
-        confidence=results.confidence,
+        confidence=sharing.confidence,
         recovery=results.recovery.action,
         shared=course.shared,
-        plan=results.plan,
+        plan=results.motion.plan,
         planning_error=course.failure.detail if course.failure else "",
-        destinations=results.destinations,
+        destinations=sharing.destinations,
         arrived=results.arrived,
         durations=MappingProxyType(durations),
     )
@@ -86,10 +102,12 @@ def tick_of(
 
 def _memory(results: StageResults) -> Memory:
     """State that each stage passes to its next call."""
-    world, course = results.world, results.course
+    checked, world, sharing = results.checked, results.world, results.sharing
+    motion, recovery = results.motion, results.recovery
+    course = motion.course
     return Memory(
-        gate=results.gate,
-        health=results.health_state,
+        gate=checked.gate,
+        health=checked.health_state,
         perception=world.perception,
         predictor=world.predictor,
         obstacles=world.layer,
@@ -99,15 +117,15 @@ def _memory(results: StageResults) -> Memory:
         route=course.route,
         planning_failure=course.failure,
         progress=course.progress,
-        rear=results.recovery.rear,
-        track=results.recovery.track,
-        reversing=results.recovery.reversing,
-        recovery=results.recovery.state,
-        authority=results.authority_state,
-        steering=results.steering,
-        yielding=results.yielding,
-        confidence=results.confidence,
-        destinations=results.destination_state,
+        rear=recovery.rear,
+        track=recovery.track,
+        reversing=recovery.reversing,
+        recovery=recovery.state,
+        authority=sharing.authority_state,
+        steering=motion.steering,
+        yielding=with_disagreement(sharing.yielding, motion.own),
+        confidence=sharing.confidence,
+        destinations=sharing.destination_state,
         last_contact=world.last_contact,
     )
 

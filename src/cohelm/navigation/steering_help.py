@@ -1,23 +1,23 @@
-"""Steering help: the rider's own motion where it is clear, else the nearest one that is.
+"""Steering help: the rider's own motion where it is clear, else the nearest clear one.
 
-1. Without a forward push the wheels get what the rider asks, behind the gate: the chair turns on
-   the spot, backs up or stands.
-   A switch turns slowly at first and past a door, where something is near.
-   Before a narrow passage the chair waits for people who come through it the other way.
-2. A motion that is clear of walls and people is left as it is, but that a chair that was led aside
-   turns back to the direction of the push. Clear means for 0.8 s to a steady hand, for 3 s to a
-   coarse or unsteady one.
+1. Without a forward push the safety gate gets the rider's motion unchanged: the chair turns on the
+   spot, backs up or stands.
+   A single switch turns slowly at first, and beside an obstacle.
+   Before a narrow passage the chair waits for people who come towards it.
+2. A motion that is clear of walls and people is not changed, except that a chair that was led aside
+   turns back to the direction of the push. Clear means for 0.8 s with a steady stick, and for 3 s
+   with a coarse or unsteady one.
    A wall of the map that the scan passes stops the chair, but does not turn it
    (``navigation.map_openings``).
-3. Where only people who walk are in its way, the chair goes the rider's way more slowly; a chair
-   that yields takes step 4 at once.
-4. Otherwise the local planner tracks where the stick leads: it slides along walls, rounds people
-   and things, and goes through doors, never faster than the stick asks, and never farther from its
-   direction than ``SteeringParameters.max_deviation``.
-   Of its turn the chair takes no more than keeps the way clear for a moment: a steady stick, or one
-   that leans to a side, is not turned against for what lies farther ahead.
-5. If the planner finds nothing, the rider's motion is tried so slowly that no corner of the chair
-   is faster than a creeping one; the gate decides, and says what is in the way.
+3. Where only walking people are in the way, the chair keeps the rider's motion at a lower speed. A
+   chair that yields takes step 4 at once.
+4. Otherwise the local planner tracks the motion that the stick asks for: it slides along walls,
+   passes people and obstacles, and goes through doors. It is never faster than the stick asks, and
+   never farther from its direction than ``SteeringParameters.max_deviation``.
+   A steady stick, or one that leans to a side, is not overruled for what lies farther ahead: the
+   chair takes only as much of the planned turn as keeps it clear for a moment.
+5. If the planner finds nothing, the rider's motion is tried at creep speed, which no corner of the
+   chair exceeds. The gate decides, and gives the reason.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ from cohelm.sharing import (
     RiderIntent,
     SteeringState,
     Surroundings,
-    at_its_word,
     rider_intent,
+    with_literal_stick,
 )
 
 _SHARES = (0.75, 0.5, 0.25, 0.0)
@@ -52,7 +52,7 @@ _CHANGES = (0.0, 0.25, 0.5, 0.75)
 _SWEPT_TIME, _BESIDE_WALL = 0.8, 0.35
 """A turn on the spot that meets a wall within this time, s, keeps this share of its rate."""
 _SOON, _PEOPLE_GAP = 0.5, 0.05
-"""Time for which a motion that is tried slowly keeps clear of people, s, and the gap, m."""
+"""Time for which a motion at creep speed must keep clear of people, s, and the gap, m."""
 _SLOWEST = 0.1
 """Speed that the planner may always use, m/s."""
 
@@ -60,10 +60,10 @@ _SLOWEST = 0.1
 def intent_of(
     step: StepInput, world: WorldModel, authority: Authority
 ) -> tuple[RiderIntent, SteeringState]:
-    """The motion that the rider's stick asks for in this step."""
+    """Motion that the rider's stick asks for in this step; also return the memory."""
     parameters = step.setup.steering
     if authority.yields:
-        parameters = at_its_word(parameters, step.setup.yielding)
+        parameters = with_literal_stick(parameters, step.setup.yielding)
     setup, people = step.setup, world.people
     walks = np.hypot(*people.mean[:, 2:].T) >= setup.recovery.walking_speed
     standing = np.column_stack([people.mean[~walks, :2], people.radius[~walks]])
@@ -103,16 +103,50 @@ def steer(
     twist = authority.twist
     if intent.waits or not intent.forward:
         return None, _without_push(step, world, intent, twist)
-    if not intent.squeezes:
-        share = _clear_share(step, world, intent)
-        if share is None and world.seen_walls is not world.walls:
-            # A wall that only the map has turns no rider aside: the gate stops before it, and a
-            # rider who pushes on opens it.
-            share = _clear_share(step, dataclasses.replace(world, walls=world.seen_walls), intent)
-        # Shares differ from tick to tick: where the chair has a path of its own, it plans instead.
-        if share == 1.0 or (share is not None and not authority.yields):
-            own = share * (twist + np.array([0.0, 0.0, intent.return_rate]))
-            return None, Command(twist=own, reason=_slowed(share))
+    own = None if intent.squeezes else _own_motion(step, world, authority, intent)
+    if own is not None:
+        return None, own
+    try:
+        plan = _planned_motion(step, world, authority, intent, previous)
+    except ControlError:
+        return None, Command(reason=Reason.SOLVER_FAILED)
+    instead = _creep(step, world, twist, plan, gate) or _with_less_turn(
+        step, world, twist, plan, intent
+    )
+    if instead is not None:
+        return None, instead
+    reported = None if plan.brief else plan.reason
+    return plan, Command(twist=plan.command, reason=reported, urgent=plan.urgent)
+
+
+def _own_motion(
+    step: StepInput, world: WorldModel, authority: Authority, intent: RiderIntent
+) -> Command | None:
+    """The rider's own motion, slower where people will be gone; None if something is in the way."""
+    share = _clear_share(step, world, intent)
+    if share is None and world.seen_walls is not world.walls:
+        # A wall that only the map has turns no rider aside: the gate stops before it, and a
+        # rider who pushes on opens it.
+        share = _clear_share(step, dataclasses.replace(world, walls=world.seen_walls), intent)
+    # Shares differ from tick to tick: where the chair has a path of its own, it plans instead.
+    if share is None or (share < 1.0 and authority.yields):
+        return None
+    own = share * (authority.twist + np.array([0.0, 0.0, intent.return_rate]))
+    return Command(twist=own, reason=_slowed(share))
+
+
+def _planned_motion(
+    step: StepInput,
+    world: WorldModel,
+    authority: Authority,
+    intent: RiderIntent,
+    previous: LocalPlan | None,
+) -> LocalPlan:
+    """Plan of the local planner, which tracks where the stick leads.
+
+    Raises:
+        ControlError: the planner has failed.
+    """
     problem = local_problem(
         step,
         world,
@@ -126,22 +160,34 @@ def steer(
         profile=step.request.profile,
         walls=world.walls,
     )
-    try:
-        plan = step.setup.local_planner.plan(problem, previous)
-    except ControlError:
-        return None, Command(reason=Reason.SOLVER_FAILED)
+    return step.setup.local_planner.plan(problem, previous)
+
+
+def _creep(
+    step: StepInput,
+    world: WorldModel,
+    twist: Floats,
+    plan: LocalPlan,
+    gate: Callable[[Floats], Decision],
+) -> Command | None:
+    """The rider's motion at creep speed, where the planner found none; None if it is not tried."""
     slow = slowly(twist, step.setup.robot.outline, step.setup.progress.creep_speed)
-    if plan.reason is not None and not plan.urgent and not _meets_people(step, world, slow):
-        blocked = gate(slow).reason is Reason.BLOCKED
-        if not blocked or is_standing_still(step.observation.twist):
-            return None, Command(twist=slow, reason=None if blocked else Reason.TOO_CLOSE)
-    if plan.reason is None and intent.late_time > 0.0:
-        own = float(twist[2]) + intent.return_rate
-        least = _least_change(step, world, plan.command, own, intent)
-        if least is not None:
-            return None, Command(twist=least)
-    told = None if plan.brief else plan.reason
-    return plan, Command(twist=plan.command, reason=told, urgent=plan.urgent)
+    if plan.reason is None or plan.urgent or _meets_people(step, world, slow):
+        return None
+    blocked = gate(slow).reason is Reason.BLOCKED
+    if blocked and not is_standing_still(step.observation.twist):
+        return None
+    return Command(twist=slow, reason=None if blocked else Reason.TOO_CLOSE)
+
+
+def _with_less_turn(
+    step: StepInput, world: WorldModel, twist: Floats, plan: LocalPlan, intent: RiderIntent
+) -> Command | None:
+    """The planned motion with less of its turn, for a stick that is not to be turned early."""
+    if plan.reason is not None or intent.late_time <= 0.0:
+        return None
+    least = _least_change(step, world, plan.command, float(twist[2]) + intent.return_rate, intent)
+    return None if least is None else Command(twist=least)
 
 
 def _without_push(

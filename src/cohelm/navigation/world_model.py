@@ -28,7 +28,7 @@ from cohelm.navigation.crowding import CrowdingState, update_crowding
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.map_openings import (
     CLOSED,
-    FEELING_SPEED,
+    OPENING_SPEED,
     MapOpenings,
     update_openings,
 )
@@ -99,17 +99,7 @@ def update_world_model(
     setup, observation, memory = step.setup, step.observation, step.memory
     perceived, perception = perceive(setup.perception, observation, map_walls, memory.perception)
     people, groups, detections = perceived.people, perceived.groups, perceived.detections
-    layer = update_obstacle_layer(
-        memory.obstacles,
-        detections,
-        people,
-        setup.grid,
-        observation.pose,
-        setup.obstacle_layer,
-    )
-    obstacle_memory, layer = update_obstacle_memory(
-        memory.obstacle_memory or EMPTY, memory.obstacles, layer, setup.obstacle_layer
-    )
+    layer, obstacle_memory = _update_obstacles(step, detections, people)
     stopwatch.lap("perception")
     crowding = update_crowding(memory.crowding, people, setup.grid, setup.heat, setup.crowding)
     predictions, predictor = setup.predictor.predict(
@@ -143,6 +133,25 @@ def update_world_model(
     )
 
 
+def _update_obstacles(
+    step: StepInput, detections: tuple[Detections, ...], people: People
+) -> tuple[ObstacleLayerState, ObstacleMemory]:
+    """Update the obstacles in the window of the layer, and those outside of it."""
+    setup, memory = step.setup, step.memory
+    layer = update_obstacle_layer(
+        memory.obstacles,
+        detections,
+        people,
+        setup.grid,
+        step.observation.pose,
+        setup.obstacle_layer,
+    )
+    beyond, layer = update_obstacle_memory(
+        memory.obstacle_memory or EMPTY, memory.obstacles, layer, setup.obstacle_layer
+    )
+    return layer, beyond
+
+
 def _walls(
     step: StepInput, barriers: DistanceField, live: LiveObstacles, openings: MapOpenings
 ) -> tuple[DistanceField, DistanceField]:
@@ -173,11 +182,11 @@ def _openings(
     )
 
 
-def feeling_its_way(step: StepInput, world: WorldModel) -> StepInput:
+def with_opening_speed(step: StepInput, world: WorldModel) -> StepInput:
     """Limit the speed of a chair that has just been led through a wall of the map."""
     if step.observation.time >= world.openings.slow_until:
         return step
-    limit = min(step.request.speed_limit, FEELING_SPEED)
+    limit = min(step.request.speed_limit, OPENING_SPEED)
     return dataclasses.replace(step, request=dataclasses.replace(step.request, speed_limit=limit))
 
 
@@ -191,8 +200,8 @@ def keep_watching(
     """Track people while the scanner's view is obstructed, so that they are known afterwards.
 
     People who press against the scanner hide others, but not all of them. A pose or odometry that
-    contradicts the rest would misplace them: then nobody is tracked, and the people are None.
-    Whoever walks into the standing chair is soon hidden, so the contact is remembered.
+    contradicts other sensors would misplace people: then none is tracked, and None is returned.
+    A person who walks into the standing chair is soon hidden, so the contact is remembered.
     """
     if health.stop not in _OBSTRUCTED:
         return memory, None

@@ -43,8 +43,8 @@ def rider_inputs(authority: Authority, intent: RiderIntent) -> Floats | None:
     return intent.inputs if authority.deflection.any() else None
 
 
-def measured_by(state: YieldingState | None, plan: LocalPlan | None) -> YieldingState | None:
-    """State with the angle that the chair's own plan of this tick reports."""
+def with_disagreement(state: YieldingState | None, plan: LocalPlan | None) -> YieldingState | None:
+    """State with the disagreement of rider and plan, rad, as the plan of this tick reports it."""
     if state is None or plan is None:
         return state
     return dataclasses.replace(state, measured=plan.disagreement)

@@ -115,29 +115,10 @@ def perceive(
     poses = tuple(pose_at(observation, scan.time) for scan in observation.scans)
     scans, steady = _others_returns(parts, observation.scans, poses, memory.steady_returns)
     observation = replace(observation, scans=scans)
-    detections = tuple(
-        parts.detector.detect(scan, X_MR, walls)
-        for scan, X_MR in zip(observation.scans, poses, strict=True)
-    )
-    past_scans, past_clouds = memory.past_scans, memory.past_clouds
-    mapped = memory.mapped or any(found.mapped.any() for found in detections)
-    # A map explains what comes into view.
-    views = [
-        None if mapped else compose(X_MR, scan.mount)
-        for scan, X_MR in zip(observation.scans, poses, strict=True)
-    ]
-    if parts.tracker.uses_change_detection:
-        detections = tuple(
-            detect_changes(found, past_scans, parts.change_detection, X_MS)
-            for found, X_MS in zip(detections, views, strict=True)
-        )
-        for scan, X_MR in zip(observation.scans, poses, strict=True):
-            past_scans = remember_scan(past_scans, scan, X_MR, parts.change_detection)
-    if observation.clouds:
-        taken_at = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
-        found = parts.cloud_detector.detect(observation.clouds, taken_at, walls)
-        detections += (detect_cloud_changes(found, past_clouds),)
-        past_clouds = remember_cloud(past_clouds, found)
+    memory = replace(memory, clocks=check.clocks, steady_returns=steady)
+    detections, memory = _detect_in_scans(parts, scans, poses, walls, memory)
+    found, memory = _detect_in_clouds(parts, observation, walls, memory)
+    detections += found
     people, tracker = parts.tracker.track(observation, detections, memory.tracker)
     groups, group_memory = parts.group_detector.group(people, memory.groups)
     returned = any(len(each.points) or len(each.free_ends) for each in detections)
@@ -146,16 +127,52 @@ def perceive(
         sensing = Sensing.NO_RETURNS
     return (
         PerceptionResult(sensing=sensing, detections=detections, people=people, groups=groups),
-        PerceptionMemory(
-            clocks=check.clocks,
-            tracker=tracker,
-            groups=group_memory,
-            past_scans=past_scans,
-            past_clouds=past_clouds,
-            steady_returns=steady,
-            mapped=mapped,
-        ),
+        replace(memory, tracker=tracker, groups=group_memory),
     )
+
+
+def _detect_in_scans(
+    parts: PerceptionParts,
+    scans: tuple[Scan, ...],
+    poses: tuple[Floats, ...],
+    walls: DistanceField,
+    memory: PerceptionMemory,
+) -> tuple[tuple[Detections, ...], PerceptionMemory]:
+    """Detections of each scan, compared with earlier scans if the tracker uses that."""
+    detections = tuple(
+        parts.detector.detect(scan, X_MR, walls) for scan, X_MR in zip(scans, poses, strict=True)
+    )
+    mapped = memory.mapped or any(found.mapped.any() for found in detections)
+    past_scans = memory.past_scans
+    if parts.tracker.uses_change_detection:
+        # A map explains what comes into view.
+        views = [
+            None if mapped else compose(X_MR, scan.mount)
+            for scan, X_MR in zip(scans, poses, strict=True)
+        ]
+        detections = tuple(
+            detect_changes(found, past_scans, parts.change_detection, X_MS)
+            for found, X_MS in zip(detections, views, strict=True)
+        )
+        for scan, X_MR in zip(scans, poses, strict=True):
+            past_scans = remember_scan(past_scans, scan, X_MR, parts.change_detection)
+    return detections, replace(memory, past_scans=past_scans, mapped=mapped)
+
+
+def _detect_in_clouds(
+    parts: PerceptionParts,
+    observation: Observation,
+    walls: DistanceField,
+    memory: PerceptionMemory,
+) -> tuple[tuple[Detections, ...], PerceptionMemory]:
+    """Detections of all clouds together, at most one, compared with earlier clouds."""
+    if not observation.clouds:
+        return (), memory
+    poses = np.array([pose_at(observation, cloud.time) for cloud in observation.clouds])
+    found = parts.cloud_detector.detect(observation.clouds, poses, walls)
+    past_clouds = remember_cloud(memory.past_clouds, found)
+    compared = detect_cloud_changes(found, memory.past_clouds)
+    return (compared,), replace(memory, past_clouds=past_clouds)
 
 
 def _others_returns(

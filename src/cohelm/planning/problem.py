@@ -202,7 +202,7 @@ def _add_extra_cost(extra_cost: Floats32, packed: Floats32, row: int, col: int) 
 
 
 @njit(cache=True)
-def _open_around_start(  # noqa: PLR0917  # a kernel takes plain arrays
+def _open_around_start(
     packed: Floats32,
     clearance: Floats32,
     walls: Floats32,

@@ -119,7 +119,7 @@ def _geometry(path: Path) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 @njit(cache=True)
-def _drive(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def _drive(
     along: Floats,
     line: Floats,
     heading: Floats,

@@ -91,7 +91,7 @@ def people_margins(
     """m(t), (P, L+1), of all hypotheses of all people.
 
     Args:
-        velocity: (n, h, N+1, 2); the first decides whether somebody walks.
+        velocity: (n, h, N+1, 2); the first decides whether the person walks.
         deviation: (n, h, N+1) of the predicted positions, m.
         step: between predictions, s.
         steps: L; beyond N the deviation stays.

@@ -91,7 +91,7 @@ class ContactMargins(NamedTuple):
 
 
 @njit(cache=True)
-def contact_kernel(  # noqa: PLR0917  # a kernel takes plain arrays
+def contact_kernel(
     capsule: Floats,
     discs: Floats,
     poses: Floats,
@@ -161,7 +161,7 @@ def _touches_wall(discs: Floats, pose: Floats, walls: WallGrid, margin: Floats) 
 
 
 @njit(cache=True)
-def _touches(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def _touches(
     capsule: Floats,
     poses: Floats,
     k: int,
@@ -183,15 +183,15 @@ def _touches(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
     x_moved, y_moved = poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1]
     moved, vx, vy = math.hypot(x_moved, y_moved), x_moved + arm_x * turned, y_moved + arm_y * turned
     leaves = vx * nx + vy * ny < -_LEAVING * math.hypot(vx, vy)
-    leaves &= moved >= abs(turned) * math.hypot(arm_x, arm_y)  # nobody is escaped by turning
+    leaves &= moved >= abs(turned) * math.hypot(arm_x, arm_y)  # turning escapes no person
     if leaves and floor < np.inf and not leaving:
-        return False  # the robot drives away from somebody who follows
+        return False  # the robot drives away from a person who follows
     stood = gap_to_disc(capsule, poses[0], x, y, radius)
     return gap < min(most, max(stood - _NO_WORSE, floor)) or floor == np.inf
 
 
 @njit(cache=True)
-def _ignored(  # noqa: PLR0917  # a kernel takes plain arrays
+def _ignored(
     capsule: Floats,
     poses: Floats,
     step: float,
@@ -217,7 +217,7 @@ def _ignored(  # noqa: PLR0917  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def _needs_no_braking(  # noqa: PLR0917  # a kernel takes plain arrays
+def _needs_no_braking(
     capsule: Floats,
     pose: Floats,
     vx: float,
@@ -226,9 +226,9 @@ def _needs_no_braking(  # noqa: PLR0917  # a kernel takes plain arrays
     body: Integers,
     wanted: float,
 ) -> bool:
-    """Check whether somebody is behind a robot with velocity (vx, vy), or passes behind it.
+    """Check that a person is behind a robot with velocity (vx, vy), or passes behind it.
 
-    Somebody beside the robot passes behind it if going on keeps a gap ``wanted``.
+    A person beside the robot passes behind it if going on keeps a gap ``wanted``.
     """
     i, j = body[0], body[1]
     speed = math.hypot(vx, vy)

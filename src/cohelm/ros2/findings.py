@@ -74,7 +74,7 @@ def check_inputs(
     Args:
         parameters: Topics and frames.
         inputs: Inputs after a few seconds.
-        offered: Type and reliability of each topic that somebody publishes, by topic.
+        offered: Type and reliability of each published topic, by name.
     """
     out = [_clock(inputs)]
     out += [_topic(kind, topic, inputs, offered) for kind, topic in parameters.inputs]

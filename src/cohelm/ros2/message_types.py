@@ -29,6 +29,8 @@ _BASE = {
     "float64": types.float64,
     "string": str,
 }
+_TYPES: Any = types
+"""Types of arrays are made here from elements that only exist at run time."""
 _HEADER_SIZE = 4
 """Size of the CDR encapsulation header, bytes."""
 
@@ -68,7 +70,7 @@ def dds_type(name: str, distribution: str) -> type[Sample]:
     class Named(Sample, typename=struct.__idl_typename__):
         pass
 
-    setattr(Named, "__idl__", struct.__idl__)  # noqa: B010 # its metaclass declares it
+    setattr(Named, "__idl__", struct.__idl__)  # noqa: B010  # its metaclass declares it
     return Named
 
 
@@ -91,6 +93,6 @@ def _field(description: Any, distribution: str) -> Any:
         case "NAME":
             return _struct(content, distribution)
         case "ARRAY":
-            return types.array[_field(content[0], distribution), content[1]]  # type: ignore[misc]
+            return _TYPES.array[_field(content[0], distribution), content[1]]
         case _:
-            return types.sequence[_field(content[0], distribution)]  # type: ignore[misc]
+            return _TYPES.sequence[_field(content[0], distribution)]

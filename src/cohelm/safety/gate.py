@@ -69,7 +69,7 @@ class GateParameters(Model):
     planner weighs the others."""
 
 
-def gate(  # noqa: PLR0913  # everything that the last stage sees
+def gate(
     wanted: Floats,
     observation: Observation,
     request: Request,
@@ -122,7 +122,7 @@ def gate(  # noqa: PLR0913  # everything that the last stage sees
     return stop(Reason.BLOCKED)
 
 
-def _contact(  # noqa: PLR0913  # everything that the last stage sees
+def _contact(
     allowed: Floats,
     deceleration: float,
     *,

@@ -1,4 +1,4 @@
-"""Outlines of a scenario's pedestrians: who has a wheelchair, a walker or a trolley."""
+"""Outlines of a scenario's pedestrians, also with a wheelchair, a walker or a trolley."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ def draw_kinds(spec: CrowdSpec, count: int, rng: np.random.Generator) -> Integer
     given = [each.body for each in spec.pedestrians][:count]
     if not spec.bodies and not any(given):
         return None
-    shares = [spec.bodies.get(name, 0.0) for name in names]  # type: ignore[call-overload]
+    share_of: dict[str, float] = dict(spec.bodies.items())
+    shares = [share_of.get(name, 0.0) for name in names]
     shares[BodyKind.DISC] += max(1.0 - sum(shares), 0.0)
     kinds = rng.choice(len(names), size=count, p=np.array(shares) / sum(shares))
     for i, body in enumerate(given):

@@ -59,6 +59,6 @@ def draw_scenario(setup: RideSetup, file: Path) -> None:
     Raises:
         ConfigError: if the file cannot be written as a picture.
     """
-    from cohelm.plotting import draw_scene  # noqa: PLC0415 # lazy
+    from cohelm.plotting import draw_scene  # noqa: PLC0415 # matplotlib loads for a second
 
     draw_scene(picture_of(setup), file, setup.scenario.name)

@@ -30,8 +30,8 @@ from cohelm.sharing.steering import rider_intent
 from cohelm.sharing.yielding import (
     YieldingParameters,
     YieldingState,
-    at_its_word,
     update_yielding,
+    with_literal_stick,
 )
 
 __all__ = [
@@ -52,7 +52,6 @@ __all__ = [
     "Surroundings",
     "YieldingParameters",
     "YieldingState",
-    "at_its_word",
     "authority",
     "belief",
     "helped_deflection",
@@ -64,4 +63,5 @@ __all__ = [
     "update_inference",
     "update_offers",
     "update_yielding",
+    "with_literal_stick",
 ]

@@ -1,8 +1,9 @@
-"""The hand on the stick: which directions it can ask for, and how unsteadily it does.
+"""Kind of the rider's input: which directions it can request, and how steady they are.
 
-A switched joystick knows eight directions, one switch with a scan knows four. Both are recognised
-by what they send: directions of a grid, always deflected alike. Every other hand is a free stick,
-with a measured unsteadiness: the deviation of the stick's direction from its low-pass.
+A switched joystick has eight directions, a single switch with a scanning display has four. Both are
+recognised by their messages: directions of a grid, always with the same deflection. All other input
+is that of a free stick, with a measured unsteadiness: the standard deviation of the stick's
+direction from its low-pass.
 
 From this follows the *width* of the direction that the rider means: half of the angle between
 neighbouring directions, or twice the unsteadiness.
@@ -25,9 +26,9 @@ _ON_GRID = 0.01
 _ALIKE = 0.02
 """Difference of two deflections that are alike, share of full."""
 _CHANGES = 2
-"""Number of presses and changes of direction after which a grid is believed …"""
+"""Number of presses and changes of direction after which a grid is recognised …"""
 _HELD = 0.5
-"""… or the time for which one direction is held exactly, s: no hand on a free stick does that."""
+"""… or the time for which one direction is held exactly, s: a free stick never does."""
 _MEMORY_TIME = 2.0
 """Time constant of the unsteadiness, s."""
 _PUSHED = 0.1
@@ -39,7 +40,7 @@ _WIDTHS = {"eight_directions": COARSE, "one_switch": math.pi / 4.0}
 
 @value
 class HandState:
-    """Memory of the hand."""
+    """Kind of the input, and the memory of its recognition."""
 
     kind: HandKind = "stick"
     width: float = 0.0
@@ -74,7 +75,7 @@ def update_hand(
     *,
     given: HandKind | None = None,
 ) -> HandState:
-    """Recognise the hand by the newest deflection.
+    """Recognise the kind of input with the newest deflection.
 
     Args:
         raw: deflection (2,) as the device sent it.
@@ -90,7 +91,7 @@ def update_hand(
 
 
 def _on_grid(raw: Floats, elapsed: float, memory: HandState) -> HandState:
-    """Compare a deflection with the grid of directions; one that is off it begins anew."""
+    """Compare a deflection with the grid of directions; one beside the grid restarts the count."""
     if not raw.any():
         return memory if memory.direction < 0 else replace(memory, direction=-1)
     eighths = math.atan2(raw[1], raw[0]) / (math.pi / 4.0)

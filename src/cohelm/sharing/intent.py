@@ -30,10 +30,10 @@ class SteeringParameters(Model):
     lean: float = Field(0.04, ge=0.0, le=1.0)
     """Angle of the stick from which it closes the other side, rad; its unsteadiness is added."""
     late_time: float = Field(0.8, gt=0.0, le=10.0)
-    """A steady or leaning stick is overruled no more than keeps this time clear, s; twice the time
-    for a coarse hand."""
+    """A steady or leaning stick is overruled only as much as keeps this time clear, s; twice the
+    time with coarse input."""
     hand: Literal["auto", "stick", "eight_directions", "one_switch"] = "auto"
-    """Hand on the stick; ``auto``: recognised by what it sends."""
+    """Kind of the rider's input, see ``sharing.hand``; ``auto``: recognised by its messages."""
     attraction: float = Field(1.0, ge=0.0, le=1.0)
     """Share of the width of the rider's direction in which doors, passages and free space attract;
     0: off."""
@@ -42,11 +42,11 @@ class SteeringParameters(Model):
     max_deviation: float = Field(1.05, gt=0.0, le=3.2)
     """Largest angle between the motion of the chair and where the stick leads, rad."""
     clear_time: float = Field(3.0, gt=0.0, le=10.0)
-    """The wheels follow the stick itself while this leads nowhere near anything, s; for things that
-    stand this is the time of a coarse or unsteady hand …"""
+    """Time for which the stick's own motion must stay clear to be taken unchanged, s. For obstacles
+    that stand it holds with coarse or unsteady input …"""
     steady_clear_time: float = Field(0.8, gt=0.0, le=10.0)
-    """… and this the one of a steady hand, which is taken at its word for longer, s; near means
-    closer …"""
+    """… and this time with a steady stick, which is followed closer to obstacles, s; clear means
+    farther …"""
     wall_gap: float = Field(0.05, ge=0.0, le=0.5)
     """… than this to walls, m …"""
     people_gap: float = Field(0.15, ge=0.0, le=1.0)
@@ -70,7 +70,7 @@ class SteeringState:
     heading: float = math.nan
     """Direction in the map that a straight stick keeps, rad; NaN: none."""
     aim: float = math.nan
-    """Heading within the interval about it that the chair is led to, rad; NaN: none."""
+    """Heading within the interval about it to which the chair is led, rad; NaN: none."""
     turned_since: float = math.inf
     """Time since which the stick turns the chair on the spot, s."""
     pushed_since: float = math.inf
@@ -78,7 +78,7 @@ class SteeringState:
     squeezes_until: float = -math.inf
     """s."""
     wait: PassageWait | None = None
-    """For somebody who comes through the narrow passage ahead."""
+    """For a person who comes through the narrow passage ahead."""
 
 
 @value
@@ -94,18 +94,18 @@ class RiderIntent:
     return_rate: float
     """Turn rate back to the direction of the push for a chair that was led aside, rad/s."""
     turn_share: float
-    """Share of the turn rate of a turn on the spot: less where a switch begins one."""
+    """Share of the turn rate of a turn on the spot: less at first with a single switch."""
     lean: int
     """Side to which the stick leans: 1 left, −1 right, 0 neither."""
     forward: bool
     """The rider pushes forward; otherwise the chair turns on the spot, backs up or stands."""
     late_time: float
-    """The stick is overruled no more than keeps this time clear, s; 0: no such limit."""
+    """The stick is overruled only as much as keeps this time clear, s; 0: no such limit."""
     clear_time: float
-    """The rider's own motion is taken while no thing that stands is closer than this, s."""
+    """The rider's own motion is taken while it is clear of standing obstacles for this time, s."""
     wall_gap: float
     """The rider's own motion is taken while it keeps this gap to walls, m."""
     squeezes: bool
     """A push has moved nothing for a while."""
     waits: bool = False
-    """Somebody comes through the narrow passage ahead, and needs the room before it."""
+    """A person comes through the narrow passage ahead, and needs the space before it."""

@@ -30,13 +30,13 @@ _TOWARDS = 0.4
 _MARGIN = 0.5
 """Time that the chair must be through before a person arrives, s."""
 _HOLD = 5.0
-"""Time for which the chair goes on waiting for whom it has seen come, s: they stop and turn …"""
+"""Time for which the chair goes on waiting for a person it has seen, s: they stop and turn …"""
 _PATIENCE = 15.0
-"""… and the time while somebody is in the passage, where they squeeze through or stand, s."""
+"""… and the time while a person is in the passage, where they squeeze through or stand, s."""
 _ABOUT = math.pi / 4.0
 """Angle to a passage up to which the chair still goes there, rad."""
 _WITHIN = 0.8
-"""Distance from its middle up to which somebody is in the passage, m."""
+"""Distance from its middle up to which a person is in the passage, m."""
 _DELAY = 0.3
 """Time until a chair that is to stop slows down, s."""
 _SLOWEST = 0.1
@@ -56,10 +56,10 @@ class Surroundings:
 
 
 class PassageWait(NamedTuple):
-    """Memory of somebody who comes through a passage."""
+    """Memory of a person who comes through a passage."""
 
     passage: NarrowPassage
-    """That the chair was led to, also while people in it hide that it leads on."""
+    """Passage that the chair was led to, also while people in it hide its far side."""
     seen: float
     """Time at which they were last seen coming, s."""
     stands: bool
@@ -74,13 +74,13 @@ def waits_before(
     robot: Robot,
     memory: PassageWait | None,
 ) -> PassageWait | None:
-    """Check that the chair waits before a passage for somebody who comes through it.
+    """Check that the chair waits before a passage for a person who comes through it.
 
     Args:
         observation: time, pose and twist of the chair.
         asked: speed that the rider asks for, m/s.
-        passage: that the chair is led to; None: there is no narrow one to be seen.
-        surroundings: people who walk and who stand; None: nobody.
+        passage: that the chair is led to; None: no narrow one is detected.
+        surroundings: people who walk and who stand; None: no people.
         robot: with its outline and brakes.
         memory: result of the last call, None at first.
 
@@ -118,7 +118,7 @@ def _faces(pose: Floats, passage: NarrowPassage) -> bool:
 
 
 def _is_occupied(passage: NarrowPassage, surroundings: Surroundings) -> bool:
-    """Check that somebody is in the passage."""
+    """Check that a person is in the passage."""
     people = np.vstack([surroundings.walking[:, :2], surroundings.standing[:, :2]])
     apart = people - np.array([passage.x, passage.y])
     return bool((np.hypot(*apart.T) < _WITHIN).any())

@@ -1,13 +1,13 @@
 """Motion to which the rider's stick leads over the horizon, with a destination or without one.
 
-Forward is a speed. Aside is a turn that is meant for a moment, and then straight on: nobody who
-steers round a corner means a circle. A stick without a turn means the direction that the chair had
-when the stick was straightened, turned as the stick has turned it since, so that a chair that was
-led round something comes back to it.
+The forward deflection is a speed. The lateral deflection is a turn for a moment, followed by a
+straight line: a rider who steers round a corner does not mean a circle. A stick without lateral
+deflection keeps the direction that the chair had when the stick was straightened, turned as the
+stick has turned it since. So a chair that was led round an obstacle returns to this direction.
 
-This direction is the middle of an interval, as wide as the hand is coarse or unsteady
-(``sharing.hand``). Within it, what lies ahead attracts (``sharing.affordances``). A stick that
-leans to one side closes the other one: the chair never turns back against it.
+The direction is the middle of an interval whose width grows with coarse or unsteady input
+(``sharing.hand``). Within it, doors, passages and free space attract (``sharing.affordances``). A
+stick that leans to one side closes the other side: the chair never turns back against it.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ def _hand(
     memory: HandState,
     p: SteeringParameters,
 ) -> HandState:
-    """Update the hand by the deflection that the device sent."""
+    """Update the kind of input with the deflection that the device sent."""
     sent = np.zeros(2) if observation.rider is None else observation.rider.deflection
     given = None if p.hand == "auto" else p.hand
     return update_hand(sent, stick, elapsed, memory, given=given)

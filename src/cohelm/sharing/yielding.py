@@ -93,11 +93,11 @@ def update_yielding(
     return YieldingState(time=time, disagreement=now, yields=abs(now) > limit)
 
 
-def at_its_word(steering: SteeringParameters, p: YieldingParameters) -> SteeringParameters:
-    """Parameters of the help that a rider gets while the chair yields.
+def with_literal_stick(steering: SteeringParameters, p: YieldingParameters) -> SteeringParameters:
+    """Parameters of steering help while the chair yields: the stick is taken literally.
 
-    Such a chair was wrong about the way: nothing attracts, every hand is taken at its word for as
-    long as a steady one, and walls turn the chair aside as late as the verification allows.
+    The chair was wrong about the rider's destination, so no door or passage attracts it, every
+    stick counts as a steady one, and walls turn the chair aside as late as verification allows.
     """
     return steering.model_copy(
         update={

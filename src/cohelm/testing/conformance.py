@@ -44,7 +44,7 @@ def require_raises(error: type[CohelmError], call: Callable[[], Any], when: str)
             f"{when}: must raise {error.__name__}, raised {type(raised).__name__}: {raised}",
         )
         return
-    except Exception as raised:
+    except Exception as raised:  # a plugin may raise anything but the typed error
         raise ConformanceError(
             f"{when}: must raise {error.__name__}, raised {type(raised).__name__}: {raised}"
         ) from raised

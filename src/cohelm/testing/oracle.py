@@ -299,7 +299,7 @@ def _built(w: Terms, body: Footprint, z: ProgramSize) -> _Program:
     if missing:
         exact = Hinges(exact.lag, functools.reduce(ca.fmax, [0.0, *missing]))
     cost, account = (
-        cost_of(ca, w, body, p, (poses, inputs), hinges, z) for hinges in (free, exact)
+        cost_of(ca, w, body, p, z, (poses, inputs), hinges=hinges) for hinges in (free, exact)
     )
     slacks, soft = [], [lag - behind, *(wall - each for each in missing)]
     for law, series in barriers(ca, w, body, p, poses, z):

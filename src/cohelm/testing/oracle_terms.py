@@ -111,14 +111,15 @@ def hinged(
     return (p["reference_arc"] - s)[1:], missing if w.wall_clearance.weight > 0.0 else []
 
 
-def cost_of(  # noqa: PLR0917  # the parts of a program
+def cost_of(
     ca: Any,
     w: Terms,
     body: Footprint,
     p: dict[str, Any],
-    trajectory: tuple[Any, Any],
-    hinges: Hinges,
     z: ProgramSize,
+    trajectory: tuple[Any, Any],
+    *,
+    hinges: Hinges,
 ) -> Any:
     """Sum of all terms without the prices of the barriers, s; trajectory: (poses, inputs)."""
     poses, inputs = trajectory

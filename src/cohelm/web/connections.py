@@ -47,7 +47,7 @@ _UNREAD = (
 class HttpConnection(H11Protocol):
     """Connection that speaks HTTP, or begins a socket."""
 
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as its own
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # uvicorn narrows it, too
         """Accept it; if there are too many, abort the one that has owed its request for longest.
 
         While all others are new or get answers, there may be twice as many.

@@ -176,7 +176,7 @@ class Server(uvicorn.Server):
         if self.config.is_ssl:  # uvicorn has no option for it
             loop = asyncio.get_running_loop()
             hasty = functools.partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE_TIMEOUT)
-            setattr(loop, "create_server", hasty)  # noqa: B010 # a method of the loop's own
+            setattr(loop, "create_server", hasty)  # noqa: B010  # to replace a method, which mypy refuses
         await super().startup(sockets)
         for each in sockets or ():
             each.listen(_BACKLOG)

@@ -46,7 +46,7 @@ _TRIES = 1000
 
 @value
 class OfficeScene:
-    """One room with one wish."""
+    """Room, start and goal, and the path that the rider wants."""
 
     seed: int
     grid: OccupancyGrid

@@ -1,4 +1,4 @@
-"""Leave-one-recording-out: each open recording is judged by a classifier that never saw it."""
+"""Leave-one-out test: each recording is scored with a classifier trained without it."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _empty(file: Path, topic: str | None, parts: PerceptionParts) -> dict[str, A
         busy += len(seen.perceived.people) > 0
         ids |= set(seen.perceived.people.id.tolist())
     remark = f"of {frames} frames of {file.name}, {topic or 'all scanners'}; {len(ids)} ids"
-    name = "frames of empty rooms with somebody"
+    name = "frames of empty rooms with a detected person"
     return measured(PART, name, busy, bound=NONE, remark=remark)
 
 

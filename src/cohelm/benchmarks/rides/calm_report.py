@@ -22,7 +22,7 @@ PAGE = (
     "short_stops", "gentle_braking", "hard_braking", "jerk_felt_rms", "jerk_felt_p99",
 )  # fmt: skip
 LIMITATIONS = (
-    "People who see the chair move by ORCA: they also avoid the chair. Those of blind do not.",
+    "People avoid the chair by ORCA, except in the part 'blind', where they do not see it.",
     "A ride ends at its first collision, so that it can have one at most.",
 )
 

@@ -58,7 +58,7 @@ def fault_report(results: Sequence[Result], folder: Path) -> BenchReport:
         notes=(
             f"{sum(map(len, watched.values()))} faulted rides, {len(failed)} with program errors",
             f"{len(ridden) - len(rows)} more ended before the fault",
-            f"{_undecided(watched)} ended before the fault was noticed, because somebody walked "
+            f"{_undecided(watched)} ended before the fault was noticed, because a person walked "
             "into the standing chair, or had no place to carry it to: they do not count as missed",
             *detectable_notes([row for group in sure.values() for row in group], reference),
             alarm_note(sound),
@@ -218,7 +218,7 @@ def _by_case(rows: Sequence[Row]) -> dict[Case, list[Row]]:
 def _decided(group: Sequence[Row]) -> list[Row]:
     """Rides that show whether the fault is noticed.
 
-    Not those that somebody ended before, nor those of a chair that there was no place to carry to.
+    Others were ended by a person before, or had no place to which the chair could be carried.
     """
     return [
         row

@@ -190,8 +190,8 @@ class FaultWatch:
         """Look at a tick for findings of the monitor and reasons of the gate.
 
         Returns:
-            True if the rest of the ride decides nothing: the chair stands for what was found, or
-            somebody has walked into the standing chair and now would walk through it.
+            True if the rest of the ride decides nothing: the chair stands because of a finding, or
+            a person has walked into the standing chair and would now walk through it.
         """
         reasons = [each.reason.value for each in tick.health.findings]
         if tick.decision.reason in INPUT_REASONS:

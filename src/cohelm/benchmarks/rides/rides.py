@@ -64,8 +64,7 @@ SPEC = ReportSpec(
     claims=CLAIMS,
     page=(*REPORTED, "social_space_intrusion", "pedestrian_delay", "pedestrian_deviation"),
     limitations=(
-        "People who see the chair move by ORCA: they also avoid the chair. With "
-        "--blind none of them sees it.",
+        "People avoid the chair by ORCA; with --blind none of them sees it.",
         "Planners use their default parameters, or with --tuned those of one search for all; a "
         "planner's author may find better ones.",
     ),

@@ -229,7 +229,7 @@ def _obstacles(
 
 
 @njit(cache=True)
-def _path_and_goal(  # noqa: PLR0917  # a kernel takes plain values
+def _path_and_goal(
     poses: Floats,
     window: DynamicWindow,
     weights: DwaWeights,

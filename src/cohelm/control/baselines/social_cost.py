@@ -20,7 +20,7 @@ _UNEVEN = 4.0
 
 
 @njit(cache=True)
-def social_cost(  # noqa: PLR0917  # a kernel takes plain arrays
+def social_cost(
     poses: Floats,
     capsule: Floats,
     positions: Floats,

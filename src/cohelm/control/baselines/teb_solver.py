@@ -177,7 +177,7 @@ def _add(
 
 
 @njit(cache=True)
-def _edge(  # noqa: PLR0917  # a kernel takes plain arrays
+def _edge(
     rows: Floats,
     k: int,
     n: int,
@@ -190,58 +190,84 @@ def _edge(  # noqa: PLR0917  # a kernel takes plain arrays
 
     near: point of the path nearest to the next pose.
     """
-    limits, holonomic, twist = problem.limits, problem.holonomic, problem.twist
+    limits, holonomic = problem.limits, problem.holonomic
     out.fill(0.0)
-    vx, vy, w = _velocity(rows, 0, holonomic)
-    dt = rows[0, 3]
+    velocity, dt = _velocity(rows, 0, holonomic), rows[0, 3]
     out[0] = math.sqrt(weights.time * max(dt, 1e-3))  # the sum of squares is the time
     if not holonomic:  # Rösmann et al. 2012, eq. (8): both poses on one arc
         dx, dy = rows[1, 0] - rows[0, 0], rows[1, 1] - rows[0, 1]
         cos = math.cos(rows[0, 2]) + math.cos(rows[1, 2])
         sin = math.sin(rows[0, 2]) + math.sin(rows[1, 2])
         out[1] = math.sqrt(weights.kinematics) * (cos * dy - sin * dx)
-    # speeds
-    root = math.sqrt(weights.speed)
-    margin = 1.0 - limits.margin
-    if holonomic:
-        out[2] = root * _excess(math.sqrt(vx * vx + vy * vy + 1e-12), -1.0, margin * limits.high)
-    else:
-        out[2] = root * _excess(vx, limits.low, margin * limits.high)
-    out[3] = root * _excess(w, -margin * limits.turn, margin * limits.turn)
-    # accelerations: from now, to the next interval
+    _limit_speeds(velocity, math.sqrt(weights.speed), limits, holonomic, out[2:4])
     root = math.sqrt(weights.acceleration)
     if k == 0:
-        out[4] = root * _change(twist[0], vx, 0.5 * dt, limits)
-        out[5] = root * _excess(
-            (w - twist[2]) / (0.5 * dt), -limits.turn_acceleration, limits.turn_acceleration
-        )
-        if holonomic:
-            out[6] = root * _change(twist[1], vy, 0.5 * dt, limits)
-    if k < n - 2:
-        vx2, vy2, w2 = _velocity(rows, 1, holonomic)
-        between = 0.5 * (dt + rows[1, 3])
-        out[7] = root * _change(vx, vx2, between, limits)
-        out[8] = root * _excess(
-            (w2 - w) / between, -limits.turn_acceleration, limits.turn_acceleration
-        )
-        if holonomic:
-            out[9] = root * _change(vy, vy2, between, limits)
-    # the goal at the end, the path before
+        now = (problem.twist[0], problem.twist[1], problem.twist[2])
+        _limit_accelerations(now, velocity, 0.5 * dt, root, limits, holonomic, out[4:7])
     if k == n - 2:
-        root = math.sqrt(weights.goal)
-        out[10], out[11] = (
-            root * (rows[1, 0] - problem.goal[0]),
-            root * (rows[1, 1] - problem.goal[1]),
-        )
-        out[12] = 0.3 * root * (rows[1, 2] - problem.goal[2])
-        if not math.isnan(problem.end_speed):
-            speed = math.sqrt(vx * vx + vy * vy + 1e-12)
-            out[13] = math.sqrt(weights.acceleration) * _change(
-                speed, problem.end_speed, 0.5 * dt, limits
-            )
+        _reach_goal(rows[1], velocity, dt, weights, problem, out[10:14])
+        return
+    after, between = _velocity(rows, 1, holonomic), 0.5 * (dt + rows[1, 3])
+    _limit_accelerations(velocity, after, between, root, limits, holonomic, out[7:10])
+    root = math.sqrt(weights.path)
+    out[10], out[11] = root * (rows[1, 0] - near[0]), root * (rows[1, 1] - near[1])
+
+
+@njit(cache=True)
+def _limit_speeds(
+    velocity: tuple[float, float, float],
+    root: float,
+    limits: BandLimits,
+    holonomic: bool,
+    out: Floats,
+) -> None:
+    """Residuals (2,) of speed and turn rate beyond the limits."""
+    vx, vy, w = velocity
+    margin = 1.0 - limits.margin
+    if holonomic:
+        out[0] = root * _excess(math.sqrt(vx * vx + vy * vy + 1e-12), -1.0, margin * limits.high)
     else:
-        root = math.sqrt(weights.path)
-        out[10], out[11] = root * (rows[1, 0] - near[0]), root * (rows[1, 1] - near[1])
+        out[0] = root * _excess(vx, limits.low, margin * limits.high)
+    out[1] = root * _excess(w, -margin * limits.turn, margin * limits.turn)
+
+
+@njit(cache=True)
+def _limit_accelerations(
+    before: tuple[float, float, float],
+    after: tuple[float, float, float],
+    time: float,
+    root: float,
+    limits: BandLimits,
+    holonomic: bool,
+    out: Floats,
+) -> None:
+    """Residuals (3,) of the accelerations between two velocities: forward, turn, sideways."""
+    out[0] = root * _change(before[0], after[0], time, limits)
+    turn = limits.turn_acceleration
+    out[1] = root * _excess((after[2] - before[2]) / time, -turn, turn)
+    if holonomic:
+        out[2] = root * _change(before[1], after[1], time, limits)
+
+
+@njit(cache=True)
+def _reach_goal(
+    pose: Floats,
+    velocity: tuple[float, float, float],
+    dt: float,
+    weights: BandWeights,
+    problem: BandProblem,
+    out: Floats,
+) -> None:
+    """Residuals (4,) of the last interval: position, heading and speed at the goal."""
+    root = math.sqrt(weights.goal)
+    out[0] = root * (pose[0] - problem.goal[0])
+    out[1] = root * (pose[1] - problem.goal[1])
+    out[2] = 0.3 * root * (pose[2] - problem.goal[2])
+    if not math.isnan(problem.end_speed):
+        vx, vy, _ = velocity
+        speed = math.sqrt(vx * vx + vy * vy + 1e-12)
+        change = _change(speed, problem.end_speed, 0.5 * dt, problem.limits)
+        out[3] = math.sqrt(weights.acceleration) * change
 
 
 @njit(cache=True)

@@ -20,7 +20,7 @@ _FULL = 2.0 * math.pi
 
 
 @njit(**INNER)
-def request_input(  # noqa: PLR0917  # a kernel takes plain arrays
+def request_input(
     scene: Scene,
     base: Floats,
     arc: Floats,

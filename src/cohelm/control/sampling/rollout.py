@@ -34,7 +34,7 @@ class RolloutResult(NamedTuple):
 
 
 @njit(**KERNEL)
-def roll_out(  # noqa: PLR0917  # a kernel takes plain arrays
+def roll_out(
     scene: Scene,
     o: Objective,
     base: Floats,

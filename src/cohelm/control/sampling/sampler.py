@@ -73,7 +73,7 @@ def sample(
         arc_table(budget.count),
         perturbations(budget.perturbations),
         SearchBudget(budget.rounds, _ELITE, _WINDOW, _EXAMINED),
-        workspace(scene, objective),
+        work=workspace(scene, objective),
     )
     sampled = np.repeat(arcs, budget.stride, axis=1)
     if warm is None:

@@ -67,13 +67,14 @@ class _Search(NamedTuple):
     """(9,)."""
 
 
-def search_arcs(  # noqa: PLR0917  # parts of one search
+def search_arcs(
     scene: Scene,
     o: Objective,
     warm: Floats,
     table: Floats,
     perturbations: Floats,
     budget: SearchBudget,
+    *,
     work: Workspace,
 ) -> Floats:
     """Inputs (j, L, m) of the cheapest arcs, cheapest first, all some distance apart.
@@ -112,7 +113,7 @@ def search_arcs(  # noqa: PLR0917  # parts of one search
 
 
 @njit(**KERNEL)
-def _search(  # noqa: PLR0917  # a kernel takes plain arrays
+def _search(
     scene: Scene,
     o: Objective,
     s: _Search,
@@ -160,7 +161,7 @@ def _search(  # noqa: PLR0917  # a kernel takes plain arrays
 
 
 @njit(**KERNEL)
-def evaluate_inputs(  # noqa: PLR0913, PLR0917  # a kernel takes plain arrays
+def evaluate_inputs(
     scene: Scene,
     o: Objective,
     given: Floats,

@@ -3,7 +3,7 @@
     h_{k+1} − (1 − γ) h_k ≥ 0,   0 < γ ≤ 1,   h saturated at 1 m
 
 Every barrier is soft: the largest violation s of a person's rows, or of a disc's, is priced
-l1·s + ½ l2·s². h saturates, so that whoever is farther away constrains nothing.
+l1·s + ½ l2·s². h saturates, so that a person farther away constrains nothing.
 
 - **bodies**: h = gap − clearance(t), see ``robots.clearance``; γ = 1 is a plain distance.
 - **social space**: h = gap − l_i − l, eq. (8) with radii and clearance of the bodies added.
@@ -52,7 +52,7 @@ class Barrier(Model):
             norm: of the distance: 2, 1, or 0 for the largest component.
         """
         people = scene.people
-        binds = _binding(people.weight, people.person, people.count, self.min_probability)
+        binds = _binding(people.weight, people.person, people.num_people, self.min_probability)
         return BarrierTable(1.0 - self.gamma, self.l1, self.l2, binds, self.is_active, norm)
 
     def coarser(self, table: BarrierTable, stride: int) -> BarrierTable:

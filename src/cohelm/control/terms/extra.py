@@ -41,7 +41,7 @@ and distance to the left on the path, m; direction of the path there, rad."""
 _SIZE = 9
 _NUDGE = 1e-4
 """Step of the differences, m, rad, m/s and rad/s."""
-_NUMBERS: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]  # numba
+_NUMBERS: Any = types.CPointer(types.float64)
 _SIGNATURE = types.float64(_NUMBERS, _NUMBERS)
 
 

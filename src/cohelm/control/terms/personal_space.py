@@ -47,7 +47,7 @@ def cost(t: PersonalSpaceTable, people: PeopleTable, state: Floats, e: Encounter
 
 
 @njit(**KERNEL)
-def model(  # noqa: PLR0917  # a kernel takes plain values
+def model(
     t: PersonalSpaceTable,
     people: PeopleTable,
     state: Floats,

@@ -89,7 +89,7 @@ def add_curvature(q: LocalModel, k: int, size: float, jx: float, jy: float, ja: 
 
 
 @njit(**INNER)
-def add_square(  # noqa: PLR0917  # a kernel takes plain values
+def add_square(
     q: LocalModel, k: int, weight: float, r: float, jx: float, jy: float, ja: float
 ) -> None:
     """Add the model of ``weight``·r² at state k, with (jx, jy, ja) = ∂r/∂x_k."""

@@ -29,7 +29,7 @@ class Outcome(StrEnum):
     TIMEOUT = "timeout"
     """The time limit came first."""
     ENDED = "ended"
-    """Whoever watched ended it, because it had seen enough."""
+    """An observer of the ride ended it early."""
 
 
 @value

@@ -144,7 +144,7 @@ def _repeated(found: Sequence[Exemplar], until: float) -> Iterator[tuple[Exempla
             continue
         try:
             ride = run(task.load(), task.seed)
-        except Exception:  # one picture less; the row stays in the table
+        except Exception:  # another version may fail in any way; the row stays in the table
             continue
         yield exemplar, ride
 

@@ -21,7 +21,7 @@ _WORD = re.compile(r"[^\W\d_]{3}")
 
 
 class TableCell(NamedTuple):
-    """TableCell of a table with small print."""
+    """Cell of a table with small print."""
 
     text: str
     small: tuple[str, ...] = ()

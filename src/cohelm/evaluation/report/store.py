@@ -39,7 +39,7 @@ def write_episodes(rides: Rides, file: Path) -> None:
         OSError: if the file cannot be written.
     """
     import pyarrow as pa  # noqa: PLC0415 # an extra
-    import pyarrow.parquet as pq  # noqa: PLC0415
+    import pyarrow.parquet as pq  # noqa: PLC0415 # an extra
 
     columns = list(dict.fromkeys(key for row in rides.rows for key in row))
     table = pa.table({key: _typed([row.get(key) for row in rides.rows]) for key in columns})
@@ -80,7 +80,7 @@ def _read_parquet(file: Path) -> Rides:
     if not has_arrow():
         raise ConfigError("reading it needs pyarrow: pip install 'cohelm[results]'", file=file)
     import pyarrow as pa  # noqa: PLC0415 # an extra
-    import pyarrow.parquet as pq  # noqa: PLC0415
+    import pyarrow.parquet as pq  # noqa: PLC0415 # an extra
 
     try:
         table = pq.read_table(file)

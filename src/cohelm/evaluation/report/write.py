@@ -84,7 +84,7 @@ class ProgramErrors(NamedTuple):
     traceback: str
 
 
-def write_results(  # noqa: PLR0913 # options of a report, all with defaults
+def write_results(
     results: Sequence[Result],
     folder: Path,
     *,
@@ -132,19 +132,19 @@ def write_results(  # noqa: PLR0913 # options of a report, all with defaults
         write_episodes(rides, file)
     say(f"summing up {len(rides)} rides")
     write_summary(rides, chosen, folder / SUMMARY)
-    notes = (*(report.notes if report else ()), *problems)
+    content = report or BenchReport(sheets=(), notes=(), summary={})
     page = render(
         "report.html",
         title=title or folder.name,
         part=part_of(len(rides), folder),
         summary=_counts(rides),
-        notes=[note_of(each) for each in notes if each not in limitations],
+        notes=[note_of(each) for each in (*content.notes, *problems) if each not in limitations],
         cases=all_tables(rides, chosen, measures, paper or PaperTable("", {})),
         drawn=draw(rides, chosen, say) if panels else None,
         exemplars=exemplar_report(rides, chosen, seconds, say),
         ratings=ratings(rides),
         proxies=proxies(rides),
-        sheets=[each for each in (report.sheets if report else ()) if each.rows],
+        sheets=[each for each in content.sheets if each.rows],
         errors=_errors(rides),
         limitations=[*limitations, *LIMITATIONS],
     )

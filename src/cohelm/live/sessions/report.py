@@ -73,32 +73,6 @@ def session_html(
     session = summary.session
     where = "in simulation" if session.simulation else "on the chair"
     started = session.started[:16].replace("T", " at ")
-    rides = Table(
-        columns=(
-            "ride",
-            "destination",
-            "outcome",
-            "duration, s",
-            "length, m",
-            "stops",
-            "nearest person, m",
-            "rating",
-        ),
-        rows=[
-            (
-                str(number),
-                _destination(ride),
-                _outcome(ride),
-                f"{ride.duration:.0f}",
-                f"{ride.length:.1f}",
-                str(len(ride.stops)),
-                _nearest(ride),
-                _rating(ride),
-            )
-            for number, ride in enumerate(summary.rides, 1)
-        ],
-        caption="Rides",
-    )
     return render(
         "session.html",
         package="cohelm.live.sessions",
@@ -111,7 +85,7 @@ def session_html(
             for text in breaches(ride, timelines.get(ride.id))
         ],
         checked=bool(timelines) or any("min_distance" in ride.measures for ride in summary.rides),
-        rides=rides,
+        rides=_rides_table(summary.rides),
         details=[
             _section(number, ride, maps.get(ride.id), timelines.get(ride.id))
             for number, ride in enumerate(summary.rides, 1)
@@ -154,6 +128,36 @@ def session_csv(summary: SessionSummary) -> str:
         cells = [column.cell(summary.session, ride) for column in _COLUMNS]
         writer.writerow([_no_formula(cell) for cell in cells])
     return out.getvalue()
+
+
+def _rides_table(rides: Sequence[RideSummary]) -> Table:
+    """One row for each ride."""
+    return Table(
+        columns=(
+            "ride",
+            "destination",
+            "outcome",
+            "duration, s",
+            "length, m",
+            "stops",
+            "nearest person, m",
+            "rating",
+        ),
+        rows=[
+            (
+                str(number),
+                _destination(ride),
+                _outcome(ride),
+                f"{ride.duration:.0f}",
+                f"{ride.length:.1f}",
+                str(len(ride.stops)),
+                _nearest(ride),
+                _rating(ride),
+            )
+            for number, ride in enumerate(rides, 1)
+        ],
+        caption="Rides",
+    )
 
 
 def _section(

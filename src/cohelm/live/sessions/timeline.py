@@ -9,7 +9,7 @@ import base64
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -178,11 +178,11 @@ class _Topics(NamedTuple):
         return self.people[k] if k >= 0 else ()
 
 
-def _bodies(markers: Iterable[object]) -> tuple[Point, ...]:
+def _bodies(markers: Iterable[Any]) -> tuple[Point, ...]:
     """Positions of the people among markers: a body is a cylinder."""
     cylinder = 3
     found = [each for each in markers if getattr(each, "type", None) == cylinder]
-    spots = [each.pose.position for each in found]  # type: ignore[attr-defined]  # a Marker
+    spots = [each.pose.position for each in found]
     return tuple((round(p.x, 2), round(p.y, 2)) for p in spots)
 
 

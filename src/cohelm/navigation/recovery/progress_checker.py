@@ -49,7 +49,7 @@ _GAP = 1.5
 """Maximum time between two calls, s; a longer gap without observations is not counted."""
 
 
-def check_progress(  # noqa: PLR0913  # facts of one tick
+def check_progress(
     remaining: float,
     time: float,
     path_time: float,

@@ -132,7 +132,7 @@ def _arrival_log_odds(
 
 
 @njit(cache=True)
-def _look_back(  # noqa: PLR0917  # a kernel takes plain arrays
+def _look_back(
     points: Floats,
     width: Floats,
     detection: Integers,

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Bytes, Floats, Floats32, Integers
@@ -70,37 +71,16 @@ def build_columns(
         reach: m.
         first_sensor_count: number of leading points that are the first sensor's.
     """
-    n = points.shape[0]
-    cells = int(2.0 * reach / side) + 2
-    index = np.full(cells * cells, -1, dtype=np.int32)
-    cell = np.full(n, -1, dtype=np.int64)
-    used = np.zeros(cells * cells, dtype=np.bool_)
-    ground, growth = limits.ground, limits.ground_growth
-    # First pass: the cell of each point, so that columns are numbered row by row.
-    for i in range(n):
-        h = heights[i]
-        x, y = points[i, 0], points[i, 1]
-        if (ground < h <= limits.top and h > ground + growth * math.sqrt(x * x + y * y)) or (
-            h < limits.hole
-        ):
-            row = int((points[i, 1] + reach) / side)
-            c = row * cells + int((points[i, 0] + reach) / side)
-            cell[i] = c
-            used[c] = True
-    q = 0
-    for c in range(cells * cells):
-        if used[c]:
-            index[c] = q
-            q += 1
-    # Second pass: sums and extremes of each column.
+    q, cell, column = _number_columns(points, heights, limits, side, reach)
+    # Sums and extremes of each column.
     sums = np.zeros((q, 2), dtype=np.int64)
     count = np.zeros(q, dtype=np.int64)
     lowest, highest = np.full(q, np.inf), np.full(q, -np.inf)
     layers, by_first = np.zeros(q, dtype=np.int64), np.zeros(q, dtype=np.int64)
-    for i in range(n):
+    for i in range(points.shape[0]):
         if cell[i] < 0:
             continue
-        k, h = index[cell[i]], heights[i]
+        k, h = column[cell[i]], heights[i]
         sums[k, 0] += math.floor(points[i, 0] / _GRAIN + 0.5)
         sums[k, 1] += math.floor(points[i, 1] / _GRAIN + 0.5)
         count[k] += 1
@@ -116,6 +96,36 @@ def build_columns(
         centre[k, 0] = sums[k, 0] * _GRAIN / count[k]
         centre[k, 1] = sums[k, 1] * _GRAIN / count[k]
     return Columns(centre, count, lowest, highest, layers, by_first)
+
+
+@njit(cache=True)
+def _number_columns(
+    points: Floats, heights: Floats, limits: HeightLimits, side: float, reach: float
+) -> tuple[int, Integers, NDArray[np.int32]]:
+    """Number the cells of points that count row by row.
+
+    Returns:
+        Number of columns; cell (p,) of each point; column of each cell (c,); −1: none.
+    """
+    cells = int(2.0 * reach / side) + 2
+    cell = np.full(points.shape[0], -1, dtype=np.int64)
+    column = np.full(cells * cells, -1, dtype=np.int32)
+    used = np.zeros(cells * cells, dtype=np.bool_)
+    ground, growth = limits.ground, limits.ground_growth
+    for i in range(points.shape[0]):
+        h, x, y = heights[i], points[i, 0], points[i, 1]
+        if (ground < h <= limits.top and h > ground + growth * math.sqrt(x * x + y * y)) or (
+            h < limits.hole
+        ):
+            c = int((y + reach) / side) * cells + int((x + reach) / side)
+            cell[i] = c
+            used[c] = True
+    q = 0
+    for c in range(cells * cells):
+        if used[c]:
+            column[c] = q
+            q += 1
+    return q, cell, column
 
 
 @njit(cache=True)

@@ -84,7 +84,7 @@ def _sorted(
 
 
 @njit(cache=True)
-def _ground_level(  # noqa: PLR0917  # a kernel takes arrays and numbers
+def _ground_level(
     points: Floats,
     distance: Floats,
     first: Integers,
@@ -159,7 +159,7 @@ def _drop_raised(z: Floats, distance: float, slope: float, tolerance: float) -> 
 
 
 @njit(cache=True)
-def _fill_ring(  # noqa: PLR0917  # a kernel takes arrays and numbers
+def _fill_ring(
     z: Floats,
     middle: float,
     last_z: Floats,

@@ -168,7 +168,7 @@ def _is_separate(a: Floats, b: Floats, limits: SplitLimits) -> bool:
 
 
 @njit(cache=True)
-def _split_run(  # noqa: PLR0917  # a kernel takes arrays and numbers
+def _split_run(
     points: Floats,
     highest: Floats,
     run: Integers,

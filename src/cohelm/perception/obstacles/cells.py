@@ -21,7 +21,7 @@ class EvidenceAmounts(NamedTuple):
 
 
 @njit(cache=True)
-def find_unexplained_returns(  # noqa: PLR0917  # a kernel takes plain arrays
+def find_unexplained_returns(
     points: Floats,
     mapped: Booleans,
     detection_of_return: Integers,

@@ -115,26 +115,10 @@ def update_obstacle_layer(
     """
     p = parameters
     corner = _corner(grid, np.asarray(position, dtype=float)[:2], p.side)
-    if layer is None:
-        n = _cells_a_side(grid, p.side)
-        none = LiveObstacles(corner=corner, occupied=np.zeros((n, n), dtype=np.uint8), version=0)
-        layer = ObstacleLayerState(evidence=np.zeros((n, n), dtype=np.int8), obstacles=none)
-    rolled = _rolled(layer, corner)
+    rolled = _empty_layer(grid, corner, p.side) if layer is None else _rolled(layer, corner)
     if not detections:
         return rolled
-    body = people.radius + p.person_margin
-    unexplained = [
-        find_unexplained_returns(
-            found.points,
-            found.mapped,
-            found.detection_of_return,
-            found.position,
-            people.mean,
-            body,
-            p.person_reach,
-        )
-        for found in detections
-    ]
+    unexplained = [_unexplained(found, people, p) for found in detections]
     if not any(each.any() for each in unexplained) and _clears_nothing(rolled, detections):
         return rolled
     evidence, occupied = rolled.evidence.copy(), rolled.obstacles.occupied.copy()
@@ -142,17 +126,10 @@ def update_obstacle_layer(
     span = None if rolled.span is None else rolled.span.copy()
     if span is None and any(found.heights is not None for found in detections):
         span = np.zeros((2, *evidence.shape), dtype=np.float32)
-    rules = SpatialRules(
-        hit=p.hit,
-        miss=p.miss,
-        max_evidence=p.max_evidence,
-        overhang=p.overhang,
-        sag_per_cell=p.uneven * grid.resolution,
-    )
-    bodies = np.column_stack([_in_cells(X_WM, people.mean[:, :2], grid), people.radius])
     for found, is_obstacle in zip(detections, unexplained, strict=True):
         if found.heights is not None and span is not None:
             beams = _spatial_beams(found, found.heights, is_obstacle, X_WM, grid, p)
+            rules = _spatial_rules(p, grid.resolution)
             add_cloud_evidence(evidence, span, found.heights, beams, rules)
             continue
         before = evidence if span is None else evidence.copy()
@@ -160,6 +137,7 @@ def update_obstacle_layer(
         # Objects from clouds keep their evidence: the scan's beams may pass above or below them.
         if span is not None:
             np.maximum(evidence, before, out=evidence, where=span[1] > 0.0)
+    bodies = np.column_stack([_in_cells(X_WM, people.mean[:, :2], grid), people.radius])
     clear_people(evidence, bodies, grid.resolution)
     if not update_occupied(evidence, occupied, p.occupied_from):
         occupied = rolled.obstacles.occupied
@@ -167,6 +145,25 @@ def update_obstacle_layer(
         span[:, evidence <= 0] = 0.0
         span.flags.writeable = False
     return replace(_next(rolled, evidence, occupied), span=span)
+
+
+def _empty_layer(grid: OccupancyGrid, corner: Integers, side: float) -> ObstacleLayerState:
+    n = _cells_a_side(grid, side)
+    none = LiveObstacles(corner=corner, occupied=np.zeros((n, n), dtype=np.uint8), version=0)
+    return ObstacleLayerState(evidence=np.zeros((n, n), dtype=np.int8), obstacles=none)
+
+
+def _unexplained(found: Detections, people: People, p: ObstacleLayerParameters) -> Booleans:
+    """Mark the returns (m,) that neither the map nor a tracked person explains."""
+    return find_unexplained_returns(
+        found.points,
+        found.mapped,
+        found.detection_of_return,
+        found.position,
+        people.mean,
+        people.radius + p.person_margin,
+        p.person_reach,
+    )
 
 
 def _clears_nothing(layer: ObstacleLayerState, detections: tuple[Detections, ...]) -> bool:
@@ -198,6 +195,16 @@ def _add_scan(
         np.concatenate([is_obstacle, np.zeros(len(found.free_ends), dtype=np.bool_)]),
         margin / grid.resolution,
         EvidenceAmounts(hit=p.hit, miss=p.miss, most=p.max_evidence),
+    )
+
+
+def _spatial_rules(p: ObstacleLayerParameters, resolution: float) -> SpatialRules:
+    return SpatialRules(
+        hit=p.hit,
+        miss=p.miss,
+        max_evidence=p.max_evidence,
+        overhang=p.overhang,
+        sag_per_cell=p.uneven * resolution,
     )
 
 

@@ -242,15 +242,7 @@ def predict_hypotheses(
     """
     modes, tau = states.mode_probability, bank.time_constant
     (n, m), K, count = modes.shape, len(times), bank.hypothesis.max() + 1
-    # The response of each model to its initial state does not depend on the person.
-    a, g, noise = np.empty((m, K)), np.empty((m, K)), np.empty((m, K))
-    target_gain = np.empty((m, K))  # displacement per error of the final velocity, s
-    for j in range(m):
-        for k in range(K):
-            a[j, k], g[j, k], noise[j, k], _, _ = transition_coefficients(
-                times[k], tau[j], bank.horizon_noise[j]
-            )
-            target_gain[j, k] = times[k] - (g[j, k] if tau[j] < np.inf else 0.0)
+    a, g, noise, target_gain = _responses(bank, times)
     weight, deviation = np.zeros((n, count)), np.zeros((n, count, K))
     displacement, velocity = np.zeros((n, count, K, 2)), np.zeros((n, count, K, 2))
     for i in range(n):
@@ -291,3 +283,24 @@ def predict_hypotheses(
                 before = deviation[i, h, k - 1] if k > 0 else 0.0
                 deviation[i, h, k] = max(np.sqrt(max(variance, 0.0)), before)
     return Horizon(weight, displacement, velocity, deviation)
+
+
+@njit(cache=True)
+def _responses(bank: ModelBank, times: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Response (m, K) of each model to its initial state, which is the same for all people.
+
+    Returns:
+        Share of the velocity that is left; displacement per velocity, s; variance of the position,
+        m²; displacement per error of the final velocity, s.
+    """
+    tau = bank.time_constant
+    m, K = len(tau), len(times)
+    a, g, noise = np.empty((m, K)), np.empty((m, K)), np.empty((m, K))
+    target_gain = np.empty((m, K))
+    for j in range(m):
+        for k in range(K):
+            a[j, k], g[j, k], noise[j, k], _, _ = transition_coefficients(
+                times[k], tau[j], bank.horizon_noise[j]
+            )
+            target_gain[j, k] = times[k] - (g[j, k] if tau[j] < np.inf else 0.0)
+    return a, g, noise, target_gain

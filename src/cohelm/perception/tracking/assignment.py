@@ -82,7 +82,7 @@ def _shortest_paths(cost: Floats) -> Integers:
 
 
 @njit(cache=True)
-def _update_duals(  # noqa: PLR0917  # a kernel takes plain arrays
+def _update_duals(
     u: Floats,
     v: Floats,
     least: float,

@@ -55,7 +55,7 @@ class Measurements(NamedTuple):
 
 
 @njit(cache=True)
-def associate(  # noqa: PLR0917  # a kernel takes plain arrays
+def associate(
     mean: Floats,
     covariance: Floats,
     confirmed: Booleans,
@@ -119,7 +119,7 @@ def associate(  # noqa: PLR0917  # a kernel takes plain arrays
 
 
 @njit(cache=True)
-def merged_partners(  # noqa: PLR0917  # a kernel takes plain arrays
+def merged_partners(
     mean: Floats,
     missing: Booleans,
     confirmed: Booleans,

@@ -44,7 +44,7 @@ def double_rows(array: Any) -> Any:
 
 
 @njit(cache=True)
-def push(  # noqa: PLR0917  # a record of arrays is slower in a hot loop
+def push(
     heads: Integers,
     entries: Integers,
     costs: Floats,

@@ -53,7 +53,7 @@ def cost_field(weights: Weights, cell: tuple[int, int], *, limit: float = np.inf
 
 
 @njit(cache=True)
-def _flood(  # noqa: PLR0917  # one hot loop over plain arrays
+def _flood(
     weights: Floats32,
     field: Floats,
     stride: int,

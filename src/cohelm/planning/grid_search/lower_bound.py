@@ -115,7 +115,7 @@ def cap_nodes(nodes: Floats, most: float) -> None:
 
 
 @njit(cache=True)
-def propagate(  # noqa: PLR0912, PLR0913, PLR0917  # one hot loop over plain arrays
+def propagate(  # noqa: PLR0912  # one hot loop over plain arrays
     weights: Floats32,
     squares: Floats32,
     nodes: Floats,

@@ -151,7 +151,7 @@ def _clear(reached: Floats, used: Bytes) -> None:
 
 
 @njit(cache=True)
-def _search(  # noqa: PLR0913, PLR0917  # one hot loop over plain arrays
+def _search(
     weights: Floats32,
     reached: Floats,
     used: Bytes,

@@ -75,7 +75,7 @@ class ViaGraph(NamedTuple):
 
 
 @njit(cache=True)
-def search_layers(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917  # one hot loop over plain arrays
+def search_layers(  # noqa: PLR0912, PLR0915  # one hot loop over plain arrays
     weights: Floats32,
     reached: Floats,
     nodes: Floats,

@@ -135,7 +135,7 @@ def overlaps(footprint: FootprintModel, x: float, y: float, heading: float) -> b
 
 
 @njit(cache=True)
-def segment_overlaps(  # noqa: PLR0917  # a kernel takes plain numbers
+def segment_overlaps(
     footprint: FootprintModel, ax: float, ay: float, bx: float, by: float, start: float, end: float
 ) -> bool:
     """Check for an overlap on the segment a–b while the heading turns from ``start`` to ``end``."""

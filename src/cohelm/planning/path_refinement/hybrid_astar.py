@@ -109,7 +109,7 @@ def _guide(
 
 
 @njit(cache=True)
-def _search(  # noqa: PLR0917  # one hot loop over plain arrays
+def _search(
     space: ConfigurationSpace,
     guide: Floats,
     corner: Integers,

@@ -63,7 +63,7 @@ def slot_of(nodes: PoseNodes, pose: Floats) -> int:
 
 
 @njit(cache=True)
-def add_node(  # noqa: PLR0917  # a kernel takes plain values
+def add_node(
     nodes: PoseNodes, node: int, slot: int, pose: Floats, cost: float, parent: int, bend: float
 ) -> None:
     """Write a node, and put it into a slot of the table."""

@@ -101,7 +101,7 @@ def shorten(points: Floats, grid: LineGrid, wanted: float) -> Floats:
 
 
 @njit(cache=True)
-def _may_replace(  # noqa: PLR0917  # a kernel takes plain arrays
+def _may_replace(
     i: int, j: int, points: Floats, along: Floats, near: Floats, grid: LineGrid, wanted: float
 ) -> bool:
     """Check that the segment i–j costs no more than the path and keeps enough clearance."""

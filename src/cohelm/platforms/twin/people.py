@@ -159,19 +159,21 @@ def _add_person(
     shoulder = _SHOULDER * height
     parts = _Parts(mujoco, i)
     parts.ellipsoid(
-        trunk, "torso", (0.5 * breadth, breadth), (hip - 0.03, shoulder), colour, 0.5 * mass
+        trunk, "torso", (0.5 * breadth, breadth), (hip - 0.03, shoulder), colour, mass=0.5 * mass
     )
     half = max(breadth - 0.10, 0.03)
-    parts.capsule(trunk, "pelvis", (0.0, -half, hip), (0.0, half, hip), 0.10, colour, 0.2 * mass)
+    parts.capsule(
+        trunk, "pelvis", (0.0, -half, hip), (0.0, half, hip), 0.10, colour, mass=0.2 * mass
+    )
     head = min(0.41 * breadth, 0.057 * height)
-    parts.ellipsoid(trunk, "head", (head, 0.8 * head), (shoulder, height), _SKIN, 0.06 * mass)
+    parts.ellipsoid(trunk, "head", (head, 0.8 * head), (shoulder, height), _SKIN, mass=0.06 * mass)
     # Without mass: it joins two ellipsoids that touch in a point, for eyes and LiDARs.
     neck = ((0.0, 0.0, shoulder - 0.03), (0.0, 0.0, shoulder + 0.05))
-    parts.capsule(trunk, "head", *neck, 0.6 * head, _SKIN, 0.0)
+    parts.capsule(trunk, "head", *neck, 0.6 * head, _SKIN, mass=0.0)
     _add_legs(parts, trunk, height, breadth, hip, seated=seated, mass=mass)
     # Legs come first in an outline, what is pushed or sat on after them.
     for x, y, radius in outline_of(kind, 0.0, breadth)[2:]:
-        parts.capsule(trunk, "aid", (x, y, radius), (x, y, _AID_TOP), radius, _TROUSERS, 0.1)
+        parts.capsule(trunk, "aid", (x, y, radius), (x, y, _AID_TOP), radius, _TROUSERS, mass=0.1)
 
 
 def _add_legs(
@@ -192,12 +194,14 @@ def _add_legs(
         thick, thin = 0.36 * breadth, 0.26 * breadth
         knee = -(_HIP - _KNEE) * height
         if seated:
-            parts.capsule(leg, "thigh", (0, 0, 0), (0.3, 0, 0), thick, _TROUSERS, 0.08 * mass)
-            parts.capsule(leg, "shank", (0.3, 0, 0), (0.3, 0, -0.4), thin, _TROUSERS, 0.04 * mass)
-        else:
-            parts.capsule(leg, "thigh", (0, 0, 0), (0, 0, knee), thick, _TROUSERS, 0.08 * mass)
+            parts.capsule(leg, "thigh", (0, 0, 0), (0.3, 0, 0), thick, _TROUSERS, mass=0.08 * mass)
             parts.capsule(
-                leg, "shank", (0, 0, knee), (0, 0, thin - hip), thin, _TROUSERS, 0.04 * mass
+                leg, "shank", (0.3, 0, 0), (0.3, 0, -0.4), thin, _TROUSERS, mass=0.04 * mass
+            )
+        else:
+            parts.capsule(leg, "thigh", (0, 0, 0), (0, 0, knee), thick, _TROUSERS, mass=0.08 * mass)
+            parts.capsule(
+                leg, "shank", (0, 0, knee), (0, 0, thin - hip), thin, _TROUSERS, mass=0.04 * mass
             )
 
 
@@ -207,7 +211,7 @@ class _Parts:
     def __init__(self, mujoco: Any, person: int) -> None:
         self._mujoco, self.person, self._count = mujoco, person, 0
 
-    def capsule(  # noqa: PLR0917  # two points and four properties
+    def capsule(
         self,
         body: Any,
         part: str,
@@ -215,6 +219,7 @@ class _Parts:
         end: tuple[float, float, float],
         radius: float,
         colour: tuple[float, ...],
+        *,
         mass: float,
     ) -> None:
         """Capsule between two points of the body's frame."""
@@ -225,13 +230,14 @@ class _Parts:
             **self._options(part, colour, mass),
         )
 
-    def ellipsoid(  # as above
+    def ellipsoid(
         self,
         body: Any,
         part: str,
         semi_axes: tuple[float, float],
         z: tuple[float, float],
         colour: tuple[float, ...],
+        *,
         mass: float,
     ) -> None:
         """Upright ellipsoid from a height to another."""

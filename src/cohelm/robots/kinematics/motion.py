@@ -43,7 +43,7 @@ def slowed(inputs: Floats, speed: float, translating: int) -> Floats:
 
 
 @njit(cache=True)
-def within_limits(  # noqa: PLR0917  # a kernel takes plain arrays
+def within_limits(
     inputs: Floats,
     now: Floats,
     low: Floats,

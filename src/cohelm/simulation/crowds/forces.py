@@ -20,7 +20,7 @@ from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cell
 
 
 @njit(cache=True)
-def pair_forces(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scalars
+def pair_forces(
     position: Floats,
     velocity: Floats,
     radius: Floats,
@@ -123,7 +123,7 @@ def wall_forces(
 
 
 @njit(cache=True)
-def group_forces(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scalars
+def group_forces(
     position: Floats,
     velocity: Floats,
     preferred: Floats,

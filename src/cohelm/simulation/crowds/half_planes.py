@@ -8,6 +8,7 @@ so that with the same order they give the result of the RVO2 library.
 from __future__ import annotations
 
 import math
+from typing import cast
 
 import numpy as np
 from numba import njit
@@ -17,8 +18,8 @@ from cohelm.arrays import Floats
 
 _PARALLEL = 1e-5
 """Cross product of two directions below which they count as parallel, as in RVO2."""
-_NEAR: bool = np.bool_(False)  # type: ignore[assignment]
-_ALONG: bool = np.bool_(True)  # type: ignore[assignment]
+_NEAR = cast("bool", np.bool_(False))
+_ALONG = cast("bool", np.bool_(True))
 """Goals of :func:`_nearest`; plain constants would be types of their own, each compiled."""
 
 

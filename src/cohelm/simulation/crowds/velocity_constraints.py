@@ -17,7 +17,7 @@ PARTING_SPEED = 0.5
 
 
 @njit(cache=True)
-def orca_velocities(  # noqa: PLR0913, PLR0917  # numba kernel: arrays and scalars
+def orca_velocities(
     position: Floats,
     velocity: Floats,
     radius: Floats,
@@ -88,7 +88,7 @@ def _neighbours(
 
 
 @njit(cache=True)
-def _orca_plane(  # noqa: PLR0917  # numba kernel: arrays and scalars
+def _orca_plane(
     position: Floats,
     velocity: Floats,
     radius: Floats,
@@ -168,7 +168,7 @@ def allowed_share(planes: Floats, vx: float, vy: float) -> float:
 
 
 @njit(cache=True)
-def without_contact(  # noqa: PLR0917  # numba kernel: arrays and scalars
+def without_contact(
     position: Floats,
     velocity: Floats,
     radius: Floats,

@@ -26,10 +26,10 @@ _DIRECTIONS = 64
 _ROOM = 0.8
 """Distance from walls at the place to which a chair is carried, and ``_AHEAD`` of it, m."""
 _AHEAD = 0.5
-"""m: nearer walls are met whatever a chair does that notices the carry within 0.25 s and brakes."""
+"""m: nearer walls are hit even if the chair notices the carry within 0.25 s and brakes."""
 _ROOM_PEOPLE = 2.5
-"""Distance from people there, m: outline (0.7), and the way of chair and walker until a chair that
-notices the carry within 0.25 s stands (0.4 and 1.1); nearer, they meet whatever it does."""
+"""Distance from people there, m: the outline (0.7), and what chair (0.4) and person (1.1) travel
+until a chair that notices the carry within 0.25 s stands; nearer ones touch it in any case."""
 
 Streams = Callable[[int, str], np.random.Generator]
 """Generator for a fault's index and a purpose; ``moving`` goes on, ``pattern`` begins anew."""

@@ -133,7 +133,7 @@ def _progress(path: Floats, pose: Floats, at: int) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _rollout(  # noqa: PLR0913, PLR0917  # numba kernel: plain arrays
+def _rollout(
     path: Floats,
     points: Floats,
     people: Floats,
@@ -185,7 +185,7 @@ def _rollout(  # noqa: PLR0913, PLR0917  # numba kernel: plain arrays
 
 
 @njit(cache=True)
-def best_rollout(  # noqa: PLR0913, PLR0917  # numba kernel: plain arrays
+def best_rollout(
     path: Floats,
     points: Floats,
     people: Floats,

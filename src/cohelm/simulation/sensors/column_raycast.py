@@ -18,7 +18,7 @@ from cohelm.simulation.sensors.static_scene import floor_height, to_floor
 
 
 @njit(cache=True)
-def cast_columns(  # noqa: PLR0913, PLR0917  # numba kernel: plain arrays
+def cast_columns(
     tops: Floats32,
     resolution: float,
     X_MG: Floats,
@@ -105,7 +105,7 @@ def _within_range(circles: Floats, origin: Floats, reach: float) -> Floats:
 
 
 @njit(cache=True)
-def _through_cells(  # noqa: PLR0913, PLR0917  # numba kernel: plain arrays
+def _through_cells(
     tops: Floats32,
     resolution: float,
     floor: Floats,
@@ -161,7 +161,7 @@ def _through_cells(  # noqa: PLR0913, PLR0917  # numba kernel: plain arrays
 
 
 @njit(cache=True)
-def _against_body(  # noqa: PLR0913, PLR0917  # numba kernel: plain arrays
+def _against_body(
     index: int,
     along: float,
     radius: float,

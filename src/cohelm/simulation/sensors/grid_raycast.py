@@ -11,7 +11,7 @@ from cohelm.arrays import Booleans, Floats
 
 
 @njit(cache=True)
-def cast(  # noqa: PLR0917  # numba kernel: arrays and scalars
+def cast(
     occupied: Booleans,
     resolution: float,
     X_MG: Floats,
