@@ -59,7 +59,7 @@ describe("what the driver has to do", () => {
 
 describe("what the wheels do", () => {
   it("is to turn, too", () => {
-    expect(movement({ speed: 0, turn_rate: 0 })).toBe("stopped");
+    expect(movement({ speed: 0, turn_rate: 0 })).toBe("");
     expect(movement({ speed: 0.04, turn_rate: -0.4 })).toBe("turning");
     expect(movement({ speed: 0.52, turn_rate: 0.4 })).toBe("0.5 m/s");
     expect(movement({ speed: -0.3, turn_rate: 0 })).toBe("reverse, 0.3 m/s");

@@ -161,6 +161,12 @@ class ActiveWish(WireMessage):
     visit: bool = False
 
 
+RouteCause = Literal[
+    "first", "goal", "wish", "blocked", "better", "off_path", "stalled", "backed_up", "steering"
+]
+"""Cause of planning a route: ``navigation.PlanReason``."""
+
+
 class RouteUpdate(WireMessage):
     """Route of the chair, and the route without wishes."""
 
@@ -175,6 +181,7 @@ class RouteUpdate(WireMessage):
     wishes: tuple[ActiveWish, ...] = ()
     error: str = ""
     """Reason why there is no route; empty if there is one."""
+    cause: RouteCause = "first"
 
 
 class WishPreview(WireMessage):
