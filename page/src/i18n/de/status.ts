@@ -21,6 +21,7 @@ export const status = {
   "watch.steer": "Steht: der Fahrer lenkt nicht",
   "watch.driving": "Fährt",
   "watch.drivingTo": "Fährt nach {name}",
+  "trip.learned": "Wie die Wege, die Sie früher gewählt haben",
   "newRoute.blocked": "Neuer Weg: der alte war versperrt.",
   "newRoute.door": "Neuer Weg: {why}",
   "newRoute.better": "Neuer Weg: er ist jetzt besser als der alte.",

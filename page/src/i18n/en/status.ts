@@ -21,6 +21,7 @@ export const status = {
   "watch.steer": "Standing: the rider does not steer",
   "watch.driving": "Driving",
   "watch.drivingTo": "Driving to {name}",
+  "trip.learned": "Like the routes that you chose before",
   "newRoute.blocked": "New route: the way was blocked.",
   "newRoute.door": "New route: {why}",
   "newRoute.better": "New route: it has become better than the old one.",

@@ -25,6 +25,8 @@ class ProcessSetup:
 
     scenario: Scenario
     seed: int
+    folder: Path | None = None
+    """Folder with the sessions; None: none are stored."""
     record: Path | None = None
     """MCAP file of the drive; None: not recorded."""
     changes: MapChanges = NO_CHANGES

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import cast
 
 import numpy as np
 
@@ -106,7 +105,7 @@ def offers_of(tick: Tick) -> tuple[OfferRow, ...]:
 def route_cause_of(tick: Tick) -> RouteCause:
     """Return the cause of planning the current route."""
     route = tick.memory.route
-    return cast("RouteCause", route.reason.value) if route is not None else "first"
+    return route.reason.value if route is not None else "first"
 
 
 def route_view(path: Path, cause: RouteCause = "first") -> RouteView:

@@ -9,6 +9,7 @@ from cohelm.live.messages.from_page import (
     FROM_PAGE,
     AddWish,
     ChangeSimulation,
+    ChosenRoute,
     Echo,
     FromPage,
     Heartbeat,
@@ -29,6 +30,7 @@ from cohelm.live.messages.message import (
     VERSION,
     Device,
     Pace,
+    RouteFigures,
     WishKind,
 )
 from cohelm.live.messages.scene import (
@@ -81,6 +83,7 @@ __all__ = [
     "ChairInfo",
     "ChairState",
     "ChangeSimulation",
+    "ChosenRoute",
     "Destination",
     "Device",
     "DoorInfo",
@@ -111,6 +114,7 @@ __all__ = [
     "Role",
     "RouteCause",
     "RouteDifference",
+    "RouteFigures",
     "RouteUpdate",
     "RouteWish",
     "SceneInfo",
