@@ -1,7 +1,7 @@
 // What is about the chair: free directions, what blocks them, and the cause of a stop on the map.
 
 import type { ChairState, PersonInfo, SceneInfo } from "./messages";
-import { distance, distanceToSegment, lastOf } from "./map/strokes";
+import { distance, distanceToLine, distanceToSegment, lastOf } from "./map/strokes";
 import type { Point } from "./map/view";
 
 export type Thing = "person" | "door" | "wall" | "object";
@@ -136,7 +136,7 @@ export function middleOf(door: Pick<Door, "a" | "b">): Point {
 
 /** A shut door on a line, as a route that was given up; null: there is none. */
 export function doorOn(state: Pick<About, "closed_doors">, scene: Pick<SceneInfo, "doors" | "places">, line: readonly Point[]): Cause | null {
-  const at = closed(state, scene).map(middleOf).find((door) => line.some((point) => distance(point, door) < ON_ROUTE));
+  const at = closed(state, scene).map(middleOf).find((door) => distanceToLine(door, line) < ON_ROUTE);
   return at ? { thing: "door", at, name: nearestName(scene.places, at) } : null;
 }
 

@@ -26,6 +26,7 @@ const NO_ROUTE: RouteUpdate = {
   extra_length: 0,
   wishes: [],
   error: "",
+  cause: "first",
 };
 
 export class Chair {

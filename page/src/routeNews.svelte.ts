@@ -4,7 +4,7 @@ import { doorOn, type About } from "./around";
 import { chair } from "./chair.svelte";
 import { cues } from "./cues.svelte";
 import { t, type Key } from "./i18n/text.svelte";
-import { distance, farthestFrom, lastOf } from "./map/strokes";
+import { distanceToLine, farthestFrom, lastOf } from "./map/strokes";
 import type { ChairState, RouteUpdate, SceneInfo } from "./messages";
 import { causeWords, detour, throughName } from "./words";
 
@@ -28,11 +28,11 @@ export function newsOf(
   state: About,
   scene: Pick<SceneInfo, "doors" | "places">,
 ): string {
-  const key = `newRoute.${now.cause ?? ""}` as Key;
-  if (!OWN.has(now.cause ?? "first") || before.points.length < 2) return "";
+  const key = `newRoute.${now.cause}` as Key;
+  if (!OWN.has(now.cause) || before.points.length < 2) return "";
   const old = lastOf(before.points, left);
   const at = farthestFrom(now.points, old);
-  if (!at || Math.min(...old.map((point) => distance(point, at))) < SAME_WAY) return "";
+  if (!at || distanceToLine(at, old) < SAME_WAY) return "";
   const door = doorOn(state, scene, old);
   const why = door ? t("newRoute.door", { why: causeWords(door) }) : t(key);
   const more = now.length - left;

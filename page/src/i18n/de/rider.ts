@@ -189,7 +189,7 @@ export const rider = {
   "rating.afterCollision": "Geht es Ihnen gut? Bewerten Sie die Fahrt (freiwillig).",
   "rating.thanks": "Danke.",
   "rating.of": "{n} von 5, {word}",
-  "rating.skip": "Überspringen",
+  "rating.skip": "Auslassen",
   "rating.1": "schlecht",
   "rating.2": "nicht gut",
   "rating.3": "mittel",
