@@ -21,6 +21,8 @@ describe("a standing chair says why, in one line", () => {
     expect(stand({}, { arrival: "" })).toBe("Arrived");
     expect(stand({}, { arrival: "Ward 1", startable: true })).toBe("Ready: press “Start”");
     expect(stand({ driver: null }, { startable: true })).toBe("Ready: press “Start”");
+    const nobody = { why: 'Stopped. Tap "Take control".', code: "no_driver", startable: true };
+    expect(stand({ driver: null }, nobody)).toBe("Ready: press “Start”");
     expect(stand({ driver: null })).toBe("Standing: no driver");
     expect(stand({}, { driving: false })).toBe("Standing: another screen drives");
   });

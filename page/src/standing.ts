@@ -31,7 +31,7 @@ export function standing(stand: Stand): string {
   if (state.paused) return t(audience === "rider" ? "who.paused" : "now.paused");
   // A press on Start answers STOP, too, so it is what the chair waits for.
   const start = startable && !state.goal && code !== "starting";
-  if (start && (!why || code === "rider_stop")) return t("stand.start");
+  if (start && (!why || code === "rider_stop" || ACTIONS.has(code))) return t("stand.start");
   if (why && !ACTIONS.has(code)) return why;
   return t(...waits(stand, state));
 }
