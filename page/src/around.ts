@@ -1,7 +1,7 @@
 // What is about the chair: free directions, what blocks them, and the cause of a stop on the map.
 
 import type { ChairState, PersonInfo, SceneInfo } from "./messages";
-import { distance, distanceToSegment, lastOf } from "./map/strokes";
+import { distance, distanceToLine, distanceToSegment, lastOf } from "./map/strokes";
 import type { Point } from "./map/view";
 
 export type Thing = "person" | "door" | "wall" | "object";
@@ -39,6 +39,8 @@ const NEAR = 4;
 const FAR = 8;
 const AHEAD = (75 * Math.PI) / 180;
 const WALKS = 0.25;
+/** A route leads through a door if it comes so near to its middle, m (assumed). */
+const ON_ROUTE = 0.8;
 
 export type About = Pick<ChairState, "pose" | "people" | "free" | "closed_doors">;
 
@@ -80,7 +82,7 @@ export function causeOf(
   const ahead = state.remaining == null ? [] : lastOf(route, state.remaining);
   const door = closed(state, scene).find((each) => {
     const middle = middleOf(each);
-    const onRoute = ahead.some((point) => distance(point, here) < NEAR && distance(point, middle) < 0.8);
+    const onRoute = ahead.some((point) => distance(point, here) < NEAR && distance(point, middle) < ON_ROUTE);
     return onRoute || (distance(here, middle) < 2.5 && isAhead(state.pose, middle));
   });
   if (door) return { thing: "door", at: middleOf(door), name: nearestName(scene.places, middleOf(door)) };
@@ -124,12 +126,18 @@ function isAhead(pose: ChairState["pose"], [x, y]: Point): boolean {
 
 type Door = SceneInfo["doors"][number];
 
-function closed(state: About, scene: Pick<SceneInfo, "doors">): Door[] {
+function closed(state: Pick<About, "closed_doors">, scene: Pick<SceneInfo, "doors">): Door[] {
   return scene.doors.filter((door) => state.closed_doors?.includes(door.id));
 }
 
 export function middleOf(door: Pick<Door, "a" | "b">): Point {
   return [(door.a[0] + door.b[0]) / 2, (door.a[1] + door.b[1]) / 2];
+}
+
+/** A shut door on a line, as a route that was given up; null: there is none. */
+export function doorOn(state: Pick<About, "closed_doors">, scene: Pick<SceneInfo, "doors" | "places">, line: readonly Point[]): Cause | null {
+  const at = closed(state, scene).map(middleOf).find((door) => distanceToLine(door, line) < ON_ROUTE);
+  return at ? { thing: "door", at, name: nearestName(scene.places, at) } : null;
 }
 
 /** The shut door that is nearest to a point, and not far from it: what may keep a route from there. */

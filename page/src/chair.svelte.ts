@@ -26,6 +26,7 @@ const NO_ROUTE: RouteUpdate = {
   extra_length: 0,
   wishes: [],
   error: "",
+  cause: "first",
 };
 
 export class Chair {
@@ -45,6 +46,8 @@ export class Chair {
   notice = $state.raw<Notice | null>(null);
   /** Where the finished ride led; a later destination takes its announcement away. */
   endedGoal = $state.raw<ChairState["goal"]>(null);
+  /** Where the last ride arrived, until the chair has a destination or a ride again; null: it has not. */
+  arrival = $state.raw<{ readonly ride: string; readonly name: string } | null>(null);
   #lastGoal: ChairState["goal"] = null;
   /** When the newest state came, by the page's own clock, ms. */
   came = 0;
@@ -87,6 +90,9 @@ export class Chair {
         this.stale = false;
         if (this.ended && message.ride && message.ride !== this.ended.ride) this.ended = null;
         if (this.ended && message.goal && !samePlace(message.goal, this.endedGoal)) this.ended = null;
+        if (this.arrival && (message.ride ? message.ride !== this.arrival.ride : departs(message, this.endedGoal))) {
+          this.arrival = null;
+        }
         if (message.goal) this.#lastGoal = message.goal;
         break;
       case "route":
@@ -101,10 +107,15 @@ export class Chair {
       case "ride_ended":
         this.ended = message;
         this.endedGoal = this.#lastGoal;
+        this.arrival = message.outcome === "arrived" ? { ride: message.ride, name: this.#lastGoal?.name ?? "" } : null;
         break;
       default:
     }
   }
+}
+
+function departs({ goal }: ChairState, last: ChairState["goal"]): boolean {
+  return goal !== null && !samePlace(goal, last);
 }
 
 function samePlace(goal: NonNullable<ChairState["goal"]>, other: ChairState["goal"]): boolean {

@@ -3,7 +3,7 @@
 import { isMoving } from "./input/switches";
 import type { ChairState } from "./messages";
 
-export type Steerer = "you" | "both" | "chair" | "nobody";
+export type Steerer = "you" | "both" | "chair";
 
 /** Below this share the chair steers alone, above one less this the rider does. */
 const ALONE = 0.15;
@@ -13,8 +13,7 @@ export function shareOf(state: Pick<ChairState, "speed" | "turn_rate" | "rider_a
   return state && isMoving(state) ? state.rider_authority : null;
 }
 
-export function steererOf(share: number | null): Steerer {
-  if (share === null) return "nobody";
+export function steererOf(share: number): Steerer {
   if (share < ALONE) return "chair";
   return share > 1 - ALONE ? "you" : "both";
 }

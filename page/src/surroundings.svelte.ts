@@ -1,7 +1,8 @@
 // What is about the chair now: the ring of directions, and the reason on display with its cause.
 
-import { causeOf, ring, type Cause, type Direction } from "./around";
+import { causeOf, doorBy, ring, type Cause, type Direction } from "./around";
 import { chair } from "./chair.svelte";
+import { isMoving } from "./input/switches";
 import { mapView } from "./map/mapView.svelte";
 import { SILENT, told } from "./reasonDisplay";
 
@@ -16,6 +17,8 @@ const SLOW = 0.8;
 const FAST = 0.95;
 /** So long either must last before it is told, ms (assumed). */
 const PACE_LASTS = 3_000;
+/** So long it must stand, or drive, before the page says so, ms (assumed): a jerk is not felt as a stop. */
+const STANDS_LASTS = 400;
 const RING = "cohelm.ring";
 
 class Surroundings {
@@ -26,7 +29,10 @@ class Surroundings {
   shown = $state(kept());
   /** True while this computer is too slow for real time, and that for some seconds. */
   slow = $state(false);
+  /** True while the chair stands, short jerks left out. */
+  stands = $state(true);
   #causedAt = -Infinity;
+  #stoodAt = -Infinity;
   #pacedAt = -Infinity;
 
   show(on: boolean): void {
@@ -48,13 +54,20 @@ class Surroundings {
       return;
     }
     this.#pace(state.rate ?? 1, now);
+    if (isMoving(state) !== this.stands) this.#stoodAt = now;
+    else if (now - this.#stoodAt > STANDS_LASTS) this.stands = !isMoving(state);
     this.ring = this.shown ? ring(state, scene, mapView.isWall) : [];
     const code = this.saying.shown?.code ?? "";
     if (!CAUSED.has(code)) {
       this.cause = null;
       return;
     }
-    const found = causeOf(state, scene, chair.route.points, mapView.isWall);
+    const { goal } = state;
+    // Where there is no route, nothing about the chair is the cause, but a shut door may be.
+    const found =
+      code === "no_path"
+        ? goal && doorBy(state, scene, [goal.x, goal.y])
+        : causeOf(state, scene, chair.route.points, mapView.isWall);
     // Its words stay for a while, its place follows at once.
     const held = this.cause !== null && now - this.#causedAt < KEEPS;
     if (held && found?.thing === this.cause?.thing && found) this.cause = { ...this.cause!, at: found.at };

@@ -4,7 +4,7 @@ import { chair } from "./chair.svelte";
 import { t } from "./i18n/text.svelte";
 import { link, PRICE_WITHIN } from "./link";
 import { selection } from "./mapSelection.svelte";
-import type { RouteWish, TripPlans, TripRoute } from "./messages";
+import type { RouteWish, SetGoal, TripPlans, TripRoute } from "./messages";
 import { mapView } from "./map/mapView.svelte";
 import { drawn, zoneOf } from "./map/strokes";
 import type { Point } from "./map/view";
@@ -129,7 +129,7 @@ export class Trip {
     if (!draft || draft.outdated) return;
     const wishes = draft.wishes.map((each) => each.wish);
     if (route?.via) wishes.push({ kind: "attract", points: [route.via], radius: 0, visit: false });
-    await this.#go(draft.to, draft.name, wishes);
+    await this.#go(draft.to, draft.name, wishes, this.#choice(draft));
   }
 
   /** Looks, from time to time, whether what is shown is old. */
@@ -145,12 +145,23 @@ export class Trip {
     if (Math.hypot(state.pose[0] - draft.from[0], state.pose[1] - draft.from[1]) > STALE) void this.#plan();
   }
 
-  async #go(to: To, name: string, wishes: readonly Required<RouteWish>[] | null): Promise<void> {
+  /** The order of the routes is learned from what was chosen among several. */
+  #choice(draft: Draft): SetGoal["choice"] {
+    const figures = this.routes.map((each) => each.figures);
+    return figures.length > 1 ? { figures, taken: draft.chosen } : null;
+  }
+
+  async #go(
+    to: To,
+    name: string,
+    wishes: readonly Required<RouteWish>[] | null,
+    choice: SetGoal["choice"] = null,
+  ): Promise<void> {
     if (!chair.state?.driver) link.send({ type: "take_control" });
     // The press is the confirmation that the chair waits for now. Before the destination, and never
     // later: a STOP that comes after it must hold.
     else if (chair.driving && chair.state.link === "confirm") link.send({ type: "resume" });
-    const answer = await link.ask({ type: "set_goal", ...to, ...(wishes ? { wishes: [...wishes] } : {}) });
+    const answer = await link.ask({ type: "set_goal", ...to, ...(wishes ? { wishes: [...wishes], choice } : {}) });
     selection.heed(answer);
     if (answer.type === "rejected") return;
     this.draft = null;

@@ -5,9 +5,10 @@ import type { ChairState, FromPage, RideEnded, RiderSettings, RouteUpdate, TripP
 import { trip } from "./trip.svelte";
 
 const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start_at_once: false, switches: null };
-const ROUTE = { points: [[0, 0], [9, 0]] as [number, number][], length: 9, duration: 13, differences: [], via: null };
+const FIGURES = { length: 9, clearance: 0.8, encounters: 1, turns: 0, doors: 0 };
+const ROUTE = { points: [[0, 0], [9, 0]] as [number, number][], length: 9, duration: 13, differences: [], via: null, figures: FIGURES };
 const PLANS: TripPlans = {
-  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4],
+  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4], learned: false,
   routes: [ROUTE, { ...ROUTE, length: 12, via: [4, 3] }],
 };
 
@@ -46,7 +47,8 @@ describe("a trip", () => {
     expect(trip.routes).toHaveLength(2);
     expect(goals()).toEqual([]);
     await trip.start();
-    expect(goals()).toEqual([{ type: "set_goal", place: "Ward 4", wishes: [] }]);
+    const choice = { figures: [FIGURES, FIGURES], taken: 0 };
+    expect(goals()).toEqual([{ type: "set_goal", place: "Ward 4", wishes: [], choice }]);
     expect(trip.draft).toBeNull();
   });
 

@@ -1,6 +1,6 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { compared, detour, found, memorable, metres, minutes, movement, price, readiness, reasonWords } from "./words";
+import { compared, detour, found, memorable, metres, minutes, movement, observed, price, readiness, reasonWords } from "./words";
 
 const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null } as const;
 
@@ -25,6 +25,18 @@ describe("the difference of a route", () => {
 });
 
 describe("the reason on display", () => {
+  it("word a reason for who reads it", () => {
+    const stop = { code: "rider_stop", text: 'You stopped the chair. Tap "Go on".' };
+    expect(reasonWords(stop, null, 1, "observer")).toBe("STOP was pressed.");
+    const ask = { code: "ask_rider", text: "No way through. Please steer, or choose another destination." };
+    expect(reasonWords(ask, null, 1, "observer")).toBe("No way through. The rider must steer, or choose another destination.");
+    const waiting = { code: "waiting", text: "Waiting until the way is clear." };
+    const person = { thing: "person", at: [0, 0], moves: "crossing" } as const;
+    expect(reasonWords(waiting, person, 1)).toBe("A person is crossing. Waiting.");
+    expect(reasonWords(waiting, person, 1, "observer")).toBe("A person is crossing in front of the chair. Waiting.");
+    expect(observed(waiting)).toBe(waiting.text);
+  });
+
   it("leaves what the rider must do to the button that does it", () => {
     const reason = { code: "rider_stop", text: 'You stopped the chair. Tap "Go on".' };
     expect(reasonWords(reason, null, 1)).toBe("You stopped the chair.");
@@ -59,7 +71,7 @@ describe("what the driver has to do", () => {
 
 describe("what the wheels do", () => {
   it("is to turn, too", () => {
-    expect(movement({ speed: 0, turn_rate: 0 })).toBe("stopped");
+    expect(movement({ speed: 0, turn_rate: 0 })).toBe("");
     expect(movement({ speed: 0.04, turn_rate: -0.4 })).toBe("turning");
     expect(movement({ speed: 0.52, turn_rate: 0.4 })).toBe("0.5 m/s");
     expect(movement({ speed: -0.3, turn_rate: 0 })).toBe("reverse, 0.3 m/s");

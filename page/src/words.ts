@@ -59,12 +59,12 @@ export function goalName(goal: { readonly name: string }): string {
   return goal.name || t("trip.point");
 }
 
-/** Motion of the chair in words. */
+/** Motion of the chair in words; empty: it stands, which the line beside it says with its reason. */
 export function movement({ speed, turn_rate }: Pick<ChairState, "speed" | "turn_rate">): string {
   if (Math.abs(speed) >= 0.05) {
     return t(speed < 0 ? "motion.reverse" : "motion.forward", { speed: num(Math.abs(speed), 1) });
   }
-  return t(Math.abs(turn_rate) >= 0.05 ? "motion.turning" : "motion.standing");
+  return Math.abs(turn_rate) >= 0.05 ? t("motion.turning") : "";
 }
 
 /** A ride that was left after less than this is not asked about, m (assumed). */
@@ -122,7 +122,7 @@ export function compared(
 }
 
 /** The smallest room or passage in which a route is farthest from another one; empty: it has no name. */
-function throughName(points: TripRoute["points"], other: TripRoute["points"], places: readonly PlaceInfo[]): string {
+export function throughName(points: TripRoute["points"], other: TripRoute["points"], places: readonly PlaceInfo[]): string {
   const at = farthestFrom(points, other);
   if (!at) return "";
   const around = places.filter(({ area }) => area.length > 2 && contains(area, at));
@@ -153,12 +153,27 @@ function roundly(length: number): string {
   return num(length < 10 ? Math.round(length) : 5 * Math.round(length / 5), 0);
 }
 
+/** Who reads: the rider, who is addressed, or somebody who looks on, as the therapist. */
+export type Audience = "rider" | "observer";
+
 /** The reason on display in one sentence or two, with its cause first. */
-export function reasonWords(reason: ReasonText, cause: Cause | null, rate: number): string {
+export function reasonWords(reason: ReasonText, cause: Cause | null, rate: number, audience: Audience = "rider"): string {
   if (reason.code === "navigator_timeout" && rate > 0.95) return t("reason.silent");
-  const effect: Key | "" = isKey(`effect.${reason.code}`) ? (`effect.${reason.code}` as Key) : "";
-  if (!cause || !effect) return serverText(withoutRequest(reason.text));
-  return `${causeWords(cause)} ${t(effect)}`;
+  const effect = `effect.${reason.code}`;
+  if (cause && isKey(effect)) return `${causeWords(cause, audience)} ${t(worded(effect, audience))}`;
+  return audience === "observer" ? observed(reason) : serverText(withoutRequest(reason.text));
+}
+
+/** A reason for somebody who looks on. */
+export function observed({ code, text }: ReasonText): string {
+  const key = `about.reason.${code}`;
+  return isKey(key) ? t(key) : serverText(text);
+}
+
+/** The key of a text that is worded for an audience; most texts address nobody. */
+function worded(key: Key, audience: Audience): Key {
+  const about = `about.${key}`;
+  return audience === "observer" && isKey(about) ? about : key;
 }
 
 /** What the rider must do stands at the button that does it, and nowhere else. */
@@ -167,8 +182,8 @@ function withoutRequest(text: string): string {
   return asked ? text.slice(0, -en[asked].length).trim() : text;
 }
 
-export function causeWords({ thing, moves, name }: Cause): string {
-  if (thing === "person") return t(`cause.person.${moves ?? "standing"}`);
+export function causeWords({ thing, moves, name }: Cause, audience: Audience = "rider"): string {
+  if (thing === "person") return t(worded(`cause.person.${moves ?? "standing"}`, audience));
   if (thing === "door") return name ? t("cause.door", { name }) : t("cause.someDoor");
   return t(`cause.${thing}`);
 }

@@ -6,15 +6,17 @@ from enum import StrEnum
 
 
 class Reason(StrEnum):
-    """Stable code of a reason; ``sentence`` is the text for the rider."""
+    """Stable code of a reason; ``sentence`` is for the rider, ``report`` for others."""
 
     sentence: str
+    report: str
 
-    def __new__(cls, code: str, sentence: str) -> Reason:
-        """Attach the sentence to the code."""
+    def __new__(cls, code: str, sentence: str, report: str = "") -> Reason:
+        """Attach the sentences to the code; without a second one the first is for everybody."""
         reason = str.__new__(cls, code)
         reason._value_ = code
         reason.sentence = sentence
+        reason.report = report or sentence
         return reason
 
     # Safety gate: invalid or old input.
@@ -25,7 +27,7 @@ class Reason(StrEnum):
     STALE_TWIST = "stale_twist", "The speed is unknown. Stopped."
     POSE_JUMP = "pose_jump", "The position jumped. Stopped to check it."
     STALE_RIDER_COMMAND = "stale_rider_command", "The joystick is not connected. Stopped."
-    RIDER_STOP = "rider_stop", "You stopped the chair."
+    RIDER_STOP = "rider_stop", "You stopped the chair.", "STOP was pressed."
     LATE = "late", "Navigation was too slow. Stopped."
     # Health monitor: redundant input that does not agree.
     SCAN_FROZEN = "scan_frozen", "The scanner repeats the same reading. Stopped."
@@ -37,10 +39,18 @@ class Reason(StrEnum):
     POSE_FAULT = "pose_fault", "The position does not fit the chair's motion. Stopped."
     SENSORS_DISAGREE = "sensors_disagree", "The sensors contradict each other. Stopped."
     POSE_DOUBTFUL = "pose_doubtful", "The position is not certain. Slowed down."
-    LOST = "lost", "The position is lost. Stopped. Please steer by hand, or ask for help."
+    LOST = (
+        "lost",
+        "The position is lost. Stopped. Please steer by hand, or ask for help.",
+        "The position is lost. Stopped. The rider must steer by hand, or needs help.",
+    )
     DRIVE_FAULT = "drive_fault", "The wheels do not follow the command. Stopped."
     DRIVE_WEAK = "drive_weak", "The motors are weaker than they should be. Slowed down."
-    STICK_STUCK = "stick_stuck", "The joystick seems stuck. Please release it."
+    STICK_STUCK = (
+        "stick_stuck",
+        "The joystick seems stuck. Please release it.",
+        "The joystick seems stuck. It must be released.",
+    )
     # Safety gate: the requested motion.
     OVER_LIMITS = "over_limits", "Slowed down to the chair's limits."
     TOO_CLOSE = "too_close", "Obstacle close ahead. Slowed down."
@@ -59,23 +69,27 @@ class Reason(StrEnum):
     PLANNING_TIMEOUT = "planning_timeout", "No route found in time."
     PLANNING = "planning", "Route planning failed."
     # Progress and recovery.
-    ARRIVED = "arrived", "You have arrived."
+    ARRIVED = "arrived", "You have arrived.", "The chair has arrived."
     WAITING = "waiting", "Waiting until the way is clear."
     GOAL_OCCUPIED = "goal_occupied", "A person is at the destination. Waiting."
     REPLANNING = "replanning", "No progress. Looking for another route."
     BACKING_UP = "backing_up", "Not enough space ahead. Backing up a little."
     REVERSING = "reversing", "No room to turn here. Backing up."
     CREEPING = "creeping", "Narrow passage. Driving very slowly."
-    ASK_RIDER = "ask_rider", "No way through. Please steer, or choose another destination."
+    ASK_RIDER = (
+        "ask_rider",
+        "No way through. Please steer, or choose another destination.",
+        "No way through. The rider must steer, or choose another destination.",
+    )
     # Live rides.
-    NO_DRIVER = "no_driver", 'Stopped. Tap "Take control".'
+    NO_DRIVER = "no_driver", 'Stopped. Tap "Take control".', "Stopped. No driver."
     CONNECTION_LOST = "connection_lost", "Connection to the driver's screen lost. Stopped."
-    RELEASE_STICK = "release_stick", "Release the stick first."
-    CONFIRM = "confirm", 'Tap "Go on".'
+    RELEASE_STICK = "release_stick", "Release the stick first.", "The stick must be released first."
+    CONFIRM = "confirm", 'Tap "Go on".', 'The rider has not yet pressed "Go on".'
     NAVIGATOR_TIMEOUT = "navigator_timeout", "This computer is too slow for real time. Stopped."
     COLLISION = "collision", "The chair touched something. Stopped."
     PAUSED = "paused", "The simulation is paused."
-    STARTING = "starting", "Starting up. Please wait."
+    STARTING = "starting", "Starting up. Please wait.", "Starting up."
 
 
 class OfferReason(StrEnum):

@@ -15,13 +15,14 @@ from cohelm.live.page.preview_process import TripRequest, plan_trip
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Wish
 from cohelm.planning import AStar, SoftVia
+from cohelm.planning.alternatives.learned_preference import FeatureVector
 
 SIDE_BY_SIDE = ((4.0, 2.0, 16.0, 4.8), (4.0, 6.8, 16.0, 10.0))
 """Two blocks in a room of 20 × 12 m: three ways from left to right."""
 THREE_WAYS = problem(room(20.0, 12.0, 0.1, boxes=SIDE_BY_SIDE), (1.5, 5.8), (18.5, 5.8))
 
 
-def asked(goal=(18.5, 5.8), wishes=(), planner=None):
+def asked(goal=(18.5, 5.8), wishes=(), planner=None, weights=None):
     context = PlanningContext(
         pose=np.array([1.5, 5.8, 0.0]), goal=np.full(2, np.nan), wishes=(),
         wish_origin=np.array([1.5, 5.8]), clearance=THREE_WAYS.clearance, speed=0.7, live=None,
@@ -32,7 +33,7 @@ def asked(goal=(18.5, 5.8), wishes=(), planner=None):
     )
     navigator = SimpleNamespace(global_planner=planner or SoftVia(), filters=())
     setup = SimpleNamespace(grid=THREE_WAYS.grid, robot=THREE_WAYS.robot, navigator=navigator)
-    return plan_trip(request, setup)
+    return plan_trip(request, setup, weights)
 
 
 def test_a_trip_has_the_planners_route_and_alternatives_with_their_differences():
@@ -45,6 +46,21 @@ def test_a_trip_has_the_planners_route_and_alternatives_with_their_differences()
     for route in others:
         told = {each.what: each.more for each in route.differences}
         assert told["length"] == pytest.approx(route.length - first.length, abs=0.1)
+
+
+def test_routes_come_in_the_order_that_the_rider_prefers():
+    """Whoever likes longer routes gets the longest one first, compared with nothing."""
+    own = asked()
+    longer = asked(weights=FeatureVector(length=1.0))
+    lengths = [route.length for route in longer.routes]
+    assert (own.learned, longer.learned) == (False, True)
+    assert lengths == sorted(lengths, reverse=True) != [route.length for route in own.routes]
+    first, *others = longer.routes
+    assert first.differences == ()
+    assert first.via is not None  # it is not the planner's own, so that it must be wished for
+    told = [{each.what: each.more for each in route.differences} for route in others]
+    assert any(each.get("length", 0.0) < -1.0 for each in told)  # less than the first one
+    assert sorted(lengths) == sorted(route.length for route in own.routes)
 
 
 def test_wishing_for_the_point_of_an_alternative_gives_that_route():

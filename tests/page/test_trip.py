@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from .served import moves, stands
@@ -172,9 +173,75 @@ def test_who_steers_is_one_sentence_and_nothing_while_the_chair_stands(rider):
     rider.take()
     meter = rider.page.get_by_role("meter", name="Your share of the steering")
     rider.until(stands)
-    rider.sees("You have control")
+    rider.sees("Standing: no trip")
     expect(meter).to_have_count(0)
     rider.hold("ArrowUp", moves)
     rider.sees("You steer")
     expect(meter).to_have_attribute("aria-valuenow", "100")
     rider.let_go("ArrowUp")
+
+
+def line(rider):
+    """The top line."""
+    return rider.page.get_by_role("region", name="Who is in control").locator(".line")
+
+
+def test_a_standing_chair_says_why_in_its_top_line(rider):
+    expect(line(rider)).to_have_text("Standing: no driver")
+    rider.look_at("Ward 4")
+    expect(line(rider)).to_have_text("Ready: press “Start”")
+    rider.press("Start")
+    rider.makes(moves, rider.go_on)
+    expect(line(rider)).to_contain_text("The chair steers")
+    rider.press("STOP")
+    rider.until(stands)
+    expect(line(rider)).to_have_text("You stopped the chair.")
+    rider.press("Cancel trip")
+    rider.go_on()
+    expect(line(rider)).to_have_text("Standing: no trip")
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
+def test_no_card_lies_over_the_chair_as_it_sets_off(riders, size):
+    rider = riders(viewport={"width": size[0], "height": size[1]})
+    rider.sees("No driver.")
+    rider.choose("Ward 4")
+    card = rider.page.get_by_role("group", name="What this mode does")
+    expect(card).to_be_visible()
+    rider.rest(0.5)
+    canvas = rider.page.locator("canvas").bounding_box()
+    box = card.bounding_box()
+    # The chair stands at 70 % of the height that is left, in the middle: 36 px about it are free.
+    left = box["y"] - canvas["y"]
+    assert rider.page.evaluate(CHAIR_COLOUR, [canvas["width"] / 2, 0.7 * left])
+    assert 0.7 * left + 36 <= left
+
+
+CHAIR_COLOUR = """([x, y]) => {
+  const canvas = document.querySelector("canvas");
+  const ratio = canvas.width / canvas.clientWidth;
+  const box = [x - 12, y - 24, 24, 48].map((each) => each * ratio);
+  const { data } = canvas.getContext("2d").getImageData(...box);
+  const wanted = [11, 63, 99];
+  for (let k = 0; k < data.length; k += 4)
+    if (wanted.every((each, n) => Math.abs(data[k + n] - each) < 6)) return true;
+  return false;
+}"""
+"""True if the colour of the chair is near a point of the map."""
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
+def test_an_open_list_stays_where_it_is_when_the_trip_ends(riders, size):
+    rider = riders(viewport={"width": size[0], "height": size[1]})
+    rider.sees("No driver.")
+    rider.choose("Ward 4")
+    rider.show("Go to")
+    rider.press("Choose another destination")
+    place = rider.button("Ward 2")
+    before = place.bounding_box()
+    rider.press("Cancel trip")
+    rider.until(lambda state: state["goal"] is None)
+    rider.rest(0.5)
+    expect(rider.page.get_by_role("region", name="Your trip")).to_have_count(0)
+    after = place.bounding_box()
+    assert all(abs(after[key] - before[key]) < 1.0 for key in before)  # px, as layout rounds

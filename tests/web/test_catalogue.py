@@ -49,6 +49,15 @@ def test_every_reason_is_there_word_by_word(english, reason):
     assert english[f"reason.{reason.value}"] == reason.sentence
 
 
+@pytest.mark.parametrize("reason", [*Reason])
+def test_a_reason_is_worded_for_the_therapist_where_it_addresses_the_rider(reason):
+    text = CATALOGUE.with_name("status.ts").read_text()
+    english = {json.loads(key): json.loads(said) for key, said in LINE.findall(text)}
+    about = english.get(f"about.reason.{reason.value}", reason.sentence)
+    assert about == reason.report
+    assert not re.search(r"\b(you|please|tap)\b", about, re.IGNORECASE)
+
+
 @pytest.mark.parametrize("reason", [*OfferReason])
 def test_every_reason_of_an_offer_is_there_word_by_word(english, reason):
     assert english[f"offer.{reason.value}"] == reason.sentence

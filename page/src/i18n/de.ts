@@ -3,8 +3,9 @@
 import { chair } from "./de/chair";
 import { rider } from "./de/rider";
 import { riders } from "./de/riders";
+import { status } from "./de/status";
 import { therapist } from "./de/therapist";
 import { view3d } from "./de/view3d";
 import type { Key } from "./en";
 
-export const de: Readonly<Record<Key, string>> = { ...rider, ...chair, ...therapist, ...riders, ...view3d };
+export const de: Readonly<Record<Key, string>> = { ...rider, ...chair, ...status, ...therapist, ...riders, ...view3d };

@@ -3,8 +3,9 @@
 import { chair } from "./en/chair";
 import { rider } from "./en/rider";
 import { riders } from "./en/riders";
+import { status } from "./en/status";
 import { therapist } from "./en/therapist";
 import { view3d } from "./en/view3d";
 
-export const en = { ...rider, ...chair, ...therapist, ...riders, ...view3d } as const;
+export const en = { ...rider, ...chair, ...status, ...therapist, ...riders, ...view3d } as const;
 export type Key = keyof typeof en;

@@ -15,6 +15,9 @@ class MapViewState {
   legend = $state(false);
   /** Height at the bottom of the map that a sheet covers, px. */
   covered = $state(0);
+  /** Height above the sheet that a card covers, and at the top that messages cover, px. */
+  card = $state(0);
+  messages = $state(0);
   isWall = $state.raw<IsWall>(() => false);
 
   /** Follows the chair, and does so the next time, too. */

@@ -115,7 +115,7 @@ function sampled(line: readonly Point[], step: number): Point[] {
   });
 }
 
-function distanceToLine(p: Point, line: readonly Point[]): number {
+export function distanceToLine(p: Point, line: readonly Point[]): number {
   let nearest = Infinity;
   for (let k = 1; k < line.length; k++) {
     nearest = Math.min(nearest, distanceToSegment(p, line[k - 1]!, line[k]!));

@@ -108,17 +108,24 @@ function inside(from: number, to: number, full: number): number {
 /** The map turns in steps of this, rad: small ones are not seen, and would cost a redraw each. */
 const STEP = 0.01;
 
-/** The chair in the lower part of the screen, its heading up. */
+/** Room that the chair needs on the screen, from its middle, px. */
+const ROOM = 36;
+
+/** The chair in the lower part of the screen, its heading up.
+ *
+ * height: of what no card or sheet covers.  top: of what messages cover; the chair stays below it. */
 export function headed(
   view: View,
   pose: readonly [number, number, number],
   width: number,
   height: number,
+  top = 0,
 ): View {
+  const y = Math.min(height - ROOM, Math.max(0.7 * height, top + ROOM));
   return {
     ...view,
     at: [pose[0], pose[1]],
-    middle: [width / 2, 0.7 * height],
+    middle: [width / 2, y],
     turn: STEP * Math.round((Math.PI / 2 - pose[2]) / STEP),
   };
 }

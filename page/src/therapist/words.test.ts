@@ -39,13 +39,13 @@ describe("words", () => {
     expect(what({ event: "something_new" })).toBe("something new");
   });
 
-  it("say who drives and why the chair stands", () => {
+  it("say who drives and where to", () => {
     const state = { driver: "a", device: "keys", link: "confirm", reason: null, paused: false } as ChairState;
     expect(driver(state)).toBe("The rider, with the keys");
     expect(driver({ ...state, device: "none" })).toBe("The rider, no input");
     expect(driver({ ...state, driver: null })).toBe("No driver");
-    expect(doing(state)).toBe("Waiting for “Go on”");
-    expect(doing({ ...state, reason: { code: "x", text: "Somebody is near." } })).toBe("Somebody is near.");
+    expect(doing(state)).toBe("Driving");
+    expect(doing({ ...state, goal: { name: "Ward 1", x: 0, y: 0 } })).toBe("Driving to Ward 1");
     expect(doing(null)).toBe("—");
   });
 });

@@ -2,8 +2,9 @@
 
 import { MEASURES, type MeasureName } from "../measures";
 import type { ChairState } from "../messages";
-import { isKey, languageNow, num, serverText, t, type Key } from "../i18n/text.svelte";
-import { modeName, type Mode } from "../words";
+import { isKey, languageNow, num, t, type Key } from "../i18n/text.svelte";
+import { reasonNow } from "../status";
+import { goalName, modeName, type Mode } from "../words";
 import type { AuditEntry, RideSummary } from "./api";
 
 export interface Measure {
@@ -141,10 +142,10 @@ export function driver(state: ChairState | null): string {
   return device === "none" ? t("now.noInput") : t("now.withDevice", { device: t(`device.${device}`) });
 }
 
-/** ChairState of the chair and its reason in words. */
+/** What a moving chair does, and what slows it down. */
 export function doing(state: ChairState | null): string {
   if (!state) return "—";
-  if (state.paused) return t("now.paused");
-  if (state.reason) return serverText(state.reason.text);
-  return t(`now.link.${state.link}` as Key);
+  const drives = state.goal ? t("watch.drivingTo", { name: goalName(state.goal) }) : t("watch.driving");
+  const why = reasonNow("observer");
+  return why ? `${drives}. ${why}` : drives;
 }

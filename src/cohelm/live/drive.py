@@ -154,6 +154,7 @@ class Drive:
         process_setup = ProcessSetup(
             scenario=known,
             seed=setup.seed,
+            folder=folder,
             record=setup.record,
             changes=remembered_changes(folder, grid),
         )

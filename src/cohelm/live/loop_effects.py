@@ -50,7 +50,9 @@ class LoopEffects:
 
     def plan_trip(self, client: str, trip: PlanTrip, goal: Destination) -> None:
         """Request the routes to a destination; the answer comes later."""
-        self._services.route_preview.request(client, TripQuestion(trip, goal))
+        self._services.route_preview.request(
+            client, TripQuestion(trip, goal, self._services.rides.rider)
+        )
 
     def rate(self, ride: str, rating: int) -> None:
         """Store a rating.

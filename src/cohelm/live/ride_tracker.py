@@ -19,6 +19,7 @@ from cohelm.live.sessions.records import LimitsAt, RideLog, RideSummary
 from cohelm.live.sessions.session_files import session_of
 from cohelm.live.sessions.store import SessionStore
 from cohelm.messages import Decision, Mode
+from cohelm.planning.alternatives.learned_preference import RouteChoice
 from cohelm.scenarios import RideSetup
 
 _log = logging.getLogger(__name__)
@@ -52,6 +53,8 @@ class LiveRide:
     """None: no destination, the rider steers."""
     wishes: int = 0
     """Number of active wishes."""
+    choice: RouteChoice | None = None
+    """Choice of the route."""
     modes: Mapping[Mode, float] = field(default_factory=dict)
     """Duration of each mode, s."""
     devices: Mapping[str, float] = field(default_factory=dict)
@@ -76,6 +79,7 @@ class LiveRide:
             length=self.length + length,
             goal=mission.goal,
             wishes=len(mission.wishes),
+            choice=mission.choice,
             modes=_longer(self.modes, mission.active_mode, dt),
             devices=self.devices if device == "none" else _longer(self.devices, device, dt),
             limits=self.limits if unchanged else (*self.limits, limits),
@@ -109,6 +113,7 @@ class LiveRide:
             modes=self.modes,
             devices=self.devices,
             wishes=self.wishes,
+            choice=self.choice,
             limits=self.limits,
             stops=log.stops if log is not None else (),
         )
@@ -161,6 +166,11 @@ class RideTracker:
     def ride(self) -> str:
         """Id of the current ride; empty: none."""
         return self._ride.id if self._ride is not None else ""
+
+    @property
+    def rider(self) -> str:
+        """Id of the rider; empty: nobody was chosen."""
+        return self._settings.person
 
     @property
     def waits_for_log(self) -> bool:

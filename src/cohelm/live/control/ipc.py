@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cohelm.health import NO_CHANGES, MapChanges
-from cohelm.live.messages import MapDifference, RideOutcome
+from cohelm.live.messages import MapDifference, RideOutcome, RouteCause
 from cohelm.live.sessions.records import RideLog
 from cohelm.messages import Decision, Observation, Request
 from cohelm.scenarios import Scenario
@@ -25,6 +25,8 @@ class ProcessSetup:
 
     scenario: Scenario
     seed: int
+    folder: Path | None = None
+    """Folder with the sessions; None: none are stored."""
     record: Path | None = None
     """MCAP file of the drive; None: not recorded."""
     changes: MapChanges = NO_CHANGES
@@ -78,6 +80,7 @@ class RouteView:
     """m."""
     extra_length: float
     """Difference from the route without wishes, m."""
+    cause: RouteCause = "first"
 
 
 class PersonRow(NamedTuple):

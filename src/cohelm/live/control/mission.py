@@ -11,6 +11,7 @@ from cohelm.live.control.limits import PACES, limited_profile
 from cohelm.live.messages import (
     ActiveWish,
     AddWish,
+    ChosenRoute,
     Destination,
     FloorInfo,
     Limits,
@@ -20,6 +21,7 @@ from cohelm.live.messages import (
 )
 from cohelm.maps import OccupancyGrid, Places
 from cohelm.messages import Mode, Request, RiderProfile, Wish
+from cohelm.planning.alternatives.learned_preference import FeatureVector, RouteChoice
 from cohelm.reasons import Reason
 
 MAX_WISHES = 12
@@ -53,6 +55,8 @@ class Mission:
     goal: Destination | None = None
     wishes: tuple[ActiveWish, ...] = ()
     """In the order of creation."""
+    choice: RouteChoice | None = None
+    """Choice of the route to this destination; None: there was nothing to choose."""
     mode: Mode = Mode.SHARED
     pace: Pace = "normal"
     version: int = 0
@@ -70,11 +74,13 @@ class Mission:
 
     def with_goal(self, goal: Destination | None) -> Mission:
         """Return the mission with another destination, or with none."""
-        return replace(self, goal=goal, version=self.version + 1)
+        return replace(self, goal=goal, choice=None, version=self.version + 1)
 
-    def with_trip(self, goal: Destination, wishes: tuple[ActiveWish, ...]) -> Mission:
+    def with_trip(
+        self, goal: Destination, wishes: tuple[ActiveWish, ...], choice: RouteChoice | None = None
+    ) -> Mission:
         """Return the mission with another destination and other wishes."""
-        return replace(self, goal=goal, wishes=wishes, version=self.version + 1)
+        return replace(self, goal=goal, wishes=wishes, choice=choice, version=self.version + 1)
 
     def with_wish(self, wish: ActiveWish) -> Mission:
         """Return the mission with one more wish."""
@@ -105,6 +111,14 @@ def goal_of(
     if point is not None:
         return Destination(name=places.at(point), x=point[0], y=point[1])
     return None
+
+
+def choice_of(chosen: ChosenRoute | None, goal: Destination) -> RouteChoice | None:
+    """Return the choice of a ``SetGoal`` message; None: it names no route that was shown."""
+    if chosen is None or chosen.taken >= len(chosen.figures):
+        return None
+    routes = tuple(FeatureVector(**figures.model_dump()) for figures in chosen.figures)
+    return RouteChoice(where=goal.name, routes=routes, taken=chosen.taken)
 
 
 def check_goal(goal: Destination, grid: OccupancyGrid) -> None:

@@ -36,6 +36,7 @@ from cohelm.live.control.view_model import (
     plan_of,
     remaining_of,
     rider_authority_of,
+    route_cause_of,
     route_error_of,
     route_view,
 )
@@ -192,7 +193,7 @@ class NavigatorServer:
         self._path = tick.path
         if tick.path is None:
             return RouteView(points=(), without_wishes=(), length=0.0, extra_length=0.0)
-        return route_view(tick.path)
+        return route_view(tick.path, route_cause_of(tick))
 
     def _new_differences(self, tick: Tick, *, restart: bool) -> tuple[MapDifference, ...] | None:
         """Return the differences from the map if they are not those of the last answer."""

@@ -9,6 +9,7 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.live.control.ipc import OfferRow, PersonRow, Points, Poses, RouteView
 from cohelm.live.control.surroundings import in_view
+from cohelm.live.messages import RouteCause
 from cohelm.messages import Mode, Observation, Path, SocialSpaces
 from cohelm.navigation import Tick
 from cohelm.shapes import extent, hull_outline
@@ -101,13 +102,20 @@ def offers_of(tick: Tick) -> tuple[OfferRow, ...]:
     )
 
 
-def route_view(path: Path) -> RouteView:
+def route_cause_of(tick: Tick) -> RouteCause:
+    """Return the cause of planning the current route."""
+    route = tick.memory.route
+    return route.reason.value if route is not None else "first"
+
+
+def route_view(path: Path, cause: RouteCause = "first") -> RouteView:
     """Return a route as the page draws it."""
     return RouteView(
         points=points_of(_thinned(path.points)),
         without_wishes=points_of(_thinned(path.without_wishes)),
         length=round(path.length, 2),
         extra_length=round(path.wishes.extra_length, 2),
+        cause=cause,
     )
 
 

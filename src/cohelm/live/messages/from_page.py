@@ -14,6 +14,7 @@ from cohelm.live.messages.message import (
     Number,
     Pace,
     Point,
+    RouteFigures,
     WireMessage,
     WishKind,
 )
@@ -69,6 +70,15 @@ class RouteWish(WireMessage):
     visit: bool = False
 
 
+class ChosenRoute(WireMessage):
+    """Route of ``TripPlans`` that the rider chose."""
+
+    figures: Annotated[tuple[RouteFigures, ...], Field(min_length=2, max_length=8)]
+    """Of all routes that were shown."""
+    taken: Annotated[int, Field(ge=0, le=7)]
+    """Index of the chosen one."""
+
+
 Wishes = Annotated[tuple[RouteWish, ...], Field(max_length=12)]
 
 
@@ -92,6 +102,8 @@ class SetGoal(WireMessage):
     point: Point | None = None
     wishes: Wishes | None = None
     """Replace the active wishes; None: they stay."""
+    choice: ChosenRoute | None = None
+    """None: there was no choice."""
 
 
 class AddWish(WireMessage):

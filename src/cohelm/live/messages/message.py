@@ -26,3 +26,17 @@ WishKind = Literal["attract", "avoid", "stroke"]
 
 class WireMessage(FrozenModel):
     """Base of all messages: frozen, without undeclared fields."""
+
+
+class RouteFigures(WireMessage):
+    """Figures of a route that the rider's choices are learned from."""
+
+    length: Finite
+    """m."""
+    clearance: Finite
+    """Mean, m."""
+    encounters: Finite
+    """People near the route."""
+    turns: Finite
+    doors: Finite
+    """Narrow passages."""

@@ -8,7 +8,14 @@ from typing import Annotated, Literal
 from pydantic import Field, TypeAdapter
 
 from cohelm.live.messages.from_page import Echo
-from cohelm.live.messages.message import VERSION, Device, Pace, WireMessage, WishKind
+from cohelm.live.messages.message import (
+    VERSION,
+    Device,
+    Pace,
+    RouteFigures,
+    WireMessage,
+    WishKind,
+)
 from cohelm.live.messages.scene import Limits, MapDifferences, RiderSettings, SceneInfo
 from cohelm.messages import Mode
 
@@ -161,6 +168,12 @@ class ActiveWish(WireMessage):
     visit: bool = False
 
 
+RouteCause = Literal[
+    "first", "goal", "wish", "blocked", "better", "off_path", "stalled", "backed_up", "steering"
+]
+"""Cause of planning a route: ``navigation.PlanReason``."""
+
+
 class RouteUpdate(WireMessage):
     """Route of the chair, and the route without wishes."""
 
@@ -175,6 +188,7 @@ class RouteUpdate(WireMessage):
     wishes: tuple[ActiveWish, ...] = ()
     error: str = ""
     """Reason why there is no route; empty if there is one."""
+    cause: RouteCause = "first"
 
 
 class WishPreview(WireMessage):
@@ -212,18 +226,21 @@ class TripRoute(WireMessage):
     """The most important first; empty for the first route."""
     via: tuple[float, float] | None = None
     """Point to wish for in order to get this route; None: it needs none."""
+    figures: RouteFigures
 
 
 class TripPlans(WireMessage):
-    """Answer to ``PlanTrip``: the planner's own route and alternatives."""
+    """Answer to ``PlanTrip``: the routes to choose from, the best first."""
 
     type: Literal["trip_plans"] = "trip_plans"
     id: int
     routes: tuple[TripRoute, ...] = ()
     extra_length: float = 0.0
-    """Additional length of the first route due to the wishes, m."""
+    """Additional length of the planner's own route due to the wishes, m."""
     closest: tuple[float, ...] = ()
-    """Minimum distance of the first route from each point to go via, in their order, m."""
+    """Minimum distance of that route from each point to go via, in their order, m."""
+    learned: bool = False
+    """The order is the rider's, learned from their choices; otherwise the planner's."""
     error: str = ""
     """Reason why there is no route; empty if there is one."""
 

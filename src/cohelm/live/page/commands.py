@@ -16,7 +16,14 @@ from cohelm.live.control import driver_link
 from cohelm.live.control.driver_link import RequiredAction
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
-from cohelm.live.control.mission import MAX_WISHES, check_goal, check_wish, goal_of, wish_of
+from cohelm.live.control.mission import (
+    MAX_WISHES,
+    check_goal,
+    check_wish,
+    choice_of,
+    goal_of,
+    wish_of,
+)
 from cohelm.live.messages import (
     Accepted,
     AddWish,
@@ -211,7 +218,9 @@ class CommandHandler:
             self._driver.mission = self._driver.mission.with_goal(goal)
         else:
             wishes = tuple(wish_of(wish, self._next_wish()) for wish in message.wishes)
-            self._driver.mission = self._driver.mission.with_trip(goal, wishes)
+            self._driver.mission = self._driver.mission.with_trip(
+                goal, wishes, choice_of(message.choice, goal)
+            )
         logged = None if goal is None else goal.name or [round(goal.x, 2), round(goal.y, 2)]
         self._log_event(client, "goal_changed", goal=logged)
         return True

@@ -11,17 +11,19 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
+from pathlib import Path as File
 
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.errors import PlanningError
+from cohelm.errors import PlanningError, StoreError
 from cohelm.geometry import nearest_on_polyline, resample
 from cohelm.live.control.ipc import Points, ProcessReady, ProcessSetup
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import PlanningContext, warm_up_wishes
 from cohelm.live.control.view_model import route_view
-from cohelm.live.messages import RouteDifference, TripRoute
+from cohelm.live.messages import RouteDifference, RouteFigures, TripRoute
+from cohelm.live.sessions.route_choices import learned_preference
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
 from cohelm.navigation import planning_reason
 from cohelm.planning import GlobalPlanner, RouteProblem
@@ -32,7 +34,8 @@ from cohelm.planning.alternatives.alternatives import (
     most_shared,
 )
 from cohelm.planning.alternatives.features import FeatureParameters, route_features
-from cohelm.planning.alternatives.proposal import differences
+from cohelm.planning.alternatives.learned_preference import FeatureVector
+from cohelm.planning.alternatives.proposal import differences, preferred_order
 from cohelm.planning.planners.route import parameters_of
 from cohelm.planning.problem import prepare
 from cohelm.processes import end_with_owner, leave_interrupts
@@ -66,6 +69,8 @@ class TripRequest:
     goal: tuple[float, float]
     """m."""
     wishes: tuple[Wish, ...]
+    rider: str = ""
+    """Id of the rider, whose choices decide the order."""
     planning_context: bytes
     """Pickled :class:`PlanningContext`; its goal and wishes do not matter."""
 
@@ -79,6 +84,7 @@ class TripAnswer:
     routes: tuple[TripRoute, ...] = ()
     extra_length: float = 0.0
     closest: tuple[float, ...] = ()
+    learned: bool = False
     error: str = ""
 
 
@@ -110,15 +116,23 @@ def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
     os.nice(_NICENESS)
     warm_up(ride_setup)
     with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
-        _serve(OwnerPipe(pipe), ride_setup)
+        _serve(OwnerPipe(pipe), ride_setup, setup.folder)
 
 
-def _serve(pipe: OwnerPipe, ride_setup: RideSetup) -> None:
+def _serve(pipe: OwnerPipe, ride_setup: RideSetup, folder: File | None) -> None:
     pipe.send(ProcessReady(done=True))
     while True:
         request = pipe.receive()
-        is_trip = isinstance(request, TripRequest)
-        pipe.send(plan_trip(request, ride_setup) if is_trip else preview(request, ride_setup))
+        if isinstance(request, TripRequest):
+            pipe.send(plan_trip(request, ride_setup, _weights_of(request.rider, folder)))
+        else:
+            pipe.send(preview(request, ride_setup))
+
+
+def _weights_of(rider: str, folder: File | None) -> FeatureVector | None:
+    with contextlib.suppress(StoreError):  # a preference is no reason to lose the routes
+        return learned_preference(folder, rider) if folder is not None else None
+    return None
 
 
 def warm_up(ride_setup: RideSetup) -> None:
@@ -179,8 +193,12 @@ def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
     )
 
 
-def plan_trip(request: TripRequest, ride_setup: RideSetup) -> TripAnswer:
-    """Plan the routes to a destination: the planner's own, then alternatives by their cost.
+def plan_trip(
+    request: TripRequest, ride_setup: RideSetup, weights: FeatureVector | None = None
+) -> TripAnswer:
+    """Plan the routes to a destination: the planner's own, and alternatives.
+
+    Their order is the rider's, once it is learned; before, the alternatives come by their cost.
 
     An alternative comes with the point where it is farthest from the first route, and is the path
     that the planner takes once that point is wished for, with all other wishes.
@@ -188,6 +206,7 @@ def plan_trip(request: TripRequest, ride_setup: RideSetup) -> TripAnswer:
     Args:
         request: Destination, wishes and context.
         ride_setup: Map, chair and planner.
+        weights: Learned from the rider's choices; None: too few.
     """
     context: PlanningContext = pickle.loads(request.planning_context)  # from our own process
     problem = replace(
@@ -214,12 +233,12 @@ def plan_trip(request: TripRequest, ride_setup: RideSetup) -> TripAnswer:
             continue
         shown.append(replace(each, path=path, features=route_features(prepared, path, measuring)))
         vias.append(via)
+    order = preferred_order(shown, weights)
     return TripAnswer(
         id=request.id,
         client=request.client,
-        routes=tuple(
-            _trip_route(each, found[0], via) for each, via in zip(shown, vias, strict=True)
-        ),
+        routes=tuple(_trip_route(shown[k], shown[order[0]], vias[k], weights) for k in order),
+        learned=weights is not None,
         extra_length=round(found[0].path.wishes.extra_length, 2),
         closest=tuple(found[0].path.wishes.closest.round(2).tolist()),
     )
@@ -241,7 +260,10 @@ def _paths(routes: Sequence[Alternative]) -> tuple[Path, ...]:
 
 
 def _trip_route(
-    route: Alternative, first: Alternative, via: tuple[float, float] | None
+    route: Alternative,
+    first: Alternative,
+    via: tuple[float, float] | None,
+    weights: FeatureVector | None,
 ) -> TripRoute:
     path = route.path
     return TripRoute(
@@ -250,9 +272,10 @@ def _trip_route(
         duration=round(route.features.time, 1),
         differences=tuple(
             RouteDifference.model_validate({"what": name, "more": round(more, 2)})
-            for name, more in differences(route, first)
+            for name, more in differences(route, first, weights)
         ),
         via=via,
+        figures=RouteFigures.model_validate(FeatureVector.of(route.features).model_dump()),
     )
 
 

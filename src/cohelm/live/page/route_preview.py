@@ -42,6 +42,8 @@ class TripQuestion(NamedTuple):
 
     message: PlanTrip
     goal: Destination
+    rider: str
+    """Id of the rider, whose choices decide the order."""
 
     @property
     def id(self) -> int:
@@ -142,6 +144,7 @@ class RoutePreview:
                 routes=message.routes,
                 extra_length=message.extra_length,
                 closest=message.closest,
+                learned=message.learned,
                 error=message.error,
             )
             self._send(plans, message.client)
@@ -179,11 +182,12 @@ def _request_of(client: str, question: Question, context: bytes) -> PreviewReque
             wish=wishes_of((wish_of(question, 0),))[0],
             planning_context=context,
         )
-    message, goal = question
+    message, goal, rider = question
     return TripRequest(
         id=message.id,
         client=client,
         goal=(goal.x, goal.y),
+        rider=rider,
         wishes=tuple(wishes_of(tuple(wish_of(each, 0) for each in message.wishes))),
         planning_context=context,
     )

@@ -93,6 +93,7 @@ class PageView:
             extra_length=route.extra_length,
             wishes=self.wishes,
             error=self.route_error,
+            cause=route.cause,
         )
 
     def map_differences(self) -> MapDifferences:

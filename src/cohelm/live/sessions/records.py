@@ -11,6 +11,7 @@ from cohelm.config import Model
 from cohelm.health import NO_CHANGES, MapChanges
 from cohelm.live.messages import Limits, RideOutcome
 from cohelm.messages import Mode, Path
+from cohelm.planning.alternatives.learned_preference import RouteChoice
 
 
 def default_folder() -> File:
@@ -79,6 +80,8 @@ class RideSummary(Model):
     limits: tuple[LimitsAt, ...] = ()
     """Limits in force, in order of time."""
     stops: tuple[RideStop, ...] = ()
+    choice: RouteChoice | None = None
+    """Choice of the route before the trip; None: there was nothing to choose."""
     rating: int | None = None
     """1 to 5; None: not rated."""
     measures: Mapping[str, float] = {}

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 from cohelm.evaluation.metrics.measures import RIDE_MEASURES, measure_info
 from cohelm.evaluation.report.html import Table, render
 from cohelm.live.messages import Limits
-from cohelm.live.sessions.records import RideSummary, SessionInfo, SessionSummary
+from cohelm.live.sessions.records import RideStop, RideSummary, SessionInfo, SessionSummary
 from cohelm.live.sessions.timeline import Timeline
+from cohelm.reasons import Reason
 
 BREACH_TOLERANCE = 0.005
 """Distance by which a person may be closer than the target before a report says so, m."""
@@ -169,7 +170,7 @@ def _section(
         for name, info in ((name, measure_info(name)) for name in RIDE_MEASURES)
         if name in ride.measures
     ]
-    stops = [(f"{stop.time:.0f}", f"{stop.duration:.1f}", stop.text) for stop in ride.stops]
+    stops = [(f"{stop.time:.0f}", f"{stop.duration:.1f}", _cause(stop)) for stop in ride.stops]
     return _RideSection(
         id=ride.id,
         title=f"Ride {number}: {_destination(ride)}",
@@ -232,6 +233,12 @@ def _nearest(ride: RideSummary) -> str:
         return "–"
     near = breach_of_distance(ride)
     return f"{nearest:.2f}" + (f", closer than the target of {near[1]:g}" if near else "")
+
+
+def _cause(stop: RideStop) -> str:
+    """Reason of a stop for the reader of the report; an unknown code keeps its stored text."""
+    known = {each.value: each.report for each in Reason}
+    return known.get(stop.code, stop.text)
 
 
 def _durations(seconds: Mapping[Any, float]) -> str:

@@ -83,7 +83,7 @@ def stored_response(folder: Path) -> RiderResponse:
         if SESSION.fullmatch(session.name)
         for ride in rides_in(session)
     ]
-    return rider_response(rides, _reset_at(folder))
+    return rider_response(rides, reset_at(folder))
 
 
 def reset_response(folder: Path) -> None:
@@ -104,7 +104,12 @@ def with_response(profile: RiderProfile, response: RiderResponse) -> RiderProfil
     return profile.model_copy(update={"tight_speed": tight})
 
 
-def _reset_at(folder: Path) -> str:
+def reset_at(folder: Path) -> str:
+    """Return the time of the last reset, ISO 8601; empty: there was none.
+
+    Raises:
+        StoreError: The file cannot be read.
+    """
     try:
         return str(json.loads((folder / RESET).read_text(encoding="utf-8"))["since"])
     except FileNotFoundError:

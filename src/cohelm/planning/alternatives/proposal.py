@@ -70,7 +70,7 @@ def propose(
 def rank_routes(routes: Sequence[Alternative], rider: RiderChoices | None = None) -> Proposal:
     """Rank routes for a rider; the first one given is the planner's own."""
     weights = rider.weights if rider is not None else None
-    own = routes[0]
+    own, order = routes[0], preferred_order(routes, weights)
     proposed = [
         ProposedRoute(
             alternative=each,
@@ -81,9 +81,18 @@ def rank_routes(routes: Sequence[Alternative], rider: RiderChoices | None = None
         )
         for each in routes
     ]
-    if weights is not None:
-        proposed.sort(key=lambda each: -each.utility)
-    return Proposal(routes=tuple(proposed), learned=weights is not None, why=_why(rider))
+    ranked = tuple(proposed[k] for k in order)
+    return Proposal(routes=ranked, learned=weights is not None, why=_why(rider))
+
+
+def preferred_order(
+    routes: Sequence[Alternative], weights: FeatureVector | None
+) -> tuple[int, ...]:
+    """Return the indices of routes, the best first; without weights their own order."""
+    order = range(len(routes))
+    if weights is None:
+        return tuple(order)
+    return tuple(sorted(order, key=lambda k: -_utility_for(routes[k], weights)))
 
 
 def compare_routes(

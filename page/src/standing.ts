@@ -1,0 +1,67 @@
+// Why the chair stands, in one line: what holds it, or what it waits for.
+
+import { serverText, t, type Key } from "./i18n/text.svelte";
+import type { ChairState } from "./messages";
+import { goalName, type Audience } from "./words";
+
+export interface Stand {
+  readonly state: Pick<ChairState, "link" | "driver" | "goal" | "mode" | "paused" | "arrived"> | null;
+  readonly audience: Audience;
+  /** True if this page drives. */
+  readonly driving: boolean;
+  /** The reason on display in words, with its cause; empty: there is none. */
+  readonly why: string;
+  readonly code: string;
+  /** Name of the destination where the last ride arrived; empty: a point; null: it has not. */
+  readonly arrival: string | null;
+  /** The overview of a trip is open, and its route may be started. */
+  readonly startable: boolean;
+  /** Points and error of the route. */
+  readonly planned: boolean;
+  readonly error: string;
+}
+
+/** Reasons that name an action; the line says it shorter. */
+const ACTIONS = new Set(["confirm", "release_stick", "no_driver"]);
+const RIDER_DRIVES = new Set<ChairState["mode"]>(["assisted", "stop_only", "manual"]);
+
+export function standing(stand: Stand): string {
+  const { state, audience, why, code, startable } = stand;
+  if (!state) return t("who.notConnected");
+  if (state.paused) return t(audience === "rider" ? "who.paused" : "now.paused");
+  // A press on Start answers STOP, too, so it is what the chair waits for.
+  const start = startable && !state.goal && code !== "starting";
+  if (start && (!why || code === "rider_stop" || ACTIONS.has(code))) return t("stand.start");
+  if (why && !ACTIONS.has(code)) return why;
+  return t(...waits(stand, state));
+}
+
+type Words = [key: Key, values?: Record<string, string>];
+
+/** What a chair without a reason waits for. */
+function waits(stand: Stand, state: NonNullable<Stand["state"]>): Words {
+  const rider = stand.audience === "rider";
+  if (!state.driver) return ["stand.noDriver"];
+  if (rider && !stand.driving) return ["stand.other"];
+  const held = LINK[state.link];
+  if (held) return [rider ? held[0] : held[1]];
+  if (state.goal) return towards(stand, state, state.goal);
+  if (stand.arrival !== null) return stand.arrival ? ["stand.arrived", { name: stand.arrival }] : ["stand.arrivedPoint"];
+  return ["stand.noTrip"];
+}
+
+const LINK: Partial<Record<ChairState["link"], readonly [rider: Key, observer: Key]>> = {
+  no_driver: ["stand.noDriver", "stand.noDriver"],
+  no_heartbeat: ["stand.lost", "watch.lost"],
+  stick_held: ["stand.release", "watch.held"],
+  centre_stick: ["stand.release", "watch.release"],
+  confirm: ["stand.goOn", "watch.goOn"],
+};
+
+function towards(stand: Stand, state: NonNullable<Stand["state"]>, goal: { name: string }): Words {
+  if (state.arrived) return ["stand.arrived", { name: goalName(goal) }];
+  if (stand.error) return ["stand.because", { why: serverText(stand.error) }];
+  if (!stand.planned) return ["stand.planning"];
+  if (RIDER_DRIVES.has(state.mode)) return [stand.audience === "rider" ? "stand.steer" : "watch.steer"];
+  return ["stand.off"];
+}

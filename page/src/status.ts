@@ -1,0 +1,30 @@
+// The reason on display and the line about a standing chair, for the components that show them.
+
+import { chair } from "./chair.svelte";
+import { standing } from "./standing";
+import { surroundings } from "./surroundings.svelte";
+import { trip } from "./trip.svelte";
+import { reasonWords, type Audience } from "./words";
+
+/** The reason on display; empty: there is none. */
+export function reasonNow(audience: Audience = "rider"): string {
+  const { saying, cause } = surroundings;
+  return saying.shown ? reasonWords(saying.shown, cause, chair.state?.rate ?? 1, audience) : "";
+}
+
+/** Why the chair stands; empty while it drives. */
+export function standingNow(audience: Audience = "rider"): string {
+  const state = chair.stale ? null : chair.state;
+  if (state && !surroundings.stands) return "";
+  return standing({
+    state,
+    audience,
+    driving: chair.driving,
+    why: reasonNow(audience),
+    code: surroundings.saying.shown?.code ?? "",
+    arrival: chair.arrival?.name ?? null,
+    startable: trip.draft !== null && trip.route !== null && !trip.draft.outdated,
+    planned: chair.route.points.length > 0,
+    error: chair.route.error ?? "",
+  });
+}
