@@ -55,7 +55,7 @@ class Controller:
 
     def _take(self):
         with contextlib.suppress(OSError, ValueError):
-            for line in open(self.ours, "rb", buffering=0, closefd=False):  # noqa: SIM115
+            for line in open(self.ours, "rb", buffering=0, closefd=False):  # noqa: SIM115  # the descriptor stays open
                 command = json.loads(line)
                 self.v, self.w = command["v"], command["w"]
 

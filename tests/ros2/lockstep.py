@@ -94,7 +94,7 @@ def main():
         began = time.monotonic()
         outcome, end, lost, ticks = ride(sys.argv[1], seed)
         spent = time.monotonic() - began
-        print(  # noqa: T201
+        print(  # noqa: T201  # the answer of this program
             f"{sys.argv[1]} {seed}: in process {here.outcome.value} {here.time[-1]:.2f} s, "
             f"topics {outcome.value} {end:.2f} s, {lost} of {ticks} steps lost messages, "
             f"{1e3 * spent / ticks:.0f} ms a step",

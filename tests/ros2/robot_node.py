@@ -209,7 +209,7 @@ def main():
     rclpy.init()
     robot = Robot(scenario, seed, faults)
     robot.announce()
-    write = lambda row: (sys.stdout.write(json.dumps(row) + "\n"), sys.stdout.flush())  # noqa: E731
+    write = lambda row: (sys.stdout.write(json.dumps(row) + "\n"), sys.stdout.flush())  # noqa: E731  # a short helper
     while robot.lockstep:
         for row in robot.wait_for_command():
             write(row)

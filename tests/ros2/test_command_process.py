@@ -41,7 +41,7 @@ class Base:
         assert holds()
 
     def first_zero_after(self, at):
-        zeros = lambda: [t for t, x in self.commands if t > at and x == 0.0]  # noqa: E731
+        zeros = lambda: [t for t, x in self.commands if t > at and x == 0.0]  # noqa: E731  # a short helper
         self.wait(zeros)
         return zeros()[0]
 

@@ -94,7 +94,7 @@ def test_a_stick_that_lacks_something_is_refused(axes, buttons, text):
 
 def test_transforms_form_a_tree():
     tree, half_turn = FrameTree(), (0.0, 0.0, 1.0, 0.0)
-    add = lambda a, b, t: tree.add(a, b, t, time=0.0, arrival=0.0)  # noqa: E731
+    add = lambda a, b, t: tree.add(a, b, t, time=0.0, arrival=0.0)  # noqa: E731  # a short helper
     assert add("map", "odom", (1.0, 0.0, 0.0, *half_turn))
     assert add("/odom", "base", (2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
     assert not add("base", "map", (0.0, 0.0, 0.0, *half_turn))  # a cycle

@@ -161,7 +161,7 @@ def test_headings_point_along_the_line():
 
 
 def pose_goal(goal, start=None, frame="map"):
-    posed = lambda point: ros.posed(1.0, frame, np.array([*point, 0.0]))  # noqa: E731
+    posed = lambda point: ros.posed(1.0, frame, np.array([*point, 0.0]))  # noqa: E731  # a short helper
     return SimpleNamespace(
         goal=posed(goal), start=posed(start or (0, 0)), use_start=start is not None
     )
