@@ -46,9 +46,9 @@ def connection(browser: Browser, address: str, _: str, folder: Path) -> None:
     with opened(browser, address, 1280, 800) as page:
         show(page, "Simulation")
         page.get_by_role("button", name="Restart").click()
-        expect(page.locator(".why")).to_contain_text("Starting up")
+        expect(page.locator(".line")).to_contain_text("Starting up")
         keep(page, folder / "page-starting.png")
-        expect(page.locator(".why")).to_be_hidden(timeout=60_000)
+        expect(page.locator(".line")).not_to_contain_text("Starting up", timeout=60_000)
     for name, (width, height) in {"page-lost": (1280, 800), "page-phone-lost": (390, 844)}.items():
         context = browser.new_context(viewport={"width": width, "height": height})
         page, cables, cut = context.new_page(), list[WebSocketRoute](), threading.Event()
@@ -118,7 +118,7 @@ def desktops(browser: Browser, address: str, _: str, folder: Path) -> None:
         while doors.count():
             doors.first.click()
             page.wait_for_timeout(150)
-        go_on(page, lambda: page.locator(".why").filter(has_text="is shut").is_visible())
+        go_on(page, lambda: page.locator(".line").filter(has_text="is shut").is_visible())
         keep(page, folder / "page-door.png")
         show(page, "Simulation")
         page.get_by_role("button", name="Restart").click()
