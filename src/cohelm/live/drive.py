@@ -150,9 +150,8 @@ class Drive:
     def _make_services(self, setup: DriveSetup, folder: Path, grid: OccupancyGrid) -> Services:
         """Make what runs beside the control loop; no process is started yet."""
         # Only the navigator infers; the world stays the same whatever the rider's habits.
-        known = with_habits(setup.scenario, self._sessions.list())
         process_setup = ProcessSetup(
-            scenario=known,
+            scenario=with_habits(setup.scenario, self._sessions.list()),
             seed=setup.seed,
             folder=folder,
             record=setup.record,
