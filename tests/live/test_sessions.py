@@ -533,7 +533,7 @@ def test_the_page_needs_nothing_else_and_says_what_happened(store, ride_setup, t
     assert all(link.startswith("data:image/png;base64,") for link in page.links)
     assert "script" not in page.tags
     assert not re.search(r"url\(|@import|https?:", html)
-    for said in ("Ward 4", "arrived", "4 of 5", "Something stands in the way.", "0.7 m/s"):
+    for said in ("Ward 4", "arrived", "4 of 5", "Obstacle in the way. Stopped.", "0.7 m/s"):
         assert said in page.text, said
     assert "prefers-color-scheme:dark" in html
     assert "@media print" in html

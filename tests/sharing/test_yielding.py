@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cohelm.sharing import (
     SteeringParameters,
     YieldingParameters,
-    at_its_word,
+    with_literal_stick,
     update_yielding,
 )
 
@@ -85,14 +85,14 @@ def test_mirrored_angles_mirror_it(angles):
     assert abs(left.disagreement) <= 0.5  # no angle counts for more
 
 
-def test_a_chair_that_yields_takes_every_hand_at_its_word():
+def test_a_chair_that_yields_takes_every_hand_with_literal_stick():
     steering = SteeringParameters()
-    led = at_its_word(steering, P)
+    led = with_literal_stick(steering, P)
     # a coarse hand waits between both times: they are one
     assert led.clear_time == led.steady_clear_time == steering.steady_clear_time
     assert led.attraction == 0.0
     # never farther from walls than usual help
     assert led.wall_gap == P.wall_gap < steering.wall_gap
-    assert at_its_word(SteeringParameters(wall_gap=0.0), P).wall_gap == 0.0
+    assert with_literal_stick(SteeringParameters(wall_gap=0.0), P).wall_gap == 0.0
     # how far the chair may turn from the stick is not touched
     assert led.max_deviation == steering.max_deviation
