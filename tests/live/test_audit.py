@@ -3,6 +3,7 @@
 import json
 import stat
 import threading
+import time
 
 import pytest
 
@@ -121,6 +122,25 @@ def test_what_a_full_disk_did_not_take_is_counted_and_said(log, monkeypatch):
     assert whats(log) == [("a", "stop_pressed"), ("chair", "entries_dropped")]
     assert log.entries()[1].details["count"] == 1
     assert not log.error
+
+
+def test_a_full_disk_is_said_no_longer_once_there_is_space_though_nothing_happens(log, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module, "RETRY_PERIOD", 0.05)
+    with monkeypatch.context() as broken:
+        broken.setattr(module.os, "write", full)
+        log.log_event("a", "control_taken")
+        log.wait_until_idle()
+        time.sleep(0.3)  # attempts that fail
+        assert "No space left" in log.error
+    end = time.monotonic() + 30.0
+    while log.error and time.monotonic() < end:
+        time.sleep(0.02)
+    assert not log.error
+    assert whats(log) == [("chair", "entries_dropped")]
+    assert log.entries()[0].details["count"] == 1
 
 
 def test_what_json_cannot_say_is_said_as_text(log):

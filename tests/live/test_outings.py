@@ -82,3 +82,24 @@ def test_what_is_no_ride_is_not_rated(ended):
     rides, _ = ended
     with pytest.raises(StoreError):
         rides.rate("s-r2", 5)
+
+
+def test_a_full_disk_is_said_before_the_first_ride_and_no_longer_once_there_is_space():
+    kept = Kept()
+    full = [True]
+
+    def begin(ride_setup, rider):
+        if full[0]:
+            raise StoreError("cannot be written (No space left on device)", file="data")
+
+    kept.begin = begin
+    limits = Limits(max_speed=1.0, max_acceleration=0.5, min_distance=0.3)
+    settings = SimpleNamespace(limits=limits, person="", error="")
+    rides = RideTracker(kept, settings, lambda *_: None)
+    rides.enter(SimpleNamespace(seed=0))
+    assert "No space left" in rides.error
+    rides.retry()
+    assert "No space left" in rides.error
+    full[0] = False
+    rides.retry()
+    assert rides.error == ""

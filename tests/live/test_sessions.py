@@ -580,3 +580,24 @@ def test_it_lies_where_the_desktop_keeps_data(monkeypatch, tmp_path):
     assert default_folder() == tmp_path / "cohelm" / "sessions"
     monkeypatch.setenv("XDG_DATA_HOME", "not/absolute")
     assert default_folder().is_absolute()
+
+
+def test_a_session_that_a_full_disk_refused_leaves_no_folder(store, ride_setup, monkeypatch):
+    with monkeypatch.context() as broken:
+        broken.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
+        with pytest.raises(StoreError, match="cannot be written"):
+            store.begin(ride_setup)
+    assert not [each for each in store.folder.iterdir() if each.is_dir()]
+    assert not store.list()
+
+
+def test_an_empty_folder_of_a_killed_program_is_no_session(tmp_path):
+    """Killed between the folder and its record, or by an earlier program on a full disk."""
+    (tmp_path / "20260131-142530").mkdir()
+    kept = tmp_path / "20260131-142531"
+    kept.mkdir()
+    (kept / "20260131-142531-r1.rows").write_bytes(b"")
+    store = SessionStore(tmp_path)
+    store.wait_until_idle()
+    assert [session.session.id for session in store.list()] == [kept.name]
+    store.close()

@@ -186,13 +186,14 @@ class RideTracker:
         """Store again what could not be stored, without waiting for it."""
         if self._store.error or self._settings.error:
             self._store.retry(self._settings.retry)
+        if not self._store_fails:  # the chair stands, or its ride is stored
+            self._open_session()
 
     def enter(self, ride_setup: RideSetup) -> None:
         """End the current ride; further rides take place in this world."""
         self.end("cancelled")
         self._ride_setup = ride_setup
-        with contextlib.suppress(StoreError):  # reported when a ride begins
-            self._begin_session(ride_setup)
+        self._open_session()
 
     def take_marks(self) -> RideMarks:
         """Return the marks for the next request to the navigator, each only once."""
@@ -269,6 +270,19 @@ class RideTracker:
         if rating is not None:
             with contextlib.suppress(StoreError):  # its session was deleted meanwhile
                 self._store.rate(ride.id, rating)
+
+    def _open_session(self) -> None:
+        """Begin the session before its first ride, so that a full disk is said before it."""
+        if self._ride_setup is None or self._session_rider == self._settings.person:
+            return
+        try:
+            self._begin_session(self._ride_setup)
+        except StoreError as error:
+            if not self._error:  # once, not at every attempt
+                _log.error("rides are not stored: %s", error)
+            self._error = error.problem
+        else:
+            self._error = ""
 
     def _begin_session(self, ride_setup: RideSetup) -> None:
         """Begin the session of this drive and rider, unless it has begun.

@@ -36,6 +36,8 @@ MAX_FILES = 10
 """Number of files, the current one included: 10 MB."""
 MAX_QUEUED_ENTRIES = 10_000
 """Maximum number of entries that wait for the disk; further ones are counted as lost."""
+RETRY_PERIOD = 5.0
+"""Time between two attempts to write after a failure, s."""
 _log = logging.getLogger(__name__)
 
 
@@ -149,10 +151,8 @@ class AuditLog:
         """Write all waiting entries at once, in the writer thread."""
         open_ = True
         while open_:
-            batch = [self._queue.get()]
-            while not self._queue.empty():
-                batch.append(self._queue.get_nowait())
-            open_ = batch[-1] is not None
+            batch = self._next_entries()
+            open_ = not batch or batch[-1] is not None
             try:
                 self._append([each for each in batch if each is not None])
                 self._error = ""
@@ -166,9 +166,22 @@ class AuditLog:
                 for _ in batch:
                     self._queue.task_done()
 
+    def _next_entries(self) -> list[AuditEntry | None]:
+        """Wait for entries; none after ``RETRY_PERIOD`` if the count of lost ones is to be written.
+
+        So that the error ends once there is space, and not only with the next event.
+        """
+        try:
+            batch = [self._queue.get(timeout=RETRY_PERIOD if self._error else None)]
+        except queue.Empty:
+            return []
+        while not self._queue.empty():
+            batch.append(self._queue.get_nowait())
+        return batch
+
     def _append(self, entries: list[AuditEntry]) -> None:
         with self._lock:
-            if self._dropped_count and entries:
+            if self._dropped_count:
                 entries = [_dropped(self._dropped_count), *entries]
             lines = _lines(entries)
             try:

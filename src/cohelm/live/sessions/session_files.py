@@ -15,6 +15,7 @@ from typing import TypeVar
 
 from cohelm.config import Model
 from cohelm.errors import StoreError
+from cohelm.live.sessions.files import write_atomically
 from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo
 from cohelm.platforms import is_simulated
 from cohelm.scenarios.build import RideSetup
@@ -40,16 +41,31 @@ def session_of(ride: str) -> str:
     return ride.rpartition("-r")[0]
 
 
-def create_session_folder(root: Path, used: Set[str]) -> str:
-    """Create the folder of a new session, named by the local time, and return its id.
+def create_session(root: Path, used: Set[str], info: SessionInfo) -> SessionInfo:
+    """Create the folder of a new session, named by the local time, and store its properties.
 
     Args:
         root: Folder of all sessions.
         used: Ids not to be used again: of deleted sessions, whose last ride may still be written.
+        info: Properties without an id.
+
+    Returns:
+        The properties with the id.
 
     Raises:
-        StoreError: The folder cannot be created.
+        StoreError: The session cannot be written; no folder is left.
     """
+    folder = _new_folder(root, used)
+    opened = info.model_copy(update={"id": folder.name})
+    try:
+        write_atomically(folder / "session.json", as_json(opened))
+    except StoreError:
+        remove_empty_session(folder)
+        raise
+    return opened
+
+
+def _new_folder(root: Path, used: Set[str]) -> Path:
     stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
     for number in itertools.count(1):
         id_ = stamp if number == 1 else f"{stamp}-{number}"
@@ -61,7 +77,7 @@ def create_session_folder(root: Path, used: Set[str]) -> str:
             continue
         except OSError as cause:
             raise StoreError(f"cannot be created ({cause.strerror})", file=root) from None
-        return id_
+        return root / id_
     raise AssertionError  # the numbers do not end
 
 
@@ -153,13 +169,18 @@ def as_json(model: Model) -> bytes:
 def sweep(folder: Path) -> None:
     """Remove temporary files that a killed program left; logs of rides are never removed.
 
-    Sessions being deleted are removed at once, other files when they are a day old.
+    Sessions being deleted and empty folders are removed at once, other files when they are a day
+    old.
     """
     for deleted in folder.glob(f"{DELETED}*"):
         try:
             _remove(deleted)
         except StoreError as error:
             _log.error("sessions: %s", error)
+    for session in folder.glob("*"):
+        if SESSION.fullmatch(session.name):
+            with contextlib.suppress(OSError):  # only an empty one can be removed
+                session.rmdir()
     for pattern in ("*/.*", "*/*.measures.*"):
         for file in folder.glob(pattern):
             with contextlib.suppress(OSError):

@@ -44,7 +44,7 @@ from cohelm.live.sessions.recovery import BEGUN, interrupted_ride, unfinished_ri
 from cohelm.live.sessions.session_files import (
     RIDE,
     as_json,
-    create_session_folder,
+    create_session,
     mark_deleted,
     not_deleted,
     now_utc,
@@ -254,10 +254,8 @@ class SessionStore(SessionArchive):
 
     def _open_session(self, info: SessionInfo) -> SessionInfo:
         """Give the session an id and a folder of its own."""
-        id_ = create_session_folder(self.folder, self._used_ids)
-        self._used_ids.add(id_)
-        opened = info.model_copy(update={"id": id_})
-        write_atomically(self.folder / id_ / "session.json", as_json(opened))
+        opened = create_session(self.folder, self._used_ids, info)
+        self._used_ids.add(opened.id)
         return opened
 
     def _write_rides(self) -> None:
