@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from cohelm.sharing import (
     SteeringParameters,
     YieldingParameters,
-    with_literal_stick,
     update_yielding,
+    with_literal_stick,
 )
 
 TICK = 0.05
