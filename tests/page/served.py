@@ -16,6 +16,8 @@ from pathlib import Path
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from cohelm.live.sessions.response import reset_response
+
 _READY = 300.0
 _STEP = 0.05
 
@@ -28,10 +30,10 @@ class Chair:
 
     def __init__(self, folder, *options, command="drive"):
         command = [sys.executable, "-m", "cohelm", command, *options, "--port", "0"]
-        self.log = folder / "log.txt"
+        self.log, self.data = folder / "log.txt", folder / "data"
         with self.log.open("w") as log:
             self.process = subprocess.Popen(
-                [*command, "--data", str(folder / "data")], stdout=subprocess.PIPE, stderr=log,
+                [*command, "--data", str(self.data)], stdout=subprocess.PIPE, stderr=log,
                 text=True,
             )  # fmt: skip
         said = self._printed("Ctrl-C")
@@ -112,7 +114,8 @@ class Chair:
             rest(0.02)
 
     def restart(self):
-        """The same world from its beginning, with nobody at the stick and nothing asked for."""
+        """The same world from its beginning: nobody at the stick, nothing asked for or learned."""
+        reset_response(self.data)
         self.until(lambda state: state["driver"] is None)
         self.told.clear()
         self.say("change_simulation", action="restart", seed=0)
