@@ -80,10 +80,13 @@ def test_somebody_who_walks_into_the_back_finds_the_chair_standing():
     """Two metres behind and 0.6 m/s faster; one who plans for nobody behind drives on."""
     rules = PLANNER.parameters.verification.model_copy(update={"unaware_after": np.inf})
     heedless = SsMpcDcbf(PLANNER.parameters.model_copy(update={"verification": rules}))
-    met = [speed for speed, gap in follow(PLANNER, 2.0, seconds=3.0) if gap < 0.05]
-    assert met
-    assert met[0] < 0.02
-    assert all(speed > 0.3 for speed, gap in follow(heedless, 2.0, seconds=3.0) if gap < 0.05)
+    # At first touch: what a planner does while somebody stands within the chair has no meaning.
+    assert speed_when_met(PLANNER) < 0.02
+    assert speed_when_met(heedless) > 0.3
+
+
+def speed_when_met(planner):
+    return next(speed for speed, gap in follow(planner, 2.0, seconds=3.0) if gap < 0.05)
 
 
 def test_nobody_who_keeps_a_distance_stops_the_chair():
