@@ -1,12 +1,14 @@
 """Rides of the bench of calm, draws on floors, and the report."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.evaluation.sweep_rows import result
 
 from cohelm.benchmarks.rides import calm, calm_report
+from cohelm.benchmarks.rides.false_alarms import AlarmWatch
 from cohelm.benchmarks.rides.floor_draws import (
     APART,
     CLEARANCE,
@@ -21,6 +23,7 @@ from cohelm.errors import ConfigError
 from cohelm.evaluation.report.rides import Rides
 from cohelm.evaluation.sweeps import RideTask
 from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, distance_field, write_map
+from cohelm.messages import Reason
 from cohelm.scenarios.build import build_scenario
 
 
@@ -162,6 +165,33 @@ def test_a_ride_that_fails_is_listed_with_its_command(tmp_path):
     assert "cohelm run hospital --seed 3 --set mode=autonomous" in line
     assert report.summary["groups"]["hospital, autonomous"]["timeouts"] == 1.0
     assert (tmp_path / "summary.csv").is_file()
+
+
+@pytest.mark.parametrize("faulty", [False, True])
+def test_alarms_are_counted_where_no_fault_was_set(tmp_path, monkeypatch, faulty):
+    """A finding that lasts is one alarm; with a fault it is none, because it may be true."""
+    finds = iter([*[False] * 10, *[True] * 5, *[False] * 5, *[True] * 3])
+
+    def see(watch, tick, truth):
+        health = SimpleNamespace(findings=[SimpleNamespace(reason=Reason.LOST)][: next(finds, 0)])
+        return original(watch, SimpleNamespace(health=health, decision=tick.decision), truth)
+
+    original = AlarmWatch.see
+    monkeypatch.setattr(AlarmWatch, "see", see)
+    faults = ("faults=[{kind: scan_frozen, at: 1, duration: 1}]",) if faulty else ()
+    bench = calm.create(part=("hospital",), modes="autonomous",
+                        settings=("people.count=0", "time_limit=1.5", *faults))  # fmt: skip
+    (task,) = bench.tasks(range(3, 4))
+    results = bench.work(task, tmp_path)
+    notes = bench.report(results, tmp_path).notes
+    alarms = [note for note in notes if "false alarm" in note]
+    if faulty:
+        assert not alarms
+        return
+    found = results[0].row["alarm_reasons"]
+    assert [each.split(" at ")[0] for each in found.split(", ")] == ["lost", "lost"]
+    assert alarms[0].startswith(f"false alarm: {found}: cohelm run hospital --seed 3")
+    assert alarms[1].startswith("false alarms: 2 in 0.00 h")
 
 
 def row(seed, part="hospital", **changes):

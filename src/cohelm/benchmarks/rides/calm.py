@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cohelm.benchmarks.bench import (
     BenchReport,
@@ -24,6 +24,7 @@ from cohelm.benchmarks.bench import (
     unset,
 )
 from cohelm.benchmarks.rides.calm_report import calm_report
+from cohelm.benchmarks.rides.false_alarms import AlarmWatch
 from cohelm.benchmarks.rides.floor_draws import (
     SCENARIO,
     FloorDraw,
@@ -32,9 +33,14 @@ from cohelm.benchmarks.rides.floor_draws import (
     known_floor,
 )
 from cohelm.errors import ConfigError
+from cohelm.evaluation import run
+from cohelm.evaluation.episode.ride import Ride
 from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.messages import Mode
+from cohelm.navigation import Tick
 from cohelm.recordings.outside_data import outside_file
+from cohelm.scenarios import Scenario
+from cohelm.simulation import GroundTruth
 
 TITLE = "Arrivals and calmness of the chair"
 AUTONOMOUS, SHARED = Mode.AUTONOMOUS.value, Mode.SHARED.value
@@ -101,7 +107,7 @@ class CalmBench:
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """Ride."""
-        return [ride_row(each, empty_floor=False) for each in task]
+        return [_row(each) for each in task]
 
     def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
         """Table of all parts, and the failed rides with their commands."""
@@ -180,6 +186,22 @@ def create(
     bench = CalmBench(parts, share, chosen_modes, tuple(settings))
     check_rides([(RideTask((), SCENARIO, bench.settings, 0),)], "local_planner")
     return bench
+
+
+def _row(task: RideTask) -> Result:
+    """Ride, and count the false alarms where no fault was set."""
+    watch = AlarmWatch()
+
+    def drive(scenario: Scenario, seed: int) -> Ride:
+        def see(tick: Tick, truth: GroundTruth) -> None:
+            watch.see(tick, truth)
+
+        return run(scenario, seed, see)
+
+    def more(ride: Ride) -> Mapping[str, Any]:
+        return {} if ride.scenario.faults else watch.columns(ride)
+
+    return ride_row(task, empty_floor=False, more=more, drive=drive)
 
 
 def _placed(case: Case) -> tuple[str, ...] | None:

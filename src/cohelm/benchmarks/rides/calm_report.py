@@ -11,6 +11,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.benchmarks.bench import BenchReport, Result, Sheet
+from cohelm.benchmarks.rides.false_alarms import alarm_note
 from cohelm.benchmarks.rides.report import faults, sources
 from cohelm.evaluation.report import write_results
 from cohelm.evaluation.report.rides import Rides
@@ -119,7 +120,7 @@ def calm_report(results: Sequence[Result], folder: Path, title: str) -> BenchRep
             _sheet("Floors: rides by outcome", floors, ARRIVALS),
             _sheet("Floors: calmness", floors, CALMNESS),
         ),
-        notes=(*sources(rows), *faults(rows, BY), *failures(rides)),
+        notes=(*sources(rows), *faults(rows, BY), *failures(rides), *_alarms(rows)),
         summary={"groups": _figures(groups), "floors": _figures(floors)},
     )
     written = write_results(
@@ -137,6 +138,17 @@ def failures(rides: Rides) -> tuple[str, ...]:
         for row, reached in zip(rides, rides.reached, strict=True)
         if not reached
     )
+
+
+def _alarms(rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """False alarms per hour, and each with the command of its ride; none of rides that failed."""
+    ridden = [row for row in rows if row.get("outcome") != "error" and "alarms" in row]
+    found = [
+        f"false alarm: {row['alarm_reasons']}: {row['replay']}"
+        for row in ridden
+        if float(row["alarms"]) > 0.0
+    ]
+    return (*found, alarm_note(ridden)) if ridden else ()
 
 
 def _end(row: Mapping[str, Any]) -> str:

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 from cohelm.arrays import Floats
 from cohelm.benchmarks.bench import BenchReport, Result, Sheet
+from cohelm.benchmarks.rides.false_alarms import alarm_note
 from cohelm.benchmarks.rides.fault_hazards import HAZARDS, Hazard
 from cohelm.evaluation.report.statistics import bootstrap_median, wilson_share
 from cohelm.simulation import FAULT_KINDS
@@ -149,20 +149,6 @@ def detectable_notes(
         f"{len(group)} rides with a fault listed as detectable, noticed: {noticed:.3f}",
         f"of these with a contact above {SOFT:g} m/s: {int((speeds > SOFT).sum())} ({soft:.4f}), "
         f"above {HARD:g} m/s: {int((speeds > HARD).sum())} ({hard:.4f})",
-    )
-
-
-def alarm_note(sound: Sequence[Row]) -> str:
-    """Sentence on false alarms per hour of faultless rides, with its exact Poisson interval."""
-    hours = sum(float(row["duration"]) for row in sound) / 3600.0
-    alarms = int(sum(float(row["alarms"]) for row in sound))
-    if not hours:
-        return "no rides without a fault"
-    low = stats.chi2.ppf(0.025, 2 * alarms) / 2.0 if alarms else 0.0
-    high = stats.chi2.ppf(0.975, 2 * alarms + 2) / 2.0
-    return (
-        f"false alarms: {alarms} in {hours:.2f} h without a fault, "
-        f"{alarms / hours:.1f} an hour [{low / hours:.1f}, {high / hours:.1f}]"
     )
 
 

@@ -12,13 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split_names, unset
+from cohelm.benchmarks.rides.false_alarms import INPUT_REASONS, AlarmWatch
 from cohelm.benchmarks.rides.fault_report import fault_report
 from cohelm.benchmarks.rides.modes import MODES
 from cohelm.errors import ConfigError
 from cohelm.evaluation.episode.episode import Course
 from cohelm.evaluation.episode.ride import Ride
 from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
-from cohelm.messages import Mode, Reason
+from cohelm.messages import Mode
 from cohelm.navigation import Navigator, Tick
 from cohelm.platforms import PlanarPlatform
 from cohelm.scenarios import RideSetup, Scenario, build_scenario
@@ -44,13 +45,6 @@ COMPARED = {
     "health.enabled": "--unwatched",
 }
 """Keys that cannot be set for all rides → what sets them."""
-INPUT_REASONS = frozenset(
-    {
-        *(Reason.NOT_FINITE, Reason.CLOCK, Reason.STALE_SCAN, Reason.STALE_POSE),
-        *(Reason.STALE_TWIST, Reason.POSE_JUMP, Reason.STALE_RIDER_COMMAND, Reason.LATE),
-    }
-)
-"""Reasons of the safety gate that detect a fault of the input."""
 
 
 class FaultCase(NamedTuple):
@@ -181,8 +175,7 @@ class FaultWatch:
     def __init__(self, onset: float) -> None:
         self._onset = onset
         self._found: tuple[float, str] | None = None
-        self._alarms: list[float] = []
-        self._alarm = False
+        self._alarms = AlarmWatch()
         self._stands_since: float | None = None
         self._walked_into = False
 
@@ -193,12 +186,7 @@ class FaultWatch:
             True if the rest of the ride decides nothing: the chair stands because of a finding, or
             a person has walked into the standing chair and would now walk through it.
         """
-        reasons = [each.reason.value for each in tick.health.findings]
-        if tick.decision.reason in INPUT_REASONS:
-            reasons.append(str(tick.decision.reason))
-        if reasons and not self._alarm:
-            self._alarms.append(truth.time)
-        self._alarm = bool(reasons)
+        reasons = self._alarms.see(tick, truth)
         if reasons and self._found is None and truth.time >= self._onset - 1e-9:
             self._found = truth.time, reasons[0]
         self._walked_into = self._walked_into or bool(truth.hit_standing.any())
@@ -219,8 +207,7 @@ class FaultWatch:
         found = math.nan if self._found is None else self._found[0] - self._onset
         return {
             "onset": self._onset,
-            "duration": float(ride.time[-1]),
-            "alarms": len(self._alarms),
+            **self._alarms.columns(ride),
             "noticed": float(self._found is not None),
             "delay": found,
             "largest_step": _largest_step(ride),
