@@ -1,3 +1,5 @@
+import warnings
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,13 @@ def test_idle_in_shared_mode_is_autonomous_bit_for_bit():
     shared = run(load_scenario("empty", ["rider=idle", "time_limit=4"]), 0)
     alone = run(load_scenario("empty", ["mode=autonomous", "time_limit=4"]), 0)
     assert np.array_equal(shared.command, alone.command)
+
+
+def test_a_fault_after_the_end_is_warned_of():
+    fault = "faults=[{kind: scan_frozen, at: 2.0}]"
+    late, early = (load_scenario("crossing", [fault, f"time_limit={t}"]) for t in (0.2, 2.1))
+    with pytest.warns(UserWarning, match="scan_frozen begins at 2 s and never acts: time_limit is"):
+        run(late, 0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(early, 0)

@@ -1,6 +1,8 @@
 """Faults of each part do what their names say, and equal seeds give equal faults."""
 
+import runpy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -227,3 +229,11 @@ def test_panes_stay_where_they_are_whatever_the_localiser_says(localiser):
     for k in range(20):
         one, two = (each.observed(observation(k / 10)) for each in (alone, both))
     np.testing.assert_array_equal(one.scans[0].ranges, two.scans[0].ranges)
+
+
+def test_the_documents_list_every_kind_with_its_unit_and_bounds():
+    script = Path(__file__).parents[3] / "docs" / "figures" / "fault_kinds.py"
+    made = runpy.run_path(str(script))
+    table = made["table"]()
+    assert table in made["PAGE"].read_text(encoding="utf-8"), "run docs/figures/fault_kinds.py"
+    assert all(f"| `{name}` |" in table for name in FAULT_KINDS)

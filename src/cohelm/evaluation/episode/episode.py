@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import warnings
 from collections.abc import Callable
 from types import MappingProxyType
 
@@ -49,7 +50,18 @@ class Episode:
         self.setup = setup
 
     def run(self, on_tick: Watcher | None = None) -> Ride:
-        """Run the ride to its end: goal, collision, stop or time limit."""
+        """Run the ride to its end: goal, collision, stop or time limit.
+
+        Warns of faults that begin after the time limit.
+        """
+        limit = self.setup.scenario.time_limit
+        for fault in self.setup.scenario.faults:
+            if fault.at >= limit:
+                warnings.warn(
+                    f"the fault {fault.kind} begins at {fault.at:g} s and never acts: "
+                    f"time_limit is {limit:g} s",
+                    stacklevel=2,
+                )
         platform, world = open_simulation(self.setup)
         navigator = Navigator(self.setup.navigator)
         return Course(self.setup, platform, world, navigator).run(on_tick)

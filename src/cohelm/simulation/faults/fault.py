@@ -16,8 +16,8 @@ class Fault(Model):
 
     kind: str
     """Name in ``FAULT_KINDS``: ``scan_…`` of planar scanners, ``pose_…`` of the localiser,
-    ``twist_…`` of the odometry, ``drive_…`` of motors and brakes, ``rider_…`` of the device,
-    ``people_…`` of detection, and clocks."""
+    ``twist_…`` of the odometry, ``command_…`` and others of motors and brakes, ``rider_…`` of the
+    device, ``people_…`` of detection, and clocks."""
     at: float = Field(ge=0.0)
     """s."""
     duration: float = Field(1.0, gt=0.0)
