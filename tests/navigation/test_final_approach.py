@@ -30,7 +30,7 @@ PATH = Straight().plan(Ends())
     ("remaining", "speed", "limit"),
     [
         (1.0, 0.8, math.inf),  # 0.8 m/s stops in 0.53 m
-        (0.3, 0.8, math.sqrt(0.15**2 + 2.0 * 0.6 * 0.3)),
+        (0.3, 0.8, math.sqrt(0.15**2 + 2.0 * 0.6 * (0.3 - 0.15 * 0.8))),  # 0.15 s late
         (0.3, 0.5, math.inf),
         (0.0, 0.6, 0.15),
         (0.0, 0.0, 0.15),  # at the end it stays slow

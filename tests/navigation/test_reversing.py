@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohelm.geometry import arc_length
-from cohelm.messages import Reason
+from cohelm.messages import Path, Reason
 from cohelm.navigation.recovery.driven_track import (
     TRACK_LENGTH,
     extend_track,
@@ -24,7 +24,11 @@ from cohelm.navigation.recovery.reversing import (
     update_reversing,
 )
 from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
-from cohelm.navigation.recovery.turning_room import can_turn
+from cohelm.navigation.recovery.turning_room import (
+    can_turn,
+    must_turn_elsewhere,
+    turn_to_path,
+)
 from cohelm.robots import load_robot
 from cohelm.testing.scenes import room, walls_of
 
@@ -136,6 +140,39 @@ def test_the_other_direction_of_turn_counts_as_well():
     pose = np.array([6.0, 4.0, 0.0])  # 0.5 m to the wall on its right
     assert not can_turn(CHAIR, pose, -math.pi, walls, margin=0.02)  # the rear swings as well
     assert can_turn(CHAIR, pose + np.array([0.0, 0.3, 0.0]), -math.pi, walls, margin=0.02)
+
+
+def test_the_longer_way_round_counts_for_about_half_a_turn_alone():
+    """A pillar is to the right of the front: only a turn that is as far avoids it."""
+    pose = np.array([6.0, 4.0, 0.0])
+
+    def fits(degrees):
+        walls = walls_of(room(boxes=[(6.55, 3.3, 6.75, 3.5)]))
+        return can_turn(CHAIR, pose, math.radians(degrees), walls, margin=0.02)
+
+    assert [fits(each) for each in (-100.0, 100.0, -170.0, 180.0)] == [False, True, True, True]
+
+
+@pytest.mark.parametrize(
+    ("half", "turn", "elsewhere"),
+    [(0.6, math.pi, True), (0.6, 1.0, False), (2.0, math.pi, False), (2.0, 1.5, False)],
+)
+def test_a_path_behind_is_turned_to_elsewhere_only_in_a_corridor(half, turn, elsewhere):
+    walls = walls_of(room(boxes=[(0.0, 0.0, 12.0, 4.0 - half), (0.0, 4.0 + half, 12.0, 8.0)]))
+    assert must_turn_elsewhere(CHAIR, np.array([6.0, 4.0, 0.0]), turn, walls) is elsewhere
+
+
+def test_the_turn_to_a_path_is_that_to_half_a_metre_ahead_or_to_the_goal():
+    line = np.array([[2.0, 4.0], [9.0, 4.0]])
+    path = Path(
+        points=line, length=7.0, cost=7.0, without_wishes=line, method="straight", wishes=()
+    )
+    goal = line[-1]
+    behind = np.array([6.0, 4.0, math.pi])
+    assert abs(turn_to_path(behind, path, 4.0, goal)) == pytest.approx(math.pi)
+    aside = np.array([6.0, 3.5, 0.0])
+    assert turn_to_path(aside, path, 4.0, goal) == pytest.approx(math.pi / 4.0)
+    assert turn_to_path(aside, path, 6.9, np.array([6.0, 4.0])) == pytest.approx(math.pi / 2.0)
 
 
 # ------------------------------------------------------------------ beginning and end

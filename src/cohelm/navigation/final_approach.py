@@ -24,6 +24,8 @@ _MARGIN = 0.02
 """Gap of the line's clearance beyond the inscribed radius, m."""
 _FINAL_SPEED = 0.15
 """Speed up to which a chair may be at the end of its path, m/s: it stops within 2 cm."""
+_REACTION = 0.15
+"""Time until the wheels follow a lower limit, s: a tick and the drive's lag."""
 _AT_END = 0.02
 """Remaining length of a chair at the end of its path, m."""
 
@@ -70,9 +72,10 @@ def approach_limit(remaining: float, twist: Floats, deceleration: float) -> floa
         twist: of the chair (3,).
         deceleration: comfort braking, m/s².
     """
-    limit = float(np.sqrt(_FINAL_SPEED**2 + 2.0 * deceleration * max(remaining, 0.0)))
-    fast = float(np.hypot(*twist[:2])) > limit
-    return limit if fast or remaining <= _AT_END else float("inf")
+    speed = float(np.hypot(*twist[:2]))
+    braking = max(remaining - _REACTION * speed, 0.0)
+    limit = float(np.sqrt(_FINAL_SPEED**2 + 2.0 * deceleration * braking))
+    return limit if speed > limit or remaining <= _AT_END else float("inf")
 
 
 def _offset(path: Path, progress: float, position: Floats) -> float:

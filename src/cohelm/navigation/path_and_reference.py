@@ -17,6 +17,7 @@ from cohelm.navigation.obstacle_memory import merge_obstacles
 from cohelm.navigation.recovery.context import reverse_reference
 from cohelm.navigation.recovery.progress_checker import ProgressState, check_progress
 from cohelm.navigation.recovery.stages import RecoveryAction
+from cohelm.navigation.recovery.turning_room import must_turn_elsewhere, turn_to_path
 from cohelm.navigation.replanning.replanner import RouteState, update_route
 from cohelm.navigation.replanning.route_query import PlanningFailure, PlanReason, RouteQuery
 from cohelm.navigation.tick import StepInput
@@ -76,17 +77,35 @@ def plan_path_and_reference(
     except PlanningError as error:
         return PathAndReference(failure=_failure(step, error))
     along, progress = _reference_along(step, world, route, stop_at=recovery.stop_at)
-    remaining = min(route.path.length, recovery.stop_at) - progress
-    comfort, reverses = step.setup.comfort, recovery.way_back is not None
-    limit = approach_limit(remaining, step.observation.twist, comfort.deceleration)
+    route = dataclasses.replace(route, progress=progress)
+    reverses = recovery.way_back is not None
     waits = reverses or np.isfinite(recovery.stop_at)
     return PathAndReference(
-        route=dataclasses.replace(route, progress=progress),
+        route=route,
         reference=along,
         shared=_reference_to_track(step, along, authority, recovery),
-        speed_limit=np.inf if reverses else limit,
+        speed_limit=np.inf if reverses else _speed_limit(step, world, authority, route, recovery),
         progress=_check_progress(step, route, progress, along, hold=hold or waits),
     )
+
+
+def _speed_limit(
+    step: StepInput,
+    world: WorldModel,
+    authority: Authority,
+    route: RouteState,
+    recovery: RecoveryAction,
+) -> float:
+    """Speed limit, m/s, towards the end of the path and away from its beginning; +inf without."""
+    setup, pose = step.setup, step.observation.pose
+    remaining = min(route.path.length, recovery.stop_at) - route.progress
+    limit = approach_limit(remaining, step.observation.twist, setup.comfort.deceleration)
+    if authority.deflection.any():
+        return limit
+    turn = turn_to_path(pose, route.path, route.progress, step.request.goal)
+    if must_turn_elsewhere(setup.robot, pose, turn, world.walls):
+        return min(limit, setup.progress.creep_speed)
+    return limit
 
 
 def _is_recent(failure: PlanningFailure, step: StepInput) -> bool:

@@ -15,9 +15,8 @@ from enum import StrEnum
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.navigation.recovery.turning_room import BEHIND
 
-_BEHIND = math.radians(75.0)
-"""Turn to the path above which a chair without turning room reverses, rad."""
 _ABREAST = math.radians(60.0)
 """Turn to a goal nearby below which the chair drives forward again, rad."""
 NEAR_GOAL = 1.5
@@ -73,7 +72,7 @@ class ReversingContext:
 
         A chair that has made way for a person may find another way to its path.
         """
-        return self.turn > _BEHIND and (self.waited or self.remaining <= NEAR_GOAL)
+        return self.turn > BEHIND and (self.waited or self.remaining <= NEAR_GOAL)
 
 
 @value

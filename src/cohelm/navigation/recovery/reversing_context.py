@@ -28,15 +28,13 @@ from cohelm.navigation.recovery.reversing import (
     update_reversing,
 )
 from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
-from cohelm.navigation.recovery.turning_room import can_turn
+from cohelm.navigation.recovery.turning_room import TURNING_MARGIN, can_turn, turn_to_path
 from cohelm.navigation.replanning.replanner import RouteState
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 
-_LOOKAHEAD = 0.5
-"""Distance ahead on the path at which its direction is taken, m."""
-_WALL_MARGIN, _END_MARGIN = 0.02, 0.06
-"""Gap to walls while turning, m: that of the planner's verification; more to end reversing."""
+_END_MARGIN = 0.06
+"""Gap to walls while turning that ends reversing, m: more than turning needs."""
 _GOAL_OFFSET = 0.15
 """Maximum lateral offset of a goal that counts as straight behind the chair, m."""
 _WAY_STEP = 0.1
@@ -102,7 +100,7 @@ def _context(
     pose, robot, memory = step.observation.pose, step.setup.robot, step.memory
     cause = memory.reversing.cause if memory.reversing else None
     stage = memory.recovery.stage if memory.recovery else None
-    turn = _turn_to_path(pose, route, step.request.goal)
+    turn = turn_to_path(pose, route.path, route.progress, step.request.goal)
     now = ReversingContext(
         time=step.observation.time,
         goal=step.request.goal,
@@ -126,7 +124,7 @@ def _context(
     if cause is None and not now.is_behind and not now.jammed:
         return now, pose[None]
     jam = cause is ReversingCause.JAM or (cause is None and not now.is_behind)
-    margin = _WALL_MARGIN if cause is None else _END_MARGIN
+    margin = TURNING_MARGIN if cause is None else _END_MARGIN
     back = _on_to_goal(way_back(track, pose, TRACK_LENGTH), step.request.goal)
     return dataclasses.replace(
         now,
@@ -157,14 +155,3 @@ def _people_ahead(pose: Floats, people: People) -> bool:
     """Check for people who block a corridor close ahead."""
     ahead, left = transform(inverse(pose), people.mean[:, :2]).T
     return bool(((ahead > 0.0) & (ahead < _JAM_AHEAD) & (np.abs(left) < _JAM_BESIDE)).any())
-
-
-def _turn_to_path(pose: Floats, route: RouteState, goal: Floats) -> float:
-    """Angle from the heading to a point ahead on the path, or to the goal if it is nearer, rad."""
-    along = arc_length(route.path.points)
-    s = route.progress + _LOOKAHEAD
-    ahead = goal
-    if s < along[-1]:
-        ahead = np.array([np.interp(s, along, route.path.points[:, i]) for i in (0, 1)])
-    x, y = transform(inverse(pose), ahead)
-    return math.atan2(y, x)
