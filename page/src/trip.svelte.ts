@@ -160,7 +160,7 @@ export class Trip {
     if (!chair.state?.driver) link.send({ type: "take_control" });
     // The press is the confirmation that the chair waits for now. Before the destination, and never
     // later: a STOP that comes after it must hold.
-    else if (chair.driving && chair.state.link === "confirm") link.send({ type: "resume" });
+    else if (chair.driving && chair.state.link === "confirm" && !chair.state.not_ready) link.send({ type: "resume" });
     const answer = await link.ask({ type: "set_goal", ...to, ...(wishes ? { wishes: [...wishes], choice } : {}) });
     selection.heed(answer);
     if (answer.type === "rejected") return;

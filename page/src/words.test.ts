@@ -47,7 +47,7 @@ describe("the reason on display", () => {
 describe("what the driver has to do", () => {
   it("is to take control where nobody or somebody else drives", () => {
     expect(readiness({ ...state, driver: null, link: "no_driver" }, false).action).toBe("take_control");
-    expect(readiness(state, false)).toMatchObject({ action: "take_control", label: "Take over" });
+    expect(readiness(state, false)).toMatchObject({ action: "take_control", label: "Drive from this screen" });
   });
 
   it("is to let go before anything can be confirmed", () => {
@@ -55,6 +55,17 @@ describe("what the driver has to do", () => {
       expect(readiness({ ...state, link }, true).action).toBeNull();
     }
     expect(readiness({ ...state, link: "confirm" }, true).action).toBe("resume");
+  });
+
+  it("is no confirmation while that cannot end the stop: the button says why, and what to do", () => {
+    const held = (code: string, text: string) =>
+      readiness({ ...state, link: "confirm", not_ready: { code, text } }, true);
+    const restarts = held("navigator_restarts", "The navigator is starting again.");
+    expect(restarts).toMatchObject({ action: null, label: "Go on" });
+    expect(restarts.text).toBe("The navigator is starting again. You can go on in a moment.");
+    expect(held("scan_blind", "The scanner cannot see ahead. Stopped.").text).toBe(
+      "The scanner cannot see ahead. If it lasts, ask for help.",
+    );
   });
 
   it("is nothing without a link", () => {

@@ -103,8 +103,8 @@ class Rider:
         return self.client is not None and self.chair.state.get("driver") == self.client
 
     def take(self):
-        """Take the stick, with nothing held, and go on if that must be said."""
-        self.button(re.compile("Take control|Take over")).click()
+        """Drive from this page, with nothing held, and go on if that must be said."""
+        self.press("Drive from this screen")
         self.until(lambda state: self.drives and state["link"] in {"ready", "confirm"})
         self.go_on()
 

@@ -251,7 +251,7 @@ def test_a_ride_by_keyboard_alone(rider):
                 return
         raise AssertionError(f"Tab does not come to {name}")
 
-    tab_to("Take control")
+    tab_to("Drive from this screen")
     keyboard.press("Enter")
     state = rider.until(lambda state: rider.drives and state["link"] in {"ready", "confirm"})
     if state["link"] == "confirm":

@@ -137,9 +137,9 @@ def test_two_pages_and_a_take_over(rider, riders, chair):
     rider.hold()
     other = riders()
     other.sees("Another screen drives")
-    other.press("Take over")
-    rider.sees("Another screen has taken control.")
-    other.sees("You have taken control from another screen.")
+    other.press("Drive from this screen")
+    rider.sees("Another screen drives now.")
+    other.sees("This screen drives now, and the other one no longer.")
     other.until(lambda state: other.drives)
     other.holds(held)  # the first one still holds its key
     rider.let_go()
