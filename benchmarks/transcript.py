@@ -151,7 +151,7 @@ def trip(told: Transcript, place: str) -> None:
     expect(start).to_have_attribute("aria-disabled", "false", timeout=60_000)
     told.hear()
     told.title("The overview, with Tab")
-    told.tab_to("Back without starting")
+    told.tab_to("Hide; the trip is kept")
     told.tab_to("Start")
     told.press("Enter")
     told.title("Under way: once round with Tab")

@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { standing, type Stand } from "./standing";
 
 const STATE: NonNullable<Stand["state"]> = {
-  link: "ready", driver: "me", goal: null, mode: "shared", paused: false, arrived: false,
+  link: "ready", driver: "me", goal: null, mode: "shared", paused: false, arrived: false, not_ready: null,
 };
 const WARD = { name: "Ward 1", x: 0, y: 0 };
 

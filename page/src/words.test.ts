@@ -2,7 +2,7 @@
 import { describe, expect, it } from "vitest";
 import { compared, detour, found, memorable, metres, minutes, movement, observed, price, readiness, reasonWords } from "./words";
 
-const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null } as const;
+const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null, not_ready: null } as const;
 
 describe("the difference of a route", () => {
   const ways = { name: "North corridor", x: 5, y: 5, area: [[0, 4], [10, 4], [10, 6], [0, 6]] as [number, number][] };

@@ -147,6 +147,8 @@ class Rider:
     def look_at(self, place):
         """Choose a place by its name, and wait for the overview of the trip."""
         self.show("Go to")
+        if self.button("Other place").count():  # the overview of a trip is in its place
+            self.press("Other place")
         field = self.page.get_by_role("searchbox", name="Search for a place")
         field.fill(place.lower())
         field.press("Enter")
