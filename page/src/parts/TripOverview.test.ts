@@ -1,4 +1,4 @@
-import { fireEvent, render, screen } from "@testing-library/svelte";
+import { cleanup, fireEvent, render, screen } from "@testing-library/svelte";
 import { tick } from "svelte";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { chair } from "../chair.svelte";
@@ -20,6 +20,7 @@ beforeEach(() => {
   chair.heard({ type: "state", pose: [0, 0, 0], driver: null, link: "no_driver", goal: null } as unknown as ChairState);
 });
 afterEach(() => {
+  cleanup();
   trip.close();
   chair.state = null;
   vi.restoreAllMocks();
