@@ -103,7 +103,7 @@ export const rider = {
   "trip.noRoute": "Kein Weg gefunden",
   "trip.change": "Weg ändern",
   "trip.cancel": "Fahrt abbrechen",
-  "trip.addWish": "Über, meiden, zeichnen …",
+  "trip.addWish": "Zwischenziel, meiden …",
   "trip.choosePlace": "Ort wählen",
   "trip.goVia": "Hier entlang",
   "trip.goViaKind": "Über",
