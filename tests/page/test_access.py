@@ -88,7 +88,7 @@ def overview(rider):
 
 def legend(rider):
     """Over the map, and the overview shut."""
-    rider.press("Hide; the trip is kept")
+    rider.press("Keep present trip")
     rider.press("Legend")
     rider.sees("Person that the chair sees")
 
