@@ -125,8 +125,8 @@ def show(page: Page, panel: str) -> None:
 
 
 def take(page: Page) -> None:
-    """Take control, and confirm if the page asks for it."""
-    page.get_by_role("button", name="Take control").click()
+    """Drive from this page, and confirm if the page asks for it."""
+    page.get_by_role("button", name="Drive from this screen").click()
     page.wait_for_timeout(700)
     go_on = page.get_by_role("button", name="Go on", exact=True)
     if go_on.count() and go_on.get_attribute("aria-disabled") != "true":
@@ -166,10 +166,10 @@ def ride(page: Page, seconds: float) -> None:
 
 
 def release(page: Page) -> None:
-    """Release control, so that the next page can drive."""
+    """End driving from this page, so that the next page can drive."""
     page.get_by_role("button", name="STOP", exact=True).click()
     show(page, "Drive")
-    page.get_by_role("button", name="Release control").click()
+    page.get_by_role("button", name="Stop driving from this screen").click()
     page.wait_for_timeout(500)
 
 

@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { standing, type Stand } from "./standing";
 
 const STATE: NonNullable<Stand["state"]> = {
-  link: "ready", driver: "me", goal: null, mode: "shared", paused: false, arrived: false,
+  link: "ready", driver: "me", goal: null, mode: "shared", paused: false, arrived: false, not_ready: null,
 };
 const WARD = { name: "Ward 1", x: 0, y: 0 };
 
@@ -21,7 +21,7 @@ describe("a standing chair says why, in one line", () => {
     expect(stand({}, { arrival: "" })).toBe("Arrived");
     expect(stand({}, { arrival: "Ward 1", startable: true })).toBe("Ready: press “Start”");
     expect(stand({ driver: null }, { startable: true })).toBe("Ready: press “Start”");
-    const nobody = { why: 'Stopped. Tap "Take control".', code: "no_driver", startable: true };
+    const nobody = { why: 'Stopped. Tap "Drive from this screen".', code: "no_driver", startable: true };
     expect(stand({ driver: null }, nobody)).toBe("Ready: press “Start”");
     expect(stand({ driver: null })).toBe("Standing: no driver");
     expect(stand({}, { driving: false })).toBe("Standing: another screen drives");
@@ -47,6 +47,13 @@ describe("a standing chair says why, in one line", () => {
     expect(stand({ link: "stick_held" }, observer)).toBe("Standing: the stick is still held");
     expect(stand({ goal: WARD, mode: "assisted" })).toBe("Ready: steer");
     expect(stand({ goal: WARD, mode: "assisted" }, observer)).toBe("Standing: the rider does not steer");
+  });
+
+  it("asks for no press that cannot end the stop", () => {
+    const not_ready = { code: "navigator_restarts", text: "The navigator is starting again." };
+    const stopped = { why: "You stopped the chair.", code: "rider_stop", startable: true };
+    expect(stand({ link: "confirm", not_ready })).toBe("Standing: The navigator is starting again.");
+    expect(stand({ link: "confirm", not_ready }, stopped)).toBe("You stopped the chair.");
   });
 
   it("on the way: the route is missing, or it sets off", () => {

@@ -5,7 +5,7 @@ import type { ChairState } from "./messages";
 import { goalName, type Audience } from "./words";
 
 export interface Stand {
-  readonly state: Pick<ChairState, "link" | "driver" | "goal" | "mode" | "paused" | "arrived"> | null;
+  readonly state: Pick<ChairState, "link" | "driver" | "goal" | "mode" | "paused" | "arrived" | "not_ready"> | null;
   readonly audience: Audience;
   /** True if this page drives. */
   readonly driving: boolean;
@@ -30,7 +30,7 @@ export function standing(stand: Stand): string {
   if (!state) return t("who.notConnected");
   if (state.paused) return t(audience === "rider" ? "who.paused" : "now.paused");
   // A press on Start answers STOP, too, so it is what the chair waits for.
-  const start = startable && !state.goal && code !== "starting";
+  const start = startable && !state.goal && !state.not_ready;
   if (start && (!why || code === "rider_stop" || ACTIONS.has(code))) return t("stand.start");
   if (why && !ACTIONS.has(code)) return why;
   return t(...waits(stand, state));
@@ -43,6 +43,8 @@ function waits(stand: Stand, state: NonNullable<Stand["state"]>): Words {
   const rider = stand.audience === "rider";
   if (!state.driver) return ["stand.noDriver"];
   if (rider && !stand.driving) return ["stand.other"];
+  // "Go on" is not asked for while it cannot end the stop.
+  if (state.link === "confirm" && state.not_ready) return ["stand.because", { why: serverText(state.not_ready.text) }];
   const held = LINK[state.link];
   if (held) return [rider ? held[0] : held[1]];
   if (state.goal) return towards(stand, state, state.goal);

@@ -23,7 +23,7 @@ export function standingNow(audience: Audience = "rider"): string {
     why: reasonNow(audience),
     code: surroundings.saying.shown?.code ?? "",
     arrival: chair.arrival?.name ?? null,
-    startable: trip.draft !== null && trip.route !== null && !trip.draft.outdated,
+    startable: trip.open && trip.route !== null && !trip.draft?.outdated,
     planned: chair.route.points.length > 0,
     error: chair.route.error ?? "",
   });

@@ -25,6 +25,8 @@ export interface Draft {
   readonly plans: TripPlans | null;
   readonly chosen: number;
   readonly trouble: string;
+  /** No answer came, so that another attempt may succeed. */
+  readonly unanswered: boolean;
   /** Where the chair was when the routes were planned. */
   readonly from: Point | null;
   /** The routes are being planned. */
@@ -39,14 +41,23 @@ const STALE = 3;
 const AVOIDED = 1.5;
 /** A point so near to a place's own is the place, m. */
 const SAME_PLACE = 0.05;
+/** Waiting times before the attempts that follow an unanswered one, ms (assumed); after the last it is the rider's turn. */
+const AGAIN = [2_000, 6_000, 15_000] as const;
+/** Refusals that say nothing about the trip itself. */
+const UNANSWERED = new Set(["no_answer", "link_lost", "preview_failed", "too_many_requests"]);
 /** A place counts as visited within this, m (assumed): a chair's length. */
 const VISITED = 1;
 
 export class Trip {
   draft = $state.raw<Draft | null>(null);
+  /** True if the overview of the draft is shown; a draft is kept until it begins or is cancelled. */
+  open = $state(false);
   #asked = 0;
-  /** The chair starts up: it plans as soon as it can. */
+  /** No routes can be planned now: they are as soon as they can. */
   #waits = false;
+  /** Attempts in a row without an answer, and when the next one is due, ms. */
+  #failed = 0;
+  #again = Infinity;
 
   constructor() {
     selection.drawing = (line, avoided) => {
@@ -72,23 +83,29 @@ export class Trip {
   /**
    * Opens the overview; where the therapist allows it, the chair sets off at once.
    *
-   * A new destination keeps what is to be avoided; a place on the way was one of the former trip.
+   * Another destination keeps the wishes of a trip that has not begun, and of one under way what is
+   * to be avoided: its places on the way were of that trip only.
    */
-  choose(to: To, name: string, wishes: readonly Wished[] = activeWishes().filter(({ wish }) => wish.kind === "avoid")): Promise<void> {
+  choose(to: To, name: string, wishes: readonly Wished[] = this.#kept()): Promise<void> {
     selection.cancel();
     if (chair.rider?.start_at_once) return this.#go(to, name, null);
     this.draft = {
-      to, name, wishes, plans: null, chosen: 0, trouble: "", from: null, busy: true, outdated: false,
+      to, name, wishes, plans: null, chosen: 0, trouble: "", unanswered: false, from: null, busy: true, outdated: false,
     };
-    mapView.follow = "route";
-    return this.#plan();
+    this.show();
+    return this.again();
   }
 
   /** The overview of the trip that is under way. */
   change(): Promise<void> {
     const { goal } = chair;
-    if (!goal) return Promise.resolve();
+    if (this.draft || !goal) return Promise.resolve(this.show());
     return this.choose(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name, activeWishes());
+  }
+
+  /** True if the unanswered question is asked again without the rider. */
+  get retries(): boolean {
+    return this.draft?.unanswered === true && this.#failed <= AGAIN.length;
   }
 
   pick(chosen: number): void {
@@ -118,10 +135,30 @@ export class Trip {
     return this.#wish((wishes) => wishes.filter((_, n) => n !== k));
   }
 
-  close(): void {
-    this.draft = null;
-    mapView.back();
+  show(): void {
+    if (!this.draft) return;
+    this.open = true;
+    mapView.follow = "route";
+  }
+
+  /** Away with the overview; the trip is kept. */
+  hide(): void {
+    if (!this.open) return;
+    this.open = false;
+    if (mapView.follow === "route") mapView.back();
     selection.cancel();
+  }
+
+  /** Cancels a trip that has not begun, or the change of one that has. */
+  close(): void {
+    this.hide();
+    this.draft = null;
+  }
+
+  /** The rider wants the routes now. */
+  again(): Promise<void> {
+    this.#failed = 0;
+    return this.#plan();
   }
 
   async start(): Promise<void> {
@@ -136,12 +173,17 @@ export class Trip {
   look(): void {
     const { draft } = this;
     const { state } = chair;
-    if (!state) return;
-    if (draft && this.#waits && state.reason?.code !== "starting") {
+    if (!draft || !state) return;
+    if (!plannable()) {
+      // The routes that were not planned for lack of a planner are, once there is one.
+      this.#waits ||= draft.unanswered && this.#failed <= AGAIN.length;
+      return;
+    }
+    if (this.#waits || (draft.unanswered && !draft.busy && performance.now() >= this.#again)) {
       void this.#plan();
       return;
     }
-    if (!draft?.from || draft.busy) return;
+    if (!draft.from || draft.busy) return;
     if (Math.hypot(state.pose[0] - draft.from[0], state.pose[1] - draft.from[1]) > STALE) void this.#plan();
   }
 
@@ -160,40 +202,55 @@ export class Trip {
     if (!chair.state?.driver) link.send({ type: "take_control" });
     // The press is the confirmation that the chair waits for now. Before the destination, and never
     // later: a STOP that comes after it must hold.
-    else if (chair.driving && chair.state.link === "confirm") link.send({ type: "resume" });
+    else if (chair.driving && chair.state.link === "confirm" && !chair.state.not_ready) link.send({ type: "resume" });
     const answer = await link.ask({ type: "set_goal", ...to, ...(wishes ? { wishes: [...wishes], choice } : {}) });
     selection.heed(answer);
     if (answer.type === "rejected") return;
-    this.draft = null;
+    this.close();
     mapView.back();
     if (name) remember(name);
+  }
+
+  #kept(): readonly Wished[] {
+    return this.draft?.wishes ?? activeWishes().filter(({ wish }) => wish.kind === "avoid");
   }
 
   #wish(how: (wishes: readonly Wished[]) => readonly Wished[]): Promise<void> {
     if (!this.draft) return Promise.resolve();
     this.draft = { ...this.draft, wishes: how(this.draft.wishes), outdated: true };
-    return this.#plan();
+    this.show();
+    return this.again();
   }
 
   async #plan(): Promise<void> {
     const { draft } = this;
     if (!draft) return;
+    this.#waits = chair.state !== null && !plannable();
     this.draft = { ...draft, busy: true };
-    this.#waits = chair.state?.reason?.code === "starting";
     if (this.#waits) return;
     const number = ++this.#asked;
     const pose = chair.state?.pose;
     const wishes = draft.wishes.map((each) => each.wish);
     const answer = await link.ask({ type: "plan_trip", ...draft.to, wishes }, PRICE_WITHIN);
     if (number !== this.#asked || !this.draft) return;
-    const now = { ...this.draft, busy: false, outdated: false, from: pose ? ([pose[0], pose[1]] as const) : null };
+    const from = pose ? ([pose[0], pose[1]] as const) : null;
+    const now = { ...this.draft, busy: false, outdated: false, unanswered: false, from };
+    const unanswered = answer.type === "rejected" && UNANSWERED.has(answer.code);
+    this.#failed = unanswered ? this.#failed + 1 : 0;
+    this.#again = performance.now() + (AGAIN[this.#failed - 1] ?? Infinity);
     if (answer.type === "trip_plans") {
       const chosen = Math.min(now.chosen, Math.max(0, (answer.routes?.length ?? 0) - 1));
       this.draft = { ...now, plans: answer, chosen, trouble: answer.error ?? "" };
     } else if (answer.type === "rejected") {
-      this.draft = { ...now, plans: null, trouble: answer.text };
+      this.draft = { ...now, plans: null, trouble: answer.text, unanswered };
     }
   }
+}
+
+/** True if the chair would answer with routes. */
+function plannable(): boolean {
+  const { state } = chair;
+  return state !== null && state.reason?.code !== "starting" && state.can_plan !== false;
 }
 
 /** Wishes that hold already: a changed trip keeps them until they are removed. */

@@ -81,6 +81,23 @@ describe("a trip", () => {
     expect(goals()).toHaveLength(1);
   });
 
+  it("is kept when its overview is hidden, and for another place, until it is cancelled or begins", async () => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    await trip.via([4, 3], "Laboratory");
+    trip.hide();
+    expect(trip.open).toBe(false);
+    expect(trip.draft).toMatchObject({ name: "Ward 4", wishes: [{ wish: { kind: "attract" } }] });
+    await trip.choose({ place: "Ward 2" }, "Ward 2");
+    expect(trip.open).toBe(true);
+    expect(asked.at(-1)).toMatchObject({ place: "Ward 2", wishes: [{ points: [[4, 3]] }] });
+    trip.close();
+    expect([trip.draft, trip.open]).toEqual([null, false]);
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    expect(trip.draft!.wishes).toEqual([]);
+    await trip.start();
+    expect([trip.draft, trip.open]).toEqual([null, false]);
+  });
+
   it("takes away the announcement of the one before", () => {
     const ward = { x: 9, y: 0, name: "Ward 4" };
     state({ goal: ward });
@@ -135,5 +152,68 @@ describe("a trip", () => {
     chair.rider = { ...RIDER, start_at_once: true };
     await trip.choose({ place: "Ward 4" }, "Ward 4");
     expect(goals()).toEqual([{ type: "set_goal", place: "Ward 4" }]);
+  });
+});
+
+describe("routes that were not answered for", () => {
+  let now = 0;
+  let answers = false;
+  const questions = (): number => asked.filter((each) => each.type === "plan_trip").length;
+  /** Looks ten times a second for so long, s. */
+  async function wait(seconds: number): Promise<void> {
+    for (const end = now + 1000 * seconds; now < end; now += 100) {
+      trip.look();
+      await Promise.resolve();
+      await Promise.resolve();
+    }
+  }
+
+  beforeEach(() => {
+    [now, answers] = [0, false];
+    vi.spyOn(performance, "now").mockImplementation(() => now);
+    vi.spyOn(link, "ask").mockImplementation((question) => {
+      asked.push(question);
+      return Promise.resolve(answers ? PLANS : { type: "rejected", id: 1, code: "no_answer", text: "No answer." });
+    });
+  });
+
+  it("are asked for again three times by themselves, and then by the rider", async () => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    expect(trip.draft).toMatchObject({ unanswered: true, trouble: "No answer." });
+    await wait(1.9);
+    expect(questions()).toBe(1);
+    await wait(120);
+    expect(questions()).toBe(4);
+    expect(trip.retries).toBe(false);
+    answers = true;
+    await trip.again();
+    expect(trip.draft).toMatchObject({ unanswered: false, trouble: "" });
+    await wait(60);
+    expect(questions()).toBe(5);
+  });
+
+  it("are asked for once the chair can plan, and not before", async () => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    state({ can_plan: false });
+    await wait(60);
+    expect(questions()).toBe(1);
+    answers = true;
+    state({ can_plan: true });
+    await wait(0.3);
+    expect(questions()).toBe(2);
+    expect(trip.routes).toHaveLength(2);
+    await wait(60);
+    expect(questions()).toBe(2);
+  });
+
+  it("are not asked for again where the answer was a refusal", async () => {
+    vi.spyOn(link, "ask").mockImplementation((question) => {
+      asked.push(question);
+      return Promise.resolve({ type: "rejected", id: 1, code: "outside_map", text: "This place is outside the map." });
+    });
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    await wait(60);
+    expect(questions()).toBe(1);
+    expect(trip.draft!.unanswered).toBe(false);
   });
 });

@@ -2,7 +2,7 @@
 import { describe, expect, it } from "vitest";
 import { compared, detour, found, memorable, metres, minutes, movement, observed, price, readiness, reasonWords } from "./words";
 
-const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null } as const;
+const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null, not_ready: null } as const;
 
 describe("the difference of a route", () => {
   const ways = { name: "North corridor", x: 5, y: 5, area: [[0, 4], [10, 4], [10, 6], [0, 6]] as [number, number][] };
@@ -47,7 +47,7 @@ describe("the reason on display", () => {
 describe("what the driver has to do", () => {
   it("is to take control where nobody or somebody else drives", () => {
     expect(readiness({ ...state, driver: null, link: "no_driver" }, false).action).toBe("take_control");
-    expect(readiness(state, false)).toMatchObject({ action: "take_control", label: "Take over" });
+    expect(readiness(state, false)).toMatchObject({ action: "take_control", label: "Drive from this screen" });
   });
 
   it("is to let go before anything can be confirmed", () => {
@@ -55,6 +55,17 @@ describe("what the driver has to do", () => {
       expect(readiness({ ...state, link }, true).action).toBeNull();
     }
     expect(readiness({ ...state, link: "confirm" }, true).action).toBe("resume");
+  });
+
+  it("is no confirmation while that cannot end the stop: the button says why, and what to do", () => {
+    const held = (code: string, text: string) =>
+      readiness({ ...state, link: "confirm", not_ready: { code, text } }, true);
+    const restarts = held("navigator_restarts", "The navigator is starting again.");
+    expect(restarts).toMatchObject({ action: null, label: "Go on" });
+    expect(restarts.text).toBe("The navigator is starting again. You can go on in a moment.");
+    expect(held("scan_blind", "The scanner cannot see ahead. Stopped.").text).toBe(
+      "The scanner cannot see ahead. If it lasts, ask for help.",
+    );
   });
 
   it("is nothing without a link", () => {

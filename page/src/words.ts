@@ -22,20 +22,22 @@ export interface Readiness {
   readonly label: string;
 }
 
-type Next = Pick<ChairState, "link" | "driver" | "goal" | "arrived" | "reason">;
+type Next = Pick<ChairState, "link" | "driver" | "goal" | "arrived" | "reason" | "not_ready">;
 
 /** Next step of the driver before the chair moves. */
 export function readiness(state: Next | null, driving: boolean, trouble = ""): Readiness {
   const goOn = t("ready.goOn");
   if (!state) return { text: t("ready.notConnected"), action: null, label: goOn };
   if (!state.driver) return { text: t("ready.noDriver"), action: "take_control", label: t("ready.take") };
-  if (!driving) return { text: t("ready.other"), action: "take_control", label: t("ready.takeOver") };
+  if (!driving) return { text: t("ready.other"), action: "take_control", label: t("ready.take") };
   switch (state.link) {
     case "stick_held":
       return { text: t("ready.stoppedRelease"), action: null, label: goOn };
     case "centre_stick":
       return { text: t("ready.release"), action: null, label: goOn };
     case "confirm":
+      // A confirmation that cannot end the stop is not offered.
+      if (state.not_ready) return { text: heldWords(state.not_ready), action: null, label: goOn };
       return { text: t("ready.confirm"), action: "resume", label: goOn };
     case "no_heartbeat":
     case "no_driver":
@@ -43,6 +45,14 @@ export function readiness(state: Next | null, driving: boolean, trouble = ""): R
     case "ready":
       return under(state, trouble);
   }
+}
+
+/** What keeps the chair from going on, and what can be done about it. */
+function heldWords({ code, text }: ReasonText): string {
+  const key = `hold.${code}`;
+  if (isKey(key)) return t(key);
+  const [why] = serverText(text).split(/(?<=\.) /);
+  return t("hold.fault", { why: why! });
 }
 
 function under(state: Next, trouble: string): Readiness {

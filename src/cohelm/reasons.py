@@ -82,11 +82,14 @@ class Reason(StrEnum):
         "No way through. The rider must steer, or choose another destination.",
     )
     # Live rides.
-    NO_DRIVER = "no_driver", 'Stopped. Tap "Take control".', "Stopped. No driver."
+    NO_DRIVER = "no_driver", 'Stopped. Tap "Drive from this screen".', "Stopped. No driver."
     CONNECTION_LOST = "connection_lost", "Connection to the driver's screen lost. Stopped."
     RELEASE_STICK = "release_stick", "Release the stick first.", "The stick must be released first."
     CONFIRM = "confirm", 'Tap "Go on".', 'The rider has not yet pressed "Go on".'
     NAVIGATOR_TIMEOUT = "navigator_timeout", "This computer is too slow for real time. Stopped."
+    NAVIGATOR_RESTARTS = "navigator_restarts", "The navigator is starting again."
+    NAVIGATOR_FAILED = "navigator_failed", "The navigator does not start. Stopped."
+    PROGRAM_FAILED = "program_failed", "The program has failed. Stopped."
     COLLISION = "collision", "The chair touched something. Stopped."
     PAUSED = "paused", "The simulation is paused."
     STARTING = "starting", "Starting up. Please wait.", "Starting up."

@@ -38,7 +38,7 @@ class Inline:
 
     def __init__(self, mind, clock):
         self.mind, self.clock = mind, clock
-        self.takes, self.frozen = 0.012, False
+        self.takes, self.frozen, self.gave_up = 0.012, False, False
         self.pending, self.ready, self.starts, self.lost, self.pid = None, True, 1, "", None
         self.answers, self.requests = [], []
         self._due = self.requested_at = 0.0
@@ -107,7 +107,9 @@ class Rig:
         settings.set_limits(settings.limits.model_copy(update=limits), lambda: True)
         self.sessions = Kept()
         rides = RideTracker(self.sessions, settings, self.send)
-        route_preview = SimpleNamespace(needs_context=False, set_planning_context=lambda _: None)
+        route_preview = SimpleNamespace(
+            needs_context=False, ready=True, set_planning_context=lambda _: None
+        )
         services = Services(
             navigator=self.navigator, route_preview=route_preview, world_factory=None, rides=rides
         )

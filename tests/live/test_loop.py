@@ -116,7 +116,7 @@ def test_a_fault_of_the_loop_stops_the_chair_and_pages_still_get_its_state(caplo
         loop.close()
     states = rig.of("state")
     assert all(state.command == (0.0, 0.0) for state in states)
-    assert states[-1].reason.code == "navigator_timeout"
+    assert states[-1].reason.code == "program_failed"
     assert not rig.world.truth.twist.any()
     assert [notice.code for notice in rig.of("notice")] == ["loop_failed"]
     assert "failed" in loop.error

@@ -103,8 +103,8 @@ class Rider:
         return self.client is not None and self.chair.state.get("driver") == self.client
 
     def take(self):
-        """Take the stick, with nothing held, and go on if that must be said."""
-        self.button(re.compile("Take control|Take over")).click()
+        """Drive from this page, with nothing held, and go on if that must be said."""
+        self.press("Drive from this screen")
         self.until(lambda state: self.drives and state["link"] in {"ready", "confirm"})
         self.go_on()
 
@@ -147,6 +147,8 @@ class Rider:
     def look_at(self, place):
         """Choose a place by its name, and wait for the overview of the trip."""
         self.show("Go to")
+        if self.button("Other place").count():  # the overview of a trip is in its place
+            self.press("Other place")
         field = self.page.get_by_role("searchbox", name="Search for a place")
         field.fill(place.lower())
         field.press("Enter")

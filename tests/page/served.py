@@ -159,6 +159,11 @@ class Chair:
         time.sleep(1.0)
         return max(found, key=lambda pid: _spent(pid) - before[pid])
 
+    @property
+    def previews(self):
+        """Pid of the process that plans the routes to choose from."""
+        return next(pid for pid in self._processes() if pid != self.navigator)
+
     def _processes(self):
         """Pids of those that the server began, in their order."""
         children = []

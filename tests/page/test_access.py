@@ -88,7 +88,7 @@ def overview(rider):
 
 def legend(rider):
     """Over the map, and the overview shut."""
-    rider.press("Back without starting")
+    rider.press("Keep present trip")
     rider.press("Legend")
     rider.sees("Person that the chair sees")
 
@@ -251,7 +251,7 @@ def test_a_ride_by_keyboard_alone(rider):
                 return
         raise AssertionError(f"Tab does not come to {name}")
 
-    tab_to("Take control")
+    tab_to("Drive from this screen")
     keyboard.press("Enter")
     state = rider.until(lambda state: rider.drives and state["link"] in {"ready", "confirm"})
     if state["link"] == "confirm":
@@ -268,3 +268,11 @@ def test_a_ride_by_keyboard_alone(rider):
     rider.until(lambda state: state["goal"] and state["goal"]["name"] == "Ward 4")
     keyboard.press("Escape")
     rider.until(lambda state: state["link"] == "confirm")
+    tab_to("Change route")
+    keyboard.press("Enter")
+    rider.until_button("Use this trip")
+    tab_to("Keep present trip")
+    keyboard.press("Enter")
+    tab_to("Cancel trip")
+    keyboard.press("Enter")
+    rider.until(lambda state: state["goal"] is None)

@@ -155,7 +155,7 @@ def test_a_ride_can_be_rated_after_it(rider):
     began = rider.follow()["remaining"]
     rider.makes(lambda state: state["remaining"] < began - 2.0, lambda: None)
     rider.show("Drive")
-    rider.press("Release control")
+    rider.press("Stop driving from this screen")
     rider.sees("Rate this ride (optional)")
     rider.press("4 of 5, good")
     rider.sees("Thank you.")

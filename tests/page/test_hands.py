@@ -146,7 +146,7 @@ def switch(riders):
 def test_one_switch_takes_the_stick_turns_and_stands(switch):
     """Everything with one key: to begin, to choose what is lit, and to stand."""
     switch.press_switch("Press to start")
-    switch.press_switch("Take control")
+    switch.press_switch("Drive from this screen")
     state = switch.until(lambda state: switch.drives and state["link"] in {"ready", "confirm"})
     if state["link"] == "confirm":
         switch.press_switch("Go on")

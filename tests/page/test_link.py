@@ -6,6 +6,7 @@ import signal
 import time
 
 import pytest
+from playwright.sync_api import expect
 
 from .served import held, moves, stands, wants
 
@@ -125,9 +126,12 @@ def test_a_navigator_that_is_killed(rider, chair):
     rider.until(stands)
     assert chair.stood(began) - began <= 0.4 + chair.lateness(began)
     rider.sees(re.compile("The navigator did not answer in time|This computer is too slow"))
+    rider.sees("The navigator is starting again. You can go on in a moment.")
+    expect(rider.button("Go on")).to_have_attribute("aria-disabled", "true")
     rider.until(lambda state: state["link"] == "confirm", within=120.0)
     chair.heard(lambda told: told.get("code") == "navigator_ready", within=240.0)
     assert chair.health()["restarts"] == 1
+    rider.until_button("Go on")
     rider.holds(held)
     rider.makes(wants, rider.go_on)
 
@@ -137,9 +141,9 @@ def test_two_pages_and_a_take_over(rider, riders, chair):
     rider.hold()
     other = riders()
     other.sees("Another screen drives")
-    other.press("Take over")
-    rider.sees("Another screen has taken control.")
-    other.sees("You have taken control from another screen.")
+    other.press("Drive from this screen")
+    rider.sees("Another screen drives now.")
+    other.sees("This screen drives now, and the other one no longer.")
     other.until(lambda state: other.drives)
     other.holds(held)  # the first one still holds its key
     rider.let_go()

@@ -54,7 +54,7 @@ def test_while_nobody_drives(rider):
     """Who comes next has to say to go on."""
     rider.aim("Ward 4")
     rider.press("STOP")
-    rider.press("Take control")
+    rider.press("Drive from this screen")
     rider.until(lambda state: rider.drives and state["link"] == "confirm")
     rider.holds(held)
 
@@ -75,7 +75,7 @@ def test_while_the_stick_must_be_let_go_first(rider, riders):
     rider.leave_fields()
     rider.sees("Another screen drives")
     rider.page.keyboard.down("ArrowLeft")
-    rider.press("Take over")
+    rider.press("Drive from this screen")
     rider.until(lambda state: rider.drives)
     rider.press("STOP")
     rider.until(lambda state: stands(state) and code(state) == "rider_stop")

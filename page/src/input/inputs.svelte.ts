@@ -89,6 +89,7 @@ export class Inputs {
   }
 
   resume(): void {
+    if (this.chair.state?.not_ready) return;
     this.line.send({ type: "resume" });
   }
 

@@ -25,6 +25,7 @@ const ASIDE: readonly (readonly [number, number])[] = [
   [0.6, 0],
   [-0.6, 0],
 ];
+/** Room between two names, px: half of it above one another, twice that side by side, where they would read as one. */
 const AIR = 4;
 
 /** The labels that find room, those that come first before the others; where they lay before, if
@@ -53,7 +54,7 @@ function at(label: Label, aside: number): Placed {
 
 export function overlap(a: Placed, b: Placed): boolean {
   return (
-    2 * Math.abs(a.x - b.x) < a.label.width + b.label.width + 2 * AIR &&
+    2 * Math.abs(a.x - b.x) < a.label.width + b.label.width + 4 * AIR &&
     2 * Math.abs(a.y - b.y) < a.label.height + b.label.height + AIR
   );
 }

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { ChairState } from "../messages";
-import { destination, details, doing, driver, duration, measuresOf, moment, outcome, shares, what } from "./words";
+import { destination, details, doing, driver, duration, measuresOf, moment, outcome, shares, what, who } from "./words";
 
 describe("words", () => {
   it("say measures in their units, only those that are there", () => {
@@ -37,6 +37,12 @@ describe("words", () => {
   it("say every kind of entry, and one that is not known yet", () => {
     expect(what({ event: "sign_in_rejected" })).toBe("Tried to sign in with a wrong token");
     expect(what({ event: "something_new" })).toBe("something new");
+  });
+
+  it("say who did it", () => {
+    expect(["chair", "therapist 3", "page-9775a89f", "Ann"].map((actor) => who({ actor }))).toEqual([
+      "Chair", "Therapist 3", "Page 9775a89f", "Ann",
+    ]);
   });
 
   it("say who drives and where to", () => {

@@ -103,6 +103,12 @@ export function what(entry: Pick<AuditEntry, "event">): string {
   return isKey(`audit.${entry.event}`) ? t(`audit.${entry.event}` as Key) : entry.event.replaceAll("_", " ");
 }
 
+/** Who did it: the chair, somebody signed in, or a page by its number. */
+export function who({ actor }: Pick<AuditEntry, "actor">): string {
+  const [, kind, number] = /^(chair|driver|page|therapist)(?:[- ](.+))?$/.exec(actor) ?? [];
+  return kind ? [t(`audit.actor.${kind}` as Key), number ?? ""].join(" ").trim() : actor;
+}
+
 /** Details of an entry in one line; with a before and an after, the difference. */
 export function details(said: Readonly<Record<string, unknown>>): string {
   const { before, after, ...rest } = said;

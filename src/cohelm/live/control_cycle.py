@@ -18,6 +18,7 @@ from cohelm.live.control import driver_link
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import StepAnswer
 from cohelm.live.control.limits import ActiveSettings
+from cohelm.live.control.readiness import held_by, not_ready
 from cohelm.live.control.step_requests import UnsentReadings, step_request
 from cohelm.live.control.step_timing import STEP, answer_deadline, elapsed_time
 from cohelm.live.control.time_rate import ABSORBED_LATENESS, TimeRate
@@ -29,7 +30,7 @@ from cohelm.live.control.watchdog import (
 )
 from cohelm.live.control.world_factory import LiveWorld
 from cohelm.live.messages import Notice, Send
-from cohelm.live.page.state_messages import SLOW_NOTICE, PageView, StepStatus, state_message
+from cohelm.live.page.state_messages import SLOW_NOTICE, PageView, Sent, StepStatus, state_message
 from cohelm.live.services import Services
 from cohelm.messages import RiderProfile
 from cohelm.reasons import Reason
@@ -78,7 +79,7 @@ class ControlCycle:
         """True if the next request restarts the navigator; first step in this world."""
         self._watchdog = Watchdog()
         self.view = PageView()
-        self._sent_route, self._sent_differences = -1, self.view.differences
+        self._sent = Sent()
         self.command = stop(Reason.STARTING)
         """Decision at the wheels."""
         self.starting_text = ""
@@ -181,7 +182,7 @@ class ControlCycle:
 
     def step_failed(self) -> None:
         """Stop after a failure of the loop: first the world, since the message may fail as well."""
-        self.command = stop(Reason.NAVIGATOR_TIMEOUT)
+        self.command = stop(Reason.PROGRAM_FAILED)
         self._heartbeat_seq = -1
         world, now = self.world, self._clock()
         if world is not None and not self.paused:
@@ -284,13 +285,8 @@ class ControlCycle:
         if self._starting and not starting:
             self._driver.require_confirmation_of_trip()
         self._starting = starting
-        hold_reason = driver_link.hold_reason(self._driver.link, now)
-        if hold_reason is None and watchdog.epoch != self._driver.link.epoch:
-            # The decision is older than the last stop or take-over: wait for the next one.
-            hold_reason = Reason.RELEASE_STICK
-        if self._starting:
-            hold_reason = Reason.STARTING
-        elif watchdog.silent(now, simulated=simulated):
+        hold_reason = held_by(self._driver.link, watchdog, now, starting=starting)
+        if not starting and watchdog.silent(now, simulated=simulated):
             self.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
         time = self.world.time(now) if self.world is not None else 0.0
         selected = watchdog.select_command(time, hold_reason)
@@ -326,12 +322,8 @@ class ControlCycle:
             self._rides.end("cancelled")
 
     def _send_state(self, world: LiveWorld | None, now: float, late: float) -> None:
-        if self.view.route_version != self._sent_route:
-            self._sent_route = self.view.route_version
-            self._send(self.view.route_update(), None)
-        if self.view.differences is not self._sent_differences:
-            self._sent_differences = self.view.differences
-            self._send(self.view.map_differences(), None)
+        for message in self._sent.changes(self.view):
+            self._send(message, None)
         step = StepStatus(
             seq=self.ticks,
             command=self.command,
@@ -342,6 +334,12 @@ class ControlCycle:
             paused=self.paused,
             ride=self._rides.ride,
             starting_text=self.starting_text,
+            not_ready=not_ready(
+                *(self.command.reason, self._navigator, self._watchdog, now),
+                mode=self._driver.mission.active_mode,
+                simulated=world is None or world.simulated,
+            ),
+            can_plan=world is not None and self._navigator.ready and self._route_preview.ready,
             rate=self.time_rate.measured,
             unstored=self._unstored(),
         )

@@ -125,6 +125,10 @@ class ChairState(WireMessage):
     """Rider's share η of the control authority, 0…1."""
     reason: ReasonText | None = None
     """Reason why the chair stands or is slower than requested; None: nothing holds it."""
+    not_ready: ReasonText | None = None
+    """What ``ResumeCommand`` cannot end, whatever it answers; None: it is enough."""
+    can_plan: bool = True
+    """True if ``PlanTrip`` would be answered now."""
     arrived: bool = False
     paused: bool = False
     goal: Destination | None = None

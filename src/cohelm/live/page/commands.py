@@ -171,9 +171,9 @@ class CommandHandler:
         driver.link = driver_link.take_control(driver.link, client, under_way=under_way)
         self._log_event(client, "control_taken", before=before)
         if before is not None:
-            text = "Another screen has taken control."
+            text = "Another screen drives now."
             self._send(Notice(code="control_lost", text=text), before)
-            text = "You have taken control from another screen."
+            text = "This screen drives now, and the other one no longer."
             self._send(Notice(code="control_taken", text=text), client)
         return False
 
@@ -205,7 +205,7 @@ class CommandHandler:
     def _check_driver(self, client: str) -> None:
         """Reject a client that does not drive, unless there is no driver."""
         if self._driver.link.driver not in {None, client}:
-            raise NotDriver("Another screen drives. Take control first.")
+            raise NotDriver('Another screen drives. Tap "Drive from this screen" first.')
 
     def _set_goal(self, client: str, message: SetGoal, _: float) -> bool:
         self._check_driver(client)

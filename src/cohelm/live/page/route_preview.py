@@ -78,6 +78,11 @@ class RoutePreview:
         return self._ready and self._pending is None and bool(self._waiting)
 
     @property
+    def ready(self) -> bool:
+        """True if there is a process that takes requests."""
+        return self._ready
+
+    @property
     def ready_or_failed(self) -> bool:
         """True if the process is ready, or has failed once: the chair does not wait longer."""
         return self._ready or self._lost > 0

@@ -101,6 +101,24 @@ class PageView:
         return MapDifferences(cell=CELL, found=self.differences)
 
 
+class Sent:
+    """Route and differences that pages have already."""
+
+    def __init__(self) -> None:
+        self._route = -1
+        self._differences: tuple[MapDifference, ...] = ()
+
+    def changes(self, view: PageView) -> list[RouteUpdate | MapDifferences]:
+        """Return the messages about what has changed since the last call."""
+        messages: list[RouteUpdate | MapDifferences] = []
+        if view.route_version != self._route:
+            messages.append(view.route_update())
+        if view.differences is not self._differences:
+            messages.append(view.map_differences())
+        self._route, self._differences = view.route_version, view.differences
+        return messages
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepStatus:
     """Values of one control step for the state message; names as in ``ChairState``."""
@@ -120,6 +138,8 @@ class StepStatus:
     ride: str
     starting_text: str
     """Additional text while the chair starts."""
+    not_ready: Reason | None = None
+    can_plan: bool = True
     rate: float = 1.0
     """See ``ChairState``, as the next one."""
     unstored: str = ""
@@ -157,6 +177,8 @@ def state_message(
         pace=mission.pace,
         rider_authority=view.rider_authority,
         reason=reason_text(step.command, step.starting_text, driver_link.required_reason(status)),
+        not_ready=None if step.not_ready is None else _text_of(step.not_ready),
+        can_plan=step.can_plan,
         goal=mission.goal,
         remaining=view.remaining if mission.goal is not None else None,
         route_version=view.route_version,
@@ -217,6 +239,10 @@ def _world_fields(world: LiveWorld | None) -> dict[str, Any]:
         "true_people": true_people(truth) if truth is not None else (),
         "closed_doors": tuple(sorted(world.shut)),
     }
+
+
+def _text_of(reason: Reason) -> ReasonText:
+    return ReasonText.model_construct(code=reason.value, text=reason.sentence)
 
 
 def _offer(row: OfferRow) -> OfferInfo:

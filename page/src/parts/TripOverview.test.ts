@@ -1,0 +1,59 @@
+import { cleanup, fireEvent, render, screen } from "@testing-library/svelte";
+import { tick } from "svelte";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { chair } from "../chair.svelte";
+import { link } from "../link";
+import type { ChairState, TripPlans } from "../messages";
+import { trip } from "../trip.svelte";
+import TripOverview from "./TripOverview.svelte";
+import TripPanel from "./TripPanel.svelte";
+
+const FIGURES = { length: 9, clearance: 0.8, encounters: 1, turns: 0, doors: 0 };
+const PLANS: TripPlans = {
+  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [], learned: false,
+  routes: [{ points: [[0, 0], [9, 0]], length: 9, duration: 13, differences: [], via: null, figures: FIGURES }],
+};
+const nothing = (): void => undefined;
+const button = (name: string): HTMLElement => screen.getByRole("button", { name });
+
+beforeEach(() => {
+  chair.heard({ type: "state", pose: [0, 0, 0], driver: null, link: "no_driver", goal: null } as unknown as ChairState);
+});
+afterEach(() => {
+  cleanup();
+  trip.close();
+  chair.state = null;
+  vi.restoreAllMocks();
+});
+
+describe("the overview of a trip", () => {
+  it("offers another attempt where no answer came", async () => {
+    const asking = vi.spyOn(link, "ask").mockResolvedValue({ type: "rejected", id: 1, code: "no_answer", text: "The chair did not respond." });
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    render(TripOverview, { pointing: nothing, other: nothing });
+    const told = screen.getByRole("status").textContent!.replace(/\s+/g, " ").trim();
+    expect(told).toBe("The chair did not respond. It is tried again by itself.");
+    expect(button("Start").getAttribute("aria-disabled")).toBe("true");
+    asking.mockResolvedValue(PLANS);
+    await fireEvent.click(button("Try again"));
+    await tick();
+    expect(screen.queryByRole("button", { name: "Try again" })).toBeNull();
+    expect(button("Start").getAttribute("aria-disabled")).toBe("false");
+  });
+
+  it("leaves the trip to its panel when it is hidden, and forgets it when it is cancelled", async () => {
+    vi.spyOn(link, "ask").mockResolvedValue(PLANS);
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    render(TripPanel);
+    expect(screen.queryByRole("region")).toBeNull();
+    trip.hide();
+    await tick();
+    await fireEvent.click(button("Show trip"));
+    expect(trip.open).toBe(true);
+    trip.hide();
+    await tick();
+    await fireEvent.click(button("Cancel trip"));
+    expect(trip.draft).toBeNull();
+    expect(screen.queryByRole("region")).toBeNull();
+  });
+});
