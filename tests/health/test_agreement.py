@@ -8,7 +8,7 @@ import pytest
 from cohelm.health import HealthParameters
 from cohelm.health.agreement import disagreement, update_motion
 from cohelm.health.drive_response import update_drive
-from cohelm.health.evidence import NO_EVIDENCE, RULES, findings, update_evidence
+from cohelm.health.evidence import NO_EVIDENCE, RULES, findings, update_evidence, without_latched
 from cohelm.health.stick import update_stick
 from cohelm.messages import Mode, Observation, Reason, Request, RiderCommand
 from cohelm.robots import load_robot, move
@@ -140,15 +140,19 @@ def test_a_symptom_is_confirmed_when_it_lasts_and_ends_when_it_stays_away():
     evidence, reason = NO_EVIDENCE, Reason.LOST
     rule = RULES[reason]
     for k in range(5):
-        evidence = update_evidence(evidence, [reason], k * 0.1, acknowledged=False)
+        evidence = update_evidence(evidence, [reason], k * 0.1)
         assert bool(findings(evidence)) == (k * 0.1 >= rule.confirm)
     end = 0.4 + rule.release
-    assert findings(update_evidence(evidence, [], end - 0.01, acknowledged=False))
-    assert not findings(update_evidence(evidence, [], end, acknowledged=False))
+    assert findings(update_evidence(evidence, [], end - 0.01))
+    assert not findings(update_evidence(evidence, [], end))
 
 
 def test_a_latched_finding_holds_until_stop_is_pressed():
-    evidence = update_evidence(NO_EVIDENCE, [Reason.DRIVE_FAULT], 0.0, acknowledged=False)
-    evidence = update_evidence(evidence, [], 99.0, acknowledged=False)
+    evidence = update_evidence(NO_EVIDENCE, [Reason.DRIVE_FAULT], 0.0)
+    evidence = update_evidence(evidence, [], 99.0)
     assert findings(evidence)[0].latched
-    assert not findings(update_evidence(evidence, [], 99.1, acknowledged=True))
+    assert not findings(without_latched(evidence))
+    for k in range(11):
+        evidence = update_evidence(evidence, [Reason.LOST], 100.0 + 0.1 * k)
+    assert {each.reason for each in findings(evidence)} == {Reason.LOST, Reason.DRIVE_FAULT}
+    assert [each.reason for each in findings(without_latched(evidence))] == [Reason.LOST]

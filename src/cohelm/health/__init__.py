@@ -2,7 +2,7 @@
 
 from cohelm.health.map_changes import NO_CHANGES, MapChanges, updated_map
 from cohelm.health.map_fit import SolidMap, beam_map
-from cohelm.health.monitor import HealthState, monitor
+from cohelm.health.monitor import HealthState, acknowledged, monitor
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.registration import registered
 from cohelm.health.values import Finding, Health, LocalisationHealth, LocalisationState
@@ -17,6 +17,7 @@ __all__ = [
     "LocalisationState",
     "MapChanges",
     "SolidMap",
+    "acknowledged",
     "beam_map",
     "monitor",
     "registered",

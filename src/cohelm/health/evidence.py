@@ -59,16 +59,13 @@ Evidence = tuple[Track, ...]
 NO_EVIDENCE: Evidence = ()
 
 
-def update_evidence(
-    evidence: Evidence, symptoms: Iterable[Reason], time: float, *, acknowledged: bool
-) -> Evidence:
+def update_evidence(evidence: Evidence, symptoms: Iterable[Reason], time: float) -> Evidence:
     """Add the symptoms of one instant.
 
     Args:
         evidence: before.
         symptoms: present now.
         time: s.
-        acknowledged: STOP is pressed, which ends latched findings.
     """
     now = set(symptoms)
     if not evidence and not now:
@@ -82,9 +79,16 @@ def update_evidence(
             lasted = time - track.first >= rule.confirm - 1e-9
             since = time if lasted and track.confirmed is None else track.confirmed
             out.append(Track(reason, track.first, time, since))
-        elif track is not None and not _ended(track, rule, time, acknowledged=acknowledged):
+        elif track is not None and not _ended(track, rule, time):
             out.append(track)
     return tuple(out)
+
+
+def without_latched(evidence: Evidence) -> Evidence:
+    """Evidence without latched findings; what is still wrong is found again."""
+    return tuple(
+        track for track in evidence if track.confirmed is None or not RULES[track.reason].latched
+    )
 
 
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
@@ -101,9 +105,9 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
     )
 
 
-def _ended(track: Track, rule: Rule, time: float, *, acknowledged: bool) -> bool:
+def _ended(track: Track, rule: Rule, time: float) -> bool:
     if track.confirmed is None:
         return time - track.last > _GAP
     if rule.latched:
-        return acknowledged
+        return False
     return time - track.last >= rule.release - 1e-9

@@ -13,14 +13,20 @@ What is doubtful slows the chair, what contradicts stops it; see ``health.eviden
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.health.agreement import MotionHistory, disagreement, update_motion
 from cohelm.health.drive_response import DriveBand, update_drive
-from cohelm.health.evidence import NO_EVIDENCE, Evidence, findings, update_evidence
+from cohelm.health.evidence import (
+    NO_EVIDENCE,
+    Evidence,
+    findings,
+    update_evidence,
+    without_latched,
+)
 from cohelm.health.localisation import stated_doubt, update_localisation
 from cohelm.health.map_changes import NO_CHANGES, MapChanges, update_map_changes, without_people
 from cohelm.health.map_fit import SolidMap
@@ -70,7 +76,7 @@ def monitor(
 
     Args:
         observation: of this instant.
-        request: its mode decides which findings act; STOP acknowledges latched ones.
+        request: its mode decides which findings act.
         robot: its scanners, ramps and lag.
         known: the map, see :func:`~cohelm.health.map_fit.beam_map`.
         memory: of the last call; None at first.
@@ -90,9 +96,7 @@ def monitor(
     fresh = [s for s in scanners if s is not None and observation.time - s.time <= _FRESH]
     symptoms += _scan_symptoms(scanners, observation, robot, localisation, p)
     symptoms += _motion_symptoms(fresh, motion, localisation, observation, p)
-    evidence = update_evidence(
-        memory.evidence, symptoms, observation.time, acknowledged=request.stop
-    )
+    evidence = update_evidence(memory.evidence, symptoms, observation.time)
     state = HealthState(
         scanners=scanners,
         motion=motion,
@@ -103,6 +107,11 @@ def monitor(
         changes=changes,
     )
     return _health(evidence, localisation, request, p), state
+
+
+def acknowledged(memory: HealthState) -> HealthState:
+    """Memory after STOP was pressed, which ends latched findings."""
+    return replace(memory, evidence=without_latched(memory.evidence))
 
 
 def _update_scanners(

@@ -198,7 +198,8 @@ class ControlCycle:
             return False  # it is sent once: simulated time may be slower than the steps
         self._requested_time = time
         moves = driver_link.status(link, now) == "ready"
-        request = step_request(self.ticks, world, *self._given, now=now, moves=moves)
+        pressed = link.cause is Reason.RIDER_STOP and link.epoch != self._requested_epoch
+        request = step_request(self.ticks, world, *self._given, now=now, moves=moves, stop=pressed)
         marks, seen = self._rides.take_marks(), self._unsent.take(request.observation)
         request = replace(
             request,

@@ -92,6 +92,7 @@ class Request:
     speed_limit: float = np.inf
     """m/s."""
     stop: bool = False
-    """The STOP control is pressed."""
+    """The STOP control is pressed, which also acknowledges findings of the health monitor that are
+    kept until then."""
     extra_clearance: float = 0.0
     """Clearance from people in addition to the gate's own margin, m."""

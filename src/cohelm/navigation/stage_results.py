@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
-from cohelm.health import Health, HealthState
+from cohelm.health import Health, HealthState, acknowledged
 from cohelm.messages import (
     Authority,
     ChairConfidence,
@@ -137,8 +137,10 @@ def stopped_by_input(
     gate_state: GateState,
     last: Tick | None,
 ) -> Tick:
-    """Return the stop for unusable input; the memory of all stages is kept."""
+    """Return the stop for unusable input, or for STOP; the memory of all stages is kept."""
     memory = last.memory if last else Memory()
+    if reason is Reason.RIDER_STOP and memory.health is not None:
+        memory = dataclasses.replace(memory, health=acknowledged(memory.health))
     return Tick(
         observation=observation,
         request=request,

@@ -172,6 +172,7 @@ def request_of(
     rider: RiderSettings,
     *,
     moves: bool,
+    stop: bool = False,
 ) -> Request:
     """Return the request to the navigator.
 
@@ -182,6 +183,7 @@ def request_of(
         profile: Profile of the scenario.
         limits, rider: Settings in force.
         moves: True if the chair may move.
+        stop: STOP was pressed, which acknowledges findings of the health monitor.
     """
     mode = mission.active_mode
     if not moves and mode.rider_drives:
@@ -193,6 +195,7 @@ def request_of(
         mode=mode,
         profile=limited_profile(profile, mission.pace, limits, rider),
         speed_limit=min(PACES[mission.pace], limits.max_speed) if moves else 0.0,
+        stop=stop,
         # The safety gate, too, keeps what the therapist adds to the distance of the profile.
         extra_clearance=max(limits.min_distance - profile.social_distance, 0.0),
     )

@@ -72,6 +72,7 @@ def step_request(
     *,
     now: float,
     moves: bool,
+    stop: bool = False,
 ) -> StepRequest:
     """Return the request for one step.
 
@@ -83,6 +84,8 @@ def step_request(
         profile: Profile of the scenario's rider.
         now: s of the control loop's clock.
         moves: True if the chair may move; then the observation has the driver's stick.
+        stop: STOP was pressed since the last step. Not for as long as the chair stands for it: the
+            navigator goes on perceiving and planning meanwhile.
     """
     observation, link = world.observation, driver.link
     # The driver takes the place of the scenario's rider.
@@ -91,7 +94,9 @@ def step_request(
         step_id=step_id,
         mission_version=driver.mission.version,
         observation=replace(observation, rider=stick),
-        request=request_of(driver.mission, profile, settings.limits, settings.rider, moves=moves),
+        request=request_of(
+            driver.mission, profile, settings.limits, settings.rider, moves=moves, stop=stop
+        ),
         truth=world.truth,
         heartbeat_seq=driver_link.current_heartbeat(link, now).seq if moves else -1,
     )
