@@ -14,7 +14,7 @@ class Mute:
 
     made = 0
 
-    def __init__(self, *_):
+    def __init__(self, *_, **__):
         Mute.made += 1
         self.says = [ProcessReady(done=True)]
 
@@ -70,7 +70,7 @@ def test_after_the_last_process_every_request_is_answered(monkeypatch):
 class AnswersThenDies(Mute):
     """A process that answers one request and is then lost."""
 
-    def __init__(self, *_):
+    def __init__(self, *_, **__):
         super().__init__()
         self.asked = None
 

@@ -1,11 +1,13 @@
 """Processes of a drive: they end quietly with their owner, and with a traceback otherwise."""
 
+import os
 from types import SimpleNamespace
 
 import pytest
 
 from cohelm.live.control import navigator_process, owner_pipe
 from cohelm.live.control.ipc import ProcessReady, ProcessSetup
+from cohelm.live.control.worker_process import WorkerProcess
 from cohelm.live.control.world_factory import WorldError
 from cohelm.live.page import preview_process
 
@@ -35,7 +37,6 @@ def served(request, monkeypatch):
     module = navigator_process if request.param == "navigator" else preview_process
     for name in ("leave_interrupts", "end_with_owner", "build_again", "_warm_up", "warm_up"):
         monkeypatch.setattr(module, name, lambda *_, **__: (), raising=False)
-    monkeypatch.setattr(module.os, "nice", lambda _: 0) if hasattr(module, "os") else None
     if module is preview_process:
         return module.serve_previews, lambda work: monkeypatch.setattr(module, "preview", work)
     server = SimpleNamespace(answer=lambda _: "answer", record=lambda *_: None)
@@ -71,3 +72,20 @@ def test_a_ride_that_cannot_be_built_is_left_to_the_owner_to_report(monkeypatch)
     pipe = Pipe()
     preview_process.serve_previews(pipe, ProcessSetup(scenario=None, seed=0))
     assert pipe.sent == []
+
+
+def tell_priority(pipe, _):
+    pipe.send(os.getpriority(os.PRIO_PROCESS, 0))
+
+
+def test_a_process_of_low_priority_has_it_before_it_imports_the_program():
+    """Not only once it works: to import takes seconds, and the chair may drive meanwhile."""
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    more = min(7, 19 - own)
+    process = WorkerProcess(tell_priority, None, "low", niceness=more)
+    try:
+        assert os.getpriority(os.PRIO_PROCESS, process.pid) == own + more
+        assert process.receive(60.0) == own + more
+    finally:
+        process.close()
+    assert os.getpriority(os.PRIO_PROCESS, 0) == own

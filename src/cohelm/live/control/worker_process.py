@@ -38,9 +38,18 @@ class WorkerProcess:
         work: Main function of the process, at the top level of a module.
         setup: Its argument.
         name: Name of the process.
+        niceness: Added to that of the owner, from the first instruction on: to import the program
+            takes seconds of computing, also while the chair drives.
     """
 
-    def __init__(self, work: Callable[[Connection, Setup], None], setup: Setup, name: str) -> None:
+    def __init__(
+        self,
+        work: Callable[[Connection, Setup], None],
+        setup: Setup,
+        name: str,
+        *,
+        niceness: int = 0,
+    ) -> None:
         self._pipe, theirs = spawn.Pipe()
         _set_timeouts(self._pipe)
         self.process: BaseProcess = spawn.Process(
@@ -48,6 +57,10 @@ class WorkerProcess:
         )
         with without_interrupts():
             self.process.start()
+        if niceness and self.process.pid is not None:
+            with contextlib.suppress(OSError):  # it has ended already
+                own = os.getpriority(os.PRIO_PROCESS, 0)
+                os.setpriority(os.PRIO_PROCESS, self.process.pid, own + niceness)
         theirs.close()
 
     @property

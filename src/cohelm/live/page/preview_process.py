@@ -6,7 +6,6 @@ It is separate from the navigator's process, so that nothing waits for these pla
 from __future__ import annotations
 
 import contextlib
-import os
 import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -45,8 +44,6 @@ MAX_ROUTES = 3
 """Maximum number of routes to choose from."""
 VIA_TOLERANCE = 1.0
 """Maximum distance of the planned route from the point that was wished for, m; assumed."""
-_NICENESS = 10
-"""Niceness added to that of the navigator's process."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,7 +110,6 @@ def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
     ride_setup = build_again(setup)
     if ride_setup is None:
         return
-    os.nice(_NICENESS)
     warm_up(ride_setup)
     with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
         _serve(OwnerPipe(pipe), ride_setup, setup.folder)

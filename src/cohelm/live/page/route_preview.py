@@ -35,6 +35,8 @@ MAX_LOST = 5
 
 Then no more are started and all requests are rejected.
 """
+_NICENESS = 10
+"""Niceness added to that of the server and the navigator."""
 
 
 class TripQuestion(NamedTuple):
@@ -115,7 +117,9 @@ class RoutePreview:
     def start(self) -> None:
         """Start a missing process, unless too many have failed."""
         if self._process is None and self._lost < MAX_LOST:
-            self._process = WorkerProcess(serve_previews, self._process_setup, "cohelm-previews")
+            self._process = WorkerProcess(
+                serve_previews, self._process_setup, "cohelm-previews", niceness=_NICENESS
+            )
 
     def poll(self) -> None:
         """Pass an answer on to its page."""
