@@ -68,12 +68,6 @@ describe("what the driver has to do", () => {
     );
   });
 
-  it("says how a fault that is kept is ended", () => {
-    const text = "The wheels do not follow the command. Press STOP, then go on.";
-    const held = readiness({ ...state, link: "confirm", not_ready: { code: "drive_fault", text } }, true);
-    expect(held).toMatchObject({ action: null, text });
-  });
-
   it("is nothing without a link", () => {
     expect(readiness(null, false).action).toBeNull();
   });

@@ -47,12 +47,8 @@ export function readiness(state: Next | null, driving: boolean, trouble = ""): R
   }
 }
 
-/** Faults that are kept until STOP acknowledges them; their sentence says so. */
-const KEPT: ReadonlySet<string> = new Set(["scan_motion", "odometry_fault", "sensors_disagree", "drive_fault"]);
-
 /** What keeps the chair from going on, and what can be done about it. */
 function heldWords({ code, text }: ReasonText): string {
-  if (KEPT.has(code)) return serverText(text);
   const key = `hold.${code}`;
   if (isKey(key)) return t(key);
   const [why] = serverText(text).split(/(?<=\.) /);

@@ -34,33 +34,17 @@ class Reason(StrEnum):
     SCAN_IMPLAUSIBLE = "scan_implausible", "The scanner sends impossible distances. Stopped."
     SCAN_BLIND = "scan_blind", "The scanner cannot see ahead. Stopped."
     SCAN_PARTLY_BLIND = "scan_partly_blind", "The scanner sees little ahead. Slowed down."
-    SCAN_MOTION = (
-        "scan_motion",
-        "The scanner does not fit the chair's motion. Press STOP, then go on.",
-        "The scanner does not fit the chair's motion. Stopped.",
-    )
-    ODOMETRY_FAULT = (
-        "odometry_fault",
-        "The wheel sensors do not fit the chair's motion. Press STOP, then go on.",
-        "The wheel sensors do not fit the chair's motion. Stopped.",
-    )
+    SCAN_MOTION = "scan_motion", "The scanner does not fit the chair's motion. Stopped."
+    ODOMETRY_FAULT = "odometry_fault", "The wheel sensors do not fit the chair's motion. Stopped."
     POSE_FAULT = "pose_fault", "The position does not fit the chair's motion. Stopped."
-    SENSORS_DISAGREE = (
-        "sensors_disagree",
-        "The sensors contradict each other. Press STOP, then go on.",
-        "The sensors contradict each other. Stopped.",
-    )
+    SENSORS_DISAGREE = "sensors_disagree", "The sensors contradict each other. Stopped."
     POSE_DOUBTFUL = "pose_doubtful", "The position is not certain. Slowed down."
     LOST = (
         "lost",
         "The position is lost. Stopped. Please steer by hand, or ask for help.",
         "The position is lost. Stopped. The rider must steer by hand, or needs help.",
     )
-    DRIVE_FAULT = (
-        "drive_fault",
-        "The wheels do not follow the command. Press STOP, then go on.",
-        "The wheels do not follow the command. Stopped.",
-    )
+    DRIVE_FAULT = "drive_fault", "The wheels do not follow the command. Stopped."
     DRIVE_WEAK = "drive_weak", "The motors are weaker than they should be. Slowed down."
     STICK_STUCK = (
         "stick_stuck",

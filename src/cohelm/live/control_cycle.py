@@ -18,7 +18,7 @@ from cohelm.live.control import driver_link
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import StepAnswer
 from cohelm.live.control.limits import ActiveSettings
-from cohelm.live.control.readiness import held_by, not_ready
+from cohelm.live.control.readiness import KEPT, acknowledges, held_by, not_ready
 from cohelm.live.control.step_requests import UnsentReadings, step_request
 from cohelm.live.control.step_timing import STEP, answer_deadline, elapsed_time
 from cohelm.live.control.time_rate import ABSORBED_LATENESS, TimeRate
@@ -198,8 +198,8 @@ class ControlCycle:
             return False  # it is sent once: simulated time may be slower than the steps
         self._requested_time = time
         moves = driver_link.status(link, now) == "ready"
-        pressed = link.cause is Reason.RIDER_STOP and link.epoch != self._requested_epoch
-        request = step_request(self.ticks, world, *self._given, now=now, moves=moves, stop=pressed)
+        known = acknowledges(link, self._watchdog, self._requested_epoch)
+        request = step_request(self.ticks, world, *self._given, now=now, moves=moves, stop=known)
         marks, seen = self._rides.take_marks(), self._unsent.take(request.observation)
         request = replace(
             request,
@@ -260,9 +260,10 @@ class ControlCycle:
         time = world.time(now)
         if time - self._requested_time <= MAX_ANSWER_LATENCY + 1e-6:
             self._watchdog = Watchdog.of(answer, now, time, self._requested_epoch)
-        faulty = answer.decision.reason in INPUT_FAULTS and not world.simulated
+        reason = answer.decision.reason
+        faulty = reason in (KEPT if world.simulated else KEPT | INPUT_FAULTS)
         if faulty and driver_link.status(driver.link, now) == "ready":
-            self.stop_until_confirmed(answer.decision.reason or Reason.CONFIRM)
+            self.stop_until_confirmed(reason or Reason.CONFIRM)
         self.answered_mission = answer.mission_version
         self.view = self.view.updated(answer, driver.mission)
         current = answer.mission_version == driver.mission.version

@@ -183,7 +183,7 @@ def request_of(
         profile: Profile of the scenario.
         limits, rider: Settings in force.
         moves: True if the chair may move.
-        stop: STOP was pressed, which acknowledges findings of the health monitor.
+        stop: STOP, or the driver's wait after a fault, which ends findings of the health monitor.
     """
     mode = mission.active_mode
     if not moves and mode.rider_drives:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cohelm.health.evidence import RULES
 from cohelm.live.control import driver_link
-from cohelm.live.control.driver_link import LinkState
+from cohelm.live.control.driver_link import LinkState, RequiredAction
 from cohelm.live.control.navigator_client import NavigatorClient
 from cohelm.live.control.watchdog import INPUT_FAULTS, Watchdog
 from cohelm.messages import Mode
@@ -12,6 +12,10 @@ from cohelm.reasons import Reason
 
 FAULTS = INPUT_FAULTS | {reason for reason, rule in RULES.items() if rule.stops}
 """Stops of the safety gate and the health monitor; the chair stands for as long as they last."""
+KEPT = frozenset(reason for reason, rule in RULES.items() if rule.stops and rule.latched)
+"""Those that a standing chair cannot disprove: the driver decides whether it goes on."""
+_ACKNOWLEDGING = KEPT | {Reason.RIDER_STOP}
+"""Causes of a stop after which the chair waits for the driver's word."""
 FAULTS_IN_MANUAL = INPUT_FAULTS | {Reason.DRIVE_FAULT, Reason.STICK_STUCK}
 """Those that stop a chair in ``Mode.MANUAL`` as well."""
 
@@ -32,6 +36,22 @@ def held_by(link: LinkState, watchdog: Watchdog, now: float, *, starting: bool) 
         # The decision is older than the last stop or take-over: wait for the next one.
         return Reason.RELEASE_STICK
     return found
+
+
+def acknowledges(link: LinkState, watchdog: Watchdog, requested: int) -> bool:
+    """Check that kept findings end with the next step: the chair waits for its driver.
+
+    Not for as long as it waits: a step with it neither perceives nor plans.
+
+    Args:
+        link: Link to the driver.
+        watchdog: Last decision.
+        requested: ``LinkState.epoch`` at the last request.
+    """
+    if link.required is RequiredAction.NOTHING or link.cause not in _ACKNOWLEDGING:
+        return False
+    found = watchdog.decision is not None and watchdog.decision.reason in KEPT
+    return found or link.epoch != requested
 
 
 def not_ready(

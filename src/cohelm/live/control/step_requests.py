@@ -84,8 +84,8 @@ def step_request(
         profile: Profile of the scenario's rider.
         now: s of the control loop's clock.
         moves: True if the chair may move; then the observation has the driver's stick.
-        stop: STOP was pressed since the last step. Not for as long as the chair stands for it: the
-            navigator goes on perceiving and planning meanwhile.
+        stop: The chair waits for its driver after STOP or a fault, which is known so, see
+            ``readiness.acknowledges``.
     """
     observation, link = world.observation, driver.link
     # The driver takes the place of the scenario's rider.
