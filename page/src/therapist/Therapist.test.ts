@@ -42,7 +42,7 @@ describe("sessions", () => {
     answers = { "GET /api/sessions": [200, [SESSION]] };
     render(Sessions);
     await fireEvent.click(await screen.findByText(/hospital, one ride/));
-    expect(screen.getByText("Ride 1: Ward A")).toBeTruthy();
+    expect(screen.getByText(/^Ride 1, \d+:\d+.*: Ward A$/)).toBeTruthy();
     expect(screen.getByText("Nearest person 0.60 m: closer than the target of 0.75 m.")).toBeTruthy();
     expect(screen.queryByText("Somebody was near.")).toBeNull(); // details are folded
     const details = screen.getByText("Timeline, map, measures").closest("details")!;
@@ -54,6 +54,15 @@ describe("sessions", () => {
     expect(screen.getByRole("img", { hidden: true }).getAttribute("src")).toBe("/api/sessions/20260131-142530-r1.png");
     const links = screen.getAllByRole("link", { hidden: true }).map((each) => each.getAttribute("href"));
     expect(links).toEqual(["/api/sessions/20260131-142530.html", "/api/sessions/20260131-142530.csv"]);
+  });
+
+  it("show the last ride first", async () => {
+    const rides = [RIDE, { ...RIDE, id: "20260131-142530-r2", destination: "Ward B" }];
+    answers = { "GET /api/sessions": [200, [{ ...SESSION, rides }]] };
+    render(Sessions);
+    await fireEvent.click(await screen.findByText(/hospital, 2 rides/));
+    const titles = screen.getAllByRole("heading", { level: 3, hidden: true }).map((each) => each.textContent);
+    expect(titles.map((each) => each?.replace(/,.*:/, ""))).toEqual(["Ride 2 Ward B", "Ride 1 Ward A"]);
   });
 
   it("are deleted only after asking once more", async () => {

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { ChairState } from "../messages";
-import { destination, details, doing, driver, duration, measuresOf, moment, outcome, shares, what, who } from "./words";
+import { clock, destination, details, doing, driver, duration, measuresOf, moment, outcome, shares, what, who } from "./words";
 
 describe("words", () => {
   it("say measures in their units, only those that are there", () => {
@@ -15,6 +15,9 @@ describe("words", () => {
     expect(duration(125)).toBe("2 min 5 s");
     expect(moment("2026-01-31T14:25:30+00:00", "en-GB", "UTC")).toBe("31 Jan 2026, 14:25:30");
     expect(moment("some day")).toBe("some day");
+    expect(clock("2026-01-31T14:25:30+00:00", "en-GB", "UTC")).toBe("14:25");
+    expect(clock("2026-01-31T14:25:30+00:00", "de-DE", "UTC")).toBe("14:25");
+    expect(clock("some day")).toBe("some day");
   });
 
   it("say what was used, the longest first", () => {

@@ -66,6 +66,14 @@ export function moment(iso: string, locale: string = languageNow(), timeZone?: s
   return time.toLocaleString(locale, { dateStyle: "medium", timeStyle: "medium", ...zone });
 }
 
+/** Time of day, as in the log. */
+export function clock(iso: string, locale: string = languageNow(), timeZone?: string): string {
+  const time = new Date(iso);
+  if (Number.isNaN(time.getTime())) return iso;
+  const zone = timeZone === undefined ? {} : { timeZone };
+  return time.toLocaleTimeString(locale, { timeStyle: "short", ...zone });
+}
+
 /** A ride without a destination is on no way to be left: it ends. */
 export function outcome(ride: Pick<RideSummary, "outcome" | "destination">): string {
   if (ride.outcome === "cancelled" && !ride.destination) return t("outcome.ended");
