@@ -14,7 +14,10 @@ from cohelm.messages import Observation
 from cohelm.robots import move
 
 _MAX_GAP = 0.5
-"""Time between two observations after which the comparison begins anew, s."""
+"""Time between two observations after which the dead reckoning begins anew, s."""
+_COARSE_GAP = 0.2
+"""Time between two observations after which the comparison begins anew, s: how the chair moved
+meanwhile is not known well enough for it."""
 JUMP = (0.25, 0.35)
 """Step of the pose beyond the odometry that is a jump, m and rad; as of the safety gate."""
 
@@ -46,14 +49,17 @@ def update_motion(
     if now == memory.rows[-1, 0]:
         return memory
     last = memory.rows[-1]
-    # Mean speeds: a computer too slow for every tick sees the chair after 0.2 s and more, in which
-    # the newest speed alone is wrong by as much as a fault of the odometry.
+    # Mean speeds: where a slow computer sees few observations, the newest speed alone is wrong by
+    # as much as a fault of the odometry.
     odometry = move(last[4:], 0.5 * (memory.twist + observation.twist), now - last[0])
     step = difference(compose(inverse(last[1:4]), pose), compose(inverse(last[4:]), odometry))
     if step[0] > JUMP[0] or step[1] > JUMP[1]:
         return MotionHistory(np.array([[now, *pose, *pose]]), observation.twist, now)
+    row = np.array([[now, *pose, *odometry]])
+    if now - last[0] > _COARSE_GAP:
+        return MotionHistory(row, observation.twist, memory.jumped)
     keep = memory.rows[:, 0] >= now - p.long_window - 1e-9
-    rows = np.vstack([memory.rows[keep], [now, *pose, *odometry]])
+    rows = np.vstack([memory.rows[keep], row])
     return MotionHistory(rows, observation.twist, memory.jumped)
 
 

@@ -42,6 +42,9 @@ _SETTLED = 1.0
 """Time for which the pose must fit the map after a jump, s."""
 _FRESH = 0.5
 """Age up to which the results of a sweep hold, s; later the safety gate has stopped the chair."""
+_UNPLACED = 0.15
+"""Time before the comparison of pose and odometry began at which a sweep is not placed, s: of a
+sweep from a gap between two observations it is not known where the chair was."""
 _MOVING = 0.03
 """m/s."""
 _MANUAL = frozenset({Reason.DRIVE_FAULT, Reason.DRIVE_WEAK, Reason.STICK_STUCK})
@@ -131,6 +134,8 @@ def _update_scanners(
         i = _scanner_of(scan, robot)
         before = scanners[i]
         if before is not None and scan.time <= before.time:
+            continue
+        if scan.time < motion.rows[0, 0] - _UNPLACED:
             continue
         since = scan.time - observation.pose_time
         at = PosesAtSweep(
