@@ -18,7 +18,7 @@ def via_laboratory(rider):
     rider.press("Go via, avoid, draw…")
     rider.page.get_by_label("Choose a place").select_option("Laboratory")
     rider.press("Go via here")
-    rider.sees(re.compile(r"With your wishes: \+[\d.]+ m\."))
+    rider.sees(re.compile(r"By way of Laboratory: \+[\d.]+ m\."))
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
