@@ -27,6 +27,8 @@ def test_a_trip_is_kept_until_the_rider_cancels_it(riders, size):
     rider.sees("No driver.")
     via_laboratory(rider)
     panel = rider.page.get_by_role("region", name="Your trip")
+    chosen = rider.page.get_by_role("button", name=re.compile(r"about \d+ (s|min).* m"), pressed=True)
+    expect(chosen).to_be_in_viewport(ratio=1.0)
     rider.press("Hide; the trip is kept")
     expect(panel).to_contain_text("To Ward 4")
     expect(panel).to_contain_text("Go via Laboratory")

@@ -45,7 +45,7 @@ describe("the overview of a trip", () => {
     const goal = { name: "Ward 4", x: 9, y: 9 };
     const points: [number, number][] = [[0, 0], [3, 0], [3, 9], [9, 9]];
     const under = (not_ready: ChairState["not_ready"]): void =>
-      chair.heard({ type: "state", pose: [0, 0, 0], driver: "me", link: "ready", goal, remaining: 18, pace: "normal", not_ready } as ChairState);
+      chair.heard({ type: "state", pose: [0, 0, 0], driver: "me", link: "ready", goal, remaining: 18, pace: "normal", not_ready } as unknown as ChairState);
     chair.route = { ...chair.route, points };
     render(TripPanel);
     under(null);
