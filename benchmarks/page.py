@@ -33,7 +33,8 @@ SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900)}
 SECONDS = 8.0
 """Time for which frames are counted, s."""
 PRESSES = 150
-START = re.compile("^(Start|Use this trip)$")
+START = re.compile("^(Start|Start this trip|Change to this trip)$")
+GO_ON = re.compile("^Go on( to .*)?$")
 FRAMES = """
 seconds => new Promise((done) => {
   const at = [];
@@ -128,7 +129,7 @@ def take(page: Page) -> None:
     """Drive from this page, and confirm if the page asks for it."""
     page.get_by_role("button", name="Drive from this screen").click()
     page.wait_for_timeout(700)
-    go_on = page.get_by_role("button", name="Go on", exact=True)
+    go_on = page.get_by_role("button", name=GO_ON)
     if go_on.count() and go_on.get_attribute("aria-disabled") != "true":
         go_on.click()
         page.wait_for_timeout(300)
@@ -153,7 +154,7 @@ def go(page: Page, place: str) -> None:
 
 def ride(page: Page, seconds: float) -> None:
     """Drive for a time, confirm all requests, and wait until the chair moves."""
-    go_on = page.get_by_role("button", name="Go on", exact=True)
+    go_on = page.get_by_role("button", name=GO_ON)
     end = time.monotonic() + seconds
     for _ in range(400):
         page.wait_for_timeout(300)

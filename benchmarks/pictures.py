@@ -20,7 +20,7 @@ from typing import Any
 from PIL import Image
 from playwright.sync_api import Browser, Page, WebSocketRoute, expect, sync_playwright
 
-from page import CHROMIUM, FLAGS, START, go, look_at, opened, release, ride, served, show
+from page import CHROMIUM, FLAGS, GO_ON, START, go, look_at, opened, release, ride, served, show
 
 LARGEST = 150_000
 """Maximum size of a picture, bytes."""
@@ -92,7 +92,7 @@ def phones(browser: Browser, address: str, _: str, folder: Path) -> None:
         page.get_by_role("button", name="Go via, avoid, draw").click()
         page.get_by_label("Choose a place").select_option("Laboratory")
         page.get_by_role("button", name="Go via here").click()
-        expect(page.get_by_text("With your wishes")).to_be_visible(timeout=60_000)
+        expect(page.get_by_text("By way of Laboratory: +")).to_be_visible(timeout=60_000)
         keep(page, folder / "page-tablet.png")
 
 
@@ -179,7 +179,7 @@ def set_off(page: Page, place: str, overview: Path, seconds: float) -> None:
 
 def go_on(page: Page, done: Callable[[], bool]) -> None:
     """Confirm whatever the page asks for, until something is the case."""
-    button = page.get_by_role("button", name="Go on", exact=True)
+    button = page.get_by_role("button", name=GO_ON)
     for _ in range(400):
         if done():
             return

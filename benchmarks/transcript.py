@@ -15,7 +15,7 @@ from typing import Any
 
 from playwright.sync_api import CDPSession, Page, expect, sync_playwright
 
-from page import CHROMIUM, FLAGS, opened, served
+from page import CHROMIUM, FLAGS, GO_ON, opened, served
 
 LISTEN = """
 window.said = [];
@@ -115,7 +115,7 @@ class Transcript:
         for count in range(1, MOST_TABS + 1):
             self.page.keyboard.press("Tab")
             here = self.focused()
-            if any(here.startswith(f"{name},") for name in names):
+            if any(here.startswith((f"{name},", f"{name} to ")) for name in names):
                 self.lines.append(f"[Tab × {count}] {here}")
                 self.hear()
                 return
@@ -136,7 +136,7 @@ class Transcript:
     @property
     def asks(self) -> bool:
         """True if the chair waits for "Go on"."""
-        button = self.page.get_by_role("button", name="Go on", exact=True)
+        button = self.page.get_by_role("button", name=GO_ON)
         return bool(button.count()) and button.get_attribute("aria-disabled") != "true"
 
 

@@ -1,6 +1,6 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { felt, SILENT, told, type ReasonDisplay, type Seen } from "./reasonDisplay";
+import { felt, holdsTrip, SILENT, told, type ReasonDisplay, type Seen } from "./reasonDisplay";
 
 const close = { code: "too_close", text: "Too close." };
 const blocked = { code: "blocked", text: "Blocked." };
@@ -17,6 +17,18 @@ function lasting(was: ReasonDisplay, why: Why, from: number, to: number, moves: 
   for (let now = from; now <= to; now += 50) saying = told(saying, { ...moves, reason: why }, now);
   return saying;
 }
+
+describe("a fault that holds the trip", () => {
+  it("is one of health or input, and no waiting, slowing down or arrival", () => {
+    for (const code of ["scan_blind", "stale_scan", "stale_rider_command", "drive_fault", "stick_stuck", "lost"]) {
+      expect([code, holdsTrip(code, null)]).toEqual([code, true]);
+    }
+    for (const code of ["", "waiting", "blocked", "rider_stop", "scan_partly_blind", "drive_weak", "arrived", "starting"]) {
+      expect([code, holdsTrip(code, null)]).toEqual([code, false]);
+    }
+    expect(holdsTrip("rider_stop", { code: "navigator_restarts", text: "The navigator is starting again." })).toBe(true);
+  });
+});
 
 describe("a reason", () => {
   it("of a stop is shown once it lasts, and then spoken", () => {

@@ -63,6 +63,15 @@ export function claimOf(code: string): Claim {
   return SLOW.has(code) ? "slow" : "fault";
 }
 
+/** Trouble of health or input that asks the rider for something. */
+const HOLDS = new Set(["lost", "stick_stuck"]);
+const NO_FAULT = new Set(["", "arrived"]);
+
+/** True if a fault holds the chair: the reason on display is one, or "Go on" could not end the stop. */
+export function holdsTrip(code: string, notReady: ReasonText | null): boolean {
+  return notReady !== null || HOLDS.has(code) || (!NO_FAULT.has(code) && claimOf(code) === "fault");
+}
+
 /** The reason of a state, where it is true of what the chair does and is felt. */
 export function felt({ speed, reason, command }: Seen, pace: number): ReasonText | null {
   if (!reason) return null;

@@ -19,6 +19,7 @@ describe("a standing chair says why, in one line", () => {
     expect(stand()).toBe("Standing: no trip");
     expect(stand({}, { arrival: "Ward 1" })).toBe("Arrived: Ward 1");
     expect(stand({}, { arrival: "" })).toBe("Arrived");
+    expect(stand({ link: "confirm" }, { arrival: "Ward 1" })).toBe("Arrived: Ward 1"); // the next Start ends the stop
     expect(stand({}, { arrival: "Ward 1", startable: true })).toBe("Ready: press “Start”");
     expect(stand({ driver: null }, { startable: true })).toBe("Ready: press “Start”");
     const nobody = { why: 'Stopped. Tap "Drive from this screen".', code: "no_driver", startable: true };

@@ -45,7 +45,9 @@ function waits(stand: Stand, state: NonNullable<Stand["state"]>): Words {
   if (rider && !stand.driving) return ["stand.other"];
   // "Go on" is not asked for while it cannot end the stop.
   if (state.link === "confirm" && state.not_ready) return ["stand.because", { why: serverText(state.not_ready.text) }];
-  const held = LINK[state.link];
+  // After an arrival the next Start ends the stop, too.
+  const arrived = state.link === "confirm" && !state.goal && stand.arrival !== null;
+  const held = arrived ? undefined : LINK[state.link];
   if (held) return [rider ? held[0] : held[1]];
   if (state.goal) return towards(stand, state, state.goal);
   if (stand.arrival !== null) return stand.arrival ? ["stand.arrived", { name: stand.arrival }] : ["stand.arrivedPoint"];

@@ -1,6 +1,7 @@
 // The reason on display and the line about a standing chair, for the components that show them.
 
 import { chair } from "./chair.svelte";
+import { holdsTrip } from "./reasonDisplay";
 import { standing } from "./standing";
 import { surroundings } from "./surroundings.svelte";
 import { trip } from "./trip.svelte";
@@ -10,6 +11,12 @@ import { reasonWords, type Audience } from "./words";
 export function reasonNow(audience: Audience = "rider"): string {
   const { saying, cause } = surroundings;
   return saying.shown ? reasonWords(saying.shown, cause, chair.state?.rate ?? 1, audience) : "";
+}
+
+/** True while a fault holds the chair, so that nothing is told of the way. */
+export function faultHolds(): boolean {
+  const { shown } = surroundings.saying;
+  return holdsTrip(shown?.code ?? "", chair.state?.not_ready ?? null);
 }
 
 /** Why the chair stands; empty while it drives. */
@@ -23,7 +30,7 @@ export function standingNow(audience: Audience = "rider"): string {
     why: reasonNow(audience),
     code: surroundings.saying.shown?.code ?? "",
     arrival: chair.arrival?.name ?? null,
-    startable: trip.open && trip.route !== null && !trip.draft?.outdated,
+    startable: trip.startable,
     planned: chair.route.points.length > 0,
     error: chair.route.error ?? "",
   });

@@ -15,6 +15,8 @@ export type To = { readonly place: string } | { readonly point: Point };
 export interface Wished {
   readonly wish: Required<RouteWish>;
   readonly words: string;
+  /** Name of the place to go via, if it is one. */
+  readonly by?: string;
 }
 
 /** A trip that is looked at before it begins. */
@@ -69,6 +71,16 @@ export class Trip {
   readonly routes = $derived<readonly TripRoute[]>(this.draft?.plans?.routes ?? []);
   readonly route = $derived<TripRoute | null>(this.routes[this.draft?.chosen ?? 0] ?? null);
 
+  /** True if the overview is open, and its route is of the wishes on display. */
+  get startable(): boolean {
+    return this.open && this.route !== null && !this.draft?.outdated;
+  }
+
+  /** True while the chair is on a trip, which another one would replace. */
+  get under(): boolean {
+    return chair.goal !== null && !chair.state?.arrived;
+  }
+
   /** How far from the k-th wish the first route stays, m; null: it is no point to go via, or unknown. */
   missed(k: number): number | null {
     const { draft } = this;
@@ -113,7 +125,7 @@ export class Trip {
   }
 
   via(point: Point, name: string): Promise<void> {
-    return this.add({ kind: "attract", points: [point], radius: 0, visit: true }, t("trip.via", { name }));
+    return this.add({ kind: "attract", points: [point], radius: 0, visit: true }, t("trip.via", { name }), name);
   }
 
   avoid(point: Point, name: string): Promise<void> {
@@ -127,8 +139,8 @@ export class Trip {
       : this.add({ kind: "stroke", points: drawn(line), radius: 0, visit: false }, t("trip.followLine"));
   }
 
-  add(wish: Required<RouteWish>, words: string): Promise<void> {
-    return this.#wish((wishes) => [...wishes, { wish, words }]);
+  add(wish: Required<RouteWish>, words: string, by = ""): Promise<void> {
+    return this.#wish((wishes) => [...wishes, { wish, words, by }]);
   }
 
   remove(k: number): Promise<void> {
@@ -256,17 +268,20 @@ function plannable(): boolean {
 /** Wishes that hold already: a changed trip keeps them until they are removed. */
 function activeWishes(): readonly Wished[] {
   const words = { attract: "trip.viaPoint", avoid: "trip.avoidArea", stroke: "trip.followLine" } as const;
-  return chair.route.wishes.map(({ kind, points, radius, visit }) => ({
-    wish: { kind, points: points.map(([x, y]) => [x, y] as const), radius, visit },
-    words: viaWords(kind, points) || t(words[kind]),
-  }));
+  return chair.route.wishes.map(({ kind, points, radius, visit }) => {
+    const by = kind === "attract" ? viaName(points) : "";
+    return {
+      wish: { kind, points: points.map(([x, y]) => [x, y] as const), radius, visit },
+      words: by ? t("trip.via", { name: by }) : t(words[kind]),
+      by,
+    };
+  });
 }
 
 /** The name of a place to go via is kept while the trip is under way. */
-function viaWords(kind: RouteWish["kind"], points: readonly Point[]): string {
+function viaName(points: readonly Point[]): string {
   const [x, y] = points[0] ?? [NaN, NaN];
-  const place = chair.scene?.places.find((each) => Math.hypot(each.x - x, each.y - y) < SAME_PLACE);
-  return place && kind === "attract" ? t("trip.via", { name: place.name }) : "";
+  return chair.scene?.places.find((each) => Math.hypot(each.x - x, each.y - y) < SAME_PLACE)?.name ?? "";
 }
 
 export const trip = new Trip();

@@ -1,6 +1,6 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { compared, detour, found, memorable, metres, minutes, movement, observed, price, readiness, reasonWords } from "./words";
+import { compared, detour, found, memorable, metres, minutes, movement, observed, price, readiness, reasonWords, startWords, wishesCost } from "./words";
 
 const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null, not_ready: null } as const;
 
@@ -76,7 +76,48 @@ describe("what the driver has to do", () => {
     expect(readiness(state, true).text).toBe("Steer, or choose a destination.");
     const goal = { name: "Ward 4", x: 0, y: 0 };
     expect(readiness({ ...state, goal }, true).text).toBe("On the way to Ward 4.");
-    expect(readiness({ ...state, goal }, true, "no way").text).toBe("No route to Ward 4. Choose another destination.");
+    expect(readiness({ ...state, goal }, true, { trouble: "no way" }).text).toBe("No route to Ward 4. Choose another destination.");
+  });
+});
+
+describe("the button below", () => {
+  const goal = { name: "Ward 4", x: 0, y: 0 };
+  const stopped = { ...state, link: "confirm" } as const;
+
+  it("is away while the link is ready: there is nothing to press", () => {
+    for (const each of [state, { ...state, goal }, { ...state, reason: { code: "starting", text: "" } }]) {
+      expect(readiness(each, true)).toMatchObject({ action: null, label: "" });
+    }
+  });
+
+  it("says where it goes on to", () => {
+    expect(readiness({ ...stopped, goal }, true)).toMatchObject({ action: "resume", label: "Go on to Ward 4", main: true });
+    expect(readiness(stopped, true)).toMatchObject({ action: "resume", label: "Go on", main: true });
+    expect(readiness({ ...stopped, goal, arrived: true }, true).label).toBe("Go on");
+  });
+
+  it("is no second main one beside Start, which ends the stop, too", () => {
+    const choosing = { choosing: true, start: "Start this trip" };
+    expect(readiness({ ...stopped, goal }, true, choosing)).toMatchObject({
+      action: "resume", label: "Go on to Ward 4", main: false, text: "Stopped. Tap “Start this trip” to set off.",
+    });
+    expect(readiness(stopped, true, { choosing: true, start: "" })).toMatchObject({ main: false, text: "Stopped." });
+    expect(readiness(stopped, true, { arrived: true })).toMatchObject({
+      action: "resume", main: false, text: "Choose a destination, or tap “Go on” to steer.",
+    });
+    expect(readiness({ ...stopped, goal }, true, { arrived: true }).main).toBe(true);
+  });
+
+  it("stands below a text that promises no way while a fault holds the chair", () => {
+    expect(readiness({ ...state, goal }, true, { held: true }).text).toBe("The trip to Ward 4 is on hold.");
+  });
+});
+
+describe("the button of the overview", () => {
+  it("says what a press does to a chair that stands, and to one that drives", () => {
+    expect(startWords(false, true)).toBe("Start");
+    expect(startWords(true, true)).toBe("Start this trip");
+    expect(startWords(true, false)).toBe("Change to this trip");
   });
 });
 
@@ -110,6 +151,19 @@ describe("lengths and times", () => {
     expect(detour(-1)).toBe("−1.0 m");
     expect(detour(0.02)).toBe("no detour");
     expect(price({ extra_length: 4.2, length: 38.2 })).toBe("+4.2 m, 38 m in total");
+  });
+});
+
+describe("the price of wishes", () => {
+  const lab = { words: "Go via Laboratory", by: "Laboratory" };
+  const avoid = { words: "Avoid this area" };
+
+  it("names them while they are few", () => {
+    expect(wishesCost([lab], 4.9)).toBe("By way of Laboratory: +4.9 m.");
+    expect(wishesCost([lab, { words: "Go via Ward 2", by: "Ward 2" }], 12.3)).toBe("By way of Laboratory, Ward 2: +12 m.");
+    expect(wishesCost([avoid], 0)).toBe("Avoid this area: no detour.");
+    expect(wishesCost([lab, avoid], 4.9)).toBe("Go via Laboratory, Avoid this area: +4.9 m.");
+    expect(wishesCost([lab, avoid, avoid], 4.9)).toBe("With your 3 wishes: +4.9 m.");
   });
 });
 

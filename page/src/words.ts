@@ -19,32 +19,60 @@ export interface Readiness {
   readonly text: string;
   /** Message that the button sends; null: something else must be done first. */
   readonly action: "take_control" | "resume" | null;
+  /** Words on the button; empty: there is none. */
   readonly label: string;
+  /** True if it is the one thing to do next. */
+  readonly main: boolean;
 }
 
 type Next = Pick<ChairState, "link" | "driver" | "goal" | "arrived" | "reason" | "not_ready">;
 
+/** What else the page knows about the next step. */
+export interface Around {
+  /** Why there is no route to the destination. */
+  readonly trouble?: string;
+  /** The overview of a trip is open: its button sets off, and ends a stop, too. */
+  readonly choosing?: boolean;
+  /** Words on that button; empty: it cannot be pressed. */
+  readonly start?: string;
+  /** The last trip has arrived, and there is none since. */
+  readonly arrived?: boolean;
+  /** A fault holds the chair. */
+  readonly held?: boolean;
+}
+
 /** Next step of the driver before the chair moves. */
-export function readiness(state: Next | null, driving: boolean, trouble = ""): Readiness {
-  const goOn = t("ready.goOn");
-  if (!state) return { text: t("ready.notConnected"), action: null, label: goOn };
-  if (!state.driver) return { text: t("ready.noDriver"), action: "take_control", label: t("ready.take") };
-  if (!driving) return { text: t("ready.other"), action: "take_control", label: t("ready.take") };
+export function readiness(state: Next | null, driving: boolean, around: Around = {}): Readiness {
+  const goal = state?.arrived ? null : (state?.goal ?? null);
+  const label = goal ? t("ready.goOnTo", { name: goalName(goal) }) : t("ready.goOn");
+  const first = (text: string): Readiness => ({ text, action: null, label, main: false });
+  const take = (text: string): Readiness => ({ text, action: "take_control", label: t("ready.take"), main: true });
+  if (!state) return first(t("ready.notConnected"));
+  if (!state.driver) return take(t("ready.noDriver"));
+  if (!driving) return take(t("ready.other"));
   switch (state.link) {
     case "stick_held":
-      return { text: t("ready.stoppedRelease"), action: null, label: goOn };
+      return first(t("ready.stoppedRelease"));
     case "centre_stick":
-      return { text: t("ready.release"), action: null, label: goOn };
+      return first(t("ready.release"));
     case "confirm":
       // A confirmation that cannot end the stop is not offered.
-      if (state.not_ready) return { text: heldWords(state.not_ready), action: null, label: goOn };
-      return { text: t("ready.confirm"), action: "resume", label: goOn };
+      if (state.not_ready) return first(heldWords(state.not_ready));
+      return { ...confirmation(goal !== null, around), action: "resume", label };
     case "no_heartbeat":
     case "no_driver":
-      return { text: t("ready.lost"), action: null, label: goOn };
+      return first(t("ready.lost"));
     case "ready":
-      return under(state, trouble);
+      // A button without a use reads as a dead one.
+      return { text: underWay(state, goal, around), action: null, label: "", main: false };
   }
+}
+
+/** "Go on" is the one thing to do, unless a trip is chosen or to be chosen: its Start ends the stop, too. */
+function confirmation(goal: boolean, { choosing, start, arrived }: Around): Pick<Readiness, "text" | "main"> {
+  if (choosing) return { text: start ? t("ready.confirmStart", { start }) : t("ready.stopped"), main: false };
+  if (arrived && !goal) return { text: t("ready.confirmArrived"), main: false };
+  return { text: t("ready.confirm"), main: true };
 }
 
 /** What keeps the chair from going on, and what can be done about it. */
@@ -55,14 +83,16 @@ function heldWords({ code, text }: ReasonText): string {
   return t("hold.fault", { why: why! });
 }
 
-function under(state: Next, trouble: string): Readiness {
-  const label = t("ready.ready");
-  if (state.reason?.code === "starting") {
-    return { text: t("ready.starting"), action: null, label: t("ready.notYet") };
-  }
-  if (!state.goal) return { text: t("ready.steer"), action: null, label };
-  const name = goalName(state.goal);
-  return { text: t(trouble ? "ready.noRoute" : "ready.onTheWay", { name }), action: null, label };
+function underWay(state: Next, goal: Next["goal"], { trouble, held }: Around): string {
+  if (state.reason?.code === "starting") return t("ready.starting");
+  if (!goal) return t("ready.steer");
+  return t(trouble ? "ready.noRoute" : held ? "ready.held" : "ready.onTheWay", { name: goalName(goal) });
+}
+
+/** Words on the overview's button: what a press does now. */
+export function startWords(under: boolean, stands: boolean): string {
+  if (!under) return t("trip.start");
+  return t(stands ? "trip.startThis" : "trip.changeTo");
 }
 
 export function goalName(goal: { readonly name: string }): string {
@@ -93,6 +123,15 @@ export function metres(length: number): string {
 export function detour(extra: number): string {
   if (Math.abs(extra) < 0.05) return t("trip.noDetour");
   return `${extra > 0 ? "+" : "−"}${metres(Math.abs(extra))}`;
+}
+
+/** What wishes cost, by their names; more than two are counted. */
+export function wishesCost(wishes: readonly { readonly words: string; readonly by?: string }[], extra: number): string {
+  const cost = detour(extra);
+  if (wishes.length > 2) return t("trip.wishesCost", { n: wishes.length, detour: cost });
+  const names = wishes.map(({ by }) => by ?? "");
+  if (names.every(Boolean)) return t("trip.byCost", { names: names.join(", "), detour: cost });
+  return t("trip.wishCost", { words: wishes.map(({ words }) => words).join(", "), detour: cost });
 }
 
 export function price(preview: Pick<WishPreview, "extra_length" | "length">): string {

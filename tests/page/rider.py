@@ -12,6 +12,8 @@ from .cable import Cable
 from .served import brief, wants
 
 PATIENCE = 30_000  # ms: on a busy machine a page takes its time
+START = re.compile("^(Start|Start this trip|Change to this trip)$")
+GO_ON = re.compile("^Go on( to .*)?$")
 PADS = """
 window.pads = [];
 navigator.getGamepads = () => window.pads;
@@ -114,7 +116,7 @@ class Rider:
             state = self.until(lambda state: state["link"] in {"ready", "confirm"})
             if state["link"] == "ready":
                 return
-            self.press("Go on")
+            self.press(GO_ON)
             self.rest(0.2)
 
     def makes(self, law, act, undo=lambda: None):
@@ -152,12 +154,12 @@ class Rider:
         field = self.page.get_by_role("searchbox", name="Search for a place")
         field.fill(place.lower())
         field.press("Enter")
-        self.until_button(re.compile("^(Start|Use this trip)$"))
+        self.until_button(START)
 
     def choose(self, place):
         """Start a trip to a place; takes control where nobody has it."""
         self.look_at(place)
-        self.button(re.compile("^(Start|Use this trip)$")).click()
+        self.button(START).click()
         return self.until(lambda state: state["goal"] and state["goal"]["name"] == place)
 
     def until_button(self, name):

@@ -270,7 +270,7 @@ def test_a_ride_by_keyboard_alone(rider):
     rider.until(lambda state: state["link"] == "confirm")
     tab_to("Change route")
     keyboard.press("Enter")
-    rider.until_button("Use this trip")
+    rider.until_button("Start this trip")
     tab_to("Keep present trip")
     keyboard.press("Enter")
     tab_to("Cancel trip")

@@ -18,7 +18,7 @@ def via_laboratory(rider):
     rider.press("Go via, avoid, draw…")
     rider.page.get_by_label("Choose a place").select_option("Laboratory")
     rider.press("Go via here")
-    rider.sees(re.compile(r"With your wishes: \+[\d.]+ m\."))
+    rider.sees(re.compile(r"By way of Laboratory: \+[\d.]+ m\."))
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
@@ -27,6 +27,9 @@ def test_a_trip_is_kept_until_the_rider_cancels_it(riders, size):
     rider.sees("No driver.")
     via_laboratory(rider)
     panel = rider.page.get_by_role("region", name="Your trip")
+    route = re.compile(r"about \d+ (s|min).* m")
+    chosen = rider.page.get_by_role("button", name=route, pressed=True)
+    expect(chosen).to_be_in_viewport(ratio=1.0)
     rider.press("Hide; the trip is kept")
     expect(panel).to_contain_text("To Ward 4")
     expect(panel).to_contain_text("Go via Laboratory")

@@ -8,6 +8,7 @@ import time
 import pytest
 from playwright.sync_api import expect
 
+from .rider import GO_ON
 from .served import held, moves, stands, wants
 
 HANG = (
@@ -127,11 +128,11 @@ def test_a_navigator_that_is_killed(rider, chair):
     assert chair.stood(began) - began <= 0.4 + chair.lateness(began)
     rider.sees(re.compile("The navigator did not answer in time|This computer is too slow"))
     rider.sees("The navigator is starting again. You can go on in a moment.")
-    expect(rider.button("Go on")).to_have_attribute("aria-disabled", "true")
+    expect(rider.button(GO_ON)).to_have_attribute("aria-disabled", "true")
     rider.until(lambda state: state["link"] == "confirm", within=120.0)
     chair.heard(lambda told: told.get("code") == "navigator_ready", within=240.0)
     assert chair.health()["restarts"] == 1
-    rider.until_button("Go on")
+    rider.until_button(GO_ON)
     rider.holds(held)
     rider.makes(wants, rider.go_on)
 

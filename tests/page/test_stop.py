@@ -1,7 +1,11 @@
 """STOP: from every state, by whatever hand, from whichever page; and what follows it."""
 
-import pytest
+import re
 
+import pytest
+from playwright.sync_api import expect
+
+from .rider import GO_ON
 from .served import held, stands, wants
 
 
@@ -44,8 +48,15 @@ def test_while_the_stick_is_held(rider, by):
 def test_while_it_follows_its_way(rider):
     rider.take()
     rider.follow()
+    expect(rider.button(GO_ON)).to_have_count(0)  # nothing to press while it drives
+    stop = rider.button("STOP").bounding_box()
     rider.press("STOP")
     rider.until(lambda state: stands(state) and state["link"] == "confirm")
+    expect(rider.button("Go on to Ward 4")).to_have_class(re.compile("main"))
+    assert rider.button("STOP").bounding_box() == stop
+    rider.press("Change route")
+    expect(rider.button("Go on to Ward 4")).not_to_have_class(re.compile("main"))
+    rider.press("Keep present trip")
     rider.holds(held)
     rider.makes(wants, rider.go_on)
 

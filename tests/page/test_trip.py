@@ -53,7 +53,7 @@ def test_a_trip_by_way_of_the_laboratory(rider, chair):
     rider.press("Go via, avoid, draw…")
     rider.page.get_by_label("Choose a place").select_option("Laboratory")
     rider.press("Go via here")
-    rider.sees(re.compile(r"With your wishes: \+[\d.]+ m\."))
+    rider.sees(re.compile(r"By way of Laboratory: \+[\d.]+ m\."))
     rider.until_button("Start")
     rider.press("Start")
     way = ways(chair, lambda way: way["wishes"] and way["extra_length"] > 0.0)

@@ -1,8 +1,8 @@
 // Layer that changes seldom, drawn once: floor, doors, preferences, routes. Frames only copy it.
 
-import { num } from "../i18n/text.svelte";
 import type { MapDifference, WishPreview, RouteUpdate, SceneInfo, TripRoute } from "../messages";
 import { drawDifferences } from "./differences";
+import { badge } from "./badge";
 import type { Colours } from "./palette";
 import { farthestFrom, lastOf, lengthOf } from "./strokes";
 import { toScreen, type Point, type View } from "./view";
@@ -205,13 +205,6 @@ function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View)
     dashed(context, preview.points, colours.preview, 5, [12, 9], view);
   }
   context.lineCap = "butt";
-  const [of, from, extra, colour] = preview
-    ? [preview.points, route.points, preview.extra_length, colours.preview]
-    : [route.points, route.without_wishes, route.extra_length, colours.route];
-  const where = farthestFrom(of, from);
-  if (!where || Math.abs(extra) < 0.05) return;
-  const [x, y] = toScreen(view, ...where);
-  badge(context, `${extra > 0 ? "+" : "−"}${num(Math.abs(extra), extra < 9.5 ? 1 : 0)} m`, x, y, colour, colours.free);
 }
 
 /** Routes to choose from: the chosen one last and strongest, each with its number. */
@@ -280,24 +273,4 @@ function flag(context: CanvasRenderingContext2D, point: Point, colour: string, v
   context.lineTo(x, y);
   context.closePath();
   context.fill();
-}
-
-export function badge(
-  context: CanvasRenderingContext2D,
-  text: string,
-  x: number,
-  y: number,
-  ground: string,
-  colour: string,
-): void {
-  context.font = "600 14px system-ui, sans-serif";
-  const wide = context.measureText(text).width + 14;
-  context.fillStyle = ground;
-  context.beginPath();
-  context.roundRect(x - wide / 2, y - 12, wide, 24, 12);
-  context.fill();
-  context.fillStyle = colour;
-  context.textAlign = "center";
-  context.textBaseline = "middle";
-  context.fillText(text, x, y + 0.5);
 }

@@ -1,7 +1,7 @@
 // Where the building differs from the map: cells with a question mark.
 
 import type { MapDifference } from "../messages";
-import { badge } from "./backdrop";
+import { badge } from "./badge";
 import type { Colours } from "./palette";
 import { toScreen, type Point, type View } from "./view";
 

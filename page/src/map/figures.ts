@@ -2,7 +2,8 @@
 
 import type { Cause, Direction } from "../around";
 import type { ChairInfo, Destination, PersonInfo, ChairState } from "../messages";
-import { badge, traced } from "./backdrop";
+import { traced } from "./backdrop";
+import { badge } from "./badge";
 import type { Shown } from "./motion";
 import type { Colours } from "./palette";
 import { toScreen, type Point, type View } from "./view";

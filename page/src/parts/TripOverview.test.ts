@@ -41,6 +41,23 @@ describe("the overview of a trip", () => {
     expect(button("Start").getAttribute("aria-disabled")).toBe("false");
   });
 
+  it("promises no turn while a fault holds the chair", async () => {
+    const goal = { name: "Ward 4", x: 9, y: 9 };
+    const points: [number, number][] = [[0, 0], [3, 0], [3, 9], [9, 9]];
+    const under = (not_ready: ChairState["not_ready"]): void =>
+      chair.heard({ type: "state", pose: [0, 0, 0], driver: "me", link: "ready", goal, remaining: 18, pace: "normal", not_ready } as unknown as ChairState);
+    chair.route = { ...chair.route, points };
+    render(TripPanel);
+    under(null);
+    await tick();
+    expect(screen.getByRole("region").textContent).toContain("Turn left in 3 m");
+    under({ code: "scan_blind", text: "The scanner cannot see ahead. Stopped." });
+    await tick();
+    expect(screen.getByRole("region").textContent).toContain("Trip on hold");
+    expect(screen.getByRole("region").textContent).not.toContain("Turn");
+    chair.route = { ...chair.route, points: [] };
+  });
+
   it("leaves the trip to its panel when it is hidden, and forgets it when it is cancelled", async () => {
     vi.spyOn(link, "ask").mockResolvedValue(PLANS);
     await trip.choose({ place: "Ward 4" }, "Ward 4");

@@ -1,8 +1,11 @@
 import { render, screen } from "@testing-library/svelte";
 import { tick } from "svelte";
-import { afterEach, describe, expect, it } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { chair } from "../chair.svelte";
+import { explained } from "../explained.svelte";
+import { mapView } from "../map/mapView.svelte";
 import type { RideEnded, ChairState } from "../messages";
+import FirstUse from "./FirstUse.svelte";
 import ReloadPrompt from "./ReloadPrompt.svelte";
 import Rating from "./Rating.svelte";
 
@@ -27,6 +30,63 @@ describe("the rating", () => {
     driven("r2");
     await tick();
     expect(screen.queryByRole("group")).toBeNull();
+  });
+});
+
+describe("the rating and a sheet", () => {
+  it("are not over the map together: the card comes back when the sheet is gone", async () => {
+    render(Rating);
+    chair.heard(ENDED);
+    mapView.covered = 300;
+    await tick();
+    expect(screen.queryByRole("group")).toBeNull();
+    mapView.covered = 0;
+    await tick();
+    expect(screen.getByRole("group", { name: "Rate this ride" })).toBeTruthy();
+  });
+});
+
+describe("the note on a mode", () => {
+  const GOAL = { name: "Ward 4", x: 0, y: 0 };
+  const under = (goal: ChairState["goal"]): void =>
+    chair.heard({ type: "state", driver: "me", goal, mode: "shared", ride: "" } as ChairState);
+  const note = (): HTMLElement | null => screen.queryByRole("group", { name: "What this mode does" });
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+    chair.client = "me";
+    explained.modes = [];
+    render(FirstUse);
+  });
+  afterEach(() => {
+    vi.useRealTimers();
+    chair.client = "";
+  });
+
+  it("covers the map for 12 s at most, whatever the chair tells meanwhile", async () => {
+    under(GOAL);
+    await tick();
+    for (let k = 0; k < 11; k++) {
+      vi.advanceTimersByTime(1_000);
+      under(GOAL);
+      await tick();
+      expect(note()).not.toBeNull();
+    }
+    vi.advanceTimersByTime(1_000);
+    await tick();
+    expect(note()).toBeNull();
+  });
+
+  it("counts as read when the trip ends", async () => {
+    under(GOAL);
+    await tick();
+    expect(note()).not.toBeNull();
+    under(null);
+    await tick();
+    under(GOAL);
+    await tick();
+    expect(note()).toBeNull();
+    expect(explained.modes).toEqual(["shared"]);
   });
 });
 
