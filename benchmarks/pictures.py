@@ -157,7 +157,7 @@ def sessions(browser: Browser, address: str, token: str, folder: Path) -> None:
     page.wait_for_timeout(2000)
     keep(page, folder / "therapist.png")
     page.locator("summary").first.click()
-    page.get_by_text("Timeline, map, measures").first.click()
+    page.get_by_text("Timeline, map, measures").last.click()
     slider = page.get_by_role("slider", name="Time in the ride")
     slider.wait_for()
     slider.fill("9")
