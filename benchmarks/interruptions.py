@@ -95,7 +95,8 @@ class Rider:
         confirmed, end = 0, time.monotonic() + PATIENCE
         while time.monotonic() < end:
             state = self.states[-1]
-            if abs(state.speed) > 0.15 and state.link == "ready":
+            # A chair that still rolls with a released stick would stand by itself.
+            if self.stick and abs(state.speed) > 0.15 and state.link == "ready":
                 return confirmed
             if state.link == "ready":
                 self.stick = 0.6 if state.pose[0] < AWAY else -0.6
