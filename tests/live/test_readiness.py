@@ -68,13 +68,19 @@ def test_pages_hear_of_it_while_the_chair_waits_for_the_driver(rig):
     assert rig.state.not_ready is None
 
 
-def test_a_fault_that_is_kept_ends_with_the_driver_s_word():
-    """Odometry of the wrong sign for 2 s: the wheels are sound again, and the chair must know."""
-    fault = "faults=[{kind: twist_scaled, at: 1.0, duration: 2.0, magnitude: -1.0}]"
+def after_odometry_fault(duration):
+    """Five seconds of a stick held forward, with odometry of the wrong sign from 1 s on."""
+    fault = f"faults=[{{kind: twist_scaled, at: 1.0, duration: {duration}, magnitude: -1.0}}]"
     rig = Rig(build_scenario(load_scenario("empty", [fault]), 0))
     rig.drive()
     rig.say(SetMode(mode=Mode.ASSISTED))
     rig.steps(100, forward=0.5)
+    return rig
+
+
+def test_a_fault_that_is_kept_ends_with_the_driver_s_word():
+    """Odometry of the wrong sign for 2 s: the wheels are sound again, and the chair must know."""
+    rig = after_odometry_fault(2.0)
     assert rig.world.truth.time > 4.0
     assert rig.state.reason.code in KEPT
     assert rig.state.command == (0.0, 0.0)
@@ -90,11 +96,7 @@ def test_a_fault_that_is_kept_ends_with_the_driver_s_word():
 
 
 def test_a_fault_that_lasts_is_found_again():
-    fault = "faults=[{kind: twist_scaled, at: 1.0, duration: 99.0, magnitude: -1.0}]"
-    rig = Rig(build_scenario(load_scenario("empty", [fault]), 0))
-    rig.drive()
-    rig.say(SetMode(mode=Mode.ASSISTED))
-    rig.steps(100, forward=0.5)
+    rig = after_odometry_fault(99.0)
     rig.steps(5, forward=0.0)
     assert rig.state.reason.code in KEPT
     rig.say(ResumeCommand())
