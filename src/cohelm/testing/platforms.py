@@ -19,7 +19,10 @@ from cohelm.testing.conformance import require
 STEP = 0.05
 """Control period of a ride, s."""
 MAX_CALL = 0.02
-"""Maximum mean duration of ``observe`` and of ``apply``, s: both belong to one control period."""
+"""Maximum median duration of ``observe`` and of ``apply``, s: both belong to one control period.
+
+The median, because a busy computer delays some calls and a slow platform delays every one.
+"""
 _RIDE = "empty"
 _CREEP = 0.2
 """Speed of the test drive, m/s."""
@@ -71,7 +74,7 @@ def check_open_platform(
     _check_wait(capabilities)
     creep = Decision(twist=np.array([_CREEP, 0.0, 0.0]))
     seen: list[Observation] = []
-    spent = {"observe": 0.0, "apply": 0.0}
+    spent: dict[str, list[float]] = {"observe": [], "apply": []}
     steps = round(seconds / STEP)
     for decision in (stop(Reason.STARTING), creep, stop(Reason.STARTING)):
         for _ in range(steps):
@@ -80,13 +83,13 @@ def check_open_platform(
             observed = time.perf_counter()
             platform.apply(decision)
             applied = time.perf_counter()
-            spent["observe"] += observed - began
-            spent["apply"] += applied - observed
+            spent["observe"].append(observed - began)
+            spent["apply"].append(applied - observed)
             wait(max(STEP - (applied - began), 0.0))
     require(platform.capabilities is capabilities, "capabilities must stay the same")
-    for name, total in spent.items():
-        mean = total / len(seen)
-        require(mean <= MAX_CALL, f"{name} takes {1e3 * mean:.1f} ms, allowed are 20 ms")
+    for name, durations in spent.items():
+        typical = float(np.median(durations))
+        require(typical <= MAX_CALL, f"{name} takes {1e3 * typical:.1f} ms, allowed are 20 ms")
     _check_times(seen)
     _check_motion(seen, steps)
     platform.close()
