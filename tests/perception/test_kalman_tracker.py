@@ -394,25 +394,60 @@ def test_what_stands_still_does_not_walk_for_a_localiser_that_wanders():
             assert len(people) == 0
 
 
-@pytest.mark.parametrize(("on_legs", "scans"), [(True, 2), (False, 4), (None, 2)])
+def torso(k, x=3.0, **changes):
+    """Sighting number k of a round object with eight returns, at (x, 0)."""
+    seen = dataclasses.replace(
+        sighting(0.1 * k, [[x, 0.0]]),
+        points=np.column_stack([np.full(8, x - 0.25), np.linspace(-0.2, 0.2, 8)]),
+        detection_of_return=np.zeros(8, dtype=np.int64),
+        mapped=np.zeros(8, dtype=bool),
+        cluster_of_return=np.zeros(8, dtype=np.int64),
+        ellipse=np.array([[x, 0.0, R, R, 0.0]]),
+        arrival_log_odds=np.zeros(1),
+        on_legs=np.array([False]),
+    )
+    return dataclasses.replace(seen, **changes)
+
+
+def first_told(sightings):
+    """Index of the first sighting after which somebody is told; None: never."""
+    tracker, memory = KalmanTracker(), None
+    for k, seen in enumerate(sightings):
+        people, memory = tracker.track(observation(seen.time), (seen,), memory)
+        if len(people):
+            return k
+    return None
+
+
+@pytest.mark.parametrize(("on_legs", "scans"), [([True], 2), ([False], 4), (None, 2)])
 def test_a_body_at_rest_takes_more_scans_than_clear_legs(on_legs, scans):
     """A round object needs more than three whole observations of its shape, legs need two."""
-    memory, tracker, first = None, KalmanTracker(), None
-    for k in range(8):
-        seen = dataclasses.replace(
-            sighting(0.1 * k, [[3.0, 0.0]]),
-            points=np.column_stack([np.full(8, 2.75), np.linspace(-0.2, 0.2, 8)]),
-            detection_of_return=np.zeros(8, dtype=np.int64),
-            mapped=np.zeros(8, dtype=bool),
-            cluster_of_return=np.zeros(8, dtype=np.int64),
-            ellipse=np.array([[3.0, 0.0, R, R, 0.0]]),
-            arrival_log_odds=np.zeros(1),
-            on_legs=None if on_legs is None else np.array([on_legs]),
+    legs = None if on_legs is None else np.array(on_legs)
+    assert first_told(torso(k, on_legs=legs) for k in range(8)) == scans - 1
+
+
+def test_a_part_of_something_wider_shows_no_shape_but_may_walk():
+    part = np.array([True])
+    assert first_told(torso(k, of_wider=part) for k in range(60)) is None
+    # Whole observations count as ever, before and after.
+    assert first_told(torso(k, of_wider=part if k < 5 else ~part) for k in range(20)) == 8
+    walking = first_told(torso(k, x=3.0 + 0.1 * k, of_wider=part) for k in range(30))
+    assert walking is not None
+    assert walking < 15
+
+
+@pytest.mark.parametrize(("same_view", "told"), [(True, True), (False, False)])
+def test_a_walker_of_a_wrong_shape_ends_before_a_driving_scanner(same_view, told):
+    """The visible part of furniture moves along it, then shows as what it is."""
+    tracker, memory = KalmanTracker(), None
+    for k in range(24):
+        clear = k < 16
+        seen = torso(
+            k, x=3.0 + 0.1 * k, confidence=np.array([0.9 if clear else 0.02]), same_view=same_view
         )
-        people, memory = tracker.track(observation(0.1 * k), (seen,), memory)
-        if first is None and len(people):
-            first = k + 1
-    assert first == scans
+        people, memory = tracker.track(observation(seen.time), (seen,), memory)
+        assert k != 15 or len(people) == 1
+    assert bool(len(people)) == told
 
 
 @pytest.mark.parametrize(("deviation", "left"), [(0.03, 2), (0.15, 1)])

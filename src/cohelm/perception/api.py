@@ -72,6 +72,8 @@ class Detections:
     from change detection; 0: unknown. None without change detection."""
     on_legs: Annotated[Booleans, Shape("d")] | None = None
     """True where a planar scan shows legs instead of one body. None: not known."""
+    of_wider: Annotated[Booleans, Shape("d")] | None = None
+    """True for a part of a cluster whose other returns are no person. None: not known."""
     same_view: bool = True
     """False for a scanner that has just moved, without a map to explain what comes into view."""
     heights: ColumnHeights | None = None

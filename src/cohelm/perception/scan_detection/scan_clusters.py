@@ -151,6 +151,7 @@ class ScanClusters:
             deviation=np.hypot(bodies.deviation, noise),
             confidence=1.0 / (1.0 + np.exp(-log_odds)),
             on_legs=_on_legs(bodies),
+            of_wider=~_on_legs(bodies) & _of_wider(cluster, seen.body_of_return, log_odds),
             cluster_of_return=cluster,
             ellipse=bounding_ellipses(
                 returns.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
@@ -192,6 +193,36 @@ class ScanClusters:
 def _on_legs(bodies: BodyCandidates) -> Booleans:
     """Mask (d,) of candidates whose centre is the mean of their returns, as that of legs is."""
     out: Booleans = (bodies.disc_centre == bodies.mean).all(axis=1)
+    return out
+
+
+@njit(cache=True)
+def _of_wider(cluster: Integers, body: Integers, log_odds: Floats) -> Booleans:
+    """Mask (d,) of candidates whose cluster has more returns, but of no other clear person.
+
+    Args:
+        cluster, body: of each return (p,), −1: none.
+        log_odds: (d,) of a person.
+    """
+    d, clusters = len(log_odds), cluster.max() + 1 if len(cluster) else 0
+    returns, of_people, own = np.zeros(clusters), np.zeros(clusters), np.zeros(d)
+    cluster_of = np.full(d, -1, dtype=np.int64)
+    for i in range(len(cluster)):
+        c, k = cluster[i], body[i]
+        if c < 0:
+            continue
+        returns[c] += 1.0
+        if k >= 0:
+            own[k] += 1.0
+            cluster_of[k] = c
+            # Two people who touch share a cluster, and each is clear.
+            of_people[c] += log_odds[k] > MAX_LOG_ODDS
+    out = np.zeros(d, dtype=np.bool_)
+    for k in range(d):
+        c = cluster_of[k]
+        if c >= 0:
+            others = of_people[c] - own[k] if log_odds[k] > MAX_LOG_ODDS else of_people[c]
+            out[k] = own[k] < returns[c] and others == 0.0
     return out
 
 

@@ -20,6 +20,12 @@ from cohelm.perception.tracking.association import (
     merged_partners,
 )
 from cohelm.perception.tracking.kalman import larger_axis, predict_state, update_state
+from cohelm.perception.tracking.person_detections import (
+    PersonDetections,
+    ScanTable,
+    person_detections,
+    scan_table,
+)
 from cohelm.perception.tracking.track_evidence import (
     Matches,
     is_confirmed,
@@ -30,14 +36,10 @@ from cohelm.perception.tracking.track_evidence import (
 )
 from cohelm.perception.tracking.tracks import (
     TRACK,
-    PersonDetections,
-    ScanTable,
     TrackerParameters,
     TrackerState,
     Tracks,
     no_tracks,
-    person_detections,
-    scan_table,
     start_track,
 )
 
@@ -139,7 +141,9 @@ def update_tracks(
     mark_unseen(known, matches, scan, step, p.window)
     alive = np.empty(len(known), dtype=np.bool_)
     for t in range(len(known)):
-        known[t].confirmed = is_confirmed(known[t], matches.detection[t], found, now, p)
+        known[t].confirmed = is_confirmed(
+            known[t], matches.detection[t], found, now, scan.same_view, p
+        )
         patience = p.patience if known[t].confirmed else p.tentative_patience
         alive[t] = known[t].unseen_time <= patience
     if scan.is_planar:

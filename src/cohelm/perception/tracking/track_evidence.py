@@ -10,9 +10,8 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.perception.tracking.association import Visibility, visibility
+from cohelm.perception.tracking.person_detections import PersonDetections, ScanTable
 from cohelm.perception.tracking.tracks import (
-    PersonDetections,
-    ScanTable,
     TrackerParameters,
     Tracks,
 )
@@ -78,7 +77,7 @@ def update_evidence(
             weight = found.shape_weight[j]
             track.radius += _RADIUS_RATE * (found.radius[j] - track.radius)
             track.shape_looks += weight
-            rate = weight * max(p.shape_rate, 1.0 / track.shape_looks)
+            rate = weight * max(p.shape_rate, 1.0 / track.shape_looks) if weight > 0.0 else 0.0
             track.shape_log_odds += rate * (found.log_odds[j] - track.shape_log_odds)
             nis = min(matches.mahalanobis_sq[t], _MAX_NIS)
             track.nis += _NIS_RATE * (nis - track.nis)
@@ -196,7 +195,12 @@ def mark_doubles(
 
 @njit(cache=True)
 def is_confirmed(
-    track: Any, detection: int, found: PersonDetections, time: float, p: TrackerParameters
+    track: Any,
+    detection: int,
+    found: PersonDetections,
+    time: float,
+    same_view: bool,
+    p: TrackerParameters,
 ) -> bool:
     """Confirm or reject a track by detections and evidence, with hysteresis.
 
@@ -205,6 +209,7 @@ def is_confirmed(
         detection: its index in the scan, or ``NO_MATCH``.
         found: possible people of the scan.
         time: of the scan, s.
+        same_view: see ``Detections``.
         p: the parameters.
     """
     odds, hits = log_odds(track), 0
@@ -222,6 +227,9 @@ def is_confirmed(
         is_person = track.shape_log_odds >= p.static_shape and track.shape_looks >= looks
     least = p.reject_log_odds if track.has_walked else p.unmoved_reject_log_odds
     stays = odds > least or track.shape_log_odds > p.static_shape_kept
+    # Furniture comes into the view of a driving scanner, and seems to walk.
+    if not same_view and track.shape_log_odds <= p.reject_log_odds:
+        return False
     return bool((detection >= 0 and often and is_person) or (track.confirmed and stays))
 
 
