@@ -29,7 +29,7 @@ function hasArrived(state: ChairState): boolean {
 
 /** Why the chair stands; empty while it drives. */
 export function standingNow(audience: Audience = "rider"): string {
-  const state = chair.stale ? null : chair.state;
+  const state = chair.stale ? null : chair.toTell;
   if (state && !surroundings.stands && !hasArrived(state)) return "";
   return standing({
     state,

@@ -47,7 +47,7 @@ class Surroundings {
   /** Called ten times a second. */
   look(now: number): void {
     const { state, scene } = chair;
-    this.saying = told(this.saying, chair.stale ? null : state, now);
+    this.saying = told(this.saying, chair.stale ? null : chair.toTell, now);
     if (!state || !scene || chair.stale) {
       this.ring = [];
       this.cause = null;
