@@ -200,6 +200,8 @@ def reason_is_true(words: str, state: Sample) -> bool:
         return False
     if words.endswith("Stopped.") and not stands(state):
         return False
+    if words.endswith("Driving very slowly.") and stands(state):
+        return False
     code = next((code for end, code in EFFECTS.items() if words.endswith(f" {end}")), "")
     if re.search(r"^(A |The door|Something).* (Stopped|Waiting)\.$", words):
         return reason["code"] in {"blocked", "no_safe_plan", "waiting"}
@@ -224,7 +226,11 @@ def stand_is_true(words: str, state: Sample) -> bool:
     """Check why it stands."""
     if words == "Ready: press “Go on”":
         return bool(state["link"] == "confirm" and not state["not_ready"])
-    if words == "Setting off" or words.startswith(("Ready", "Standing")):
+    if words == "Setting off":
+        return state["reason"] is None
+    if words == "Standing for a moment":
+        return True
+    if words.startswith(("Ready", "Standing")):
         return not (state["reason"] and state["link"] == "ready")
     return reason_is_true(words, state)
 

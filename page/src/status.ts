@@ -36,6 +36,7 @@ export function standingNow(audience: Audience = "rider"): string {
     audience,
     driving: chair.driving,
     why: reasonNow(audience),
+    held: surroundings.held,
     code: surroundings.saying.shown?.code ?? "",
     arrival: chair.arrival?.name ?? null,
     startable: trip.startable,
