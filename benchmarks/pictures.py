@@ -175,6 +175,10 @@ def set_off(page: Page, place: str, overview: Path, seconds: float) -> None:
     page.get_by_role("button", name=START).click()
     page.get_by_role("button", name="OK").click()
     ride(page, seconds)
+    # The first arcs about the chair are explained in the same place.
+    note = page.get_by_role("group", name="What the arcs mean")
+    if note.is_visible():
+        note.get_by_role("button").click()
 
 
 def go_on(page: Page, done: Callable[[], bool]) -> None:
