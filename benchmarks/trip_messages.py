@@ -229,7 +229,7 @@ def stand_is_true(words: str, state: Sample) -> bool:
     if words == "Setting off":
         return state["reason"] is None
     if words == "Standing for a moment":
-        return True
+        return state["reason"] is not None
     if words.startswith(("Ready", "Standing")):
         return not (state["reason"] and state["link"] == "ready")
     return reason_is_true(words, state)
