@@ -37,6 +37,11 @@ const SHOWN: readonly MeasureName[] = [
   "spl",
 ];
 
+/** Whether the measures, the map and the timeline of a ride are still to come. */
+export function beingMeasured({ measures, error }: Pick<RideSummary, "measures" | "error">): boolean {
+  return error === "" && Object.keys(measures).length === 0;
+}
+
 /** Measures of a ride that have a value, in reading order. */
 export function measuresOf(ride: Pick<RideSummary, "measures">): Measure[] {
   return SHOWN.flatMap((key) => {

@@ -97,6 +97,7 @@ export const rider = {
   "trip.wishesCost": "Mit Ihren {n} Wünschen: {detour}.",
   "trip.own": "Vorschlag des Rollstuhls",
   "trip.only": "Der einzige Weg",
+  "trip.choices": "{n} Wege, nummeriert wie auf der Karte.",
   "trip.start": "Start",
   "trip.startThis": "Diese Fahrt beginnen",
   "trip.changeTo": "Zu dieser Fahrt wechseln",

@@ -85,6 +85,7 @@ export const therapist = {
   "ride.stops": "Halte",
   "ride.breach": "Nächste Person {nearest} m: näher als die angestrebten {target} m.",
   "ride.details": "Verlauf, Karte, Messwerte",
+  "ride.measuring": "Wird berechnet. Das dauert einige Sekunden.",
   "ride.noMap": "Zu dieser Fahrt ist keine Karte gespeichert.",
   "ride.map": "Karte der Fahrt {n}: wo der Rollstuhl fuhr, der erste Weg und die Menschen, denen er begegnete",
   "ride.measures": "Messwerte",

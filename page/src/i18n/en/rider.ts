@@ -97,6 +97,7 @@ export const rider = {
   "trip.wishesCost": "With your {n} wishes: {detour}.",
   "trip.own": "The chair’s proposal",
   "trip.only": "The only route",
+  "trip.choices": "{n} routes, numbered as on the map.",
   "trip.start": "Start",
   "trip.startThis": "Start this trip",
   "trip.changeTo": "Change to this trip",

@@ -85,6 +85,7 @@ export const therapist = {
   "ride.stops": "Stops",
   "ride.breach": "Nearest person {nearest} m: closer than the target of {target} m.",
   "ride.details": "Timeline, map, measures",
+  "ride.measuring": "Being worked out. This takes some seconds.",
   "ride.noMap": "No map is stored for this ride.",
   "ride.map": "Map of ride {n}: where the chair drove, the first route and the people it met",
   "ride.measures": "Measures",
