@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from PIL import Image
-from playwright.sync_api import Browser, Page, WebSocketRoute, expect, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect, sync_playwright
 
 from page import CHROMIUM, FLAGS, GO_ON, START, go, look_at, opened, release, ride, served, show
 
@@ -149,6 +149,11 @@ def themes(browser: Browser, address: str, _: str, folder: Path) -> None:
 
 def sessions(browser: Browser, address: str, token: str, folder: Path) -> None:
     """Make the pictures of the therapist's view and of a ride's timeline."""
+    with opened(browser, address, 1280, 800) as page:
+        go(page, "Laboratory")
+        ride(page, 15.0)
+        page.get_by_role("button", name="Cancel trip").click()
+        release(page)
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
     page.set_default_timeout(60_000)
@@ -160,10 +165,9 @@ def sessions(browser: Browser, address: str, token: str, folder: Path) -> None:
     page.get_by_text("Timeline, map, measures").last.click()
     slider = page.get_by_role("slider", name="Time in the ride")
     slider.wait_for()
-    slider.fill("9")
-    slider.scroll_into_view_if_needed()
+    slider.fill("14")
     page.wait_for_timeout(1000)
-    keep(page, folder / "page-timeline.png")
+    keep(page.get_by_role("region", name="Timeline"), folder / "page-timeline.png")
     context.close()
 
 
@@ -175,6 +179,10 @@ def set_off(page: Page, place: str, overview: Path, seconds: float) -> None:
     page.get_by_role("button", name=START).click()
     page.get_by_role("button", name="OK").click()
     ride(page, seconds)
+    # The first arcs about the chair are explained in the same place.
+    note = page.get_by_role("group", name="What the arcs mean")
+    if note.is_visible():
+        note.get_by_role("button").click()
 
 
 def go_on(page: Page, done: Callable[[], bool]) -> None:
@@ -194,10 +202,10 @@ def until_arrival(page: Page) -> None:
     go_on(page, page.get_by_text("You have arrived").first.is_visible)
 
 
-def keep(page: Page, path: Path) -> None:
+def keep(shown: Page | Locator, path: Path) -> None:
     """Write a picture with a reduced palette."""
-    shown = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    shown.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+    picture = Image.open(io.BytesIO(shown.screenshot())).convert("RGB")
+    picture.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     if path.stat().st_size > LARGEST:
         raise ValueError(f"{path} is too large")

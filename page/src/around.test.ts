@@ -1,6 +1,6 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { causeOf, ring, sides, type About } from "./around";
+import { causeOf, doorAhead, ring, sides, type About } from "./around";
 import { pushedInto } from "./cues.svelte";
 import { shareOf, steererOf } from "./share";
 import { nextTurn } from "./turns";
@@ -44,6 +44,20 @@ describe("the ring", () => {
 
   it("is without any where no scanner tells", () => {
     expect(ring(about({ free: [] }), scene, () => true)).toEqual([]);
+  });
+});
+
+describe("a shut door on the way", () => {
+  it("is what comes next, with the way to it", () => {
+    const found = doorAhead({ closed_doors: [2] }, scene, ROUTE, 4);
+    expect(found?.cause).toMatchObject({ thing: "door", name: "Pharmacy" });
+    expect(found?.after).toBeCloseTo(1); // the chair is at 1 m, the door at 2 m
+  });
+
+  it("is none where it is open, beside the route, or passed", () => {
+    expect(doorAhead({ closed_doors: [] }, scene, ROUTE, 4)).toBeNull();
+    expect(doorAhead({ closed_doors: [2] }, scene, [[0, 3], [5, 3]], 4)).toBeNull();
+    expect(doorAhead({ closed_doors: [2] }, scene, ROUTE, 2)).toBeNull();
   });
 });
 

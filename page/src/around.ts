@@ -1,7 +1,7 @@
 // What is about the chair: free directions, what blocks them, and the cause of a stop on the map.
 
 import type { ChairState, PersonInfo, SceneInfo } from "./messages";
-import { distance, distanceToLine, distanceToSegment, lastOf } from "./map/strokes";
+import { distance, distanceToLine, distanceToSegment, lastOf, lengthTo } from "./map/strokes";
 import type { Point } from "./map/view";
 
 export type Thing = "person" | "door" | "wall" | "object";
@@ -138,6 +138,23 @@ export function middleOf(door: Pick<Door, "a" | "b">): Point {
 export function doorOn(state: Pick<About, "closed_doors">, scene: Pick<SceneInfo, "doors" | "places">, line: readonly Point[]): Cause | null {
   const at = closed(state, scene).map(middleOf).find((door) => distanceToLine(door, line) < ON_ROUTE);
   return at ? { thing: "door", at, name: nearestName(scene.places, at) } : null;
+}
+
+/** The first shut door on what is left of a route, and the way to it, m; null: there is none. */
+export function doorAhead(
+  state: Pick<About, "closed_doors">,
+  scene: Pick<SceneInfo, "doors" | "places">,
+  route: readonly Point[],
+  left: number,
+): { cause: Cause; after: number } | null {
+  const line = lastOf(route, left);
+  const found = closed(state, scene).flatMap((door) => {
+    const at = middleOf(door);
+    if (distanceToLine(at, line) >= ON_ROUTE) return [];
+    const after = lengthTo(line, at);
+    return [{ cause: { thing: "door", at, name: nearestName(scene.places, at) } as const, after }];
+  });
+  return found.sort((a, b) => a.after - b.after)[0] ?? null;
 }
 
 /** The shut door that is nearest to a point, and not far from it: what may keep a route from there. */

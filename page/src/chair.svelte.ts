@@ -17,6 +17,11 @@ import type {
 /** Twenty states a second come; without one for this long something is wrong, ms. */
 const STALE = 600;
 
+/** So long the first heartbeat of a page that has taken control may be on its way, ms (assumed). */
+const FIRST_BEAT = 1_000;
+/** A later one that is late for less is not told of, ms (assumed): a jerk is not felt as a stop. */
+const LATE_BEAT = 400;
+
 const NO_ROUTE: RouteUpdate = {
   type: "route",
   version: 0,
@@ -49,6 +54,10 @@ export class Chair {
   /** Where the last ride arrived, until the chair has a destination or a ride again; null: it has not. */
   arrival = $state.raw<{ readonly ride: string; readonly name: string } | null>(null);
   #lastGoal: ChairState["goal"] = null;
+  /** When this page took control, ms. */
+  #took = -Infinity;
+  /** Since when the chair misses this page's heartbeats, ms. */
+  #missedSince = -Infinity;
   /** When the newest state came, by the page's own clock, ms. */
   came = 0;
   /** Connected, and yet no state comes. */
@@ -56,6 +65,16 @@ export class Chair {
   /** True if this page drives. */
   driving = $derived(this.client !== "" && this.state?.driver === this.client);
   readonly goal = $derived(this.state?.goal ?? null);
+  /**
+   * The state as people are told of it. The chair calls a connection lost until the first heartbeat of a
+   * page that has taken control, and where one comes late on a busy computer; then nothing has been lost.
+   */
+  readonly toTell = $derived.by(() => {
+    const { state } = this;
+    if (state?.link !== "no_heartbeat" || !this.driving) return state;
+    const soon = this.came - this.#took < FIRST_BEAT || this.came - this.#missedSince < LATE_BEAT;
+    return soon ? { ...state, link: "ready" as const, reason: null } : state;
+  });
 
   follow(link: Link): void {
     link.watch((status) => {
@@ -85,8 +104,10 @@ export class Chair {
         this.rider = message.rider;
         break;
       case "state":
-        this.state = message;
         this.came = performance.now();
+        if (message.driver === this.client && this.state?.driver !== this.client) this.#took = this.came;
+        if (message.link === "no_heartbeat" && this.state?.link !== "no_heartbeat") this.#missedSince = this.came;
+        this.state = message;
         this.stale = false;
         if (this.ended && message.ride && message.ride !== this.ended.ride) this.ended = null;
         if (this.ended && message.goal && !samePlace(message.goal, this.endedGoal)) this.ended = null;

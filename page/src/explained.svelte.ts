@@ -1,21 +1,24 @@
-// Which modes have been explained to this rider; kept on this device.
+// What has been explained to this rider, modes and the ring of directions; kept on this device.
 
 import type { Mode } from "./words";
 
 const KEPT = "cohelm.explained";
 
-class Explained {
-  modes = $state.raw<readonly string[]>(kept());
+/** What is explained at first use. */
+export type Topic = Mode | "ring";
 
-  has(mode: Mode): boolean {
-    return this.modes.includes(mode);
+class Explained {
+  topics = $state.raw<readonly string[]>(kept());
+
+  has(topic: Topic): boolean {
+    return this.topics.includes(topic);
   }
 
-  mark(mode: Mode): void {
-    if (this.has(mode)) return;
-    this.modes = [...this.modes, mode];
+  mark(topic: Topic): void {
+    if (this.has(topic)) return;
+    this.topics = [...this.topics, topic];
     try {
-      localStorage.setItem(KEPT, JSON.stringify(this.modes));
+      localStorage.setItem(KEPT, JSON.stringify(this.topics));
     } catch {
       // A device that keeps nothing explains again the next time.
     }

@@ -41,6 +41,24 @@ describe("a reason", () => {
     expect(told(SILENT, { ...DRIVES, reason: lost }, 0).shown).toEqual(lost);
   });
 
+  it("of a stop stays until the next one is shown: no gap between them in which it would set off", () => {
+    const waiting = { code: "waiting", text: "Waiting." };
+    let saying = lasting(SILENT, blocked, 0, 1_500);
+    const codes = new Set<string | undefined>();
+    for (let now = 1_550; now <= 3_000; now += 50) {
+      // For half a second either comes, then the next alone.
+      saying = told(saying, { ...STANDS, reason: now < 2_000 ? (now % 100 ? null : blocked) : waiting }, now);
+      codes.add(saying.shown?.code);
+    }
+    expect([...codes]).toEqual(["blocked", "waiting"]);
+  });
+
+  it("that says driving is not told of a chair that stands", () => {
+    const creeping = { code: "creeping", text: "Narrow passage. Driving very slowly." };
+    expect(felt({ ...STANDS, reason: creeping }, 0.7)).toBeNull();
+    expect(felt({ ...CRAWLS, reason: creeping }, 0.7)).toEqual(creeping);
+  });
+
   it("shorter than that is never shown, however often it comes", () => {
     let saying = SILENT;
     for (let k = 0; k < 10; k++) {

@@ -78,6 +78,8 @@ export function felt({ speed, reason, command }: Seen, pace: number): ReasonText
   const claim = claimOf(reason.code);
   const drives = Math.abs(speed) >= DRIVES || Math.abs(command[0]) >= DRIVES;
   if (claim === "stop") return drives ? null : reason;
+  // "Driving slowly" is not true of a chair that stands.
+  if (claim === "slow" && !NOTICED.has(reason.code) && !drives) return null;
   if (claim === "slow") return NOTICED.has(reason.code) || Math.abs(speed) < FELT * pace ? reason : null;
   return reason;
 }
@@ -112,7 +114,9 @@ function changed(was: ReasonDisplay, why: ReasonText | null, now: number): Reaso
   if (next && due && (read || (shown && rank(next) > rank(shown)))) {
     return { ...was, shown: next, since: now, trueAt: now, spoken: "" };
   }
-  const gone = shown && read && now - was.trueAt > GAP;
+  // A stop whose reason changes has no gap between the two: nothing sets off there.
+  const follows = next !== null && next.code !== shown?.code && now - was.nextAt <= GAP;
+  const gone = shown && read && now - was.trueAt > (follows ? GAP + LASTS.slow : GAP);
   return gone ? { ...was, shown: null, since: now, spoken: "" } : was;
 }
 

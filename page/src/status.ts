@@ -1,7 +1,9 @@
 // The reason on display and the line about a standing chair, for the components that show them.
 
 import { chair } from "./chair.svelte";
+import type { ChairState } from "./messages";
 import { holdsTrip } from "./reasonDisplay";
+import { steererOf } from "./share";
 import { standing } from "./standing";
 import { surroundings } from "./surroundings.svelte";
 import { trip } from "./trip.svelte";
@@ -19,15 +21,22 @@ export function faultHolds(): boolean {
   return holdsTrip(shown?.code ?? "", chair.state?.not_ready ?? null);
 }
 
+/** True once the trip is over, although the chair may still roll out; false if the rider steers on. */
+function hasArrived(state: ChairState): boolean {
+  if (state.arrived) return true;
+  return chair.arrival !== null && !state.goal && steererOf(state.rider_authority) === "chair";
+}
+
 /** Why the chair stands; empty while it drives. */
 export function standingNow(audience: Audience = "rider"): string {
-  const state = chair.stale ? null : chair.state;
-  if (state && !surroundings.stands) return "";
+  const state = chair.stale ? null : chair.toTell;
+  if (state && !surroundings.stands && !hasArrived(state)) return "";
   return standing({
     state,
     audience,
     driving: chair.driving,
     why: reasonNow(audience),
+    held: surroundings.held,
     code: surroundings.saying.shown?.code ?? "",
     arrival: chair.arrival?.name ?? null,
     startable: trip.startable,

@@ -31,7 +31,12 @@ class Surroundings {
   slow = $state(false);
   /** True while the chair stands, short jerks left out. */
   stands = $state(true);
+  /** True while the chair tells a reason, or did a moment ago: it holds, and does not set off. */
+  held = $state(false);
+  #reasonAt = -Infinity;
   #causedAt = -Infinity;
+  /** Since when the reason is shown whose cause was looked for, ms. */
+  #causeOf = -Infinity;
   #stoodAt = -Infinity;
   #pacedAt = -Infinity;
 
@@ -47,13 +52,15 @@ class Surroundings {
   /** Called ten times a second. */
   look(now: number): void {
     const { state, scene } = chair;
-    this.saying = told(this.saying, chair.stale ? null : state, now);
+    this.saying = told(this.saying, chair.stale ? null : chair.toTell, now);
     if (!state || !scene || chair.stale) {
       this.ring = [];
       this.cause = null;
       return;
     }
     this.#pace(state.rate ?? 1, now);
+    if (state.reason) this.#reasonAt = now;
+    this.held = now - this.#reasonAt < KEEPS;
     if (isMoving(state) !== this.stands) this.#stoodAt = now;
     else if (now - this.#stoodAt > STANDS_LASTS) this.stands = !isMoving(state);
     this.ring = this.shown ? ring(state, scene, mapView.isWall) : [];
@@ -69,10 +76,11 @@ class Surroundings {
         ? goal && doorBy(state, scene, [goal.x, goal.y])
         : causeOf(state, scene, chair.route.points, mapView.isWall);
     // Its words stay for a while, its place follows at once.
-    const held = this.cause !== null && now - this.#causedAt < KEEPS;
+    const held = this.#causeOf === this.saying.since && now - this.#causedAt < KEEPS;
     if (held && found?.thing === this.cause?.thing && found) this.cause = { ...this.cause!, at: found.at };
     if (held) return;
     this.#causedAt = now;
+    this.#causeOf = this.saying.since;
     this.cause = found;
   }
 

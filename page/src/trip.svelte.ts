@@ -8,6 +8,7 @@ import type { RouteWish, SetGoal, TripPlans, TripRoute } from "./messages";
 import { mapView } from "./map/mapView.svelte";
 import { drawn, zoneOf } from "./map/strokes";
 import type { Point } from "./map/view";
+import { passed } from "./passed.svelte";
 import { remember } from "./places";
 
 export type To = { readonly place: string } | { readonly point: Point };
@@ -265,10 +266,10 @@ function plannable(): boolean {
   return state !== null && state.reason?.code !== "starting" && state.can_plan !== false;
 }
 
-/** Wishes that hold already: a changed trip keeps them until they are removed. */
+/** Wishes that hold already: a changed trip keeps them until they are removed, or are behind the chair. */
 function activeWishes(): readonly Wished[] {
   const words = { attract: "trip.viaPoint", avoid: "trip.avoidArea", stroke: "trip.followLine" } as const;
-  return chair.route.wishes.map(({ kind, points, radius, visit }) => {
+  return chair.route.wishes.filter((wish) => !passed.has(wish)).map(({ kind, points, radius, visit }) => {
     const by = kind === "attract" ? viaName(points) : "";
     return {
       wish: { kind, points: points.map(([x, y]) => [x, y] as const), radius, visit },

@@ -89,6 +89,8 @@ def overview(rider):
 def legend(rider):
     """Over the map, and the overview shut."""
     rider.press("Keep present trip")
+    if rider.button("More map tools").count():  # on a low map
+        rider.press("More map tools")
     rider.press("Legend")
     rider.sees("Person that the chair sees")
 

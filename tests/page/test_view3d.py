@@ -54,6 +54,7 @@ def open_view(drawing, chair):
         rider = Rider(drawing, chair, before=COUNT + before, **{"viewport": SMALL, **options})
         opened.append(rider)
         rider.sees("No driver.")
+        rider.press("More map tools")  # the map is low
         rider.press("3-D view")
         expect(rider.button("From behind")).to_be_visible(timeout=60_000)
         return rider
@@ -115,6 +116,7 @@ def test_beside_a_driving_chair_it_waits_until_the_chair_stands(drawing, chair):
     with closing(rider):
         rider.sees("No driver.")
         rider.take()
+        rider.press("More map tools")
         rider.hold()
         rider.press("3-D view")
         rider.sees("The 3-D view opens as soon as the chair stands.")

@@ -1,8 +1,9 @@
 // The map's picture in the page's colours, with smooth edges however near one looks.
 
-import type { FloorInfo, PlaceInfo } from "../messages";
+import type { FloorInfo, PlaceInfo, SceneInfo } from "../messages";
 import { kindOf } from "../places";
 import { rgbOf, type Colours, type Rgb } from "./palette";
+import type { Box } from "./view";
 
 /** The tinted picture has at most so many pixels. */
 const MOST = 6_000_000;
@@ -90,4 +91,9 @@ export function shadesOf(wall: Rgb, unknown: Rgb, free: Rgb): Uint8ClampedArray 
 
 function ramp(x: number, from: number, to: number): number {
   return Math.min(1, Math.max(0, (x - from) / (to - from)));
+}
+
+/** The whole floor. */
+export function floorBox({ floor: { x, y, width, height, resolution } }: Pick<SceneInfo, "floor">): Box {
+  return { x, y, width: width * resolution, height: height * resolution };
 }

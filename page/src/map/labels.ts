@@ -71,3 +71,11 @@ export function covers(label: Pick<Label, "width" | "height">, x: number, y: num
   const dy = Math.max(0, Math.abs(y - cy) - label.height / 2);
   return Math.hypot(dx, dy) < radius;
 }
+
+/** Width of a tool of the map with its gap, px. */
+const TOOL = 50;
+
+/** Where the row of tools of a low map lies. bottom: of what no card or sheet covers, px. */
+export function underTools(width: number, bottom: number): Disc[] {
+  return [0, 1, 2].map((k) => ({ x: width - (k + 0.6) * TOOL, y: bottom - TOOL, radius: TOOL / 2 }));
+}

@@ -18,6 +18,10 @@ class MapViewState {
   /** Height above the sheet that a card covers, and at the top that messages cover, px. */
   card = $state(0);
   messages = $state(0);
+  /** True if the map is too small for one column of its tools, as on a phone. */
+  low = $state(false);
+  /** All tools of a low map are shown. */
+  more = $state(false);
   isWall = $state.raw<IsWall>(() => false);
 
   /** Follows the chair, and does so the next time, too. */

@@ -34,6 +34,18 @@ export function lengthOf(line: readonly Point[]): number {
   return sum;
 }
 
+/** Length of a line up to its point that is nearest to `p`, m. */
+export function lengthTo(line: readonly Point[], p: Point): number {
+  let [nearest, to, before] = [Infinity, 0, 0];
+  for (let k = 1; k < line.length; k++) {
+    const [a, b] = [line[k - 1]!, line[k]!];
+    const d = distanceToSegment(p, a, b);
+    if (d < nearest) [nearest, to] = [d, before + shareAlong(p, a, b) * distance(a, b)];
+    before += distance(a, b);
+  }
+  return to;
+}
+
 /** The end of a line that is `length` long, m; all of it where it is shorter. */
 export function lastOf(line: readonly Point[], length: number): Point[] {
   const end: Point[] = [];
@@ -84,11 +96,16 @@ export function distance(a: Point, b: Point): number {
 }
 
 export function distanceToSegment(p: Point, a: Point, b: Point): number {
+  const t = shareAlong(p, a, b);
+  return distance(p, [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+}
+
+/** Where on a segment the point nearest to `p` lies, 0…1. */
+function shareAlong(p: Point, a: Point, b: Point): number {
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
   const square = dx * dx + dy * dy;
   const along = square > 0 ? ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / square : 0;
-  const t = Math.min(1, Math.max(0, along));
-  return distance(p, [a[0] + t * dx, a[1] + t * dy]);
+  return Math.min(1, Math.max(0, along));
 }
 
 /** The middle of where one line is far from the other: a detour shows best there. */

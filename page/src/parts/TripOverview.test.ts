@@ -41,6 +41,14 @@ describe("the overview of a trip", () => {
     expect(button("Start").getAttribute("aria-disabled")).toBe("false");
   });
 
+  it("counts the routes, of which the last may be below the edge of the list", async () => {
+    const [route] = PLANS.routes;
+    vi.spyOn(link, "ask").mockResolvedValue({ ...PLANS, routes: [route, route, route] } as TripPlans);
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    render(TripOverview, { pointing: nothing, other: nothing });
+    expect(screen.getByRole("status").textContent).toContain("3 routes");
+  });
+
   it("promises no turn while a fault holds the chair", async () => {
     const goal = { name: "Ward 4", x: 9, y: 9 };
     const points: [number, number][] = [[0, 0], [3, 0], [3, 9], [9, 9]];

@@ -8,6 +8,7 @@ import type { RideEnded, ChairState } from "../messages";
 import FirstUse from "./FirstUse.svelte";
 import ReloadPrompt from "./ReloadPrompt.svelte";
 import Rating from "./Rating.svelte";
+import { surroundings } from "../surroundings.svelte";
 
 const ENDED: RideEnded = { type: "ride_ended", ride: "r1", outcome: "arrived", duration: 60, length: 30 };
 const driven = (ride: string): void => chair.heard({ type: "state", ride } as ChairState);
@@ -55,7 +56,7 @@ describe("the note on a mode", () => {
   beforeEach(() => {
     vi.useFakeTimers();
     chair.client = "me";
-    explained.modes = [];
+    explained.topics = [];
     render(FirstUse);
   });
   afterEach(() => {
@@ -86,7 +87,37 @@ describe("the note on a mode", () => {
     under(GOAL);
     await tick();
     expect(note()).toBeNull();
-    expect(explained.modes).toEqual(["shared"]);
+    expect(explained.topics).toEqual(["shared"]);
+  });
+});
+
+describe("the note on the arcs", () => {
+  const arc = (): HTMLElement | null => screen.queryByRole("group", { name: "What the arcs mean" });
+  const narrow = [{ angle: 0, freedom: "narrow", by: "wall" }] as const;
+
+  afterEach(() => {
+    chair.client = "";
+    surroundings.ring = [];
+  });
+
+  it("is shown once, with the first of them, after the note on the mode, and stays when they go", async () => {
+    explained.topics = [];
+    chair.client = "me";
+    render(FirstUse);
+    chair.heard({ type: "state", driver: "me", goal: { name: "Ward 4", x: 0, y: 0 }, mode: "shared", ride: "" } as ChairState);
+    surroundings.ring = narrow;
+    await tick();
+    expect(arc()).toBeNull(); // one note at a time
+    screen.getByRole("button", { name: "OK" }).click();
+    await tick();
+    expect(arc()?.textContent).toContain("a thin orange one is narrow, a thick red one is blocked");
+    surroundings.ring = [];
+    await tick();
+    expect(arc()).not.toBeNull();
+    screen.getByRole("button", { name: "OK" }).click();
+    surroundings.ring = narrow;
+    await tick();
+    expect(arc()).toBeNull();
   });
 });
 

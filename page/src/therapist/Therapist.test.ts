@@ -56,6 +56,22 @@ describe("sessions", () => {
     expect(links).toEqual(["/api/sessions/20260131-142530.html", "/api/sessions/20260131-142530.csv"]);
   });
 
+  it("wait for the measures of a ride that has just ended", async () => {
+    const fresh = { ...SESSION, rides: [{ ...RIDE, measures: {}, limits: [] }] };
+    answers = { "GET /api/sessions": [200, [fresh]] };
+    render(Sessions);
+    await fireEvent.click(await screen.findByText(/hospital, one ride/));
+    const details = screen.getByText("Timeline, map, measures").closest("details")!;
+    details.open = true;
+    await fireEvent(details, new Event("toggle"));
+    expect(screen.getByText("Being worked out. This takes some seconds.")).toBeTruthy();
+    expect(asked).not.toContain("GET /api/sessions/20260131-142530-r1.timeline.json");
+    answers = { "GET /api/sessions": [200, [SESSION]] };
+    expect(await screen.findByText("0.60 m", {}, { timeout: 5000 })).toBeTruthy();
+    expect(screen.queryByText(/Being worked out/)).toBeNull();
+    expect(asked).toContain("GET /api/sessions/20260131-142530-r1.timeline.json");
+  });
+
   it("show the last ride first", async () => {
     const rides = [RIDE, { ...RIDE, id: "20260131-142530-r2", destination: "Ward B" }];
     answers = { "GET /api/sessions": [200, [{ ...SESSION, rides }]] };

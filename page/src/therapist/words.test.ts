@@ -9,6 +9,12 @@ describe("words", () => {
     expect(measuresOf({ measures: {} })).toEqual([]);
   });
 
+  it("name measures in plain words, with the technical term beside them", () => {
+    const [jolts, nearest] = measuresOf({ measures: { jerk_rms: 0.1, wall_distance: 0.4 } }).reverse();
+    expect(jolts).toMatchObject({ name: "Jolts, on average", term: expect.stringContaining("RMS jerk") as string });
+    expect(nearest?.term).toBe("");
+  });
+
   it("say times", () => {
     expect(duration(59.4)).toBe("59 s");
     expect(duration(59.6)).toBe("1 min 0 s");

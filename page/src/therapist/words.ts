@@ -11,9 +11,11 @@ export interface Measure {
   readonly key: string;
   readonly name: string;
   readonly value: string;
+  /** Technical term, explained; empty where the name says it all. */
+  readonly term: string;
 }
 
-/** Measures that a therapist reads, in this order; labels and units are those of every report. */
+/** Measures that a therapist reads, in this order; units are those of every report, the words plain. */
 const SHOWN: readonly MeasureName[] = [
   "min_distance",
   "mean_distance",
@@ -35,14 +37,24 @@ const SHOWN: readonly MeasureName[] = [
   "spl",
 ];
 
+/** Whether the measures, the map and the timeline of a ride are still to come. */
+export function beingMeasured({ measures, error }: Pick<RideSummary, "measures" | "error">): boolean {
+  return error === "" && Object.keys(measures).length === 0;
+}
+
 /** Measures of a ride that have a value, in reading order. */
 export function measuresOf(ride: Pick<RideSummary, "measures">): Measure[] {
   return SHOWN.flatMap((key) => {
     const value = ride.measures[key];
     if (value === undefined || value === null) return [];
     const { unit } = MEASURES[key];
-    return [{ key, name: t(`measure.${key}` as Key), value: inUnit(value, unit) }];
+    return [{ key, name: t(`measure.${key}` as Key), value: inUnit(value, unit), term: termOf(key) }];
   });
+}
+
+function termOf(key: MeasureName): string {
+  const term = `measure.${key}.term`;
+  return isKey(term) ? t(term) : "";
 }
 
 function inUnit(value: number, unit: string): string {
