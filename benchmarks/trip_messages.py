@@ -245,6 +245,11 @@ def next_is_true(words: str, state: Sample) -> bool:
     return left is not None or "planned" in words or "Planning" in words
 
 
+def slows_for_person(state: Sample) -> bool:
+    """Check that the chair is slow and a person is near."""
+    return abs(state["speed"]) < 0.6 and _person_near(state)
+
+
 def _person_near(state: Sample) -> bool:
     x, y, _ = state["pose"]
     return any((px - x) ** 2 + (py - y) ** 2 < 4.5**2 for px, py in state["people"])
@@ -252,7 +257,9 @@ def _person_near(state: Sample) -> bool:
 
 LAWS: dict[str, Any] = {
     "top": top_is_true,
-    "left": lambda _, state: not stands(state),
+    "left": lambda words, state: (
+        not stands(state) and ("slow for a person" not in words or slows_for_person(state))
+    ),
     "lost": lambda *_: False,
     "aside": lambda words, state: "the simulation runs slower" not in words or state["rate"] < 1.0,
     "reason": reason_is_true,

@@ -3,7 +3,7 @@ import { describe, expect, it } from "vitest";
 import { causeOf, doorAhead, ring, sides, type About } from "./around";
 import { pushedInto } from "./cues.svelte";
 import { shareOf, steererOf } from "./share";
-import { nextTurn } from "./turns";
+import { facesAway, nextTurn } from "./turns";
 import type { Point } from "./map/view";
 
 const FREE = Array.from({ length: 36 }, () => 3);
@@ -115,6 +115,15 @@ describe("the next turn", () => {
     expect(nextTurn(corner, 12)!.after).toBeCloseTo(4, 0);
     expect(nextTurn(corner, 6)).toBeNull();
     expect(nextTurn([], 5)).toBeNull();
+  });
+
+  it("comes after turning around where the chair has its back to the way", () => {
+    const line: [number, number][] = [[0, 0], [10, 0]];
+    expect(facesAway(line, 8, Math.PI)).toBe(true);
+    expect(facesAway(line, 8, 2.3)).toBe(true);
+    expect(facesAway(line, 8, 1.8)).toBe(false);
+    expect(facesAway(line, 8, -0.4)).toBe(false);
+    expect(facesAway(line, 1, Math.PI)).toBe(false); // too little is left to have a direction
   });
 
   it("is none where a line only wavers", () => {

@@ -40,6 +40,12 @@ describe("a standing chair says why, in one line", () => {
     );
   });
 
+  it("with a slow computer: not after the arrival", () => {
+    const late = { why: "This computer is too slow for real time. Stopped.", code: "navigator_timeout" };
+    expect(stand({ goal: WARD }, late)).toBe(late.why);
+    expect(stand({}, { ...late, arrival: "Ward 1" })).toBe("Arrived: Ward 1");
+  });
+
   it("names what the rider must do, and to others what they have not done", () => {
     const observer = { audience: "observer", driving: false } as const;
     expect(stand({ link: "confirm" })).toBe("Ready: press “Go on”");

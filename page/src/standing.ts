@@ -25,6 +25,8 @@ export interface Stand {
 
 /** Reasons that name an action; the line says it shorter. */
 const ACTIONS = new Set(["confirm", "release_stick", "no_driver"]);
+/** Of no matter to who has arrived. */
+const LATE = new Set(["late", "navigator_timeout"]);
 const RIDER_DRIVES = new Set<ChairState["mode"]>(["assisted", "stop_only", "manual"]);
 
 export function standing(stand: Stand): string {
@@ -34,7 +36,8 @@ export function standing(stand: Stand): string {
   // A press on Start answers STOP, too, so it is what the chair waits for.
   const start = startable && !state.goal && !state.not_ready;
   if (start && (!why || code === "rider_stop" || ACTIONS.has(code))) return t("stand.start");
-  if (why && !ACTIONS.has(code)) return why;
+  const over = !state.goal && stand.arrival !== null && LATE.has(code);
+  if (why && !ACTIONS.has(code) && !over) return why;
   return t(...waits(stand, state));
 }
 

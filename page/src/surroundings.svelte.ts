@@ -5,6 +5,7 @@ import { chair } from "./chair.svelte";
 import { isMoving } from "./input/switches";
 import { mapView } from "./map/mapView.svelte";
 import { SILENT, told } from "./reasonDisplay";
+import { slowForPerson } from "./slowed";
 
 /** Reasons whose cause is something about the chair. */
 const CAUSED = new Set([
@@ -17,6 +18,8 @@ const SLOW = 0.8;
 const FAST = 0.95;
 /** So long either must last before it is told, ms (assumed). */
 const PACE_LASTS = 3_000;
+/** So long it is slow for a person before that is said, and so long it stays to be read, ms (assumed). */
+const SLOWED_LASTS = 1_000;
 /** So long it must stand, or drive, before the page says so, ms (assumed): a jerk is not felt as a stop. */
 const STANDS_LASTS = 400;
 const RING = "cohelm.ring";
@@ -33,6 +36,9 @@ class Surroundings {
   stands = $state(true);
   /** True while the chair tells a reason, or did a moment ago: it holds, and does not set off. */
   held = $state(false);
+  /** True while the chair drives slowly for a person, short moments left out. */
+  slowForPerson = $state(false);
+  #slowedAt = -Infinity;
   #reasonAt = -Infinity;
   #causedAt = -Infinity;
   /** Since when the reason is shown whose cause was looked for, ms. */
@@ -56,6 +62,7 @@ class Surroundings {
     if (!state || !scene || chair.stale) {
       this.ring = [];
       this.cause = null;
+      this.slowForPerson = false;
       return;
     }
     this.#pace(state.rate ?? 1, now);
@@ -63,6 +70,11 @@ class Surroundings {
     this.held = now - this.#reasonAt < KEEPS;
     if (isMoving(state) !== this.stands) this.#stoodAt = now;
     else if (now - this.#stoodAt > STANDS_LASTS) this.stands = !isMoving(state);
+    const slowed =
+      !this.saying.shown &&
+      slowForPerson(state, causeOf(state, scene, chair.route.points, mapView.isWall), chair.limits?.max_speed ?? Infinity);
+    if (slowed === this.slowForPerson) this.#slowedAt = now;
+    else if (now - this.#slowedAt > SLOWED_LASTS) this.slowForPerson = slowed;
     this.ring = this.shown ? ring(state, scene, mapView.isWall) : [];
     const code = this.saying.shown?.code ?? "";
     if (!CAUSED.has(code)) {

@@ -15,6 +15,8 @@ const ARM = 1.5;
 const STEP = 0.25;
 /** Smallest change of direction that is called a turn, rad: 40 degrees. */
 const TURN = (40 * Math.PI) / 180;
+/** Cosine of the angle between heading and way from which on a chair has its back to it: 120 degrees (assumed). */
+const AWAY = Math.cos((120 * Math.PI) / 180);
 
 /** The first turn ahead; null: straight on to the end.
  *
@@ -30,6 +32,15 @@ export function nextTurn(points: readonly Point[], left: number): Turn | null {
   }
   if (!best) return null;
   return { side: best.by > 0 ? "left" : "right", after: best.k * STEP, at: line[best.k]! };
+}
+
+/** True if a chair of that heading, rad, has its back to the way that is left. */
+export function facesAway(points: readonly Point[], left: number, heading: number): boolean {
+  const line = evenly(lastOf(points, left), STEP);
+  const [a, b] = [line[0], line[Math.round(ARM / STEP)]];
+  if (!a || !b) return false;
+  const by = Math.atan2(b[1] - a[1], b[0] - a[0]) - heading;
+  return Math.cos(by) < AWAY;
 }
 
 /** Change of direction from a to b to c, counter-clockwise, rad. */

@@ -16,7 +16,7 @@ export const map = {
   "map.gone.at": "Bei {name} ist eine Wand nicht da, wo die Karte sie zeigt.",
   "map.new": "Da steht etwas, das die Karte nicht kennt.",
   "map.new.at": "Bei {name} steht etwas, das die Karte nicht kennt.",
-  "map.stays": "Der Rollstuhl richtet sich nach dem, was er sieht; die Karte bleibt, wie sie ist.",
+  "map.stays": "Sie müssen nichts tun: der Rollstuhl richtet sich nach dem, was er sieht; die Karte bleibt, wie sie ist.",
   "map.showIt": "Auf der Karte zeigen",
   "map.avoidIt": "Meiden",
   "map.thatPlace": "diese Stelle",

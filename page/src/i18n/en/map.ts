@@ -16,7 +16,7 @@ export const map = {
   "map.gone.at": "A wall is not where the map says, near {name}.",
   "map.new": "Something stands where the map has nothing.",
   "map.new.at": "Something stands where the map has nothing, near {name}.",
-  "map.stays": "The chair goes by what it sees; the map stays as it is.",
+  "map.stays": "You need not do anything: the chair goes by what it sees; the map stays as it is.",
   "map.showIt": "Show on the map",
   "map.avoidIt": "Avoid it",
   "map.thatPlace": "that place",
