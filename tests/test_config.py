@@ -210,3 +210,35 @@ def test_a_number_record_has_the_numbers_of_a_model_by_name():
     record = number_record(Mixed(share=0.25))
     assert (record.dtype.names, record["share"], record["hits"]) == (("share", "hits"), 0.25, 3)
     assert [record.dtype[name] for name in record.dtype.names] == [np.float64, np.int64]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x: &x [*x]",
+        "x: &x {y: *x}",
+        "\n".join(
+            [
+                "a0: &a0 [1]",
+                *(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, 9)),
+            ]
+        ),
+    ],
+)
+def test_aliases_that_unfold_without_end_are_refused(tmp_path, text):
+    file = tmp_path / "x.yaml"
+    file.write_text(text)
+    with pytest.raises(ConfigError, match=r"x\.yaml: not YAML: too many values"):
+        read_yaml(file)
+    with pytest.raises(ConfigError, match="too many values"):
+        override({}, [f"a={{{', '.join(text.splitlines())}}}"])
+
+
+def test_an_alias_of_use_is_read(tmp_path):
+    file = tmp_path / "x.yaml"
+    file.write_text("a: &a [1, 2]\nb: *a\n")
+    assert read_yaml(file) == {"a": [1, 2], "b": [1, 2]}
+
+
+def test_an_integer_beyond_all_use_is_refused():
+    assert "is not a plausible number" in str(fault({"name": "x", "planner": {"steps": 10**400}}))

@@ -59,6 +59,12 @@ _M = TypeVar("_M", bound=Model)
 _MERGE = "tag:yaml.org,2002:merge"
 _MOST = 1e9
 """Largest size of a real number: in SI units nothing here is beyond it."""
+_MOST_INTEGER = 2**63
+"""Seeds are larger than any other number, but not beyond this."""
+_DEEPEST = 50
+"""Most levels of keys and lists within each other."""
+_LARGEST = 2_000_000
+"""Most values of a file, with those that an alias repeats."""
 _SHORT = 80
 """Maximum length of a value in an error, characters."""
 
@@ -91,6 +97,8 @@ def read_yaml(file: Path, *, error: type[ConfigError] = ConfigError) -> dict[str
         ConfigError: (or ``error``) if the file cannot be read, is not YAML, is not a mapping, or
             names a key twice.
     """
+    if file.is_char_device():
+        raise error("is a device; name a file", file=file)
     try:
         text = file.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -109,6 +117,8 @@ def read_yaml(file: Path, *, error: type[ConfigError] = ConfigError) -> dict[str
         where = "" if line is None else f"line {line + 1}: "
         what = getattr(cause, "problem", None) or str(cause).splitlines()[0]
         raise error(f"not YAML: {where}{what}", file=file) from cause
+    if _unfolds_too_far(data):
+        raise error("not YAML: too many values, or values within themselves", file=file)
     if data is None:
         return {}
     if not isinstance(data, dict):
@@ -141,7 +151,7 @@ def validate(
     if absurd is not None:
         where, number = absurd
         key = ".".join([*([prefix] if prefix else []), *where])
-        raise error(f"{number:g} is not a plausible number", file=file, key=key)
+        raise error(f"{number} is not a plausible number", file=file, key=key)
     try:
         return model.model_validate(dict(data))
     except pydantic.ValidationError as cause:
@@ -178,6 +188,8 @@ def override(data: Mapping[str, Any], settings: Iterable[str]) -> dict[str, Any]
             raise ConfigError(
                 f"{_shortened(text)!r} is not a YAML value", key=key.strip()
             ) from None
+        if _unfolds_too_far(given):
+            raise ConfigError("has too many values, or values within themselves", key=key.strip())
         node = out
         for part in parts[:-1]:
             below = node.setdefault(part, {})
@@ -199,10 +211,25 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"; known: {', '.join(choices)}" if choices else ""
 
 
-def _absurd(data: Any, where: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], float]]:
+def _unfolds_too_far(data: Any) -> bool:
+    """Check plain values for aliases that hold themselves, or unfold beyond memory."""
+    pending, count = [(data, 0)], 0
+    while pending:
+        here, depth = pending.pop()
+        below = here.values() if isinstance(here, dict) else here if isinstance(here, list) else ()
+        count += len(below)
+        if depth > _DEEPEST or count > _LARGEST:
+            return True
+        pending.extend((each, depth + 1) for each in below)
+    return False
+
+
+def _absurd(data: Any, where: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], str]]:
     """Keys and values of numbers that are finite and too large to be meant."""
     if isinstance(data, float) and abs(data) > _MOST and np.isfinite(data):
-        yield where, data
+        yield where, f"{data:g}"
+    elif isinstance(data, int) and abs(data) > _MOST_INTEGER:
+        yield where, f"an integer of {data.bit_length()} bits"
     elif isinstance(data, Mapping):
         for key, below in data.items():
             yield from _absurd(below, (*where, str(key)))

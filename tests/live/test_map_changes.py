@@ -62,7 +62,14 @@ def test_a_ride_without_contradictions_on_an_unknown_map_writes_nothing(tmp_path
     assert not (tmp_path / FILE).exists()
 
 
-@pytest.mark.parametrize("damage", [b"", b"{", b'{"maps": 3}', b'{"maps": {"a": {"rides": 0}}}'])
+HUGE = b"""{"maps": {"a": {
+    "scene": "x", "updated": "", "rides": 1, "cells": [[1, 1, 1%s]], "balance": [1]
+}}}""" % (30 * b"0")
+
+
+@pytest.mark.parametrize(
+    "damage", [b"", b"{", b'{"maps": 3}', b'{"maps": {"a": {"rides": 0}}}', HUGE]
+)
 def test_a_damaged_file_is_named_ends_no_drive_and_is_replaced(tmp_path, damage):
     (tmp_path / FILE).write_bytes(damage)
     with pytest.raises(StoreError, match=FILE):

@@ -4,6 +4,7 @@ import csv
 import errno
 import io
 import multiprocessing
+import os
 import re
 import stat
 import time
@@ -231,9 +232,38 @@ def test_what_could_not_be_deleted_is_named_and_is_the_next_time(
     store.wait_until_idle()
     assert store.delete_all() == 0
     assert [*store.folder.iterdir()] == []
-    (store.folder / ".deleted-before").mkdir()
+    (store.folder / ".deleted-17-20260131-142530").mkdir()
     SessionStore(store.folder).close()  # a program that was killed meanwhile goes on with it
     assert [*store.folder.iterdir()] == []
+
+
+def test_files_of_others_stay_in_a_shared_folder(tmp_path):
+    home = tmp_path / "home"
+    own = home / "20260131-142530"
+    for folder in (home / "project", home / ".deleted-photos", own):
+        folder.mkdir(parents=True)
+    home.chmod(0o755)
+    others = [
+        home / "project" / ".env", home / "project" / "a.measures.csv",
+        home / ".deleted-photos" / "a.jpg", own / ".notes", own / "a.measures.txt",
+    ]  # fmt: skip
+    left = [own / ".session.json.ab12_xyz", own / "20260131-142530-r1.measures.json"]
+    for file in [*others, *left]:
+        file.write_text("x")
+        os.utime(file, (time.time() - 3 * 86_400,) * 2)
+    SessionStore(home).close()
+    assert all(file.exists() for file in others)
+    assert not any(file.exists() for file in left)
+    assert stat.S_IMODE(home.stat().st_mode) == 0o755
+
+
+def test_a_session_of_an_impossible_date_is_listed(tmp_path):
+    ride = tmp_path / "20261399-999999" / "20261399-999999-r1.json"
+    ride.parent.mkdir()
+    ride.write_text("{")
+    (found,) = SessionStore(tmp_path).list()
+    assert [each.error for each in found.rides] != [""]
+    assert found.session.started.startswith("1970")
 
 
 def test_a_session_that_was_deleted_is_never_another_one(store, ride_setup):

@@ -14,6 +14,7 @@ from PIL import Image
 
 from cohelm.errors import MapError
 from cohelm.maps import MapWarning, OccupancyGrid, read_map, write_map
+from cohelm.maps.png_check import missing_rows
 
 GOOD = {
     "image": "m.pgm",
@@ -128,6 +129,19 @@ def test_a_truncated_image(folder, suffix, kept):
     Image.fromarray(rng.integers(0, 256, (64, 64), dtype=np.uint8)).save(whole)
     content = whole.read_bytes()
     assert "damaged" in image_refusal(folder, content[: int(kept * len(content))])
+
+
+@pytest.mark.parametrize("mode", ["L", "RGBA", "1", "P"])
+def test_a_png_that_lacks_rows(folder, mode):
+    whole = folder / "whole.png"
+    Image.new(mode, (50, 40), 1 if mode in "1P" else "white").save(whole)
+    content = whole.read_bytes()
+    assert missing_rows(whole) == 0
+    at = content.index(b"IHDR") + 8
+    taller = content[:at] + struct.pack(">I", 60) + content[at + 4 :]
+    end = at - 4 + 13
+    taller = taller[:end] + struct.pack(">I", zlib.crc32(taller[at - 8 : end])) + taller[end + 4 :]
+    assert "20 of 60 rows lack" in image_refusal(folder, taller)
 
 
 @pytest.mark.parametrize("header", [b"P5\n0 10\n255\n", b"P5\n10 0\n255\n", b"P5\n-3 5\n255\n"])

@@ -10,6 +10,7 @@ import pytest
 
 from cohelm.errors import ConfigError, RecordingError
 from cohelm.live.sessions.timeline import PERIOD, timeline_of_recording
+from cohelm.recordings.bags.ros_messages import Decoder
 from cohelm.recordings.rides.reader import RecordedRide
 from cohelm.web.page_files import Asset
 from cohelm.web.replay import replay_app, replay_server
@@ -73,3 +74,27 @@ def recorded(tmp_path_factory):
     file = tmp_path_factory.mktemp("replay") / "ride.mcap"
     run_recorded(load_scenario("crossing", ["people.count=3", "time_limit=2.0"]), 1, file)
     return file
+
+
+def test_damage_is_told_as_warnings(recorded, tmp_path):
+    half, told = tmp_path / "half.mcap", []
+    content = recorded.read_bytes()
+    half.write_bytes(content[: len(content) // 2])
+    shorter = timeline_of_recording(half, told.append)
+    assert any("half.mcap" in text for text in told)
+    assert len(shorter.pose) < len(timeline_of_recording(recorded).pose)
+
+
+def test_messages_that_cannot_be_decoded_are_left_out(recorded, monkeypatch):
+    whole, told = timeline_of_recording(recorded), []
+    decode = Decoder.decode
+
+    def short(self, data, kind):
+        return decode(self, data[:3] if kind.endswith("Float64") else data, kind)
+
+    monkeypatch.setattr(Decoder, "decode", short)
+    damaged = timeline_of_recording(recorded, told.append)
+    assert any("damaged messages of /eta" in text for text in told)
+    assert len(damaged.eta) == len(whole.eta)
+    assert set(damaged.eta) == {0.0}
+    assert damaged.pose == whole.pose

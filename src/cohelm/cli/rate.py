@@ -84,7 +84,7 @@ def _rides(folder: Path) -> Rides:
     try:
         told: dict[str, Any] = json_format.loads(file.read_text(encoding="utf-8"))
         row = {"scenario": told["scenario"], "seed": int(told["seed"]), "outcome": told["outcome"]}
-    except (OSError, UnicodeDecodeError, ValueError, KeyError, TypeError) as cause:
+    except (OSError, UnicodeDecodeError, ValueError, KeyError, TypeError, RecursionError) as cause:
         raise ConfigError(f"cannot be read as a ride ({cause})", file=file) from None
     return Rides([row], ("scenario",))
 

@@ -42,7 +42,12 @@ def show_recording(file: Path, page: BuiltPage, request: DriveRequest) -> None:
         CohelmError: if the file, the host or the port cannot be used.
     """
     sys.stdout.write(f"reading {file}\n")
-    app = replay_app(timeline_of_recording(file), page, request.host)
+
+    def warn(text: str) -> None:
+        sys.stderr.write(f"warning: {text}\n")
+
+    timeline = timeline_of_recording(file, warn)
+    app = replay_app(timeline, page, request.host)
     with listening(request.host, request.port) as bound:
         base = address(names_of(request.host)[0], int(bound.getsockname()[1]), tls=False)
 

@@ -27,6 +27,7 @@ from cohelm import config
 from cohelm.arrays import Booleans, Bytes, SignedBytes
 from cohelm.errors import ConfigError, MapError
 from cohelm.maps.grid import FREE, MAX_COORDINATE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps.png_check import missing_rows
 
 PIXEL_LIMIT = 100_000_000
 """Largest image that is decoded, in pixels."""
@@ -282,6 +283,8 @@ def _read_image(file: Path, pixel_limit: int) -> tuple[Bytes, Booleans]:
                 )
             if not (width and height):
                 raise MapError(f"an image of {width} x {height} pixels contains no map", file=file)
+            if image.format == "PNG" and (missing := missing_rows(file)):
+                raise MapError(f"the image is damaged: {missing} of {height} rows lack", file=file)
             return _lightness_and_opacity(image)
     except Image.DecompressionBombError:
         raise MapError(f"more pixels than the limit of {pixel_limit}", file=file) from None

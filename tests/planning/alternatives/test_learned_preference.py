@@ -254,6 +254,24 @@ def test_a_file_that_does_not_read_is_named_and_left_alone(text):
     assert read_rider(file) is None
 
 
+def test_a_damaged_file_does_not_take_the_place_of_its_backup():
+    file = choices.rider_file("ada")
+    write_rider(RiderChoices(name="ada", choices=(choice(),)), file)
+    write_rider(RiderChoices(name="ada", choices=(choice(), choice(1))), file)
+    backup = file.with_name("ada.json.bak").read_bytes()
+    file.write_text("{")
+    assert choices.forget_rider("ada").name == "ada.json.damaged"
+    assert file.with_name("ada.json.bak").read_bytes() == backup
+
+
+def test_names_are_of_any_script():
+    for name in ("हिन्दी", "กิ่ง", "jose\u0301", "O'Neill"):
+        assert choices.rider_file(name).stem == name
+    for name in ("a/b", "\u0301", "a\nb", "x" * 65):
+        with pytest.raises(ConfigError, match="cannot be the name"):
+            choices.rider_file(name)
+
+
 def test_not_text_is_said():
     file = choices.rider_file("ada")
     file.parent.mkdir(parents=True)

@@ -236,7 +236,7 @@ def _read(file: Path, most: int) -> list[AuditEntry]:
             break
         try:
             out.append(AuditEntry.model_validate(json.loads(line)))
-        except ValueError:
+        except (ValueError, RecursionError):
             continue
     return out
 

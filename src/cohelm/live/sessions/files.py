@@ -20,11 +20,15 @@ _PROBE_SIZE = 65_536
 
 
 def make_private_folder(folder: Path) -> Path:
-    """Create a missing folder, and restrict it to its owner (0700).
+    """Create a missing folder that only its owner can read (0700).
+
+    One that exists keeps its mode, since it may be shared with others: files in it are 0600.
 
     Raises:
         StoreError: The folder cannot be created.
     """
+    if folder.is_dir():
+        return folder
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         folder.chmod(0o700)

@@ -10,6 +10,7 @@ import hashlib
 import logging
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -25,7 +26,9 @@ FILE = "map-changes.json"
 _MAX_MAPS = 100
 """Maps that are remembered, those of the latest rides."""
 _log = logging.getLogger(__name__)
-Cell = tuple[int, int, int]
+Count = Annotated[int, Field(gt=-(2**31), lt=2**31)]
+"""An integer that a row of ``MapChanges`` can hold."""
+Cell = tuple[Count, Count, Count]
 
 
 class StoredChanges(Model):
@@ -38,7 +41,7 @@ class StoredChanges(Model):
     rides: int = Field(ge=1)
     """Rides on this map."""
     cells: tuple[Cell, ...]
-    balance: tuple[int, ...]
+    balance: tuple[Count, ...]
 
     def changes(self) -> MapChanges:
         """Return them as memory of the health monitor."""

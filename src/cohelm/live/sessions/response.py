@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
@@ -111,8 +112,10 @@ def reset_at(folder: Path) -> str:
         StoreError: The file cannot be read.
     """
     try:
-        return str(json.loads((folder / RESET).read_text(encoding="utf-8"))["since"])
+        since = json.loads((folder / RESET).read_text(encoding="utf-8"))["since"]
+        datetime.fromisoformat(since)
     except FileNotFoundError:
         return ""
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise StoreError("cannot be read; reset it", file=folder / RESET) from None
+    return str(since)

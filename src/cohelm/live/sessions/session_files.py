@@ -20,12 +20,15 @@ from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo
 from cohelm.platforms import is_simulated
 from cohelm.scenarios.build import RideSetup
 
-SESSION = re.compile(r"\d{8}-\d{6}(-\d+)?")
+SESSION = re.compile(r"[0-9]{8}-[0-9]{6}(-[0-9]+)?")
 """Pattern of a session's id; nothing else becomes part of a path."""
-RIDE = re.compile(r"(\d{8}-\d{6}(?:-\d+)?)-r\d+")
+RIDE = re.compile(r"([0-9]{8}-[0-9]{6}(?:-[0-9]+)?)-r[0-9]+")
 """Pattern of a ride's id; nothing else becomes part of a path."""
 DELETED = ".deleted-"
 """Prefix of the folder of a session that is being deleted."""
+_DELETED = re.compile(rf"{re.escape(DELETED)}[0-9]+-{SESSION.pattern}")
+_LEFTOVER = re.compile(rf"\.probe|\..+\.[a-z0-9_]{{8}}|{RIDE.pattern}\.measures\..+")
+"""Names of files that a killed program leaves in the folder of a session."""
 _log = logging.getLogger(__name__)
 _T = TypeVar("_T", bound=Model)
 _DAY = 86_400.0
@@ -101,7 +104,7 @@ def remove_deleted(root: Path) -> None:
     Raises:
         StoreError: One cannot be removed.
     """
-    for folder in root.glob(f"{DELETED}*"):
+    for folder in _deleted(root):
         _remove(folder)
 
 
@@ -170,22 +173,28 @@ def sweep(folder: Path) -> None:
     """Remove temporary files that a killed program left; logs of rides are never removed.
 
     Sessions being deleted and empty folders are removed at once, other files when they are a day
-    old.
+    old. The folder may hold files of others, as a home does: only own names are touched.
     """
-    for deleted in folder.glob(f"{DELETED}*"):
+    for deleted in _deleted(folder):
         try:
             _remove(deleted)
         except StoreError as error:
             _log.error("sessions: %s", error)
     for session in folder.glob("*"):
-        if SESSION.fullmatch(session.name):
-            with contextlib.suppress(OSError):  # only an empty one can be removed
-                session.rmdir()
-    for pattern in ("*/.*", "*/*.measures.*"):
-        for file in folder.glob(pattern):
-            with contextlib.suppress(OSError):
-                if time.time() - file.stat().st_mtime > _DAY:
-                    file.unlink()
+        if not SESSION.fullmatch(session.name):
+            continue
+        with contextlib.suppress(OSError):  # only an empty one can be removed
+            session.rmdir()
+        for name in [*_names(session)]:
+            if _LEFTOVER.fullmatch(name):
+                with contextlib.suppress(OSError):
+                    if time.time() - (session / name).stat().st_mtime > _DAY:
+                        (session / name).unlink()
+
+
+def _deleted(root: Path) -> list[Path]:
+    """Folders of sessions that are being deleted."""
+    return [each for each in root.glob(f"{DELETED}*") if _DELETED.fullmatch(each.name)]
 
 
 def now_utc() -> str:
@@ -237,5 +246,9 @@ def _remove(folder: Path) -> None:
 
 
 def _started(id_: str) -> str:
-    """Time in an id, ISO 8601."""
-    return datetime.strptime(id_[:15], "%Y%m%d-%H%M%S").astimezone().isoformat(timespec="seconds")
+    """Time in an id, ISO 8601; that of 1970 if there was no such time."""
+    try:
+        begun = datetime.strptime(id_[:15], "%Y%m%d-%H%M%S").astimezone()
+    except (ValueError, OverflowError):
+        begun = datetime.fromtimestamp(0.0, UTC)
+    return begun.isoformat(timespec="seconds")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -96,8 +96,12 @@ def timeline_of(ride: Ride, stops: Sequence[RideStop]) -> Timeline:
     )
 
 
-def timeline_of_recording(file: Path) -> Timeline:
+def timeline_of_recording(file: Path, warn: Callable[[str], None] | None = None) -> Timeline:
     """Return the timeline of an MCAP file that ``--record`` has written.
+
+    Args:
+        file: The recording.
+        warn: Called with a line for everything that could not be read.
 
     Raises:
         RecordingError: It holds no ride of cohelm.
@@ -114,7 +118,10 @@ def timeline_of_recording(file: Path) -> Timeline:
         for each in recorded
     ]
     begun = ticks[0].time
-    topics = _Topics.of(file)
+    topics, damage = _Topics.of(file)
+    for text in [*recorded.warnings, *damage]:
+        if warn is not None:
+            warn(text)
     chosen, period = _samples(np.array([tick.time for tick in ticks]) - begun)
     return Timeline(
         period=period,
@@ -148,7 +155,9 @@ class _Topics(NamedTuple):
     route: tuple[Point, ...]
 
     @classmethod
-    def of(cls, file: Path) -> _Topics:
+    def of(cls, file: Path) -> tuple[_Topics, list[str]]:
+        """Return what can be read, and a line for each topic with damaged messages."""
+        damaged: dict[str, int] = {}
         eta: list[float] = []
         times: list[float] = []
         people: list[tuple[Point, ...]] = []
@@ -157,7 +166,13 @@ class _Topics(NamedTuple):
         for message in read_mcap(file, []):
             if message.topic not in {"/eta", "/people", "/plan"}:
                 continue
-            content = decoder.decode(message.data, message.type)
+            try:
+                content = decoder.decode(message.data, message.type)
+            except ValueError:
+                damaged[message.topic] = damaged.get(message.topic, 0) + 1
+                if message.topic == "/eta":
+                    eta.append(eta[-1] if eta else 0.0)  # one for each tick
+                continue
             if message.topic == "/eta":
                 eta.append(float(content.data))
             elif message.topic == "/people":
@@ -166,7 +181,8 @@ class _Topics(NamedTuple):
             elif not route:
                 poses = [each.pose.position for each in content.poses]
                 route = _points(np.array([(p.x, p.y) for p in poses]).reshape(-1, 2)[::_SPACING])
-        return cls(tuple(eta), np.array(times), tuple(people), route)
+        told = [f"{file}: {count} damaged messages of {topic}" for topic, count in damaged.items()]
+        return cls(tuple(eta), np.array(times), tuple(people), route), told
 
     def eta_at(self, tick: int) -> float:
         """Rider's share at a tick; 0 after the end of a damaged file."""

@@ -11,6 +11,7 @@ import json
 import os
 import re
 import shutil
+import unicodedata
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -25,6 +26,8 @@ from cohelm.planning.alternatives.learned_preference import (
 )
 
 _NAME = re.compile(r"\w[\w .'-]{0,62}(?<![ .])")
+_LONGEST = 64
+"""Maximum length of a name, characters."""
 
 _M = TypeVar("_M", bound=Model)
 
@@ -89,7 +92,9 @@ def rider_file(name_or_file: str) -> Path:
     """
     if name_or_file.endswith(".json"):
         return Path(name_or_file)
-    if not _NAME.fullmatch(name_or_file):
+    # Marks belong to the letters of many scripts.
+    letters = "".join(each for each in name_or_file if unicodedata.category(each)[0] != "M")
+    if not _NAME.fullmatch(letters) or len(name_or_file) > _LONGEST:
         raise ConfigError(
             f"{name_or_file!r} cannot be the name of a rider: take letters, digits, spaces and "
             "-_.', at most 64, or name a .json file",
@@ -135,7 +140,7 @@ def forget_rider(name_or_file: str) -> Path:
     """Remove a rider's file, readable or not, and the last proposal.
 
     Returns:
-        The backup of the file.
+        The backup of the file; a damaged one does not take the place of a good backup.
 
     Raises:
         ConfigError: if there is none, or it cannot be moved.
@@ -143,7 +148,11 @@ def forget_rider(name_or_file: str) -> Path:
     file = rider_file(name_or_file)
     if not file.is_file():
         known_rider(name_or_file)  # raises with the known names
-    kept = _backup(file)
+    try:
+        read_rider(file)
+        kept = _backup(file)
+    except ConfigError:
+        kept = file.with_name(f"{file.name}.damaged")
     try:
         file.replace(kept)
         shown_file(file).unlink(missing_ok=True)
