@@ -72,6 +72,9 @@ export class MapSelection {
     return this.propose({ kind: "avoid", points: [point], radius: BY }, t("trip.avoid", { name }));
   }
 
+  /** Wishes that were made while there was no trip: they are of the next one. */
+  ahead: readonly Wish[] = [];
+
   async propose(wish: Wish, words: string): Promise<void> {
     this.touched = null;
     const pose = chair.state?.pose;
@@ -101,7 +104,10 @@ export class MapSelection {
     const { proposal } = this;
     if (!proposal) return;
     this.proposal = null;
-    this.heed(await link.ask({ type: "add_wish", ...proposal.wish, preview: false }));
+    const ahead = !chair.goal || chair.state?.arrived === true;
+    const answer = await link.ask({ type: "add_wish", ...proposal.wish, preview: false });
+    this.heed(answer);
+    if (ahead && answer.type !== "rejected") this.ahead = [...this.ahead, proposal.wish];
   }
 
   cancel(): void {

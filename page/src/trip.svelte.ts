@@ -97,7 +97,8 @@ export class Trip {
    * Opens the overview; where the therapist allows it, the chair sets off at once.
    *
    * Another destination keeps the wishes of a trip that has not begun, and of one under way what is
-   * to be avoided: its places on the way were of that trip only.
+   * to be avoided: its places on the way were of that trip only. A wish that was made while there was
+   * no trip is of this one.
    */
   choose(to: To, name: string, wishes: readonly Wished[] = this.#kept()): Promise<void> {
     selection.cancel();
@@ -220,12 +221,13 @@ export class Trip {
     selection.heed(answer);
     if (answer.type === "rejected") return;
     this.close();
+    selection.ahead = [];
     mapView.back();
     if (name) remember(name);
   }
 
   #kept(): readonly Wished[] {
-    return this.draft?.wishes ?? activeWishes().filter(({ wish }) => wish.kind === "avoid");
+    return this.draft?.wishes ?? activeWishes().filter(({ wish }) => wish.kind === "avoid" || isAhead(wish));
   }
 
   #wish(how: (wishes: readonly Wished[]) => readonly Wished[]): Promise<void> {
@@ -276,6 +278,13 @@ function activeWishes(): readonly Wished[] {
       words: by ? t("trip.via", { name: by }) : t(words[kind]),
       by,
     };
+  });
+}
+
+/** True of a wish that was made while there was no trip. */
+function isAhead({ kind, points: [at] }: RouteWish): boolean {
+  return selection.ahead.some(({ kind: like, points: [here] }) => {
+    return like === kind && at && here && Math.hypot(at[0] - here[0], at[1] - here[1]) < SAME_PLACE;
   });
 }
 

@@ -2,6 +2,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { chair } from "./chair.svelte";
 import { link, type Question } from "./link";
 import type { ChairState, FromPage, RideEnded, RiderSettings, RouteUpdate, TripPlans } from "./messages";
+import { selection } from "./mapSelection.svelte";
 import { trip } from "./trip.svelte";
 
 const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start_at_once: false, switches: null };
@@ -13,6 +14,7 @@ const PLANS: TripPlans = {
 };
 
 type Wish = RouteUpdate["wishes"][number];
+const wish = (kind: "attract" | "avoid"): Wish => ({ kind, points: [[4, 3]], radius: 1, id: 1, visit: false });
 
 let asked: Question[];
 let sent: FromPage[];
@@ -60,7 +62,6 @@ describe("a trip", () => {
   });
 
   it("keeps what is avoided, and no place on the way, for another destination", async () => {
-    const wish = (kind: "attract" | "avoid"): Wish => ({ kind, points: [[4, 3]], radius: 1, id: 1, visit: false });
     chair.route = { ...chair.route, wishes: [wish("attract"), wish("avoid")] };
     await trip.choose({ place: "Ward 4" }, "Ward 4");
     expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["avoid"]);
@@ -68,6 +69,19 @@ describe("a trip", () => {
     state({ goal: { x: 9, y: 0, name: "Ward 4" } });
     await trip.change();
     expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["attract", "avoid"]);
+    chair.route = { ...chair.route, wishes: [] };
+  });
+
+  it("has the wishes that were made while there was no trip", async () => {
+    selection.proposal = { wish: { kind: "attract", points: [[4, 3]], radius: 0, visit: true }, words: "", price: null, trouble: "", from: null };
+    await selection.confirm();
+    chair.route = { ...chair.route, wishes: [wish("attract")] };
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["attract"]);
+    await trip.start();
+    trip.close();
+    await trip.choose({ place: "Ward 2" }, "Ward 2");
+    expect(trip.draft!.wishes).toEqual([]);
     chair.route = { ...chair.route, wishes: [] };
   });
 
