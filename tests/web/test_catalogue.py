@@ -19,6 +19,7 @@ ELSEWHERE = {
     "live/control/worker_process.py": "log",
     "live/page/display_messages.py": "ROS viewers",
     "live/sessions/report.py": "a document in the language of the chair",
+    "live/sessions/timeline.py": "warnings in the terminal",
     "web/certificate.py": "errors before the server starts",
     "web/page_files.py": "errors before the server starts",
     "web/replay.py": "errors before the server starts",
