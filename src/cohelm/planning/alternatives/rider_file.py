@@ -148,11 +148,12 @@ def forget_rider(name_or_file: str) -> Path:
     file = rider_file(name_or_file)
     if not file.is_file():
         known_rider(name_or_file)  # raises with the known names
+    kept = _backup(file)
     try:
         read_rider(file)
-        kept = _backup(file)
     except ConfigError:
-        kept = file.with_name(f"{file.name}.damaged")
+        if kept.exists():
+            kept = file.with_name(f"{file.name}.damaged")
     try:
         file.replace(kept)
         shown_file(file).unlink(missing_ok=True)
