@@ -59,8 +59,8 @@ _M = TypeVar("_M", bound=Model)
 _MERGE = "tag:yaml.org,2002:merge"
 _MOST = 1e9
 """Largest size of a real number: in SI units nothing here is beyond it."""
-_MOST_INTEGER = 2**63
-"""Seeds are larger than any other number, but not beyond this."""
+_MOST_INTEGER = 2**63 - 1
+"""Largest integer of compiled code; only seeds come near it."""
 _DEEPEST = 50
 """Most levels of keys and lists within each other."""
 _LARGEST = 2_000_000

@@ -247,7 +247,12 @@ def test_files_of_others_stay_in_a_shared_folder(tmp_path):
         home / "project" / ".env", home / "project" / "a.measures.csv",
         home / ".deleted-photos" / "a.jpg", own / ".notes", own / "a.measures.txt",
     ]  # fmt: skip
-    left = [own / ".session.json.ab12_xyz", own / "20260131-142530-r1.measures.json"]
+    riders = home / "riders"
+    riders.mkdir()
+    left = [
+        own / ".session.json.ab12_xyz", own / "20260131-142530-r1.measures.json",
+        riders / ".rider-1.json.ab12_xyz",
+    ]  # fmt: skip
     for file in [*others, *left]:
         file.write_text("x")
         os.utime(file, (time.time() - 3 * 86_400,) * 2)

@@ -284,7 +284,9 @@ def _read_image(file: Path, pixel_limit: int) -> tuple[Bytes, Booleans]:
             if not (width and height):
                 raise MapError(f"an image of {width} x {height} pixels contains no map", file=file)
             if image.format == "PNG" and (missing := missing_rows(file)):
-                raise MapError(f"the image is damaged: {missing} of {height} rows lack", file=file)
+                raise MapError(
+                    f"the image is damaged: {missing} of {height} rows are missing", file=file
+                )
             return _lightness_and_opacity(image)
     except Image.DecompressionBombError:
         raise MapError(f"more pixels than the limit of {pixel_limit}", file=file) from None

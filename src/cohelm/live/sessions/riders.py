@@ -22,11 +22,9 @@ from cohelm.config import Model
 from cohelm.errors import CohelmError, StoreError
 from cohelm.live.messages import Limits, Pace, RiderSettings
 from cohelm.live.sessions.files import make_private_folder, write_atomically
-from cohelm.live.sessions.session_files import as_json, now_utc, read, remove_file
+from cohelm.live.sessions.session_files import RIDERS, as_json, now_utc, read, remove_file
 from cohelm.messages import Mode
 
-FOLDER = "riders"
-"""Name of the folder in the data folder."""
 RIDER = re.compile(r"rider-[0-9a-f]{8}")
 """Pattern of a rider's id; nothing else becomes part of a path."""
 MAX_RIDERS = 500
@@ -124,7 +122,7 @@ class RiderStore:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder / FOLDER
+        self._folder = folder / RIDERS
         self._lock = threading.Lock()
 
     def list(self) -> tuple[tuple[RiderRecord, ...], tuple[DamagedRider, ...]]:

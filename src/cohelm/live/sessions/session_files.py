@@ -24,6 +24,8 @@ SESSION = re.compile(r"[0-9]{8}-[0-9]{6}(-[0-9]+)?")
 """Pattern of a session's id; nothing else becomes part of a path."""
 RIDE = re.compile(r"([0-9]{8}-[0-9]{6}(?:-[0-9]+)?)-r[0-9]+")
 """Pattern of a ride's id; nothing else becomes part of a path."""
+RIDERS = "riders"
+"""Name of the folder of the riders in the data folder."""
 DELETED = ".deleted-"
 """Prefix of the folder of a session that is being deleted."""
 _DELETED = re.compile(rf"{re.escape(DELETED)}[0-9]+-{SESSION.pattern}")
@@ -180,16 +182,16 @@ def sweep(folder: Path) -> None:
             _remove(deleted)
         except StoreError as error:
             _log.error("sessions: %s", error)
-    for session in folder.glob("*"):
-        if not SESSION.fullmatch(session.name):
-            continue
+    sessions = [each for each in folder.glob("*") if SESSION.fullmatch(each.name)]
+    for session in sessions:
         with contextlib.suppress(OSError):  # only an empty one can be removed
             session.rmdir()
-        for name in [*_names(session)]:
+    for own in [*sessions, folder / RIDERS]:
+        for name in [*_names(own)]:
             if _LEFTOVER.fullmatch(name):
                 with contextlib.suppress(OSError):
-                    if time.time() - (session / name).stat().st_mtime > _DAY:
-                        (session / name).unlink()
+                    if time.time() - (own / name).stat().st_mtime > _DAY:
+                        (own / name).unlink()
 
 
 def _deleted(root: Path) -> list[Path]:
