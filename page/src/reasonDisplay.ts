@@ -12,6 +12,8 @@ const SLOW = new Set([
 ]);
 /** Motions that the rider notices whatever the speed is. */
 const NOTICED = new Set(["backing_up", "reversing"]);
+/** Told by the button that asks for it, and by the top line. */
+export const ASKED: ReadonlySet<string> = new Set(["confirm", "release_stick", "no_driver"]);
 const RANK: Readonly<Record<Claim, number>> = { fault: 3, ask: 2, stop: 1, slow: 0 };
 
 /** A sentence stays to be read at least this long, ms (assumed). */

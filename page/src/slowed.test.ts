@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Cause } from "./around";
-import { slowForPerson } from "./slowed";
+import { paceOf, slowFor } from "./slowed";
 
 const STATE = {
   pose: [0, 0, 0] as const, goal: { name: "Ward 1", x: 9, y: 0 }, remaining: 9, speed: 0.2, turn_rate: 0, pace: "normal" as const,
@@ -8,21 +8,29 @@ const STATE = {
 };
 const PERSON: Cause = { thing: "person", at: [2, 0] };
 
-describe("a chair is slow for a person", () => {
-  it("who is near and ahead, while it drives below half its pace", () => {
-    expect(slowForPerson(STATE, PERSON, 1)).toBe(true);
-    expect(slowForPerson({ ...STATE, speed: 0.6 }, PERSON, 1)).toBe(false);
-    expect(slowForPerson(STATE, { ...PERSON, at: [3, 0] }, 1)).toBe(false);
-    expect(slowForPerson(STATE, { ...PERSON, thing: "wall" }, 1)).toBe(false);
-    expect(slowForPerson(STATE, null, 1)).toBe(false);
+describe("a chair that drives below half its pace is slow", () => {
+  it("for a person who is near and ahead", () => {
+    expect(slowFor(STATE, PERSON, 1)).toBe("person");
+    expect(slowFor({ ...STATE, speed: 0.6 }, PERSON, 1)).toBeNull();
+    expect(slowFor(STATE, { ...PERSON, at: [3, 0] }, 1)).toBeNull();
+    expect(slowFor(STATE, null, 1)).toBeNull();
   });
 
-  it("not where a limit, a turn or the destination slows it, nor while it stands", () => {
-    expect(slowForPerson({ ...STATE, speed: 0.25 }, PERSON, 0.3)).toBe(false);
-    expect(slowForPerson({ ...STATE, turn_rate: -0.6 }, PERSON, 1)).toBe(false);
-    expect(slowForPerson({ ...STATE, remaining: 1 }, PERSON, 1)).toBe(false);
-    expect(slowForPerson({ ...STATE, rider_authority: 0.8 }, PERSON, 1)).toBe(false);
-    expect(slowForPerson({ ...STATE, goal: null }, PERSON, 1)).toBe(false);
-    expect(slowForPerson({ ...STATE, speed: 0 }, PERSON, 1)).toBe(false);
+  it("for a turn, the destination, or little room, of which the first two come before a person", () => {
+    expect(slowFor(STATE, { ...PERSON, thing: "wall" }, 1)).toBe("narrow");
+    expect(slowFor({ ...STATE, turn_rate: -0.6 }, PERSON, 1)).toBe("turn");
+    expect(slowFor({ ...STATE, remaining: 1 }, PERSON, 1)).toBe("destination");
+  });
+
+  it("for nothing where a limit, the rider or a stop is why, or where there is no trip", () => {
+    expect(slowFor({ ...STATE, speed: 0.25 }, PERSON, 0.3)).toBeNull();
+    expect(slowFor({ ...STATE, rider_authority: 0.8 }, PERSON, 1)).toBeNull();
+    expect(slowFor({ ...STATE, goal: null }, PERSON, 1)).toBeNull();
+    expect(slowFor({ ...STATE, speed: 0 }, PERSON, 1)).toBeNull();
+  });
+
+  it("and its pace is no more than the limit", () => {
+    expect(paceOf("brisk", 0.5)).toBe(0.5);
+    expect(paceOf("slow", 0.5)).toBe(0.4);
   });
 });

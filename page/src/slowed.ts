@@ -1,4 +1,4 @@
-// Who a driving chair is slow for, although no reason is told: the planner slows down by itself.
+// Why a driving chair is slow, although no reason is told: the planner slows down by itself.
 
 import type { Cause } from "./around";
 import { distance } from "./map/strokes";
@@ -20,12 +20,22 @@ const ARRIVES = 2;
 /** The person is no farther than this, m (assumed). */
 const NEAR = 2.5;
 
+/** What a chair without a reason is slow for. */
+export type Slowness = "person" | "turn" | "destination" | "narrow";
+
 type Moving = Pick<ChairState, "pose" | "goal" | "remaining" | "speed" | "turn_rate" | "pace" | "rider_authority">;
 
-/** True if a chair on a trip drives slowly and a person is the nearest thing ahead. */
-export function slowForPerson(state: Moving, cause: Cause | null, maxSpeed: number): boolean {
-  if (!state.goal || (state.remaining ?? 0) < ARRIVES || Math.abs(state.turn_rate) > TURNS) return false;
-  if (state.rider_authority > RIDERS) return false;
-  if (state.speed < DRIVES || state.speed > SLOW * Math.min(SPEED[state.pace], maxSpeed)) return false;
-  return cause?.thing === "person" && distance(cause.at, [state.pose[0], state.pose[1]]) < NEAR;
+/** What a chair that drives below half its pace on a trip is slow for; null: it is not, or nobody knows. */
+export function slowFor(state: Moving, cause: Cause | null, maxSpeed: number): Slowness | null {
+  if (!state.goal || state.rider_authority > RIDERS) return null;
+  if (state.speed < DRIVES || state.speed > SLOW * paceOf(state.pace, maxSpeed)) return null;
+  if ((state.remaining ?? 0) < ARRIVES) return "destination";
+  if (Math.abs(state.turn_rate) > TURNS) return "turn";
+  if (!cause || distance(cause.at, [state.pose[0], state.pose[1]]) >= NEAR) return null;
+  return cause.thing === "person" ? "person" : "narrow";
+}
+
+/** The most that a pace allows, m/s. */
+export function paceOf(pace: ChairState["pace"], maxSpeed: number): number {
+  return Math.min(SPEED[pace], maxSpeed);
 }

@@ -12,8 +12,8 @@ export interface Stand {
   /** The reason on display in words, with its cause; empty: there is none. */
   readonly why: string;
   readonly code: string;
-  /** The chair tells a reason, or did a moment ago, although none is on display. */
-  readonly held?: boolean;
+  /** The reason of a chair that tells one, or did a moment ago, although none is on display; empty: no words for it; null: there is none. */
+  readonly held?: string | null;
   /** Name of the destination where the last ride arrived; empty: a point; null: it has not. */
   readonly arrival: string | null;
   /** The overview of a trip is open, and its route may be started. */
@@ -72,5 +72,6 @@ function towards(stand: Stand, state: NonNullable<Stand["state"]>, goal: { name:
   if (stand.error) return ["stand.because", { why: serverText(stand.error) }];
   if (!stand.planned) return ["stand.planning"];
   if (RIDER_DRIVES.has(state.mode)) return [stand.audience === "rider" ? "stand.steer" : "watch.steer"];
-  return [stand.held ? "stand.moment" : "stand.off"];
+  if (stand.held) return ["stand.because", { why: stand.held }];
+  return [stand.held === "" ? "stand.moment" : "stand.off"];
 }

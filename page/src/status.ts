@@ -1,18 +1,30 @@
 // The reason on display and the line about a standing chair, for the components that show them.
 
 import { chair } from "./chair.svelte";
+import { serverText } from "./i18n/text.svelte";
 import type { ChairState } from "./messages";
 import { holdsTrip } from "./reasonDisplay";
 import { steererOf } from "./share";
 import { standing } from "./standing";
 import { surroundings } from "./surroundings.svelte";
 import { trip } from "./trip.svelte";
-import { reasonWords, type Audience } from "./words";
+import { causeWords, firstSentence, observed, reasonWords, type Audience } from "./words";
 
 /** The reason on display; empty: there is none. */
 export function reasonNow(audience: Audience = "rider"): string {
   const { saying, cause } = surroundings;
   return saying.shown ? reasonWords(saying.shown, cause, chair.state?.rate ?? 1, audience) : "";
+}
+
+/** Says nothing of why a chair stands: it is told while it drives. */
+const OF_SPEED = new Set(["over_limits", "creeping"]);
+
+/** What holds a standing chair although nothing is on display; empty: no words; null: nothing does. */
+function heldWords(audience: Audience): string | null {
+  if (!surroundings.held) return null;
+  const { reason, cause } = surroundings.held;
+  if (cause) return causeWords(cause, audience);
+  return OF_SPEED.has(reason.code) ? "" : firstSentence(audience === "observer" ? observed(reason) : serverText(reason.text));
 }
 
 /** True while a fault holds the chair, so that nothing is told of the way. */
@@ -36,7 +48,7 @@ export function standingNow(audience: Audience = "rider"): string {
     audience,
     driving: chair.driving,
     why: reasonNow(audience),
-    held: surroundings.held,
+    held: heldWords(audience),
     code: surroundings.saying.shown?.code ?? "",
     arrival: chair.arrival?.name ?? null,
     startable: trip.startable,

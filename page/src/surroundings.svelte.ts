@@ -4,8 +4,9 @@ import { causeOf, doorBy, ring, type Cause, type Direction } from "./around";
 import { chair } from "./chair.svelte";
 import { isMoving } from "./input/switches";
 import { mapView } from "./map/mapView.svelte";
-import { SILENT, told } from "./reasonDisplay";
-import { slowForPerson } from "./slowed";
+import type { ReasonText } from "./messages";
+import { READ, SILENT, told } from "./reasonDisplay";
+import { slowFor, type Slowness } from "./slowed";
 
 /** Reasons whose cause is something about the chair. */
 const CAUSED = new Set([
@@ -18,7 +19,7 @@ const SLOW = 0.8;
 const FAST = 0.95;
 /** So long either must last before it is told, ms (assumed). */
 const PACE_LASTS = 3_000;
-/** So long it is slow for a person before that is said, and so long it stays to be read, ms (assumed). */
+/** So long it is slow for something before that is said, and so long it stays to be read, ms (assumed). */
 const SLOWED_LASTS = 1_000;
 /** So long it must stand, or drive, before the page says so, ms (assumed): a jerk is not felt as a stop. */
 const STANDS_LASTS = 400;
@@ -34,12 +35,13 @@ class Surroundings {
   slow = $state(false);
   /** True while the chair stands, short jerks left out. */
   stands = $state(true);
-  /** True while the chair tells a reason, or did a moment ago: it holds, and does not set off. */
-  held = $state(false);
-  /** True while the chair drives slowly for a person, short moments left out. */
-  slowForPerson = $state(false);
+  /** The reason of a chair that tells one, or did a moment ago: it holds, and does not set off. */
+  held = $state.raw<{ readonly reason: ReasonText; readonly cause: Cause | null } | null>(null);
+  /** What the chair drives slowly for, short moments left out. */
+  slowFor = $state.raw<Slowness | null>(null);
   #slowedAt = -Infinity;
   #reasonAt = -Infinity;
+  #heldAt = -Infinity;
   #causedAt = -Infinity;
   /** Since when the reason is shown whose cause was looked for, ms. */
   #causeOf = -Infinity;
@@ -62,19 +64,17 @@ class Surroundings {
     if (!state || !scene || chair.stale) {
       this.ring = [];
       this.cause = null;
-      this.slowForPerson = false;
+      this.slowFor = null;
       return;
     }
     this.#pace(state.rate ?? 1, now);
-    if (state.reason) this.#reasonAt = now;
-    this.held = now - this.#reasonAt < KEEPS;
     if (isMoving(state) !== this.stands) this.#stoodAt = now;
     else if (now - this.#stoodAt > STANDS_LASTS) this.stands = !isMoving(state);
-    const slowed =
-      !this.saying.shown &&
-      slowForPerson(state, causeOf(state, scene, chair.route.points, mapView.isWall), chair.limits?.max_speed ?? Infinity);
-    if (slowed === this.slowForPerson) this.#slowedAt = now;
-    else if (now - this.#slowedAt > SLOWED_LASTS) this.slowForPerson = slowed;
+    const cause = causeOf(state, scene, chair.route.points, mapView.isWall);
+    this.#hold(state.reason, cause, now);
+    const slowed = this.saying.shown ? null : slowFor(state, cause, chair.limits?.max_speed ?? Infinity);
+    if (slowed === this.slowFor) this.#slowedAt = now;
+    else if (now - this.#slowedAt > SLOWED_LASTS) this.slowFor = slowed;
     this.ring = this.shown ? ring(state, scene, mapView.isWall) : [];
     const code = this.saying.shown?.code ?? "";
     if (!CAUSED.has(code)) {
@@ -83,10 +83,7 @@ class Surroundings {
     }
     const { goal } = state;
     // Where there is no route, nothing about the chair is the cause, but a shut door may be.
-    const found =
-      code === "no_path"
-        ? goal && doorBy(state, scene, [goal.x, goal.y])
-        : causeOf(state, scene, chair.route.points, mapView.isWall);
+    const found = code === "no_path" ? goal && doorBy(state, scene, [goal.x, goal.y]) : cause;
     // Its words stay for a while, its place follows at once.
     const held = this.#causeOf === this.saying.since && now - this.#causedAt < KEEPS;
     if (held && found?.thing === this.cause?.thing && found) this.cause = { ...this.cause!, at: found.at };
@@ -94,6 +91,15 @@ class Surroundings {
     this.#causedAt = now;
     this.#causeOf = this.saying.since;
     this.cause = found;
+  }
+
+  /** A reason too short to be displayed is kept until it can be read, so that a chair that stands can name it. */
+  #hold(reason: ReasonText | null, cause: Cause | null, now: number): void {
+    if (reason) this.#reasonAt = now;
+    if (now - this.#reasonAt >= KEEPS) this.held = null;
+    if (!reason || reason.code === this.held?.reason.code || (this.held && now - this.#heldAt < READ)) return;
+    this.held = { reason, cause: CAUSED.has(reason.code) ? cause : null };
+    this.#heldAt = now;
   }
 
   /** Told only after it has lasted, and until it is over for as long. */

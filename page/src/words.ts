@@ -79,8 +79,12 @@ function confirmation(goal: boolean, { choosing, start, arrived }: Around): Pick
 function heldWords({ code, text }: ReasonText): string {
   const key = `hold.${code}`;
   if (isKey(key)) return t(key);
-  const [why] = serverText(text).split(/(?<=\.) /);
-  return t("hold.fault", { why: why! });
+  return t("hold.fault", { why: firstSentence(serverText(text)) });
+}
+
+/** What is the case, without what the chair does about it. */
+export function firstSentence(text: string): string {
+  return text.split(/(?<=\.) /)[0]!;
 }
 
 function underWay(state: Next, goal: Next["goal"], { trouble, held }: Around): string {

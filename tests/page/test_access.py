@@ -131,7 +131,7 @@ def wishes(rider):
 
 def by_hand(rider):
     """The warning before the mode that can collide."""
-    rider.show("Drive")
+    rider.show("Speed")
     rider.page.get_by_role("button", name="Manual").click()
     rider.sees("In manual mode the chair does not stop by itself")
 

@@ -138,7 +138,7 @@ def draw(rider, line):
 
 def test_who_steers_and_how_fast(rider):
     rider.take()
-    rider.show("Drive")
+    rider.show("Speed")
     rider.press(re.compile("^Assisted"))
     rider.until(lambda state: state["mode"] == "assisted")
     rider.press(re.compile("^Manual"))
@@ -154,7 +154,7 @@ def test_a_ride_can_be_rated_after_it(rider):
     rider.take()
     began = rider.follow()["remaining"]
     rider.makes(lambda state: state["remaining"] < began - 2.0, lambda: None)
-    rider.show("Drive")
+    rider.show("Speed")
     rider.press("Stop driving from this screen")
     rider.sees("Rate this ride (optional)")
     rider.press("4 of 5, good")

@@ -59,7 +59,7 @@ def test_a_panel_opens_at_its_top(riders):
     top = "document.querySelector('#panel').scrollTop"
     rider.page.evaluate(f"{top} = 200")
     assert rider.page.evaluate(top) > 100.0
-    rider.show("Drive")
+    rider.show("Speed")
     assert rider.page.evaluate(top) == 0.0
 
 
@@ -105,6 +105,6 @@ def test_routes_are_planned_anew_once_the_planner_is_back(rider, chair):
     os.kill(chair.previews, signal.SIGKILL)
     rider.until(lambda state: not state["can_plan"])
     rider.press("Cafeteria")
-    rider.sees("No routes can be planned now. They appear as soon as they can.")
+    rider.sees("Routes cannot be planned yet. They appear by themselves.")
     rider.until(lambda state: state["can_plan"], within=120.0)
     rider.until_button("Start")

@@ -202,6 +202,33 @@ def test_a_standing_chair_says_why_in_its_top_line(rider):
     expect(line(rider)).to_have_text("Standing: no trip")
 
 
+def test_a_hand_on_the_stick_is_told_before_the_chair_has_turned(rider):
+    rider.look_at("Ward 4")
+    rider.press("Start")
+    rider.makes(moves, rider.go_on)
+    expect(line(rider)).to_contain_text("The chair steers")
+    rider.hold("ArrowUp", moves)
+    expect(line(rider)).to_contain_text(re.compile("You (and the chair )?steer"))
+    rider.let_go("ArrowUp")
+    expect(line(rider)).to_contain_text("The chair steers")
+
+
+def test_why_is_answered_now_and_a_moment_later(rider):
+    rider.look_at("Ward 4")
+    rider.press("Start")
+    rider.makes(moves, rider.go_on)
+    rider.press("STOP")
+    rider.until(stands)
+    rider.press("Why?")
+    answer = rider.page.get_by_role("group", name="What holds or slows the chair")
+    expect(answer).to_contain_text("You stopped the chair.")
+    expect(answer).to_contain_text("Speed: “Normal”, at most 0.7 m/s.")
+    rider.makes(moves, rider.go_on)
+    expect(answer).to_contain_text(re.compile(r"\d+ s ago: You stopped the chair\."))
+    rider.press("Why?")
+    expect(answer).to_have_count(0)
+
+
 @pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
 def test_no_card_lies_over_the_chair_as_it_sets_off(riders, size):
     rider = riders(viewport={"width": size[0], "height": size[1]})

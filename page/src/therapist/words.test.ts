@@ -1,18 +1,24 @@
 import { describe, expect, it } from "vitest";
 import type { ChairState } from "../messages";
-import { clock, destination, details, doing, driver, duration, measuresOf, moment, outcome, shares, what, who } from "./words";
+import { clock, destination, details, doing, driver, duration, feeling, measuresOf, moment, outcome, shares, what, who } from "./words";
 
 describe("words", () => {
   it("say measures in their units, only those that are there", () => {
-    const measures = { min_distance: 0.512, authority: 0.334, collisions_wall: 0, jerk_rms: 0.1, odd: 3 };
+    const measures = { min_distance: 0.512, authority: 0.334, collisions_wall: 0, jerk_felt_rms: 0.1, odd: 3 };
     expect(measuresOf({ measures }).map(({ value }) => value)).toEqual(["0.51 m", "0", "0.10 m/s³", "33 %"]);
     expect(measuresOf({ measures: {} })).toEqual([]);
   });
 
   it("name measures in plain words, with the technical term beside them", () => {
-    const [jolts, nearest] = measuresOf({ measures: { jerk_rms: 0.1, wall_distance: 0.4 } }).reverse();
-    expect(jolts).toMatchObject({ name: "Jolts, on average", term: expect.stringContaining("RMS jerk") as string });
+    const [jolts, nearest] = measuresOf({ measures: { jerk_felt_rms: 0.1, wall_distance: 0.4 } }).reverse();
+    expect(jolts).toMatchObject({ name: "Jolts, on average (calm: 1 or less)", term: expect.stringContaining("RMS jerk") as string });
     expect(nearest?.term).toBe("");
+  });
+
+  it("say how a ride felt, by its jolts", () => {
+    const felt = (jerk_felt_rms?: number): ReturnType<typeof feeling> =>
+      feeling({ measures: jerk_felt_rms === undefined ? {} : { jerk_felt_rms } });
+    expect([felt(0.4), felt(1), felt(1.01), felt(2), felt(2.1), felt()]).toEqual(["calm", "calm", "some", "some", "jerky", null]);
   });
 
   it("say times", () => {
@@ -57,7 +63,7 @@ describe("words", () => {
   it("say who drives and where to", () => {
     const state = { driver: "a", device: "keys", link: "confirm", reason: null, paused: false } as ChairState;
     expect(driver(state)).toBe("The rider, with the keys");
-    expect(driver({ ...state, device: "none" })).toBe("The rider, no input");
+    expect(driver({ ...state, device: "none" })).toBe("The rider; the stick is at rest");
     expect(driver({ ...state, driver: null })).toBe("No driver");
     expect(doing(state)).toBe("Driving");
     expect(doing({ ...state, goal: { name: "Ward 1", x: 0, y: 0 } })).toBe("Driving to Ward 1");

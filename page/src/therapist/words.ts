@@ -26,7 +26,7 @@ const SHOWN: readonly MeasureName[] = [
   "social_space_intrusion_share",
   "stalled_time",
   "acceleration_max",
-  "jerk_rms",
+  "jerk_felt_rms",
   "authority",
   "agreement",
   "intervention_share",
@@ -98,6 +98,18 @@ export function breach(ride: Pick<RideSummary, "limits" | "measures">): { neares
   if (nearest === undefined || ride.limits.length === 0) return null;
   const target = Math.max(...ride.limits.map((each) => each.limits.min_distance));
   return nearest < target - 0.005 ? { nearest, target } : null;
+}
+
+/** Mean jolts up to which a ride is calm, and up to which they are some, m/s³: the aim of docs/calm.md, and twice it (assumed). */
+const CALM = 1;
+const SOME = 2;
+
+/** How a ride felt; null: it is not known. */
+export function feeling({ measures }: Pick<RideSummary, "measures">): "calm" | "some" | "jerky" | null {
+  const jolts = measures["jerk_felt_rms"];
+  if (jolts === undefined || jolts === null) return null;
+  if (jolts <= CALM) return "calm";
+  return jolts <= SOME ? "some" : "jerky";
 }
 
 export function destination(ride: Pick<RideSummary, "destination">): string {

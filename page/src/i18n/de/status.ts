@@ -21,7 +21,7 @@ export const status = {
   "hold.navigator_timeout": "Die Navigation antwortet nicht. Sie wird von selbst neu gestartet.",
   "hold.navigator_failed": "Die Navigation startet nicht. Holen Sie Hilfe: cohelm neu starten.",
   "hold.program_failed": "Das Programm ist ausgefallen. Holen Sie Hilfe: cohelm neu starten.",
-  "hold.lost": "Die Position ist verloren. Lenken Sie „Von Hand“ (unter „Fahrt“), oder holen Sie Hilfe.",
+  "hold.lost": "Die Position ist verloren. Lenken Sie „Von Hand“ (unter „Tempo“), oder holen Sie Hilfe.",
   "hold.fault": "{why} Hält das an, holen Sie Hilfe.",
   "watch.lost": "Steht: der Bildschirm des Fahrers ist nicht verbunden",
   "watch.held": "Steht: der Stick wird noch gehalten",

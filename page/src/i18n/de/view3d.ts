@@ -2,6 +2,7 @@
 
 export const view3d = {
   "view3d.title": "3-D-Ansicht",
+  "view3d.word": "3-D",
   "view3d.about": "3-D-Ansicht des Rollstuhls unter Menschen",
   "view3d.loading": "Die 3-D-Ansicht wird geladen.",
   "view3d.waits": "Die 3-D-Ansicht öffnet sich, sobald der Rollstuhl steht.",

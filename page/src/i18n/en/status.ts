@@ -21,7 +21,7 @@ export const status = {
   "hold.navigator_timeout": "The navigator does not answer. It is started again by itself.",
   "hold.navigator_failed": "The navigator does not start. Ask for help: restart cohelm.",
   "hold.program_failed": "The program has failed. Ask for help: restart cohelm.",
-  "hold.lost": "The position is lost. Choose “Manual” under “Drive” to steer, or ask for help.",
+  "hold.lost": "The position is lost. Choose “Manual” under “Speed” to steer, or ask for help.",
   "hold.fault": "{why} If it lasts, ask for help.",
   "watch.lost": "Standing: the rider’s screen is not connected",
   "watch.held": "Standing: the stick is still held",

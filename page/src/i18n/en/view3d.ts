@@ -2,6 +2,7 @@
 
 export const view3d = {
   "view3d.title": "3-D view",
+  "view3d.word": "3-D",
   "view3d.about": "3-D view of the chair among people",
   "view3d.loading": "The 3-D view is loading.",
   "view3d.waits": "The 3-D view opens as soon as the chair stands.",

@@ -1,0 +1,67 @@
+// Why the chair stands, or is slow: what is told now, and what was a moment ago.
+
+import { chair } from "./chair.svelte";
+import { num, t } from "./i18n/text.svelte";
+import { ASKED } from "./reasonDisplay";
+import { paceOf } from "./slowed";
+import { reasonNow, standingNow } from "./status";
+import { surroundings } from "./surroundings.svelte";
+
+/** Something that held the chair. */
+export interface Told {
+  readonly words: string;
+  /** When it was last true, ms. */
+  readonly until: number;
+}
+
+/** So many are kept, for so long, ms (assumed). */
+const MOST = 3;
+const KEPT = 180_000;
+
+/** What is told, after one more look. */
+export function remembered(was: readonly Told[], words: string, now: number): readonly Told[] {
+  const kept = was.filter(({ until }) => now - until < KEPT);
+  if (!words) return kept;
+  return [{ words, until: now }, ...kept.filter((each) => each.words !== words)].slice(0, MOST + 1);
+}
+
+class Why {
+  /** True while the card is open. */
+  open = $state(false);
+  /** The newest first. */
+  told = $state.raw<readonly Told[]>([]);
+  now = $state(0);
+
+  /** What the chair does now, with its reason. */
+  readonly present = $derived(standingNow() || held() || t("why.nothing"));
+  /** What was told before, and how long ago, s. */
+  readonly before = $derived(
+    this.told
+      .filter(({ words }) => words !== this.present)
+      .slice(0, MOST)
+      .map(({ words, until }) => ({ words, ago: Math.max(1, Math.round((this.now - until) / 1_000)) })),
+  );
+  /** The speed that is set; empty: it is not known. */
+  readonly pace = $derived.by(() => {
+    const { state, limits } = chair;
+    if (!state) return "";
+    const speed = num(paceOf(state.pace, limits?.max_speed ?? Infinity), 1);
+    return t("why.pace", { pace: t(`pace.${state.pace}`), speed, tab: t("tab.driving") });
+  });
+
+  /** Called ten times a second. */
+  look(now: number): void {
+    const next = remembered(this.told, held(), now);
+    if (next.length > 0 || this.told.length > 0) this.told = next;
+    if (this.open) this.now = now;
+  }
+}
+
+/** What holds or slows the chair, in words; empty: nothing does. */
+function held(): string {
+  const { shown } = surroundings.saying;
+  if (shown) return ASKED.has(shown.code) || shown.code === "arrived" ? "" : reasonNow();
+  return surroundings.slowFor ? t(`why.${surroundings.slowFor}`) : "";
+}
+
+export const why = new Why();
