@@ -43,7 +43,7 @@ def main() -> None:
     )
     axes.set_xscale("symlog", linthresh=1.0)
     axes.set(xlabel="false alarms per hour", ylabel="carries of 1 m and more in 2 s, %")
-    axes.set_ylim(-3.0, 103.0)
+    axes.set_ylim(min(90.0, 0.95 * min(detected)), 100.5)
     axes.grid(color="0.9")
     axes.legend(loc="lower right")
     axes.set_title(

@@ -41,6 +41,8 @@ class Why {
       .slice(0, MOST)
       .map(({ words, until }) => ({ words, ago: Math.max(1, Math.round((this.now - until) / 1_000)) })),
   );
+  /** What the rider can do about it, where no button says so; empty: nothing. */
+  readonly remedy = $derived(chair.state && !chair.state.driver ? t("why.noDriver") : "");
   /** The speed that is set; empty: it is not known. */
   readonly pace = $derived.by(() => {
     const { state, limits } = chair;

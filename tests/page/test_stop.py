@@ -32,7 +32,7 @@ def test_while_the_stick_is_held(rider, by):
     rider.hold()
     BY[by](rider)
     rider.until(lambda state: stands(state) and state["link"] == "stick_held")
-    rider.sees("Stopped. Release the stick.")
+    rider.sees("Stopped. Release the stick, then tap “Go on”.")
     rider.button("Go on").click(force=True)
     rider.holds(stopped)
     rider.let_go()

@@ -21,7 +21,7 @@ def test_nothing_sets_off_before_start_and_the_whole_route_is_seen(rider, chair)
     rider.look_at("Cafeteria")
     rider.sees(re.compile(r"^about \d+ (s|min)$"))
     rider.holds(lambda state: state["goal"] is None)
-    expect(rider.button("Whole route")).to_have_attribute("aria-pressed", "true")
+    expect(rider.button("Overview of the whole route")).to_have_attribute("aria-pressed", "true")
     rider.press("Start")  # the only press: it takes control, too
     rider.until(lambda state: rider.drives and state["goal"] and has_begun(state))
     rider.makes(moves, rider.go_on)
@@ -153,7 +153,7 @@ def test_a_phone_keeps_its_map_under_a_sheet(riders):
 
 
 def test_the_way_of_following_is_kept(rider):
-    heading, north = rider.button("Rotate with the chair"), rider.button(re.compile("north up"))
+    heading, north = rider.button("Turn map with the chair"), rider.button(re.compile("north up"))
     expect(heading).to_have_attribute("aria-pressed", "true")  # ahead is up, at first
     north.click()
     rider.page.reload()

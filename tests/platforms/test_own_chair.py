@@ -112,6 +112,12 @@ def test_a_line_that_is_missing_is_named(setup_of):
         open_platform(ride)
 
 
+def test_a_wrong_parameter_is_named_with_the_chair_s_own_file(setup_of):
+    _, ride = setup_of(platform={"use": "luci", "port": 99_999_999})
+    with pytest.raises(CohelmError, match=r"chair\.yaml: platform\.port"):
+        open_platform(ride)
+
+
 def test_without_a_map_the_floor_is_open_about_the_origin(setup_of, controller):
     setup, ride = setup_of(map=None)
     assert not ride.grid.blocked().any()

@@ -19,7 +19,7 @@ it("has all tools on a high map", () => {
 it("has three tools on a low map, and the others on demand", async () => {
   mapView.low = true;
   render(MapControls, { map: undefined });
-  expect(names()).toEqual(["Rotate with the chair", "Whole route", "More map tools"]);
+  expect(names()).toEqual(["Turn map with the chair", "Overview of the whole route", "More map tools"]);
   const more = screen.getByRole("button", { name: "More map tools" });
   expect(more.getAttribute("aria-expanded")).toBe("false");
   await fireEvent.click(more);

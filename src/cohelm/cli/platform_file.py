@@ -103,7 +103,7 @@ def ride_of(
     name, platform = given.name or file.stem, given.platform
     if given.stick is not None:
         platform = {"use": "with_stick", **given.stick, "platform": given.platform}
-    scenario = scenario.model_copy(update={"platform": platform, "name": name})
+    scenario = scenario.model_copy(update={"platform": platform, "name": name}).in_file(file)
     return scenario, _limits(given, scenario)
 
 

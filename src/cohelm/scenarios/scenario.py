@@ -206,6 +206,12 @@ class Scenario(Model):
         """File it was read from, for error messages."""
         return self._file
 
+    def in_file(self, file: Path) -> Scenario:
+        """Copy whose errors name another file, beside which its own files are looked for."""
+        copy = self.model_copy()
+        copy._file = file
+        return copy
+
     def beside(self, file: str) -> Path:
         """Path of a file that the scenario names, relative to the scenario's folder."""
         return self._file.parent / file if self._file is not None else Path(file)
