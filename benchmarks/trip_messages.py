@@ -230,9 +230,22 @@ def stand_is_true(words: str, state: Sample) -> bool:
         return state["reason"] is None
     if words == "Standing for a moment":
         return state["reason"] is not None
+    if words.startswith("Standing: ") and words.endswith("."):
+        return held_is_true(words.removeprefix("Standing: "), state)
     if words.startswith(("Ready", "Standing")):
         return not (state["reason"] and state["link"] == "ready")
     return reason_is_true(words, state)
+
+
+def held_is_true(words: str, state: Sample) -> bool:
+    """Check what a standing chair names although its reason was too short to be displayed."""
+    reason = state["reason"] or state["not_ready"]
+    if reason is None or ("door" in words and not state["closed_doors"]):
+        return False
+    if words.startswith("A person is"):
+        return _person_near(state)
+    causes = ("A wall is close", "Something stands", "The door to", "A door is")
+    return words.startswith(causes) or reason["text"].startswith(words)
 
 
 def next_is_true(words: str, state: Sample) -> bool:

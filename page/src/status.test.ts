@@ -62,3 +62,19 @@ it("tells of no lost connection where a heartbeat is late for a moment only", ()
   expect(at(6_000, "no_heartbeat")).toBe(planned);
   expect(at(6_450, "no_heartbeat")).toBe("Standing: this screen has lost the connection");
 });
+
+it("names a reason that was too short to be displayed, by its cause where one is seen", () => {
+  chair.client = "me";
+  surroundings.stands = true;
+  rolls({ speed: 0, turn_rate: 0, reason: null });
+  chair.route = { ...chair.route, points: [[0, 0], [1, 0]] };
+  const reason = { code: "blocked", text: "Obstacle in the way. Stopped." };
+  surroundings.held = { reason, cause: null };
+  expect(standingNow()).toBe("Standing: Obstacle in the way.");
+  surroundings.held = { reason, cause: { thing: "person", at: [1, 0], moves: "crossing" } };
+  expect(standingNow()).toBe("Standing: A person is crossing.");
+  surroundings.held = { reason: { code: "over_limits", text: "Slowed down to the chair's limits." }, cause: null };
+  expect(standingNow()).toBe("Standing for a moment");
+  surroundings.held = null;
+  expect(standingNow()).toBe("Setting off");
+});
