@@ -226,7 +226,7 @@ def stand_is_true(words: str, state: Sample) -> bool:
     """Check why it stands."""
     if words == "Ready: press “Go on”":
         return bool(state["link"] == "confirm" and not state["not_ready"])
-    if words == "Setting off":
+    if words.startswith("Setting off"):
         return state["reason"] is None
     if words == "Standing for a moment":
         return state["reason"] is not None

@@ -45,11 +45,16 @@ function same(a: Told, b: Told): boolean {
   return a.kind === b.kind && distance([a.x, a.y], [b.x, b.y]) < SAME;
 }
 
+/** So long a difference that asks for nothing covers the map, ms (assumed). */
+const READ = 12_000;
+
 class Differences {
   /** All that the map shows. */
   shown = $state.raw<readonly MapDifference[]>([]);
   /** The one that the rider is told about; it stays until it is closed or out of reach. */
   told = $state.raw<MapDifference | null>(null);
+  /** Since when it is told, ms. */
+  #toldAt = 0;
   #closed: readonly Told[] = stored();
   #of: MapDifferences | null = null;
   #shut = "";
@@ -70,7 +75,11 @@ class Differences {
     const { told } = this;
     const kept = told && untold(this.shown.filter((each) => same(each, told)), [], state.pose, ahead);
     const next = kept ?? untold(this.shown, this.#closed, state.pose, ahead);
-    if (!next || !told || !same(next, told)) this.told = next;
+    const now = performance.now();
+    if (!next || !told || !same(next, told)) {
+      this.told = next;
+      this.#toldAt = now;
+    } else if (told.kind === "gone" && now - this.#toldAt > READ) this.close(told); // it asks for nothing
   }
 
   /** The rider has read it: it is told once on this device. */

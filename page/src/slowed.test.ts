@@ -20,6 +20,9 @@ describe("a chair that drives below half its pace is slow", () => {
     expect(slowFor(STATE, { ...PERSON, thing: "wall" }, 1)).toBe("narrow");
     expect(slowFor({ ...STATE, turn_rate: -0.6 }, PERSON, 1)).toBe("turn");
     expect(slowFor({ ...STATE, remaining: 1 }, PERSON, 1)).toBe("destination");
+    expect(slowFor(STATE, PERSON, 1, 1)).toBe("turn");
+    expect(slowFor(STATE, PERSON, 1, 5)).toBe("person");
+    expect(slowFor({ ...STATE, speed: 0.5 }, PERSON, 1, null, 0.75)).toBe("person");
   });
 
   it("for nothing where a limit, the rider or a stop is why, or where there is no trip", () => {

@@ -13,6 +13,8 @@ const SLOW = 0.5;
 const DRIVES = 0.05;
 /** A chair that turns faster is slow for the turn, rad/s (assumed). */
 const TURNS = 0.3;
+/** A turn within this is near, m (assumed). */
+const SOON = 1.5;
 /** With more of the motion the rider is who drives slowly (assumed). */
 const RIDERS = 0.2;
 /** Nearer to its destination a chair is slow for that, m (assumed). */
@@ -25,12 +27,23 @@ export type Slowness = "person" | "turn" | "destination" | "narrow";
 
 type Moving = Pick<ChairState, "pose" | "goal" | "remaining" | "speed" | "turn_rate" | "pace" | "rider_authority">;
 
-/** What a chair that drives below half its pace on a trip is slow for; null: it is not, or nobody knows. */
-export function slowFor(state: Moving, cause: Cause | null, maxSpeed: number): Slowness | null {
-  if (!state.goal || state.rider_authority > RIDERS) return null;
-  if (state.speed < DRIVES || state.speed > SLOW * paceOf(state.pace, maxSpeed)) return null;
+/** True if a chair on a trip drives below a share of its pace, and not by its rider's hand. */
+export function isSlow(state: Moving, maxSpeed: number, share = SLOW): boolean {
+  if (!state.goal || state.rider_authority > RIDERS) return false;
+  return state.speed >= DRIVES && state.speed <= share * paceOf(state.pace, maxSpeed);
+}
+
+/**
+ * What a chair that drives below half its pace on a trip is slow for; null: it is not, or nobody knows.
+ *
+ * turn: way to the next turn, m; null: there is none, or it does not matter.
+ */
+export function slowFor(
+  state: Moving, cause: Cause | null, maxSpeed: number, turn: number | null = null, share = SLOW,
+): Slowness | null {
+  if (!isSlow(state, maxSpeed, share)) return null;
   if ((state.remaining ?? 0) < ARRIVES) return "destination";
-  if (Math.abs(state.turn_rate) > TURNS) return "turn";
+  if (Math.abs(state.turn_rate) > TURNS || (turn !== null && turn < SOON)) return "turn";
   if (!cause || distance(cause.at, [state.pose[0], state.pose[1]]) >= NEAR) return null;
   return cause.thing === "person" ? "person" : "narrow";
 }

@@ -14,6 +14,8 @@ export interface Stand {
   readonly code: string;
   /** The reason of a chair that tells one, or did a moment ago, although none is on display; empty: no words for it; null: there is none. */
   readonly held?: string | null;
+  /** What is close ahead; empty: nothing. */
+  readonly close?: string;
   /** Name of the destination where the last ride arrived; empty: a point; null: it has not. */
   readonly arrival: string | null;
   /** The overview of a trip is open, and its route may be started. */
@@ -73,5 +75,6 @@ function towards(stand: Stand, state: NonNullable<Stand["state"]>, goal: { name:
   if (!stand.planned) return ["stand.planning"];
   if (RIDER_DRIVES.has(state.mode)) return [stand.audience === "rider" ? "stand.steer" : "watch.steer"];
   if (stand.held) return ["stand.because", { why: stand.held }];
-  return [stand.held === "" ? "stand.moment" : "stand.off"];
+  if (stand.held === "") return ["stand.moment"];
+  return stand.close ? ["stand.offClose", { what: stand.close }] : ["stand.off"];
 }

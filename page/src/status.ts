@@ -49,6 +49,7 @@ export function standingNow(audience: Audience = "rider"): string {
     driving: chair.driving,
     why: reasonNow(audience),
     held: heldWords(audience),
+    close: surroundings.close ? causeWords(surroundings.close, audience) : "",
     code: surroundings.saying.shown?.code ?? "",
     arrival: chair.arrival?.name ?? null,
     startable: trip.startable,

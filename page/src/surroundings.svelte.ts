@@ -2,6 +2,7 @@
 
 import { causeOf, doorBy, ring, type Cause, type Direction } from "./around";
 import { chair } from "./chair.svelte";
+import { distance } from "./map/strokes";
 import { isMoving } from "./input/switches";
 import { mapView } from "./map/mapView.svelte";
 import type { ReasonText } from "./messages";
@@ -23,6 +24,8 @@ const PACE_LASTS = 3_000;
 const SLOWED_LASTS = 1_000;
 /** So long it must stand, or drive, before the page says so, ms (assumed): a jerk is not felt as a stop. */
 const STANDS_LASTS = 400;
+/** What is nearer to the middle of the chair than this, ahead of it, is close, m (assumed). */
+const CLOSE = 1.5;
 const RING = "cohelm.ring";
 
 class Surroundings {
@@ -37,8 +40,12 @@ class Surroundings {
   stands = $state(true);
   /** The reason of a chair that tells one, or did a moment ago: it holds, and does not set off. */
   held = $state.raw<{ readonly reason: ReasonText; readonly cause: Cause | null } | null>(null);
+  /** What is so close ahead that a chair without a reason sets off slowly. */
+  close = $state.raw<Cause | null>(null);
   /** What the chair drives slowly for, short moments left out. */
   slowFor = $state.raw<Slowness | null>(null);
+  /** What is ahead now; read when it is asked for. */
+  ahead: Cause | null = null;
   #slowedAt = -Infinity;
   #reasonAt = -Infinity;
   #heldAt = -Infinity;
@@ -71,6 +78,9 @@ class Surroundings {
     if (isMoving(state) !== this.stands) this.#stoodAt = now;
     else if (now - this.#stoodAt > STANDS_LASTS) this.stands = !isMoving(state);
     const cause = causeOf(state, scene, chair.route.points, mapView.isWall);
+    this.ahead = cause;
+    const near = cause && distance(cause.at, [state.pose[0], state.pose[1]]) < CLOSE ? cause : null;
+    if (near?.thing !== this.close?.thing || near?.moves !== this.close?.moves) this.close = near;
     this.#hold(state.reason, cause, now);
     const slowed = this.saying.shown ? null : slowFor(state, cause, chair.limits?.max_speed ?? Infinity);
     if (slowed === this.slowFor) this.#slowedAt = now;

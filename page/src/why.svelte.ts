@@ -3,9 +3,11 @@
 import { chair } from "./chair.svelte";
 import { num, t } from "./i18n/text.svelte";
 import { ASKED } from "./reasonDisplay";
-import { paceOf } from "./slowed";
+import { isSlow, paceOf, slowFor, type Slowness } from "./slowed";
 import { reasonNow, standingNow } from "./status";
 import { surroundings } from "./surroundings.svelte";
+import { nextTurn } from "./turns";
+import { causeWords } from "./words";
 
 /** Something that held the chair. */
 export interface Told {
@@ -17,6 +19,8 @@ export interface Told {
 /** So many are kept, for so long, ms (assumed). */
 const MOST = 3;
 const KEPT = 180_000;
+/** Below this share of its pace a chair that is asked about is slow (assumed): closer to it, nobody asks. */
+const SLOWER = 0.75;
 
 /** What is told, after one more look. */
 export function remembered(was: readonly Told[], words: string, now: number): readonly Told[] {
@@ -31,9 +35,11 @@ class Why {
   /** The newest first. */
   told = $state.raw<readonly Told[]>([]);
   now = $state(0);
+  /** What holds or slows the chair, in words; empty: nothing does. */
+  held = $state("");
 
   /** What the chair does now, with its reason. */
-  readonly present = $derived(standingNow() || held() || t("why.nothing"));
+  readonly present = $derived(standingNow() || this.held || t("why.nothing"));
   /** What was told before, and how long ago, s. */
   readonly before = $derived(
     this.told
@@ -53,17 +59,30 @@ class Why {
 
   /** Called ten times a second. */
   look(now: number): void {
-    const next = remembered(this.told, held(), now);
+    const slow = slowness();
+    this.held = reason() || (slow === "some" ? t("why.some") : slow ? t(`why.${slow}`) : "");
+    const next = remembered(this.told, slow === "some" ? "" : this.held, now);
     if (next.length > 0 || this.told.length > 0) this.told = next;
     if (this.open) this.now = now;
   }
 }
 
-/** What holds or slows the chair, in words; empty: nothing does. */
-function held(): string {
-  const { shown } = surroundings.saying;
+/** The reason on display, or what is close to a chair that sets off; empty: there is none. */
+function reason(): string {
+  const { close, saying, stands } = surroundings;
+  const { state, goal } = chair;
+  const { shown } = saying;
   if (shown) return ASKED.has(shown.code) || shown.code === "arrived" ? "" : reasonNow();
-  return surroundings.slowFor ? t(`why.${surroundings.slowFor}`) : "";
+  return stands && close && goal && state?.link === "ready" && !state.arrived ? causeWords(close) : "";
+}
+
+/** What a driving chair is slower for than its pace; "some": it is, and nobody knows why. */
+function slowness(): Slowness | "some" | null {
+  const { state, limits, route } = chair;
+  const most = limits?.max_speed ?? Infinity;
+  if (!state || !isSlow(state, most, SLOWER)) return null;
+  const turn = state.remaining === null ? null : nextTurn(route.points, state.remaining);
+  return slowFor(state, surroundings.ahead, most, turn?.after ?? null, SLOWER) ?? "some";
 }
 
 export const why = new Why();

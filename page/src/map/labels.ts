@@ -73,9 +73,9 @@ export function covers(label: Pick<Label, "width" | "height">, x: number, y: num
 }
 
 /** Width of a tool of the map with its gap, px. */
-const TOOL = 50;
+const TOOL = 66;
 
 /** Where the row of tools of a low map lies. bottom: of what no card or sheet covers, px. */
 export function underTools(width: number, bottom: number): Disc[] {
-  return [0, 1, 2].map((k) => ({ x: width - (k + 0.6) * TOOL, y: bottom - TOOL, radius: TOOL / 2 }));
+  return [0, 1, 2].map((k) => ({ x: width - (k + 0.55) * TOOL, y: bottom - TOOL / 2, radius: TOOL / 2 }));
 }

@@ -3,8 +3,8 @@
 import type { IsWall } from "../around";
 import type { Point } from "./view";
 
-/** `heading`: the chair's direction up; `chair`: north up; `route`: the whole route; `free`: moved by hand. */
-export type Follow = "heading" | "chair" | "route" | "free";
+/** `heading`: the chair's direction up; `chair`: north up; `route`: the whole route; `floor`: the whole floor; `free`: moved by hand. */
+export type Follow = "heading" | "chair" | "route" | "floor" | "free";
 
 const KEPT = "cohelm.map";
 
@@ -18,6 +18,8 @@ class MapViewState {
   /** Height above the sheet that a card covers, and at the top that messages cover, px. */
   card = $state(0);
   messages = $state(0);
+  /** Width of the map that its tools cover, px. */
+  tools = $state(64);
   /** True if the map is too small for one column of its tools, as on a phone. */
   low = $state(false);
   /** All tools of a low map are shown. */
@@ -37,6 +39,11 @@ class MapViewState {
   /** Back to the way of following that is kept. */
   back(): void {
     this.follow = kept();
+  }
+
+  /** True if the view fits the route or the floor by itself. */
+  get fits(): boolean {
+    return this.follow === "route" || this.follow === "floor";
   }
 
   show(point: Point): void {

@@ -61,6 +61,12 @@ export function zoomed(view: View, factor: number, x: number, y: number): View {
   return pinned({ ...view, scale }, point, [x, y]);
 }
 
+/** At first: the chair, with some ten metres about it. */
+export function begun(pose: readonly [number, number, number], width: number, height: number): View {
+  const scale = Math.min(48, Math.max(22, Math.min(width, height) / 16));
+  return { at: [pose[0], pose[1]], middle: [width / 2, height / 2], scale, turn: 0 };
+}
+
 /** North up, with all of a box of the map on the screen. */
 export function fitted(box: Box, width: number, height: number, margin = 16): View {
   const room = (full: number): number => Math.max(40, full - 2 * margin);

@@ -54,6 +54,7 @@ export const rider = {
   "why.turn": "Langsam wegen einer Kurve.",
   "why.destination": "Langsam: das Ziel ist nah.",
   "why.narrow": "Langsam: es ist wenig Platz.",
+  "why.some": "Für einen Moment langsamer als eingestellt.",
   "why.noDriver": "Wählen Sie ein Ziel, oder tippen Sie auf „Mit diesem Bildschirm fahren“.",
   "why.ago": "Vor {time}:",
   "why.pace": "Tempo: „{pace}“, höchstens {speed} m/s. Ändern: „{tab}“.",

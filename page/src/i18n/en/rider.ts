@@ -54,6 +54,7 @@ export const rider = {
   "why.turn": "Slow for a turn.",
   "why.destination": "Slow: the destination is near.",
   "why.narrow": "Slow: there is little room.",
+  "why.some": "Slower than the set speed for a moment.",
   "why.noDriver": "Choose a destination, or tap “Drive from this screen”.",
   "why.ago": "{time} ago:",
   "why.pace": "Speed: “{pace}”, at most {speed} m/s. To change it: “{tab}”.",
