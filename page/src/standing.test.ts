@@ -67,7 +67,7 @@ describe("a standing chair says why, in one line", () => {
     expect(stand({ goal: WARD }, { planned: false })).toBe("Standing: the route is being planned");
     expect(stand({ goal: WARD }, { error: "No route there is wide enough." })).toBe("Standing: No route there is wide enough.");
     expect(stand({ goal: WARD })).toBe("Setting off");
-    expect(stand({ goal: WARD }, { close: "A wall is close." })).toBe("Setting off. A wall is close.");
+    expect(stand({ goal: WARD }, { close: "A wall is close." })).toBe("Setting off slowly. A wall is close.");
     expect(stand({ goal: WARD }, { held: "" })).toBe("Standing for a moment");
     expect(stand({ goal: WARD }, { held: "Somebody is in the way." })).toBe("Standing: Somebody is in the way.");
     expect(stand({ goal: WARD, arrived: true })).toBe("Arrived: Ward 1");

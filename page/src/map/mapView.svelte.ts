@@ -17,6 +17,8 @@ class MapViewState {
   covered = $state(0);
   /** Height above the sheet that a card covers, and at the top that messages cover, px. */
   card = $state(0);
+  /** When a card went, or became smaller, ms: a touch meant for it must not reach the map below. */
+  uncovered = -Infinity;
   messages = $state(0);
   /** Width of the map that its tools cover, px. */
   tools = $state(64);

@@ -31,8 +31,8 @@ _POLL_PERIOD = 1.0  # s
 def compile_kernels() -> Iterator[str]:
     """Run everything that a ride with the default parts needs, so that it is compiled and cached.
 
-    A second process compiles detector and local planner at the same time, where there is a second
-    processor: about half of the work.
+    A second process compiles the local planner at the same time, where there is a second
+    processor.
 
     Yields:
         Name of the part that is compiled next, or still.
@@ -51,10 +51,10 @@ def compile_kernels() -> Iterator[str]:
         world = build_world(scenario, 0)
         yield "route previews"
         preview_process.warm_up(world.ride_setup)
-        yield "tracker and health"  # which need the detector: the second process begins with it
-        run(load_scenario(RIDE, ["local_planner.use=path_follower", "time_limit=1"]), 0)
+        yield "detector"
+        _detect(scenario)
         while helper.is_alive():
-            yield "detector and local planner"
+            yield "local planner"
             helper.join(_POLL_PERIOD)
         for case in warm_up(world.ride_setup):
             yield f"navigator, {case}"
@@ -67,13 +67,11 @@ def compile_kernels() -> Iterator[str]:
 
 
 def _compile_beside() -> None:
-    """Detect and plan motions in scenes that need neither a route nor a simulation."""
+    """Plan motions in a scene that needs neither a route nor a simulation."""
     leave_interrupts()
     end_with_owner()
     gc.set_threshold(200_000, 20, 100)
-    scenario = load_scenario(FLOOR)
-    _detect(scenario)
-    _plan_motions(scenario)
+    _plan_motions(load_scenario(FLOOR))
 
 
 def _plan_motions(scenario: Scenario) -> None:

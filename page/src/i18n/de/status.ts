@@ -14,7 +14,7 @@ export const status = {
   "stand.because": "Steht: {why}",
   "stand.steer": "Bereit: lenken Sie",
   "stand.off": "Fährt los",
-  "stand.offClose": "Fährt los. {what}",
+  "stand.offClose": "Fährt langsam los. {what}",
   "stand.moment": "Steht einen Augenblick",
   "hold.starting": "Startet. Gleich können Sie weiterfahren.",
   "hold.paused": "Die Simulation ist angehalten. Tippen Sie unter „Simulation“ auf „Fortsetzen“.",

@@ -14,7 +14,7 @@ export const status = {
   "stand.because": "Standing: {why}",
   "stand.steer": "Ready: steer",
   "stand.off": "Setting off",
-  "stand.offClose": "Setting off. {what}",
+  "stand.offClose": "Setting off slowly. {what}",
   "stand.moment": "Standing for a moment",
   "hold.starting": "Starting up. You can go on in a moment.",
   "hold.paused": "The simulation is paused. Tap “Resume” under “Simulation”.",
