@@ -169,7 +169,7 @@ def ride(page: Page, seconds: float) -> None:
 def release(page: Page) -> None:
     """End driving from this page, so that the next page can drive."""
     page.get_by_role("button", name="STOP", exact=True).click()
-    show(page, "Drive")
+    show(page, "Speed")
     page.get_by_role("button", name="Stop driving from this screen").click()
     page.wait_for_timeout(500)
 

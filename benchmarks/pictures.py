@@ -130,7 +130,7 @@ def themes(browser: Browser, address: str, _: str, folder: Path) -> None:
     """Make the pictures of the other palettes, of one switch and of German."""
     with opened(browser, address, 1280, 800, color_scheme="dark") as page:
         go(page, "Ward 4")
-        show(page, "Drive")
+        show(page, "Speed")
         ride(page, 6.0)
         keep(page, folder / "page-dark.png")
         release(page)

@@ -3,7 +3,7 @@
 import { chair } from "./chair.svelte";
 import { serverText } from "./i18n/text.svelte";
 import type { ChairState } from "./messages";
-import { holdsTrip } from "./reasonDisplay";
+import { ASKED, holdsTrip } from "./reasonDisplay";
 import { steererOf } from "./share";
 import { standing } from "./standing";
 import { surroundings } from "./surroundings.svelte";
@@ -16,15 +16,15 @@ export function reasonNow(audience: Audience = "rider"): string {
   return saying.shown ? reasonWords(saying.shown, cause, chair.state?.rate ?? 1, audience) : "";
 }
 
-/** Says nothing of why a chair stands: it is told while it drives. */
-const OF_SPEED = new Set(["over_limits", "creeping"]);
+/** Says nothing of why a chair stands: what is told while it drives, or by the button that asks for it. */
+const OTHER = new Set(["over_limits", "creeping", ...ASKED]);
 
 /** What holds a standing chair although nothing is on display; empty: no words; null: nothing does. */
 function heldWords(audience: Audience): string | null {
   if (!surroundings.held) return null;
   const { reason, cause } = surroundings.held;
   if (cause) return causeWords(cause, audience);
-  return OF_SPEED.has(reason.code) ? "" : firstSentence(audience === "observer" ? observed(reason) : serverText(reason.text));
+  return OTHER.has(reason.code) ? "" : firstSentence(audience === "observer" ? observed(reason) : serverText(reason.text));
 }
 
 /** True while a fault holds the chair, so that nothing is told of the way. */

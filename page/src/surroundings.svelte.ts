@@ -76,7 +76,7 @@ class Surroundings {
     }
     this.#pace(state.rate ?? 1, now);
     if (isMoving(state) !== this.stands) this.#stoodAt = now;
-    else if (now - this.#stoodAt > STANDS_LASTS) this.stands = !isMoving(state);
+    else if (now - this.#stoodAt > STANDS_LASTS) [this.stands, this.#stoodAt] = [!isMoving(state), now];
     const cause = causeOf(state, scene, chair.route.points, mapView.isWall);
     this.ahead = cause;
     const near = cause && distance(cause.at, [state.pose[0], state.pose[1]]) < CLOSE ? cause : null;
@@ -84,7 +84,7 @@ class Surroundings {
     this.#hold(state.reason, cause, now);
     const slowed = this.saying.shown ? null : slowFor(state, cause, chair.limits?.max_speed ?? Infinity);
     if (slowed === this.slowFor) this.#slowedAt = now;
-    else if (now - this.#slowedAt > SLOWED_LASTS) this.slowFor = slowed;
+    else if (now - this.#slowedAt > SLOWED_LASTS) [this.slowFor, this.#slowedAt] = [slowed, now];
     this.ring = this.shown ? ring(state, scene, mapView.isWall) : [];
     const code = this.saying.shown?.code ?? "";
     if (!CAUSED.has(code)) {
@@ -116,7 +116,7 @@ class Surroundings {
   #pace(rate: number, now: number): void {
     const other = this.slow ? rate > FAST : rate < SLOW;
     if (!other) this.#pacedAt = now;
-    else if (now - this.#pacedAt > PACE_LASTS) this.slow = !this.slow;
+    else if (now - this.#pacedAt > PACE_LASTS) [this.slow, this.#pacedAt] = [!this.slow, now];
   }
 }
 
