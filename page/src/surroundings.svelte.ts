@@ -81,7 +81,7 @@ class Surroundings {
     this.ahead = cause;
     const near = cause && distance(cause.at, [state.pose[0], state.pose[1]]) < CLOSE ? cause : null;
     if (near?.thing !== this.close?.thing || near?.moves !== this.close?.moves) this.close = near;
-    this.#hold(state.reason, cause, now);
+    this.#hold(chair.toTell?.reason ?? null, cause, now);
     const slowed = this.saying.shown ? null : slowFor(state, cause, chair.limits?.max_speed ?? Infinity);
     if (slowed === this.slowFor) this.#slowedAt = now;
     else if (now - this.#slowedAt > SLOWED_LASTS) [this.slowFor, this.#slowedAt] = [slowed, now];
