@@ -16,15 +16,15 @@ export function reasonNow(audience: Audience = "rider"): string {
   return saying.shown ? reasonWords(saying.shown, cause, chair.state?.rate ?? 1, audience) : "";
 }
 
-/** Says nothing of why a chair stands: what is told while it drives, or by the button that asks for it. */
-const OTHER = new Set(["over_limits", "creeping", ...ASKED]);
+/** Reasons that do not explain a stand: of speed, or told by the button that asks for something. */
+const NO_STAND = new Set(["over_limits", "creeping", ...ASKED]);
 
 /** What holds a standing chair although nothing is on display; empty: no words; null: nothing does. */
 function heldWords(audience: Audience): string | null {
   if (!surroundings.held) return null;
   const { reason, cause } = surroundings.held;
   if (cause) return causeWords(cause, audience);
-  return OTHER.has(reason.code) ? "" : firstSentence(audience === "observer" ? observed(reason) : serverText(reason.text));
+  return NO_STAND.has(reason.code) ? "" : firstSentence(audience === "observer" ? observed(reason) : serverText(reason.text));
 }
 
 /** True while a fault holds the chair, so that nothing is told of the way. */

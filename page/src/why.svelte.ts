@@ -9,8 +9,8 @@ import { surroundings } from "./surroundings.svelte";
 import { nextTurn } from "./turns";
 import { causeWords } from "./words";
 
-/** Something that held the chair. */
-export interface Told {
+/** A reason that held or slowed the chair. */
+export interface PastReason {
   readonly words: string;
   /** When it was last true, ms. */
   readonly until: number;
@@ -22,8 +22,8 @@ const KEPT = 180_000;
 /** Below this share of its pace a chair that is asked about is slow (assumed): closer to it, nobody asks. */
 const SLOWER = 0.75;
 
-/** What is told, after one more look. */
-export function remembered(was: readonly Told[], words: string, now: number): readonly Told[] {
+/** The reasons of the last minutes, the newest first, with one more that holds now. */
+export function withReason(was: readonly PastReason[], words: string, now: number): readonly PastReason[] {
   const kept = was.filter(({ until }) => now - until < KEPT);
   if (!words) return kept;
   return [{ words, until: now }, ...kept.filter((each) => each.words !== words)].slice(0, MOST + 1);
@@ -33,7 +33,7 @@ class Why {
   /** True while the card is open. */
   open = $state(false);
   /** The newest first. */
-  told = $state.raw<readonly Told[]>([]);
+  past = $state.raw<readonly PastReason[]>([]);
   now = $state(0);
   /** What holds or slows the chair, in words; empty: nothing does. */
   held = $state("");
@@ -42,7 +42,7 @@ class Why {
   readonly present = $derived(standingNow() || this.held || t("why.nothing"));
   /** What was told before, and how long ago, s. */
   readonly before = $derived(
-    this.told
+    this.past
       .filter(({ words }) => words !== this.present)
       .slice(0, MOST)
       .map(({ words, until }) => ({ words, ago: Math.max(1, Math.round((this.now - until) / 1_000)) })),
@@ -61,8 +61,8 @@ class Why {
   look(now: number): void {
     const slow = slowness();
     this.held = reason() || (slow === "some" ? t("why.some") : slow ? t(`why.${slow}`) : "");
-    const next = remembered(this.told, slow === "some" ? "" : this.held, now);
-    if (next.length > 0 || this.told.length > 0) this.told = next;
+    const next = withReason(this.past, slow === "some" ? "" : this.held, now);
+    if (next.length > 0 || this.past.length > 0) this.past = next;
     if (this.open) this.now = now;
   }
 }
