@@ -1,6 +1,7 @@
-import { describe, expect, it } from "vitest";
-import { untold, withoutDoors } from "./differences.svelte";
-import type { MapDifference } from "./messages";
+import { describe, expect, it, vi } from "vitest";
+import { chair } from "./chair.svelte";
+import { differences, untold, withoutDoors } from "./differences.svelte";
+import type { ChairState, MapDifference, MapDifferences, SceneInfo } from "./messages";
 
 const at = (x: number, y: number, kind: "gone" | "new" = "gone"): MapDifference => ({ kind, x, y, cells: [[x, y]] });
 
@@ -23,5 +24,22 @@ describe("differences from the map", () => {
     const told = [{ kind: "gone", x: 2, y: 2 } as const];
     expect(untold([at(2.5, 2.5)], told, [0, 0, 0], [])).toBeNull();
     expect(untold([at(2.5, 2.5, "new")], told, [0, 0, 0], [])?.kind).toBe("new");
+  });
+
+  it("leave the map by themselves after 12 s where they ask for nothing, and stay where something is new", () => {
+    vi.useFakeTimers();
+    for (const [kind, left] of [["gone", null], ["new", "new"]] as const) {
+      chair.state = { pose: [0, 0, 0], remaining: null, closed_doors: [] } as unknown as ChairState;
+      chair.scene = { doors: [] } as unknown as SceneInfo;
+      chair.differences = { found: [at(kind === "new" ? 1 : 2, 0, kind)] } as unknown as MapDifferences;
+      differences.look();
+      vi.advanceTimersByTime(11_900);
+      differences.look();
+      expect(differences.told?.kind).toBe(kind);
+      vi.advanceTimersByTime(200);
+      differences.look();
+      expect(differences.told?.kind ?? null).toBe(left);
+    }
+    vi.useRealTimers();
   });
 });

@@ -75,6 +75,8 @@ it("names a reason that was too short to be displayed, by its cause where one is
   expect(standingNow()).toBe("Standing: A person is crossing.");
   surroundings.held = { reason: { code: "over_limits", text: "Slowed down to the chair's limits." }, cause: null };
   expect(standingNow()).toBe("Standing for a moment");
+  surroundings.held = { reason: { code: "no_driver", text: 'Stopped. Tap "Drive from this screen".' }, cause: null };
+  expect(standingNow()).toBe("Setting off");
   surroundings.held = null;
   expect(standingNow()).toBe("Setting off");
 });

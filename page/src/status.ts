@@ -16,15 +16,16 @@ export function reasonNow(audience: Audience = "rider"): string {
   return saying.shown ? reasonWords(saying.shown, cause, chair.state?.rate ?? 1, audience) : "";
 }
 
-/** Reasons that do not explain a stand: of speed, or told by the button that asks for something. */
-const NO_STAND = new Set(["over_limits", "creeping", ...ASKED]);
+/** Reasons of speed, which do not explain a stand. */
+const OF_SPEED = new Set(["over_limits", "creeping"]);
 
 /** What holds a standing chair although nothing is on display; empty: no words; null: nothing does. */
 function heldWords(audience: Audience): string | null {
-  if (!surroundings.held) return null;
-  const { reason, cause } = surroundings.held;
+  const { reason, cause } = surroundings.held ?? {};
+  // What a button asked for is done: the chair sets off.
+  if (!reason || ASKED.has(reason.code)) return null;
   if (cause) return causeWords(cause, audience);
-  return NO_STAND.has(reason.code) ? "" : firstSentence(audience === "observer" ? observed(reason) : serverText(reason.text));
+  return OF_SPEED.has(reason.code) ? "" : firstSentence(audience === "observer" ? observed(reason) : serverText(reason.text));
 }
 
 /** True while a fault holds the chair, so that nothing is told of the way. */

@@ -37,7 +37,7 @@ export const riders = {
   "rider.form.nameMissing": "Ein Name oder eine Nummer fehlt.",
   "rider.form.nameTaken": "Jemand anders hat diesen Namen oder diese Nummer.",
   "rider.form.long": "Höchstens {most} Zeichen; jetzt {n}.",
-  "rider.form.presetAbout": "Vorbelegt mit dem, was jetzt gilt; hier zu ändern. Gelten, sobald die Person im Stand gewählt wird.",
+  "rider.form.presetAbout": "Für eine neue Person: was jetzt gilt, hier zu ändern. Gelten, sobald die Person im Stand gewählt wird.",
   "rider.form.takeOver": "Übernehmen, was jetzt gilt",
   "rider.form.mode": "Fahrweise",
   "rider.form.input": "Taster",

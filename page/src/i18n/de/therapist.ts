@@ -57,7 +57,7 @@ export const therapist = {
   "learned.steadiness": "Ruhe der Hand",
   "learned.rides": "{n} Fahrten",
   "learned.rides.one": "eine Fahrt",
-  "learned.none": "noch keine Fahrt mit solchen Stellen",
+  "learned.none": "noch keine passende Fahrt",
   "learned.reset": "Vergessen",
   "learned.done": "Vergessen. Bisherige Fahrten zählen nicht mehr.",
   "sessions.title": "Sitzungen",

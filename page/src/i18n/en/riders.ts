@@ -37,7 +37,7 @@ export const riders = {
   "rider.form.nameMissing": "A name or a number is missing.",
   "rider.form.nameTaken": "Another rider has this name or number.",
   "rider.form.long": "At most {most} characters; now {n}.",
-  "rider.form.presetAbout": "Filled with the limits and settings now in force; change them here. Takes effect when the rider is chosen while the chair stands.",
+  "rider.form.presetAbout": "For a new rider: what is in force now, to be changed here. Takes effect when the rider is chosen while the chair stands.",
   "rider.form.takeOver": "Copy what is in force now",
   "rider.form.mode": "Mode",
   "rider.form.input": "Switches",

@@ -57,7 +57,7 @@ export const therapist = {
   "learned.steadiness": "Steadiness of the hand",
   "learned.rides": "{n} rides",
   "learned.rides.one": "one ride",
-  "learned.none": "no ride with such a place yet",
+  "learned.none": "no suitable ride yet",
   "learned.reset": "Forget",
   "learned.done": "Forgotten. Rides until now no longer count.",
   "sessions.title": "Sessions",
