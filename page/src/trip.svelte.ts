@@ -213,9 +213,9 @@ export class Trip {
     wishes: readonly Required<RouteWish>[] | null,
     choice: SetGoal["choice"] = null,
   ): Promise<void> {
-    if (!chair.state?.driver) link.send({ type: "take_control" });
     // The press is the confirmation that the chair waits for now. Before the destination, and never
     // later: a STOP that comes after it must hold.
+    if (!chair.state?.driver) link.send({ type: "take_control", confirm: !chair.state?.not_ready });
     else if (chair.driving && chair.state.link === "confirm" && !chair.state.not_ready) link.send({ type: "resume" });
     const answer = await link.ask({ type: "set_goal", ...to, ...(wishes ? { wishes: [...wishes], choice } : {}) });
     selection.heed(answer);

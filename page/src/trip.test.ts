@@ -123,11 +123,11 @@ describe("a trip", () => {
     expect(chair.ended).toBeNull();
   });
 
-  it("takes control where nobody drives", async () => {
-    state({ driver: null, link: "no_driver" });
+  it.each([null, { code: "lost", text: "" }])("takes control and confirms where nobody drives, unless %j", async (why) => {
+    state({ driver: null, link: "no_driver", not_ready: why });
     await trip.choose({ place: "Ward 4" }, "Ward 4");
     await trip.start();
-    expect(sent).toEqual([{ type: "take_control" }]);
+    expect(sent).toEqual([{ type: "take_control", confirm: why === null }]);
   });
 
   it("confirms what the chair waits for now, before the destination, and nothing later", async () => {

@@ -123,6 +123,23 @@ def test_who_takes_over_a_chair_that_is_under_way_confirms():
     assert driver_link.status(driver_link.resume(state, "b", 10.1), 10.1) == "ready"
 
 
+def test_the_press_that_sets_off_confirms_where_nobody_drives_and_a_later_stop_holds():
+    stopped = driver_link.stop_until_confirmed(LinkState(), Reason.RIDER_STOP)
+    taken = driver_link.take_control(stopped, "a", under_way=True, confirmed=True)
+    assert driver_link.status(taken, 10.0) == "no_heartbeat"
+    assert driver_link.status(after(taken, "a", 1, 10.0, forward=0.8), 10.0) == "centre_stick"
+    state = after(taken, "a", 1, 10.0)
+    assert driver_link.hold_reason(state, 10.0) is None
+    again = after(driver_link.stop_until_confirmed(taken, Reason.RIDER_STOP), "a", 1, 10.0)
+    assert driver_link.hold_reason(again, 10.0) is Reason.RIDER_STOP
+
+
+def test_a_press_confirms_nothing_while_another_drives():
+    stopped = driver_link.stop_until_confirmed(driving(10.0), Reason.RIDER_STOP)
+    taken = driver_link.take_control(stopped, "b", under_way=False, confirmed=True)
+    assert driver_link.status(after(taken, "b", 1, 10.1), 10.1) == "confirm"
+
+
 def test_who_is_gone_drives_no_more():
     assert driver_link.status(driver_link.disconnect(driving(10.0), "a"), 10.0) == "no_driver"
     assert driver_link.disconnect(driving(10.0), "b").driver == "a"
@@ -258,7 +275,7 @@ EVENTS = st.lists(
             st.sampled_from((True, True, True, True, False)),
             st.sampled_from(LATENESS[:1] * 4 + LATENESS),
         ),
-        st.tuples(st.just("take"), st.sampled_from(CLIENTS), st.booleans()),
+        st.tuples(st.just("take"), st.sampled_from(CLIENTS), st.booleans(), st.booleans()),
         st.tuples(st.sampled_from(("release", "left", "resume", "resume")),
                   st.sampled_from(CLIENTS)),
         st.tuples(st.sampled_from(("stop", "held", "recentred"))),
@@ -322,9 +339,14 @@ def test_the_link_is_ready_where_the_rule_says_so_and_nowhere_else(events):
             )  # fmt: skip
             trace.beat(client, max(seqs[client], 0), forward, visible, late, now)
         elif kind == "take":
-            client, under_way = rest
-            state = driver_link.take_control(state, client, under_way=under_way)
-            trace.needs_confirm |= under_way and client != trace.driver
+            client, under_way, confirmed = rest
+            state = driver_link.take_control(
+                state, client, under_way=under_way, confirmed=confirmed
+            )
+            if confirmed and trace.driver is None:
+                trace.needs_confirm = False
+            else:
+                trace.needs_confirm |= under_way and client != trace.driver
             trace.drives(client)
         elif kind in {"release", "left"}:
             state = (driver_link.release_control if kind == "release" else driver_link.disconnect)(

@@ -160,21 +160,27 @@ def required_reason(status: LinkStatus) -> Reason | None:
     return Reason.RELEASE_STICK if status in {"centre_stick", "stick_held"} else None
 
 
-def take_control(state: LinkState, client: str, *, under_way: bool) -> LinkState:
+def take_control(
+    state: LinkState, client: str, *, under_way: bool, confirmed: bool = False
+) -> LinkState:
     """Make ``client`` the driver; it drives after a heartbeat with a centred stick.
 
     Args:
         state: Previous state.
         client: Connection that takes control.
         under_way: True if the chair would drive by itself; then the new driver must confirm.
+        confirmed: True if they have; ignored while another client drives.
     """
     if client == state.driver:
         return state
     confirm, centre = RequiredAction.CONFIRM, RequiredAction.CENTRE
+    confirmed = confirmed and state.driver is None
+    waits = not confirmed and (under_way or state.required is confirm)
     return replace(
         state,
         driver=client,
-        required=confirm if under_way or state.required is confirm else centre,
+        required=confirm if waits else centre,
+        cause=None if confirmed else state.cause,
         heartbeat=None,
         heartbeat_at=-math.inf,
         centred=False,

@@ -41,6 +41,9 @@ class TakeControl(WireMessage):
     """Request to drive from this page; the previous driver loses control and gets a notice."""
 
     type: Literal["take_control"] = "take_control"
+    confirm: bool = False
+    """True: confirm at once that the chair may move, as ``resume`` does, because the same press of
+    the rider sets off; has no effect while another page drives."""
 
 
 class ReleaseControl(WireMessage):

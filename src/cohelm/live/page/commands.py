@@ -162,13 +162,15 @@ class CommandHandler:
         self._driver.link = driver_link.on_heartbeat(link, client, beat, at, dead_zone=dead_zone)
         return False
 
-    def _take_control(self, client: str, _: TakeControl, __: float) -> bool:
+    def _take_control(self, client: str, message: TakeControl, _: float) -> bool:
         driver = self._driver
         before = driver.link.driver
         if before == client:
             return False
         under_way = driver.mission.under_way
-        driver.link = driver_link.take_control(driver.link, client, under_way=under_way)
+        driver.link = driver_link.take_control(
+            driver.link, client, under_way=under_way, confirmed=message.confirm
+        )
         self._log_event(client, "control_taken", before=before)
         if before is not None:
             text = "Another screen drives now."
