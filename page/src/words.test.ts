@@ -101,7 +101,10 @@ describe("the button below", () => {
     expect(readiness({ ...stopped, goal }, true, choosing)).toMatchObject({
       action: "resume", label: "Go on to Ward 4", main: false, text: "Stopped. Tap “Start this trip” to set off.",
     });
-    expect(readiness(stopped, true, { choosing: true, start: "" })).toMatchObject({ main: false, text: "Stopped." });
+    expect(readiness(stopped, true, choosing)).toMatchObject({ action: null, label: "" });
+    expect(readiness(stopped, true, { choosing: true, start: "" })).toMatchObject({
+      action: "resume", label: "Go on", main: false, text: "Stopped.",
+    });
     expect(readiness(stopped, true, { arrived: true })).toMatchObject({
       action: "resume", main: false, text: "Choose a destination, or tap “Go on” to steer.",
     });

@@ -58,6 +58,10 @@ export function readiness(state: Next | null, driving: boolean, around: Around =
     case "confirm":
       // A confirmation that cannot end the stop is not offered.
       if (state.not_ready) return first(heldWords(state.not_ready));
+      // Before a first trip Start is the one button to press: a second one would be a question.
+      if (around.choosing && around.start && !goal) {
+        return { ...confirmation(false, around), action: null, label: "" };
+      }
       return { ...confirmation(goal !== null, around), action: "resume", label };
     case "no_heartbeat":
     case "no_driver":
