@@ -100,6 +100,7 @@ def test_the_overview_s_buttons_stand_still_while_routes_come(riders, chair, siz
     assert boxes(rider, *fixed) == before
 
 
+@pytest.mark.slow  # a process begins anew, and imports
 def test_routes_are_planned_anew_once_the_planner_is_back(rider, chair):
     rider.show("Go to")
     os.kill(chair.previews, signal.SIGKILL)

@@ -47,6 +47,13 @@ def route_pool():
     return route_sets([storey(rng) for _ in range(12)], rng, 44, k=4)
 
 
+@pytest.fixture(scope="module")
+def some_routes():
+    """Ten such sets on three storeys, where it matters little which they are."""
+    rng = np.random.default_rng(22)
+    return route_sets([storey(rng) for _ in range(3)], rng, 10, k=4)
+
+
 def liked(**more):
     return FeatureVector(**{"length": 20.0, "clearance": 1.0, **more})
 
@@ -150,17 +157,17 @@ def test_a_hidden_rider_is_learned_on_real_floors():
 # -------------------------------------------------------------------------------------- ranking
 
 
-def test_without_choices_the_planners_order_stays(route_pool):
+def test_without_choices_the_planners_order_stays(some_routes):
     for rider in (None, RiderChoices(name="new")):
-        found = rank_routes(route_pool[0], rider)
-        assert [each.alternative for each in found.routes] == list(route_pool[0])
+        found = rank_routes(some_routes[0], rider)
+        assert [each.alternative for each in found.routes] == list(some_routes[0])
         assert not found.learned
         assert "planner" in found.why
-    assert "begins at 5 choices" in rank_routes(route_pool[0], RiderChoices(name="new")).why
+    assert "begins at 5 choices" in rank_routes(some_routes[0], RiderChoices(name="new")).why
 
 
-def test_with_weights_the_best_comes_first_and_the_words_say_it(route_pool):
-    routes = max(route_pool, key=lambda each: np.ptp([a.features.encounters for a in each]))
+def test_with_weights_the_best_comes_first_and_the_words_say_it(some_routes):
+    routes = max(some_routes, key=lambda each: np.ptp([a.features.encounters for a in each]))
     found = rank_routes(routes, RiderChoices(name="quiet", weights=FeatureVector(encounters=-1.0)))
     met = [each.alternative.features.encounters for each in found.routes]
     assert met == sorted(met)
@@ -171,9 +178,9 @@ def test_with_weights_the_best_comes_first_and_the_words_say_it(route_pool):
         assert compare_routes(best, own, FeatureVector(encounters=-1.0)).startswith("quieter")
 
 
-def test_ranking_leaves_nothing_out_and_twice_the_same(route_pool):
+def test_ranking_leaves_nothing_out_and_twice_the_same(some_routes):
     rider = RiderChoices(name="anyone", weights=FeatureVector(length=-0.6, doors=0.8))
-    for routes in route_pool[:10]:
+    for routes in some_routes:
         found = rank_routes(routes, rider)
         assert {id(each.alternative) for each in found.routes} == {id(each) for each in routes}
         assert [e.words for e in rank_routes(routes, rider).routes] == [
@@ -181,8 +188,8 @@ def test_ranking_leaves_nothing_out_and_twice_the_same(route_pool):
         ]
 
 
-def test_words_give_the_difference_in_metres(route_pool):
-    for own, other, *_ in route_pool[:20]:
+def test_words_give_the_difference_in_metres(some_routes):
+    for own, other, *_ in some_routes:
         more = other.features.length - own.features.length
         text = compare_routes(other, own, FeatureVector(length=-1.0))
         if abs(more) >= 1.0:
