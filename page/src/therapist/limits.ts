@@ -78,6 +78,15 @@ export function inForce<Name extends string>(
   return t("limits.applied", { what: said.join(", ") });
 }
 
+/** True if both have the same values of these quantities; what is not known is like nothing. */
+export function alike<Name extends string>(
+  quantities: readonly Quantity<Name>[],
+  one: Readonly<Record<Name, number>>,
+  other: Readonly<Record<Name, number>> | null,
+): boolean {
+  return other !== null && quantities.every(({ name }) => one[name] === other[name]);
+}
+
 /** A number as the reader's language writes it, with as many digits as were set. */
 export function figure(value: number): string {
   return value.toLocaleString(languageNow(), { maximumFractionDigits: 3 });

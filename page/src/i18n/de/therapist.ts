@@ -60,7 +60,7 @@ export const therapist = {
   "learned.none": "noch keine passende Fahrt",
   "learned.reset": "Vergessen",
   "learned.done": "Vergessen. Bisherige Fahrten zählen nicht mehr.",
-  "sessions.title": "Sitzungen",
+  "sessions.title": "Sitzungen und ihre Fahrten",
   "sessions.where": "Gespeichert auf dem Rechner des Rollstuhls.",
   "sessions.none": "Noch keine Sitzungen. Eine Fahrt wird gespeichert, wenn sie endet.",
   "sessions.rides": "{n} Fahrten",

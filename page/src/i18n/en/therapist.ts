@@ -60,7 +60,7 @@ export const therapist = {
   "learned.none": "no suitable ride yet",
   "learned.reset": "Forget",
   "learned.done": "Forgotten. Rides until now no longer count.",
-  "sessions.title": "Sessions",
+  "sessions.title": "Sessions and their rides",
   "sessions.where": "Stored on the computer that runs the chair.",
   "sessions.none": "No sessions yet. A ride is stored when it ends.",
   "sessions.rides": "{n} rides",
