@@ -32,6 +32,7 @@ def main() -> int:
     options.add_argument("--into", type=Path, default=Path("docs/images"))
     options.add_argument("--only", choices=[*PARTS], help="one part only")
     chosen = options.parse_args()
+    chosen.into.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         with served(people=12) as (address, token):
