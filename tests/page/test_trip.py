@@ -139,7 +139,7 @@ def shut_all_from(rider):
     rider.show("Simulation")
     doors = rider.page.get_by_role("button", name=re.compile(": open$")).all_inner_texts()
     for name in sorted(doors, key=lambda door: "Pharmacy" not in door):
-        # Each door once, by its name: on a slow machine a button may still say "open" of a shut one.
+        # Each once, by its name: on a slow machine a shut one may still say "open".
         rider.page.get_by_role("button", name=name, exact=True).click()
 
 
