@@ -215,7 +215,8 @@ export class Trip {
   ): Promise<void> {
     // The press is the confirmation that the chair waits for now. Before the destination, and never
     // later: a STOP that comes after it must hold.
-    if (!chair.state?.driver) link.send({ type: "take_control", confirm: !chair.state?.not_ready });
+    // Who takes over a trip under way confirms apart: if this one were refused, that one would go on.
+    if (!chair.state?.driver) link.send({ type: "take_control", confirm: !chair.state?.not_ready && !this.under });
     else if (chair.driving && chair.state.link === "confirm" && !chair.state.not_ready) link.send({ type: "resume" });
     const answer = await link.ask({ type: "set_goal", ...to, ...(wishes ? { wishes: [...wishes], choice } : {}) });
     selection.heed(answer);

@@ -130,6 +130,13 @@ describe("a trip", () => {
     expect(sent).toEqual([{ type: "take_control", confirm: why === null }]);
   });
 
+  it("confirms nothing where nobody drives a trip that is under way", async () => {
+    state({ driver: null, link: "no_driver", goal: { x: 9, y: 0, name: "Ward 1" } });
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    await trip.start();
+    expect(sent).toEqual([{ type: "take_control", confirm: false }]);
+  });
+
   it("confirms what the chair waits for now, before the destination, and nothing later", async () => {
     state({ link: "confirm" });
     await trip.choose({ place: "Ward 4" }, "Ward 4");
